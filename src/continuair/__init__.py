@@ -1,0 +1,39 @@
+"""Simulation and analysis of aerial continuum manipulators.
+
+*vehicle, scenario, model -> simulate -> trajectory -> metric -> figure.*
+"""
+
+from importlib import import_module
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from continuair.errors import ContinuairWarning, InputError
+    from continuair.linear import linearize, modes, trim
+    from continuair.metrics import compare
+    from continuair.scenarios import Scenario, open_loop_test
+    from continuair.simulate import MODELS, forward_dynamics, simulate
+    from continuair.vehicle import Vehicle, load_vehicle, preset_names
+
+__version__ = version("continuair")
+
+_HOME = {
+    "ContinuairWarning": "errors", "InputError": "errors",
+    "Vehicle": "vehicle", "load_vehicle": "vehicle", "preset_names": "vehicle",
+    "Scenario": "scenarios", "open_loop_test": "scenarios",
+    "simulate": "simulate", "forward_dynamics": "simulate", "MODELS": "simulate",
+    "linearize": "linear", "modes": "linear", "trim": "linear",
+    "compare": "metrics",
+}
+__all__ = sorted(_HOME)
+
+
+def __getattr__(name: str) -> Any:
+    # Names load on first use: the import itself stays light and compiles nothing.
+    if name not in _HOME:
+        raise AttributeError(f"module 'continuair' has no attribute {name!r}")
+    return getattr(import_module(f"continuair.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

@@ -1,0 +1,239 @@
+"""Changing fields of immutable parameter models by dotted name, for one run or for many.
+
+A *tree* is a model taken apart into dicts and lists; a field that differs from run to run is a
+`_Runs` in it. Every run is validated by building the models of that run from the tree.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from numbers import Real
+from typing import Any, TypeVar
+
+import numpy as np
+from pydantic import BaseModel
+
+from continuair.errors import ContinuairWarning, InputError, nearest, shown
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+@dataclass(frozen=True)
+class _Runs:
+    values: list[Any]
+
+
+def replace(model: Model, changes: Mapping[str, Any]) -> Model:
+    """Return a copy of `model` with dotted fields changed; arrays over runs make a batched copy."""
+    tree = _tree(model)
+    for path, value in changes.items():
+        _set(tree, path, value)
+    runs = _common_length(tree)
+    parts = {name: getattr(model, name) for name in type(model).model_fields}
+    for name in {path.split(".")[0] for path in changes}:
+        if isinstance(parts[name], BaseModel) and isinstance(tree[name], dict):
+            parts[name] = _build(type(parts[name]), tree[name], runs, f"{name}.")
+        else:
+            parts[name] = tree[name]
+    # A model is validated again inside another, which holds for one run only.
+    checked = type(model)(**{name: pick(part, 0) for name, part in parts.items()})
+    return type(model).model_construct(**(dict(checked) | parts)) if runs else checked
+
+
+def count(value: object) -> int | None:
+    """Return the number of runs that a batched model holds, or None if it holds no array."""
+    if isinstance(value, np.ndarray):
+        return len(value)
+    return next((n for child in _children(value) if (n := count(child)) is not None), None)
+
+
+def pick(value: Any, run: int) -> Any:
+    """Return the plain model of one run of a batched model."""
+    if isinstance(value, np.ndarray):
+        return _tuples(value[run].tolist())
+    if isinstance(value, BaseModel):
+        return type(value).model_construct(**{name: pick(child, run) for name, child in value})
+    return tuple(pick(child, run) for child in value) if isinstance(value, tuple) else value
+
+
+def plain(value: Any) -> Any:
+    """Return a model, batched or not, as dicts, lists and numbers that JSON can hold."""
+    if isinstance(value, BaseModel):
+        return {name: plain(child) for name, child in value}
+    if isinstance(value, tuple):
+        return [plain(child) for child in value]
+    return value.tolist() if isinstance(value, np.ndarray) else value
+
+
+def _children(value: object) -> Iterator[object]:
+    if isinstance(value, BaseModel):
+        return (child for _, child in value)
+    return iter(value) if isinstance(value, tuple) else iter(())
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(_tuples(child) for child in value) if isinstance(value, list) else value
+
+
+def _tree(value: Any) -> Any:
+    if isinstance(value, BaseModel):
+        return {name: _tree(child) for name, child in value}
+    if isinstance(value, Mapping):
+        return {name: _tree(child) for name, child in value.items()}
+    if isinstance(value, np.ndarray):
+        return _Runs(value.tolist())
+    return [_tree(child) for child in value] if isinstance(value, (tuple, list)) else value
+
+
+def _set(tree: Any, path: str, value: object) -> None:
+    node: Any = tree
+    *parents, last = _keys(path)
+    for depth, key in enumerate(parents):
+        node = node[_index(node, key, parents[:depth])]
+    index = _index(node, last, parents)
+    node[index] = _over_runs(path, value, node[index])
+
+
+def _keys(path: object) -> list[str]:
+    if not isinstance(path, str):
+        raise InputError(f"{shown(path)} is not the name of a field; give text like 'arm.radius'.")
+    return path.split(".")
+
+
+def _index(node: Any, key: str, parents: list[str]) -> str | int:
+    """Return the key into a tree node, or say which keys there are."""
+    path = ".".join([*parents, key])
+    if isinstance(node, dict):
+        if key in node:
+            return key
+        valid = [".".join([*parents, name]) for name in node]
+        raise InputError(f"{path or repr(path)} is not a known field; {nearest(path, valid)}.")
+    owner = ".".join(parents)
+    if not isinstance(node, list):
+        whole = "differs from run to run" if isinstance(node, _Runs) else "has no parts"
+        raise InputError(f"{path} cannot be set because {owner} {whole}; give {owner} as a whole.")
+    if key.isdecimal() and int(key) < len(node):
+        return int(key)
+    remedy = f"use an index from 0 to {len(node) - 1}" if node else f"set {owner} first"
+    raise InputError(f"{path} does not exist because {owner} has length {len(node)}; {remedy}.")
+
+
+def _over_runs(path: str, value: Any, old: Any) -> Any:
+    """Return the new node for `value`: `_Runs` if it has one dimension more than the field."""
+    if isinstance(value, (np.ndarray, np.generic)) or hasattr(value, "__array__"):
+        value = np.asarray(value).tolist()
+    template = old.values[0] if isinstance(old, _Runs) else old
+    if not isinstance(value, (list, tuple)) or not _numeric(template):
+        return _tree(value)
+    try:
+        shape = np.shape(value)
+    except ValueError:  # ragged: no field has such a value, so the model refuses it by name
+        return value
+    field = np.shape(template) if template is not None else ()
+    # An inertia may be given by its diagonal, which has one dimension less than it is stored with.
+    diagonals = len(field) == 2 and len(shape) == 2 and shape != field
+    if len(shape) != len(field) + 1 and not diagonals:
+        return list(value)
+    if not value:
+        raise InputError(f"{path} is [], but an array over runs needs at least one value.")
+    if None in value:
+        run = value.index(None)
+        raise InputError(f"{path} is None in run {run}; give a number for every run.")
+    return _Runs(list(value))
+
+
+def _numeric(template: Any) -> bool:
+    if isinstance(template, list):
+        return bool(template) and all(_numeric(child) for child in template)
+    return template is None or isinstance(template, Real)
+
+
+def _lengths(node: Any, path: str) -> Iterator[tuple[str, int]]:
+    if isinstance(node, _Runs):
+        yield path, len(node.values)
+    elif isinstance(node, dict):
+        for name, child in node.items():
+            yield from _lengths(child, f"{path}.{name}" if path else name)
+    elif isinstance(node, list):
+        for index, child in enumerate(node):
+            yield from _lengths(child, f"{path}.{index}")
+
+
+def _common_length(tree: Any) -> int:
+    lengths = list(_lengths(tree, ""))
+    for path, length in lengths[1:]:
+        first_path, first = lengths[0]
+        if length != first:
+            raise InputError(
+                f"{path} holds {length} runs while {first_path} holds {first}; "
+                "give arrays of the same length."
+            )
+    return lengths[0][1] if lengths else 0
+
+
+def _varies(node: Any) -> bool:
+    return next(_lengths(node, ""), None) is not None
+
+
+def _row(node: Any, run: int) -> Any:
+    if isinstance(node, _Runs):
+        return node.values[run]
+    if isinstance(node, dict):
+        return {name: _row(child, run) for name, child in node.items()}
+    return [_row(child, run) for child in node] if isinstance(node, list) else node
+
+
+def _build(model: type[Model], fields: dict[str, Any], runs: int, prefix: str) -> Model:
+    varied = {name: node for name, node in fields.items() if _varies(node)}
+    if not varied:
+        try:
+            return model(**fields)
+        except InputError as error:
+            raise error.within(prefix) from None
+    columns, first = _columns(model, fields, varied, runs, prefix)
+    stacked = {name: _stacked(varied[name], column) for name, column in columns.items()}
+    return model.model_construct(**(dict(first) | stacked))
+
+
+def _columns(
+    model: type[Model], fields: dict[str, Any], varied: dict[str, Any], runs: int, prefix: str
+) -> tuple[dict[str, list[Any]], Model]:
+    """Return the validated values of the varied fields, and the model of run 0."""
+    columns: dict[str, list[Any]] = {name: [] for name in varied}
+    first: Model | None = None
+    warned: list[int] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        for run in range(runs):
+            try:
+                built = model(**fields | {name: _row(node, run) for name, node in varied.items()})
+            except InputError as error:
+                raise error.within(f"run {run}: {prefix}") from None
+            first = built if first is None else first
+            for name, column in columns.items():
+                column.append(getattr(built, name))
+            if len(caught) > len(warned):
+                warned.append(run)
+    if warned:
+        text = f"run {warned[0]} (of {len(warned)} that warn): {caught[0].message}"
+        warnings.warn(text, ContinuairWarning, stacklevel=5)
+    assert first is not None
+    return columns, first
+
+
+def _stacked(node: Any, column: list[Any]) -> Any:
+    """Return one value holding the values of all runs: arrays wherever the tree node varies."""
+    first = column[0]
+    if not _varies(node):
+        return first
+    if isinstance(first, BaseModel):
+        names = type(first).model_fields
+        fields = {n: _stacked(node.get(n), [getattr(v, n) for v in column]) for n in names}
+        return type(first).model_construct(**fields)
+    if isinstance(first[0] if isinstance(first, tuple) else first, BaseModel):
+        return tuple(
+            _stacked(child, [value[i] for value in column]) for i, child in enumerate(node)
+        )
+    return np.array(column)

@@ -1,0 +1,1 @@
+"""Figures: each reads datasets and results, and simulates nothing."""

@@ -1,0 +1,104 @@
+"""Time grid and inputs of a roll-out: steps that end at every sample and every input jump."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from continuair.kernels.dynamics import GENERAL, INPUTS, PAPER, TIP
+
+_COLUMNS = {
+    "force": slice(0, 3), "moment": slice(3, 6), "bend_moment": slice(6, 8),
+    "tip_wrench": slice(13, 19),
+}
+
+
+@dataclass(frozen=True)
+class Grid:
+    """samples (n,) [s]; starts and steps (m,) [s]; sample_after (m,): sample a step ends at, or -1;
+    opens, closes (m,): whether a step starts or ends at an input jump."""
+
+    samples: np.ndarray
+    starts: np.ndarray
+    steps: np.ndarray
+    sample_after: np.ndarray
+    opens: np.ndarray
+    closes: np.ndarray
+
+
+def make_grid(duration: float, step: float, sample: float, jumps=()) -> Grid:
+    """Split [0, duration] at samples and jumps, and each piece into equal steps of at most `step`."""
+    count = max(1, round(duration / sample))
+    samples = np.append(sample * np.arange(count), duration)
+    jumps = np.array([t for t in jumps if 0.0 < t < duration])
+    # A jump within rounding of a sample is that sample.
+    for i, t in enumerate(jumps):
+        near = np.argmin(np.abs(samples - t))
+        if abs(samples[near] - t) < 1e-9 * duration:
+            samples[near] = t
+        jumps[i] = t
+    marks = np.union1d(samples, jumps)
+    length = np.diff(marks)
+    pieces = np.maximum(1, np.ceil(length / step * (1.0 - 1e-12))).astype(int)
+    last = np.cumsum(pieces) - 1
+    within = np.arange(pieces.sum()) - np.repeat(last - pieces + 1, pieces)
+    steps = np.repeat(length / pieces, pieces)
+    sample_after = np.full(len(steps), -1, np.int32)
+    ends_at = np.searchsorted(samples, marks[1:])
+    is_sample = np.isin(marks[1:], samples)
+    sample_after[last[is_sample]] = ends_at[is_sample]
+    opens, closes = np.zeros(len(steps), bool), np.zeros(len(steps), bool)
+    at_jump = np.isin(marks, jumps)
+    opens[(last - pieces + 1)[at_jump[:-1]]] = True
+    closes[last[at_jump[1:]]] = True
+    return Grid(samples, np.repeat(marks[:-1], pieces) + within * steps, steps, sample_after,
+                opens, closes)
+
+
+def stage_times(grid: Grid) -> np.ndarray:
+    """Start, middle and end of every step (3 m,), nudged to the step's own side of a jump."""
+    start, end = grid.starts.copy(), grid.starts + grid.steps
+    start[grid.opens] = np.nextafter(start[grid.opens], np.inf)
+    end[grid.closes] = np.nextafter(end[grid.closes], -np.inf)
+    return np.column_stack([start, grid.starts + 0.5 * grid.steps, end]).ravel()
+
+
+def groups_in_use(scenario) -> int:
+    """Bits of the input columns that a scenario uses."""
+    general = any(
+        getattr(scenario, name) is not None for name in ("force", "moment", "bend_moment", "tau")
+    )
+    groups = GENERAL * general + PAPER * (scenario.tau is not None)
+    return groups + TIP * (scenario.tip_wrench is not None)
+
+
+def sample_inputs(scenario, times: np.ndarray) -> tuple[np.ndarray, int]:
+    """Input table (rows, runs or 1, INPUTS) and its rows per time: 0 if all inputs are constant."""
+    columns: dict[slice, np.ndarray] = {}
+    for name, where in _COLUMNS.items():
+        value = getattr(scenario, name)
+        if value is not None:
+            sign = scenario.tip_wrench_sign if name == "tip_wrench" else 1.0
+            columns[where] = sign * _at(value, times)
+    if scenario.tau is not None:
+        tau = _at(scenario.tau, times)
+        force = columns.get(slice(0, 3), 0.0)
+        columns[slice(0, 3)] = force + tau[..., :3]
+        columns[slice(8, 11)], columns[slice(11, 13)] = tau[..., 3:6], tau[..., 6:8]
+    rows = max((v.shape[0] for v in columns.values()), default=1)
+    runs = max((v.shape[1] for v in columns.values()), default=1)
+    table = np.zeros((rows, runs, INPUTS))
+    for where, value in columns.items():
+        table[..., where] = value
+    return table, int(rows > 1)
+
+
+def _at(value, times):
+    """An input at every time: (times or 1, runs or 1, width)."""
+    if not callable(value):
+        constant = np.asarray(value, float)
+        return constant.reshape(1, -1, constant.shape[-1])
+    sampled, index = np.unique(times, return_inverse=True)
+    rows = np.stack([np.asarray(value(t), float) for t in sampled])[index]
+    return rows.reshape(len(times), -1, rows.shape[-1])

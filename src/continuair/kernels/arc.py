@@ -1,0 +1,180 @@
+"""Moments of a bent arm as polynomials in the squared bend: the host side of the fast dynamics.
+
+All that the dynamics need of a constant-curvature section is smooth in u = |k|², because the
+backbone point is r(s) = (k A, -B) and the tangent (k B, -C) with A, B, C entire in u. The moments
+are integrated over the backbone (Gauss-Legendre) and summed over the disks at Chebyshev nodes of u
+and interpolated there; the device evaluates one Horner loop, exact through the straight arm.
+
+Inside the kernels lengths along the arc are measured in λ = l / (π √2), so that the bend b = k λ is
+dimensionless and w = |b|² - 1 runs over [-1, 1] up to the full circle |k| l = 2π.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from math import factorial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+MAX_BEND_ANGLE = 2.0 * np.pi
+"""Largest |k| l [rad] for which the polynomials hold; beyond it a run ends with a status."""
+
+TERMS = 17
+"""Polynomial terms; with these the interpolation error is below 1e-13 of each moment's range."""
+
+NAMES = ("alpha", "beta", "P", "Q", "S", "KP", "KQ", "KW", "NP", "ND")
+"""Moment functions, in the order in which the device code reads them."""
+
+_FULL_LENGTH = MAX_BEND_ANGLE / np.sqrt(2.0)
+_SAMPLES = 2 * TERMS
+_QUADRATURE = 40
+
+
+class Moments(NamedTuple):
+    """Moment functions of a batch of arms at the Chebyshev nodes, arrays (runs, samples).
+
+    value: name -> function; slope: alpha and beta -> derivative in |b|²; axial: (runs,) the
+    constant ∫(axial section inertia) ds [kg m²], so that d = |b|² P + S + axial.
+    """
+
+    value: dict[str, np.ndarray]
+    slope: dict[str, np.ndarray]
+    axial: np.ndarray
+
+
+def length_unit(length):
+    """λ [m]: the bend vector k [1/m] times λ is the kernels' dimensionless bend b."""
+    return np.asarray(length) / _FULL_LENGTH
+
+
+@cache
+def squared_bends() -> np.ndarray:
+    """|b|² at the Chebyshev nodes, shape (samples,)."""
+    return 1.0 + chebyshev.chebpts1(_SAMPLES)
+
+
+@cache
+def _interpolation() -> np.ndarray:
+    nodes = chebyshev.chebpts1(_SAMPLES)
+    orders = np.arange(TERMS)
+    to_chebyshev = chebyshev.chebvander(nodes, TERMS - 1).T * 2.0 / _SAMPLES
+    to_chebyshev[0] *= 0.5
+    to_powers = np.array([np.pad(p := chebyshev.cheb2poly(np.eye(TERMS)[n]), (0, TERMS - len(p)))
+                          for n in orders])
+    return to_chebyshev.T @ to_powers[:, ::-1]
+
+
+def interpolate(samples: np.ndarray) -> np.ndarray:
+    """Coefficients of powers of w = |b|² - 1, highest first, from samples on the last axis."""
+    return samples @ _interpolation()
+
+
+def _stumpff(z):
+    """c_0 … c_4 with c_m(z) = Σ (-z)^j / (2j + m)!, z >= 0; c₀ = cos √z, c₁ = sin √z / √z."""
+    x, far = np.sqrt(z), np.maximum(z, 1.0)
+    c0, c1 = np.cos(x), np.sinc(x / np.pi)
+    c2 = 0.5 * np.sinc(0.5 * x / np.pi) ** 2
+    c3 = np.where(z > 1.0, (1.0 - c1) / far, _series(3, z))
+    c4 = np.where(z > 1.0, (0.5 - c2) / far, _series(4, z))
+    return c0, c1, c2, c3, c4
+
+
+def _series(order: int, z):
+    """Power series of c_order, to full precision for z <= 1."""
+    total = 0.0
+    for j in reversed(range(10)):
+        total = 1.0 / factorial(2 * j + order) - z * total
+    return total
+
+
+def integrands(s, u):
+    """Contribution of the section at arc length s to every moment, with s and 1/√u in units of λ.
+
+    Returns name -> (per mass, per transverse inertia, per axial minus transverse inertia), and the
+    slopes of alpha and beta in u per mass. Primes are d/du; c' of a Stumpff function needs no
+    division: c_m' = (m c_{m+2} - c_{m+1}) / 2.
+    """
+    s, u = np.broadcast_arrays(np.asarray(s, float), u)
+    c0, c1, c2, c3, c4 = _stumpff(s**2 * u)
+    A, B, C, Γ = s**2 * c2, s * c1, c0, s**3 * c3
+    dA, dB = s**4 * (c4 - 0.5 * c3), s**3 * 0.5 * (c3 - c2)
+    none = np.zeros_like(A)
+    by_density = {
+        "alpha": (A, none, none),
+        "beta": (B, none, none),
+        "P": (A**2, none, -(B**2)),
+        "Q": (A * B, none, -B * C),
+        "S": (B**2, none, -(C**2)),
+        "KP": (A**2, A, -A * C),
+        "KQ": (A * B, B, u * A * B),
+        "KW": (dA * B - A * dB, 0.5 * Γ, -0.5 * A * B),
+        "NP": (A**2, B**2 + u * A**2, u * A**2),
+        "ND": (4.0 * (A * dA + u * dA**2 + dB**2), Γ * (s + B) - A**2, -(A**2)),
+    }
+    return by_density, {"alpha": dA, "beta": dB}
+
+
+@cache
+def _uniform_rod():
+    """Integrals of the integrands over σ = s / l in [0, 1], for unit density."""
+    x, weight = np.polynomial.legendre.leggauss(_QUADRATURE)
+    s = _FULL_LENGTH * 0.5 * (1.0 + x)
+    by_density, slopes = integrands(s, squared_bends()[:, None])
+    integrate = 0.5 * weight
+    return (
+        {name: tuple(f @ integrate for f in parts) for name, parts in by_density.items()},
+        {name: f @ integrate for name, f in slopes.items()},
+    )
+
+
+def moments(length, backbone, disks) -> Moments:
+    """Moments of uniform backbones with disks, about the arm's base.
+
+    length: (runs,) [m]. backbone: (mass, transverse, axial inertia) of the whole backbone, each
+    (runs,) [kg, kg m², kg m²]. disks: sequence of (position, mass, transverse, axial), each (runs,).
+    """
+    unit = length_unit(length)[:, None]
+    rods = [(*backbone, *_uniform_rod())]
+    for position, *inertia in disks:
+        s = np.asarray(position)[:, None] / unit
+        rods.append((*inertia, *integrands(s, squared_bends())))
+    value = {name: np.zeros((len(unit), _SAMPLES)) for name in NAMES}
+    slope = {name: np.zeros((len(unit), _SAMPLES)) for name in ("alpha", "beta")}
+    total_axial = np.zeros(len(unit))
+    for mass, transverse, axial, by_density, by_mass in rods:
+        for name, (per_mass, per_transverse, per_difference) in by_density.items():
+            power = 1 if name in slope else 2
+            value[name] += (
+                mass[:, None] * per_mass * unit**power
+                + transverse[:, None] * per_transverse
+                + (axial - transverse)[:, None] * per_difference
+            )
+        for name, per_mass in by_mass.items():
+            slope[name] += mass[:, None] * per_mass * unit
+        total_axial += axial
+    return Moments(value, slope, total_axial)
+
+
+def about_common_centre(arm: Moments, total_mass, height) -> Moments:
+    """Moments about the common centre of mass of UAV and arm.
+
+    total_mass: (runs,) [kg]. height: (runs,) effective vertical offset of the mount,
+    z_mount times UAV mass over total mass [m]; the horizontal offset is left to the device.
+    """
+    u, m, z = squared_bends(), total_mass[:, None], height[:, None]
+    f, α, β = arm.value, arm.value["alpha"], arm.value["beta"]
+    dα, dβ = arm.slope["alpha"], arm.slope["beta"]
+    reduced = dict(
+        f,
+        P=f["P"] - α**2 / m,
+        KP=f["KP"] - α**2 / m,
+        NP=f["NP"] - α**2 / m,
+        Q=f["Q"] - α * β / m - z * α,
+        KQ=f["KQ"] - α * β / m - z * α,
+        S=f["S"] - β**2 / m - 2.0 * z * β,
+        KW=f["KW"] - (dα * β - α * dβ) / m - z * dα,
+        ND=f["ND"] - 4.0 * (α * dα + u * dα**2 + dβ**2) / m,
+    )
+    return Moments(reduced, arm.slope, arm.axial)

@@ -1,0 +1,149 @@
+"""Launches the kernels over a batch: on the CPU split over threads, on CUDA in one launch."""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import warp as wp
+
+from continuair.kernels.dynamics import STATE
+from continuair.kernels.plant import pack
+from continuair.kernels.rollout import LOG, OBSERVED, kernels
+
+# Measured on x86-64: strict IEEE semantics stay, but products and sums may fuse.
+_CPU_FLAGS = ("-O2", "-march=native", "-ffp-contract=fast", "-mllvm", "-slp-recursion-max-depth=12")
+
+
+@cache
+def start_warp() -> None:
+    """Initialise Warp without its banner."""
+    wp.config.log_level = wp.LOG_WARNING
+    wp.init()
+
+
+@dataclass(frozen=True)
+class Logs:
+    """log (runs, samples, LOG); status, last_step (runs,); observed (runs, samples, OBSERVED) or None."""
+
+    log: np.ndarray
+    status: np.ndarray
+    last_step: np.ndarray
+    observed: np.ndarray | None
+
+
+class Engine:
+    """One vehicle or batch, packed for one model, precision and device."""
+
+    def __init__(self, vehicle, model: str, precision="float64", device="cpu", threads=None):
+        start_warp()
+        self.kernels = kernels(precision, model)
+        self.dtype = np.dtype(precision)
+        self.device = device
+        self.threads = threads or os.cpu_count() or 1
+        self.plants, table = pack(vehicle, self.kernels.code)
+        self.table = table.astype(self.dtype)
+
+    def roll_out(self, start, angle, grid, inputs, sample_inputs, gravity, groups, observe) -> Logs:
+        """Roll out every run of `start` (runs, 17); `inputs` is (table, rows-per-time flag).
+
+        angle: (runs,) initial ψa [rad], naming the signed branch of the bend. sample_inputs: the
+        same pair at the sample times, for what is observed.
+        """
+        runs, samples = len(start), len(grid.samples)
+        log = np.full((runs, samples, LOG), np.nan, self.dtype)
+        status, last = np.zeros(runs, np.int32), np.zeros(runs, np.int32)
+        observed = np.full((runs, samples, OBSERVED), np.nan, self.dtype) if observe else None
+        steps = self._upload(grid.steps)
+        after = self._upload(grid.sample_after, wp.int32)
+
+        def work(part: slice) -> None:
+            plants, table = self._vehicles(part)
+            drive = self._inputs(inputs[0], part)
+            out = self._upload(log[part])
+            ends = [self._upload(a[part], wp.int32) for a in (status, last)]
+            wp.launch(
+                self.kernels.rollout, dim=len(log[part]), device=self.device,
+                inputs=[plants, table, self._upload(start[part]), self._upload(angle[part]), drive,
+                        3 * inputs[1], groups, gravity, steps, after, out, *ends],
+            )
+            self._download(out, log[part])
+            for source, target in zip(ends, (status, last), strict=True):
+                self._download(source, target[part])
+            if observe:
+                seen = self._upload(observed[part])
+                wp.launch(
+                    self.kernels.observe, dim=seen.shape[:2], device=self.device,
+                    inputs=[plants, table, out, self._inputs(sample_inputs[0], part),
+                            sample_inputs[1], groups, gravity, seen],
+                )
+                self._download(seen, observed[part])
+
+        self._split(runs, work)
+        return Logs(log, status, last, observed)
+
+    def observe(self, log, inputs, gravity, groups) -> np.ndarray:
+        """Observed columns (runs, samples, OBSERVED) of logged states (runs, samples, LOG)."""
+        seen = np.full((*log.shape[:2], OBSERVED), np.nan, self.dtype)
+        plants, table = self._vehicles(slice(None))
+        out = self._upload(seen)
+        wp.launch(
+            self.kernels.observe, dim=log.shape[:2], device=self.device,
+            inputs=[plants, table, self._upload(log), self._upload(inputs[0]), inputs[1], groups,
+                    gravity, out],
+        )
+        self._download(out, seen)
+        return seen
+
+    def derivative(self, states, angle, inputs, gravity, groups, initial=None) -> np.ndarray:
+        """Rates (runs, 17) of states (runs, 17) under one row of inputs (1, runs or 1, columns)."""
+        states = np.ascontiguousarray(states, self.dtype)
+        rates = np.empty((len(states), STATE), self.dtype)
+        plants, table = self._vehicles(slice(None))
+        out = self._upload(rates)
+        wp.launch(
+            self.kernels.derivative, dim=len(states), device=self.device,
+            inputs=[plants, table, self._upload(states if initial is None else initial),
+                    self._upload(states), self._upload(angle), self._upload(inputs), groups,
+                    gravity, out],
+        )
+        self._download(out, rates)
+        return rates
+
+    def _vehicles(self, part: slice):
+        shared = len(self.plants) == 1
+        plants = self.plants if shared else self.plants[part]
+        table = self.table if shared else self.table[part]
+        code = self.kernels.code
+        return (
+            wp.array(plants, dtype=code.Plant, device=self.device),
+            wp.array(np.ascontiguousarray(table), dtype=code.Row, device=self.device),
+        )
+
+    def _inputs(self, table, part: slice):
+        return self._upload(table if table.shape[1] == 1 else table[:, part])
+
+    def _upload(self, array, dtype=None):
+        kind = dtype or (wp.float64 if self.dtype == np.float64 else wp.float32)
+        host = np.int32 if dtype else self.dtype
+        return wp.array(np.ascontiguousarray(array, host), dtype=kind, device=self.device,
+                        copy=self.device != "cpu")
+
+    def _download(self, source, target) -> None:
+        if self.device != "cpu":
+            target[...] = source.numpy()
+
+    def _split(self, runs: int, work) -> None:
+        parts = min(self.threads, runs) if self.device == "cpu" else 1
+        if parts == 1:
+            work(slice(0, runs))
+            return
+        edges = np.linspace(0, runs, parts + 1).astype(int)
+        # Compiling is not thread-safe: load the modules before the threads start.
+        for kernel in (self.kernels.rollout, self.kernels.observe):
+            kernel.module.load(self.device)
+        with ThreadPoolExecutor(parts) as pool:
+            list(pool.map(work, map(slice, edges[:-1], edges[1:])))

@@ -1,0 +1,73 @@
+"""A vehicle, or a batch of them, packed for the kernels."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from continuair.kernels import arc
+
+
+def pack(vehicle, code: SimpleNamespace) -> tuple[np.ndarray, np.ndarray]:
+    """Structured parameters (vehicles,) and moment polynomials (vehicles, terms, moments).
+
+    vehicle: a Vehicle, plain or batched. code: the device code whose `Plant` the rows fill.
+    """
+    runs = vehicle.runs or 1
+    uav, rod = vehicle.uav, vehicle.arm
+
+    def across(value, *shape):
+        """A field as one row per run, whether it, or one of its elements, varies or not."""
+        if isinstance(value, np.ndarray) and value.ndim > len(shape):
+            return np.broadcast_to(value, (runs, *shape))
+        return np.stack([np.broadcast_to(x, runs) for x in _leaves(value)], -1).reshape(
+            runs, *shape
+        )
+
+    length, uav_mass = across(rod.length), across(uav.mass)
+    mount, inertia = across(uav.mount, 3), across(uav.inertia, 3, 3)
+    backbone = tuple(
+        across(density) * length
+        for density in (
+            rod.mass_per_length, rod.transverse_inertia_per_length, rod.axial_inertia_per_length
+        )
+    )
+    disks = [
+        tuple(across(v) for v in (d.position, d.mass, d.transverse_inertia, d.axial_inertia))
+        for d in rod.disks
+    ]
+    arm_mass = across(rod.mass)
+    mass = uav_mass + arm_mass
+    own = arc.moments(length, backbone, disks)
+    lever = mount * (uav_mass / mass)[:, None]
+    moments = arc.about_common_centre(own, mass, lever[:, 2])
+    if code.model != "coupled":
+        moments.value.update(NP=own.value["NP"], ND=own.value["ND"])
+    unit = arc.length_unit(length)
+    table = np.stack([arc.interpolate(moments.value[name]) for name in arc.NAMES], axis=-1)
+
+    plants = np.zeros(runs, dtype=code.Plant.numpy_dtype())
+    reduced = uav_mass * arm_mass / mass
+    plants["mass"], plants["arm_mass"], plants["uav_mass"] = mass, arm_mass, uav_mass
+    plants["unit"] = unit
+    plants["stiffness"] = across(rod.bending_stiffness) * length / unit**2
+    plants["damping"] = across(rod.structural_damping) * length / unit**2
+    plants["threshold"] = across(rod.kappa_s) * unit
+    plants["mount"] = mount
+    plants["uav_inertia"] = inertia
+    plants["lever"][:, :2] = lever[:, :2]
+    plants["inertia"] = (
+        inertia + moments.axial[:, None, None] * np.eye(3) + reduced[:, None, None] * _spread(mount)
+    )
+    return plants, table
+
+
+def _leaves(value):
+    return [x for entry in value for x in _leaves(entry)] if isinstance(value, tuple) else [value]
+
+
+def _spread(mount):
+    """|m|² 1 - m mᵀ of the mount offset (runs, 3)."""
+    square = np.einsum("ni,ni->n", mount, mount)[:, None, None] * np.eye(3)
+    return square - mount[:, :, None] * mount[:, None, :]

@@ -1,0 +1,153 @@
+"""How far apart two flights are: the paper's metric as printed, and readings with a unit.
+
+Arrays hold samples and components on their last two axes (..., samples, components); leading axes
+are runs, and results then hold one number per run.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+Array = NDArray[np.float64]
+
+AXES = ("x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_rad")
+"""Axes in the order in which `compare` reports them, with their units."""
+
+# Nearer to the pole than this, roll and yaw are rounding noise; only their sum has a meaning.
+_POLE = 1e-9
+
+
+def nrmse(reference: ArrayLike, other: ArrayLike) -> Any:
+    """Return the normalised root mean square error as the paper prints it, dimensionless.
+
+    reference, other: (..., samples, components), same unit in both. Both sums run over components
+    and samples; the range of each component is that of the reference. 0 if the two agree, inf if
+    they differ and the reference does not move. "NRMSE_W", Amiri et al.
+    """
+    reference, other = np.asarray(reference, float), np.asarray(other, float)
+    squares = np.sum((reference - other) ** 2, axis=(-2, -1))
+    ranges = np.ptp(reference, axis=-2)
+    normal = reference.shape[-2] * np.sum(ranges**2, axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.sqrt(squares / normal)
+    return _per_run(np.where(squares == 0, 0.0, ratio))
+
+
+def rmse(reference: ArrayLike, other: ArrayLike) -> Any:
+    """Return the root mean square over samples of the length of the difference, unit of the input.
+
+    reference, other: (..., samples, components). Its square is the sum of the squares of the axes.
+    """
+    difference = np.asarray(reference, float) - np.asarray(other, float)
+    return _per_run(np.sqrt(np.mean(np.sum(difference**2, axis=-1), axis=-1)))
+
+
+def tip_euler(dataset: xr.Dataset) -> Array:
+    """Return continuous ZYX Euler angles of the tip, (..., samples, 3): roll, pitch, yaw [rad].
+
+    The angles are those of R_tip diag(1, -1, -1), which is 1 when nothing is bent or turned. Of
+    the two triples that describe an attitude, and their whole turns, the one next to the previous
+    sample is taken, so that a tumble through pitch = pi/2 does not jump.
+    """
+    return euler_angles(_components(dataset, "tip_attitude"))
+
+
+def euler_angles(tip_attitude: ArrayLike) -> Array:
+    """Return the angles of `tip_euler` from quaternions x y z w, shape (..., samples, 4)."""
+    quaternions = np.asarray(tip_attitude, float)
+    flat = Rotation.from_quat(quaternions.reshape(-1, 4)) * Rotation.from_quat([1.0, 0, 0, 0])
+    R = flat.as_matrix().reshape(*quaternions.shape[:-1], 3, 3)
+    cosine = np.hypot(R[..., 0, 0], R[..., 1, 0])
+    pitch = np.arctan2(-R[..., 2, 0], cosine)
+    yaw = np.arctan2(R[..., 1, 0], R[..., 0, 0])
+    yaw = _previous_where(cosine < _POLE, yaw)
+    roll = np.arctan2(
+        np.sin(yaw) * R[..., 0, 2] - np.cos(yaw) * R[..., 1, 2],
+        np.cos(yaw) * R[..., 1, 1] - np.sin(yaw) * R[..., 0, 1],
+    )
+    return _continuous(np.stack([roll, pitch, yaw], axis=-1))
+
+
+def geodesic_angle(q1: ArrayLike, q2: ArrayLike) -> Array:
+    """Return the angle [rad], 0 to pi, of the rotation between attitudes; shape (...).
+
+    q1, q2: unit quaternions x y z w, shape (..., 4); q and -q are the same attitude.
+    """
+    q1, q2 = np.asarray(q1, float), np.asarray(q2, float)
+    v1, w1, v2, w2 = q1[..., :3], q1[..., 3:], q2[..., :3], q2[..., 3:]
+    vector = w1 * v2 - w2 * v1 - np.cross(v1, v2)
+    scalar = np.sum(q1 * q2, axis=-1)
+    # Exact for small angles, where the arc cosine of the scalar part would lose half the digits.
+    angle: Array = 2.0 * np.arctan2(np.linalg.norm(vector, axis=-1), np.abs(scalar))
+    return angle
+
+
+def compare(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
+    """Return how far the tip of `other` is from that of the coupled flight, sampled alike.
+
+    nrmse_t, nrmse_r: as printed, of tip position and continuous Euler angles [-]; rmse_t_m [m] and
+    rmse_r_rad [rad]: the same differences, not normalised; angle_rad: RMS of the geodesic angle,
+    the one rotational reading that needs no choice of angles [rad]; rmse_x_m ... rmse_yaw_rad.
+    Numbers, or arrays over runs.
+    """
+    positions = [_components(dataset, "tip_position") for dataset in (coupled, other)]
+    attitudes = [_components(dataset, "tip_attitude") for dataset in (coupled, other)]
+    angles = [euler_angles(attitude) for attitude in attitudes]
+    result = {
+        "nrmse_t": nrmse(*positions),
+        "nrmse_r": nrmse(*angles),
+        "rmse_t_m": rmse(*positions),
+        "rmse_r_rad": rmse(*angles),
+        "angle_rad": _per_run(np.sqrt(np.mean(geodesic_angle(*attitudes) ** 2, axis=-1))),
+    }
+    both = [np.concatenate(pair, axis=-1) for pair in zip(positions, angles, strict=True)]
+    for index, axis in enumerate(AXES):
+        result[f"rmse_{axis}"] = rmse(*(values[..., index : index + 1] for values in both))
+    return result
+
+
+def _components(dataset: xr.Dataset, name: str) -> Array:
+    """Values with time and components on the last two axes, whatever the dataset's order."""
+    variable = dataset[name]
+    component = next(dim for dim in variable.dims if dim in ("axis", "quaternion"))
+    values: Array = variable.transpose(..., "time", component).to_numpy()
+    return values
+
+
+def _previous_where(undefined: NDArray[np.bool_], angle: Array) -> Array:
+    """Replace undefined samples by the last defined one before, or 0 if there is none."""
+    index = np.where(undefined, 0, np.arange(angle.shape[-1]))
+    index = np.maximum.accumulate(index, axis=-1)
+    known = np.where(undefined[..., :1] & (index == 0), 0.0, angle)
+    filled: Array = np.take_along_axis(known, index, axis=-1)
+    return filled
+
+
+def _continuous(angles: Array) -> Array:
+    """Follow the nearer of (a, b, c) and (a + pi, pi - b, c + pi), then unwrap whole turns.
+
+    Exchanging the two is an isometry of the angles, so each step decides on its own whether to
+    change, and the number of changes so far decides which of the two a sample takes.
+    """
+    exchanged = np.array([np.pi, np.pi, np.pi]) + angles * np.array([1.0, -1.0, 1.0])
+    kept = _distance(angles[..., 1:, :] - angles[..., :-1, :])
+    changed = _distance(exchanged[..., 1:, :] - angles[..., :-1, :])
+    odd = np.cumsum(changed < kept, axis=-1) % 2 == 1
+    odd = np.concatenate([np.zeros_like(odd[..., :1]), odd], axis=-1)
+    branch = np.where(odd[..., None], exchanged, angles)
+    unwrapped: Array = np.unwrap(branch, axis=-2)
+    return unwrapped
+
+
+def _distance(difference: Array) -> Array:
+    wrapped = (difference + np.pi) % (2 * np.pi) - np.pi
+    return np.sum(wrapped**2, axis=-1)
+
+
+def _per_run(value: Array) -> Any:
+    return float(value) if np.ndim(value) == 0 else value

@@ -1,0 +1,72 @@
+"""The reference integrator: SciPy's DOP853 driving the kernels' derivative, one run at a time."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.integrate import DOP853
+
+from continuair.grid import Grid, groups_in_use, sample_inputs
+from continuair.kernels.engine import Engine, Logs
+from continuair.kernels.rollout import LOG, NOT_FINITE, OK, OVERBENT
+
+# With a relative tolerance alone, components that pass through zero would stall the step.
+_ABSOLUTE = 1e-2
+
+
+def integrate_reference(engine: Engine, start, angle, grid: Grid, scenario, tolerance: float,
+                        at_samples) -> Logs:
+    """Integrate one run piece by piece between input jumps; inputs are called at its own stages."""
+    groups = groups_in_use(scenario)
+    log = np.full((1, len(grid.samples), LOG), np.nan)
+    branch = float(angle[0])
+    y = start[0].copy()
+    log[0, 0] = _row(y, branch)
+    edges = [0.0, *grid.starts[grid.opens], float(grid.samples[-1])]
+    status, reached = OK, grid.samples[-1]
+    for left, right in zip(edges[:-1], edges[1:], strict=True):
+        inside = np.nextafter(left, np.inf), np.nextafter(right, -np.inf)
+
+        def rate(t, state, inside=inside):
+            # The polar torques act along the branch followed so far.
+            table, _ = sample_inputs(scenario, np.clip([t], *inside))
+            return engine.derivative(state[None], [_follow(state, branch)], table,
+                                     scenario.gravity, groups, start)[0]
+
+        solver = DOP853(rate, left, y, right, rtol=tolerance, atol=_ABSOLUTE * tolerance)
+        while solver.status == "running":
+            solver.step()
+            if solver.status == "failed" or not np.isfinite(solver.y).all():
+                bent = np.isnan(rate(solver.t, solver.y)).any() and np.isfinite(solver.y).all()
+                status, reached = (OVERBENT if bent else NOT_FINITE), solver.t
+                break
+            dense = solver.dense_output()
+            for i in np.flatnonzero((grid.samples > solver.t_old) & (grid.samples <= solver.t)):
+                state = _unit(dense(grid.samples[i]))
+                branch = _follow(state, branch)
+                log[0, i] = _row(state, branch)
+            branch = _follow(solver.y, branch)
+        y = _unit(solver.y)
+        if status != OK:
+            break
+    last = np.searchsorted(grid.starts, reached)
+    observed = engine.observe(log, at_samples, scenario.gravity, groups)
+    return Logs(log, np.array([status], np.int32), np.array([last], np.int32), observed)
+
+
+def _unit(state):
+    state = state.copy()
+    state[3:7] /= np.linalg.norm(state[3:7])
+    return state
+
+
+def _follow(state, branch: float) -> float:
+    """ψa of the bend on the signed branch nearest to the one followed so far."""
+    if not state[7:9].any():
+        return branch
+    angle = np.arctan2(state[8], state[7])
+    return float(angle + np.pi * np.round((branch - angle) / np.pi))
+
+
+def _row(state, branch):
+    kappa = state[7] * np.cos(branch) + state[8] * np.sin(branch)
+    return np.concatenate([state, [kappa, branch]])

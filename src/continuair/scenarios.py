@@ -1,0 +1,231 @@
+"""Scenarios: how a flight starts, what acts on the vehicle over time, and for how long.
+
+Paper coordinates are q = [x y z roll pitch yaw kappa psi_a]: position [m], ZYX Euler angles [rad],
+bend [1/m] and its direction [rad]. An input is None, a constant or a function of the time [s].
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from numbers import Real
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from continuair.errors import InputError, nearest, shown
+
+Array = NDArray[np.float64]
+Input = ArrayLike | Callable[[float], ArrayLike] | None
+
+OPEN_LOOP_TESTS = ("A", "B", "C", "D")
+"""The names of the open-loop tests of Amiri et al."""
+
+_COORDINATES = 8
+_INPUTS = {
+    "tau": (8, "forces in world axes [N], Euler torques [N m], Q_kappa [N m²] and Q_psi_a [N m]"),
+    "force": (3, "a force at the UAV's centre of mass in world axes [N]"),
+    "moment": (3, "a moment on the UAV in body axes [N m]"),
+    "bend_moment": (2, "the generalised forces of the bend vector [N m²]"),
+    "tip_wrench": (6, "a force [N] and a moment [N m] at the tip in world axes"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Scenario:
+    """The initial state, the inputs and the duration of a flight; all are immutable.
+
+    Raises InputError, in one sentence, if a field cannot be used. Functions of time are evaluated
+    at t = 0 to see that they return finite numbers of the right shape.
+    """
+
+    name: str
+    """the name of the scenario, for titles and provenance"""
+
+    q: ArrayLike
+    """initial paper coordinates, shape (8,), or (runs, 8) for a batch [m, rad, 1/m, rad]"""
+
+    qd: ArrayLike = (0.0,) * _COORDINATES
+    """initial rates of the paper coordinates, shape (8,) or (runs, 8) [per s]"""
+
+    tau: Input = None
+    """generalised forces conjugate to q, shape (8,) [N, N m, N m², N m]; Eq. of motion, Amiri et
+    al.: world axes for the force, Euler-angle torques, Q_kappa and Q_psi_a"""
+
+    force: Input = None
+    """force at the UAV's centre of mass in world axes, shape (3,) [N]"""
+
+    moment: Input = None
+    """moment on the UAV in body axes, shape (3,) [N m]"""
+
+    bend_moment: Input = None
+    """generalised forces of the bend vector, shape (2,) [N m²]"""
+
+    tip_wrench: Input = None
+    """force and moment at the tip in world axes, shape (6,) [N, N m]"""
+
+    tip_wrench_sign: int = 1
+    """1: the wrench acts on the tip; -1: as the paper's equations write it, it acts reversed"""
+
+    duration: float = 1.0
+    """duration of the flight [s]"""
+
+    jumps: tuple[float, ...] = ()
+    """times inside the flight at which an input jumps; integration steps end there [s]"""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not self.name.strip():
+            raise InputError(f"name is {shown(self.name)}, but must be text; give a name.")
+        checked: dict[str, Any] = {name: _state(name, getattr(self, name)) for name in ("q", "qd")}
+        _check_runs(checked["q"], checked["qd"])
+        checked |= {name: _input(name, getattr(self, name)) for name in _INPUTS}
+        if isinstance(self.tip_wrench_sign, bool) or self.tip_wrench_sign not in (1, -1):
+            problem = f"tip_wrench_sign is {shown(self.tip_wrench_sign)}, but must be 1 or -1"
+            raise InputError(f"{problem}; give 1 for a wrench that acts on the tip.")
+        checked["duration"] = _duration(self.duration)
+        checked["jumps"] = _jumps(self.jumps, checked["duration"])
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def runs(self) -> int | None:
+        """The number of runs if q or qd hold a row per run, else None."""
+        shapes = [np.shape(self.q), np.shape(self.qd)]
+        return next((shape[0] for shape in shapes if len(shape) == 2), None)
+
+    def replace(self, **changes: Any) -> Scenario:
+        """Return a copy with some fields changed; raises InputError as the constructor does."""
+        fields = [field.name for field in dataclasses.fields(self)]
+        for name in changes:
+            if name not in fields:
+                raise InputError(f"{name} is not a field of a scenario; {nearest(name, fields)}.")
+        return dataclasses.replace(self, **changes)
+
+    def describe(self) -> dict[str, Any]:
+        """Return all fields as JSON can hold them, functions of time by their name."""
+        fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        return {name: _plain(value) for name, value in fields.items()}
+
+
+def open_loop_test(name: str, f1: float = 1.0) -> Scenario:
+    """Return one of the open-loop tests "A" to "D" of Amiri et al. (section on open-loop response).
+
+    A: 100 N in world x. B: free fall. C: Q_kappa and Q_psi_a oscillate at 20 rad/s. D: a wrench at
+    the tip, a chirp from 1 Hz to f1 [Hz] at 10 s; the paper prints f1 = 1, which is no chirp.
+    All last 1 s and start at rest, 5 m high, with a bend of 0.1 1/m; no lift acts.
+    """
+    key = name.strip().upper() if isinstance(name, str) else name
+    if key not in OPEN_LOOP_TESTS:
+        problem = f"test is {shown(name)}, but must be a letter from A to D"
+        raise InputError(f"{problem}; use one of: {', '.join(OPEN_LOOP_TESTS)}.")
+    if not _is_number(f1) or f1 < 0:
+        problem = f"f1 is {shown(f1)}, but must be a finite number of 0 or more"
+        raise InputError(f"{problem}; give the chirp's final frequency [Hz].")
+    inputs: dict[str, dict[str, Any]] = {
+        "A": {"tau": (100.0, 0, 0, 0, 0, 0, 0, 0)},
+        "B": {},
+        "C": {"tau": bend_torques},
+        "D": {"tip_wrench": functools.partial(tip_chirp, f1=float(f1)), "tip_wrench_sign": -1},
+    }
+    q = (0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.1, 0.0)
+    return Scenario(f"Test {key}", q, duration=1.0, **inputs[key])
+
+
+def bend_torques(t: float) -> Array:
+    """Generalised forces of Test C at time t [s], shape (8,) [N m², N m]; Amiri et al."""
+    return np.array(
+        [0, 0, 0, 0, 0, 0, 0.1 * math.sin(20 * t + math.pi / 4), 0.1 * math.cos(20 * t)]
+    )
+
+
+def tip_chirp(t: float, f1: float = 1.0) -> Array:
+    """Tip wrench of Test D at time t [s], shape (6,), world axes [N, N m]; Amiri et al."""
+    f0, T = 1.0, 10.0
+    angle = 2 * math.pi * (f0 * t + (f1 - f0) / (2 * T) * t**2)
+    return np.array([10 * math.sin(angle + math.pi / 4), 10 * math.sin(angle), 25, 0, 0, 0])
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _finite_array(value: object) -> Array | None:
+    """Return finite numbers as a read-only array, and None for anything else."""
+    try:
+        given = np.asarray(value)
+    except (TypeError, ValueError):
+        return None
+    if given.dtype.kind not in "iuf" or not np.isfinite(given).all():
+        return None
+    array = np.array(given, dtype=np.float64)
+    array.flags.writeable = False
+    return array
+
+
+def _state(field: str, value: object) -> Array:
+    array = _finite_array(value)
+    if array is not None and array.ndim in (1, 2) and array.shape[-1] == _COORDINATES and array.size:
+        return array
+    rates = " (rates)" if field == "qd" else ""
+    raise InputError(
+        f"{field} is {shown(value)}, but must be 8 finite numbers or a row of 8 per run; "
+        f"give [x y z roll pitch yaw kappa psi_a]{rates}."
+    )
+
+
+def _check_runs(q: Array, qd: Array) -> None:
+    if q.ndim == qd.ndim == 2 and len(q) != len(qd):
+        problem = f"qd holds {len(qd)} runs, but q holds {len(q)}"
+        raise InputError(f"{problem}; give as many rows in both, or one row of 8.")
+
+
+def _input(field: str, value: Any) -> Array | Callable[[float], ArrayLike] | None:
+    if value is None:
+        return None
+    size, meaning = _INPUTS[field]
+    given, at = value, ""
+    if callable(value):
+        at = " at t = 0"
+        try:
+            given = value(0.0)
+        except Exception as error:  # whatever a user's function raises
+            reason = " ".join(f"{type(error).__name__}: {error}".split())
+            problem = f"{field} cannot be evaluated at t = 0 ({reason})"
+            raise InputError(f"{problem}; give a function of the time alone.") from error
+    array = _finite_array(given)
+    if array is None or array.shape != (size,):
+        problem = f"{field} is {shown(given)}{at}, but must be {size} finite numbers"
+        raise InputError(f"{problem}; give {meaning}.")
+    result: Array | Callable[[float], ArrayLike] = value if at else array
+    return result
+
+
+def _duration(value: Any) -> float:
+    if not _is_number(value) or not value > 0:
+        problem = f"duration is {shown(value)}, but must be a finite number above 0"
+        raise InputError(f"{problem}; give the duration of the flight [s].")
+    return float(value)
+
+
+def _jumps(value: Any, duration: float) -> tuple[float, ...]:
+    array = _finite_array(np.empty(0) if isinstance(value, tuple) and not value else value)
+    if array is None or array.ndim != 1 or not ((array > 0) & (array < duration)).all():
+        problem = f"jumps is {shown(value)}, but must be times above 0 and below {duration:g} s"
+        raise InputError(f"{problem}; leave out those at the start or the end.")
+    return tuple(np.unique(array).tolist())
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, functools.partial):
+        given = [repr(item) for item in value.args]
+        given += [f"{name}={item!r}" for name, item in value.keywords.items()]
+        return f"{_plain(value.func)}({', '.join(given)})"
+    if callable(value):
+        return getattr(value, "__qualname__", type(value).__qualname__)
+    return list(value) if isinstance(value, tuple) else value

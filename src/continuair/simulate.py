@@ -1,0 +1,147 @@
+"""`simulate`: vehicle, scenario, model -> trajectory."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from continuair.coordinates import state_from_paper
+from continuair.errors import ContinuairWarning, InputError, nearest, shown
+from continuair.grid import groups_in_use, make_grid, sample_inputs, stage_times
+from continuair.kernels.engine import Engine
+from continuair.linear import automatic_step
+from continuair.reference import integrate_reference
+from continuair.trajectory import OBSERVED_VARIABLES, VARIABLES, assemble, concatenate
+from continuair.vehicle import Vehicle
+
+MODELS = ("coupled", "decoupled", "independent")
+
+# Runs per launch: bounds the memory of what is logged but not kept.
+_CHUNK_NUMBERS = 2.0e7
+
+
+def simulate(
+    vehicle: Vehicle,
+    scenario: Any,
+    *,
+    model: str = "coupled",
+    step: float | str = "auto",
+    duration: float | None = None,
+    sample: float = 1e-3,
+    variables: Iterable[str] | None = None,
+    integrator: str = "rk4",
+    tolerance: float = 1e-9,
+    dtype: str = "float64",
+    device: str = "cpu",
+    threads: int | None = None,
+) -> xr.Dataset:
+    """Roll out one model of a vehicle through a scenario, one run or a batch.
+
+    model: "coupled", "decoupled" (the paper's: UAV-arm blocks of M and C zero) or "independent".
+    step: seconds, or "auto" (ω_max h <= 0.2, at most `sample`). duration: seconds, the scenario's
+    by default. sample: seconds between logged samples. variables: names to keep, all by default.
+    integrator: "rk4", or "dop853" with relative `tolerance` (single runs). dtype: "float64" or
+    "float32". device: "cpu" or a CUDA device. threads: CPU threads for a batch, all by default.
+    Returns a Dataset over time (and run, for a batch) with `status` and `end_time` per run; the
+    variables, their axes and units are in its attributes. Raises InputError.
+    """
+    names = _checked(vehicle, model, step, duration, sample, variables, integrator, tolerance,
+                     dtype, threads)
+    duration = scenario.duration if duration is None else float(duration)
+    q, qd = np.atleast_2d(scenario.q), np.atleast_2d(scenario.qd)
+    batched = max(vehicle.runs or 0, np.ndim(scenario.q) - 1 and len(q),
+                  np.ndim(scenario.qd) - 1 and len(qd))
+    grouped = groups_in_use(scenario)
+    fine = automatic_step(vehicle, q, device)
+    if step == "auto":
+        step = min(fine, sample)
+    elif step > fine:
+        warnings.warn(
+            f"step is {step:g} s, which is too coarse for the stiffest bending mode: RK4 will damp "
+            f"it; use {fine:.3g} s or less, or step='auto'.", ContinuairWarning, stacklevel=2)
+    grid = make_grid(duration, step, sample, scenario.jumps)
+    inputs = sample_inputs(scenario, stage_times(grid))
+    at_samples = sample_inputs(scenario, grid.samples)
+    width = max(inputs[0].shape[1], at_samples[0].shape[1])
+    runs = max(batched, width, 1)
+    _same_runs(runs, vehicle, q, qd, width)
+    q, qd = np.broadcast_to(q, (runs, 8)), np.broadcast_to(qd, (runs, 8))
+    start = state_from_paper(q, qd)
+    provenance = dict(vehicle=vehicle, scenario=scenario, model=model, step=float(step),
+                      integrator=integrator, dtype=dtype, gravity=scenario.gravity)
+    if integrator == "dop853":
+        if runs > 1:
+            raise InputError(f"integrator is 'dop853', but there are {runs} runs; give one run, or "
+                             "use integrator='rk4'.")
+        provenance.update(step="adaptive", tolerance=tolerance)
+        engine = Engine(vehicle, model, dtype, device)
+        logs = integrate_reference(engine, start, q[:, 7], grid, scenario, tolerance, at_samples)
+        return assemble(grid, logs, names, bool(batched), provenance)
+
+    observe = any(name in OBSERVED_VARIABLES for name in names)
+    chunk = max(1, int(_CHUNK_NUMBERS / (len(grid.samples) * 41)))
+    engine = None
+    parts = []
+    for first in range(0, runs, chunk):
+        part = slice(first, min(first + chunk, runs))
+        if engine is None or vehicle.runs:
+            engine = Engine(_part(vehicle, part, runs), model, dtype, device, threads)
+        logs = engine.roll_out(
+            start[part], q[part, 7], grid, _columns(inputs, part), _columns(at_samples, part),
+            scenario.gravity, grouped, observe)
+        parts.append(assemble(grid, logs, names, bool(batched) or runs > 1, provenance))
+    return concatenate(parts)
+
+
+def _part(vehicle: Vehicle, part: slice, runs: int) -> Vehicle:
+    whole = part.stop - part.start == runs
+    return vehicle if vehicle.runs is None or whole else vehicle.take(part)
+
+
+def _columns(inputs, part):
+    table, stride = inputs
+    return (table if table.shape[1] == 1 else table[:, part]), stride
+
+
+def _same_runs(runs, vehicle, q, qd, width):
+    sizes = {"vehicle": vehicle.runs or 1, "scenario.q": len(q), "scenario.qd": len(qd),
+             "the scenario's inputs": width}
+    for name, size in sizes.items():
+        if size not in (1, runs):
+            raise InputError(f"{name} holds {size} runs, but the batch has {runs}; give every "
+                             "array one row per run, or a single row.")
+
+
+def _checked(vehicle, model, step, duration, sample, variables, integrator, tolerance, dtype,
+             threads) -> tuple[str, ...]:
+    """Validate the options; return the names of the variables to keep."""
+    if not isinstance(vehicle, Vehicle):
+        raise InputError(f"vehicle is {shown(vehicle)}; load one with continuair.load_vehicle.")
+    for name, value, valid in (
+        ("model", model, MODELS), ("integrator", integrator, ("rk4", "dop853")),
+        ("dtype", dtype, ("float64", "float32")),
+    ):
+        if value not in valid:
+            raise InputError(f"{name} is {shown(value)}; use one of {', '.join(valid)}.")
+    positive = {"sample": sample, "tolerance": tolerance}
+    if step != "auto":
+        positive["step"] = step
+    if duration is not None:
+        positive["duration"] = duration
+    for name, value in positive.items():
+        number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+        if not number or not 0.0 < value < np.inf:
+            auto = " or 'auto'" if name == "step" else ""
+            raise InputError(f"{name} is {shown(value)}; give a finite number above 0{auto}.")
+    if threads is not None and (not isinstance(threads, int) or threads < 1):
+        raise InputError(f"threads is {shown(threads)}; give a whole number above 0.")
+    names = tuple(VARIABLES) if variables is None else tuple(variables)
+    for name in names:
+        if name not in VARIABLES:
+            raise InputError(f"variables holds {shown(name)}{nearest(name, VARIABLES)}; "
+                             f"choose from {', '.join(VARIABLES)}.")
+    return names

@@ -1,0 +1,125 @@
+"""Storing the open-loop study: JSON, CSV, a table beside the paper's, and the trajectories."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from typing import Any
+
+from continuair.errors import InputError
+from continuair.studies.folder import ResultFolder
+from continuair.studies.open_loop import CONVERGED, PRINTED, OpenLoop
+
+METRICS = ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_r_rad", "angle_rad", "step_halving_error")
+"""The columns of the tables, as keys of the results."""
+
+_HEADINGS = ("NRMSE_T", "NRMSE_R", "RMSE_T [m]", "RMSE_R [rad]", "angle [rad]", "step error")
+
+
+def write(study: OpenLoop, folder: ResultFolder) -> None:
+    """Write open_loop.json, open_loop.csv, table.md and open_loop_<test>.nc to the folder."""
+    folder.write_text("open_loop.json", as_json(study.results))
+    folder.write_text("open_loop.csv", as_csv(study.results))
+    folder.write_text("table.md", as_table(study.results))
+    for letter, dataset in study.datasets.items():
+        path = folder.file(f"open_loop_{letter}.nc")
+        try:
+            dataset.to_netcdf(path, engine="h5netcdf")
+        except OSError as error:
+            problem = f"out is {folder.path}, where {path.name} cannot be written ({error})"
+            raise InputError(f"{problem}; name a folder that you may write to.") from None
+
+
+def as_json(results: dict[str, Any]) -> str:
+    """Return the results as JSON; a number that is not finite becomes null."""
+    return json.dumps(_finite(results), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def rows(results: dict[str, Any]) -> list[tuple[str, str, dict[str, Any]]]:
+    """Return (test, model, entry) of every flight, in the order of the results."""
+    return [
+        (letter, model, entry)
+        for letter, entries in results["tests"].items()
+        for model, entry in entries.items()
+        if model != "kappa_s"
+    ]
+
+
+def as_csv(results: dict[str, Any]) -> str:
+    """Return one line per test and model with every number of the entry."""
+    flights = rows(results)
+    stream = io.StringIO()
+    columns = ["test", "model", *flights[0][2]]
+    writer = csv.DictWriter(stream, columns, lineterminator="\n")
+    writer.writeheader()
+    for letter, model, entry in flights:
+        writer.writerow({"test": letter, "model": model, **entry})
+    return stream.getvalue()
+
+
+def as_table(results: dict[str, Any]) -> str:
+    """Return the results in Markdown beside the numbers that the paper prints."""
+    lines = [
+        f"# Open-loop tests, vehicle {results['vehicle']['name']}",
+        "",
+        "Each model against the coupled one, at the tip. The paper's columns compare its decoupled",
+        f"model. {results['note']}",
+        "",
+        "| test | model | paper NRMSE_T | paper NRMSE_R | " + " | ".join(_HEADINGS) + " |",
+        "|---|---|" + "---:|" * (2 + len(_HEADINGS)),
+    ]
+    reasons = []
+    for letter, model, entry in rows(results):
+        printed = PRINTED[letter] if model == "decoupled" else {}
+        cells = [f"{printed[key]:.4f}" if printed else "" for key in ("nrmse_t", "nrmse_r")]
+        cells += [number(entry[key]) for key in METRICS]
+        lines.append(f"| {letter} | {model} | " + " | ".join(cells) + " |")
+        if entry["reason"]:
+            reasons.append(f"* Test {letter}, {model}: not converged; {entry['reason']}.")
+    lines += [
+        "",
+        "Step error: the change of the tip, or of its difference from the coupled one, when the",
+        "step is halved, as a share of that difference (coupled: of the motion beyond free fall);",
+        f"up to {100 * CONVERGED:g} % counts as converged.",
+    ]
+    lines += ["", *reasons] if reasons else ["Every flight has converged."]
+    return "\n".join([*lines, *_kappa_s_table(results)]) + "\n"
+
+
+def _kappa_s_table(results: dict[str, Any]) -> list[str]:
+    entries = results["tests"].get("C", {})
+    if "kappa_s" not in entries:
+        return []
+    kappa_s = results["vehicle"]["arm"]["kappa_s"]
+    lines = [
+        "",
+        "Test C divides Q_psi_a by the bend, and below kappa_s by kappa_s. With other thresholds:",
+        "",
+        "| kappa_s [1/m] | model | " + " | ".join(_HEADINGS[:5]) + " |",
+        "|---:|---|" + "---:|" * 5,
+    ]
+    given = {model: entry for model, entry in entries.items() if model not in ("kappa_s", "coupled")}
+    for value, models in [(kappa_s, given)] + [
+        (row["kappa_s"], row["models"]) for row in entries["kappa_s"]
+    ]:
+        for model, metrics in models.items():
+            cells = " | ".join(number(metrics[key]) for key in METRICS[:5])
+            lines.append(f"| {value:g} | {model} | {cells} |")
+    return lines
+
+
+def number(value: float) -> str:
+    """Return a metric as the tables print it."""
+    if not math.isfinite(value):
+        return "not finite"
+    return f"{value:.4f}" if value == 0 or value >= 1e-3 else f"{value:.1e}"
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(child) for key, child in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(child) for child in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,175 @@
+"""What a user reads when a vehicle, or a file that describes one, cannot be used."""
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from continuair.errors import InputError
+from continuair.vehicle import Disk, Vehicle, load_vehicle
+
+PAPER = load_vehicle("paper")
+PAPER_TOML = Path(__file__).parents[1] / "src/continuair/presets/paper.toml"
+
+
+def sentence(changes: dict[str, Any]) -> str:
+    """Return what a user reads when the paper's vehicle is changed in an unusable way."""
+    with pytest.raises(InputError) as caught:
+        PAPER.replace(changes)
+    return str(caught.value)
+
+
+UNUSABLE: list[tuple[dict[str, Any], str, str]] = [
+    ({"uav.mass": -1.0}, "uav.mass is -1.0", "[kg]"),
+    ({"uav.mass": 0}, "uav.mass is 0", "above 0"),
+    ({"uav.mass": math.nan}, "uav.mass is nan", "finite"),
+    ({"uav.mass": math.inf}, "uav.mass is inf", "finite"),
+    ({"uav.mass": 10**400}, "uav.mass is 1000", "finite"),
+    ({"uav.mass": True}, "uav.mass is True", "number"),
+    ({"uav.mass": np.True_}, "uav.mass is True", "number"),
+    ({"uav.mass": "2 kg"}, "uav.mass is '2 kg'", "number"),
+    ({"uav.mass": None}, "uav.mass is None", "number"),
+    ({"uav.mass": [[1.0, 2.0]]}, "uav.mass is [[1.0, 2.0]]", "number"),
+    ({"uav.mass": []}, "uav.mass is []", "at least one"),
+    ({"uav.mass": np.array([True, True])}, "run 0: uav.mass is True", "number"),
+    ({"uav.mass": [1.0, "x"]}, "run 1: uav.mass is 'x'", "number"),
+    ({"uav.mass": PAPER}, "uav.mass is {", "number"),
+    ({"uav.mount": [0.0, 1.0]}, "uav.mount is [0.0, 1.0]", "3 numbers"),
+    ({"uav.mount": "abc"}, "uav.mount is 'abc'", "3 numbers"),
+    ({"uav.mount": [0, 0, math.nan]}, "uav.mount is [0, 0, nan]", "finite"),
+    ({"uav.inertia": [1, 2]}, "uav.inertia is [1, 2]", "3 rows of 3"),
+    ({"uav.inertia": [[1, 1], [1]]}, "uav.inertia is [[1, 1], [1]]", "3 rows of 3"),
+    ({"uav.inertia": [1, 1, True]}, "uav.inertia is [1, 1, True]", "finite number"),
+    ({"uav.inertia": [1, -2, 1]}, "uav.inertia is [1, -2, 1]", "eigenvalue -2 kg m²"),
+    ({"uav.inertia": [[2, 3, 0], [3, 2, 0], [0, 0, 2]]}, "uav.inertia is [[2, 3,", "eigenvalue -1"),
+    ({"uav.inertia": [[1, 0.1, 0], [0, 1, 0], [0, 0, 1]]}, "uav.inertia is [[1, 0.1", "symmetric"),
+    ({"arm.raduis": 1}, "arm.raduis is not a known field", "use arm.radius"),
+    ({"arms.radius": 1}, "arms is not a known field", "use arm"),
+    ({"arm.radius.x": 1}, "arm.radius.x cannot be set", "arm.radius as a whole"),
+    ({"": 1}, "'' is not a known field", "uav"),
+    ({3: 1}, "3 is not the name of a field", "'arm.radius'"),  # type: ignore[dict-item]
+    ({"arm": 3}, "arm is 3", "table"),
+    ({"camera": None}, "camera is None", "table"),
+    ({"name": 3}, "name is 3", "text"),
+    ({"name": ["a", "b"]}, "name is ['a', 'b']", "text"),
+    ({"uav": {"mass": 1.0}}, "uav.inertia is missing", "[kg m²]"),
+    ({"camera": {"fov": 1.0}}, "camera.fov = 1.0 is not a known field", "focal_length"),
+    ({"arm.damping": 0.1, "arm.damping_ratio": 0.2}, "arm.damping is 0.1", "damping_ratio is 0.2"),
+    ({"arm.damping_ratio": [None, 0.1]}, "arm.damping_ratio is None in run 0", "number"),
+    ({"arm.radius": 1e200}, "arm.radius is 1e+200", "SI units"),
+    ({"arm.radius": 1e-200}, "arm.radius is 1e-200", "SI units"),
+    ({"arm.disks.0.mass": 1}, "arm.disks.0 does not exist", "set arm.disks first"),
+    ({"arm.disks": 3}, "arm.disks is 3", "list"),
+    ({"arm.disks": [3]}, "arm.disks.0 is 3", "table"),
+    ({"arm.disks": {"position": 1.0, "mass": 1.0}}, "arm.disks is {'mass'", "[[arm.disks]]"),
+    ({"arm.disks": [{"position": 1.2, "mass": 1}]}, "arm.disks.0.position is 1.2", "1.0 [m]"),
+    ({"arm.disks": [{"position": 1.0, "mass": -1}]}, "arm.disks.0.mass is -1", "[kg]"),
+    ({"camera.image_size": [10.5, 10]}, "camera.image_size is [10.5, 10]", "whole"),
+    ({"camera.focal_length": [0, 800]}, "camera.focal_length is [0, 800]", "above 0"),
+    ({"camera.tip_frame": "fixed"}, "camera.tip_frame is 'fixed'", "'untwisted' or 'frenet'"),
+    ({"arm.radius": [1, 2], "uav.mass": [1, 2, 3]}, "arm.radius holds 2 runs", "same length"),
+]
+
+
+@pytest.mark.parametrize(
+    ("changes", "start", "remedy"), UNUSABLE, ids=lambda value: str(value)[:40]
+)
+def test_unusable_value_is_refused_in_one_sentence_with_field_value_and_remedy(
+    changes: dict[str, Any], start: str, remedy: str
+) -> None:
+    text = sentence(changes)
+    assert start in text
+    assert remedy in text
+    assert_one_plain_sentence(text)
+
+
+def assert_one_plain_sentence(text: str) -> None:
+    assert "\n" not in text
+    assert text.endswith(".")
+    assert not re.search(r"pydantic|https?:|Input should|validation error|valid integer", text)
+
+
+def test_changes_must_be_a_mapping() -> None:
+    with pytest.raises(InputError, match="changes is 3, but must be a mapping"):
+        PAPER.replace(3)  # type: ignore[arg-type]
+
+
+def test_several_problems_are_told_one_per_line() -> None:
+    with pytest.raises(InputError) as caught:
+        Vehicle(name="x", uav={"mass": -1, "inertia": [1, 1, 1]}, arm={**dict(PAPER.arm), "l": 2})
+    first, second = str(caught.value).splitlines()
+    assert first.startswith("uav.mass is -1, but")
+    assert second.startswith("arm.l = 2 is not a known field")
+
+
+def test_fields_cannot_be_assigned() -> None:
+    with pytest.raises(InputError, match="mass cannot be set to 3 because a Uav is immutable"):
+        PAPER.uav.mass = 3  # type: ignore[misc]
+
+
+TEXT = PAPER_TOML.read_text(encoding="utf-8")
+BAD_FILES = [
+    (TEXT.replace("mass = 2.0", "mass = -2.0"), "uav.mass is -2.0, but must be a finite number"),
+    (TEXT.replace("mass = 2.0", "mass = nan"), "uav.mass is nan"),
+    (TEXT.replace("mass = 2.0", ""), "uav.mass is missing; give the mass"),
+    (TEXT.replace("mass = 2.0", "mass = 2.0\nmasss = 1"), "uav.masss = 1 is not a known field"),
+    (TEXT.replace("damping = 0.0", "damping = 1\ndamping_ratio = 0.1"), "arm.damping is 1.0 while"),
+    (TEXT.replace("mass = 2.0", "mass 2.0"), "(at line 7, column 6); correct that line"),
+    (TEXT + "a = '''\n", f"(at line {TEXT.count(chr(10)) + 2}, the end of the file)"),
+    (b"\xff\xfe", "byte 0 is not UTF-8 text; save the file as UTF-8"),
+]
+
+
+@pytest.mark.parametrize(("content", "problem"), BAD_FILES, ids=[p[:30] for _, p in BAD_FILES])
+def test_malformed_file_is_refused_in_one_sentence_that_names_it(
+    tmp_path: Path, content: str | bytes, problem: str
+) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(InputError) as caught:
+        load_vehicle(path)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert problem in str(caught.value)
+    assert_one_plain_sentence(str(caught.value))
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        (
+            "papr",
+            "vehicle is 'papr', but there is no preset of that name; use paper (known: paper,",
+        ),
+        ("", "vehicle is '', but there is no preset"),
+        ("x" * 5000, "there is no preset"),
+        ("nowhere/mine.toml", "mine.toml: no such file; correct the path, or use a preset (paper"),
+        (Path("paper"), "paper: no such file"),
+        ("a\0.toml", "cannot be read (embedded null byte)"),
+        (3, "vehicle is 3, but must be the name of a preset or a path"),
+    ],
+)
+def test_vehicle_that_is_not_there_is_refused_with_the_way_to_one(name: Any, problem: str) -> None:
+    with pytest.raises(InputError) as caught:
+        load_vehicle(name)
+    assert problem in str(caught.value)
+    assert_one_plain_sentence(str(caught.value))
+
+
+def test_directory_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="is a directory; give the path of a .toml file in it"):
+        load_vehicle(tmp_path)
+
+
+def test_file_with_a_byte_order_mark_is_read(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text("\ufeff" + TEXT, encoding="utf-8")
+    assert load_vehicle(str(tmp_path / "mine.toml")) == PAPER
+
+
+def test_file_with_disks_is_read(tmp_path: Path) -> None:
+    disk = "[[arm.disks]]\nposition = 1.0\nmass = 0.1\ninertia = [1e-5, 2e-5]\n"
+    path = tmp_path / "mine.toml"
+    path.write_text(TEXT + disk, encoding="utf-8")
+    assert load_vehicle(path).arm.disks == (Disk(position=1, mass=0.1, inertia=(1e-5, 2e-5)),)
