@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+from scipy.optimize import root
+from scipy.spatial.transform import Rotation
 
 from continuair.coordinates import state_from_paper
-from continuair.kernels.dynamics import GENERAL, INPUTS
+from continuair.errors import InputError, shown
+from continuair.kernels.dynamics import GENERAL, INPUTS, PAPER, TIP
 from continuair.kernels.engine import Engine
 from continuair.vehicle import Vehicle
 
@@ -60,3 +65,169 @@ def automatic_step(vehicle: Vehicle, q, device="cpu") -> float:
     straight[:, 6] = 0.0
     fastest = max(fastest_frequency(vehicle, at, "coupled", device).max() for at in (q, straight))
     return float(STEP_PHASE / fastest)
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Vibration about a configuration: frequencies [rad/s] ascending, damping ratios, shapes.
+
+    shapes: (8, modes) in (body translation 3, body rotation 3, bend 2) for a free base, rigid-body
+    modes left out; (2, modes) for a clamped one. Columns have unit norm.
+    """
+
+    frequencies: np.ndarray
+    damping: np.ndarray
+    shapes: np.ndarray
+
+
+def modes(vehicle: Vehicle, q=None, *, base: str = "free", gravity: float = 9.81) -> Modes:
+    """Bending modes of the arm at rest in the configuration q, on a free or clamped base.
+
+    q: paper coordinates (8,), the straight arm by default. The stiffness is that of the arm and,
+    for a clamped base, of gravity (which a free base in free fall does not feel). Raises InputError.
+    """
+    if base not in ("free", "clamped"):
+        raise InputError(f"base is {shown(base)}; use 'free' or 'clamped'.")
+    at = _configuration(q)
+    free = base == "free"
+    A, _ = linearize(vehicle, at, model="coupled" if free else "independent",
+                     gravity=0.0 if free else gravity)
+    bend, rate = slice(6, 8), slice(14, 16)
+    compliance = bend_compliance(vehicle, at, "coupled" if free else "independent")[0]
+    stiffness = -A[rate, bend]
+    eigenvalues, vectors = np.linalg.eig(stiffness)
+    order = np.argsort(eigenvalues.real)
+    frequencies = np.sqrt(eigenvalues.real[order])
+    shapes = vectors.real[:, order]
+    d = vehicle.arm.structural_damping * vehicle.arm.length
+    modal = np.linalg.solve(compliance, shapes)
+    mass = np.einsum("im,im->m", shapes, modal)
+    damping = d * np.einsum("im,im->m", shapes, shapes) / (2.0 * frequencies * mass)
+    if free:
+        # The base follows the bend: its accelerations per acceleration of the bend.
+        base_rows = A[8:14, bend] @ np.linalg.solve(A[rate, bend], shapes)
+        shapes = np.vstack([base_rows, shapes])
+    return Modes(frequencies, damping, shapes / np.linalg.norm(shapes, axis=0))
+
+
+def linearize(vehicle: Vehicle, q=None, qd=None, *, tau=0.0, tip_wrench=0.0, model="coupled",
+              gravity: float = 9.81) -> tuple[np.ndarray, np.ndarray]:
+    """A (16, 16) and B (16, 8) of the dynamics about a configuration and its rates.
+
+    Perturbations: position 3 (world), rotation 3 (body axes), bend 2, velocity 3 (world), angular
+    velocity 3 (body), bend rate 2; inputs: world force 3, body moment 3, bend moment 2. tau and
+    tip_wrench hold at the operating point. Central differences of fourth order: 1e-9 relative.
+    """
+    at, rates = _configuration(q), _configuration(qd)
+    centre = state_from_paper(at[None], rates[None])[0]
+    steps = np.array([-2.0, -1.0, 1.0, 2.0]) * _DIFFERENCE
+    weights = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * _DIFFERENCE)
+    inputs = np.zeros(INPUTS)
+    inputs[:3], inputs[8:13] = np.broadcast_to(tau, 8)[:3], np.broadcast_to(tau, 8)[3:]
+    inputs[13:] = tip_wrench
+    states = np.array([_perturbed(centre, i, h) for i in range(16) for h in steps])
+    engine = Engine(vehicle, model)
+
+    def differences(states, inputs):
+        rate = engine.derivative(states, np.full(len(states), at[7]), inputs, gravity,
+                                 GENERAL + PAPER + TIP, np.broadcast_to(centre, states.shape))
+        return np.einsum("h,ihk->ki", weights, _tangent(rate, states).reshape(-1, 4, 16))
+
+    A = differences(states, inputs[None, None])
+    # A rotation perturbation is carried round by the body's own spin.
+    A[3:6, 3:6] -= _skew(centre[12:15])
+    pushed = np.repeat(inputs[None], 32, axis=0).reshape(8, 4, INPUTS)
+    for i in range(8):
+        pushed[i, :, i] += steps
+    B = differences(np.repeat(centre[None], 32, axis=0), pushed.reshape(1, 32, INPUTS))
+    return A, B
+
+
+@dataclass(frozen=True)
+class Trim:
+    """A hovering equilibrium: paper coordinates q (8,) and the inputs that hold it.
+
+    force [N, world], moment [N m, body, about B's origin], bend_moment [N m²].
+    """
+
+    q: np.ndarray
+    force: np.ndarray
+    moment: np.ndarray
+    bend_moment: np.ndarray
+
+
+def trim(vehicle: Vehicle, *, bend=None, yaw: float = 0.0, position=(0.0, 0.0, 0.0),
+         tip_wrench=0.0, gravity: float = 9.81) -> Trim:
+    """Hover with level base: the inputs that make every acceleration zero.
+
+    bend: bend vector (2,) [1/m] to hold, or None for the bend that the arm takes by itself under
+    gravity and tip_wrench (6,) [N, N m, world axes], with no bend moment. Raises InputError.
+    """
+    engine = Engine(vehicle, "decoupled")
+
+    def residual(k):
+        """Force on each bend coordinate, world force and body moment left over at bend k."""
+        state = np.zeros((1, 17))
+        state[0, 5:7] = np.sin(yaw / 2), np.cos(yaw / 2)
+        state[0, 7:9] = k
+        inputs = np.zeros((3, 1, 1, INPUTS))
+        inputs[:, 0, 0, 13:] = tip_wrench
+        inputs[1, 0, 0, 6] = inputs[2, 0, 0, 7] = 1.0
+        rows = [engine.derivative(state, np.zeros(1), row, gravity, GENERAL + TIP)[0, 15:17]
+                for row in inputs]
+        compliance = np.column_stack([rows[1] - rows[0], rows[2] - rows[0]])
+        return np.linalg.solve(compliance, rows[0])
+
+    if bend is None:
+        solution = root(residual, np.zeros(2), tol=1e-13)
+        k = solution.x
+        if np.abs(residual(k)).max() > 1e-8 * max(1.0, np.abs(tip_wrench).max()):
+            raise InputError("tip_wrench leaves the arm no equilibrium below a full circle; give "
+                             "a smaller wrench, or the bend to hold.")
+    else:
+        k = np.asarray(bend, float)
+        if k.shape != (2,) or not np.isfinite(k).all():
+            raise InputError(f"bend is {shown(bend)}; give two finite numbers in 1/m.")
+    q = np.concatenate([position, [0.0, 0.0, yaw], [np.hypot(*k), np.arctan2(k[1], k[0])]])
+    A_force = _balance(engine, q, tip_wrench, gravity)
+    return Trim(q, A_force[:3], A_force[3:], -residual(k) if bend is not None else np.zeros(2))
+
+
+def _balance(engine, q, tip_wrench, gravity):
+    """World force and body moment that leave the base without acceleration."""
+    state = np.repeat(state_from_paper(q[None], np.zeros((1, 8))), 7, axis=0)
+    inputs = np.zeros((1, 7, INPUTS))
+    inputs[..., 13:] = tip_wrench
+    inputs[0, 1:, :6] = np.eye(6)
+    rate = engine.derivative(state, np.full(7, q[7]), inputs, gravity, GENERAL + TIP)[:, 9:15]
+    return np.linalg.solve((rate[1:] - rate[0]).T, -rate[0])
+
+
+_DIFFERENCE = 2e-3
+
+
+def _configuration(q) -> np.ndarray:
+    at = np.zeros(8) if q is None else np.asarray(q, float)
+    if at.shape != (8,) or not np.isfinite(at).all():
+        raise InputError(f"q or qd is {shown(q)}; give eight finite numbers.")
+    return at
+
+
+def _skew(w):
+    return np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
+
+
+def _perturbed(centre, index: int, h: float):
+    """The state moved by h along one of the 16 perturbations."""
+    state = centre.copy()
+    if 3 <= index < 6:
+        turn = Rotation.from_rotvec(h * np.eye(3)[index - 3])
+        state[3:7] = (Rotation.from_quat(centre[3:7]) * turn).as_quat()
+    else:
+        state[index if index < 3 else index + 1] += h
+    return state
+
+
+def _tangent(rate, states):
+    """Rates (n, 16) of the perturbations from rates (n, 17) of the states."""
+    return np.hstack([rate[:, :3], states[:, 12:15], rate[:, 7:]])

@@ -11,15 +11,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
+
+from continuair.coordinates import continuous_euler
 
 Array = NDArray[np.float64]
 
 AXES = ("x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_rad")
 """Axes in the order in which `compare` reports them, with their units."""
-
-# Nearer to the pole than this, roll and yaw are rounding noise; only their sum has a meaning.
-_POLE = 1e-9
 
 
 def nrmse(reference: ArrayLike, other: ArrayLike) -> Any:
@@ -52,25 +50,18 @@ def tip_euler(dataset: xr.Dataset) -> Array:
 
     The angles are those of R_tip diag(1, -1, -1), which is 1 when nothing is bent or turned. Of
     the two triples that describe an attitude, and their whole turns, the one next to the previous
-    sample is taken, so that a tumble through pitch = pi/2 does not jump.
+    sample is taken, so that a tumble through pitch = pi/2 does not jump. Flights that pass that
+    attitude on different sides may end whole turns apart; `geodesic_angle` does not see those.
     """
     return euler_angles(_components(dataset, "tip_attitude"))
 
 
 def euler_angles(tip_attitude: ArrayLike) -> Array:
     """Return the angles of `tip_euler` from quaternions x y z w, shape (..., samples, 4)."""
-    quaternions = np.asarray(tip_attitude, float)
-    flat = Rotation.from_quat(quaternions.reshape(-1, 4)) * Rotation.from_quat([1.0, 0, 0, 0])
-    R = flat.as_matrix().reshape(*quaternions.shape[:-1], 3, 3)
-    cosine = np.hypot(R[..., 0, 0], R[..., 1, 0])
-    pitch = np.arctan2(-R[..., 2, 0], cosine)
-    yaw = np.arctan2(R[..., 1, 0], R[..., 0, 0])
-    yaw = _previous_where(cosine < _POLE, yaw)
-    roll = np.arctan2(
-        np.sin(yaw) * R[..., 0, 2] - np.cos(yaw) * R[..., 1, 2],
-        np.cos(yaw) * R[..., 1, 1] - np.sin(yaw) * R[..., 0, 1],
-    )
-    return _continuous(np.stack([roll, pitch, yaw], axis=-1))
+    x, y, z, w = np.moveaxis(np.asarray(tip_attitude, float), -1, 0)
+    # The product with the half turn about x, (1, 0, 0, 0).
+    angles: Array = continuous_euler(np.stack([w, z, -y, -x], axis=-1))
+    return angles
 
 
 def geodesic_angle(q1: ArrayLike, q2: ArrayLike) -> Array:
@@ -117,36 +108,6 @@ def _components(dataset: xr.Dataset, name: str) -> Array:
     component = next(dim for dim in variable.dims if dim in ("axis", "quaternion"))
     values: Array = variable.transpose(..., "time", component).to_numpy()
     return values
-
-
-def _previous_where(undefined: NDArray[np.bool_], angle: Array) -> Array:
-    """Replace undefined samples by the last defined one before, or 0 if there is none."""
-    index = np.where(undefined, 0, np.arange(angle.shape[-1]))
-    index = np.maximum.accumulate(index, axis=-1)
-    known = np.where(undefined[..., :1] & (index == 0), 0.0, angle)
-    filled: Array = np.take_along_axis(known, index, axis=-1)
-    return filled
-
-
-def _continuous(angles: Array) -> Array:
-    """Follow the nearer of (a, b, c) and (a + pi, pi - b, c + pi), then unwrap whole turns.
-
-    Exchanging the two is an isometry of the angles, so each step decides on its own whether to
-    change, and the number of changes so far decides which of the two a sample takes.
-    """
-    exchanged = np.array([np.pi, np.pi, np.pi]) + angles * np.array([1.0, -1.0, 1.0])
-    kept = _distance(angles[..., 1:, :] - angles[..., :-1, :])
-    changed = _distance(exchanged[..., 1:, :] - angles[..., :-1, :])
-    odd = np.cumsum(changed < kept, axis=-1) % 2 == 1
-    odd = np.concatenate([np.zeros_like(odd[..., :1]), odd], axis=-1)
-    branch = np.where(odd[..., None], exchanged, angles)
-    unwrapped: Array = np.unwrap(branch, axis=-2)
-    return unwrapped
-
-
-def _distance(difference: Array) -> Array:
-    wrapped = (difference + np.pi) % (2 * np.pi) - np.pi
-    return np.sum(wrapped**2, axis=-1)
 
 
 def _per_run(value: Array) -> Any:

@@ -1,7 +1,8 @@
 """Scenarios: how a flight starts, what acts on the vehicle over time, and for how long.
 
 Paper coordinates are q = [x y z roll pitch yaw kappa psi_a]: position [m], ZYX Euler angles [rad],
-bend [1/m] and its direction [rad]. An input is None, a constant or a function of the time [s].
+bend [1/m] and its direction [rad]. An input is None, a constant or a function of the time [s];
+one row of it acts in all runs, and a leading dimension (runs,) gives each run its own.
 """
 
 from __future__ import annotations
@@ -77,25 +78,33 @@ class Scenario:
     jumps: tuple[float, ...] = ()
     """times inside the flight at which an input jumps; integration steps end there [s]"""
 
+    gravity: float = 9.81
+    """acceleration of gravity, along -z of the world [m/s²]"""
+
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.strip():
             raise InputError(f"name is {shown(self.name)}, but must be text; give a name.")
         checked: dict[str, Any] = {name: _state(name, getattr(self, name)) for name in ("q", "qd")}
-        _check_runs(checked["q"], checked["qd"])
         checked |= {name: _input(name, getattr(self, name)) for name in _INPUTS}
+        _check_runs(checked)
         if isinstance(self.tip_wrench_sign, bool) or self.tip_wrench_sign not in (1, -1):
             problem = f"tip_wrench_sign is {shown(self.tip_wrench_sign)}, but must be 1 or -1"
             raise InputError(f"{problem}; give 1 for a wrench that acts on the tip.")
         checked["duration"] = _duration(self.duration)
         checked["jumps"] = _jumps(self.jumps, checked["duration"])
+        if not _is_number(self.gravity) or self.gravity < 0:
+            problem = f"gravity is {shown(self.gravity)}, but must be a finite number, 0 or more"
+            raise InputError(f"{problem}; give its magnitude [m/s²].")
+        checked["gravity"] = float(self.gravity)
         for name, value in checked.items():
             object.__setattr__(self, name, value)
 
     @property
     def runs(self) -> int | None:
-        """The number of runs if q or qd hold a row per run, else None."""
-        shapes = [np.shape(self.q), np.shape(self.qd)]
-        return next((shape[0] for shape in shapes if len(shape) == 2), None)
+        """The number of runs if a state or a constant input holds a row per run, else None."""
+        values = [getattr(self, name) for name in ("q", "qd", *_INPUTS)]
+        arrays = [value for value in values if isinstance(value, np.ndarray)]
+        return next((len(array) for array in arrays if array.ndim == 2), None)
 
     def replace(self, **changes: Any) -> Scenario:
         """Return a copy with some fields changed; raises InputError as the constructor does."""
@@ -166,9 +175,19 @@ def _finite_array(value: object) -> Array | None:
     return array
 
 
+def _is_rows(array: Array, width: int) -> bool:
+    """Tell whether an array is one row, or a row per run, of that width."""
+    return array.ndim in (1, 2) and array.shape[-1] == width and array.size > 0
+
+
 def _state(field: str, value: object) -> Array:
     array = _finite_array(value)
-    if array is not None and array.ndim in (1, 2) and array.shape[-1] == _COORDINATES and array.size:
+    if (
+        array is not None
+        and array.ndim in (1, 2)
+        and array.shape[-1] == _COORDINATES
+        and array.size
+    ):
         return array
     rates = " (rates)" if field == "qd" else ""
     raise InputError(
@@ -177,10 +196,16 @@ def _state(field: str, value: object) -> Array:
     )
 
 
-def _check_runs(q: Array, qd: Array) -> None:
-    if q.ndim == qd.ndim == 2 and len(q) != len(qd):
-        problem = f"qd holds {len(qd)} runs, but q holds {len(q)}"
-        raise InputError(f"{problem}; give as many rows in both, or one row of 8.")
+def _check_runs(fields: dict[str, Any]) -> None:
+    """Refuse arrays over runs of unequal length; functions of time tell theirs only when called."""
+    lengths = {
+        name: len(value)
+        for name, value in fields.items()
+        if isinstance(value, np.ndarray) and value.ndim == 2
+    }
+    if len(set(lengths.values())) > 1:
+        found = " and ".join(f"{name} holds {runs}" for name, runs in lengths.items())
+        raise InputError(f"{found} runs; give as many rows in each, or one row for all runs.")
 
 
 def _input(field: str, value: Any) -> Array | Callable[[float], ArrayLike] | None:
@@ -197,8 +222,9 @@ def _input(field: str, value: Any) -> Array | Callable[[float], ArrayLike] | Non
             problem = f"{field} cannot be evaluated at t = 0 ({reason})"
             raise InputError(f"{problem}; give a function of the time alone.") from error
     array = _finite_array(given)
-    if array is None or array.shape != (size,):
-        problem = f"{field} is {shown(given)}{at}, but must be {size} finite numbers"
+    if array is None or not _is_rows(array, size):
+        numbers = f"{size} finite numbers or a row of {size} per run"
+        problem = f"{field} is {shown(given)}{at}, but must be {numbers}"
         raise InputError(f"{problem}; give {meaning}.")
     result: Array | Callable[[float], ArrayLike] = value if at else array
     return result

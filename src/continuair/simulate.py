@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from continuair.coordinates import state_from_paper
+from continuair.coordinates import paper_accelerations, state_from_paper
 from continuair.errors import ContinuairWarning, InputError, nearest, shown
 from continuair.grid import groups_in_use, make_grid, sample_inputs, stage_times
+from continuair.kernels.dynamics import GENERAL, INPUTS, PAPER, TIP
 from continuair.kernels.engine import Engine
 from continuair.linear import automatic_step
 from continuair.reference import integrate_reference
@@ -145,3 +146,53 @@ def _checked(vehicle, model, step, duration, sample, variables, integrator, tole
             raise InputError(f"variables holds {shown(name)}{nearest(name, VARIABLES)}; "
                              f"choose from {', '.join(VARIABLES)}.")
     return names
+
+
+def forward_dynamics(
+    vehicle: Vehicle,
+    q: Any,
+    qd: Any,
+    tau: Any = 0.0,
+    tip_wrench: Any = 0.0,
+    *,
+    model: str = "coupled",
+    gravity: float = 9.81,
+    dtype: str = "float64",
+) -> np.ndarray:
+    """Accelerations q̈ in the paper's coordinates, (8,) or (n, 8), through the kernels.
+
+    q, qd: (8,) or (n, 8); tau: generalised forces (8,) or (n, 8), 0 for none; tip_wrench: force
+    and moment on the tip in world axes (6,) or (n, 6). ψ̈a divides by κ: |κ| below κ_s counts as
+    κ_s (Remark 1). NaN where |κ| l exceeds 2π. Eq. of motion, Amiri et al. Raises InputError.
+    """
+    _checked(vehicle, model, "auto", None, 1.0, (), "rk4", 1.0, dtype, None)
+    arrays = {
+        name: _rows(name, value, width)
+        for name, value, width in (("q", q, 8), ("qd", qd, 8), ("tau", tau, 8),
+                                   ("tip_wrench", tip_wrench, 6))
+    }
+    n = max(vehicle.runs or 1, *(len(a) for a in arrays.values()))
+    for name, a in arrays.items():
+        if len(a) not in (1, n):
+            raise InputError(f"{name} holds {len(a)} rows, but the batch has {n}; give {n} or 1.")
+    at, rates = (np.broadcast_to(arrays[name], (n, 8)) for name in ("q", "qd"))
+    inputs = np.zeros((1, n, INPUTS))
+    inputs[0, :, :3] = arrays["tau"][:, :3]
+    inputs[0, :, 8:13] = arrays["tau"][:, 3:]
+    inputs[0, :, 13:] = arrays["tip_wrench"]
+    engine = Engine(vehicle, model, dtype)
+    rate = engine.derivative(state_from_paper(at, rates), at[:, 7], inputs, gravity,
+                             GENERAL + PAPER + TIP)
+    accelerations = paper_accelerations(at, rates, rate, vehicle.arm.kappa_s)
+    return accelerations if np.ndim(q) == 2 or n > 1 else accelerations[0]
+
+
+def _rows(name: str, value: Any, width: int) -> np.ndarray:
+    try:
+        rows = np.array(value, float)
+        rows = np.broadcast_to(rows, (1, width)) if rows.ndim == 0 else np.atleast_2d(rows)
+    except (TypeError, ValueError):
+        rows = np.empty(0)
+    if rows.ndim != 2 or rows.shape[1] != width or not np.isfinite(rows).all():
+        raise InputError(f"{name} is {shown(value)}; give {width} finite numbers, or rows of them.")
+    return rows

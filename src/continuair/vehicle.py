@@ -103,6 +103,12 @@ class Disk(Part):
         return value
 
     @property
+    def axial_inertia(self) -> float:
+        """The moment of inertia about the tangent [kg m²]; an array in a batched vehicle."""
+        axial: float = np.transpose(self.inertia)[1]
+        return axial
+
+    @property
     def transverse_inertia(self) -> float:
         """The moment of inertia about a diameter [kg m²]; an array in a batched vehicle."""
         transverse: float = np.transpose(self.inertia)[0]

@@ -21,14 +21,18 @@ from numpy.polynomial import chebyshev
 MAX_BEND_ANGLE = 2.0 * np.pi
 """Largest |k| l [rad] for which the polynomials hold; beyond it a run ends with a status."""
 
-TERMS = 17
+TERMS = 16
 """Polynomial terms; with these the interpolation error is below 1e-13 of each moment's range."""
 
 NAMES = ("alpha", "beta", "P", "Q", "S", "KP", "KQ", "KW", "NP", "ND")
 """Moment functions, in the order in which the device code reads them."""
 
+# Derivatives of high order amplify rounding of the samples near the full circle, so the host side
+# works in extended precision where the platform has it.
+_Fine = np.longdouble
+
 _FULL_LENGTH = MAX_BEND_ANGLE / np.sqrt(2.0)
-_SAMPLES = 2 * TERMS
+_SAMPLES = TERMS + 4
 _QUADRATURE = 40
 
 
@@ -50,14 +54,20 @@ def length_unit(length):
 
 
 @cache
+def _nodes() -> np.ndarray:
+    angles = (np.arange(_SAMPLES, dtype=_Fine) + _Fine(0.5)) * (4 * np.arctan(_Fine(1.0)))
+    return np.cos(angles / _SAMPLES)
+
+
+@cache
 def squared_bends() -> np.ndarray:
     """|b|² at the Chebyshev nodes, shape (samples,)."""
-    return 1.0 + chebyshev.chebpts1(_SAMPLES)
+    return _Fine(1.0) + _nodes()
 
 
 @cache
 def _interpolation() -> np.ndarray:
-    nodes = chebyshev.chebpts1(_SAMPLES)
+    nodes = _nodes()
     orders = np.arange(TERMS)
     to_chebyshev = chebyshev.chebvander(nodes, TERMS - 1).T * 2.0 / _SAMPLES
     to_chebyshev[0] *= 0.5
@@ -68,24 +78,28 @@ def _interpolation() -> np.ndarray:
 
 def interpolate(samples: np.ndarray) -> np.ndarray:
     """Coefficients of powers of w = |b|² - 1, highest first, from samples on the last axis."""
-    return samples @ _interpolation()
+    return (samples @ _interpolation()).astype(float)
 
 
 def _stumpff(z):
     """c_0 … c_4 with c_m(z) = Σ (-z)^j / (2j + m)!, z >= 0; c₀ = cos √z, c₁ = sin √z / √z."""
     x, far = np.sqrt(z), np.maximum(z, 1.0)
-    c0, c1 = np.cos(x), np.sinc(x / np.pi)
-    c2 = 0.5 * np.sinc(0.5 * x / np.pi) ** 2
+    c0, c1 = np.cos(x), _sinc(x)
+    c2 = 0.5 * _sinc(0.5 * x) ** 2
     c3 = np.where(z > 1.0, (1.0 - c1) / far, _series(3, z))
     c4 = np.where(z > 1.0, (0.5 - c2) / far, _series(4, z))
     return c0, c1, c2, c3, c4
 
 
+def _sinc(x):
+    return np.sin(x) / np.where(x == 0.0, 1.0, x) + (x == 0.0)
+
+
 def _series(order: int, z):
     """Power series of c_order, to full precision for z <= 1."""
     total = 0.0
-    for j in reversed(range(10)):
-        total = 1.0 / factorial(2 * j + order) - z * total
+    for j in reversed(range(12)):
+        total = _Fine(1.0) / factorial(2 * j + order) - z * total
     return total
 
 
@@ -96,7 +110,7 @@ def integrands(s, u):
     slopes of alpha and beta in u per mass. Primes are d/du; c' of a Stumpff function needs no
     division: c_m' = (m c_{m+2} - c_{m+1}) / 2.
     """
-    s, u = np.broadcast_arrays(np.asarray(s, float), u)
+    s, u = np.broadcast_arrays(np.asarray(s, _Fine), u)
     c0, c1, c2, c3, c4 = _stumpff(s**2 * u)
     A, B, C, Γ = s**2 * c2, s * c1, c0, s**3 * c3
     dA, dB = s**4 * (c4 - 0.5 * c3), s**3 * 0.5 * (c3 - c2)
@@ -116,10 +130,22 @@ def integrands(s, u):
     return by_density, {"alpha": dA, "beta": dB}
 
 
+def _gauss_legendre():
+    """Nodes and weights, polished by Newton steps in extended precision."""
+    x = np.polynomial.legendre.leggauss(_QUADRATURE)[0].astype(_Fine)
+    for _ in range(2):
+        previous, current = np.ones_like(x), x
+        for n in range(2, _QUADRATURE + 1):
+            previous, current = current, ((2 * n - 1) * x * current - (n - 1) * previous) / n
+        slope = _QUADRATURE * (x * current - previous) / (x**2 - 1.0)
+        x = x - current / slope
+    return x, 2.0 / ((1.0 - x**2) * slope**2)
+
+
 @cache
 def _uniform_rod():
     """Integrals of the integrands over σ = s / l in [0, 1], for unit density."""
-    x, weight = np.polynomial.legendre.leggauss(_QUADRATURE)
+    x, weight = _gauss_legendre()
     s = _FULL_LENGTH * 0.5 * (1.0 + x)
     by_density, slopes = integrands(s, squared_bends()[:, None])
     integrate = 0.5 * weight
@@ -140,8 +166,8 @@ def moments(length, backbone, disks) -> Moments:
     for position, *inertia in disks:
         s = np.asarray(position)[:, None] / unit
         rods.append((*inertia, *integrands(s, squared_bends())))
-    value = {name: np.zeros((len(unit), _SAMPLES)) for name in NAMES}
-    slope = {name: np.zeros((len(unit), _SAMPLES)) for name in ("alpha", "beta")}
+    value = {name: np.zeros((len(unit), _SAMPLES), _Fine) for name in NAMES}
+    slope = {name: np.zeros((len(unit), _SAMPLES), _Fine) for name in ("alpha", "beta")}
     total_axial = np.zeros(len(unit))
     for mass, transverse, axial, by_density, by_mass in rods:
         for name, (per_mass, per_transverse, per_difference) in by_density.items():

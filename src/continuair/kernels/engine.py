@@ -14,15 +14,20 @@ from continuair.kernels.dynamics import STATE
 from continuair.kernels.plant import pack
 from continuair.kernels.rollout import LOG, OBSERVED, kernels
 
-# Measured on x86-64: strict IEEE semantics stay, but products and sums may fuse.
-_CPU_FLAGS = ("-O2", "-march=native", "-ffp-contract=fast", "-mllvm", "-slp-recursion-max-depth=12")
-
 
 @cache
 def start_warp() -> None:
-    """Initialise Warp without its banner."""
-    wp.config.log_level = wp.LOG_WARNING
-    wp.init()
+    """Initialise Warp without its banner, and without its warning that there is no CUDA driver."""
+    wp.config.log_level = wp.LOG_ERROR
+    # The native library warns on its own about a missing CUDA driver, past Warp's log level.
+    kept = os.dup(2)
+    with open(os.devnull, "wb") as nowhere:
+        os.dup2(nowhere.fileno(), 2)
+        try:
+            wp.init()
+        finally:
+            os.dup2(kept, 2)
+            os.close(kept)
 
 
 @dataclass(frozen=True)

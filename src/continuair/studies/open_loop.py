@@ -1,7 +1,7 @@
 """The open-loop tests A to D of Amiri et al.: how far simpler models are from the coupled one.
 
 Every flight is simulated with the automatic step h and with h/2, so that a difference between
-models can be told from an error of the integration.
+models can be told from an error of the integration; where it cannot, the step is halved further.
 """
 
 from __future__ import annotations
@@ -14,13 +14,18 @@ import numpy as np
 import xarray as xr
 
 from continuair.errors import InputError, nearest, shown
-from continuair.metrics import compare, geodesic_angle
+from continuair.metrics import compare
 from continuair.scenarios import OPEN_LOOP_TESTS, Scenario, open_loop_test
-from continuair.simulate import simulate
+from continuair.simulate import MODELS, simulate
+from continuair.studies.convergence import (
+    CONVERGED,
+    REFERENCE,
+    SAMPLE,
+    Flown,
+    step_errors,
+    step_of,
+)
 from continuair.vehicle import Vehicle
-
-MODELS = ("coupled", "decoupled", "independent")
-"""The models that the study knows; the first is the reference."""
 
 PRINTED = {
     "A": {"nrmse_t": 0.0124, "nrmse_r": 1.0404},
@@ -30,13 +35,16 @@ PRINTED = {
 }
 """What Amiri et al. print for coupled against decoupled; the vehicle's parameters are not."""
 
-CONVERGED = 0.01
-"""Largest step-halving error, as a share of what is concluded from, that counts as converged."""
+NOTE = (
+    "Amiri et al. print neither the vehicle's parameters nor the reading of the metric behind "
+    "their table, so no match with it is claimed."
+)
+
+MAX_HALVINGS = 7
+"""Most times that a step is halved in search of a converged one; 1 ms becomes 8 µs."""
 
 KAPPA_S_FACTORS = (0.5, 2.0)
 """Factors on the arm's kappa_s with which Test C is repeated."""
-
-GRAVITY = 9.81
 
 Progress = Callable[[int, int, str], None]
 
@@ -46,7 +54,7 @@ class OpenLoop:
     """Results of the study.
 
     results: JSON-able; results["tests"][test][model] holds the metrics against the coupled run.
-    datasets: test -> trajectories of all models at the automatic step, leading dimension `model`.
+    datasets: test -> trajectories of all models at the step reported, leading dimension `model`.
     """
 
     results: dict[str, Any]
@@ -70,200 +78,142 @@ def open_loop(
     if vehicle.runs is not None:
         problem = f"vehicle {shown(vehicle.name)} holds {vehicle.runs} runs, but must be of one run"
         raise InputError(f"{problem}; choose one with vehicle.select(run).")
-    chosen = _chosen_models(models)
-    scenarios = {letter: open_loop_test(letter, f1) for letter in _chosen_tests(tests)}
-    repeats = len(KAPPA_S_FACTORS) if "C" in scenarios and vehicle.arm.kappa_s > 0 else 0
-    flights = _Flights(progress, len(chosen) * (2 * len(scenarios) + repeats))
-    results: dict[str, Any] = {}
-    datasets: dict[str, xr.Dataset] = {}
+    letters, chosen = choose(tests, models)
+    scenarios = {letter: open_loop_test(letter, f1) for letter in letters}
+    flights = _Flights(progress, chosen, 2 * len(scenarios))
+    results: dict[str, Any] = {
+        "study": "open_loop",
+        "vehicle": vehicle.describe(),
+        "f1_hz": f1,
+        "reference": REFERENCE,
+        "printed": PRINTED,
+        "note": NOTE,
+        "tests": {},
+        "coarser_steps": {},
+        "kappa_s": [],
+    }
+    datasets = {}
     for letter, scenario in scenarios.items():
-        coarse, fine = _halved(flights, vehicle, scenario, chosen)
-        results[letter] = {model: _entry(model, coarse, fine) for model in chosen}
-        if letter == "C" and repeats:
-            results[letter]["kappa_s"] = _kappa_s_study(flights, vehicle, scenario, chosen)
-        _explain(results[letter], chosen, scenario, vehicle, coarse)
+        flown, entries, coarser = _converge(flights, vehicle, scenario)
+        results["tests"][letter] = entries
+        results["coarser_steps"][letter] = coarser
+        if letter == "C":
+            step = step_of(flown[REFERENCE])
+            results["kappa_s"] = _other_kappa_s(flights, vehicle, scenario, step)
         datasets[letter] = xr.concat(
-            [coarse[model].expand_dims(model=[model]) for model in chosen],
+            [flown[model].expand_dims(model=[model]) for model in chosen],
             dim="model",
             combine_attrs="drop_conflicts",
         )
-    return OpenLoop({"study": "open_loop", **_provenance(vehicle, f1), "tests": results}, datasets)
+    return OpenLoop(results, datasets)
 
 
-def _chosen_models(models: Iterable[str]) -> list[str]:
-    names = list(dict.fromkeys([models] if isinstance(models, str) else models))
-    for name in names:
-        if name not in MODELS:
-            problem = f"model is {shown(name)}, which is not known"
-            raise InputError(f"{problem}; {nearest(str(name), MODELS)}.")
-    return [model for model in MODELS if model in names or model == MODELS[0]]
-
-
-def _chosen_tests(tests: Iterable[str]) -> list[str]:
+def choose(tests: Iterable[str], models: Iterable[str]) -> tuple[list[str], list[str]]:
+    """Return the tests and models to run, in the study's order, or raise InputError."""
     letters = [str(letter).strip().upper() for letter in tests]
     known = ", ".join(OPEN_LOOP_TESTS)
     if not letters:
         raise InputError(f"tests is empty, but must name at least one test; use some of: {known}.")
     for letter in letters:
         if letter not in OPEN_LOOP_TESTS:
-            problem = f"tests holds {letter!r}, which is not a test"
-            raise InputError(f"{problem}; use some of: {known}.")
-    return [letter for letter in OPEN_LOOP_TESTS if letter in letters]
-
-
-class _Flights:
-    """Simulates, and tells how many of the flights are done."""
-
-    def __init__(self, progress: Progress | None, total: int) -> None:
-        self._progress = progress
-        self._total = total
-        self._done = 0
-
-    def fly(
-        self, vehicle: Vehicle, scenario: Scenario, model: str, note: str = "", **policy: Any
-    ) -> xr.Dataset:
-        if self._progress is not None:
-            self._progress(self._done, self._total, f"{scenario.name}, {model}{note}")
-        dataset: xr.Dataset = simulate(vehicle, scenario, model=model, **policy)
-        self._done += 1
-        return dataset
-
-
-Flown = dict[str, xr.Dataset]
-
-
-def _halved(
-    flights: _Flights, vehicle: Vehicle, scenario: Scenario, models: Sequence[str]
-) -> tuple[Flown, Flown]:
-    coarse, fine = {}, {}
-    for model in models:
-        coarse[model] = flights.fly(vehicle, scenario, model)
-        step = float(coarse[model].attrs["step"]) / 2
-        fine[model] = flights.fly(vehicle, scenario, model, ", half step", step=step)
-    return coarse, fine
-
-
-def _entry(model: str, coarse: Flown, fine: Flown) -> dict[str, Any]:
-    """Metrics of one model against the coupled one, and the share of them that the step explains.
-
-    For a simpler model: the largest change of its tip's difference from the coupled one between h
-    and h/2, over the RMS of that difference. For the coupled model: the largest change of its tip,
-    over the largest distance of the tip from free fall (position) or from its start (attitude).
-    """
-    reference = coarse[MODELS[0]]
-    metrics = compare(reference, coarse[model])
-    position = _change(coarse, fine, model)
-    turn = _turn(coarse, fine, model)
-    if model == MODELS[0]:
-        scale_t, scale_r = _extent(reference)
-    else:
-        scale_t, scale_r = metrics["rmse_t_m"], metrics["angle_rad"]
-    error_t, error_r = _share(position, scale_t), _share(turn, scale_r)
-    error = float(np.fmax(error_t, error_r)) if np.isfinite(error_t + error_r) else np.inf
-    status = int(coarse[model]["status"])
-    return metrics | {
-        "step_s": float(coarse[model].attrs["step"]),
-        "step_halving_error_t": error_t,
-        "step_halving_error_r": error_r,
-        "step_halving_error": error,
-        "status": status,
-        "converged": bool(error <= CONVERGED and status == 0),
-        "reason": "",
-    }
-
-
-def _change(coarse: Flown, fine: Flown, model: str) -> float:
-    """Largest change of the tip's path, or of its difference from the coupled one [m]."""
-
-    def path(flown: Flown) -> Any:
-        tip = flown[model]["tip_position"].transpose("time", "axis").to_numpy()
-        if model == MODELS[0]:
-            return tip
-        return tip - flown[MODELS[0]]["tip_position"].transpose("time", "axis").to_numpy()
-
-    return float(np.max(np.linalg.norm(path(fine) - path(coarse), axis=-1)))
-
-
-def _turn(coarse: Flown, fine: Flown, model: str) -> float:
-    """Largest geodesic angle between h and h/2, of this model and the coupled one together [rad]."""
-    return sum(
-        float(np.max(geodesic_angle(_attitude(coarse[name]), _attitude(fine[name]))))
-        for name in dict.fromkeys((MODELS[0], model))
+            raise InputError(f"tests holds {letter!r}, which is not a test; use some of: {known}.")
+    names = [models] if isinstance(models, str) else list(models)
+    for name in names:
+        if name not in MODELS:
+            problem = f"model is {shown(name)}, which is not known"
+            raise InputError(f"{problem}; {nearest(str(name), MODELS)}.")
+    return (
+        [letter for letter in OPEN_LOOP_TESTS if letter in letters],
+        [model for model in MODELS if model in names or model == REFERENCE],
     )
 
 
-def _extent(dataset: xr.Dataset) -> tuple[float, float]:
-    """Largest distance of the tip from free fall [m], and from its first attitude [rad]."""
-    tip = dataset["tip_position"].transpose("time", "axis").to_numpy()
-    time = dataset["time"].to_numpy()
-    falling = tip[0] - 0.5 * GRAVITY * time[:, None] ** 2 * np.array([0.0, 0.0, 1.0])
-    attitude = _attitude(dataset)
-    turned = geodesic_angle(attitude, attitude[:1])
-    return float(np.max(np.linalg.norm(tip - falling, axis=-1))), float(np.max(turned))
+class _Flights:
+    """Simulates all chosen models, and tells how many of the flights are done."""
+
+    def __init__(self, progress: Progress | None, models: Sequence[str], rounds: int) -> None:
+        self.models = models
+        self.rounds = rounds
+        self._progress = progress
+        self._done = 0
+
+    def fly(self, vehicle: Vehicle, scenario: Scenario, note: str, **policy: Any) -> Flown:
+        flown = {}
+        for model in self.models:
+            if self._progress is not None:
+                total = max(self.rounds * len(self.models), self._done + 1)
+                self._progress(self._done, total, f"{scenario.name}, {note}, {model}")
+            flown[model] = simulate(vehicle, scenario, model=model, sample=SAMPLE, **policy)
+            self._done += 1
+        return flown
 
 
-def _attitude(dataset: xr.Dataset) -> Any:
-    return dataset["tip_attitude"].transpose("time", "quaternion").to_numpy()
+def _converge(
+    flights: _Flights, vehicle: Vehicle, scenario: Scenario
+) -> tuple[Flown, dict[str, Any], list[dict[str, Any]]]:
+    """Halve the step until the results have converged; return flights, entries, coarser entries."""
+    coarse = flights.fly(vehicle, scenario, "automatic step")
+    coarser: list[dict[str, Any]] = []
+    while True:
+        half = step_of(coarse[REFERENCE]) / 2
+        fine = flights.fly(vehicle, scenario, f"step {1e3 * half:.2g} ms", step=half)
+        entries = {model: _entry(model, coarse, fine) for model in flights.models}
+        failed = any(entry["status"] for entry in entries.values())
+        converged = all(entry["converged"] for entry in entries.values())
+        if converged or failed or len(coarser) + 1 == MAX_HALVINGS:
+            for model, entry in entries.items():
+                entry["reason"] = _reason(entry, scenario, vehicle, coarse[model])
+            return coarse, entries, coarser
+        coarser.append(entries)
+        flights.rounds += 1
+        coarse = fine
 
 
-def _share(change: float, scale: float) -> float:
-    if change == 0:
-        return 0.0
-    return change / scale if scale else float("inf")
+def _entry(model: str, coarse: Flown, fine: Flown) -> dict[str, Any]:
+    """Metrics of one model against the coupled one, and what share of them is the step's."""
+    metrics = compare(coarse[REFERENCE], coarse[model])
+    error_t, error_r = step_errors(model, coarse, fine, metrics)
+    status = int(coarse[model]["status"])
+    return metrics | {
+        "step_s": step_of(coarse[model]),
+        "step_halving_error_t": error_t,
+        "step_halving_error_r": error_r,
+        "step_halving_error": max(error_t, error_r),
+        "status": status,
+        "converged": max(error_t, error_r) <= CONVERGED and status == 0,
+    }
 
 
-def _kappa_s_study(
-    flights: _Flights, vehicle: Vehicle, scenario: Scenario, models: Sequence[str]
+def _reason(
+    entry: dict[str, Any], scenario: Scenario, vehicle: Vehicle, dataset: xr.Dataset
+) -> str:
+    """Say why a flight has not converged; nothing if it has."""
+    if entry["converged"]:
+        return ""
+    if entry["status"]:
+        end = float(dataset["end_time"])
+        return f"the run ended at {end:g} s with status {entry['status']}"
+    text = f"halving the step changes it by {100 * entry['step_halving_error']:.2g} %"
+    if not callable(scenario.tau):
+        return text
+    closest = np.linalg.norm(dataset["bend"].transpose("time", ...).to_numpy(), axis=-1).min()
+    return (
+        f"{text}, because Q_psi_a is divided by the bend (by kappa_s = {vehicle.arm.kappa_s:g} 1/m "
+        f"below it) and is nearly singular where the arm passes straight, here at {closest:.2g} 1/m"
+    )
+
+
+def _other_kappa_s(
+    flights: _Flights, vehicle: Vehicle, scenario: Scenario, step: float
 ) -> list[dict[str, Any]]:
     """Metrics with other thresholds kappa_s, below which Q_psi_a is divided by kappa_s instead."""
     rows = []
-    for factor in KAPPA_S_FACTORS:
+    factors = KAPPA_S_FACTORS if vehicle.arm.kappa_s > 0 else ()
+    flights.rounds += len(factors)
+    for factor in factors:
         kappa_s = factor * vehicle.arm.kappa_s
         changed = vehicle.replace({"arm.kappa_s": kappa_s})
-        note = f", kappa_s x {factor:g}"
-        flown = {model: flights.fly(changed, scenario, model, note) for model in models}
-        metrics = {model: compare(flown[MODELS[0]], flown[model]) for model in models[1:]}
-        rows.append({"kappa_s": kappa_s, "factor": factor, "models": metrics})
+        flown = flights.fly(changed, scenario, f"kappa_s {kappa_s:g} 1/m", step=step)
+        metrics = {model: compare(flown[REFERENCE], flown[model]) for model in flights.models}
+        rows.append({"kappa_s": kappa_s, "step_s": step, "models": metrics})
     return rows
-
-
-def _explain(
-    entries: dict[str, Any],
-    models: Sequence[str],
-    scenario: Scenario,
-    vehicle: Vehicle,
-    flown: Flown,
-) -> None:
-    """Say of every entry that has not converged why that is."""
-    for model in models:
-        entry = entries[model]
-        if entry["status"]:
-            end = float(flown[model]["end_time"])
-            entry["reason"] = f"the run ended at {end:g} s with status {entry['status']}"
-        elif not entry["converged"]:
-            share = f"{100 * entry['step_halving_error']:.3g} %"
-            entry["reason"] = f"halving the step changes the result by {share}"
-            if scenario.tau is not None and callable(scenario.tau):
-                closest = min(float(_bend(flown[name]).min()) for name in {MODELS[0], model})
-                entry["reason"] += (
-                    "; Q_psi_a is divided by the bend (by kappa_s = "
-                    f"{vehicle.arm.kappa_s:g} 1/m below it), and the arm passes straight at "
-                    f"{closest:.2g} 1/m, where this torque is nearly singular"
-                )
-
-
-def _bend(dataset: xr.Dataset) -> Any:
-    return np.linalg.norm(dataset["bend"].transpose("time", "bend_axis").to_numpy(), axis=-1)
-
-
-def _provenance(vehicle: Vehicle, f1: float) -> dict[str, Any]:
-    return {
-        "vehicle": vehicle.describe(),
-        "f1_hz": f1,
-        "reference": MODELS[0],
-        "printed": PRINTED,
-        "note": (
-            "Amiri et al. print neither the vehicle's parameters nor the reading of the metric "
-            "behind their table, so no match with it is claimed."
-        ),
-    }

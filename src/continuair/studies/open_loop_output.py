@@ -9,8 +9,9 @@ import math
 from typing import Any
 
 from continuair.errors import InputError
+from continuair.studies.convergence import CONVERGED, REFERENCE
 from continuair.studies.folder import ResultFolder
-from continuair.studies.open_loop import CONVERGED, PRINTED, OpenLoop
+from continuair.studies.open_loop import PRINTED, OpenLoop
 
 METRICS = ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_r_rad", "angle_rad", "step_halving_error")
 """The columns of the tables, as keys of the results."""
@@ -43,7 +44,6 @@ def rows(results: dict[str, Any]) -> list[tuple[str, str, dict[str, Any]]]:
         (letter, model, entry)
         for letter, entries in results["tests"].items()
         for model, entry in entries.items()
-        if model != "kappa_s"
     ]
 
 
@@ -65,48 +65,70 @@ def as_table(results: dict[str, Any]) -> str:
         f"# Open-loop tests, vehicle {results['vehicle']['name']}",
         "",
         "Each model against the coupled one, at the tip. The paper's columns compare its decoupled",
-        f"model. {results['note']}",
+        "model.",
+        "",
+        results["note"],
         "",
         "| test | model | paper NRMSE_T | paper NRMSE_R | " + " | ".join(_HEADINGS) + " |",
         "|---|---|" + "---:|" * (2 + len(_HEADINGS)),
     ]
-    reasons = []
     for letter, model, entry in rows(results):
         printed = PRINTED[letter] if model == "decoupled" else {}
         cells = [f"{printed[key]:.4f}" if printed else "" for key in ("nrmse_t", "nrmse_r")]
         cells += [number(entry[key]) for key in METRICS]
         lines.append(f"| {letter} | {model} | " + " | ".join(cells) + " |")
-        if entry["reason"]:
-            reasons.append(f"* Test {letter}, {model}: not converged; {entry['reason']}.")
     lines += [
         "",
         "Step error: the change of the tip, or of its difference from the coupled one, when the",
         "step is halved, as a share of that difference (coupled: of the motion beyond free fall);",
         f"up to {100 * CONVERGED:g} % counts as converged.",
+        "",
+        *(remarks(results) or ["Every flight has converged at the automatic step."]),
     ]
-    lines += ["", *reasons] if reasons else ["Every flight has converged."]
     return "\n".join([*lines, *_kappa_s_table(results)]) + "\n"
 
 
+def remarks(results: dict[str, Any]) -> list[str]:
+    """Return a sentence for every test that the automatic step did not settle."""
+    lines = []
+    for letter, entries in results["tests"].items():
+        if coarser := results["coarser_steps"][letter]:
+            step = entries[REFERENCE]["step_s"]
+            share = max(entry["step_halving_error"] for entry in coarser[0].values())
+            lines.append(
+                f"* Test {letter} is reported at a step of {1e3 * step:.2g} ms: halving the "
+                f"automatic one, {1e3 * coarser[0][REFERENCE]['step_s']:.2g} ms, changes it by "
+                f"{100 * share:.2g} %."
+            )
+        for model, entry in entries.items():
+            if entry["reason"]:
+                lines.append(f"* Test {letter}, {model}, has not converged: {entry['reason']}.")
+    return lines
+
+
 def _kappa_s_table(results: dict[str, Any]) -> list[str]:
-    entries = results["tests"].get("C", {})
-    if "kappa_s" not in entries:
+    """Test C at coarser steps and with other kappa_s, beside what is reported."""
+    if not results["kappa_s"]:
         return []
-    kappa_s = results["vehicle"]["arm"]["kappa_s"]
+    given = results["vehicle"]["arm"]["kappa_s"]
+    coarser = results["coarser_steps"]["C"]
+    variants = [(given, entries) for entries in [*coarser, results["tests"]["C"]]]
+    variants += [(row["kappa_s"], row["models"]) for row in results["kappa_s"]]
+    steps = [entries[REFERENCE]["step_s"] for _, entries in variants[: len(coarser) + 1]]
+    steps += [row["step_s"] for row in results["kappa_s"]]
     lines = [
         "",
-        "Test C divides Q_psi_a by the bend, and below kappa_s by kappa_s. With other thresholds:",
+        "Test C divides Q_psi_a by the bend, and below kappa_s by kappa_s. How far the step and",
+        "kappa_s move it:",
         "",
-        "| kappa_s [1/m] | model | " + " | ".join(_HEADINGS[:5]) + " |",
-        "|---:|---|" + "---:|" * 5,
+        "| step [ms] | kappa_s [1/m] | model | " + " | ".join(_HEADINGS[:5]) + " |",
+        "|---:|---:|---|" + "---:|" * 5,
     ]
-    given = {model: entry for model, entry in entries.items() if model not in ("kappa_s", "coupled")}
-    for value, models in [(kappa_s, given)] + [
-        (row["kappa_s"], row["models"]) for row in entries["kappa_s"]
-    ]:
+    for step, (kappa_s, models) in zip(steps, variants, strict=True):
         for model, metrics in models.items():
-            cells = " | ".join(number(metrics[key]) for key in METRICS[:5])
-            lines.append(f"| {value:g} | {model} | {cells} |")
+            if model != REFERENCE:
+                cells = " | ".join(number(metrics[key]) for key in METRICS[:5])
+                lines.append(f"| {1e3 * step:.3g} | {kappa_s:g} | {model} | {cells} |")
     return lines
 
 

@@ -1,0 +1,50 @@
+# make paper | test | bench | docs | clean.  The Python that creates .venv: make PYTHON=python3.12 ...
+PYTHON ?= python3
+# What `make test` installs; EXTRAS=test,oracles adds the comparisons with other engines.
+EXTRAS ?= test
+
+VENV := .venv
+BIN := $(VENV)/bin
+comma := ,
+# The package is installed in place, so that only these two files call for another installation.
+INPUTS := pyproject.toml constraints.txt
+
+.PHONY: paper test bench docs clean
+
+paper: $(VENV)/installed
+	$(BIN)/continuair paper --out results
+	@echo "The results of every study are in $(CURDIR)/results."
+
+test: $(VENV)/installed-$(subst $(comma),-,$(EXTRAS))
+	$(BIN)/ruff check .
+	$(BIN)/mypy src
+	$(BIN)/pytest -q
+
+bench: $(VENV)/installed-test-oracles
+	$(BIN)/pytest benchmarks/ --benchmark-only
+	$(BIN)/python benchmarks/cold_start.py
+
+docs: $(VENV)/installed-docs
+	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
+	@echo "The documentation is docs/_build/html/index.html."
+
+clean:
+	rm -rf $(VENV) docs/_build .mypy_cache .pytest_cache .ruff_cache .benchmarks .hypothesis
+
+$(VENV)/installed: $(INPUTS) | $(BIN)/python
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e .
+	@touch $@
+
+$(VENV)/installed-%: $(INPUTS) | $(BIN)/python
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e ".[$(subst -,$(comma),$*)]"
+	@touch $@
+
+$(BIN)/python:
+	@command -v "$(PYTHON)" > /dev/null || { \
+	  echo "make: there is no $(PYTHON); name a Python 3.11 or newer: make PYTHON=python3.12" >&2; \
+	  exit 1; }
+	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "make: $(PYTHON) is $$($(PYTHON) --version), but continuair needs Python 3.11 or newer;" \
+	    "name one: make PYTHON=python3.12" >&2; \
+	  exit 1; }
+	"$(PYTHON)" -m venv $(VENV)

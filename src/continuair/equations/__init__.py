@@ -1,0 +1,36 @@
+"""The paper's equations in the paper's coordinates, in plain NumPy: to read beside the paper.
+
+q = [x y z φ θ ψ κ ψa]. Slow and literal, and the oracle of the fast kernels, with which it shares
+no code. Source throughout: Amiri, Sepahvand, Mantegh, Janabi-Sharifi, arXiv 2602.18684. Every
+function of q also accepts complex q, which the Christoffel symbols are differentiated with.
+"""
+
+from continuair.equations.appendix import appendix_b, integrated_coupling
+from continuair.equations.dynamics import (
+    MASKS,
+    coriolis_matrix,
+    damping_vector,
+    elastic_vector,
+    forward_dynamics,
+    gravity_vector,
+    kinetic_energy,
+    mass_matrix,
+    potential_energy,
+    weight_vector,
+)
+from continuair.equations.kinematics import (
+    arm_jacobian,
+    arm_position,
+    euler_rate_matrix,
+    jacobian,
+    position,
+    rotation,
+    section_rotation,
+)
+
+__all__ = [
+    "MASKS", "appendix_b", "arm_jacobian", "arm_position", "coriolis_matrix", "damping_vector",
+    "elastic_vector", "euler_rate_matrix", "forward_dynamics", "gravity_vector",
+    "integrated_coupling", "jacobian", "kinetic_energy", "mass_matrix", "position",
+    "potential_energy", "rotation", "section_rotation", "weight_vector",
+]

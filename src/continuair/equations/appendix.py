@@ -1,0 +1,50 @@
+"""Appendix B: the coupling of the UAV's translation and the arm in the mass matrix."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from continuair.equations.kinematics import Array, rotation
+from continuair.vehicle import Vehicle
+
+
+def appendix_b(vehicle: Vehicle, q: Array, s: float) -> tuple[Any, Any]:
+    """(M₁₇, M₁₈) exactly as printed: the integrand at arc length s, not the integral.
+
+    The printed κ is the total bend angle κ l, which is what is inserted here for q[6] = κ in 1/m.
+    """
+    l, r, ρ = vehicle.arm.length, vehicle.arm.radius, vehicle.arm.density
+    φ, θ, ψ, ψa = q[3], q[4], q[5], q[7]
+    κ = q[6] * l
+    sφ, cφ, sθ, cθ, sψ, cψ = np.sin(φ), np.cos(φ), np.sin(θ), np.cos(θ), np.sin(ψ), np.cos(ψ)
+    sine, cosine = np.sin(κ * s / l), np.cos(κ * s / l)
+    radial = l * cosine - l + κ * s * sine
+    M17 = r**2 * ρ * np.pi / κ**2 * (
+        (l * sine - κ * s * cosine) * (sφ * sψ + cφ * cψ * sθ)
+        - np.sin(ψa) * (cφ * sψ - cψ * sφ * sθ) * radial
+        + np.cos(ψa) * cψ * cθ * radial
+    )
+    M18 = l * r**2 * ρ * np.pi / κ * (cosine - 1.0) * (
+        cφ * np.cos(ψa) * sψ + cψ * cθ * np.sin(ψa) - np.cos(ψa) * cψ * sφ * sθ
+    )
+    return M17, M18
+
+
+def integrated_coupling(vehicle: Vehicle, q: Array) -> tuple[Array, Array]:
+    """M₁₋₃,₇ and M₁₋₃,₈ (3,) each: Appendix B integrated over the backbone, κ in 1/m, x = κ l.
+
+    a = (2 sin x - x - x cos x)/κ³, b = (2 - 2 cos x - x sin x)/κ³, c = (x - sin x)/κ². The paper
+    prints the integrand only, and loses the derivative by the bend angle instead of κ.
+    """
+    κ, ψ = q[6], q[7]
+    x = κ * vehicle.arm.length
+    density = vehicle.arm.mass_per_length
+    a = (2.0 * np.sin(x) - x - x * np.cos(x)) / κ**3
+    b = (2.0 - 2.0 * np.cos(x) - x * np.sin(x)) / κ**3
+    c = (x - np.sin(x)) / κ**2
+    R = rotation(q)
+    by_κ = density * R @ np.array([a * np.cos(ψ), a * np.sin(ψ), b])
+    by_ψ = density * R @ np.array([-c * np.sin(ψ), c * np.cos(ψ), 0.0])
+    return by_κ, by_ψ

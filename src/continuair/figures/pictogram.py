@@ -1,0 +1,103 @@
+"""The vehicle drawn from the side: the UAV with its rotors, and the arm as it is bent."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from continuair.figures import style
+from continuair.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+
+_POINTS = 40
+# Below this bend angle the arc is the straight arm to a tenth of a line's width.
+_STRAIGHT = 1e-6
+
+
+def snapshots(
+    dataset: xr.Dataset,
+    vehicle: Vehicle,
+    times: Sequence[float],
+    spacing: float = 0.9,
+    models: Sequence[str] = ("decoupled", "coupled"),
+) -> Figure:
+    """Return side views (world x and z) at given times [s], side by side, the models overlaid.
+
+    dataset: trajectories with leading dimension `model`. The picture falls with the coupled UAV:
+    each snapshot has it at the same height. spacing: distance between snapshots [m].
+    """
+    with style.applied():
+        figure = style.new_figure(height=2.9)
+        axes: Any = figure.subplots()
+        axes.set_axis_off()
+        axes.set_aspect("equal")
+        for model in models:
+            axes.plot([], [], label=model, color=style.MODELS[model]["color"], lw=2.5)
+        for index, time in enumerate(times):
+            coupled = dataset.sel(model="coupled").sel(time=time, method="nearest")
+            origin = coupled["position"].to_numpy() - np.array([index * spacing, 0.0, 0.0])
+            for model in models:
+                flight = dataset.sel(model=model).sel(time=time, method="nearest")
+                _draw(axes, flight, vehicle, origin, model)
+            axes.annotate(
+                f"{float(coupled['time']):.1f} s",
+                (index * spacing, 0.24 * vehicle.arm.length),
+                ha="center",
+                color="#555555",
+            )
+        style.model_legend(figure, axes)
+    return figure
+
+
+def backbone(bend: Array, length: float, mount: Sequence[float]) -> Array:
+    """Return points along the arm in body axes, shape (points, 3) [m].
+
+    bend: bend vector, shape (2,) [1/m]. r(s), Appendix A, Amiri et al.
+    """
+    s: Array = np.linspace(0.0, length, _POINTS)
+    base: Array = np.asarray(mount, float)
+    kappa = float(np.hypot(*bend))
+    if kappa * length < _STRAIGHT:
+        return base + np.outer(s, [0.0, 0.0, -1.0])
+    across = (1 - np.cos(kappa * s)) / kappa
+    direction = np.asarray(bend) / kappa
+    return base + np.column_stack([np.outer(across, direction), -np.sin(kappa * s) / kappa])
+
+
+def _draw(axes: Any, flight: xr.Dataset, vehicle: Vehicle, origin: Array, model: str) -> None:
+    """Draw one vehicle at one time; origin is the world point drawn at (0, 0)."""
+    attitude = Rotation.from_quat(flight["attitude"].to_numpy())
+    position = flight["position"].to_numpy() - origin
+    colour = style.MODELS[model]["color"]
+    front = model == "coupled"
+
+    def line(points: Array, width: float, alpha: float = 1.0) -> None:
+        world = attitude.apply(points) + position
+        axes.plot(
+            world[:, 0],
+            world[:, 2],
+            color=colour,
+            lw=width,
+            alpha=alpha,
+            solid_capstyle="round",
+            zorder=3 if front else 2,
+        )
+
+    size = 0.28 * vehicle.arm.length
+    line(np.array([[-size, 0, 0], [size, 0, 0]]), 2.2)
+    line(np.array([[-0.3 * size, 0, 0.05 * size], [0.3 * size, 0, 0.05 * size]]), 5.0)
+    for side in (-size, size):
+        line(np.array([[side, 0, 0], [side, 0, 0.22 * size]]), 1.2)
+        disk = [[side - 0.42 * size, 0, 0.22 * size], [side + 0.42 * size, 0, 0.22 * size]]
+        line(np.array(disk), 1.8, alpha=0.6)
+    arm = backbone(flight["bend"].to_numpy(), vehicle.arm.length, vehicle.uav.mount)
+    line(arm, 2.6)
+    tip = attitude.apply(arm[-1]) + position
+    axes.plot(*tip[[0, 2]], marker="o", ms=4, color=colour, zorder=4 if front else 2)

@@ -1,0 +1,173 @@
+"""The command line: what it says to unusable input, and what it writes."""
+
+import json
+import subprocess
+import sys
+import time
+import warnings
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+import continuair.cli as cli
+import continuair.studies.open_loop as study
+from continuair.errors import ContinuairWarning
+from synthetic import flight
+
+
+@pytest.fixture(autouse=True)
+def no_kernels(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Replace the simulation, and work in an empty folder."""
+    monkeypatch.setattr(study, "simulate", flight)
+    monkeypatch.chdir(tmp_path)
+
+
+def run(*arguments: str) -> Any:
+    return CliRunner().invoke(cli.app, list(arguments))
+
+
+def assert_refused(result: Any, *parts: str) -> None:
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    for part in parts:
+        assert part in result.stderr
+    assert "Traceback" not in result.stderr
+    assert result.stderr.strip().endswith(".")
+    assert "\n" not in result.stderr.strip()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "parts"),
+    [
+        (("--vehicle", "papre"), ("vehicle is 'papre'", "use paper")),
+        (("--vehicle", "no/such.toml"), ("no/such.toml: no such file",)),
+        (("--tests", "ABX"), ("tests holds 'X'", "A, B, C, D")),
+        (("--tests", ""), ("tests is empty",)),
+        (("--model", "copled"), ("model is 'copled'", "use coupled")),
+    ],
+)
+def test_unusable_input_is_refused_in_one_sentence_and_writes_nothing(
+    arguments: tuple[str, ...], parts: tuple[str, ...]
+) -> None:
+    assert_refused(run("open-loop", *arguments), *parts)
+    assert list(Path().iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_made_is_refused_before_any_flight(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(study, "simulate", None)
+    Path("file").write_text("mine")
+    assert_refused(run("open-loop", "--out", "file/results"), "out is file/results")
+    assert_refused(run("open-loop", "--out", "file"), "out is file")
+    assert Path("file").read_text() == "mine"
+
+
+def test_a_folder_with_other_files_is_refused_and_left_alone() -> None:
+    Path("mine").mkdir()
+    Path("mine/notes.txt").write_text("mine")
+    assert_refused(run("open-loop", "--out", "mine"), "out is mine", "not results of this study")
+    assert [path.name for path in Path("mine").iterdir()] == ["notes.txt"]
+
+
+def test_open_loop_writes_results_figures_and_trajectories_and_replaces_only_its_own() -> None:
+    first = run("open-loop", "--tests", "AB", "--out", "out")
+    assert first.exit_code == 0, first.output
+    names = {path.name for path in Path("out").iterdir()}
+    assert {"open_loop.json", "open_loop.csv", "table.md", "open_loop_A.nc"} <= names
+    assert {"test_B_motion.png", "test_B_differences.pdf", "overview.png"} <= names
+    Path("out/notes.txt").write_text("mine")
+    again = run("open-loop", "--tests", "A", "--out", "out")
+    assert again.exit_code == 0, again.output
+    names = {path.name for path in Path("out").iterdir()}
+    assert "open_loop_A.nc" in names
+    assert not [name for name in names if "_B" in name]
+    assert Path("out/notes.txt").read_text() == "mine"
+
+
+def test_json_holds_the_metrics_of_every_test_and_model() -> None:
+    result = run("open-loop", "--json", "-", "--tests", "AD", "--model", "decoupled")
+    assert result.exit_code == 0, result.output
+    content = json.loads(result.stdout)
+    assert content == json.loads(Path("results/open_loop/open_loop.json").read_text("utf-8"))
+    assert content["vehicle"]["name"] == "paper"
+    assert list(content["tests"]) == ["A", "D"]
+    for entries in content["tests"].values():
+        assert list(entries) == ["coupled", "decoupled"]
+        for key in ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_r_rad", "angle_rad"):
+            assert entries["coupled"][key] == 0 < entries["decoupled"][key]
+        assert entries["decoupled"]["step_halving_error"] < 0.01
+
+
+def test_json_to_a_file_that_cannot_be_written_is_refused() -> None:
+    result = run("open-loop", "--tests", "B", "--json", "no/folder.json")
+    assert result.exit_code == 2
+    assert "json is no/folder.json" in result.stderr
+
+
+def test_vehicles_lists_the_presets_with_their_units() -> None:
+    result = run("vehicles")
+    assert result.exit_code == 0
+    for part in ("paper", "slender", "UAV [kg]", "length [m]"):
+        assert part in result.stdout
+
+
+def test_check_of_an_unusable_file_names_the_file_and_the_field() -> None:
+    Path("wrong.toml").write_text('name = "x"\n[uav]\nmass = -1\ninertia = [1, 1, 1]\n')
+    result = run("check", "wrong.toml")
+    assert result.exit_code == 2
+    assert "wrong.toml: uav.mass is -1" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_check_shows_mass_ratio_and_both_bending_frequencies() -> None:
+    result = run("check", "paper")
+    assert result.exit_code == 0, result.output
+    for part in ("0.6165 kg", "0.3083", "UAV clamped", "UAV free", "57.3", "ms"):
+        assert part in result.stdout
+
+
+def test_version_is_that_of_the_package() -> None:
+    assert run("--version").stdout.startswith("continuair ")
+
+
+def test_interruption_is_told_in_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: Any, **__: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(study, "simulate", interrupted)
+    result = run("open-loop")
+    assert result.exit_code == 130
+    assert "Interrupted" in result.stderr
+
+
+def test_warnings_of_the_project_are_one_line() -> None:
+    app = typer.Typer(cls=cli._Reporting)
+
+    @app.command()
+    def first() -> None:
+        warnings.simplefilter("default")
+        warnings.warn("the step is\ncoarse.", ContinuairWarning, stacklevel=1)
+
+    @app.command()
+    def second() -> None:
+        pass
+
+    result = CliRunner().invoke(app, ["first"])
+    assert result.stderr == "warning: the step is coarse.\n"
+
+
+def test_help_loads_no_heavy_module_and_is_quick() -> None:
+    code = (
+        "import sys; from continuair.cli import app; app(['--help'], standalone_mode=False);"
+        "print(sorted({'warp', 'xarray', 'matplotlib', 'scipy'} & set(sys.modules)))"
+    )
+    start = time.perf_counter()
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    taken = time.perf_counter() - start
+    assert done.stdout.strip().endswith("[]")
+    # 0.3 s when the machine is free; the limit leaves room for a busy one.
+    assert taken < 3

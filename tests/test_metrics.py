@@ -1,0 +1,161 @@
+"""Metrics: the printed formula, readings with a unit, and rotations of known angle."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from continuair.metrics import compare, euler_angles, geodesic_angle, nrmse, rmse, tip_euler
+from continuair.scenarios import open_loop_test
+from continuair.vehicle import load_vehicle
+from synthetic import flight
+
+# Sums of a thousand rounded terms.
+ROUNDING = 1e-12
+DOWN = Rotation.from_quat([1.0, 0.0, 0.0, 0.0])
+
+seeds = st.integers(0, 10**6)
+
+
+def paths(seed: int) -> tuple[Any, Any]:
+    generator = np.random.default_rng(seed)
+    return generator.normal(size=(50, 3)), generator.normal(size=(50, 3))
+
+
+def rotations(seed: int, count: int = 20) -> Rotation:
+    return Rotation.random(count, random_state=seed)
+
+
+def moved(dataset: xr.Dataset, turn: Rotation, shift: list[float]) -> xr.Dataset:
+    """Return the dataset as an observer sees it whose axes are turned and shifted."""
+    tip = turn.apply(dataset["tip_position"].to_numpy()) + shift
+    attitude = (turn * Rotation.from_quat(dataset["tip_attitude"].to_numpy())).as_quat()
+    return dataset.assign(
+        tip_position=(("time", "axis"), tip), tip_attitude=(("time", "quaternion"), attitude)
+    )
+
+
+def test_nrmse_is_the_printed_formula_worked_by_hand() -> None:
+    coupled = [[0.0, 0.0], [4.0, 1.0], [2.0, 3.0]]
+    other = [[0.0, 1.0], [4.0, 1.0], [0.0, 3.0]]
+    # Squares 1 + 4; ranges 4 and 3 in each of 3 samples: 3 (16 + 9).
+    assert nrmse(coupled, other) == pytest.approx(math.sqrt(5 / 75), rel=ROUNDING)
+
+
+@given(seeds, st.floats(0.1, 10), st.floats(-100, 100))
+def test_nrmse_depends_on_neither_unit_nor_origin(seed: int, scale: float, shift: float) -> None:
+    a, b = paths(seed)
+    changed = nrmse(scale * a + shift, scale * b + shift)
+    # A shift of 100 costs four digits of differences of order 0.1.
+    assert changed == pytest.approx(nrmse(a, b), rel=1e-10)
+
+
+def test_nrmse_takes_the_range_of_the_reference_alone() -> None:
+    narrow, wide = np.array([[0.0], [1.0]]), np.array([[0.0], [2.0]])
+    assert nrmse(narrow, wide) == pytest.approx(2 * nrmse(wide, narrow))
+
+
+def test_nrmse_against_a_motionless_reference_is_infinite_unless_both_agree() -> None:
+    still = np.ones((4, 3))
+    assert nrmse(still, still) == 0
+    assert nrmse(still, still + 1) == math.inf
+
+
+@given(seeds)
+def test_rmse_is_symmetric_and_zero_only_for_equal_paths(seed: int) -> None:
+    a, b = paths(seed)
+    assert rmse(a, b) == rmse(b, a) > 0
+    assert rmse(a, a) == 0
+
+
+def test_rmse_of_a_constant_offset_is_its_length() -> None:
+    path, _ = paths(1)
+    assert rmse(path, path + [3.0, 0.0, 4.0]) == pytest.approx(5.0, rel=ROUNDING)
+
+
+def test_metrics_of_a_batch_are_those_of_its_runs() -> None:
+    a, b = zip(*(paths(seed) for seed in range(3)), strict=True)
+    for metric in (nrmse, rmse):
+        together = metric(np.stack(a), np.stack(b))
+        alone = [metric(x, y) for x, y in zip(a, b, strict=True)]
+        np.testing.assert_allclose(together, alone, rtol=ROUNDING)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-6, 0.5, 3.0, math.pi])
+def test_geodesic_angle_of_a_known_rotation_keeps_its_digits(angle: float) -> None:
+    turned = Rotation.from_rotvec([0.0, 0.6 * angle, 0.8 * angle]).as_quat()
+    start = Rotation.from_euler("xyz", [0.3, -1.0, 2.0])
+    both = (start * Rotation.from_quat(turned)).as_quat()
+    # Quaternions hold 1e-16 each, so angles hold about that, absolutely.
+    assert geodesic_angle(start.as_quat(), both) == pytest.approx(angle, rel=0, abs=2e-15)
+
+
+@given(seeds, seeds, seeds)
+def test_geodesic_angle_is_symmetric_blind_to_sign_and_observer_and_at_most_a_half_turn(
+    first: int, second: int, third: int
+) -> None:
+    a, b, observer = (rotations(seed) for seed in (first, second, third))
+    angle = geodesic_angle(a.as_quat(), b.as_quat())
+    assert (angle <= math.pi).all()
+    np.testing.assert_allclose(geodesic_angle(b.as_quat(), -a.as_quat()), angle, atol=1e-14)
+    seen = geodesic_angle((observer * a).as_quat(), (observer * b).as_quat())
+    # Rounding of 1e-16 in the quaternions; near a half turn nothing amplifies it.
+    np.testing.assert_allclose(seen, angle, atol=1e-14)
+    np.testing.assert_allclose(angle, (a.inv() * b).magnitude(), atol=1e-7)
+
+
+def test_a_straight_level_arm_has_zero_tip_angles() -> None:
+    np.testing.assert_allclose(euler_angles(np.tile(DOWN.as_quat(), (3, 1))), 0, atol=1e-15)
+
+
+@given(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5), st.floats(-3, 3))
+def test_tip_angles_are_roll_pitch_yaw_of_the_turned_tip(
+    roll: float, pitch: float, yaw: float
+) -> None:
+    tip = Rotation.from_euler("ZYX", [yaw, pitch, roll]) * DOWN
+    # Near pitch = pi/2 the arc sine has half the digits.
+    np.testing.assert_allclose(euler_angles(tip.as_quat()[None])[0], [roll, pitch, yaw], atol=1e-7)
+
+
+def test_a_tumble_and_a_spin_are_followed_without_jumps() -> None:
+    turns = np.linspace(0, 4 * math.pi, 1001)
+    zero = np.zeros_like(turns)
+    for column in range(3):
+        expected = np.column_stack([turns if i == column else zero for i in range(3)])
+        tip = Rotation.from_euler("ZYX", expected[:, ::-1]) * DOWN
+        np.testing.assert_allclose(euler_angles(tip.as_quat()), expected, atol=1e-6)
+
+
+def test_comparing_a_flight_with_itself_finds_nothing() -> None:
+    dataset = flight(load_vehicle("paper"), open_loop_test("B"))
+    assert set(compare(dataset, dataset).values()) == {0.0}
+
+
+def test_comparison_finds_the_known_difference_of_two_flights() -> None:
+    vehicle, scenario = load_vehicle("paper"), open_loop_test("B")
+    coupled, other = (flight(vehicle, scenario, model=m) for m in ("coupled", "decoupled"))
+    metrics = compare(coupled, other)
+    # The mean of (0.2 t²)² over 1 s is 0.04/5; 1001 samples add 3e-3 of it.
+    expected = pytest.approx(math.sqrt(0.04 / 5), rel=3e-3)
+    assert metrics["rmse_t_m"] == metrics["rmse_x_m"] == expected
+    assert metrics["rmse_r_rad"] == expected
+    assert metrics["rmse_pitch_rad"] == expected
+    assert metrics["angle_rad"] == expected
+    for axis in ("y_m", "z_m", "roll_rad", "yaw_rad"):
+        assert metrics[f"rmse_{axis}"] == pytest.approx(0, abs=1e-12)
+    assert tip_euler(other)[-1] == pytest.approx([0, 0.5, 0], abs=1e-9)
+
+
+def test_position_and_geodesic_metrics_do_not_depend_on_the_observer() -> None:
+    vehicle, scenario = load_vehicle("paper"), open_loop_test("B")
+    flights = [flight(vehicle, scenario, model=m) for m in ("coupled", "decoupled")]
+    turn = Rotation.from_euler("z", 0.7)
+    seen = compare(*(moved(f, turn, [3.0, -2.0, 1.0]) for f in flights))
+    metrics = compare(*flights)
+    for name in ("rmse_t_m", "angle_rad", "rmse_z_m"):
+        assert seen[name] == pytest.approx(metrics[name], rel=1e-9, abs=1e-9)

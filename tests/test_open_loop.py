@@ -1,0 +1,169 @@
+"""The open-loop study: what it calls converged, what it stores, and the paper's tests flown."""
+
+import functools
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import continuair.studies.open_loop as study
+from continuair.errors import InputError
+from continuair.studies import open_loop_output
+from continuair.studies.folder import ResultFolder
+from continuair.studies.open_loop import MAX_HALVINGS, open_loop
+from continuair.vehicle import load_vehicle
+from synthetic import OFFSETS, flight
+
+PAPER = load_vehicle("paper")
+
+
+@pytest.fixture
+def synthetic(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(study, "simulate", flight)
+
+
+def test_coupled_is_always_flown_and_differs_in_nothing_from_itself(synthetic: None) -> None:
+    entries = open_loop(PAPER, "B", ["independent"]).results["tests"]["B"]
+    assert list(entries) == ["coupled", "independent"]
+    assert entries["coupled"]["rmse_t_m"] == entries["coupled"]["angle_rad"] == 0
+    # The mean of (0.4 t²)² over 1 s is 0.16/5; 1001 samples add 3e-3 of it.
+    expected = OFFSETS["independent"] / math.sqrt(5)
+    assert entries["independent"]["rmse_t_m"] == pytest.approx(expected, rel=3e-3)
+
+
+def test_step_halving_error_is_the_change_of_the_difference_over_its_rms(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    error = 1e-4
+    monkeypatch.setattr(study, "simulate", functools.partial(flight, error=error))
+    entry = open_loop(PAPER, "B", ["decoupled"]).results["tests"]["B"]["decoupled"]
+    # The error is in proportion to the step, so half of it goes when the step is halved.
+    assert entry["step_halving_error_t"] == pytest.approx(0.5 * error / entry["rmse_t_m"])
+    assert entry["step_halving_error"] == entry["step_halving_error_t"]
+    assert entry["converged"]
+
+
+def test_the_step_is_halved_until_the_error_is_below_a_hundredth_of_the_difference(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(study, "simulate", functools.partial(flight, error=5e-3))
+    results = open_loop(PAPER, "B", ["decoupled"]).results
+    entry = results["tests"]["B"]["decoupled"]
+    # 2.5 mm of 89 mm is 2.8 %: the second halving comes below 1 %.
+    assert len(results["coarser_steps"]["B"]) == 2
+    assert entry["step_s"] == pytest.approx(0.25e-3)
+    assert entry["converged"]
+    assert any("step of 0.25 ms" in line for line in open_loop_output.remarks(results))
+
+
+def test_what_never_converges_is_said_not_to_have_and_why(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(study, "simulate", functools.partial(flight, error=50.0))
+    results = open_loop(PAPER, "C", ["decoupled"]).results
+    entry = results["tests"]["C"]["decoupled"]
+    assert len(results["coarser_steps"]["C"]) == MAX_HALVINGS - 1
+    assert not entry["converged"]
+    assert "Q_psi_a is divided by the bend" in entry["reason"]
+    assert "has not converged" in open_loop_output.as_table(results)
+
+
+def test_a_run_that_ended_early_is_not_converged_and_not_refined(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def ended(*arguments: Any, **policy: Any) -> xr.Dataset:
+        dataset = flight(*arguments, **policy)
+        late = dataset["time"] > 0.5
+        return dataset.assign(
+            status=((), np.int8(2)),
+            end_time=((), 0.5),
+            tip_position=dataset["tip_position"].where(~late),
+            tip_attitude=dataset["tip_attitude"].where(~late),
+        )
+
+    monkeypatch.setattr(study, "simulate", ended)
+    results = open_loop(PAPER, "B").results
+    entry = results["tests"]["B"]["decoupled"]
+    assert entry["reason"] == "the run ended at 0.5 s with status 2"
+    assert not entry["converged"]
+    # JSON has no NaN: numbers that do not exist are null.
+    stored = json.loads(open_loop_output.as_json(results))
+    assert stored["tests"]["B"]["decoupled"]["rmse_t_m"] is None
+
+
+def test_only_test_c_is_repeated_with_half_and_twice_kappa_s(synthetic: None) -> None:
+    assert open_loop(PAPER, "ABD").results["kappa_s"] == []
+    rows = open_loop(PAPER, "C").results["kappa_s"]
+    assert [row["kappa_s"] for row in rows] == [0.5e-3, 2e-3]
+
+
+def test_progress_counts_every_flight(synthetic: None) -> None:
+    calls: list[tuple[int, int, str]] = []
+    open_loop(PAPER, "AC", progress=lambda *call: calls.append(call))
+    assert [done for done, _, _ in calls] == list(range(len(calls)))
+    assert all(done < total for done, total, _ in calls)
+    assert calls[-1][1] == len(calls) == 3 * (2 + 2 + 2)
+
+
+def test_a_batched_vehicle_is_refused(synthetic: None) -> None:
+    with pytest.raises(InputError, match="select"):
+        open_loop(PAPER.replace({"arm.radius": [0.004, 0.005]}))
+
+
+def test_stored_trajectories_and_tables_hold_what_was_computed(
+    synthetic: None, tmp_path: Path
+) -> None:
+    result = open_loop(PAPER, "AB")
+    folder = ResultFolder(tmp_path / "out", "open_loop")
+    open_loop_output.write(result, folder)
+    folder.finish()
+    with xr.open_dataset(tmp_path / "out/open_loop_B.nc", engine="h5netcdf") as stored:
+        xr.testing.assert_equal(stored.load(), result.datasets["B"])
+        assert list(stored["model"].values) == ["coupled", "decoupled", "independent"]
+    lines = (tmp_path / "out/open_loop.csv").read_text().splitlines()
+    assert len(lines) == 1 + 2 * 3
+    table = (tmp_path / "out/table.md").read_text("utf-8")
+    assert "| B | decoupled | 0.2378 | 0.2751 |" in table
+    assert "no match with it is claimed" in table
+
+
+def test_a_folder_of_another_study_is_refused(tmp_path: Path) -> None:
+    ResultFolder(tmp_path, "other")
+    with pytest.raises(InputError, match="another study"):
+        ResultFolder(tmp_path, "open_loop")
+
+
+def test_a_file_that_a_study_has_not_written_is_never_replaced(tmp_path: Path) -> None:
+    folder = ResultFolder(tmp_path, "open_loop")
+    (tmp_path / "table.md").write_text("mine")
+    with pytest.raises(InputError, match=r"table\.md that this study has not written"):
+        folder.write_text("table.md", "ours")
+    assert (tmp_path / "table.md").read_text() == "mine"
+
+
+def test_a_marker_cannot_make_a_study_remove_files_elsewhere(tmp_path: Path) -> None:
+    (tmp_path / "precious").write_text("mine")
+    out = tmp_path / "out"
+    ResultFolder(out, "open_loop")
+    (out / ".continuair").write_text('{"study": "open_loop", "files": ["../precious"]}')
+    ResultFolder(out, "open_loop").finish()
+    assert (tmp_path / "precious").exists()
+
+
+def test_flown_tests_have_converged_and_the_models_agree_on_the_fall() -> None:
+    result = open_loop(PAPER, "BD")
+    for letter in "BD":
+        for entry in result.results["tests"][letter].values():
+            assert entry["converged"], entry
+    # Coupling moves the tip about the centre of mass, not the centre of mass: within the arm's
+    # swing of 0.1 m, z of all models is the same fall.
+    tip = result.datasets["B"]["tip_position"].sel(axis="z").transpose("model", "time").to_numpy()
+    np.testing.assert_allclose(tip[1:], tip[:1].repeat(2, axis=0), atol=0.01)
+    # In free fall from rest nothing turns the decoupled UAV, so its arm swings as on a fixed base.
+    entries = result.results["tests"]["B"]
+    for key in ("rmse_t_m", "angle_rad"):
+        assert entries["decoupled"][key] == pytest.approx(entries["independent"][key], rel=1e-6)

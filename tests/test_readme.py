@@ -1,0 +1,51 @@
+"""The Python in README.md and in the documentation runs as it is printed."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+_BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+BLOCKS = [
+    pytest.param(block, id=f"{page.name}-{number}")
+    for page in PAGES
+    for number, block in enumerate(_BLOCK.findall(page.read_text(encoding="utf-8")), start=1)
+]
+
+
+@pytest.mark.parametrize("block", BLOCKS)
+def test_a_printed_example_runs_on_its_own(block: str, tmp_path: Path) -> None:
+    # A fresh interpreter, as a reader has it: no imports or warning filters of other tests.
+    run = subprocess.run(
+        [sys.executable, "-W", "error::UserWarning:continuair", "-c", block],
+        cwd=tmp_path,
+        env=_environment(),
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert run.returncode == 0, run.stderr
+
+
+def test_the_readme_has_an_example() -> None:
+    assert _BLOCK.search((ROOT / "README.md").read_text(encoding="utf-8"))
+
+
+def test_every_local_link_leads_to_a_file() -> None:
+    missing = []
+    for page in PAGES:
+        for target in re.findall(r"\]\(([^)#\s]+)", page.read_text(encoding="utf-8")):
+            if "://" not in target and not (page.parent / target).exists():
+                missing.append(f"{page.name}: {target}")
+    assert not missing, missing
+
+
+def _environment() -> dict[str, str]:
+    # Examples use the sources under test, and draw without a display.
+    path = os.pathsep.join(filter(None, [str(ROOT / "src"), os.environ.get("PYTHONPATH")]))
+    return {**os.environ, "PYTHONPATH": path, "MPLBACKEND": "Agg"}

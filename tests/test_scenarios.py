@@ -1,0 +1,146 @@
+"""Scenarios: the paper's tests as it prints them, and what an unusable field is told."""
+
+import functools
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from continuair.errors import InputError
+from continuair.scenarios import Scenario, open_loop_test
+
+Q = (0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.1, 0.0)
+
+
+def a_function_of_two(t: float, other: float) -> list[float]:
+    return [t, other]
+
+
+@pytest.mark.parametrize("letter", "ABCD")
+def test_every_open_loop_test_starts_at_rest_bent_by_a_tenth_and_lasts_a_second(
+    letter: str,
+) -> None:
+    scenario = open_loop_test(letter)
+    np.testing.assert_array_equal(scenario.q, Q)
+    np.testing.assert_array_equal(scenario.qd, np.zeros(8))
+    assert (scenario.duration, scenario.jumps, scenario.gravity) == (1.0, (), 9.81)
+    assert scenario.force is scenario.moment is scenario.bend_moment is None
+
+
+def test_only_the_tip_wrench_of_test_d_acts_reversed() -> None:
+    signs = [open_loop_test(letter).tip_wrench_sign for letter in "ABCD"]
+    assert signs == [1, 1, 1, -1]
+
+
+def test_test_a_pushes_along_world_x_and_test_b_does_not_push() -> None:
+    a, b = open_loop_test("A"), open_loop_test("b")
+    np.testing.assert_array_equal(a.tau, [100, 0, 0, 0, 0, 0, 0, 0])
+    assert a.tip_wrench is b.tip_wrench is b.tau is None
+
+
+def test_test_c_drives_bend_and_direction_at_20_radians_per_second() -> None:
+    tau: Any = open_loop_test("C").tau
+    np.testing.assert_allclose(tau(0.0), [0] * 6 + [0.1 * math.sqrt(0.5), 0.1], rtol=1e-15)
+    # Half a period later both have the opposite sign; 1e-15 is their rounding.
+    np.testing.assert_allclose(tau(math.pi / 20), -tau(0.0), atol=1e-15)
+
+
+def test_test_d_as_printed_repeats_every_second_and_with_f1_is_a_chirp() -> None:
+    wrench: Any = open_loop_test("D").tip_wrench
+    np.testing.assert_allclose(wrench(0.0), [10 * math.sqrt(0.5), 0, 25, 0, 0, 0], rtol=1e-15)
+    np.testing.assert_allclose(wrench(0.25)[1], 10)
+    np.testing.assert_allclose(wrench(1.3), wrench(0.3), atol=1e-12)
+    chirp: Any = open_loop_test("D", f1=3.0).tip_wrench
+    # The phase after 1 s is 2 pi (1 + (3 - 1) / (2 * 10)).
+    np.testing.assert_allclose(chirp(1.0)[1], 10 * math.sin(2 * math.pi * 1.1), rtol=1e-12)
+
+
+@pytest.mark.parametrize("letter", ["E", "", "AB", None, 1])
+def test_there_are_no_other_open_loop_tests(letter: Any) -> None:
+    with pytest.raises(InputError, match="use one of: A, B, C, D"):
+        open_loop_test(letter)
+
+
+UNUSABLE: list[tuple[dict[str, Any], str]] = [
+    ({"name": ""}, "name is ''"),
+    ({"q": [0.0] * 7}, "q is [0.0"),
+    ({"q": [[]]}, "q is [[]]"),
+    ({"q": "abc"}, "q is 'abc'"),
+    ({"q": [True] * 8}, "q is [True"),
+    ({"qd": [math.nan] * 8}, "qd is [nan"),
+    ({"q": [Q, Q], "qd": np.zeros((3, 8))}, "q holds 2 and qd holds 3 runs"),
+    ({"q": [Q, Q], "force": np.zeros((3, 3))}, "q holds 2 and force holds 3 runs"),
+    ({"tau": [1.0]}, "tau is [1.0]"),
+    ({"force": [0, 0, math.inf]}, "force is [0, 0, inf]"),
+    ({"moment": "up"}, "moment is 'up'"),
+    ({"bend_moment": lambda t: [t]}, "bend_moment is [0.0] at t = 0"),
+    ({"bend_moment": lambda t: [1 / t, 0]}, "ZeroDivisionError"),
+    ({"bend_moment": a_function_of_two}, "bend_moment cannot be evaluated at t = 0"),
+    ({"tip_wrench": [0, 0, 1]}, "tip_wrench is [0, 0, 1]"),
+    ({"tip_wrench_sign": 0}, "tip_wrench_sign is 0"),
+    ({"tip_wrench_sign": True}, "tip_wrench_sign is True"),
+    ({"duration": 0}, "duration is 0"),
+    ({"duration": math.inf}, "duration is inf"),
+    ({"duration": "1 s"}, "duration is '1 s'"),
+    ({"jumps": (0.0,)}, "jumps is (0.0,)"),
+    ({"jumps": (1.0,)}, "jumps is (1.0,)"),
+    ({"jumps": 0.5}, "jumps is 0.5"),
+    ({"gravity": -9.81}, "gravity is -9.81"),
+]
+
+
+@pytest.mark.parametrize(("changes", "start"), UNUSABLE, ids=lambda value: str(value)[:40])
+def test_unusable_field_is_refused_in_one_sentence_with_value_and_remedy(
+    changes: dict[str, Any], start: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        Scenario("test", Q).replace(**changes)
+    text = str(caught.value)
+    assert start in text
+    assert "; " in text
+    assert text.endswith(".")
+    assert "\n" not in text
+
+
+def test_unknown_field_is_refused_and_the_nearest_named() -> None:
+    with pytest.raises(InputError, match="use duration"):
+        Scenario("test", Q).replace(durations=3)
+
+
+def test_constants_are_immutable_copies_and_jumps_are_sorted() -> None:
+    force = np.array([1.0, 2.0, 3.0])
+    scenario = Scenario("test", Q, force=force, jumps=(0.75, 0.25, 0.75))
+    force[0] = 9.0
+    held: Any = scenario.force
+    assert held[0] == 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        held[0] = 2.0
+    assert scenario.jumps == (0.25, 0.75)
+
+
+def test_rows_of_states_or_inputs_are_runs() -> None:
+    assert Scenario("test", Q).runs is None
+    assert Scenario("test", [Q, Q, Q]).runs == 3
+    assert Scenario("test", Q, force=np.zeros((4, 3))).runs == 4
+
+
+def test_replace_leaves_the_original_and_checks_the_copy() -> None:
+    scenario = open_loop_test("B")
+    longer = scenario.replace(duration=2.0, jumps=(1.5,))
+    assert (scenario.duration, longer.duration) == (1.0, 2.0)
+    with pytest.raises(InputError, match="below 1 s"):
+        longer.replace(duration=1.0)
+
+
+def test_description_is_json_and_names_functions() -> None:
+    described = json.loads(json.dumps(open_loop_test("D", f1=2.0).describe()))
+    assert described["tip_wrench"] == "tip_chirp(f1=2.0)"
+    assert described["q"] == list(Q)
+    assert described["tau"] is None
+    assert open_loop_test("C").describe()["tau"] == "bend_torques"
+    nested = functools.partial(a_function_of_two, other=1.0)
+    assert Scenario("x", Q, bend_moment=nested).describe()["bend_moment"] == (
+        "a_function_of_two(other=1.0)"
+    )
