@@ -10,7 +10,7 @@ from continuair.vehicle import load_vehicle
 
 
 def main() -> None:
-    vehicle = load_vehicle("paper")
+    vehicle = load_vehicle("slender")
     dataset = open_loop(vehicle, "D", ["decoupled"]).datasets["D"]
     figure = pictogram.snapshots(dataset, vehicle, [0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
     path = Path(__file__).parent / "images" / "hero.png"

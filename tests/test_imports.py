@@ -11,17 +11,19 @@ LAYERS = [
     {"errors"},
     {"batch", "parameters"},
     {"vehicle"},
-    {"equations", "scenarios"},
+    {"equations", "scenarios", "coordinates"},
     {"kernels"},
-    {"linear"},
-    {"simulate"},
+    {"grid"},
+    {"linear", "reference"},
+    {"trajectory"},
+    {"simulation"},
     {"metrics"},
     {"studies", "figures"},
     {"cli"},
 ]
 RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
 # The readable form is the oracle of the fast one, so that form must not be built on it.
-INDEPENDENT_OF_EQUATIONS = {"kernels", "linear", "simulate"}
+INDEPENDENT_OF_EQUATIONS = {"kernels", "linear", "simulation"}
 
 
 def imported_modules(path: Path) -> set[str]:

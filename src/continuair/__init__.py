@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from continuair.linear import linearize, modes, trim
     from continuair.metrics import compare
     from continuair.scenarios import Scenario, open_loop_test
-    from continuair.simulate import MODELS, forward_dynamics, simulate
+    from continuair.simulation import MODELS, forward_dynamics, simulate
     from continuair.vehicle import Vehicle, load_vehicle, preset_names
 
 __version__ = version("continuair")
@@ -21,7 +21,7 @@ _HOME = {
     "ContinuairWarning": "errors", "InputError": "errors",
     "Vehicle": "vehicle", "load_vehicle": "vehicle", "preset_names": "vehicle",
     "Scenario": "scenarios", "open_loop_test": "scenarios",
-    "simulate": "simulate", "forward_dynamics": "simulate", "MODELS": "simulate",
+    "simulate": "simulation", "forward_dynamics": "simulation", "MODELS": "simulation",
     "linearize": "linear", "modes": "linear", "trim": "linear",
     "compare": "metrics",
 }

@@ -97,8 +97,7 @@ def open_loop(
     """
     from continuair.studies import open_loop_output
 
-    # Standard output is the JSON's alone if it goes there.
-    study = _run_open_loop(vehicle, tests, model, out, err=json == "-")
+    study = _run_open_loop(vehicle, tests, model, out)
     text = open_loop_output.as_json(study.results)
     if json == "-":
         typer.echo(text, nl=False)
@@ -154,7 +153,7 @@ def _derived(vehicle: Vehicle) -> list[tuple[str, str]]:
     """Return names and values of what a vehicle's parameters imply."""
     from math import pi
 
-    from continuair.linear import bending_frequencies
+    from continuair.linear import STEP_PHASE, bending_frequencies
 
     arm = vehicle.arm
     clamped, free = (float(value) for value in bending_frequencies(vehicle))
@@ -165,20 +164,18 @@ def _derived(vehicle: Vehicle) -> list[tuple[str, str]]:
         ("bending stiffness EI", f"{arm.bending_stiffness:.4g} N m²"),
         ("bending frequency, UAV clamped", hertz[0]),
         ("bending frequency, UAV free", hertz[1]),
-        ("step for accurate results", f"{1e3 * 0.2 / max(clamped, free):.3g} ms"),
+        ("step for accurate results", f"{1e3 * STEP_PHASE / max(clamped, free):.3g} ms"),
     ]
 
 
-def _run_open_loop(
-    vehicle: str, tests: str, models: list[str] | None, out: Path, err: bool = False
-) -> OpenLoop:
-    """Run the study, store it and its figures, and show its table (on standard error if err)."""
+def _run_open_loop(vehicle: str, tests: str, models: list[str] | None, out: Path) -> OpenLoop:
+    """Run the study, store it and its figures, and show its table."""
     from continuair.studies.folder import ResultFolder
     from continuair.vehicle import load_vehicle
 
     loaded = load_vehicle(vehicle)
     with _progress() as progress:
-        from continuair.simulate import MODELS
+        from continuair.simulation import MODELS
         from continuair.studies.open_loop import choose
         from continuair.studies.open_loop import open_loop as run
 
@@ -188,7 +185,7 @@ def _run_open_loop(
         study = run(loaded, tests, models or MODELS, progress=progress)
         progress(1, 1, "writing results and figures")
         _store(study, folder)
-    _show_open_loop(study, folder.path, err)
+    _show_open_loop(study, folder.path)
     return study
 
 
@@ -201,7 +198,8 @@ def _store(study: OpenLoop, folder: ResultFolder) -> None:
     folder.finish()
 
 
-def _show_open_loop(study: OpenLoop, path: Path, err: bool) -> None:
+def _show_open_loop(study: OpenLoop, path: Path) -> None:
+    """Show the table on standard error: standard output is for the JSON alone."""
     from continuair.studies.open_loop_output import METRICS, number, remarks, rows
 
     columns = ["test", "model", "NRMSE\nT", "NRMSE\nR", "RMSE T\n[m]", "RMSE R\n[rad]"]
@@ -210,9 +208,9 @@ def _show_open_loop(study: OpenLoop, path: Path, err: bool) -> None:
         [test, model, *(number(entry[key]) for key in METRICS)]
         for test, model, entry in rows(study.results)
     ]
-    _print_table(columns, table, err)
+    _print_table(columns, table, err=True)
     for line in [*remarks(study.results), study.results["note"], f"Results are in {path}."]:
-        typer.echo(line, err=err)
+        typer.echo(line, err=True)
 
 
 def _print_table(columns: list[str], rows: list[list[str]], err: bool = False) -> None:

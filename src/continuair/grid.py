@@ -75,22 +75,20 @@ def groups_in_use(scenario) -> int:
 
 def sample_inputs(scenario, times: np.ndarray) -> tuple[np.ndarray, int]:
     """Input table (rows, runs or 1, INPUTS) and its rows per time: 0 if all inputs are constant."""
-    columns: dict[slice, np.ndarray] = {}
+    parts: list[tuple[slice, np.ndarray]] = []
     for name, where in _COLUMNS.items():
         value = getattr(scenario, name)
         if value is not None:
             sign = scenario.tip_wrench_sign if name == "tip_wrench" else 1.0
-            columns[where] = sign * _at(value, times)
+            parts.append((where, sign * _at(value, times)))
     if scenario.tau is not None:
         tau = _at(scenario.tau, times)
-        force = columns.get(slice(0, 3), 0.0)
-        columns[slice(0, 3)] = force + tau[..., :3]
-        columns[slice(8, 11)], columns[slice(11, 13)] = tau[..., 3:6], tau[..., 6:8]
-    rows = max((v.shape[0] for v in columns.values()), default=1)
-    runs = max((v.shape[1] for v in columns.values()), default=1)
+        parts += [(slice(0, 3), tau[..., :3]), (slice(8, 13), tau[..., 3:])]
+    rows = max((v.shape[0] for _, v in parts), default=1)
+    runs = max((v.shape[1] for _, v in parts), default=1)
     table = np.zeros((rows, runs, INPUTS))
-    for where, value in columns.items():
-        table[..., where] = value
+    for where, value in parts:
+        table[..., where] += value
     return table, int(rows > 1)
 
 

@@ -34,11 +34,11 @@ def snapshots(
     each snapshot has it at the same height. spacing: distance between snapshots [m].
     """
     with style.applied():
-        figure = style.new_figure(height=2.9)
+        figure = style.new_figure(height=2.5)
         axes: Any = figure.subplots()
         axes.set_axis_off()
         axes.set_aspect("equal")
-        for model in models:
+        for model in reversed(models):
             axes.plot([], [], label=model, color=style.MODELS[model]["color"], lw=2.5)
         for index, time in enumerate(times):
             coupled = dataset.sel(model="coupled").sel(time=time, method="nearest")
@@ -48,10 +48,11 @@ def snapshots(
                 _draw(axes, flight, vehicle, origin, model)
             axes.annotate(
                 f"{float(coupled['time']):.1f} s",
-                (index * spacing, 0.24 * vehicle.arm.length),
+                (index * spacing, 0.42 * vehicle.arm.length),
                 ha="center",
                 color="#555555",
             )
+        axes.set_ylim(top=max(axes.get_ylim()[1], 0.5 * vehicle.arm.length))
         style.model_legend(figure, axes)
     return figure
 

@@ -39,13 +39,12 @@ _QUADRATURE = 40
 class Moments(NamedTuple):
     """Moment functions of a batch of arms at the Chebyshev nodes, arrays (runs, samples).
 
-    value: name -> function; slope: alpha and beta -> derivative in |b|²; axial: (runs,) the
-    constant ∫(axial section inertia) ds [kg m²], so that d = |b|² P + S + axial.
+    value: name -> function; slope: alpha and beta -> derivative in |b|². The inertia of the arm is
+    d 1 - [P bbᵀ - Q(bẑᵀ + ẑbᵀ) + S ẑẑᵀ] with d = |b|² P + S + ∫(axial section inertia) ds.
     """
 
     value: dict[str, np.ndarray]
     slope: dict[str, np.ndarray]
-    axial: np.ndarray
 
 
 def length_unit(length):
@@ -168,7 +167,6 @@ def moments(length, backbone, disks) -> Moments:
         rods.append((*inertia, *integrands(s, squared_bends())))
     value = {name: np.zeros((len(unit), _SAMPLES), _Fine) for name in NAMES}
     slope = {name: np.zeros((len(unit), _SAMPLES), _Fine) for name in ("alpha", "beta")}
-    total_axial = np.zeros(len(unit))
     for mass, transverse, axial, by_density, by_mass in rods:
         for name, (per_mass, per_transverse, per_difference) in by_density.items():
             power = 1 if name in slope else 2
@@ -179,8 +177,7 @@ def moments(length, backbone, disks) -> Moments:
             )
         for name, per_mass in by_mass.items():
             slope[name] += mass[:, None] * per_mass * unit
-        total_axial += axial
-    return Moments(value, slope, total_axial)
+    return Moments(value, slope)
 
 
 def about_common_centre(arm: Moments, total_mass, height) -> Moments:
@@ -203,4 +200,4 @@ def about_common_centre(arm: Moments, total_mass, height) -> Moments:
         KW=f["KW"] - (dα * β - α * dβ) / m - z * dα,
         ND=f["ND"] - 4.0 * (α * dα + u * dα**2 + dβ**2) / m,
     )
-    return Moments(reduced, arm.slope, arm.axial)
+    return Moments(reduced, arm.slope)

@@ -52,11 +52,13 @@ class Engine:
         self.plants, table = pack(vehicle, self.kernels.code)
         self.table = table.astype(self.dtype)
 
-    def roll_out(self, start, angle, grid, inputs, sample_inputs, gravity, groups, observe) -> Logs:
+    def roll_out(self, start, angle, grid, inputs, sample_inputs, gravity, groups, observe,
+                 first=0) -> Logs:
         """Roll out every run of `start` (runs, 17); `inputs` is (table, rows-per-time flag).
 
         angle: (runs,) initial ψa [rad], naming the signed branch of the bend. sample_inputs: the
-        same pair at the sample times, for what is observed.
+        same pair at the sample times, for what is observed. first: index of the first run in the
+        batch of vehicles.
         """
         runs, samples = len(start), len(grid.samples)
         log = np.full((runs, samples, LOG), np.nan, self.dtype)
@@ -66,7 +68,7 @@ class Engine:
         after = self._upload(grid.sample_after, wp.int32)
 
         def work(part: slice) -> None:
-            plants, table = self._vehicles(part)
+            plants, table = self._vehicles(slice(first + part.start, first + part.stop))
             drive = self._inputs(inputs[0], part)
             out = self._upload(log[part])
             ends = [self._upload(a[part], wp.int32) for a in (status, last)]

@@ -8,6 +8,9 @@ import numpy as np
 
 from continuair.kernels import arc
 
+# Vehicles whose moments are sampled at once: bounds the memory of the host side.
+_BLOCK = 4096
+
 
 def pack(vehicle, code: SimpleNamespace) -> tuple[np.ndarray, np.ndarray]:
     """Structured parameters (vehicles,) and moment polynomials (vehicles, terms, moments).
@@ -39,13 +42,15 @@ def pack(vehicle, code: SimpleNamespace) -> tuple[np.ndarray, np.ndarray]:
     ]
     arm_mass = across(rod.mass)
     mass = uav_mass + arm_mass
-    own = arc.moments(length, backbone, disks)
     lever = mount * (uav_mass / mass)[:, None]
-    moments = arc.about_common_centre(own, mass, lever[:, 2])
-    if code.model != "coupled":
-        moments.value.update(NP=own.value["NP"], ND=own.value["ND"])
     unit = arc.length_unit(length)
-    table = np.stack([arc.interpolate(moments.value[name]) for name in arc.NAMES], axis=-1)
+    blocks = [slice(first, first + _BLOCK) for first in range(0, runs, _BLOCK)]
+    table = np.concatenate([
+        _table(code.model, length[at], [b[at] for b in backbone],
+               [[part[at] for part in disk] for disk in disks], mass[at], lever[at, 2])
+        for at in blocks
+    ])
+    axial = backbone[2] + sum((disk[3] for disk in disks), np.zeros(runs))
 
     plants = np.zeros(runs, dtype=code.Plant.numpy_dtype())
     reduced = uav_mass * arm_mass / mass
@@ -58,9 +63,18 @@ def pack(vehicle, code: SimpleNamespace) -> tuple[np.ndarray, np.ndarray]:
     plants["uav_inertia"] = inertia
     plants["lever"][:, :2] = lever[:, :2]
     plants["inertia"] = (
-        inertia + moments.axial[:, None, None] * np.eye(3) + reduced[:, None, None] * _spread(mount)
+        inertia + axial[:, None, None] * np.eye(3) + reduced[:, None, None] * _spread(mount)
     )
     return plants, table
+
+
+def _table(model: str, length, backbone, disks, mass, height) -> np.ndarray:
+    """Moment polynomials (vehicles, terms, moments) of a block of vehicles."""
+    own = arc.moments(length, backbone, disks)
+    reduced = arc.about_common_centre(own, mass, height)
+    if model != "coupled":
+        reduced.value.update(NP=own.value["NP"], ND=own.value["ND"])
+    return np.stack([arc.interpolate(reduced.value[name]) for name in arc.NAMES], axis=-1)
 
 
 def _leaves(value):

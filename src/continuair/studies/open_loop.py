@@ -16,7 +16,7 @@ import xarray as xr
 from continuair.errors import InputError, nearest, shown
 from continuair.metrics import compare
 from continuair.scenarios import OPEN_LOOP_TESTS, Scenario, open_loop_test
-from continuair.simulate import MODELS, simulate
+from continuair.simulation import MODELS, simulate
 from continuair.studies.convergence import (
     CONVERGED,
     REFERENCE,

@@ -85,22 +85,15 @@ def simulate(
 
     observe = any(name in OBSERVED_VARIABLES for name in names)
     chunk = max(1, int(_CHUNK_NUMBERS / (len(grid.samples) * 41)))
-    engine = None
+    engine = Engine(vehicle, model, dtype, device, threads)
     parts = []
     for first in range(0, runs, chunk):
         part = slice(first, min(first + chunk, runs))
-        if engine is None or vehicle.runs:
-            engine = Engine(_part(vehicle, part, runs), model, dtype, device, threads)
         logs = engine.roll_out(
             start[part], q[part, 7], grid, _columns(inputs, part), _columns(at_samples, part),
-            scenario.gravity, grouped, observe)
+            scenario.gravity, grouped, observe, first)
         parts.append(assemble(grid, logs, names, bool(batched) or runs > 1, provenance))
     return concatenate(parts)
-
-
-def _part(vehicle: Vehicle, part: slice, runs: int) -> Vehicle:
-    whole = part.stop - part.start == runs
-    return vehicle if vehicle.runs is None or whole else vehicle.take(part)
 
 
 def _columns(inputs, part):
