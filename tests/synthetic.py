@@ -25,14 +25,14 @@ def flight(
     sample: float = 1e-3,
     error: float = 0.0,
 ) -> xr.Dataset:
-    """Return a falling, slowly pitching vehicle; `error` [m/s] times t and step/STEP is added."""
+    """Return a falling, slowly pitching vehicle; `error` [m/s] times t (step/STEP)² is added."""
     time = np.linspace(0.0, scenario.duration, round(scenario.duration / sample) + 1)
     h = STEP if step == "auto" else float(step)
     offset = OFFSETS[model] * time**2
     position = np.outer(time**2, [0.0, 0.0, -4.905]) + [0.0, 0.0, 5.0]
     attitude = Rotation.from_rotvec(np.outer(0.3 * time + offset, [0.0, 1.0, 0.0]))
     tip = position + np.column_stack([0.1 * time + offset, 0 * time, 0 * time - 1.0])
-    wrong = {"coupled": 0.0}.get(model, error) * h / STEP
+    wrong = {"coupled": 0.0}.get(model, error) * (h / STEP) ** 2
     tip[:, 0] += wrong * time
     kappa = 0.1 * np.cos(20 * time)
     zero = np.zeros_like(time)

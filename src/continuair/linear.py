@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from continuair.coordinates import state_from_paper
 from continuair.errors import InputError, shown
-from continuair.kernels.dynamics import GENERAL, INPUTS, PAPER, TIP
+from continuair.kernels.dynamics import GENERAL, INPUTS, TIP
 from continuair.kernels.engine import Engine
 from continuair.vehicle import Vehicle
 
@@ -110,27 +110,27 @@ def modes(vehicle: Vehicle, q=None, *, base: str = "free", gravity: float = 9.81
     return Modes(frequencies, damping, shapes / np.linalg.norm(shapes, axis=0))
 
 
-def linearize(vehicle: Vehicle, q=None, qd=None, *, tau=0.0, tip_wrench=0.0, model="coupled",
-              gravity: float = 9.81) -> tuple[np.ndarray, np.ndarray]:
+def linearize(vehicle: Vehicle, q=None, qd=None, *, force=0.0, moment=0.0, bend_moment=0.0,
+              tip_wrench=0.0, model="coupled", gravity: float = 9.81) -> tuple[np.ndarray, np.ndarray]:
     """A (16, 16) and B (16, 8) of the dynamics about a configuration and its rates.
 
     Perturbations: position 3 (world), rotation 3 (body axes), bend 2, velocity 3 (world), angular
-    velocity 3 (body), bend rate 2; inputs: world force 3, body moment 3, bend moment 2. tau and
-    tip_wrench hold at the operating point. Central differences of fourth order: 1e-9 relative.
+    velocity 3 (body), bend rate 2; inputs: world force 3, body moment 3, bend moment 2. The four
+    inputs given, a hover's from `trim`, hold at the operating point. Central differences of fourth
+    order: about 1e-9 relative. Raises InputError.
     """
     at, rates = _configuration(q), _configuration(qd)
     centre = state_from_paper(at[None], rates[None])[0]
     steps = np.array([-2.0, -1.0, 1.0, 2.0]) * _DIFFERENCE
     weights = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * _DIFFERENCE)
     inputs = np.zeros(INPUTS)
-    inputs[:3], inputs[8:13] = np.broadcast_to(tau, 8)[:3], np.broadcast_to(tau, 8)[3:]
-    inputs[13:] = tip_wrench
+    inputs[:3], inputs[3:6], inputs[6:8], inputs[13:] = force, moment, bend_moment, tip_wrench
     states = np.array([_perturbed(centre, i, h) for i in range(16) for h in steps])
     engine = Engine(vehicle, model)
 
     def differences(states, inputs):
         rate = engine.derivative(states, np.full(len(states), at[7]), inputs, gravity,
-                                 GENERAL + PAPER + TIP, np.broadcast_to(centre, states.shape))
+                                 GENERAL + TIP, np.broadcast_to(centre, states.shape))
         return np.einsum("h,ihk->ki", weights, _tangent(rate, states).reshape(-1, 4, 16))
 
     A = differences(states, inputs[None, None])

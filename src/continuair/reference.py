@@ -12,6 +12,9 @@ from continuair.kernels.rollout import LOG, NOT_FINITE, OK, OVERBENT
 # With a relative tolerance alone, components that pass through zero would stall the step.
 _ABSOLUTE = 1e-2
 
+# Points per step at which the signed branch of the bend is followed: its steps are long.
+_FOLLOWED = 16
+
 
 def integrate_reference(engine: Engine, start, angle, grid: Grid, scenario, tolerance: float,
                         at_samples) -> Logs:
@@ -40,11 +43,12 @@ def integrate_reference(engine: Engine, start, angle, grid: Grid, scenario, tole
                 status, reached = (OVERBENT if bent else NOT_FINITE), solver.t
                 break
             dense = solver.dense_output()
-            for i in np.flatnonzero((grid.samples > solver.t_old) & (grid.samples <= solver.t)):
-                state = _unit(dense(grid.samples[i]))
+            covered = grid.samples[(grid.samples > solver.t_old) & (grid.samples <= solver.t)]
+            between = np.linspace(solver.t_old, solver.t, _FOLLOWED + 1)[1:]
+            for t in np.union1d(covered, between):
+                state = _unit(dense(t))
                 branch = _follow(state, branch)
-                log[0, i] = _row(state, branch)
-            branch = _follow(solver.y, branch)
+                log[0, np.flatnonzero(grid.samples == t)] = _row(state, branch)
         y = _unit(solver.y)
         if status != OK:
             break

@@ -13,7 +13,7 @@ from continuair.coordinates import paper_accelerations, state_from_paper
 from continuair.errors import ContinuairWarning, InputError, nearest, shown
 from continuair.grid import groups_in_use, make_grid, sample_inputs, stage_times
 from continuair.kernels.dynamics import GENERAL, INPUTS, PAPER, TIP
-from continuair.kernels.engine import Engine
+from continuair.kernels.engine import Engine, check_device
 from continuair.linear import automatic_step
 from continuair.reference import integrate_reference
 from continuair.trajectory import OBSERVED_VARIABLES, VARIABLES, assemble, concatenate
@@ -52,6 +52,7 @@ def simulate(
     """
     names = _checked(vehicle, model, step, duration, sample, variables, integrator, tolerance,
                      dtype, threads)
+    check_device(device)
     duration = scenario.duration if duration is None else float(duration)
     q, qd = np.atleast_2d(scenario.q), np.atleast_2d(scenario.qd)
     batched = max(vehicle.runs or 0, np.ndim(scenario.q) - 1 and len(q),

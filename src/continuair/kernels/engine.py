@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 import warp as wp
 
+from continuair.errors import InputError, shown
 from continuair.kernels.dynamics import STATE
 from continuair.kernels.plant import pack
 from continuair.kernels.rollout import LOG, OBSERVED, kernels
@@ -28,6 +29,14 @@ def start_warp() -> None:
         finally:
             os.dup2(kept, 2)
             os.close(kept)
+
+
+def check_device(device: str) -> None:
+    """Raise InputError unless the device can be launched on."""
+    start_warp()
+    valid = ["cpu", *(found.alias for found in wp.get_cuda_devices())]
+    if device not in valid:
+        raise InputError(f"device is {shown(device)}; use one of {', '.join(valid)}.")
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,22 @@ SAMPLE = 1e-3
 
 CONVERGED = 0.01
 """Largest step-halving error, as a share of what is concluded from, that counts as converged."""
+
+FALL = 2.0
+"""Least ratio of successive step-halving errors that shows convergence; RK4 alone has 16."""
+
+
+def settled(errors: Sequence[float], singular: bool) -> bool:
+    """Tell whether the last of the step-halving errors, each at half the step before, can be used.
+
+    The first is believed if it is small and nothing singular acts. Later ones must be small twice
+    in a row and fall: near a singularity a change may be small by chance, and grow again.
+    """
+    if errors[-1] > CONVERGED:
+        return False
+    if len(errors) == 1:
+        return not singular
+    return errors[-2] <= CONVERGED and errors[-1] <= errors[-2] / FALL
 
 
 def step_of(dataset: xr.Dataset) -> float:

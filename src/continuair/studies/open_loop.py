@@ -18,10 +18,10 @@ from continuair.metrics import compare
 from continuair.scenarios import OPEN_LOOP_TESTS, Scenario, open_loop_test
 from continuair.simulation import MODELS, simulate
 from continuair.studies.convergence import (
-    CONVERGED,
     REFERENCE,
     SAMPLE,
     Flown,
+    settled,
     step_errors,
     step_of,
 )
@@ -153,18 +153,22 @@ def _converge(
 ) -> tuple[Flown, dict[str, Any], list[dict[str, Any]]]:
     """Halve the step until the results have converged; return flights, entries, coarser entries."""
     coarse = flights.fly(vehicle, scenario, "automatic step")
-    coarser: list[dict[str, Any]] = []
+    levels: list[dict[str, Any]] = []
     while True:
         half = step_of(coarse[REFERENCE]) / 2
         fine = flights.fly(vehicle, scenario, f"step {1e3 * half:.2g} ms", step=half)
         entries = {model: _entry(model, coarse, fine) for model in flights.models}
+        levels.append(entries)
+        for model, entry in entries.items():
+            errors = [level[model]["step_halving_error"] for level in levels]
+            entry["converged"] = entry["status"] == 0 and settled(errors, _is_singular(scenario))
         failed = any(entry["status"] for entry in entries.values())
-        converged = all(entry["converged"] for entry in entries.values())
-        if converged or failed or len(coarser) + 1 == MAX_HALVINGS:
+        done = all(entry["converged"] for entry in entries.values())
+        if done or failed or len(levels) == MAX_HALVINGS:
             for model, entry in entries.items():
-                entry["reason"] = _reason(entry, scenario, vehicle, coarse[model])
-            return coarse, entries, coarser
-        coarser.append(entries)
+                history = [level[model] for level in levels]
+                entry["reason"] = _reason(history, scenario, vehicle, coarse[model])
+            return coarse, entries, levels[:-1]
         flights.rounds += 1
         coarse = fine
 
@@ -173,34 +177,51 @@ def _entry(model: str, coarse: Flown, fine: Flown) -> dict[str, Any]:
     """Metrics of one model against the coupled one, and what share of them is the step's."""
     metrics = compare(coarse[REFERENCE], coarse[model])
     error_t, error_r = step_errors(model, coarse, fine, metrics)
-    status = int(coarse[model]["status"])
     return metrics | {
         "step_s": step_of(coarse[model]),
         "step_halving_error_t": error_t,
         "step_halving_error_r": error_r,
         "step_halving_error": max(error_t, error_r),
-        "status": status,
-        "converged": max(error_t, error_r) <= CONVERGED and status == 0,
+        "status": int(coarse[model]["status"]),
     }
 
 
+def _is_singular(scenario: Scenario) -> bool:
+    """Tell whether Q_psi_a acts, which is divided by the bend."""
+    return callable(scenario.tau)
+
+
 def _reason(
-    entry: dict[str, Any], scenario: Scenario, vehicle: Vehicle, dataset: xr.Dataset
+    history: list[dict[str, Any]], scenario: Scenario, vehicle: Vehicle, dataset: xr.Dataset
 ) -> str:
-    """Say why a flight has not converged; nothing if it has."""
+    """Say why a flight has not converged; nothing if it has. history: from the coarsest step."""
+    entry = history[-1]
     if entry["converged"]:
         return ""
     if entry["status"]:
         end = float(dataset["end_time"])
         return f"the run ended at {end:g} s with status {entry['status']}"
-    text = f"halving the step changes it by {100 * entry['step_halving_error']:.2g} %"
-    if not callable(scenario.tau):
-        return text
-    closest = np.linalg.norm(dataset["bend"].transpose("time", ...).to_numpy(), axis=-1).min()
-    return (
-        f"{text}, because Q_psi_a is divided by the bend (by kappa_s = {vehicle.arm.kappa_s:g} 1/m "
-        f"below it) and is nearly singular where the arm passes straight, here at {closest:.2g} 1/m"
+    largest = max(level["step_halving_error"] for level in history)
+    text = (
+        f"halving the step changes it by {percent(entry['step_halving_error'])}, at the steps "
+        f"tried by up to {percent(largest)}, and that does not fall with the step"
     )
+    if _is_singular(scenario):
+        closest = np.linalg.norm(dataset["bend"].transpose("time", ...).to_numpy(), axis=-1).min()
+        text += (
+            "; Q_psi_a is divided by the bend (by kappa_s = "
+            f"{vehicle.arm.kappa_s:g} 1/m below it) and is nearly singular where the arm passes "
+            f"straight, here at {closest:.2g} 1/m or less"
+        )
+    lowest, highest = (f([level["rmse_t_m"] for level in history]) for f in (min, max))
+    if highest > 0:
+        text += f"; its RMSE_T at these steps is {lowest:.4g} to {highest:.4g} m"
+    return text
+
+
+def percent(share: float) -> str:
+    """Return a share as texts print it."""
+    return f"{100 * share:.0f} %" if share >= 0.1 else f"{100 * share:.2g} %"
 
 
 def _other_kappa_s(

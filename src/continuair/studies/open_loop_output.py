@@ -11,7 +11,7 @@ from typing import Any
 from continuair.errors import InputError
 from continuair.studies.convergence import CONVERGED, REFERENCE
 from continuair.studies.folder import ResultFolder
-from continuair.studies.open_loop import PRINTED, OpenLoop
+from continuair.studies.open_loop import PRINTED, OpenLoop, percent
 
 METRICS = ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_r_rad", "angle_rad", "step_halving_error")
 """The columns of the tables, as keys of the results."""
@@ -81,7 +81,8 @@ def as_table(results: dict[str, Any]) -> str:
         "",
         "Step error: the change of the tip, or of its difference from the coupled one, when the",
         "step is halved, as a share of that difference (coupled: of the motion beyond free fall);",
-        f"up to {100 * CONVERGED:g} % counts as converged.",
+        f"up to {percent(CONVERGED)} counts as converged, for a refined step only if it falls with",
+        "the step.",
         "",
         *(remarks(results) or ["Every flight has converged at the automatic step."]),
     ]
@@ -98,7 +99,7 @@ def remarks(results: dict[str, Any]) -> list[str]:
             lines.append(
                 f"* Test {letter} is reported at a step of {1e3 * step:.2g} ms: halving the "
                 f"automatic one, {1e3 * coarser[0][REFERENCE]['step_s']:.2g} ms, changes it by "
-                f"{100 * share:.2g} %."
+                f"{percent(share)}."
             )
         for model, entry in entries.items():
             if entry["reason"]:

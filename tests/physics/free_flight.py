@@ -1,0 +1,19 @@
+"""The free flight that the conservation and convergence tests share."""
+
+import numpy as np
+
+import continuair as ca
+from continuair.coordinates import euler_to_body_rates
+
+
+def tumbling(duration: float = 10.0, gravity: float = 0.0) -> ca.Scenario:
+    """Bend (1, 0.5) 1/m at rate (2, -1) 1/(m s), ω = (0.5, 1, -0.7) rad/s, v = (0.1, -0.2, 0.3) m/s."""
+    bend, rate = np.array([1.0, 0.5]), np.array([2.0, -1.0])
+    kappa = np.hypot(*bend)
+    along = bend / kappa
+    across = np.array([-along[1], along[0]])
+    q = np.zeros(8)
+    q[6:] = kappa, np.arctan2(bend[1], bend[0])
+    euler_rates = np.linalg.solve(euler_to_body_rates(q[None])[0], [0.5, 1.0, -0.7])
+    qd = np.concatenate([[0.1, -0.2, 0.3], euler_rates, [rate @ along, rate @ across / kappa]])
+    return ca.Scenario(name="tumbling", q=q, qd=qd, duration=duration, gravity=gravity)

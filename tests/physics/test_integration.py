@@ -1,0 +1,160 @@
+"""Convergence of RK4, the DOP853 reference, input jumps, batches and the end of a run."""
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from tests.physics.free_flight import tumbling
+
+VEHICLE = ca.load_vehicle("paper")
+
+
+def test_rk4_converges_with_slope_four() -> None:
+    steps = [1e-3, 5e-4, 2.5e-4, 1.25e-4]
+    reference = ca.simulate(VEHICLE, tumbling(0.5), integrator="dop853", tolerance=1e-13,
+                            sample=0.1).tip_position
+    errors = [
+        float(np.abs(ca.simulate(VEHICLE, tumbling(0.5), step=h, sample=0.1).tip_position
+                     - reference).max())
+        for h in steps
+    ]
+    fine = np.log2(errors[-2] / errors[-1])
+    assert fine == pytest.approx(4.0, abs=0.15)
+
+
+@pytest.mark.parametrize("scenario", [
+    ca.open_loop_test("B"),
+    ca.Scenario(name="smooth", q=[0, 0, 5, 0, 0, 0, 0.3, 0.2], duration=1.0,
+                force=lambda t: [2 * np.sin(3 * t), 0, 25], bend_moment=lambda t: [5 * t, -3 * t]),
+], ids=["free fall", "smooth manoeuvre"])
+def test_dop853_is_within_a_hundred_times_its_tolerance(scenario: ca.Scenario) -> None:
+    tolerance = 1e-8
+    runs = [ca.simulate(VEHICLE, scenario, integrator="dop853", tolerance=t, sample=0.05)
+            for t in (tolerance, tolerance / 100)]
+    for name in ("tip_position", "attitude", "bend"):
+        scale = float(np.abs(runs[1][name]).max())
+        assert float(np.abs(runs[0][name] - runs[1][name]).max()) < 100 * tolerance * scale
+
+
+def test_dop853_agrees_with_rk4_across_an_input_jump() -> None:
+    def force(t: float) -> list[float]:
+        return [10.0, 0.0, 25.0] if t <= 0.1234 else [-10.0, 5.0, 25.0]
+
+    scenario = ca.Scenario(name="jump", q=np.zeros(8), force=force, duration=0.4, jumps=(0.1234,))
+    fine = ca.simulate(VEHICLE, scenario, step=1e-4, sample=0.05)
+    reference = ca.simulate(VEHICLE, scenario, integrator="dop853", tolerance=1e-12, sample=0.05)
+    assert float(np.abs(fine.tip_position - reference.tip_position).max()) < 1e-8
+
+
+def test_a_declared_jump_keeps_fourth_order() -> None:
+    def force(t: float) -> list[float]:
+        return [50.0, 0.0, 25.0] if t <= 0.11117 else [0.0, 50.0, 25.0]
+
+    scenario = ca.Scenario(name="jump", q=np.zeros(8), force=force, duration=0.2, jumps=(0.11117,))
+    reference = ca.simulate(VEHICLE, scenario, integrator="dop853", tolerance=1e-13, sample=0.2)
+    errors = [
+        float(np.abs(ca.simulate(VEHICLE, scenario, step=h, sample=0.2).tip_position
+                     - reference.tip_position).max()) for h in (1e-3, 5e-4, 2.5e-4)]
+    assert np.log2(errors[0] / errors[2]) / 2 > 3.6
+
+
+def test_free_fall_is_exact() -> None:
+    """A straight arm at rest falls as a point: z = -g t²/2 whatever the step."""
+    run = ca.simulate(VEHICLE, ca.Scenario(name="fall", q=np.zeros(8)))
+    np.testing.assert_allclose(run.position.sel(axis="z"), -0.5 * 9.81 * run.time**2, atol=1e-12)
+    np.testing.assert_allclose(run.base_force, 0.0, atol=1e-10)
+
+
+def test_coupled_bending_in_free_fall_does_not_feel_gravity_and_decoupled_does() -> None:
+    runs = {
+        (model, g): ca.simulate(VEHICLE, ca.open_loop_test("B").replace(gravity=g), model=model)
+        for model in ("coupled", "decoupled") for g in (0.0, 9.81)
+    }
+    same = np.abs(runs["coupled", 0.0].bend - runs["coupled", 9.81].bend).max()
+    different = np.abs(runs["decoupled", 0.0].bend - runs["decoupled", 9.81].bend).max()
+    assert same < 1e-12 < 1e-3 < different
+
+
+def test_turning_the_world_turns_the_flight() -> None:
+    """Yaw equivariance: initial yaw and forces turned by ψ turn the whole flight by ψ."""
+    yaw = 0.8
+    c, s = np.cos(yaw), np.sin(yaw)
+    plain = ca.Scenario(name="plain", q=[1, 2, 3, 0.1, 0.2, 0, 0.5, 0.3], force=[3, -4, 20])
+    turned = ca.Scenario(name="turned", q=[c - 2 * s, s + 2 * c, 3, 0.1, 0.2, yaw, 0.5, 0.3],
+                         force=[3 * c + 4 * s, 3 * s - 4 * c, 20])
+    for model in ca.MODELS:
+        a, b = (ca.simulate(VEHICLE, x, model=model, sample=0.1).tip_position.to_numpy()
+                for x in (plain, turned))
+        np.testing.assert_allclose(a @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]), b, atol=1e-10)
+
+
+def test_the_signed_branch_of_the_bend_passes_through_straight_without_a_jump() -> None:
+    scenario = ca.Scenario(name="swing", q=[0, 0, 0, 0, 0, 0, 0.5, 0.4], duration=0.5)
+    run = ca.simulate(VEHICLE, scenario, model="independent")
+    kappa, psi = run.q.sel(coordinate="kappa"), run.q.sel(coordinate="psi_a")
+    assert float(kappa.min()) < -0.1 < 0.1 < float(kappa.max())
+    np.testing.assert_allclose(psi, 0.4, atol=1e-9)
+
+
+def test_a_tumble_through_the_pitch_singularity_is_continuous() -> None:
+    scenario = ca.Scenario(name="tumble", q=np.zeros(8), qd=[0, 0, 0, 0, 4, 0, 0, 0], gravity=0.0)
+    run = ca.simulate(VEHICLE, scenario, model="independent", sample=1e-2)
+    pitch = run.q.sel(coordinate="pitch")
+    assert float(pitch.max()) > np.pi / 2
+    assert float(np.abs(np.diff(run.q, axis=0)).max()) < 0.2
+
+
+def test_a_batch_equals_its_runs_one_by_one() -> None:
+    radii, masses = np.linspace(0.004, 0.01, 5), np.linspace(1.0, 3.0, 5)
+    batch = VEHICLE.replace({"arm.radius": radii, "uav.mass": masses})
+    scenario = ca.open_loop_test("D")
+    together = ca.simulate(batch, scenario, step=5e-4, sample=0.1, threads=2)
+    for i in range(5):
+        alone = ca.simulate(batch.select(i), scenario, step=5e-4, sample=0.1)
+        np.testing.assert_array_equal(together.isel(run=i).tip_position, alone.tip_position)
+
+
+def test_initial_states_and_inputs_may_vary_over_runs() -> None:
+    q = np.zeros((3, 8))
+    q[:, 6] = 0.1, 0.2, 0.3
+    forces = np.array([[1.0, 0, 0], [2.0, 0, 0], [3.0, 0, 0]])
+    run = ca.simulate(VEHICLE, ca.Scenario(name="b", q=q, force=forces), sample=0.5)
+    for i in range(3):
+        alone = ca.simulate(VEHICLE, ca.Scenario(name="a", q=q[i], force=forces[i]), sample=0.5,
+                            step=run.attrs["step"])
+        np.testing.assert_array_equal(run.isel(run=i).position, alone.position)
+
+
+def test_a_run_that_bends_past_a_full_circle_ends_with_a_status_and_spares_the_others() -> None:
+    moments = np.array([[0.0, 0.0], [5000.0, 0.0]])
+    scenario = ca.Scenario(name="overbent", q=np.zeros(8), bend_moment=moments, duration=0.5)
+    run = ca.simulate(VEHICLE, scenario)
+    assert run.status.to_numpy().tolist() == [0, 2]
+    assert 0.0 < float(run.end_time[1]) < 0.5
+    late = run.time > float(run.end_time[1]) + 1e-9
+    assert np.isnan(run.bend[1][late]).all() and np.isfinite(run.bend[0]).all()
+    assert float(np.linalg.norm(run.bend[1][~late], axis=-1).max()) <= 2 * np.pi
+
+
+def test_single_precision_follows_double() -> None:
+    runs = [ca.simulate(VEHICLE, ca.open_loop_test("D"), dtype=d) for d in ("float64", "float32")]
+    assert runs[1].tip_position.dtype == np.float32
+    # 1000 steps of single-precision rounding.
+    assert float(np.abs(runs[0].tip_position - runs[1].tip_position).max()) < 1e-3
+
+
+@pytest.mark.parametrize(("options", "words"), [
+    ({"model": "couple"}, "model"), ({"step": -1.0}, "step"), ({"sample": 0}, "sample"),
+    ({"variables": ["tip_positon"]}, "tip_position"), ({"dtype": "float16"}, "dtype"),
+    ({"integrator": "euler"}, "integrator"), ({"duration": np.inf}, "duration"),
+    ({"threads": 0}, "threads"), ({"device": "cuda:9"}, "device"),
+])
+def test_a_bad_option_is_named_in_one_sentence(options: dict[str, object], words: str) -> None:
+    with pytest.raises(ca.InputError, match=words) as caught:
+        ca.simulate(VEHICLE, ca.open_loop_test("B"), **options)  # type: ignore[arg-type]
+    assert "\n" not in str(caught.value)
+
+
+def test_a_step_too_coarse_for_the_stiffest_mode_warns_with_the_estimate() -> None:
+    with pytest.warns(ca.ContinuairWarning, match="0.0014 s or less"):
+        ca.simulate(VEHICLE, ca.open_loop_test("B"), step=5e-3, sample=5e-3)
