@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 import continuair.cli as cli
 import continuair.studies.open_loop as study
 from continuair.errors import ContinuairWarning
-from synthetic import flight
+from tests.synthetic import flight
 
 
 @pytest.fixture(autouse=True)

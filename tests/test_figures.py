@@ -11,7 +11,7 @@ import continuair.studies.open_loop as study
 from continuair.figures import open_loop as figures
 from continuair.figures import pictogram, style
 from continuair.vehicle import load_vehicle
-from synthetic import flight
+from tests.synthetic import flight
 
 PAPER = load_vehicle("paper")
 

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from continuair.metrics import compare, euler_angles, geodesic_angle, nrmse, rmse, tip_euler
 from continuair.scenarios import open_loop_test
 from continuair.vehicle import load_vehicle
-from synthetic import flight
+from tests.synthetic import flight
 
 # Sums of a thousand rounded terms.
 ROUNDING = 1e-12

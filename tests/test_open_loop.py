@@ -17,7 +17,7 @@ from continuair.studies.convergence import settled
 from continuair.studies.folder import ResultFolder
 from continuair.studies.open_loop import MAX_HALVINGS, open_loop
 from continuair.vehicle import load_vehicle
-from synthetic import OFFSETS, flight
+from tests.synthetic import OFFSETS, flight
 
 PAPER = load_vehicle("paper")
 
@@ -99,12 +99,13 @@ def test_a_run_that_ended_early_is_not_converged_and_not_refined(
     def ended(*arguments: Any, **policy: Any) -> xr.Dataset:
         dataset = flight(*arguments, **policy)
         late = dataset["time"] > 0.5
-        return dataset.assign(
+        changed: xr.Dataset = dataset.assign(
             status=((), np.int8(2)),
             end_time=((), 0.5),
             tip_position=dataset["tip_position"].where(~late),
             tip_attitude=dataset["tip_attitude"].where(~late),
         )
+        return changed
 
     monkeypatch.setattr(study, "simulate", ended)
     results = open_loop(PAPER, "B").results
