@@ -75,3 +75,5 @@ def save(figure: Figure, paths: list[Path]) -> None:
             # Without a date, equal results give equal files.
             metadata = {"CreationDate": None} if path.suffix == ".pdf" else None
             figure.savefig(path, dpi=RESOLUTION, metadata=metadata)
+        # The layout is found once, by the first drawing.
+        figure.set_layout_engine("none")

@@ -40,7 +40,7 @@ NOTE = (
     "their table, so no match with it is claimed."
 )
 
-MAX_HALVINGS = 7
+MAX_HALVINGS = 4
 """Most times that a step is halved in search of a converged one; 1 ms becomes 8 µs."""
 
 KAPPA_S_FACTORS = (0.5, 2.0)
