@@ -8,21 +8,37 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from continuair.errors import ContinuairWarning, InputError
-    from continuair.linear import linearize, modes, trim
-    from continuair.metrics import compare
-    from continuair.scenarios import Scenario, open_loop_test
-    from continuair.simulation import MODELS, forward_dynamics, simulate
-    from continuair.vehicle import Vehicle, load_vehicle, preset_names
+    from continuair.errors import ContinuairWarning as ContinuairWarning
+    from continuair.errors import InputError as InputError
+    from continuair.linear import linearize as linearize
+    from continuair.linear import modes as modes
+    from continuair.linear import trim as trim
+    from continuair.metrics import compare as compare
+    from continuair.scenarios import Scenario as Scenario
+    from continuair.scenarios import open_loop_test as open_loop_test
+    from continuair.simulation import MODELS as MODELS
+    from continuair.simulation import forward_dynamics as forward_dynamics
+    from continuair.simulation import simulate as simulate
+    from continuair.vehicle import Vehicle as Vehicle
+    from continuair.vehicle import load_vehicle as load_vehicle
+    from continuair.vehicle import preset_names as preset_names
 
 __version__ = version("continuair")
 
 _HOME = {
-    "ContinuairWarning": "errors", "InputError": "errors",
-    "Vehicle": "vehicle", "load_vehicle": "vehicle", "preset_names": "vehicle",
-    "Scenario": "scenarios", "open_loop_test": "scenarios",
-    "simulate": "simulation", "forward_dynamics": "simulation", "MODELS": "simulation",
-    "linearize": "linear", "modes": "linear", "trim": "linear",
+    "ContinuairWarning": "errors",
+    "InputError": "errors",
+    "Vehicle": "vehicle",
+    "load_vehicle": "vehicle",
+    "preset_names": "vehicle",
+    "Scenario": "scenarios",
+    "open_loop_test": "scenarios",
+    "simulate": "simulation",
+    "forward_dynamics": "simulation",
+    "MODELS": "simulation",
+    "linearize": "linear",
+    "modes": "linear",
+    "trim": "linear",
     "compare": "metrics",
 }
 __all__ = sorted(_HOME)

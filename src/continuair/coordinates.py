@@ -6,6 +6,8 @@ The state of a run is 17 numbers: position (world), attitude (x y z w, body to w
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -20,7 +22,9 @@ def state_from_paper(q: np.ndarray, qd: np.ndarray) -> np.ndarray:
     return np.hstack([q[:, :3], attitude, bend, qd[:, :3], spin, bend_rate])
 
 
-def paper_accelerations(q, qd, rate, threshold) -> np.ndarray:
+def paper_accelerations(
+    q: np.ndarray, qd: np.ndarray, rate: np.ndarray, threshold: Any
+) -> np.ndarray:
     """q̈ (runs, 8) from the state's rate (runs, 17).
 
     threshold: κ_s [1/m] (Remark 1): |κ| below it divides ψ̈a as κ_s, with the sign of κ.
@@ -69,24 +73,26 @@ def euler_to_body_rates(q: np.ndarray) -> np.ndarray:
     return _matrix([[one, nil, -sθ], [nil, cφ, sφ * cθ], [nil, -sφ, cφ * cθ]])
 
 
-def _euler_to_body_rates_dot(q, qd):
+def _euler_to_body_rates_dot(q: np.ndarray, qd: np.ndarray) -> np.ndarray:
     (sφ, cφ), (sθ, cθ) = _sine_cosine(q[:, 3]), _sine_cosine(q[:, 4])
     φd, θd, nil = qd[:, 3], qd[:, 4], np.zeros_like(sφ)
-    return _matrix([
-        [nil, nil, -cθ * θd],
-        [nil, -sφ * φd, cφ * cθ * φd - sφ * sθ * θd],
-        [nil, -cφ * φd, -sφ * cθ * φd - cφ * sθ * θd],
-    ])
+    return _matrix(
+        [
+            [nil, nil, -cθ * θd],
+            [nil, -sφ * φd, cφ * cθ * φd - sφ * sθ * θd],
+            [nil, -cφ * φd, -sφ * cθ * φd - cφ * sθ * θd],
+        ]
+    )
 
 
-def _sine_cosine(angle):
+def _sine_cosine(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.sin(angle), np.cos(angle)
 
 
-def _matrix(rows):
+def _matrix(rows: list[list[np.ndarray]]) -> np.ndarray:
     return np.stack([np.stack(row, -1) for row in rows], -2)
 
 
-def _bend_directions(q):
+def _bend_directions(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     sine, cosine = _sine_cosine(q[:, 7])
     return np.column_stack([cosine, sine]), np.column_stack([-sine, cosine])

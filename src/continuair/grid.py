@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from continuair.kernels.dynamics import GENERAL, INPUTS, PAPER, TIP
+from continuair.kernels.loads import GENERAL, INPUTS, PAPER, TIP
 
 _COLUMNS = {
-    "force": slice(0, 3), "moment": slice(3, 6), "bend_moment": slice(6, 8),
+    "force": slice(0, 3),
+    "moment": slice(3, 6),
+    "bend_moment": slice(6, 8),
     "tip_wrench": slice(13, 19),
 }
 
@@ -27,18 +31,18 @@ class Grid:
     closes: np.ndarray
 
 
-def make_grid(duration: float, step: float, sample: float, jumps=()) -> Grid:
-    """Split [0, duration] at samples and jumps, and each piece into equal steps of at most `step`."""
+def make_grid(duration: float, step: float, sample: float, jumps: Iterable[float] = ()) -> Grid:
+    """Split [0, duration] at samples and jumps, and the pieces into steps of at most `step`."""
     count = max(1, round(duration / sample))
     samples = np.append(sample * np.arange(count), duration)
-    jumps = np.array([t for t in jumps if 0.0 < t < duration])
+    inside = np.array([t for t in jumps if 0.0 < t < duration])
     # A jump within rounding of a sample is that sample.
-    for i, t in enumerate(jumps):
+    for i, t in enumerate(inside):
         near = np.argmin(np.abs(samples - t))
         if abs(samples[near] - t) < 1e-9 * duration:
             samples[near] = t
-        jumps[i] = t
-    marks = np.union1d(samples, jumps)
+        inside[i] = t
+    marks = np.union1d(samples, inside)
     length = np.diff(marks)
     pieces = np.maximum(1, np.ceil(length / step * (1.0 - 1e-12))).astype(int)
     last = np.cumsum(pieces) - 1
@@ -49,11 +53,12 @@ def make_grid(duration: float, step: float, sample: float, jumps=()) -> Grid:
     is_sample = np.isin(marks[1:], samples)
     sample_after[last[is_sample]] = ends_at[is_sample]
     opens, closes = np.zeros(len(steps), bool), np.zeros(len(steps), bool)
-    at_jump = np.isin(marks, jumps)
+    at_jump = np.isin(marks, inside)
     opens[(last - pieces + 1)[at_jump[:-1]]] = True
     closes[last[at_jump[1:]]] = True
-    return Grid(samples, np.repeat(marks[:-1], pieces) + within * steps, steps, sample_after,
-                opens, closes)
+    return Grid(
+        samples, np.repeat(marks[:-1], pieces) + within * steps, steps, sample_after, opens, closes
+    )
 
 
 def stage_times(grid: Grid) -> np.ndarray:
@@ -64,7 +69,7 @@ def stage_times(grid: Grid) -> np.ndarray:
     return np.column_stack([start, grid.starts + 0.5 * grid.steps, end]).ravel()
 
 
-def groups_in_use(scenario) -> int:
+def groups_in_use(scenario: Any) -> int:
     """Bits of the input columns that a scenario uses."""
     general = any(
         getattr(scenario, name) is not None for name in ("force", "moment", "bend_moment", "tau")
@@ -73,7 +78,7 @@ def groups_in_use(scenario) -> int:
     return groups + TIP * (scenario.tip_wrench is not None)
 
 
-def sample_inputs(scenario, times: np.ndarray) -> tuple[np.ndarray, int]:
+def sample_inputs(scenario: Any, times: np.ndarray) -> tuple[np.ndarray, int]:
     """Input table (rows, runs or 1, INPUTS) and its rows per time: 0 if all inputs are constant."""
     parts: list[tuple[slice, np.ndarray]] = []
     for name, where in _COLUMNS.items():
@@ -92,7 +97,7 @@ def sample_inputs(scenario, times: np.ndarray) -> tuple[np.ndarray, int]:
     return table, int(rows > 1)
 
 
-def _at(value, times):
+def _at(value: Any, times: np.ndarray) -> np.ndarray:
     """An input at every time: (times or 1, runs or 1, width)."""
     if not callable(value):
         constant = np.asarray(value, float)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import root
@@ -10,15 +11,17 @@ from scipy.spatial.transform import Rotation
 
 from continuair.coordinates import state_from_paper
 from continuair.errors import InputError, shown
-from continuair.kernels.dynamics import GENERAL, INPUTS, TIP
 from continuair.kernels.engine import Engine
+from continuair.kernels.loads import GENERAL, INPUTS, TIP
 from continuair.vehicle import Vehicle
 
 STEP_PHASE = 0.2
 """Largest ω_max h of the automatic step: RK4 then keeps the amplitude of the stiffest mode."""
 
 
-def bend_compliance(vehicle: Vehicle, q: np.ndarray, model="coupled", device="cpu") -> np.ndarray:
+def bend_compliance(
+    vehicle: Vehicle, q: np.ndarray, model: str = "coupled", device: str = "cpu"
+) -> np.ndarray:
     """Bend block of M⁻¹ in bend axes, (runs, 2, 2) [1/(kg m⁴)], at rest in the configurations q.
 
     It is the acceleration of the bend under a unit bend moment: for `coupled` on the free base,
@@ -38,7 +41,7 @@ def bend_compliance(vehicle: Vehicle, q: np.ndarray, model="coupled", device="cp
     return np.stack([columns[1] - columns[0], columns[2] - columns[0]], axis=-1)
 
 
-def bending_frequencies(vehicle: Vehicle, q=None) -> tuple[float, float]:
+def bending_frequencies(vehicle: Vehicle, q: Any = None) -> tuple[float, float]:
     """Highest bending frequency [rad/s] of the arm, clamped and on the free vehicle.
 
     q: paper coordinates (8,), the straight arm by default.
@@ -50,7 +53,9 @@ def bending_frequencies(vehicle: Vehicle, q=None) -> tuple[float, float]:
     return clamped, free
 
 
-def fastest_frequency(vehicle: Vehicle, q, model="coupled", device="cpu") -> np.ndarray:
+def fastest_frequency(
+    vehicle: Vehicle, q: Any, model: str = "coupled", device: str = "cpu"
+) -> np.ndarray:
     """ω_max (runs,) [rad/s] from the pencil (K, M) at q: the largest √eig(E I l [M⁻¹]_bend)."""
     compliance = bend_compliance(vehicle, q, model, device)
     stiffness = np.asarray(vehicle.arm.bending_stiffness) * np.asarray(vehicle.arm.length)
@@ -58,7 +63,7 @@ def fastest_frequency(vehicle: Vehicle, q, model="coupled", device="cpu") -> np.
     return np.sqrt(largest * stiffness)
 
 
-def automatic_step(vehicle: Vehicle, q, device="cpu") -> float:
+def automatic_step(vehicle: Vehicle, q: Any, device: str = "cpu") -> float:
     """Step [s] with ω_max h = 0.2 for the stiffest run, straight and at the initial bends."""
     q = np.atleast_2d(q)
     straight = np.array(q)
@@ -80,18 +85,19 @@ class Modes:
     shapes: np.ndarray
 
 
-def modes(vehicle: Vehicle, q=None, *, base: str = "free", gravity: float = 9.81) -> Modes:
+def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float = 9.81) -> Modes:
     """Bending modes of the arm at rest in the configuration q, on a free or clamped base.
 
     q: paper coordinates (8,), the straight arm by default. The stiffness is that of the arm and,
-    for a clamped base, of gravity (which a free base in free fall does not feel). Raises InputError.
+    for a clamped base, of gravity, which a free base in free fall does not feel. InputError.
     """
     if base not in ("free", "clamped"):
         raise InputError(f"base is {shown(base)}; use 'free' or 'clamped'.")
     at = _configuration(q)
     free = base == "free"
-    A, _ = linearize(vehicle, at, model="coupled" if free else "independent",
-                     gravity=0.0 if free else gravity)
+    A, _ = linearize(
+        vehicle, at, model="coupled" if free else "independent", gravity=0.0 if free else gravity
+    )
     bend, rate = slice(6, 8), slice(14, 16)
     compliance = bend_compliance(vehicle, at, "coupled" if free else "independent")[0]
     stiffness = -A[rate, bend]
@@ -110,8 +116,18 @@ def modes(vehicle: Vehicle, q=None, *, base: str = "free", gravity: float = 9.81
     return Modes(frequencies, damping, shapes / np.linalg.norm(shapes, axis=0))
 
 
-def linearize(vehicle: Vehicle, q=None, qd=None, *, force=0.0, moment=0.0, bend_moment=0.0,
-              tip_wrench=0.0, model="coupled", gravity: float = 9.81) -> tuple[np.ndarray, np.ndarray]:
+def linearize(
+    vehicle: Vehicle,
+    q: Any = None,
+    qd: Any = None,
+    *,
+    force: Any = 0.0,
+    moment: Any = 0.0,
+    bend_moment: Any = 0.0,
+    tip_wrench: Any = 0.0,
+    model: str = "coupled",
+    gravity: float = 9.81,
+) -> tuple[np.ndarray, np.ndarray]:
     """A (16, 16) and B (16, 8) of the dynamics about a configuration and its rates.
 
     Perturbations: position 3 (world), rotation 3 (body axes), bend 2, velocity 3 (world), angular
@@ -128,9 +144,15 @@ def linearize(vehicle: Vehicle, q=None, qd=None, *, force=0.0, moment=0.0, bend_
     states = np.array([_perturbed(centre, i, h) for i in range(16) for h in steps])
     engine = Engine(vehicle, model)
 
-    def differences(states, inputs):
-        rate = engine.derivative(states, np.full(len(states), at[7]), inputs, gravity,
-                                 GENERAL + TIP, np.broadcast_to(centre, states.shape))
+    def differences(states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        rate = engine.derivative(
+            states,
+            np.full(len(states), at[7]),
+            inputs,
+            gravity,
+            GENERAL + TIP,
+            np.broadcast_to(centre, states.shape),
+        )
         return np.einsum("h,ihk->ki", weights, _tangent(rate, states).reshape(-1, 4, 16))
 
     A = differences(states, inputs[None, None])
@@ -156,8 +178,15 @@ class Trim:
     bend_moment: np.ndarray
 
 
-def trim(vehicle: Vehicle, *, bend=None, yaw: float = 0.0, position=(0.0, 0.0, 0.0),
-         tip_wrench=0.0, gravity: float = 9.81) -> Trim:
+def trim(
+    vehicle: Vehicle,
+    *,
+    bend: Any = None,
+    yaw: float = 0.0,
+    position: Any = (0.0, 0.0, 0.0),
+    tip_wrench: Any = 0.0,
+    gravity: float = 9.81,
+) -> Trim:
     """Hover with level base: the inputs that make every acceleration zero.
 
     bend: bend vector (2,) [1/m] to hold, or None for the bend that the arm takes by itself under
@@ -165,7 +194,7 @@ def trim(vehicle: Vehicle, *, bend=None, yaw: float = 0.0, position=(0.0, 0.0, 0
     """
     engine = Engine(vehicle, "decoupled")
 
-    def residual(k):
+    def residual(k: np.ndarray) -> np.ndarray:
         """Force on each bend coordinate, world force and body moment left over at bend k."""
         state = np.zeros((1, 17))
         state[0, 5:7] = np.sin(yaw / 2), np.cos(yaw / 2)
@@ -173,8 +202,10 @@ def trim(vehicle: Vehicle, *, bend=None, yaw: float = 0.0, position=(0.0, 0.0, 0
         inputs = np.zeros((3, 1, 1, INPUTS))
         inputs[:, 0, 0, 13:] = tip_wrench
         inputs[1, 0, 0, 6] = inputs[2, 0, 0, 7] = 1.0
-        rows = [engine.derivative(state, np.zeros(1), row, gravity, GENERAL + TIP)[0, 15:17]
-                for row in inputs]
+        rows = [
+            engine.derivative(state, np.zeros(1), row, gravity, GENERAL + TIP)[0, 15:17]
+            for row in inputs
+        ]
         compliance = np.column_stack([rows[1] - rows[0], rows[2] - rows[0]])
         return np.linalg.solve(compliance, rows[0])
 
@@ -182,8 +213,10 @@ def trim(vehicle: Vehicle, *, bend=None, yaw: float = 0.0, position=(0.0, 0.0, 0
         solution = root(residual, np.zeros(2), tol=1e-13)
         k = solution.x
         if np.abs(residual(k)).max() > 1e-8 * max(1.0, np.abs(tip_wrench).max()):
-            raise InputError("tip_wrench leaves the arm no equilibrium below a full circle; give "
-                             "a smaller wrench, or the bend to hold.")
+            raise InputError(
+                "tip_wrench leaves the arm no equilibrium below a full circle; give "
+                "a smaller wrench, or the bend to hold."
+            )
     else:
         k = np.asarray(bend, float)
         if k.shape != (2,) or not np.isfinite(k).all():
@@ -193,7 +226,7 @@ def trim(vehicle: Vehicle, *, bend=None, yaw: float = 0.0, position=(0.0, 0.0, 0
     return Trim(q, A_force[:3], A_force[3:], -residual(k) if bend is not None else np.zeros(2))
 
 
-def _balance(engine, q, tip_wrench, gravity):
+def _balance(engine: Engine, q: np.ndarray, tip_wrench: Any, gravity: float) -> np.ndarray:
     """World force and body moment that leave the base without acceleration."""
     state = np.repeat(state_from_paper(q[None], np.zeros((1, 8))), 7, axis=0)
     inputs = np.zeros((1, 7, INPUTS))
@@ -206,18 +239,18 @@ def _balance(engine, q, tip_wrench, gravity):
 _DIFFERENCE = 2e-3
 
 
-def _configuration(q) -> np.ndarray:
+def _configuration(q: Any) -> np.ndarray:
     at = np.zeros(8) if q is None else np.asarray(q, float)
     if at.shape != (8,) or not np.isfinite(at).all():
         raise InputError(f"q or qd is {shown(q)}; give eight finite numbers.")
     return at
 
 
-def _skew(w):
+def _skew(w: np.ndarray) -> np.ndarray:
     return np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
 
 
-def _perturbed(centre, index: int, h: float):
+def _perturbed(centre: np.ndarray, index: int, h: float) -> np.ndarray:
     """The state moved by h along one of the 16 perturbations."""
     state = centre.copy()
     if 3 <= index < 6:
@@ -228,6 +261,6 @@ def _perturbed(centre, index: int, h: float):
     return state
 
 
-def _tangent(rate, states):
+def _tangent(rate: np.ndarray, states: np.ndarray) -> np.ndarray:
     """Rates (n, 16) of the perturbations from rates (n, 17) of the states."""
     return np.hstack([rate[:, :3], states[:, 12:15], rate[:, 7:]])

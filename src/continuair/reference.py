@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.integrate import DOP853
 
@@ -16,24 +18,33 @@ _ABSOLUTE = 1e-2
 _FOLLOWED = 16
 
 
-def integrate_reference(engine: Engine, start, angle, grid: Grid, scenario, tolerance: float,
-                        at_samples) -> Logs:
+def integrate_reference(
+    engine: Engine,
+    start: np.ndarray,
+    angle: np.ndarray,
+    grid: Grid,
+    scenario: Any,
+    tolerance: float,
+    at_samples: tuple[np.ndarray, int],
+) -> Logs:
     """Integrate one run piece by piece between input jumps; inputs are called at its own stages."""
     groups = groups_in_use(scenario)
     log = np.full((1, len(grid.samples), LOG), np.nan)
-    branch = float(angle[0])
+    branch = [float(angle[0])]
     y = start[0].copy()
-    log[0, 0] = _row(y, branch)
+    log[0, 0] = _row(y, branch[0])
     edges = [0.0, *grid.starts[grid.opens], float(grid.samples[-1])]
     status, reached = OK, grid.samples[-1]
     for left, right in zip(edges[:-1], edges[1:], strict=True):
         inside = np.nextafter(left, np.inf), np.nextafter(right, -np.inf)
 
-        def rate(t, state, inside=inside):
+        def rate(
+            t: float, state: np.ndarray, inside: Any = inside, branch: Any = branch
+        ) -> np.ndarray:
             # The polar torques act along the branch followed so far.
             table, _ = sample_inputs(scenario, np.clip([t], *inside))
-            return engine.derivative(state[None], [_follow(state, branch)], table,
-                                     scenario.gravity, groups, start)[0]
+            angle = np.array([_follow(state, branch[0])])
+            return engine.derivative(state[None], angle, table, scenario.gravity, groups, start)[0]
 
         solver = DOP853(rate, left, y, right, rtol=tolerance, atol=_ABSOLUTE * tolerance)
         while solver.status == "running":
@@ -47,8 +58,8 @@ def integrate_reference(engine: Engine, start, angle, grid: Grid, scenario, tole
             between = np.linspace(solver.t_old, solver.t, _FOLLOWED + 1)[1:]
             for t in np.union1d(covered, between):
                 state = _unit(dense(t))
-                branch = _follow(state, branch)
-                log[0, np.flatnonzero(grid.samples == t)] = _row(state, branch)
+                branch[0] = _follow(state, branch[0])
+                log[0, np.flatnonzero(grid.samples == t)] = _row(state, branch[0])
         y = _unit(solver.y)
         if status != OK:
             break
@@ -57,13 +68,13 @@ def integrate_reference(engine: Engine, start, angle, grid: Grid, scenario, tole
     return Logs(log, np.array([status], np.int32), np.array([last], np.int32), observed)
 
 
-def _unit(state):
+def _unit(state: np.ndarray) -> np.ndarray:
     state = state.copy()
     state[3:7] /= np.linalg.norm(state[3:7])
     return state
 
 
-def _follow(state, branch: float) -> float:
+def _follow(state: np.ndarray, branch: float) -> float:
     """ψa of the bend on the signed branch nearest to the one followed so far."""
     if not state[7:9].any():
         return branch
@@ -71,6 +82,6 @@ def _follow(state, branch: float) -> float:
     return float(angle + np.pi * np.round((branch - angle) / np.pi))
 
 
-def _row(state, branch):
+def _row(state: np.ndarray, branch: float) -> np.ndarray:
     kappa = state[7] * np.cos(branch) + state[8] * np.sin(branch)
     return np.concatenate([state, [kappa, branch]])

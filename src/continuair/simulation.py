@@ -12,8 +12,8 @@ import xarray as xr
 from continuair.coordinates import paper_accelerations, state_from_paper
 from continuair.errors import ContinuairWarning, InputError, nearest, shown
 from continuair.grid import groups_in_use, make_grid, sample_inputs, stage_times
-from continuair.kernels.dynamics import GENERAL, INPUTS, PAPER, TIP
 from continuair.kernels.engine import Engine, check_device
+from continuair.kernels.loads import GENERAL, INPUTS, PAPER, TIP
 from continuair.linear import automatic_step
 from continuair.reference import integrate_reference
 from continuair.trajectory import OBSERVED_VARIABLES, VARIABLES, assemble, concatenate
@@ -50,21 +50,26 @@ def simulate(
     Returns a Dataset over time (and run, for a batch) with `status` and `end_time` per run; the
     variables, their axes and units are in its attributes. Raises InputError.
     """
-    names = _checked(vehicle, model, step, duration, sample, variables, integrator, tolerance,
-                     dtype, threads)
+    names = _checked(
+        vehicle, model, step, duration, sample, variables, integrator, tolerance, dtype, threads
+    )
     check_device(device)
     duration = scenario.duration if duration is None else float(duration)
     q, qd = np.atleast_2d(scenario.q), np.atleast_2d(scenario.qd)
-    batched = max(vehicle.runs or 0, np.ndim(scenario.q) - 1 and len(q),
-                  np.ndim(scenario.qd) - 1 and len(qd))
+    batched = max(
+        vehicle.runs or 0, np.ndim(scenario.q) - 1 and len(q), np.ndim(scenario.qd) - 1 and len(qd)
+    )
     grouped = groups_in_use(scenario)
     fine = automatic_step(vehicle, q, device)
-    if step == "auto":
+    if isinstance(step, str):
         step = min(fine, sample)
     elif step > fine:
         warnings.warn(
             f"step is {step:g} s, which is too coarse for the stiffest bending mode: RK4 will damp "
-            f"it; use {fine:.3g} s or less, or step='auto'.", ContinuairWarning, stacklevel=2)
+            f"it; use {fine:.3g} s or less, or step='auto'.",
+            ContinuairWarning,
+            stacklevel=2,
+        )
     grid = make_grid(duration, step, sample, scenario.jumps)
     inputs = sample_inputs(scenario, stage_times(grid))
     at_samples = sample_inputs(scenario, grid.samples)
@@ -73,12 +78,21 @@ def simulate(
     _same_runs(runs, vehicle, q, qd, width)
     q, qd = np.broadcast_to(q, (runs, 8)), np.broadcast_to(qd, (runs, 8))
     start = state_from_paper(q, qd)
-    provenance = dict(vehicle=vehicle, scenario=scenario, model=model, step=float(step),
-                      integrator=integrator, dtype=dtype, gravity=scenario.gravity)
+    provenance = dict(
+        vehicle=vehicle,
+        scenario=scenario,
+        model=model,
+        step=float(step),
+        integrator=integrator,
+        dtype=dtype,
+        gravity=scenario.gravity,
+    )
     if integrator == "dop853":
         if runs > 1:
-            raise InputError(f"integrator is 'dop853', but there are {runs} runs; give one run, or "
-                             "use integrator='rk4'.")
+            raise InputError(
+                f"integrator is 'dop853', but there are {runs} runs; give one run, or "
+                "use integrator='rk4'."
+            )
         provenance.update(step="adaptive", tolerance=tolerance)
         engine = Engine(vehicle, model, dtype, device)
         logs = integrate_reference(engine, start, q[:, 7], grid, scenario, tolerance, at_samples)
@@ -91,33 +105,58 @@ def simulate(
     for first in range(0, runs, chunk):
         part = slice(first, min(first + chunk, runs))
         logs = engine.roll_out(
-            start[part], q[part, 7], grid, _columns(inputs, part), _columns(at_samples, part),
-            scenario.gravity, grouped, observe, first)
+            start[part],
+            q[part, 7],
+            grid,
+            _columns(inputs, part),
+            _columns(at_samples, part),
+            scenario.gravity,
+            grouped,
+            observe,
+            first,
+        )
         parts.append(assemble(grid, logs, names, bool(batched) or runs > 1, provenance))
     return concatenate(parts)
 
 
-def _columns(inputs, part):
+def _columns(inputs: tuple[np.ndarray, int], part: slice) -> tuple[np.ndarray, int]:
     table, stride = inputs
     return (table if table.shape[1] == 1 else table[:, part]), stride
 
 
-def _same_runs(runs, vehicle, q, qd, width):
-    sizes = {"vehicle": vehicle.runs or 1, "scenario.q": len(q), "scenario.qd": len(qd),
-             "the scenario's inputs": width}
+def _same_runs(runs: int, vehicle: Vehicle, q: np.ndarray, qd: np.ndarray, width: int) -> None:
+    sizes = {
+        "vehicle": vehicle.runs or 1,
+        "scenario.q": len(q),
+        "scenario.qd": len(qd),
+        "the scenario's inputs": width,
+    }
     for name, size in sizes.items():
         if size not in (1, runs):
-            raise InputError(f"{name} holds {size} runs, but the batch has {runs}; give every "
-                             "array one row per run, or a single row.")
+            raise InputError(
+                f"{name} holds {size} runs, but the batch has {runs}; give every "
+                "array one row per run, or a single row."
+            )
 
 
-def _checked(vehicle, model, step, duration, sample, variables, integrator, tolerance, dtype,
-             threads) -> tuple[str, ...]:
+def _checked(
+    vehicle: Any,
+    model: Any,
+    step: Any,
+    duration: Any,
+    sample: Any,
+    variables: Any,
+    integrator: Any,
+    tolerance: Any,
+    dtype: Any,
+    threads: Any,
+) -> tuple[str, ...]:
     """Validate the options; return the names of the variables to keep."""
     if not isinstance(vehicle, Vehicle):
         raise InputError(f"vehicle is {shown(vehicle)}; load one with continuair.load_vehicle.")
     for name, value, valid in (
-        ("model", model, MODELS), ("integrator", integrator, ("rk4", "dop853")),
+        ("model", model, MODELS),
+        ("integrator", integrator, ("rk4", "dop853")),
         ("dtype", dtype, ("float64", "float32")),
     ):
         if value not in valid:
@@ -137,8 +176,10 @@ def _checked(vehicle, model, step, duration, sample, variables, integrator, tole
     names = tuple(VARIABLES) if variables is None else tuple(variables)
     for name in names:
         if name not in VARIABLES:
-            raise InputError(f"variables holds {shown(name)}{nearest(name, VARIABLES)}; "
-                             f"choose from {', '.join(VARIABLES)}.")
+            raise InputError(
+                f"variables holds {shown(name)}{nearest(name, VARIABLES)}; "
+                f"choose from {', '.join(VARIABLES)}."
+            )
     return names
 
 
@@ -162,8 +203,12 @@ def forward_dynamics(
     _checked(vehicle, model, "auto", None, 1.0, (), "rk4", 1.0, dtype, None)
     arrays = {
         name: _rows(name, value, width)
-        for name, value, width in (("q", q, 8), ("qd", qd, 8), ("tau", tau, 8),
-                                   ("tip_wrench", tip_wrench, 6))
+        for name, value, width in (
+            ("q", q, 8),
+            ("qd", qd, 8),
+            ("tau", tau, 8),
+            ("tip_wrench", tip_wrench, 6),
+        )
     }
     n = max(vehicle.runs or 1, *(len(a) for a in arrays.values()))
     for name, a in arrays.items():
@@ -175,8 +220,9 @@ def forward_dynamics(
     inputs[0, :, 8:13] = arrays["tau"][:, 3:]
     inputs[0, :, 13:] = arrays["tip_wrench"]
     engine = Engine(vehicle, model, dtype)
-    rate = engine.derivative(state_from_paper(at, rates), at[:, 7], inputs, gravity,
-                             GENERAL + PAPER + TIP)
+    rate = engine.derivative(
+        state_from_paper(at, rates), at[:, 7], inputs, gravity, GENERAL + PAPER + TIP
+    )
     accelerations = paper_accelerations(at, rates, rate, vehicle.arm.kappa_s)
     return accelerations if np.ndim(q) == 2 or n > 1 else accelerations[0]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from importlib.metadata import version
 from typing import Any
 
@@ -15,8 +16,11 @@ from continuair.grid import Grid
 from continuair.kernels.engine import Logs
 from continuair.kernels.rollout import STATUS
 
-_BENDING = {"coupled": "", "decoupled": "T_d: bending and UAV blocks of M alone; ",
-            "independent": "UAV with frozen payload, plus the arm on its fixed base; "}
+_BENDING = {
+    "coupled": "",
+    "decoupled": "T_d: bending and UAV blocks of M alone; ",
+    "independent": "UAV with frozen payload, plus the arm on its fixed base; ",
+}
 
 VARIABLES: dict[str, tuple[str, str, str]] = {
     "position": ("axis", "m", "origin of B (UAV centre of mass), world axes"),
@@ -34,30 +38,47 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "linear_momentum": ("axis", "kg m/s", "linear momentum of what the model moves, world axes"),
     "angular_momentum": ("axis", "kg m²/s", "angular momentum about the world origin, world axes"),
     "base_force": ("axis", "N", "force that the arm puts on the UAV, body axes"),
-    "base_moment": ("axis", "N m", "moment that the arm puts on the UAV, about B's origin (UAV "
-                    "centre of mass), body axes, reaction of the bend actuation included"),
+    "base_moment": (
+        "axis",
+        "N m",
+        "moment that the arm puts on the UAV, about B's origin (UAV "
+        "centre of mass), body axes, reaction of the bend actuation included",
+    ),
 }
 """Variable -> (dimension, units, meaning)."""
 
-_OBSERVED = {
-    "tip_position": slice(0, 3), "tip_attitude": slice(3, 7), "kinetic_energy": 7,
-    "gravity_energy": 8, "elastic_energy": 9, "linear_momentum": slice(10, 13),
-    "angular_momentum": slice(13, 16), "base_force": slice(16, 19), "base_moment": slice(19, 22),
+_OBSERVED: dict[str, Any] = {
+    "tip_position": slice(0, 3),
+    "tip_attitude": slice(3, 7),
+    "kinetic_energy": 7,
+    "gravity_energy": 8,
+    "elastic_energy": 9,
+    "linear_momentum": slice(10, 13),
+    "angular_momentum": slice(13, 16),
+    "base_force": slice(16, 19),
+    "base_moment": slice(19, 22),
 }
 OBSERVED_VARIABLES = frozenset(_OBSERVED)
 
 _LOGGED = {
-    "position": slice(0, 3), "attitude": slice(3, 7), "bend": slice(7, 9),
-    "angular_velocity": slice(12, 15), "bend_rate": slice(15, 17),
+    "position": slice(0, 3),
+    "attitude": slice(3, 7),
+    "bend": slice(7, 9),
+    "angular_velocity": slice(12, 15),
+    "bend_rate": slice(15, 17),
 }
 
 _COORDINATES = {
-    "axis": list("xyz"), "quaternion": list("xyzw"), "bend_axis": ["x", "y"],
+    "axis": list("xyz"),
+    "quaternion": list("xyzw"),
+    "bend_axis": ["x", "y"],
     "coordinate": ["x", "y", "z", "roll", "pitch", "yaw", "kappa", "psi_a"],
 }
 
 
-def assemble(grid: Grid, logs: Logs, names, batched: bool, provenance: dict[str, Any]) -> xr.Dataset:
+def assemble(
+    grid: Grid, logs: Logs, names: Iterable[str], batched: bool, provenance: dict[str, Any]
+) -> xr.Dataset:
     """Dataset of the named variables from the logs of a chunk of runs."""
     data: dict[str, Any] = {}
     model = provenance["model"]
@@ -70,9 +91,16 @@ def assemble(grid: Grid, logs: Logs, names, batched: bool, provenance: dict[str,
         data[name] = (dims, values, {"units": units, "long_name": meaning})
     times = np.append(grid.starts, grid.samples[-1])
     codes = ", ".join(f"{code} {text}" for code, text in STATUS.items())
-    data["status"] = ("run", logs.status.astype(np.int8), {"long_name": f"how the run ended: {codes}"})
-    data["end_time"] = ("run", times[logs.last_step], {
-        "units": "s", "long_name": "time up to which the run is valid"})
+    data["status"] = (
+        "run",
+        logs.status.astype(np.int8),
+        {"long_name": f"how the run ended: {codes}"},
+    )
+    data["end_time"] = (
+        "run",
+        times[logs.last_step],
+        {"units": "s", "long_name": "time up to which the run is valid"},
+    )
     used = {VARIABLES[name][0] for name in names} - {""}
     coordinates: dict[str, Any] = {name: _COORDINATES[name] for name in sorted(used)}
     coordinates["time"] = ("time", grid.samples, {"units": "s"})
@@ -84,8 +112,15 @@ def concatenate(parts: list[xr.Dataset]) -> xr.Dataset:
     """Join chunks of one batch along `run`."""
     if len(parts) == 1:
         return parts[0]
-    return xr.concat(parts, "run", data_vars="minimal", coords="minimal", compat="override",
-                     join="override", combine_attrs="override")
+    return xr.concat(
+        parts,
+        "run",
+        data_vars="minimal",
+        coords="minimal",
+        compat="override",
+        join="override",
+        combine_attrs="override",
+    )
 
 
 def _values(name: str, logs: Logs) -> np.ndarray:
@@ -102,7 +137,8 @@ def _values(name: str, logs: Logs) -> np.ndarray:
     valid = np.isfinite(attitude).all(-1)
     turned = np.full((len(attitude), 3), np.nan, log.dtype)
     turned[valid] = Rotation.from_quat(attitude[valid]).apply(
-        log[..., 9:12].reshape(-1, 3)[valid], inverse=True)
+        log[..., 9:12].reshape(-1, 3)[valid], inverse=True
+    )
     return turned.reshape(*log.shape[:-1], 3)
 
 
@@ -111,5 +147,6 @@ def _attributes(provenance: dict[str, Any]) -> dict[str, Any]:
     attributes["vehicle"] = json.dumps(provenance["vehicle"].describe())
     attributes["scenario"] = json.dumps(provenance["scenario"].describe())
     attributes["versions"] = json.dumps(
-        {name: version(name) for name in ("continuair", "warp-lang", "numpy", "scipy")})
+        {name: version(name) for name in ("continuair", "warp-lang", "numpy", "scipy")}
+    )
     return attributes

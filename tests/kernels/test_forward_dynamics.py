@@ -8,15 +8,17 @@ from continuair import equations
 from continuair.kernels import arc
 
 PLAIN = ca.load_vehicle("paper").replace({"arm.kappa_s": 0.0})
-FURNISHED = PLAIN.replace({
-    "arm.damping": 0.3,
-    "uav.mount": [0.03, -0.05, 0.04],
-    "uav.inertia": [[0.024, 0.001, 0.002], [0.001, 0.026, -0.001], [0.002, -0.001, 0.04]],
-    "arm.disks": [
-        {"position": 0.3, "mass": 0.02, "inertia": [1e-5, 2e-5]},
-        {"position": 1.0, "mass": 0.1, "inertia": [3e-5, 5e-5]},
-    ],
-})
+FURNISHED = PLAIN.replace(
+    {
+        "arm.damping": 0.3,
+        "uav.mount": [0.03, -0.05, 0.04],
+        "uav.inertia": [[0.024, 0.001, 0.002], [0.001, 0.026, -0.001], [0.002, -0.001, 0.04]],
+        "arm.disks": [
+            {"position": 0.3, "mass": 0.02, "inertia": [1e-5, 2e-5]},
+            {"position": 1.0, "mass": 0.1, "inertia": [3e-5, 5e-5]},
+        ],
+    }
+)
 STATES = 250
 
 
@@ -32,15 +34,24 @@ def test_kernels_equal_the_papers_equations(vehicle: ca.Vehicle, model: str, mas
     """4 x 250 states, κl up to 2π, |θ| <= 1.2; reached: 4e-13, demanded: 1e-10."""
     rng = np.random.default_rng(20260218)
     n = STATES
-    q = np.column_stack([
-        rng.uniform(-2, 2, (n, 3)), rng.uniform(-np.pi, np.pi, n), rng.uniform(-1.2, 1.2, n),
-        rng.uniform(-np.pi, np.pi, n), rng.uniform(0.02, 2 * np.pi, n) * rng.choice([-1, 1], n),
-        rng.uniform(-np.pi, np.pi, n)])
+    q = np.column_stack(
+        [
+            rng.uniform(-2, 2, (n, 3)),
+            rng.uniform(-np.pi, np.pi, n),
+            rng.uniform(-1.2, 1.2, n),
+            rng.uniform(-np.pi, np.pi, n),
+            rng.uniform(0.02, 2 * np.pi, n) * rng.choice([-1, 1], n),
+            rng.uniform(-np.pi, np.pi, n),
+        ]
+    )
     qd, tau, wrench = rng.normal(size=(n, 8)), rng.normal(0, 5, (n, 8)), rng.normal(0, 5, (n, 6))
     fast = ca.forward_dynamics(vehicle, q, qd, tau, wrench, model=model)
-    slow = np.array([
-        equations.forward_dynamics(vehicle, q[i], qd[i], tau[i], wrench[i], mask=mask, nodes=32)
-        for i in range(n)])
+    slow = np.array(
+        [
+            equations.forward_dynamics(vehicle, q[i], qd[i], tau[i], wrench[i], mask=mask, nodes=32)
+            for i in range(n)
+        ]
+    )
     error = np.linalg.norm(in_bend_axes(q, fast - slow), axis=1)
     size = np.linalg.norm(in_bend_axes(q, slow), axis=1)
     assert np.max(error / size) < 1e-11
@@ -64,13 +75,14 @@ def test_independent_model_moves_the_uav_as_a_rigid_body() -> None:
 
 
 def test_moments_obey_the_tangent_identity_at_any_bend() -> None:
-    """u B² + C² = 1 of the unit tangent makes uP + S + ∫axial the trace of the arm's second moment."""
+    """u B² + C² = 1 of the unit tangent makes uP + S a trace."""
     s, u = np.linspace(0.0, 4.4, 7)[:, None], arc.squared_bends()
     by_density, _ = arc.integrands(s, u)
     alpha, beta = by_density["alpha"][0], by_density["beta"][0]
     trace = u * by_density["P"][0] + by_density["S"][0]
-    np.testing.assert_allclose(trace.astype(float), (u * alpha**2 + beta**2).astype(float),
-                               atol=1e-14)
+    np.testing.assert_allclose(
+        trace.astype(float), (u * alpha**2 + beta**2).astype(float), atol=1e-14
+    )
     no_mass = u * by_density["P"][2] + by_density["S"][2]
     np.testing.assert_allclose(no_mass.astype(float), -1.0, atol=1e-14)
 

@@ -7,7 +7,7 @@ from continuair.coordinates import euler_to_body_rates
 
 
 def tumbling(duration: float = 10.0, gravity: float = 0.0) -> ca.Scenario:
-    """Bend (1, 0.5) 1/m at rate (2, -1) 1/(m s), ω = (0.5, 1, -0.7) rad/s, v = (0.1, -0.2, 0.3) m/s."""
+    """Bent, bending, spinning and drifting: every term of the coupled dynamics is at work."""
     bend, rate = np.array([1.0, 0.5]), np.array([2.0, -1.0])
     kappa = np.hypot(*bend)
     along = bend / kappa

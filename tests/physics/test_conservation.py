@@ -14,8 +14,10 @@ def energy(run: xr.Dataset) -> np.ndarray:
 
 def drift(values: np.ndarray) -> float:
     """Largest departure from the start over the size of the start."""
-    return float(np.max(np.linalg.norm(np.atleast_2d(values.T).T - values[0], axis=-1))
-                 / np.linalg.norm(values[0]))
+    return float(
+        np.max(np.linalg.norm(np.atleast_2d(values.T).T - values[0], axis=-1))
+        / np.linalg.norm(values[0])
+    )
 
 
 @pytest.fixture(scope="module")
@@ -35,8 +37,9 @@ def test_coupled_free_flight_conserves_momentum(flight: xr.Dataset, name: str) -
 
 @pytest.mark.parametrize("model", ["decoupled", "independent"])
 def test_decoupled_models_conserve_their_own_energy_under_gravity(model: str) -> None:
-    run = ca.simulate(ca.load_vehicle("slender"), tumbling(2.0, gravity=9.81), model=model,
-                      step=1e-4, sample=1e-2)
+    run = ca.simulate(
+        ca.load_vehicle("slender"), tumbling(2.0, gravity=9.81), model=model, step=1e-4, sample=1e-2
+    )
     assert drift(energy(run)[:, None]) < 1e-8
 
 
@@ -58,7 +61,9 @@ def test_structural_damping_takes_exactly_the_energy_that_is_lost() -> None:
     power = d * (run.bend_rate.to_numpy() ** 2).sum(-1)
     lost = energy(run)[0] - energy(run)[-1]
     h = 1e-3
-    simpson = h / 3.0 * (power[0] + power[-1] + 4.0 * power[1:-1:2].sum() + 2.0 * power[2:-1:2].sum())
+    simpson = (
+        h / 3.0 * (power[0] + power[-1] + 4.0 * power[1:-1:2].sum() + 2.0 * power[2:-1:2].sum())
+    )
     assert lost > 0.0
     # Simpson's rule over a vibration of 200 rad/s at 1 ms.
     assert lost == pytest.approx(simpson, rel=1e-4)
@@ -66,24 +71,33 @@ def test_structural_damping_takes_exactly_the_energy_that_is_lost() -> None:
 
 def test_inputs_do_exactly_the_work_that_energy_gains() -> None:
     """Tip force, tip moment, world force, body moment and bend moment, all at once."""
-    vehicle = ca.load_vehicle("paper").replace({
-        "uav.mount": [0.03, -0.05, 0.04], "arm.kappa_s": 0.0,
-        "arm.disks": [{"position": 1.0, "mass": 0.1, "inertia": [1e-4, 1.5e-4]}],
-    })
+    vehicle = ca.load_vehicle("paper").replace(
+        {
+            "uav.mount": [0.03, -0.05, 0.04],
+            "arm.kappa_s": 0.0,
+            "arm.disks": [{"position": 1.0, "mass": 0.1, "inertia": [1e-4, 1.5e-4]}],
+        }
+    )
     wrench = np.array([1.0, -2.0, 3.0, 0.2, 0.1, -0.3])
     scenario = tumbling(0.5, gravity=9.81).replace(
-        force=[3.0, -1.0, 20.0], moment=[0.1, -0.2, 0.05], bend_moment=[4.0, -7.0],
-        tip_wrench=wrench)
+        force=[3.0, -1.0, 20.0],
+        moment=[0.1, -0.2, 0.05],
+        bend_moment=[4.0, -7.0],
+        tip_wrench=wrench,
+    )
     run = ca.simulate(vehicle, scenario, step=2.5e-5, sample=2.5e-4)
     R = _matrices(run.attitude.to_numpy())
     time = run.time.to_numpy()
     tip_spin = _spin(run.tip_attitude.to_numpy(), time)
     velocity = np.einsum("nij,nj->ni", R, run.velocity.to_numpy())
     tip_velocity = np.gradient(run.tip_position.to_numpy(), time, axis=0, edge_order=2)
-    power = (velocity @ np.array([3.0, -1.0, 20.0])
-             + run.angular_velocity.to_numpy() @ np.array([0.1, -0.2, 0.05])
-             + run.bend_rate.to_numpy() @ np.array([4.0, -7.0])
-             + tip_velocity @ wrench[:3] + tip_spin @ wrench[3:])
+    power = (
+        velocity @ np.array([3.0, -1.0, 20.0])
+        + run.angular_velocity.to_numpy() @ np.array([0.1, -0.2, 0.05])
+        + run.bend_rate.to_numpy() @ np.array([4.0, -7.0])
+        + tip_velocity @ wrench[:3]
+        + tip_spin @ wrench[3:]
+    )
     work = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * np.diff(time))])
     gained = energy(run) - energy(run)[0]
     # Second-order differences and trapezoids of a 150 rad/s vibration sampled at 0.25 ms.
@@ -107,8 +121,14 @@ def test_base_reaction_balances_the_uav_alone() -> None:
 def test_a_vehicle_at_rest_on_its_trim_stays_there_and_the_base_carries_the_arm() -> None:
     vehicle = ca.load_vehicle("paper").replace({"uav.mount": [0.1, 0.0, -0.02]})
     hover = ca.trim(vehicle, bend=(0.8, -0.3), yaw=0.7)
-    scenario = ca.Scenario(name="hover", q=hover.q, force=hover.force, moment=hover.moment,
-                           bend_moment=hover.bend_moment, duration=0.2)
+    scenario = ca.Scenario(
+        name="hover",
+        q=hover.q,
+        force=hover.force,
+        moment=hover.moment,
+        bend_moment=hover.bend_moment,
+        duration=0.2,
+    )
     run = ca.simulate(vehicle, scenario)
     assert float(np.abs(run.q - hover.q).max()) < 1e-9
     np.testing.assert_allclose(run.base_force[-1], [0, 0, -vehicle.arm.mass * 9.81], atol=1e-8)

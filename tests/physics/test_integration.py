@@ -11,26 +11,41 @@ VEHICLE = ca.load_vehicle("paper")
 
 def test_rk4_converges_with_slope_four() -> None:
     steps = [1e-3, 5e-4, 2.5e-4, 1.25e-4]
-    reference = ca.simulate(VEHICLE, tumbling(0.5), integrator="dop853", tolerance=1e-13,
-                            sample=0.1).tip_position
+    reference = ca.simulate(
+        VEHICLE, tumbling(0.5), integrator="dop853", tolerance=1e-13, sample=0.1
+    ).tip_position
     errors = [
-        float(np.abs(ca.simulate(VEHICLE, tumbling(0.5), step=h, sample=0.1).tip_position
-                     - reference).max())
+        float(
+            np.abs(
+                ca.simulate(VEHICLE, tumbling(0.5), step=h, sample=0.1).tip_position - reference
+            ).max()
+        )
         for h in steps
     ]
     fine = np.log2(errors[-2] / errors[-1])
     assert fine == pytest.approx(4.0, abs=0.15)
 
 
-@pytest.mark.parametrize("scenario", [
-    ca.open_loop_test("B"),
-    ca.Scenario(name="smooth", q=[0, 0, 5, 0, 0, 0, 0.3, 0.2], duration=1.0,
-                force=lambda t: [2 * np.sin(3 * t), 0, 25], bend_moment=lambda t: [5 * t, -3 * t]),
-], ids=["free fall", "smooth manoeuvre"])
+@pytest.mark.parametrize(
+    "scenario",
+    [
+        ca.open_loop_test("B"),
+        ca.Scenario(
+            name="smooth",
+            q=[0, 0, 5, 0, 0, 0, 0.3, 0.2],
+            duration=1.0,
+            force=lambda t: [2 * np.sin(3 * t), 0, 25],
+            bend_moment=lambda t: [5 * t, -3 * t],
+        ),
+    ],
+    ids=["free fall", "smooth manoeuvre"],
+)
 def test_dop853_is_within_a_hundred_times_its_tolerance(scenario: ca.Scenario) -> None:
     tolerance = 1e-8
-    runs = [ca.simulate(VEHICLE, scenario, integrator="dop853", tolerance=t, sample=0.05)
-            for t in (tolerance, tolerance / 100)]
+    runs = [
+        ca.simulate(VEHICLE, scenario, integrator="dop853", tolerance=t, sample=0.05)
+        for t in (tolerance, tolerance / 100)
+    ]
     for name in ("tip_position", "attitude", "bend"):
         scale = float(np.abs(runs[1][name]).max())
         assert float(np.abs(runs[0][name] - runs[1][name]).max()) < 100 * tolerance * scale
@@ -53,8 +68,14 @@ def test_a_declared_jump_keeps_fourth_order() -> None:
     scenario = ca.Scenario(name="jump", q=np.zeros(8), force=force, duration=0.2, jumps=(0.11117,))
     reference = ca.simulate(VEHICLE, scenario, integrator="dop853", tolerance=1e-13, sample=0.2)
     errors = [
-        float(np.abs(ca.simulate(VEHICLE, scenario, step=h, sample=0.2).tip_position
-                     - reference.tip_position).max()) for h in (1e-3, 5e-4, 2.5e-4)]
+        float(
+            np.abs(
+                ca.simulate(VEHICLE, scenario, step=h, sample=0.2).tip_position
+                - reference.tip_position
+            ).max()
+        )
+        for h in (1e-3, 5e-4, 2.5e-4)
+    ]
     assert np.log2(errors[0] / errors[2]) / 2 > 3.6
 
 
@@ -68,7 +89,8 @@ def test_free_fall_is_exact() -> None:
 def test_coupled_bending_in_free_fall_does_not_feel_gravity_and_decoupled_does() -> None:
     runs = {
         (model, g): ca.simulate(VEHICLE, ca.open_loop_test("B").replace(gravity=g), model=model)
-        for model in ("coupled", "decoupled") for g in (0.0, 9.81)
+        for model in ("coupled", "decoupled")
+        for g in (0.0, 9.81)
     }
     same = np.abs(runs["coupled", 0.0].bend - runs["coupled", 9.81].bend).max()
     different = np.abs(runs["decoupled", 0.0].bend - runs["decoupled", 9.81].bend).max()
@@ -80,11 +102,16 @@ def test_turning_the_world_turns_the_flight() -> None:
     yaw = 0.8
     c, s = np.cos(yaw), np.sin(yaw)
     plain = ca.Scenario(name="plain", q=[1, 2, 3, 0.1, 0.2, 0, 0.5, 0.3], force=[3, -4, 20])
-    turned = ca.Scenario(name="turned", q=[c - 2 * s, s + 2 * c, 3, 0.1, 0.2, yaw, 0.5, 0.3],
-                         force=[3 * c + 4 * s, 3 * s - 4 * c, 20])
+    turned = ca.Scenario(
+        name="turned",
+        q=[c - 2 * s, s + 2 * c, 3, 0.1, 0.2, yaw, 0.5, 0.3],
+        force=[3 * c + 4 * s, 3 * s - 4 * c, 20],
+    )
     for model in ca.MODELS:
-        a, b = (ca.simulate(VEHICLE, x, model=model, sample=0.1).tip_position.to_numpy()
-                for x in (plain, turned))
+        a, b = (
+            ca.simulate(VEHICLE, x, model=model, sample=0.1).tip_position.to_numpy()
+            for x in (plain, turned)
+        )
         np.testing.assert_allclose(a @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]), b, atol=1e-10)
 
 
@@ -120,8 +147,12 @@ def test_initial_states_and_inputs_may_vary_over_runs() -> None:
     forces = np.array([[1.0, 0, 0], [2.0, 0, 0], [3.0, 0, 0]])
     run = ca.simulate(VEHICLE, ca.Scenario(name="b", q=q, force=forces), sample=0.5)
     for i in range(3):
-        alone = ca.simulate(VEHICLE, ca.Scenario(name="a", q=q[i], force=forces[i]), sample=0.5,
-                            step=run.attrs["step"])
+        alone = ca.simulate(
+            VEHICLE,
+            ca.Scenario(name="a", q=q[i], force=forces[i]),
+            sample=0.5,
+            step=run.attrs["step"],
+        )
         np.testing.assert_array_equal(run.isel(run=i).position, alone.position)
 
 
@@ -143,12 +174,20 @@ def test_single_precision_follows_double() -> None:
     assert float(np.abs(runs[0].tip_position - runs[1].tip_position).max()) < 1e-3
 
 
-@pytest.mark.parametrize(("options", "words"), [
-    ({"model": "couple"}, "model"), ({"step": -1.0}, "step"), ({"sample": 0}, "sample"),
-    ({"variables": ["tip_positon"]}, "tip_position"), ({"dtype": "float16"}, "dtype"),
-    ({"integrator": "euler"}, "integrator"), ({"duration": np.inf}, "duration"),
-    ({"threads": 0}, "threads"), ({"device": "cuda:9"}, "device"),
-])
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"model": "couple"}, "model"),
+        ({"step": -1.0}, "step"),
+        ({"sample": 0}, "sample"),
+        ({"variables": ["tip_positon"]}, "tip_position"),
+        ({"dtype": "float16"}, "dtype"),
+        ({"integrator": "euler"}, "integrator"),
+        ({"duration": np.inf}, "duration"),
+        ({"threads": 0}, "threads"),
+        ({"device": "cuda:9"}, "device"),
+    ],
+)
 def test_a_bad_option_is_named_in_one_sentence(options: dict[str, object], words: str) -> None:
     with pytest.raises(ca.InputError, match=words) as caught:
         ca.simulate(VEHICLE, ca.open_loop_test("B"), **options)  # type: ignore[arg-type]

@@ -1,5 +1,7 @@
 """Linearisation, modes and trim."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -36,8 +38,9 @@ def test_a_free_base_raises_the_bending_frequency() -> None:
 
 def test_a_damping_ratio_is_what_the_clamped_mode_shows() -> None:
     damped = VEHICLE.replace({"arm.damping_ratio": 0.03})
-    np.testing.assert_allclose(ca.modes(damped, base="clamped", gravity=0.0).damping, 0.03,
-                               rtol=1e-8)
+    np.testing.assert_allclose(
+        ca.modes(damped, base="clamped", gravity=0.0).damping, 0.03, rtol=1e-8
+    )
 
 
 def test_a_free_vibration_rings_at_the_free_mode() -> None:
@@ -49,15 +52,23 @@ def test_a_free_vibration_rings_at_the_free_mode() -> None:
 
 def test_small_motions_follow_the_linear_system() -> None:
     hover = ca.trim(VEHICLE, bend=(0.5, -0.2), yaw=0.3)
-    held = {"force": hover.force, "moment": hover.moment, "bend_moment": hover.bend_moment}
+    held: dict[str, Any] = {
+        "force": hover.force,
+        "moment": hover.moment,
+        "bend_moment": hover.bend_moment,
+    }
     A, B = ca.linearize(VEHICLE, hover.q, **held)
     # From rest at the trim, a small extra bend moment; forced response by the matrix exponential.
     push = np.concatenate([np.zeros(6), [1e-3, 2e-3]])
     block = np.zeros((17, 17))
     block[:16, :16], block[:16, 16] = A, B @ push
     expected = expm(block * 0.05)[:16, 16]
-    scenario = ca.Scenario(name="push", q=hover.q, duration=0.05,
-                           **(held | {"bend_moment": hover.bend_moment + push[6:]}))
+    scenario = ca.Scenario(
+        name="push",
+        q=hover.q,
+        duration=0.05,
+        **(held | {"bend_moment": hover.bend_moment + push[6:]}),
+    )
     run = ca.simulate(VEHICLE, scenario, step=1e-4)
     moved = (run.bend[-1] - run.bend[0]).to_numpy()
     np.testing.assert_allclose(moved, expected[6:8], rtol=1e-4)

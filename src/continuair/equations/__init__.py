@@ -29,8 +29,23 @@ from continuair.equations.kinematics import (
 )
 
 __all__ = [
-    "MASKS", "appendix_b", "arm_jacobian", "arm_position", "coriolis_matrix", "damping_vector",
-    "elastic_vector", "euler_rate_matrix", "forward_dynamics", "gravity_vector",
-    "integrated_coupling", "jacobian", "kinetic_energy", "mass_matrix", "position",
-    "potential_energy", "rotation", "section_rotation", "weight_vector",
+    "MASKS",
+    "appendix_b",
+    "arm_jacobian",
+    "arm_position",
+    "coriolis_matrix",
+    "damping_vector",
+    "elastic_vector",
+    "euler_rate_matrix",
+    "forward_dynamics",
+    "gravity_vector",
+    "integrated_coupling",
+    "jacobian",
+    "kinetic_energy",
+    "mass_matrix",
+    "position",
+    "potential_energy",
+    "rotation",
+    "section_rotation",
+    "weight_vector",
 ]

@@ -15,19 +15,31 @@ def appendix_b(vehicle: Vehicle, q: Array, s: float) -> tuple[Any, Any]:
 
     The printed κ is the total bend angle κ l, which is what is inserted here for q[6] = κ in 1/m.
     """
-    l, r, ρ = vehicle.arm.length, vehicle.arm.radius, vehicle.arm.density
+    length, r, ρ = vehicle.arm.length, vehicle.arm.radius, vehicle.arm.density
     φ, θ, ψ, ψa = q[3], q[4], q[5], q[7]
-    κ = q[6] * l
+    κ = q[6] * length
     sφ, cφ, sθ, cθ, sψ, cψ = np.sin(φ), np.cos(φ), np.sin(θ), np.cos(θ), np.sin(ψ), np.cos(ψ)
-    sine, cosine = np.sin(κ * s / l), np.cos(κ * s / l)
-    radial = l * cosine - l + κ * s * sine
-    M17 = r**2 * ρ * np.pi / κ**2 * (
-        (l * sine - κ * s * cosine) * (sφ * sψ + cφ * cψ * sθ)
-        - np.sin(ψa) * (cφ * sψ - cψ * sφ * sθ) * radial
-        + np.cos(ψa) * cψ * cθ * radial
+    sine, cosine = np.sin(κ * s / length), np.cos(κ * s / length)
+    radial = length * cosine - length + κ * s * sine
+    M17 = (
+        r**2
+        * ρ
+        * np.pi
+        / κ**2
+        * (
+            (length * sine - κ * s * cosine) * (sφ * sψ + cφ * cψ * sθ)
+            - np.sin(ψa) * (cφ * sψ - cψ * sφ * sθ) * radial
+            + np.cos(ψa) * cψ * cθ * radial
+        )
     )
-    M18 = l * r**2 * ρ * np.pi / κ * (cosine - 1.0) * (
-        cφ * np.cos(ψa) * sψ + cψ * cθ * np.sin(ψa) - np.cos(ψa) * cψ * sφ * sθ
+    M18 = (
+        length
+        * r**2
+        * ρ
+        * np.pi
+        / κ
+        * (cosine - 1.0)
+        * (cφ * np.cos(ψa) * sψ + cψ * cθ * np.sin(ψa) - np.cos(ψa) * cψ * sφ * sθ)
     )
     return M17, M18
 

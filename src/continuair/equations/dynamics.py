@@ -51,7 +51,8 @@ def coriolis_matrix(vehicle: Vehicle, q: Array, qd: Array, nodes: int = 24) -> A
     """C (8, 8) of Christoffel symbols, c_ij = Σ ½ (∂_k M_ij + ∂_j M_ik - ∂_i M_jk) q̇_k."""
     dM = _mass_slopes(vehicle, np.asarray(q, float), nodes)
     return 0.5 * (
-        np.einsum("kij,k->ij", dM, qd) + np.einsum("jik,k->ij", dM, qd)
+        np.einsum("kij,k->ij", dM, qd)
+        + np.einsum("jik,k->ij", dM, qd)
         - np.einsum("ijk,k->ij", dM, qd)
     )
 
@@ -131,10 +132,14 @@ def _sections(vehicle: Vehicle, nodes: int) -> tuple[Array, Array, Array, Array]
     x, weight = np.polynomial.legendre.leggauss(nodes)
     ds = 0.5 * arm.length * weight
     rows = [
-        np.column_stack([
-            0.5 * arm.length * (1.0 + x), arm.mass_per_length * ds,
-            arm.transverse_inertia_per_length * ds, arm.axial_inertia_per_length * ds,
-        ])
+        np.column_stack(
+            [
+                0.5 * arm.length * (1.0 + x),
+                arm.mass_per_length * ds,
+                arm.transverse_inertia_per_length * ds,
+                arm.axial_inertia_per_length * ds,
+            ]
+        )
     ]
     rows += [
         np.array([[d.position, d.mass, d.transverse_inertia, d.axial_inertia]]) for d in arm.disks
@@ -170,5 +175,3 @@ def _mask(mask: Any) -> Array:
     if kept.shape != (8, 8):
         raise InputError(f"mask has shape {kept.shape}; give an 8x8 array of factors on M and C.")
     return kept
-
-

@@ -38,7 +38,7 @@ def bend_of(vehicle: Vehicle, q: Array) -> tuple[Any, Any]:
 def arm_position(vehicle: Vehicle, q: Array, s: Any) -> Array:
     """F(s, κ, ψa), Eq. (2): backbone points (..., 3) in body axes from the arm's base [m].
 
-    The paper prints +sin(κs)/κ for z; the arm hangs, and Appendix A is the derivative of -sin(κs)/κ.
+    The paper prints z = +sin(κs)/κ; the arm hangs, and Appendix A is the derivative of -sin(κs)/κ.
     """
     κ, ψ = bend_of(vehicle, q)
     s = np.asarray(s, float)

@@ -70,8 +70,9 @@ def _interpolation() -> np.ndarray:
     orders = np.arange(TERMS)
     to_chebyshev = chebyshev.chebvander(nodes, TERMS - 1).T * 2.0 / _SAMPLES
     to_chebyshev[0] *= 0.5
-    to_powers = np.array([np.pad(p := chebyshev.cheb2poly(np.eye(TERMS)[n]), (0, TERMS - len(p)))
-                          for n in orders])
+    to_powers = np.array(
+        [np.pad(p := chebyshev.cheb2poly(np.eye(TERMS)[n]), (0, TERMS - len(p))) for n in orders]
+    )
     return to_chebyshev.T @ to_powers[:, ::-1]
 
 
@@ -102,7 +103,9 @@ def _series(order: int, z):
     return total
 
 
-def integrands(s, u):
+def integrands(
+    s: np.ndarray, u: np.ndarray
+) -> tuple[dict[str, tuple[np.ndarray, ...]], dict[str, np.ndarray]]:
     """Contribution of the section at arc length s to every moment, with s and 1/√u in units of λ.
 
     Returns name -> (per mass, per transverse inertia, per axial minus transverse inertia), and the
@@ -133,7 +136,8 @@ def _gauss_legendre():
     """Nodes and weights, polished by Newton steps in extended precision."""
     x = np.polynomial.legendre.leggauss(_QUADRATURE)[0].astype(_Fine)
     for _ in range(2):
-        previous, current = np.ones_like(x), x
+        previous: np.ndarray = np.ones_like(x)
+        current: np.ndarray = x
         for n in range(2, _QUADRATURE + 1):
             previous, current = current, ((2 * n - 1) * x * current - (n - 1) * previous) / n
         slope = _QUADRATURE * (x * current - previous) / (x**2 - 1.0)
@@ -158,7 +162,7 @@ def moments(length, backbone, disks) -> Moments:
     """Moments of uniform backbones with disks, about the arm's base.
 
     length: (runs,) [m]. backbone: (mass, transverse, axial inertia) of the whole backbone, each
-    (runs,) [kg, kg m², kg m²]. disks: sequence of (position, mass, transverse, axial), each (runs,).
+    (runs,) [kg, kg m², kg m²]. disks: (position, mass, transverse, axial) each, of (runs,).
     """
     unit = length_unit(length)[:, None]
     rods = [(*backbone, *_uniform_rod())]

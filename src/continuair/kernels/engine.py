@@ -11,9 +11,9 @@ import numpy as np
 import warp as wp
 
 from continuair.errors import InputError, shown
-from continuair.kernels.dynamics import STATE
 from continuair.kernels.plant import pack
 from continuair.kernels.rollout import LOG, OBSERVED, kernels
+from continuair.kernels.section import STATE
 
 
 @cache
@@ -41,7 +41,7 @@ def check_device(device: str) -> None:
 
 @dataclass(frozen=True)
 class Logs:
-    """log (runs, samples, LOG); status, last_step (runs,); observed (runs, samples, OBSERVED) or None."""
+    """log, observed (runs, samples, columns; observed may be None); status, last_step (runs,)."""
 
     log: np.ndarray
     status: np.ndarray
@@ -61,8 +61,9 @@ class Engine:
         self.plants, table = pack(vehicle, self.kernels.code)
         self.table = table.astype(self.dtype)
 
-    def roll_out(self, start, angle, grid, inputs, sample_inputs, gravity, groups, observe,
-                 first=0) -> Logs:
+    def roll_out(
+        self, start, angle, grid, inputs, sample_inputs, gravity, groups, observe, first=0
+    ) -> Logs:
         """Roll out every run of `start` (runs, 17); `inputs` is (table, rows-per-time flag).
 
         angle: (runs,) initial ψa [rad], naming the signed branch of the bend. sample_inputs: the
@@ -82,19 +83,43 @@ class Engine:
             out = self._upload(log[part])
             ends = [self._upload(a[part], wp.int32) for a in (status, last)]
             wp.launch(
-                self.kernels.rollout, dim=len(log[part]), device=self.device,
-                inputs=[plants, table, self._upload(start[part]), self._upload(angle[part]), drive,
-                        3 * inputs[1], groups, gravity, steps, after, out, *ends],
+                self.kernels.rollout,
+                dim=len(log[part]),
+                device=self.device,
+                inputs=[
+                    plants,
+                    table,
+                    self._upload(start[part]),
+                    self._upload(angle[part]),
+                    drive,
+                    3 * inputs[1],
+                    groups,
+                    gravity,
+                    steps,
+                    after,
+                    out,
+                    *ends,
+                ],
             )
             self._download(out, log[part])
             for source, target in zip(ends, (status, last), strict=True):
                 self._download(source, target[part])
-            if observe:
+            if observed is not None:
                 seen = self._upload(observed[part])
                 wp.launch(
-                    self.kernels.observe, dim=seen.shape[:2], device=self.device,
-                    inputs=[plants, table, out, self._inputs(sample_inputs[0], part),
-                            sample_inputs[1], groups, gravity, seen],
+                    self.kernels.observe,
+                    dim=seen.shape[:2],
+                    device=self.device,
+                    inputs=[
+                        plants,
+                        table,
+                        out,
+                        self._inputs(sample_inputs[0], part),
+                        sample_inputs[1],
+                        groups,
+                        gravity,
+                        seen,
+                    ],
                 )
                 self._download(seen, observed[part])
 
@@ -107,9 +132,19 @@ class Engine:
         plants, table = self._vehicles(slice(None))
         out = self._upload(seen)
         wp.launch(
-            self.kernels.observe, dim=log.shape[:2], device=self.device,
-            inputs=[plants, table, self._upload(log), self._upload(inputs[0]), inputs[1], groups,
-                    gravity, out],
+            self.kernels.observe,
+            dim=log.shape[:2],
+            device=self.device,
+            inputs=[
+                plants,
+                table,
+                self._upload(log),
+                self._upload(inputs[0]),
+                inputs[1],
+                groups,
+                gravity,
+                out,
+            ],
         )
         self._download(out, seen)
         return seen
@@ -121,10 +156,20 @@ class Engine:
         plants, table = self._vehicles(slice(None))
         out = self._upload(rates)
         wp.launch(
-            self.kernels.derivative, dim=len(states), device=self.device,
-            inputs=[plants, table, self._upload(states if initial is None else initial),
-                    self._upload(states), self._upload(angle), self._upload(inputs), groups,
-                    gravity, out],
+            self.kernels.derivative,
+            dim=len(states),
+            device=self.device,
+            inputs=[
+                plants,
+                table,
+                self._upload(states if initial is None else initial),
+                self._upload(states),
+                self._upload(angle),
+                self._upload(inputs),
+                groups,
+                gravity,
+                out,
+            ],
         )
         self._download(out, rates)
         return rates
@@ -145,8 +190,12 @@ class Engine:
     def _upload(self, array, dtype=None):
         kind = dtype or (wp.float64 if self.dtype == np.float64 else wp.float32)
         host = np.int32 if dtype else self.dtype
-        return wp.array(np.ascontiguousarray(array, host), dtype=kind, device=self.device,
-                        copy=self.device != "cpu")
+        return wp.array(
+            np.ascontiguousarray(array, host),
+            dtype=kind,
+            device=self.device,
+            copy=self.device != "cpu",
+        )
 
     def _download(self, source, target) -> None:
         if self.device != "cpu":

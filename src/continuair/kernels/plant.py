@@ -33,7 +33,9 @@ def pack(vehicle, code: SimpleNamespace) -> tuple[np.ndarray, np.ndarray]:
     backbone = tuple(
         across(density) * length
         for density in (
-            rod.mass_per_length, rod.transverse_inertia_per_length, rod.axial_inertia_per_length
+            rod.mass_per_length,
+            rod.transverse_inertia_per_length,
+            rod.axial_inertia_per_length,
         )
     )
     disks = [
@@ -45,11 +47,19 @@ def pack(vehicle, code: SimpleNamespace) -> tuple[np.ndarray, np.ndarray]:
     lever = mount * (uav_mass / mass)[:, None]
     unit = arc.length_unit(length)
     blocks = [slice(first, first + _BLOCK) for first in range(0, runs, _BLOCK)]
-    table = np.concatenate([
-        _table(code.model, length[at], [b[at] for b in backbone],
-               [[part[at] for part in disk] for disk in disks], mass[at], lever[at, 2])
-        for at in blocks
-    ])
+    table = np.concatenate(
+        [
+            _table(
+                code.model,
+                length[at],
+                [b[at] for b in backbone],
+                [[part[at] for part in disk] for disk in disks],
+                mass[at],
+                lever[at, 2],
+            )
+            for at in blocks
+        ]
+    )
     axial = backbone[2] + sum((disk[3] for disk in disks), np.zeros(runs))
 
     plants = np.zeros(runs, dtype=code.Plant.numpy_dtype())

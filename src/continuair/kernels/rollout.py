@@ -5,7 +5,9 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from continuair.kernels.dynamics import INPUTS, STATE, TIP, device_code
+from continuair.kernels.dynamics import device_code
+from continuair.kernels.loads import TIP
+from continuair.kernels.section import STATE
 
 LOG = STATE + 2
 """Logged columns: the state, then κ and ψa of the paper on their continuous signed branch."""
@@ -46,8 +48,15 @@ def _integrate(code: SimpleNamespace):
         return y
 
     @wp.func
-    def log_state(log: wp.array3d(dtype=Real), run: int, sample: int, y: State, unit: Real,
-                  direction: vec2, turns: Real):
+    def log_state(
+        log: wp.array3d(dtype=Real),
+        run: int,
+        sample: int,
+        y: State,
+        unit: Real,
+        direction: vec2,
+        turns: Real,
+    ):
         for j in range(17):
             log[run, sample, j] = y[j]
         for j in range(2):
@@ -57,12 +66,21 @@ def _integrate(code: SimpleNamespace):
         log[run, sample, 18] = wp.atan2(direction[1], direction[0]) + two * pi * turns
 
     @wp.kernel(enable_backward=False, module="unique", module_options=_OPTIONS)
-    def rollout(plants: wp.array(dtype=Plant), coefficients: wp.array2d(dtype=Row),
-                start: wp.array2d(dtype=Real), angle: wp.array(dtype=Real),
-                inputs: wp.array3d(dtype=Real), stride: int, groups: int, gravity: Real,
-                steps: wp.array(dtype=Real), sample_after: wp.array(dtype=wp.int32),
-                log: wp.array3d(dtype=Real), status: wp.array(dtype=wp.int32),
-                last_step: wp.array(dtype=wp.int32)):
+    def rollout(
+        plants: wp.array(dtype=Plant),
+        coefficients: wp.array2d(dtype=Row),
+        start: wp.array2d(dtype=Real),
+        angle: wp.array(dtype=Real),
+        inputs: wp.array3d(dtype=Real),
+        stride: int,
+        groups: int,
+        gravity: Real,
+        steps: wp.array(dtype=Real),
+        sample_after: wp.array(dtype=wp.int32),
+        log: wp.array3d(dtype=Real),
+        status: wp.array(dtype=wp.int32),
+        last_step: wp.array(dtype=wp.int32),
+    ):
         run = wp.tid()
         vehicle = wp.min(run, plants.shape[0] - 1)
         column = wp.min(run, inputs.shape[1] - 1)
@@ -77,21 +95,65 @@ def _integrate(code: SimpleNamespace):
         direction = vec2(wp.cos(angle[run]), wp.sin(angle[run]))
         turns = wp.round((angle[run] - wp.atan2(direction[1], direction[0])) / (two * pi))
         log_state(log, run, 0, y, plant.unit, direction, turns)
-        code_of_end = int(0)
+        code_of_end = wp.int32(0)
         done = steps.shape[0]
         for i in range(steps.shape[0]):
             h = steps[i]
             row = i * stride
             mid = row + wp.min(stride, 1)
             end = row + wp.min(stride, 2)
-            k1 = rate_of(y, direction, plant, frozen, coefficients, vehicle, inputs, row, column, groups,
-                         gravity)
-            k2 = rate_of(y + half * h * k1, direction, plant, frozen, coefficients, vehicle, inputs, mid,
-                         column, groups, gravity)
-            k3 = rate_of(y + half * h * k2, direction, plant, frozen, coefficients, vehicle, inputs, mid,
-                         column, groups, gravity)
-            k4 = rate_of(y + h * k3, direction, plant, frozen, coefficients, vehicle, inputs, end, column,
-                         groups, gravity)
+            k1 = rate_of(
+                y,
+                direction,
+                plant,
+                frozen,
+                coefficients,
+                vehicle,
+                inputs,
+                row,
+                column,
+                groups,
+                gravity,
+            )
+            k2 = rate_of(
+                y + half * h * k1,
+                direction,
+                plant,
+                frozen,
+                coefficients,
+                vehicle,
+                inputs,
+                mid,
+                column,
+                groups,
+                gravity,
+            )
+            k3 = rate_of(
+                y + half * h * k2,
+                direction,
+                plant,
+                frozen,
+                coefficients,
+                vehicle,
+                inputs,
+                mid,
+                column,
+                groups,
+                gravity,
+            )
+            k4 = rate_of(
+                y + h * k3,
+                direction,
+                plant,
+                frozen,
+                coefficients,
+                vehicle,
+                inputs,
+                end,
+                column,
+                groups,
+                gravity,
+            )
             y = unit_attitude(y + (h * sixth) * (k1 + two * (k2 + k3) + k4))
             b = vec2(y[7], y[8])
             u = wp.dot(b, b)
@@ -119,11 +181,17 @@ def _integrate(code: SimpleNamespace):
         last_step[run] = done
 
     @wp.kernel(enable_backward=False, module="unique", module_options=_OPTIONS)
-    def derivative(plants: wp.array(dtype=Plant), coefficients: wp.array2d(dtype=Row),
-                   initial: wp.array2d(dtype=Real), states: wp.array2d(dtype=Real),
-                   angle: wp.array(dtype=Real),
-                   inputs: wp.array3d(dtype=Real), groups: int, gravity: Real,
-                   rates: wp.array2d(dtype=Real)):
+    def derivative(
+        plants: wp.array(dtype=Plant),
+        coefficients: wp.array2d(dtype=Row),
+        initial: wp.array2d(dtype=Real),
+        states: wp.array2d(dtype=Real),
+        angle: wp.array(dtype=Real),
+        inputs: wp.array3d(dtype=Real),
+        groups: int,
+        gravity: Real,
+        rates: wp.array2d(dtype=Real),
+    ):
         run = wp.tid()
         vehicle = wp.min(run, plants.shape[0] - 1)
         plant = plants[vehicle]
@@ -136,7 +204,9 @@ def _integrate(code: SimpleNamespace):
         frozen = freeze(y0, plant, coefficients, vehicle)
         column = wp.min(run, inputs.shape[1] - 1)
         direction = vec2(wp.cos(angle[run]), wp.sin(angle[run]))
-        dy = rate_of(y, direction, plant, frozen, coefficients, vehicle, inputs, 0, column, groups, gravity)
+        dy = rate_of(
+            y, direction, plant, frozen, coefficients, vehicle, inputs, 0, column, groups, gravity
+        )
         for j in range(17):
             rates[run, j] = dy[j] / wp.where(j == 7 or j == 8 or j >= 15, plant.unit, Real(1.0))
         if wp.dot(vec2(y[7], y[8]), vec2(y[7], y[8])) > two:
@@ -148,11 +218,26 @@ def _integrate(code: SimpleNamespace):
 
 def _observe(code: SimpleNamespace):
     Real, State, Row, Plant, vec2, vec3 = (
-        code.Real, code.State, code.Row, code.Plant, code.vec2, code.vec3)
-    mat33, quat, shape, tip_of, freeze = (
-        code.mat33, code.quat, code.shape, code.tip_of, code.freeze)
+        code.Real,
+        code.State,
+        code.Row,
+        code.Plant,
+        code.vec2,
+        code.vec3,
+    )
+    quat, shape, tip_of, freeze = (
+        code.quat,
+        code.shape,
+        code.tip_of,
+        code.freeze,
+    )
     inertia_of, moment_of_arm, momentum_of_bending, load_of, rate_of = (
-        code.inertia_of, code.moment_of_arm, code.momentum_of_bending, code.load_of, code.rate_of)
+        code.inertia_of,
+        code.moment_of_arm,
+        code.momentum_of_bending,
+        code.load_of,
+        code.rate_of,
+    )
     half, zero, one, two = Real(0.5), Real(0.0), Real(1.0), Real(2.0)
     full, tip_group = Real(4.442882938158366), TIP
     coupled, independent = code.model == "coupled", code.model == "independent"
@@ -170,9 +255,16 @@ def _observe(code: SimpleNamespace):
         return quat(s * b[1], -s * b[0], zero, c) * quat(one, zero, zero, zero)
 
     @wp.kernel(enable_backward=False, module="unique", module_options=_OPTIONS)
-    def observe(plants: wp.array(dtype=Plant), coefficients: wp.array2d(dtype=Row),
-                log: wp.array3d(dtype=Real), inputs: wp.array3d(dtype=Real), stride: int,
-                groups: int, gravity: Real, out: wp.array3d(dtype=Real)):
+    def observe(
+        plants: wp.array(dtype=Plant),
+        coefficients: wp.array2d(dtype=Row),
+        log: wp.array3d(dtype=Real),
+        inputs: wp.array3d(dtype=Real),
+        stride: int,
+        groups: int,
+        gravity: Real,
+        out: wp.array3d(dtype=Real),
+    ):
         run, sample = wp.tid()
         vehicle = wp.min(run, plants.shape[0] - 1)
         column = wp.min(run, inputs.shape[1] - 1)
@@ -186,7 +278,9 @@ def _observe(code: SimpleNamespace):
         frozen = freeze(y0, plant, coefficients, vehicle)
         row = sample * stride
         direction = vec2(wp.cos(log[run, sample, 18]), wp.sin(log[run, sample, 18]))
-        dy = rate_of(y, direction, plant, frozen, coefficients, vehicle, inputs, row, column, groups, gravity)
+        dy = rate_of(
+            y, direction, plant, frozen, coefficients, vehicle, inputs, row, column, groups, gravity
+        )
 
         q = quat(y[3], y[4], y[5], y[6])
         p = vec3(y[0], y[1], y[2])
@@ -231,8 +325,9 @@ def _observe(code: SimpleNamespace):
 
         a = wp.quat_rotate_inv(q, vec3(dy[9], dy[10], dy[11] + gravity))
         dw = vec3(dy[12], dy[13], dy[14])
-        on_uav = load_of(y, b, direction, plant, frozen, inputs, row, column,
-                         groups - (groups & tip_group))
+        on_uav = load_of(
+            y, b, direction, plant, frozen, inputs, row, column, groups - (groups & tip_group)
+        )
         force = plant.uav_mass * a - on_uav.force
         moment = plant.uav_inertia * dw + wp.cross(w, plant.uav_inertia * w) - on_uav.moment
         for j in range(3):
@@ -248,6 +343,3 @@ def _observe(code: SimpleNamespace):
         out[run, sample, 9] = half * plant.stiffness * u
 
     return observe
-
-
-__all__ = ["INPUTS", "LOG", "OBSERVED", "STATE", "STATUS", "kernels"]

@@ -41,7 +41,7 @@ NOTE = (
 )
 
 MAX_HALVINGS = 4
-"""Most times that a step is halved in search of a converged one; 1 ms becomes 8 µs."""
+"""Steps tried at most in search of a converged one; the last of 1 ms is 0.125 ms."""
 
 KAPPA_S_FACTORS = (0.5, 2.0)
 """Factors on the arm's kappa_s with which Test C is repeated."""
