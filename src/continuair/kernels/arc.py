@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from functools import cache
 from math import factorial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -105,7 +105,7 @@ def _series(order: int, z):
 
 def integrands(
     s: np.ndarray, u: np.ndarray
-) -> tuple[dict[str, tuple[np.ndarray, ...]], dict[str, np.ndarray]]:
+) -> tuple[dict[str, tuple[Any, ...]], dict[str, np.ndarray]]:
     """Contribution of the section at arc length s to every moment, with s and 1/√u in units of λ.
 
     Returns name -> (per mass, per transverse inertia, per axial minus transverse inertia), and the
