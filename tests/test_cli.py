@@ -88,11 +88,17 @@ def test_open_loop_writes_results_figures_and_trajectories_and_replaces_only_its
     assert Path("out/notes.txt").read_text() == "mine"
 
 
+def test_open_loop_without_a_folder_writes_nothing() -> None:
+    assert run("open-loop", "--tests", "A").exit_code == 0
+    assert not list(Path().iterdir())
+
+
 def test_json_holds_the_metrics_of_every_test_and_model() -> None:
-    result = run("open-loop", "--json", "-", "--tests", "AD", "--model", "decoupled")
+    options = ["--json", "-", "--tests", "AD", "--model", "decoupled", "--out", "out"]
+    result = run("open-loop", *options)
     assert result.exit_code == 0, result.output
     content = json.loads(result.stdout)
-    assert content == json.loads(Path("results/open_loop/open_loop.json").read_text("utf-8"))
+    assert content == json.loads(Path("out/open_loop.json").read_text("utf-8"))
     assert content["vehicle"]["name"] == "paper"
     assert list(content["tests"]) == ["A", "D"]
     for entries in content["tests"].values():

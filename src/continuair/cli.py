@@ -84,16 +84,17 @@ def open_loop(
         list[str] | None,
         typer.Option(help="A model to compare with the coupled one; repeatable. Default: all."),
     ] = None,
-    out: Annotated[Path, typer.Option(help="Folder for results, new or of this study.")] = Path(
-        "results/open_loop"
-    ),
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for results, new or of this study. Default: none are written."),
+    ] = None,
     json: Annotated[
         str | None, typer.Option(help="Also write the JSON here; - for standard output.")
     ] = None,
 ) -> None:
     """Run the paper's open-loop tests A to D and compare the models.
 
-    Writes a table, JSON, CSV, trajectories (netCDF) and figures to the folder.
+    With --out, writes a table, JSON, CSV, trajectories (netCDF) and figures to that folder.
     """
     from continuair.studies import open_loop_output
 
@@ -168,7 +169,7 @@ def _derived(vehicle: Vehicle) -> list[tuple[str, str]]:
     ]
 
 
-def _run_open_loop(vehicle: str, tests: str, models: list[str] | None, out: Path) -> OpenLoop:
+def _run_open_loop(vehicle: str, tests: str, models: list[str] | None, out: Path | None) -> OpenLoop:
     """Run the study, store it and its figures, and show its table."""
     from continuair.studies.folder import ResultFolder
     from continuair.vehicle import load_vehicle
@@ -181,11 +182,12 @@ def _run_open_loop(vehicle: str, tests: str, models: list[str] | None, out: Path
 
         choose(tests, models or MODELS)
         # The folder is claimed before the flights: a wrong one is told at once.
-        folder = ResultFolder(out, "open_loop")
+        folder = None if out is None else ResultFolder(out, "open_loop")
         study = run(loaded, tests, models or MODELS, progress=progress)
-        progress(1, 1, "writing results and figures")
-        _store(study, folder)
-    _show_open_loop(study, folder.path)
+        if folder is not None:
+            progress(1, 1, "writing results and figures")
+            _store(study, folder)
+    _show_open_loop(study, folder.path if folder else None)
     return study
 
 
@@ -198,7 +200,7 @@ def _store(study: OpenLoop, folder: ResultFolder) -> None:
     folder.finish()
 
 
-def _show_open_loop(study: OpenLoop, path: Path) -> None:
+def _show_open_loop(study: OpenLoop, path: Path | None) -> None:
     """Show the table on standard error: standard output is for the JSON alone."""
     from continuair.studies.open_loop_output import METRICS, number, remarks, rows
 
@@ -209,7 +211,8 @@ def _show_open_loop(study: OpenLoop, path: Path) -> None:
         for test, model, entry in rows(study.results)
     ]
     _print_table(columns, table, err=True)
-    for line in [*remarks(study.results), study.results["note"], f"Results are in {path}."]:
+    where = f"Results are in {path}." if path else "Name a folder with --out to keep the results."
+    for line in [*remarks(study.results), study.results["note"], where]:
         typer.echo(line, err=True)
 
 

@@ -8,7 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from continuair.errors import InputError
 from continuair.kernels.loads import GENERAL, INPUTS, PAPER, TIP
+
+INPUT_WIDTHS = {"tau": 8, "force": 3, "moment": 3, "bend_moment": 2, "tip_wrench": 6}
 
 _COLUMNS = {
     "force": slice(0, 3),
@@ -85,9 +88,9 @@ def sample_inputs(scenario: Any, times: np.ndarray) -> tuple[np.ndarray, int]:
         value = getattr(scenario, name)
         if value is not None:
             sign = scenario.tip_wrench_sign if name == "tip_wrench" else 1.0
-            parts.append((where, sign * _at(value, times)))
+            parts.append((where, sign * _at(name, value, times)))
     if scenario.tau is not None:
-        tau = _at(scenario.tau, times)
+        tau = _at("tau", scenario.tau, times)
         parts += [(slice(0, 3), tau[..., :3]), (slice(8, 13), tau[..., 3:])]
     rows = max((v.shape[0] for _, v in parts), default=1)
     runs = max((v.shape[1] for _, v in parts), default=1)
@@ -97,11 +100,27 @@ def sample_inputs(scenario: Any, times: np.ndarray) -> tuple[np.ndarray, int]:
     return table, int(rows > 1)
 
 
-def _at(value: Any, times: np.ndarray) -> np.ndarray:
+def _at(name: str, value: Any, times: np.ndarray) -> np.ndarray:
     """An input at every time: (times or 1, runs or 1, width)."""
     if not callable(value):
         constant = np.asarray(value, float)
         return constant.reshape(1, -1, constant.shape[-1])
-    sampled, index = np.unique(times, return_inverse=True)
-    rows = np.stack([np.asarray(value(t), float) for t in sampled])[index]
-    return rows.reshape(len(times), -1, rows.shape[-1])
+    # Steps share their ends: each time is asked for once.
+    distinct, index = np.unique(times, return_inverse=True)
+    width = INPUT_WIDTHS[name]
+    try:
+        rows = np.array([value(t) for t in distinct.tolist()], float)
+    except (TypeError, ValueError):
+        rows = np.empty((0, 0))
+    if rows.shape[-1] != width or rows.ndim not in (2, 3) or len(rows) != len(distinct):
+        raise InputError(
+            f"{name} returns values of changing or wrong shape over time; return {width} numbers, "
+            "or a row of them per run, at every time."
+        )
+    bad = ~np.isfinite(rows.reshape(len(rows), -1)).all(-1)
+    if bad.any():
+        raise InputError(
+            f"{name} is not finite at t = {distinct[bad][0]:g} s; return finite numbers at every "
+            "time of the flight."
+        )
+    return rows[index].reshape(len(times), -1, width)

@@ -144,18 +144,16 @@ def open_loop_test(name: str, f1: float = 1.0) -> Scenario:
     return Scenario(f"Test {key}", q, duration=1.0, **inputs[key])
 
 
-def bend_torques(t: float) -> Array:
+def bend_torques(t: float) -> tuple[float, ...]:
     """Generalised forces of Test C at time t [s], shape (8,) [N m², N m]; Amiri et al."""
-    return np.array(
-        [0, 0, 0, 0, 0, 0, 0.1 * math.sin(20 * t + math.pi / 4), 0.1 * math.cos(20 * t)]
-    )
+    return 0, 0, 0, 0, 0, 0, 0.1 * math.sin(20 * t + math.pi / 4), 0.1 * math.cos(20 * t)
 
 
-def tip_chirp(t: float, f1: float = 1.0) -> Array:
+def tip_chirp(t: float, f1: float = 1.0) -> tuple[float, ...]:
     """Tip wrench of Test D at time t [s], shape (6,), world axes [N, N m]; Amiri et al."""
     f0, T = 1.0, 10.0
     angle = 2 * math.pi * (f0 * t + (f1 - f0) / (2 * T) * t**2)
-    return np.array([10 * math.sin(angle + math.pi / 4), 10 * math.sin(angle), 25, 0, 0, 0])
+    return 10 * math.sin(angle + math.pi / 4), 10 * math.sin(angle), 25, 0, 0, 0
 
 
 def _is_number(value: object) -> bool:
