@@ -44,7 +44,7 @@ def test_test_c_drives_bend_and_direction_at_20_radians_per_second() -> None:
     tau: Any = open_loop_test("C").tau
     np.testing.assert_allclose(tau(0.0), [0] * 6 + [0.1 * math.sqrt(0.5), 0.1], rtol=1e-15)
     # Half a period later both have the opposite sign; 1e-15 is their rounding.
-    np.testing.assert_allclose(tau(math.pi / 20), -tau(0.0), atol=1e-15)
+    np.testing.assert_allclose(tau(math.pi / 20), -np.array(tau(0.0)), atol=1e-15)
 
 
 def test_test_d_as_printed_repeats_every_second_and_with_f1_is_a_chirp() -> None:

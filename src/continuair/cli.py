@@ -169,7 +169,9 @@ def _derived(vehicle: Vehicle) -> list[tuple[str, str]]:
     ]
 
 
-def _run_open_loop(vehicle: str, tests: str, models: list[str] | None, out: Path | None) -> OpenLoop:
+def _run_open_loop(
+    vehicle: str, tests: str, models: list[str] | None, out: Path | None
+) -> OpenLoop:
     """Run the study, store it and its figures, and show its table."""
     from continuair.studies.folder import ResultFolder
     from continuair.vehicle import load_vehicle

@@ -48,7 +48,7 @@ def integrated_coupling(vehicle: Vehicle, q: Array) -> tuple[Array, Array]:
     """M₁₋₃,₇ and M₁₋₃,₈ (3,) each: Appendix B integrated over the backbone, κ in 1/m, x = κ l.
 
     a = (2 sin x - x - x cos x)/κ³, b = (2 - 2 cos x - x sin x)/κ³, c = (x - sin x)/κ². The paper
-    prints the integrand only, and loses the derivative by the bend angle instead of κ.
+    prints the integrand only, and takes κ l for κ.
     """
     κ, ψ = q[6], q[7]
     x = κ * vehicle.arm.length
