@@ -19,19 +19,16 @@ STEP_PHASE = 0.2
 """Largest ω_max h of the automatic step: RK4 then keeps the amplitude of the stiffest mode."""
 
 
-def bend_compliance(
-    vehicle: Vehicle, q: np.ndarray, model: str = "coupled", device: str = "cpu"
-) -> np.ndarray:
+def bend_compliance(engine: Engine, q: Any) -> np.ndarray:
     """Bend block of M⁻¹ in bend axes, (runs, 2, 2) [1/(kg m⁴)], at rest in the configurations q.
 
-    It is the acceleration of the bend under a unit bend moment: for `coupled` on the free base,
-    for `independent` on a clamped one.
+    It is the acceleration of the bend under a unit bend moment: for an engine of `coupled` on the
+    free base, for one of `independent` on a clamped one.
     """
     q = np.atleast_2d(q)
-    runs = max(len(q), vehicle.runs or 1)
+    runs = max(len(q), engine.vehicle.runs or 1)
     q = np.broadcast_to(q, (runs, 8))
     states = state_from_paper(q, np.zeros((runs, 8)))
-    engine = Engine(vehicle, model, device=device)
     columns = []
     for axis in (None, 6, 7):
         inputs = np.zeros((1, 1, INPUTS))
@@ -44,31 +41,34 @@ def bend_compliance(
 def bending_frequencies(vehicle: Vehicle, q: Any = None) -> tuple[float, float]:
     """Highest bending frequency [rad/s] of the arm, clamped and on the free vehicle.
 
-    q: paper coordinates (8,), the straight arm by default.
+    q: paper coordinates (8,), the straight arm by default. Raises InputError.
     """
-    at = np.zeros(8) if q is None else np.asarray(q, float)
+    at = _configuration(q)
     clamped, free = (
-        float(fastest_frequency(vehicle, at, model).max()) for model in ("independent", "coupled")
+        float(fastest_frequency(Engine(vehicle, model), at).max())
+        for model in ("independent", "coupled")
     )
     return clamped, free
 
 
-def fastest_frequency(
-    vehicle: Vehicle, q: Any, model: str = "coupled", device: str = "cpu"
-) -> np.ndarray:
+def fastest_frequency(engine: Engine, q: Any) -> np.ndarray:
     """ω_max (runs,) [rad/s] from the pencil (K, M) at q: the largest √eig(E I l [M⁻¹]_bend)."""
-    compliance = bend_compliance(vehicle, q, model, device)
-    stiffness = np.asarray(vehicle.arm.bending_stiffness) * np.asarray(vehicle.arm.length)
+    arm = engine.vehicle.arm
+    compliance = bend_compliance(engine, q)
+    stiffness = np.asarray(arm.bending_stiffness) * np.asarray(arm.length)
     largest = np.linalg.eigvalsh(0.5 * (compliance + compliance.swapaxes(1, 2)))[:, -1]
     return np.sqrt(largest * stiffness)
 
 
-def automatic_step(vehicle: Vehicle, q: Any, device: str = "cpu") -> float:
-    """Step [s] with ω_max h = 0.2 for the stiffest run, straight and at the initial bends."""
+def automatic_step(coupled: Engine, q: Any) -> float:
+    """Step [s] with ω_max h = 0.2 for the stiffest run, straight and at the initial bends.
+
+    coupled: an engine of the coupled model, whose free base raises the frequencies most.
+    """
     q = np.atleast_2d(q)
     straight = np.array(q)
     straight[:, 6] = 0.0
-    fastest = max(fastest_frequency(vehicle, at, "coupled", device).max() for at in (q, straight))
+    fastest = max(np.nanmax(fastest_frequency(coupled, at)) for at in (q, straight))
     return float(STEP_PHASE / fastest)
 
 
@@ -99,7 +99,7 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
         vehicle, at, model="coupled" if free else "independent", gravity=0.0 if free else gravity
     )
     bend, rate = slice(6, 8), slice(14, 16)
-    compliance = bend_compliance(vehicle, at, "coupled" if free else "independent")[0]
+    compliance = bend_compliance(Engine(vehicle, "coupled" if free else "independent"), at)[0]
     stiffness = -A[rate, bend]
     eigenvalues, vectors = np.linalg.eig(stiffness)
     order = np.argsort(eigenvalues.real)

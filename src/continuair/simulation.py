@@ -60,7 +60,10 @@ def simulate(
         vehicle.runs or 0, np.ndim(scenario.q) - 1 and len(q), np.ndim(scenario.qd) - 1 and len(qd)
     )
     grouped = groups_in_use(scenario)
-    fine = automatic_step(vehicle, q, device)
+    engine = Engine(vehicle, "coupled", "float64", device, threads)
+    fine = automatic_step(engine, q)
+    if (model, dtype) != ("coupled", "float64"):
+        engine = Engine(vehicle, model, dtype, device, threads)
     if isinstance(step, str):
         step = min(fine, sample)
     elif step > fine:
@@ -94,13 +97,11 @@ def simulate(
                 "use integrator='rk4'."
             )
         provenance.update(step="adaptive", tolerance=tolerance)
-        engine = Engine(vehicle, model, dtype, device)
         logs = integrate_reference(engine, start, q[:, 7], grid, scenario, tolerance, at_samples)
         return assemble(grid, logs, names, bool(batched), provenance)
 
     observe = any(name in OBSERVED_VARIABLES for name in names)
     chunk = max(1, int(_CHUNK_NUMBERS / (len(grid.samples) * 41)))
-    engine = Engine(vehicle, model, dtype, device, threads)
     parts = []
     for first in range(0, runs, chunk):
         part = slice(first, min(first + chunk, runs))

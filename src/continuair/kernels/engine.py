@@ -54,6 +54,7 @@ class Engine:
 
     def __init__(self, vehicle, model: str, precision="float64", device="cpu", threads=None):
         start_warp()
+        self.vehicle = vehicle
         self.kernels = kernels(precision, model)
         self.dtype = np.dtype(precision)
         self.device = device
