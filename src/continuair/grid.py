@@ -13,6 +13,9 @@ from continuair.kernels.loads import GENERAL, INPUTS, PAPER, TIP
 
 INPUT_WIDTHS = {"tau": 8, "force": 3, "moment": 3, "bend_moment": 2, "tip_wrench": 6}
 
+MOST_STEPS = 1e7
+"""Steps of one run: their inputs are sampled beforehand, and would fill the memory."""
+
 _COLUMNS = {
     "force": slice(0, 3),
     "moment": slice(3, 6),
@@ -36,6 +39,13 @@ class Grid:
 
 def make_grid(duration: float, step: float, sample: float, jumps: Iterable[float] = ()) -> Grid:
     """Split [0, duration] at samples and jumps, and the pieces into steps of at most `step`."""
+    steps_needed = duration / min(step, sample)
+    if steps_needed > MOST_STEPS:
+        raise InputError(
+            f"duration is {duration:g} s, which takes {steps_needed:.2g} steps of "
+            f"{min(step, sample):.2g} s, more than {MOST_STEPS:.0e}; shorten it, or give a longer "
+            "step or sample (a short, thick arm needs short steps)."
+        )
     count = max(1, round(duration / sample))
     samples = np.append(sample * np.arange(count), duration)
     inside = np.array([t for t in jumps if 0.0 < t < duration])
@@ -109,7 +119,14 @@ def _at(name: str, value: Any, times: np.ndarray) -> np.ndarray:
     distinct, index = np.unique(times, return_inverse=True)
     width = INPUT_WIDTHS[name]
     try:
-        rows = np.array([value(t) for t in distinct.tolist()], float)
+        given = [value(t) for t in distinct.tolist()]
+    except Exception as error:
+        raise InputError(
+            f"{name} raises {type(error).__name__} ({error}) during the flight; return {width} "
+            "numbers at every time of it."
+        ) from error
+    try:
+        rows = np.array(given, float)
     except (TypeError, ValueError):
         rows = np.empty((0, 0))
     if rows.shape[-1] != width or rows.ndim not in (2, 3) or len(rows) != len(distinct):

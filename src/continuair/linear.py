@@ -68,8 +68,14 @@ def automatic_step(coupled: Engine, q: Any) -> float:
     q = np.atleast_2d(q)
     straight = np.array(q)
     straight[:, 6] = 0.0
-    fastest = max(np.nanmax(fastest_frequency(coupled, at)) for at in (q, straight))
-    return float(STEP_PHASE / fastest)
+    # A run that starts bent past a full circle has no frequency; it ends with a status.
+    found = np.concatenate([fastest_frequency(coupled, at) for at in (straight, q)])
+    if not np.isfinite(found).any():
+        raise InputError(
+            "vehicle has no finite bending frequency in floating point: its arm is too heavy or too "
+            "soft beside its UAV; check arm.length, arm.radius and uav.mass."
+        )
+    return float(STEP_PHASE / np.nanmax(found))
 
 
 @dataclass(frozen=True)
@@ -135,12 +141,17 @@ def linearize(
     inputs given, a hover's from `trim`, hold at the operating point. Central differences of fourth
     order: about 1e-9 relative. Raises InputError.
     """
+    _check_single(vehicle)
+    if model not in ("coupled", "decoupled", "independent"):
+        raise InputError(f"model is {shown(model)}; use coupled, decoupled or independent.")
     at, rates = _configuration(q), _configuration(qd)
     centre = state_from_paper(at[None], rates[None])[0]
     steps = np.array([-2.0, -1.0, 1.0, 2.0]) * _DIFFERENCE
     weights = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * _DIFFERENCE)
     inputs = np.zeros(INPUTS)
-    inputs[:3], inputs[3:6], inputs[6:8], inputs[13:] = force, moment, bend_moment, tip_wrench
+    inputs[:3], inputs[3:6] = _numbers("force", force, 3), _numbers("moment", moment, 3)
+    inputs[6:8] = _numbers("bend_moment", bend_moment, 2)
+    inputs[13:] = _numbers("tip_wrench", tip_wrench, 6)
     states = np.array([_perturbed(centre, i, h) for i in range(16) for h in steps])
     engine = Engine(vehicle, model)
 
@@ -192,6 +203,9 @@ def trim(
     bend: bend vector (2,) [1/m] to hold, or None for the bend that the arm takes by itself under
     gravity and tip_wrench (6,) [N, N m, world axes], with no bend moment. Raises InputError.
     """
+    _check_single(vehicle)
+    yaw, position = float(_numbers("yaw", yaw, 1)[0]), _numbers("position", position, 3)
+    tip_wrench = _numbers("tip_wrench", tip_wrench, 6)
     engine = Engine(vehicle, "decoupled")
 
     def residual(k: np.ndarray) -> np.ndarray:
@@ -218,9 +232,7 @@ def trim(
                 "a smaller wrench, or the bend to hold."
             )
     else:
-        k = np.asarray(bend, float)
-        if k.shape != (2,) or not np.isfinite(k).all():
-            raise InputError(f"bend is {shown(bend)}; give two finite numbers in 1/m.")
+        k = _numbers("bend", bend, 2)
     q = np.concatenate([position, [0.0, 0.0, yaw], [np.hypot(*k), np.arctan2(k[1], k[0])]])
     A_force = _balance(engine, q, tip_wrench, gravity)
     return Trim(q, A_force[:3], A_force[3:], -residual(k) if bend is not None else np.zeros(2))
@@ -240,10 +252,25 @@ _DIFFERENCE = 2e-3
 
 
 def _configuration(q: Any) -> np.ndarray:
-    at = np.zeros(8) if q is None else np.asarray(q, float)
-    if at.shape != (8,) or not np.isfinite(at).all():
-        raise InputError(f"q or qd is {shown(q)}; give eight finite numbers.")
-    return at
+    return np.zeros(8) if q is None else _numbers("q or qd", q, 8)
+
+
+def _numbers(name: str, value: Any, width: int) -> np.ndarray:
+    """One number for all, or `width` of them, as an array (width,)."""
+    try:
+        found = np.asarray(value, float)
+    except (TypeError, ValueError):
+        found = np.array([np.nan])
+    if found.shape not in ((), (width,)) or not np.isfinite(found).all():
+        raise InputError(f"{name} is {shown(value)}; give {width} finite numbers.")
+    return np.broadcast_to(found, width).copy()
+
+
+def _check_single(vehicle: Vehicle) -> None:
+    if vehicle.runs is not None:
+        raise InputError(
+            f"vehicle holds {vehicle.runs} runs, but one is looked at here; use vehicle.select(i)."
+        )
 
 
 def _skew(w: np.ndarray) -> np.ndarray:

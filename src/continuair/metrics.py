@@ -13,6 +13,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from continuair.coordinates import continuous_euler
+from continuair.errors import InputError
 
 Array = NDArray[np.float64]
 
@@ -86,6 +87,11 @@ def compare(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
     the one rotational reading that needs no choice of angles [rad]; rmse_x_m ... rmse_yaw_rad.
     Numbers, or arrays over runs.
     """
+    if not np.array_equal(coupled["time"], other["time"]):
+        raise InputError(
+            f"other has {other.sizes['time']} samples that are not those of coupled "
+            f"({coupled.sizes['time']}); simulate both with the same sample and duration."
+        )
     positions = [_components(dataset, "tip_position") for dataset in (coupled, other)]
     attitudes = [_components(dataset, "tip_attitude") for dataset in (coupled, other)]
     angles = [euler_angles(attitude) for attitude in attitudes]

@@ -34,6 +34,7 @@ def integrate_reference(
     y = start[0].copy()
     log[0, 0] = _row(y, branch[0])
     edges = [0.0, *grid.starts[grid.opens], float(grid.samples[-1])]
+    overbent: list[float] = []
     status, reached = OK, grid.samples[-1]
     for left, right in zip(edges[:-1], edges[1:], strict=True):
         inside = np.nextafter(left, np.inf), np.nextafter(right, -np.inf)
@@ -44,14 +45,19 @@ def integrate_reference(
             # The polar torques act along the branch followed so far.
             table, _ = sample_inputs(scenario, np.clip([t], *inside))
             angle = np.array([_follow(state, branch[0])])
-            return engine.derivative(state[None], angle, table, scenario.gravity, groups, start)[0]
+            found = engine.derivative(state[None], angle, table, scenario.gravity, groups, start)[0]
+            if np.isnan(found).any() and np.isfinite(state).all():
+                overbent.append(t)
+            return found
 
+        if not np.isfinite(rate(left, y)).all():
+            status, reached = OVERBENT, left
+            break
         solver = DOP853(rate, left, y, right, rtol=tolerance, atol=_ABSOLUTE * tolerance)
         while solver.status == "running":
             solver.step()
             if solver.status == "failed" or not np.isfinite(solver.y).all():
-                bent = np.isnan(rate(solver.t, solver.y)).any() and np.isfinite(solver.y).all()
-                status, reached = (OVERBENT if bent else NOT_FINITE), solver.t
+                status, reached = (OVERBENT if overbent else NOT_FINITE), solver.t
                 break
             dense = solver.dense_output()
             covered = grid.samples[(grid.samples > solver.t_old) & (grid.samples <= solver.t)]

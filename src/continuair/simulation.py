@@ -16,6 +16,7 @@ from continuair.kernels.engine import Engine, check_device
 from continuair.kernels.loads import GENERAL, INPUTS, PAPER, TIP
 from continuair.linear import automatic_step
 from continuair.reference import integrate_reference
+from continuair.scenarios import Scenario
 from continuair.trajectory import OBSERVED_VARIABLES, VARIABLES, assemble, concatenate
 from continuair.vehicle import Vehicle
 
@@ -27,7 +28,7 @@ _CHUNK_NUMBERS = 2.0e7
 
 def simulate(
     vehicle: Vehicle,
-    scenario: Any,
+    scenario: Scenario,
     *,
     model: str = "coupled",
     step: float | str = "auto",
@@ -54,12 +55,18 @@ def simulate(
         vehicle, model, step, duration, sample, variables, integrator, tolerance, dtype, threads
     )
     check_device(device)
+    if not isinstance(scenario, Scenario):
+        raise InputError(
+            f"scenario is {shown(scenario)}; give a continuair.Scenario, such as "
+            "continuair.open_loop_test('A')."
+        )
     duration = scenario.duration if duration is None else float(duration)
     q, qd = np.atleast_2d(scenario.q), np.atleast_2d(scenario.qd)
     batched = max(
         vehicle.runs or 0, np.ndim(scenario.q) - 1 and len(q), np.ndim(scenario.qd) - 1 and len(qd)
     )
     grouped = groups_in_use(scenario)
+    _same_runs(max(batched, 1), vehicle, q, qd, 1)
     engine = Engine(vehicle, "coupled", "float64", device, threads)
     fine = automatic_step(engine, q)
     if (model, dtype) != ("coupled", "float64"):

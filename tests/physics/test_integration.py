@@ -197,3 +197,42 @@ def test_a_bad_option_is_named_in_one_sentence(options: dict[str, object], words
 def test_a_step_too_coarse_for_the_stiffest_mode_warns_with_the_estimate() -> None:
     with pytest.warns(ca.ContinuairWarning, match="0.0014 s or less"):
         ca.simulate(VEHICLE, ca.open_loop_test("B"), step=5e-3, sample=5e-3)
+
+
+def test_a_start_beyond_a_full_circle_ends_at_once_with_a_status() -> None:
+    bent = ca.Scenario(name="bent", q=[0, 0, 0, 0, 0, 0, 7.0, 0])
+    for integrator in ("rk4", "dop853"):
+        run = ca.simulate(VEHICLE, bent, integrator=integrator)
+        assert int(run.status) == 2 and float(run.end_time) == 0.0
+
+
+def test_the_reference_integrator_names_the_same_end_as_rk4() -> None:
+    scenario = ca.Scenario(name="overbent", q=np.zeros(8), bend_moment=[5000.0, 0.0])
+    runs = [ca.simulate(VEHICLE, scenario, integrator=i) for i in ("rk4", "dop853")]
+    assert [int(run.status) for run in runs] == [2, 2]
+    assert float(runs[0].end_time) == pytest.approx(float(runs[1].end_time), abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("force", "words"),
+    [
+        (lambda t: [1 / (t < 0.5)] * 3, "ZeroDivisionError"),
+        (lambda t: [np.nan if t > 0.5 else 0.0] * 3, "not finite at t = 0.5"),
+        (lambda t: [0.0] * (4 if t > 0.5 else 3), "wrong shape"),
+    ],
+)
+def test_an_input_that_fails_later_in_the_flight_is_named(force: object, words: str) -> None:
+    scenario = ca.Scenario(name="late", q=np.zeros(8), force=force)  # type: ignore[arg-type]
+    with pytest.raises(ca.InputError, match=f"force.*{words}"):
+        ca.simulate(VEHICLE, scenario)
+
+
+def test_more_steps_than_fit_are_refused_before_they_are_made() -> None:
+    with pytest.raises(ca.InputError, match="steps"):
+        ca.simulate(VEHICLE, ca.open_loop_test("B"), sample=1e-9)
+
+
+def test_arrays_of_different_numbers_of_runs_are_refused() -> None:
+    batch = VEHICLE.replace({"uav.mass": [1.0, 2.0, 3.0]})
+    with pytest.raises(ca.InputError, match="2 runs"):
+        ca.simulate(batch, ca.Scenario(name="two", q=np.zeros((2, 8))))
