@@ -72,7 +72,7 @@ def automatic_step(coupled: Engine, q: Any) -> float:
     found = np.concatenate([fastest_frequency(coupled, at) for at in (straight, q)])
     if not np.isfinite(found).any():
         raise InputError(
-            "vehicle has no finite bending frequency in floating point: its arm is too heavy or too "
+            "vehicle has no finite bending frequency: its arm is too heavy or too "
             "soft beside its UAV; check arm.length, arm.radius and uav.mass."
         )
     return float(STEP_PHASE / np.nanmax(found))
