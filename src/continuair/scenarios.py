@@ -144,6 +144,8 @@ def open_loop_test(name: str, f1: float = 1.0) -> Scenario:
     return Scenario(f"Test {key}", q, duration=1.0, **inputs[key])
 
 
+# The models of a comparison all ask for the same times.
+@functools.lru_cache(maxsize=1 << 16)
 def bend_torques(t: float) -> tuple[float, ...]:
     """Generalised forces of Test C at time t [s], shape (8,) [N m², N m]; Amiri et al."""
     return 0, 0, 0, 0, 0, 0, 0.1 * math.sin(20 * t + math.pi / 4), 0.1 * math.cos(20 * t)
