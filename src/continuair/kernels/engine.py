@@ -59,7 +59,7 @@ class Engine:
         self.dtype = np.dtype(precision)
         self.device = device
         self.threads = threads or os.cpu_count() or 1
-        self.plants, table = pack(vehicle, self.kernels.code)
+        self.plants, table = pack(vehicle, self.kernels.code, self.threads)
         self.table = table.astype(self.dtype)
 
     def roll_out(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,13 +10,14 @@ import numpy as np
 from continuair.kernels import arc
 
 # Vehicles whose moments are sampled at once: bounds the memory of the host side.
-_BLOCK = 4096
+_BLOCK = 1024
 
 
-def pack(vehicle, code: SimpleNamespace) -> tuple[np.ndarray, np.ndarray]:
+def pack(vehicle, code: SimpleNamespace, threads: int) -> tuple[np.ndarray, np.ndarray]:
     """Structured parameters (vehicles,) and moment polynomials (vehicles, terms, moments).
 
     vehicle: a Vehicle, plain or batched. code: the device code whose `Plant` the rows fill.
+    threads: how many blocks of vehicles are sampled at once.
     """
     runs = vehicle.runs or 1
     uav, rod = vehicle.uav, vehicle.arm
@@ -47,19 +49,15 @@ def pack(vehicle, code: SimpleNamespace) -> tuple[np.ndarray, np.ndarray]:
     lever = mount * (uav_mass / mass)[:, None]
     unit = arc.length_unit(length)
     blocks = [slice(first, first + _BLOCK) for first in range(0, runs, _BLOCK)]
-    table = np.concatenate(
-        [
-            _table(
-                code.model,
-                length[at],
-                [b[at] for b in backbone],
-                [[part[at] for part in disk] for disk in disks],
-                mass[at],
-                lever[at, 2],
-            )
-            for at in blocks
-        ]
-    )
+
+    def sample(at: slice) -> np.ndarray:
+        rod = [part[at] for part in backbone]
+        added = [[part[at] for part in disk] for disk in disks]
+        return _table(code.model, length[at], rod, added, mass[at], lever[at, 2])
+
+    # NumPy lets go of the interpreter in these, so that blocks run side by side.
+    with ThreadPoolExecutor(threads) as pool:
+        table = np.concatenate(list(pool.map(sample, blocks)))
     axial = backbone[2] + sum((disk[3] for disk in disks), np.zeros(runs))
 
     plants = np.zeros(runs, dtype=code.Plant.numpy_dtype())
