@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
 from continuair.coordinates import state_from_paper
@@ -224,6 +223,9 @@ def trim(
         return np.linalg.solve(compliance, rows[0])
 
     if bend is None:
+        # Slow to import, and every simulation imports this module.
+        from scipy.optimize import root
+
         solution = root(residual, np.zeros(2), tol=1e-13)
         k = solution.x
         if np.abs(residual(k)).max() > 1e-8 * max(1.0, np.abs(tip_wrench).max()):

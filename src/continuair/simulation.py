@@ -15,7 +15,6 @@ from continuair.grid import groups_in_use, make_grid, sample_inputs, stage_times
 from continuair.kernels.engine import Engine, check_device
 from continuair.kernels.loads import GENERAL, INPUTS, PAPER, TIP
 from continuair.linear import automatic_step
-from continuair.reference import integrate_reference
 from continuair.scenarios import Scenario
 from continuair.trajectory import OBSERVED_VARIABLES, VARIABLES, assemble, concatenate
 from continuair.vehicle import Vehicle
@@ -104,6 +103,9 @@ def simulate(
                 "use integrator='rk4'."
             )
         provenance.update(step="adaptive", tolerance=tolerance)
+        # SciPy's integrators are slow to import, and few runs need them.
+        from continuair.reference import integrate_reference
+
         logs = integrate_reference(engine, start, q[:, 7], grid, scenario, tolerance, at_samples)
         return assemble(grid, logs, names, bool(batched), provenance)
 
