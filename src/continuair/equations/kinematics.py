@@ -1,4 +1,8 @@
-"""Differential kinematics of a UAV with one constant-curvature section, Eqs. (1)-(7)."""
+"""Differential kinematics of a UAV with one constant-curvature section, Eqs. (1)-(7).
+
+Remark 1, Eq. (6), holds throughout: |κ| <= κ_s counts as κ_s, the parameter arm.kappa_s; 0
+switches it off, and then κ = 0 divides by zero.
+"""
 
 from __future__ import annotations
 
@@ -14,14 +18,16 @@ TIP_FRAMES = ("untwisted", "frenet")
 
 
 def rotation(q: Array) -> Array:
-    """R_B: body to world, (3, 3), from the ZYX Euler angles of q: Rz(ψ) Ry(θ) Rx(φ)."""
+    """R_B: body to world, (3, 3), of the ZYX Euler angles of q, Eq. (7): Rz(ψ) Ry(θ) Rx(φ)."""
     return _about_z(q[5]) @ _about_y(q[4]) @ _about_x(q[3])
 
 
 def euler_rate_matrix(q: Array) -> Array:
-    """T, (3, 3): Euler rates (φ̇, θ̇, ψ̇) to angular velocity in world axes.
+    """T, (3, 3): Euler rates (φ̇, θ̇, ψ̇) to angular velocity in world axes; after Eq. (7).
 
-    The paper writes T_e⁻¹ here while defining T_e as this same map; the inverse is a slip.
+    The paper calls T_e the map from Euler rates to angular velocity, as here, and yet prints T_e⁻¹
+    in J_p2 and J_o2. (It is of rates only: in J_L = L T_a⁻¹ J_t, before Eq. (15), the paper also
+    applies it to linear velocity, where a rotation belongs.)
     """
     sθ, cθ, sψ, cψ = np.sin(q[4]), np.cos(q[4]), np.sin(q[5]), np.cos(q[5])
     nil, one = 0.0 * sθ, 1.0 + 0.0 * sθ
@@ -29,7 +35,7 @@ def euler_rate_matrix(q: Array) -> Array:
 
 
 def bend_of(vehicle: Vehicle, q: Array) -> tuple[Any, Any]:
-    """(κ, ψa) with Remark 1, Eq. (6): |κ| <= κ_s counts as κ_s."""
+    """(κ, ψa) with Remark 1, Eq. (6): |κ| <= κ_s counts as κ_s, whatever the sign of κ."""
     threshold = vehicle.arm.kappa_s
     κ = q[6]
     return (threshold + 0.0 * κ if abs(κ.real) <= threshold else κ), q[7]
@@ -38,7 +44,8 @@ def bend_of(vehicle: Vehicle, q: Array) -> tuple[Any, Any]:
 def arm_position(vehicle: Vehicle, q: Array, s: Any) -> Array:
     """F(s, κ, ψa), Eq. (2): backbone points (..., 3) in body axes from the arm's base [m].
 
-    The paper prints z = +sin(κs)/κ; the arm hangs, and Appendix A is the derivative of -sin(κs)/κ.
+    s: arc lengths (...) [m]. The paper prints z = +sin(κs)/κ; the arm hangs, and Appendix A is the
+    derivative of -sin(κs)/κ.
     """
     κ, ψ = bend_of(vehicle, q)
     s = np.asarray(s, float)
@@ -47,20 +54,24 @@ def arm_position(vehicle: Vehicle, q: Array, s: Any) -> Array:
 
 
 def position(vehicle: Vehicle, q: Array, s: Any) -> Array:
-    """Backbone points (..., 3) in the world [m], Eq. (1) carried to the world; s in [0, length]."""
+    """Backbone points (..., 3) in the world [m]: Eq. (1), mount P_o included, carried there by q.
+
+    s: arc lengths (...) from 0 to the arm's length [m].
+    """
     body = np.asarray(vehicle.uav.mount) + arm_position(vehicle, q, s)
     return q[:3] + body @ rotation(q).T
 
 
-def section_rotation(vehicle: Vehicle, q: Array, s: float, tip_frame: str = "untwisted") -> Array:
-    """Section frame at s to body, (3, 3), z along the tangent.
+def section_rotation(vehicle: Vehicle, q: Array, s: Any, tip_frame: str = "untwisted") -> Array:
+    """R_s: section frames at s to body, (..., 3, 3), z along the tangent, away from the UAV.
 
-    "untwisted": Rz(ψa) Ry(-κs) Rz(-ψa) diag(1, -1, -1), what a tendon-driven arm does. "frenet":
-    without Rz(-ψa), the frame that spins with ψa and that the paper's Eq. (5) belongs to.
+    s: arc lengths (...) [m]. "untwisted": Rz(ψa) Ry(-κs) Rz(-ψa) diag(1, -1, -1), what a
+    tendon-driven arm does. "frenet": without Rz(-ψa), the frame of the paper's Eq. (5), which spins
+    with ψa. Raises InputError for any other frame.
     """
     _check_frame(tip_frame)
     κ, ψ = bend_of(vehicle, q)
-    bent = _about_z(ψ) @ _about_y(-κ * s)
+    bent = _about_z(ψ) @ _about_y(-κ * np.asarray(s, float))
     return (bent @ _about_z(-ψ) if tip_frame == "untwisted" else bent) @ np.diag([1.0, -1.0, -1.0])
 
 
@@ -69,8 +80,11 @@ def arm_jacobian(
 ) -> tuple[Array, Array]:
     """J_pa (Appendix A) and J_oa (Eq. (5)), each (..., 3, 2), in body axes, for (κ̇, ψ̇a).
 
-    The paper's second column of J_oa, [0 0 1], is that of the Frenet frame; the untwisted one is
-    [sin κs cos ψa, sin κs sin ψa, 1 - cos κs].
+    s: arc lengths (...) [m]. Appendix A is used as printed. The paper's second column of J_oa,
+    [0 0 1], is that of the Frenet frame; the untwisted one is [sin κs cos ψa, sin κs sin ψa,
+    1 - cos κs]. Its first column, [-s sin ψa, s cos ψa, 0], is that of an arm that points up, as
+    Eq. (2) is printed; the hanging arm of Appendix A turns the other way. Eq. (4) puts the rate of
+    R_s into so(3), where it is the rate times the transpose of R_s that belongs there.
     """
     _check_frame(tip_frame)
     κ, ψ = bend_of(vehicle, q)
@@ -88,10 +102,11 @@ def arm_jacobian(
 
 
 def jacobian(vehicle: Vehicle, q: Array, s: Any, tip_frame: str = "untwisted") -> Array:
-    """J (..., 6, 8): linear rows, then angular rows, world axes, at arc length s in [0, length].
+    """J (..., 6, 8): linear rows, then angular rows, in world axes, at s; before Eq. (8).
 
-    The paper prints T_e⁻¹ where T belongs (`euler_rate_matrix`), and -s sin ψa, s cos ψa for the
-    first column of J_oa; the hanging arm of Appendix A turns the other way.
+    s: arc lengths (...) from 0 to the arm's length [m]. J_p = [1, -[R P_s]× T, R J_pa] and
+    J_o = [0, T, R J_oa], where the paper prints T_e⁻¹ for T (`euler_rate_matrix`), J_p3 for J_o3,
+    and other columns of J_oa (`arm_jacobian`). Raises InputError for an unknown frame.
     """
     s = np.asarray(s, float)
     R, T = rotation(q), euler_rate_matrix(q)
@@ -110,8 +125,7 @@ def skew(v: Array) -> Array:
     """[v]×, (..., 3, 3), of vectors (..., 3)."""
     x, y, z = np.moveaxis(v, -1, 0)
     nil = 0.0 * x
-    rows = [[nil, -z, y], [z, nil, -x], [-y, x, nil]]
-    return np.stack([np.stack(row, -1) for row in rows], -2)
+    return _rows([nil, -z, y], [z, nil, -x], [-y, x, nil])
 
 
 def _check_frame(tip_frame: str) -> None:
@@ -124,15 +138,24 @@ def _columns(first: list[Any], second: list[Any]) -> Array:
 
 
 def _about_x(angle: Any) -> Array:
-    s, c = np.sin(angle), np.cos(angle)
-    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+    s, c, nil, one = _turn(angle)
+    return _rows([one, nil, nil], [nil, c, -s], [nil, s, c])
 
 
 def _about_y(angle: Any) -> Array:
-    s, c = np.sin(angle), np.cos(angle)
-    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+    s, c, nil, one = _turn(angle)
+    return _rows([c, nil, s], [nil, one, nil], [-s, nil, c])
 
 
 def _about_z(angle: Any) -> Array:
-    s, c = np.sin(angle), np.cos(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    s, c, nil, one = _turn(angle)
+    return _rows([c, -s, nil], [s, c, nil], [nil, nil, one])
+
+
+def _turn(angle: Any) -> tuple[Any, Any, Any, Any]:
+    nil = 0.0 * angle
+    return np.sin(angle), np.cos(angle), nil, 1.0 + nil
+
+
+def _rows(*rows: list[Any]) -> Array:
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
