@@ -8,7 +8,7 @@ import continuair.errors
 PACKAGE = Path(continuair.errors.__file__).parent
 # A module may import from earlier layers only; a folder counts as one module.
 LAYERS = [
-    {"errors"},
+    {"errors", "layout"},
     {"batch", "parameters"},
     {"vehicle"},
     {"equations", "scenarios", "coordinates"},

@@ -1,7 +1,6 @@
 """The paper's coordinates q = [x y z φ θ ψ κ ψa] as a view of the singularity-free state.
 
-The state of a run is 17 numbers: position (world), attitude (x y z w, body to world), bend vector
-[1/m], velocity of B's origin (world axes), angular velocity (body axes), bend rate.
+One section of constant curvature; `Layout` orders the columns of the state.
 """
 
 from __future__ import annotations
@@ -11,9 +10,11 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from continuair.layout import ONE_SECTION
+
 
 def state_from_paper(q: np.ndarray, qd: np.ndarray) -> np.ndarray:
-    """States (runs, 17) from paper coordinates and their rates, both (runs, 8)."""
+    """States (runs, state) from paper coordinates and their rates, both (runs, 8)."""
     attitude = Rotation.from_euler("ZYX", q[:, [5, 4, 3]]).as_quat()
     along, across = _bend_directions(q)
     bend = q[:, 6:7] * along
@@ -25,19 +26,19 @@ def state_from_paper(q: np.ndarray, qd: np.ndarray) -> np.ndarray:
 def paper_accelerations(
     q: np.ndarray, qd: np.ndarray, rate: np.ndarray, threshold: Any
 ) -> np.ndarray:
-    """q̈ (runs, 8) from the state's rate (runs, 17).
+    """q̈ (runs, 8) from the state's rate (runs, state).
 
     threshold: κ_s [1/m] (Remark 1): |κ| below it divides ψ̈a as κ_s, with the sign of κ.
     """
     E, Ed = euler_to_body_rates(q), _euler_to_body_rates_dot(q, qd)
-    spin = rate[:, 12:15] - np.einsum("nij,nj->ni", Ed, qd[:, 3:6])
+    spin = rate[:, ONE_SECTION.angular_velocity] - np.einsum("nij,nj->ni", Ed, qd[:, 3:6])
     euler = np.linalg.solve(E, spin[..., None])[..., 0]
     along, across = _bend_directions(q)
-    bend, kappa = rate[:, 15:17], q[:, 6]
+    bend, kappa = rate[:, ONE_SECTION.bend_rate], q[:, 6]
     kappa_dd = (bend * along).sum(1) + kappa * qd[:, 7] ** 2
     safe = np.copysign(np.maximum(np.abs(kappa), threshold), kappa)
     psi_dd = ((bend * across).sum(1) - 2.0 * qd[:, 6] * qd[:, 7]) / safe
-    return np.column_stack([rate[:, 9:12], euler, kappa_dd, psi_dd])
+    return np.column_stack([rate[:, ONE_SECTION.velocity], euler, kappa_dd, psi_dd])
 
 
 def continuous_euler(attitude: np.ndarray) -> np.ndarray:

@@ -9,19 +9,14 @@ from typing import Any
 import numpy as np
 
 from continuair.errors import InputError
-from continuair.kernels.loads import GENERAL, INPUTS, PAPER, TIP
-
-INPUT_WIDTHS = {"tau": 8, "force": 3, "moment": 3, "bend_moment": 2, "tip_wrench": 6}
+from continuair.kernels.loads import GENERAL, PAPER, TIP
+from continuair.layout import Layout
 
 MOST_STEPS = 1e7
 """Steps of one run: their inputs are sampled beforehand, and would fill the memory."""
 
-_COLUMNS = {
-    "force": slice(0, 3),
-    "moment": slice(3, 6),
-    "bend_moment": slice(6, 8),
-    "tip_wrench": slice(13, 19),
-}
+_COLUMNS = ("force", "moment", "bend_moment", "tip_wrench")
+"""Inputs that are a slice of the table, by the name of that slice in `Layout`."""
 
 
 @dataclass(frozen=True)
@@ -91,33 +86,33 @@ def groups_in_use(scenario: Any) -> int:
     return groups + TIP * (scenario.tip_wrench is not None)
 
 
-def sample_inputs(scenario: Any, times: np.ndarray) -> tuple[np.ndarray, int]:
-    """Input table (rows, runs or 1, INPUTS) and its rows per time: 0 if all inputs are constant."""
+def sample_inputs(scenario: Any, times: np.ndarray, layout: Layout) -> tuple[np.ndarray, int]:
+    """Input table (rows, runs or 1, inputs) and its rows per time: 0 if all inputs are constant."""
     parts: list[tuple[slice, np.ndarray]] = []
-    for name, where in _COLUMNS.items():
-        value = getattr(scenario, name)
+    for name in _COLUMNS:
+        value, where = getattr(scenario, name), getattr(layout, name)
         if value is not None:
             sign = scenario.tip_wrench_sign if name == "tip_wrench" else 1.0
-            parts.append((where, sign * _at(name, value, times)))
+            width = where.stop - where.start
+            parts.append((where, sign * _at(name, value, times, width)))
     if scenario.tau is not None:
-        tau = _at("tau", scenario.tau, times)
-        parts += [(slice(0, 3), tau[..., :3]), (slice(8, 13), tau[..., 3:])]
+        tau = _at("tau", scenario.tau, times, layout.coordinates)
+        parts += [(layout.force, tau[..., :3]), (layout.euler_and_polar, tau[..., 3:])]
     rows = max((v.shape[0] for _, v in parts), default=1)
     runs = max((v.shape[1] for _, v in parts), default=1)
-    table = np.zeros((rows, runs, INPUTS))
+    table = np.zeros((rows, runs, layout.inputs))
     for where, value in parts:
         table[..., where] += value
     return table, int(rows > 1)
 
 
-def _at(name: str, value: Any, times: np.ndarray) -> np.ndarray:
+def _at(name: str, value: Any, times: np.ndarray, width: int) -> np.ndarray:
     """An input at every time: (times or 1, runs or 1, width)."""
     if not callable(value):
         constant = np.asarray(value, float)
         return constant.reshape(1, -1, constant.shape[-1])
     # Steps share their ends: each time is asked for once.
     distinct, index = np.unique(times, return_inverse=True)
-    width = INPUT_WIDTHS[name]
     try:
         given = [value(t) for t in distinct.tolist()]
     except Exception as error:

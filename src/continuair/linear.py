@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 from continuair.coordinates import state_from_paper
 from continuair.errors import InputError, shown
 from continuair.kernels.engine import Engine
-from continuair.kernels.loads import GENERAL, INPUTS, TIP
+from continuair.kernels.loads import GENERAL, TIP
+from continuair.layout import Layout
 from continuair.vehicle import Vehicle
 
 STEP_PHASE = 0.2
@@ -19,22 +20,24 @@ STEP_PHASE = 0.2
 
 
 def bend_compliance(engine: Engine, q: Any) -> np.ndarray:
-    """Bend block of M⁻¹ in bend axes, (runs, 2, 2) [1/(kg m⁴)], at rest in the configurations q.
+    """Bend block of M⁻¹, (runs, bends, bends) [1/(kg m⁴)], at rest in the configurations q.
 
     It is the acceleration of the bend under a unit bend moment: for an engine of `coupled` on the
     free base, for one of `independent` on a clamped one.
     """
     q = np.atleast_2d(q)
     runs = max(len(q), engine.vehicle.runs or 1)
-    q = np.broadcast_to(q, (runs, 8))
-    states = state_from_paper(q, np.zeros((runs, 8)))
-    columns = []
-    for axis in (None, 6, 7):
-        inputs = np.zeros((1, 1, INPUTS))
-        if axis is not None:
-            inputs[0, 0, axis] = 1.0
-        columns.append(engine.derivative(states, q[:, 7], inputs, 0.0, GENERAL)[:, 15:17])
-    return np.stack([columns[1] - columns[0], columns[2] - columns[0]], axis=-1)
+    layout = engine.layout
+    q = np.broadcast_to(q, (runs, layout.coordinates))
+    states = state_from_paper(q, np.zeros(q.shape))
+
+    def pushed(bend_moment: Any) -> np.ndarray:
+        inputs = np.zeros((1, 1, layout.inputs))
+        inputs[..., layout.bend_moment] = bend_moment
+        return engine.derivative(states, q[:, -1], inputs, 0.0, GENERAL)[:, layout.bend_rate]
+
+    still = pushed(0.0)
+    return np.stack([pushed(unit) - still for unit in np.eye(layout.bends)], axis=-1)
 
 
 def bending_frequencies(vehicle: Vehicle, q: Any = None) -> tuple[float, float]:
@@ -42,7 +45,7 @@ def bending_frequencies(vehicle: Vehicle, q: Any = None) -> tuple[float, float]:
 
     q: paper coordinates (8,), the straight arm by default. Raises InputError.
     """
-    at = _configuration(q)
+    at = _configuration(q, Layout(vehicle.sections).coordinates)
     clamped, free = (
         float(fastest_frequency(Engine(vehicle, model), at).max())
         for model in ("independent", "coupled")
@@ -66,7 +69,7 @@ def automatic_step(coupled: Engine, q: Any) -> float:
     """
     q = np.atleast_2d(q)
     straight = np.array(q)
-    straight[:, 6] = 0.0
+    straight[:, 6::2] = 0.0
     # A run that starts bent past a full circle has no frequency; it ends with a status.
     found = np.concatenate([fastest_frequency(coupled, at) for at in (straight, q)])
     if not np.isfinite(found).any():
@@ -81,8 +84,8 @@ def automatic_step(coupled: Engine, q: Any) -> float:
 class Modes:
     """Vibration about a configuration: frequencies [rad/s] ascending, damping ratios, shapes.
 
-    shapes: (8, modes) in (body translation 3, body rotation 3, bend 2) for a free base, rigid-body
-    modes left out; (2, modes) for a clamped one. Columns have unit norm.
+    shapes: (coordinates, modes) in (body translation 3, body rotation 3, bend) for a free base,
+    rigid-body modes left out; (bends, modes) for a clamped one. Columns have unit norm.
     """
 
     frequencies: np.ndarray
@@ -98,12 +101,13 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
     """
     if base not in ("free", "clamped"):
         raise InputError(f"base is {shown(base)}; use 'free' or 'clamped'.")
-    at = _configuration(q)
+    at = _configuration(q, Layout(vehicle.sections).coordinates)
     free = base == "free"
     A, _ = linearize(
         vehicle, at, model="coupled" if free else "independent", gravity=0.0 if free else gravity
     )
-    bend, rate = slice(6, 8), slice(14, 16)
+    n = len(A) // 2
+    base_rate, bend, rate = slice(n, n + 6), slice(6, n), slice(n + 6, 2 * n)
     compliance = bend_compliance(Engine(vehicle, "coupled" if free else "independent"), at)[0]
     stiffness = -A[rate, bend]
     eigenvalues, vectors = np.linalg.eig(stiffness)
@@ -116,7 +120,7 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
     damping = d * np.einsum("im,im->m", shapes, shapes) / (2.0 * frequencies * mass)
     if free:
         # The base follows the bend: its accelerations per acceleration of the bend.
-        base_rows = A[8:14, bend] @ np.linalg.solve(A[rate, bend], shapes)
+        base_rows = A[base_rate, bend] @ np.linalg.solve(A[rate, bend], shapes)
         shapes = np.vstack([base_rows, shapes])
     return Modes(frequencies, damping, shapes / np.linalg.norm(shapes, axis=0))
 
@@ -143,35 +147,38 @@ def linearize(
     _check_single(vehicle)
     if model not in ("coupled", "decoupled", "independent"):
         raise InputError(f"model is {shown(model)}; use coupled, decoupled or independent.")
-    at, rates = _configuration(q), _configuration(qd)
+    layout = Layout(vehicle.sections)
+    n = layout.coordinates
+    at, rates = _configuration(q, n), _configuration(qd, n)
     centre = state_from_paper(at[None], rates[None])[0]
     steps = np.array([-2.0, -1.0, 1.0, 2.0]) * _DIFFERENCE
     weights = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * _DIFFERENCE)
-    inputs = np.zeros(INPUTS)
-    inputs[:3], inputs[3:6] = _numbers("force", force, 3), _numbers("moment", moment, 3)
-    inputs[6:8] = _numbers("bend_moment", bend_moment, 2)
-    inputs[13:] = _numbers("tip_wrench", tip_wrench, 6)
-    states = np.array([_perturbed(centre, i, h) for i in range(16) for h in steps])
+    inputs = np.zeros(layout.inputs)
+    inputs[layout.force] = _numbers("force", force, 3)
+    inputs[layout.moment] = _numbers("moment", moment, 3)
+    inputs[layout.bend_moment] = _numbers("bend_moment", bend_moment, layout.bends)
+    inputs[layout.tip_wrench] = _numbers("tip_wrench", tip_wrench, 6)
+    states = np.array([_perturbed(centre, i, h) for i in range(2 * n) for h in steps])
     engine = Engine(vehicle, model)
 
     def differences(states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         rate = engine.derivative(
             states,
-            np.full(len(states), at[7]),
+            np.full(len(states), at[-1]),
             inputs,
             gravity,
             GENERAL + TIP,
             np.broadcast_to(centre, states.shape),
         )
-        return np.einsum("h,ihk->ki", weights, _tangent(rate, states).reshape(-1, 4, 16))
+        return np.einsum("h,ihk->ki", weights, _tangent(rate, states, layout).reshape(-1, 4, 2 * n))
 
     A = differences(states, inputs[None, None])
     # A rotation perturbation is carried round by the body's own spin.
-    A[3:6, 3:6] -= _skew(centre[12:15])
-    pushed = np.repeat(inputs[None], 32, axis=0).reshape(8, 4, INPUTS)
-    for i in range(8):
+    A[3:6, 3:6] -= _skew(centre[layout.angular_velocity])
+    pushed = np.tile(inputs, (n, 4, 1))
+    for i in range(n):
         pushed[i, :, i] += steps
-    B = differences(np.repeat(centre[None], 32, axis=0), pushed.reshape(1, 32, INPUTS))
+    B = differences(np.tile(centre, (4 * n, 1)), pushed.reshape(1, 4 * n, -1))
     return A, B
 
 
@@ -206,27 +213,28 @@ def trim(
     yaw, position = float(_numbers("yaw", yaw, 1)[0]), _numbers("position", position, 3)
     tip_wrench = _numbers("tip_wrench", tip_wrench, 6)
     engine = Engine(vehicle, "decoupled")
+    layout = engine.layout
 
     def residual(k: np.ndarray) -> np.ndarray:
         """Force on each bend coordinate, world force and body moment left over at bend k."""
-        state = np.zeros((1, 17))
-        state[0, 5:7] = np.sin(yaw / 2), np.cos(yaw / 2)
-        state[0, 7:9] = k
-        inputs = np.zeros((3, 1, 1, INPUTS))
-        inputs[:, 0, 0, 13:] = tip_wrench
-        inputs[1, 0, 0, 6] = inputs[2, 0, 0, 7] = 1.0
+        state = np.zeros((1, layout.state))
+        state[0, layout.attitude] = 0.0, 0.0, np.sin(yaw / 2), np.cos(yaw / 2)
+        state[0, layout.bend] = k
+        inputs = np.zeros((1 + layout.bends, 1, 1, layout.inputs))
+        inputs[..., layout.tip_wrench] = tip_wrench
+        inputs[1:, 0, 0, layout.bend_moment] = np.eye(layout.bends)
         rows = [
-            engine.derivative(state, np.zeros(1), row, gravity, GENERAL + TIP)[0, 15:17]
+            engine.derivative(state, np.zeros(1), row, gravity, GENERAL + TIP)[0, layout.bend_rate]
             for row in inputs
         ]
-        compliance = np.column_stack([rows[1] - rows[0], rows[2] - rows[0]])
+        compliance = np.column_stack([row - rows[0] for row in rows[1:]])
         return np.linalg.solve(compliance, rows[0])
 
     if bend is None:
         # Slow to import, and every simulation imports this module.
         from scipy.optimize import root
 
-        solution = root(residual, np.zeros(2), tol=1e-13)
+        solution = root(residual, np.zeros(layout.bends), tol=1e-13)
         k = solution.x
         if np.abs(residual(k)).max() > 1e-8 * max(1.0, np.abs(tip_wrench).max()):
             raise InputError(
@@ -234,27 +242,29 @@ def trim(
                 "a smaller wrench, or the bend to hold."
             )
     else:
-        k = _numbers("bend", bend, 2)
+        k = _numbers("bend", bend, layout.bends)
     q = np.concatenate([position, [0.0, 0.0, yaw], [np.hypot(*k), np.arctan2(k[1], k[0])]])
     A_force = _balance(engine, q, tip_wrench, gravity)
-    return Trim(q, A_force[:3], A_force[3:], -residual(k) if bend is not None else np.zeros(2))
+    return Trim(q, A_force[:3], A_force[3:], -residual(k) if bend is not None else 0.0 * k)
 
 
 def _balance(engine: Engine, q: np.ndarray, tip_wrench: Any, gravity: float) -> np.ndarray:
     """World force and body moment that leave the base without acceleration."""
-    state = np.repeat(state_from_paper(q[None], np.zeros((1, 8))), 7, axis=0)
-    inputs = np.zeros((1, 7, INPUTS))
-    inputs[..., 13:] = tip_wrench
+    layout = engine.layout
+    state = np.repeat(state_from_paper(q[None], np.zeros((1, len(q)))), 7, axis=0)
+    inputs = np.zeros((1, 7, layout.inputs))
+    inputs[..., layout.tip_wrench] = tip_wrench
     inputs[0, 1:, :6] = np.eye(6)
-    rate = engine.derivative(state, np.full(7, q[7]), inputs, gravity, GENERAL + TIP)[:, 9:15]
+    rate = engine.derivative(state, np.full(7, q[-1]), inputs, gravity, GENERAL + TIP)
+    rate = np.hstack([rate[:, layout.velocity], rate[:, layout.angular_velocity]])
     return np.linalg.solve((rate[1:] - rate[0]).T, -rate[0])
 
 
 _DIFFERENCE = 2e-3
 
 
-def _configuration(q: Any) -> np.ndarray:
-    return np.zeros(8) if q is None else _numbers("q or qd", q, 8)
+def _configuration(q: Any, width: int) -> np.ndarray:
+    return np.zeros(width) if q is None else _numbers("q or qd", q, width)
 
 
 def _numbers(name: str, value: Any, width: int) -> np.ndarray:
@@ -280,16 +290,18 @@ def _skew(w: np.ndarray) -> np.ndarray:
 
 
 def _perturbed(centre: np.ndarray, index: int, h: float) -> np.ndarray:
-    """The state moved by h along one of the 16 perturbations."""
+    """The state moved by h along one of the perturbations."""
     state = centre.copy()
     if 3 <= index < 6:
         turn = Rotation.from_rotvec(h * np.eye(3)[index - 3])
-        state[3:7] = (Rotation.from_quat(centre[3:7]) * turn).as_quat()
+        attitude = Rotation.from_quat(centre[Layout.attitude])
+        state[Layout.attitude] = (attitude * turn).as_quat()
     else:
         state[index if index < 3 else index + 1] += h
     return state
 
 
-def _tangent(rate: np.ndarray, states: np.ndarray) -> np.ndarray:
-    """Rates (n, 16) of the perturbations from rates (n, 17) of the states."""
-    return np.hstack([rate[:, :3], states[:, 12:15], rate[:, 7:]])
+def _tangent(rate: np.ndarray, states: np.ndarray, layout: Layout) -> np.ndarray:
+    """Rates (n, 2 coordinates) of the perturbations from rates (n, state) of the states."""
+    spin = states[:, layout.angular_velocity]
+    return np.hstack([rate[:, layout.position], spin, rate[:, layout.attitude.stop :]])

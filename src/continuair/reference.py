@@ -9,7 +9,8 @@ from scipy.integrate import DOP853
 
 from continuair.grid import Grid, groups_in_use, sample_inputs
 from continuair.kernels.engine import Engine, Logs
-from continuair.kernels.rollout import LOG, NOT_FINITE, OK, OVERBENT
+from continuair.kernels.rollout import NOT_FINITE, OK, OVERBENT
+from continuair.layout import Layout
 
 # With a relative tolerance alone, components that pass through zero would stall the step.
 _ABSOLUTE = 1e-2
@@ -28,11 +29,11 @@ def integrate_reference(
     at_samples: tuple[np.ndarray, int],
 ) -> Logs:
     """Integrate one run piece by piece between input jumps; inputs are called at its own stages."""
-    groups = groups_in_use(scenario)
-    log = np.full((1, len(grid.samples), LOG), np.nan)
+    groups, layout = groups_in_use(scenario), engine.layout
+    log = np.full((1, len(grid.samples), layout.log), np.nan)
     branch = [float(angle[0])]
     y = start[0].copy()
-    log[0, 0] = _row(y, branch[0])
+    log[0, 0] = _row(y, branch[0], layout)
     edges = [0.0, *grid.starts[grid.opens], float(grid.samples[-1])]
     overbent: list[float] = []
     status, reached = OK, grid.samples[-1]
@@ -43,8 +44,8 @@ def integrate_reference(
             t: float, state: np.ndarray, inside: Any = inside, branch: Any = branch
         ) -> np.ndarray:
             # The polar torques act along the branch followed so far.
-            table, _ = sample_inputs(scenario, np.clip([t], *inside))
-            angle = np.array([_follow(state, branch[0])])
+            table, _ = sample_inputs(scenario, np.clip([t], *inside), layout)
+            angle = np.array([_follow(state, branch[0], layout)])
             found = engine.derivative(state[None], angle, table, scenario.gravity, groups, start)[0]
             if np.isnan(found).any() and np.isfinite(state).all():
                 overbent.append(t)
@@ -63,10 +64,10 @@ def integrate_reference(
             covered = grid.samples[(grid.samples > solver.t_old) & (grid.samples <= solver.t)]
             between = np.linspace(solver.t_old, solver.t, _FOLLOWED + 1)[1:]
             for t in np.union1d(covered, between):
-                state = _unit(dense(t))
-                branch[0] = _follow(state, branch[0])
-                log[0, np.flatnonzero(grid.samples == t)] = _row(state, branch[0])
-        y = _unit(solver.y)
+                state = _unit(dense(t), layout)
+                branch[0] = _follow(state, branch[0], layout)
+                log[0, np.flatnonzero(grid.samples == t)] = _row(state, branch[0], layout)
+        y = _unit(solver.y, layout)
         if status != OK:
             break
     last = np.searchsorted(grid.starts, reached)
@@ -74,20 +75,21 @@ def integrate_reference(
     return Logs(log, np.array([status], np.int32), np.array([last], np.int32), observed)
 
 
-def _unit(state: np.ndarray) -> np.ndarray:
+def _unit(state: np.ndarray, layout: Layout) -> np.ndarray:
     state = state.copy()
-    state[3:7] /= np.linalg.norm(state[3:7])
+    state[layout.attitude] /= np.linalg.norm(state[layout.attitude])
     return state
 
 
-def _follow(state: np.ndarray, branch: float) -> float:
+def _follow(state: np.ndarray, branch: float, layout: Layout) -> float:
     """ψa of the bend on the signed branch nearest to the one followed so far."""
-    if not state[7:9].any():
+    x, y = state[layout.bend]
+    if x == y == 0.0:
         return branch
-    angle = np.arctan2(state[8], state[7])
+    angle = np.arctan2(y, x)
     return float(angle + np.pi * np.round((branch - angle) / np.pi))
 
 
-def _row(state: np.ndarray, branch: float) -> np.ndarray:
-    kappa = state[7] * np.cos(branch) + state[8] * np.sin(branch)
+def _row(state: np.ndarray, branch: float, layout: Layout) -> np.ndarray:
+    kappa = state[layout.bend] @ [np.cos(branch), np.sin(branch)]
     return np.concatenate([state, [kappa, branch]])

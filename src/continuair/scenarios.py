@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from continuair.errors import InputError, nearest, shown
+from continuair.layout import ONE_SECTION
 
 Array = NDArray[np.float64]
 Input = ArrayLike | Callable[[float], ArrayLike] | None
@@ -26,7 +27,7 @@ Input = ArrayLike | Callable[[float], ArrayLike] | None
 OPEN_LOOP_TESTS = ("A", "B", "C", "D")
 """The names of the open-loop tests of Amiri et al."""
 
-_COORDINATES = 8
+_COORDINATES = ONE_SECTION.coordinates
 _INPUTS = {
     "tau": (8, "forces in world axes [N], Euler torques [N m], Q_kappa [N m²] and Q_psi_a [N m]"),
     "force": (3, "a force at the UAV's centre of mass in world axes [N]"),

@@ -13,7 +13,8 @@ from continuair.coordinates import paper_accelerations, state_from_paper
 from continuair.errors import ContinuairWarning, InputError, nearest, shown
 from continuair.grid import groups_in_use, make_grid, sample_inputs, stage_times
 from continuair.kernels.engine import Engine, check_device
-from continuair.kernels.loads import GENERAL, INPUTS, PAPER, TIP
+from continuair.kernels.loads import GENERAL, PAPER, TIP
+from continuair.layout import Layout
 from continuair.linear import automatic_step
 from continuair.scenarios import Scenario
 from continuair.trajectory import OBSERVED_VARIABLES, VARIABLES, assemble, concatenate
@@ -80,12 +81,12 @@ def simulate(
             stacklevel=2,
         )
     grid = make_grid(duration, step, sample, scenario.jumps)
-    inputs = sample_inputs(scenario, stage_times(grid))
-    at_samples = sample_inputs(scenario, grid.samples)
+    inputs = sample_inputs(scenario, stage_times(grid), engine.layout)
+    at_samples = sample_inputs(scenario, grid.samples, engine.layout)
     width = max(inputs[0].shape[1], at_samples[0].shape[1])
     runs = max(batched, width, 1)
     _same_runs(runs, vehicle, q, qd, width)
-    q, qd = np.broadcast_to(q, (runs, 8)), np.broadcast_to(qd, (runs, 8))
+    q, qd = (np.broadcast_to(rows, (runs, rows.shape[1])) for rows in (q, qd))
     start = state_from_paper(q, qd)
     provenance = dict(
         vehicle=vehicle,
@@ -106,8 +107,8 @@ def simulate(
         # SciPy's integrators are slow to import, and few runs need them.
         from continuair.reference import integrate_reference
 
-        logs = integrate_reference(engine, start, q[:, 7], grid, scenario, tolerance, at_samples)
-        return assemble(grid, logs, names, bool(batched), provenance)
+        logs = integrate_reference(engine, start, q[:, -1], grid, scenario, tolerance, at_samples)
+        return assemble(grid, logs, engine.layout, names, bool(batched), provenance)
 
     observe = any(name in OBSERVED_VARIABLES for name in names)
     chunk = max(1, int(_CHUNK_NUMBERS / (len(grid.samples) * 41)))
@@ -116,7 +117,7 @@ def simulate(
         part = slice(first, min(first + chunk, runs))
         logs = engine.roll_out(
             start[part],
-            q[part, 7],
+            q[part, -1],
             grid,
             _columns(inputs, part),
             _columns(at_samples, part),
@@ -125,7 +126,9 @@ def simulate(
             observe,
             first,
         )
-        parts.append(assemble(grid, logs, names, bool(batched) or runs > 1, provenance))
+        parts.append(
+            assemble(grid, logs, engine.layout, names, bool(batched) or runs > 1, provenance)
+        )
     return concatenate(parts)
 
 
@@ -211,12 +214,13 @@ def forward_dynamics(
     κ_s (Remark 1). NaN where |κ| l exceeds 2π. Eq. of motion, Amiri et al. Raises InputError.
     """
     _checked(vehicle, model, "auto", None, 1.0, (), "rk4", 1.0, dtype, None)
+    layout = Layout(vehicle.sections)
     arrays = {
         name: _rows(name, value, width)
         for name, value, width in (
-            ("q", q, 8),
-            ("qd", qd, 8),
-            ("tau", tau, 8),
+            ("q", q, layout.coordinates),
+            ("qd", qd, layout.coordinates),
+            ("tau", tau, layout.coordinates),
             ("tip_wrench", tip_wrench, 6),
         )
     }
@@ -224,14 +228,14 @@ def forward_dynamics(
     for name, a in arrays.items():
         if len(a) not in (1, n):
             raise InputError(f"{name} holds {len(a)} rows, but the batch has {n}; give {n} or 1.")
-    at, rates = (np.broadcast_to(arrays[name], (n, 8)) for name in ("q", "qd"))
-    inputs = np.zeros((1, n, INPUTS))
-    inputs[0, :, :3] = arrays["tau"][:, :3]
-    inputs[0, :, 8:13] = arrays["tau"][:, 3:]
-    inputs[0, :, 13:] = arrays["tip_wrench"]
+    at, rates = (np.broadcast_to(arrays[name], (n, layout.coordinates)) for name in ("q", "qd"))
+    inputs = np.zeros((1, n, layout.inputs))
+    inputs[0, :, layout.force] = arrays["tau"][:, :3]
+    inputs[0, :, layout.euler_and_polar] = arrays["tau"][:, 3:]
+    inputs[0, :, layout.tip_wrench] = arrays["tip_wrench"]
     engine = Engine(vehicle, model, dtype)
     rate = engine.derivative(
-        state_from_paper(at, rates), at[:, 7], inputs, gravity, GENERAL + PAPER + TIP
+        state_from_paper(at, rates), at[:, -1], inputs, gravity, GENERAL + PAPER + TIP
     )
     accelerations = paper_accelerations(at, rates, rate, vehicle.arm.kappa_s)
     return accelerations if np.ndim(q) == 2 or n > 1 else accelerations[0]

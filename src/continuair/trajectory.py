@@ -15,6 +15,7 @@ from continuair.coordinates import continuous_euler
 from continuair.grid import Grid
 from continuair.kernels.engine import Logs
 from continuair.kernels.rollout import STATUS
+from continuair.layout import Layout
 
 _BENDING = {
     "coupled": "",
@@ -60,13 +61,8 @@ _OBSERVED: dict[str, Any] = {
 }
 OBSERVED_VARIABLES = frozenset(_OBSERVED)
 
-_LOGGED = {
-    "position": slice(0, 3),
-    "attitude": slice(3, 7),
-    "bend": slice(7, 9),
-    "angular_velocity": slice(12, 15),
-    "bend_rate": slice(15, 17),
-}
+_LOGGED = ("position", "attitude", "bend", "angular_velocity", "bend_rate")
+"""Variables that are a slice of the log, by the name of that slice in `Layout`."""
 
 _COORDINATES = {
     "axis": list("xyz"),
@@ -77,14 +73,19 @@ _COORDINATES = {
 
 
 def assemble(
-    grid: Grid, logs: Logs, names: Iterable[str], batched: bool, provenance: dict[str, Any]
+    grid: Grid,
+    logs: Logs,
+    layout: Layout,
+    names: Iterable[str],
+    batched: bool,
+    provenance: dict[str, Any],
 ) -> xr.Dataset:
     """Dataset of the named variables from the logs of a chunk of runs."""
     data: dict[str, Any] = {}
     model = provenance["model"]
     for name in names:
         dimension, units, meaning = VARIABLES[name]
-        values = _values(name, logs)
+        values = _values(name, logs, layout)
         dims = ("run", "time", dimension) if dimension else ("run", "time")
         if name == "kinetic_energy":
             meaning = _BENDING[model] + meaning
@@ -123,21 +124,22 @@ def concatenate(parts: list[xr.Dataset]) -> xr.Dataset:
     )
 
 
-def _values(name: str, logs: Logs) -> np.ndarray:
+def _values(name: str, logs: Logs, layout: Layout) -> np.ndarray:
     if name in _OBSERVED:
         assert logs.observed is not None
         return logs.observed[..., _OBSERVED[name]].copy()
     log = logs.log
     if name in _LOGGED:
-        return log[..., _LOGGED[name]].copy()
+        return log[..., getattr(layout, name)].copy()
     if name == "q":
-        return np.concatenate([log[..., :3], continuous_euler(log[..., 3:7]), log[..., 17:19]], -1)
+        euler = continuous_euler(log[..., layout.attitude])
+        return np.concatenate([log[..., layout.position], euler, log[..., layout.branch]], -1)
     # The kernels integrate the velocity of B's origin in world axes.
-    attitude = log[..., 3:7].reshape(-1, 4)
+    attitude = log[..., layout.attitude].reshape(-1, 4)
     valid = np.isfinite(attitude).all(-1)
     turned = np.full((len(attitude), 3), np.nan, log.dtype)
     turned[valid] = Rotation.from_quat(attitude[valid]).apply(
-        log[..., 9:12].reshape(-1, 3)[valid], inverse=True
+        log[..., layout.velocity].reshape(-1, 3)[valid], inverse=True
     )
     return turned.reshape(*log.shape[:-1], 3)
 

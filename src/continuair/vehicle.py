@@ -301,6 +301,11 @@ class Vehicle(Part):
         return value
 
     @property
+    def sections(self) -> int:
+        """The number of the arm's sections, each of constant curvature."""
+        return 1
+
+    @property
     def mass(self) -> float:
         """The mass of UAV and arm [kg]."""
         return self.uav.mass + self.arm.mass

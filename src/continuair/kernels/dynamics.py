@@ -10,10 +10,10 @@ from continuair.kernels.section import section_code
 
 
 @cache
-def device_code(precision: str, model: str) -> SimpleNamespace:
-    """Warp types and functions for one precision ("float64", "float32") and one model."""
+def device_code(precision: str, sections: int, model: str) -> SimpleNamespace:
+    """Warp types and functions for one precision, number of sections and model."""
     coupled, independent = model == "coupled", model == "independent"
-    section = section_code(precision)
+    section = section_code(precision, sections)
     loads = load_code(section, independent)
     Real, Row, State, Plant = section.Real, section.Row, section.State, section.Plant
     Shape, vec2, vec3 = section.Shape, section.vec2, section.vec3

@@ -12,8 +12,8 @@ import warp as wp
 
 from continuair.errors import InputError, shown
 from continuair.kernels.plant import pack
-from continuair.kernels.rollout import LOG, OBSERVED, kernels
-from continuair.kernels.section import STATE
+from continuair.kernels.rollout import OBSERVED, kernels
+from continuair.layout import Layout
 
 
 @cache
@@ -50,12 +50,16 @@ class Logs:
 
 
 class Engine:
-    """One vehicle or batch, packed for one model, precision and device."""
+    """One vehicle or batch, packed for one model, precision and device.
+
+    `layout` names the columns of its states, inputs and logs.
+    """
 
     def __init__(self, vehicle, model: str, precision="float64", device="cpu", threads=None):
         start_warp()
         self.vehicle = vehicle
-        self.kernels = kernels(precision, model)
+        self.layout = Layout(vehicle.sections)
+        self.kernels = kernels(precision, vehicle.sections, model)
         self.dtype = np.dtype(precision)
         self.device = device
         self.threads = threads or os.cpu_count() or 1
@@ -65,14 +69,14 @@ class Engine:
     def roll_out(
         self, start, angle, grid, inputs, sample_inputs, gravity, groups, observe, first=0
     ) -> Logs:
-        """Roll out every run of `start` (runs, 17); `inputs` is (table, rows-per-time flag).
+        """Roll out every run of `start` (runs, state); `inputs` is (table, rows-per-time flag).
 
         angle: (runs,) initial ψa [rad], naming the signed branch of the bend. sample_inputs: the
         same pair at the sample times, for what is observed. first: index of the first run in the
         batch of vehicles.
         """
         runs, samples = len(start), len(grid.samples)
-        log = np.full((runs, samples, LOG), np.nan, self.dtype)
+        log = np.full((runs, samples, self.layout.log), np.nan, self.dtype)
         status, last = np.zeros(runs, np.int32), np.zeros(runs, np.int32)
         observed = np.full((runs, samples, OBSERVED), np.nan, self.dtype) if observe else None
         steps = self._upload(grid.steps)
@@ -128,7 +132,7 @@ class Engine:
         return Logs(log, status, last, observed)
 
     def observe(self, log, inputs, gravity, groups) -> np.ndarray:
-        """Observed columns (runs, samples, OBSERVED) of logged states (runs, samples, LOG)."""
+        """Observed columns (runs, samples, OBSERVED) of logged rows (runs, samples, log)."""
         seen = np.full((*log.shape[:2], OBSERVED), np.nan, self.dtype)
         plants, table = self._vehicles(slice(None))
         out = self._upload(seen)
@@ -151,9 +155,9 @@ class Engine:
         return seen
 
     def derivative(self, states, angle, inputs, gravity, groups, initial=None) -> np.ndarray:
-        """Rates (runs, 17) of states (runs, 17) under one row of inputs (1, runs or 1, columns)."""
+        """Rates of states, both (runs, state), under one row of inputs (1, runs or 1, inputs)."""
         states = np.ascontiguousarray(states, self.dtype)
-        rates = np.empty((len(states), STATE), self.dtype)
+        rates = np.empty((len(states), self.layout.state), self.dtype)
         plants, table = self._vehicles(slice(None))
         out = self._upload(rates)
         wp.launch(

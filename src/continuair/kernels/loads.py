@@ -4,11 +4,8 @@ from types import SimpleNamespace
 
 import warp as wp
 
-INPUTS = 19
-"""World force 3, body moment 3, bend moment 2 | Euler torques 3, Q_κ, Q_ψa | tip wrench 6."""
-
 GENERAL, PAPER, TIP = 1, 2, 4
-"""Groups of input columns that are in use, as bits."""
+"""Groups of input columns (layout.py) that are in use, as bits: push, Euler and polar, tip."""
 
 
 def load_code(section: SimpleNamespace, independent: bool) -> SimpleNamespace:

@@ -7,10 +7,6 @@ import warp as wp
 
 from continuair.kernels.dynamics import device_code
 from continuair.kernels.loads import TIP
-from continuair.kernels.section import STATE
-
-LOG = STATE + 2
-"""Logged columns: the state, then κ and ψa of the paper on their continuous signed branch."""
 
 OBSERVED = 22
 """Observed columns: tip position 3, tip attitude 4, energies 3, momenta 6, base reaction 6."""
@@ -26,9 +22,9 @@ STATUS = {OK: "ok", NOT_FINITE: "not finite", OVERBENT: "bent beyond a full circ
 
 
 @cache
-def kernels(precision: str, model: str) -> SimpleNamespace:
-    """The kernels `rollout`, `derivative` and `observe` of one precision and model."""
-    code = device_code(precision, model)
+def kernels(precision: str, sections: int, model: str) -> SimpleNamespace:
+    """The kernels `rollout`, `derivative` and `observe`: the factory of all device code."""
+    code = device_code(precision, sections, model)
     rollout, derivative = _integrate(code)
     return SimpleNamespace(
         code=code, rollout=rollout, derivative=derivative, observe=_observe(code)
@@ -37,7 +33,7 @@ def kernels(precision: str, model: str) -> SimpleNamespace:
 
 def _integrate(code: SimpleNamespace):
     Real, State, Row, Plant = code.Real, code.State, code.Row, code.Plant
-    vec2, rate_of, freeze = code.vec2, code.rate_of, code.freeze
+    vec2, rate_of, freeze, width = code.vec2, code.rate_of, code.freeze, code.layout.state
     half, sixth, two, pi = Real(0.5), Real(1.0 / 6.0), Real(2.0), Real(3.141592653589793)
 
     @wp.func
@@ -57,13 +53,13 @@ def _integrate(code: SimpleNamespace):
         direction: vec2,
         turns: Real,
     ):
-        for j in range(17):
+        for j in range(width):
             log[run, sample, j] = y[j]
         for j in range(2):
             log[run, sample, 7 + j] = y[7 + j] / unit
             log[run, sample, 15 + j] = y[15 + j] / unit
-        log[run, sample, 17] = (y[7] * direction[0] + y[8] * direction[1]) / unit
-        log[run, sample, 18] = wp.atan2(direction[1], direction[0]) + two * pi * turns
+        log[run, sample, width] = (y[7] * direction[0] + y[8] * direction[1]) / unit
+        log[run, sample, width + 1] = wp.atan2(direction[1], direction[0]) + two * pi * turns
 
     @wp.kernel(enable_backward=False, module="unique", module_options=_OPTIONS)
     def rollout(
@@ -86,7 +82,7 @@ def _integrate(code: SimpleNamespace):
         column = wp.min(run, inputs.shape[1] - 1)
         plant = plants[vehicle]
         y = State()
-        for j in range(17):
+        for j in range(width):
             y[j] = start[run, j]
         for j in range(2):
             y[7 + j] = y[7 + j] * plant.unit
@@ -197,7 +193,7 @@ def _integrate(code: SimpleNamespace):
         plant = plants[vehicle]
         y = State()
         y0 = State()
-        for j in range(17):
+        for j in range(width):
             scale = wp.where(j == 7 or j == 8 or j >= 15, plant.unit, Real(1.0))
             y[j] = states[run, j] * scale
             y0[j] = initial[run, j] * scale
@@ -207,10 +203,10 @@ def _integrate(code: SimpleNamespace):
         dy = rate_of(
             y, direction, plant, frozen, coefficients, vehicle, inputs, 0, column, groups, gravity
         )
-        for j in range(17):
+        for j in range(width):
             rates[run, j] = dy[j] / wp.where(j == 7 or j == 8 or j >= 15, plant.unit, Real(1.0))
         if wp.dot(vec2(y[7], y[8]), vec2(y[7], y[8])) > two:
-            for j in range(17):
+            for j in range(width):
                 rates[run, j] = Real(wp.nan)
 
     return rollout, derivative
@@ -239,7 +235,7 @@ def _observe(code: SimpleNamespace):
         code.rate_of,
     )
     half, zero, one, two = Real(0.5), Real(0.0), Real(1.0), Real(2.0)
-    full, tip_group = Real(4.442882938158366), TIP
+    full, tip_group, width = Real(4.442882938158366), TIP, code.layout.state
     coupled, independent = code.model == "coupled", code.model == "independent"
 
     @wp.func
@@ -271,13 +267,13 @@ def _observe(code: SimpleNamespace):
         plant = plants[vehicle]
         y = State()
         y0 = State()
-        for j in range(17):
+        for j in range(width):
             scale = wp.where(j == 7 or j == 8 or j >= 15, plant.unit, one)
             y[j] = log[run, sample, j] * scale
             y0[j] = log[run, 0, j] * scale
         frozen = freeze(y0, plant, coefficients, vehicle)
         row = sample * stride
-        direction = vec2(wp.cos(log[run, sample, 18]), wp.sin(log[run, sample, 18]))
+        direction = vec2(wp.cos(log[run, sample, width + 1]), wp.sin(log[run, sample, width + 1]))
         dy = rate_of(
             y, direction, plant, frozen, coefficients, vehicle, inputs, row, column, groups, gravity
         )

@@ -13,19 +13,23 @@ import numpy as np
 import warp as wp
 
 from continuair.kernels.arc import MAX_BEND_ANGLE, NAMES
-
-STATE = 17
-"""Length of the state y: position, attitude (x y z w), bend b, world velocity, ω, rate of b."""
+from continuair.layout import Layout
 
 
 @cache
-def section_code(precision: str) -> SimpleNamespace:
-    """Warp types and functions for one precision, "float64" or "float32"."""
+def section_code(precision: str, sections: int) -> SimpleNamespace:
+    """Warp types and functions for one precision, "float64" or "float32", and one section.
+
+    The state y holds, as `Layout` orders them, position, attitude, b, world velocity, ω and ḃ.
+    """
+    if sections != 1:
+        raise NotImplementedError(f"kernels for {sections} sections")
+    layout = Layout(sections)
     Real = getattr(wp, precision)
     vec2, vec3 = wp.types.vector(2, Real), wp.types.vector(3, Real)
     vec4, mat33 = wp.types.vector(4, Real), wp.types.matrix((3, 3), Real)
     quat = wp.types.quaternion(Real)
-    Row, State = wp.types.vector(len(NAMES), Real), wp.types.vector(STATE, Real)
+    Row, State = wp.types.vector(len(NAMES), Real), wp.types.vector(layout.state, Real)
     half, one, two = Real(0.5), Real(1.0), Real(2.0)
     quarter, full = Real(0.25), Real(MAX_BEND_ANGLE / np.sqrt(2.0))
 
