@@ -56,15 +56,18 @@ def continuous_euler(attitude: np.ndarray) -> np.ndarray:
     yaw = np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z))
     angles = np.stack([roll, pitch, yaw], -1)
     other = np.stack([roll + np.pi, np.pi - pitch, yaw + np.pi], -1)
-    full = 2.0 * np.pi
-    for i in range(1, angles.shape[1]):
-        before = angles[:, i - 1]
-        a = angles[:, i] + full * np.round((before - angles[:, i]) / full)
-        b = other[:, i] + full * np.round((before - other[:, i]) / full)
-        nearer = ((a - before) ** 2).sum(-1) <= ((b - before) ** 2).sum(-1)
-        angles[:, i] = np.where(nearer[:, None], a, b)
+    # Both ways of changing triple are equally far, so that each step says stay or change by itself.
+    stay = (_wrapped(angles[:, 1:] - angles[:, :-1]) ** 2).sum(-1)
+    change = (_wrapped(other[:, 1:] - angles[:, :-1]) ** 2).sum(-1)
+    changed = np.cumsum(change < stay, axis=1) % 2 == 1
+    angles[:, 1:] = np.where(changed[..., None], other[:, 1:], angles[:, 1:])
+    angles = np.unwrap(angles, axis=1)
     angles[~valid] = np.nan
-    return angles.reshape(*attitude.shape[:-1], 3)
+    return np.asarray(angles.reshape(*attitude.shape[:-1], 3))
+
+
+def _wrapped(angle: np.ndarray) -> np.ndarray:
+    return angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
 
 
 def euler_to_body_rates(q: np.ndarray) -> np.ndarray:
