@@ -9,12 +9,14 @@ PACKAGE = Path(continuair.errors.__file__).parent
 # A module may import from earlier layers only; a folder counts as one module.
 LAYERS = [
     {"errors", "layout"},
-    {"batch", "parameters"},
-    {"vehicle"},
-    {"equations", "scenarios", "coordinates"},
+    {"batch", "parameters", "letters"},
+    {"vehicle", "paths"},
+    {"camera", "coordinates", "equations", "targets"},
+    {"controllers"},
+    {"scenarios"},
     {"kernels"},
     {"grid"},
-    {"linear", "reference"},
+    {"linear", "reference", "closing"},
     {"trajectory"},
     {"simulation"},
     {"metrics"},

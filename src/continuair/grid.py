@@ -32,8 +32,14 @@ class Grid:
     closes: np.ndarray
 
 
-def make_grid(duration: float, step: float, sample: float, jumps: Iterable[float] = ()) -> Grid:
-    """Split [0, duration] at samples and jumps, and the pieces into steps of at most `step`."""
+def make_grid(
+    duration: float,
+    step: float,
+    sample: float,
+    jumps: Iterable[float] = (),
+    control_period: float | None = None,
+) -> Grid:
+    """Split [0, duration] at samples, jumps and control instants, and those pieces into steps."""
     steps_needed = duration / min(step, sample)
     if steps_needed > MOST_STEPS:
         raise InputError(
@@ -51,6 +57,10 @@ def make_grid(duration: float, step: float, sample: float, jumps: Iterable[float
             samples[near] = t
         inside[i] = t
     marks = np.union1d(samples, inside)
+    if control_period is not None:
+        marks = _merged(
+            marks, np.arange(control_instants(duration, control_period)), control_period
+        )
     length = np.diff(marks)
     pieces = np.maximum(1, np.ceil(length / step * (1.0 - 1e-12))).astype(int)
     last = np.cumsum(pieces) - 1
@@ -67,6 +77,19 @@ def make_grid(duration: float, step: float, sample: float, jumps: Iterable[float
     return Grid(
         samples, np.repeat(marks[:-1], pieces) + within * steps, steps, sample_after, opens, closes
     )
+
+
+def control_instants(duration: float, period: float) -> int:
+    """The number of control instants in [0, duration), one per period from 0."""
+    return int(np.ceil(duration / period * (1.0 - 1e-12)))
+
+
+def _merged(marks: np.ndarray, counts: np.ndarray, period: float) -> np.ndarray:
+    """Marks with the instants counts * period, but for those within rounding of a mark."""
+    instants = counts * period
+    after = np.clip(np.searchsorted(marks, instants), 1, len(marks) - 1)
+    gap = np.minimum(np.abs(marks[after] - instants), np.abs(marks[after - 1] - instants))
+    return np.union1d(marks, instants[gap > 1e-9 * marks[-1]])
 
 
 def stage_times(grid: Grid) -> np.ndarray:

@@ -11,9 +11,9 @@ class Layout:
     """Slices of the columns of a vehicle whose arm has `sections` sections of constant curvature.
 
     State: position (world), attitude (x y z w, body to world), bend vectors [1/m], velocity of B's
-    origin (world axes), angular velocity (body axes), bend rates. A log row is a state and then
-    (κ, ψa) of each section on its signed branch. Inputs: world force, body moment and bend moments;
-    Euler torques and (Q_κ, Q_ψa); tip wrench (world axes).
+    origin (world axes), angular velocity (body axes), bend rates. A log row is a state, then
+    (κ, ψa) of each section on its signed branch, then a controller's push. Inputs: a push (world
+    force, body moment, bend moments); Euler torques and (Q_κ, Q_ψa); tip wrench (world axes).
     """
 
     sections: int
@@ -62,9 +62,14 @@ class Layout:
         return _after(self.bend_rate, self.bends)
 
     @cached_property
+    def command(self) -> slice:
+        """A controller's push in a log row."""
+        return _after(self.branch, self.coordinates)
+
+    @cached_property
     def log(self) -> int:
         """Columns of a log row."""
-        return self.branch.stop
+        return self.command.stop
 
     force = slice(0, 3)
     moment = slice(3, 6)

@@ -9,7 +9,7 @@ from scipy.integrate import DOP853
 
 from continuair.grid import Grid, groups_in_use, sample_inputs
 from continuair.kernels.engine import Engine, Logs
-from continuair.kernels.rollout import NOT_FINITE, OK, OVERBENT
+from continuair.kernels.stepping import NOT_FINITE, OK, OVERBENT
 from continuair.layout import Layout
 
 # With a relative tolerance alone, components that pass through zero would stall the step.
@@ -92,4 +92,4 @@ def _follow(state: np.ndarray, branch: float, layout: Layout) -> float:
 
 def _row(state: np.ndarray, branch: float, layout: Layout) -> np.ndarray:
     kappa = state[layout.bend] @ [np.cos(branch), np.sin(branch)]
-    return np.concatenate([state, [kappa, branch]])
+    return np.concatenate([state, [kappa, branch], np.zeros(layout.coordinates)])

@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from numbers import Real
 from typing import Any
@@ -18,8 +18,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from continuair.controllers.controller import Controller
 from continuair.errors import InputError, nearest, shown
 from continuair.layout import ONE_SECTION
+from continuair.targets import Target
 
 Array = NDArray[np.float64]
 Input = ArrayLike | Callable[[float], ArrayLike] | None
@@ -82,6 +84,18 @@ class Scenario:
     gravity: float = 9.81
     """acceleration of gravity, along -z of the world [m/s²]"""
 
+    controller: Controller | None = None
+    """closes the loop; the inputs above then disturb it. See continuair.controllers"""
+
+    control_period: float | None = 1e-3
+    """the controller acts this often [s], its push held between; None: at every stage of a step"""
+
+    target: Target | Sequence[Target] | None = None
+    """what the camera looks at: a Target, or one per run with as many points"""
+
+    seed: int = 0
+    """seed of the camera's noise"""
+
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name.strip():
             raise InputError(f"name is {shown(self.name)}, but must be text; give a name.")
@@ -97,8 +111,38 @@ class Scenario:
             problem = f"gravity is {shown(self.gravity)}, but must be a finite number, 0 or more"
             raise InputError(f"{problem}; give its magnitude [m/s²].")
         checked["gravity"] = float(self.gravity)
+        self._check_loop()
         for name, value in checked.items():
             object.__setattr__(self, name, value)
+
+    def _check_loop(self) -> None:
+        if self.controller is not None and not isinstance(self.controller, Controller):
+            raise InputError(
+                f"controller is {shown(self.controller)}; give one of continuair.controllers, such "
+                "as servoing(...) or hold(...)."
+            )
+        period = self.control_period
+        if period is not None and not (_is_number(period) and period > 0):
+            raise InputError(
+                f"control_period is {shown(period)}; give a finite number above 0 [s], or None to "
+                "evaluate the controller at every stage."
+            )
+        if self.target is not None:
+            _check_targets(self.target)
+        if self.controller is not None and self.controller.looks and not self.targets:
+            raise InputError(
+                f"target is None, but the controller {self.controller.name} looks at one; give a "
+                "continuair.Target."
+            )
+        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
+            raise InputError(f"seed is {shown(self.seed)}; give a whole number of 0 or more.")
+
+    @property
+    def targets(self) -> tuple[Target, ...]:
+        """The targets, one for all runs or one per run; none without a target."""
+        if self.target is None:
+            return ()
+        return (self.target,) if isinstance(self.target, Target) else tuple(self.target)
 
     @property
     def runs(self) -> int | None:
@@ -246,6 +290,14 @@ def _jumps(value: Any, duration: float) -> tuple[float, ...]:
     return tuple(np.unique(array).tolist())
 
 
+def _check_targets(given: Any) -> None:
+    targets = given if isinstance(given, (list, tuple)) and given else [given]
+    if any(not isinstance(target, Target) for target in targets):
+        raise InputError(f"target is {shown(given)}; give a continuair.Target, or one per run.")
+    if any(not np.array_equal(target.points, targets[0].points) for target in targets):
+        raise InputError("target holds targets of different points; give all runs the same points.")
+
+
 def _plain(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return value.tolist()
@@ -255,4 +307,6 @@ def _plain(value: Any) -> Any:
         return f"{_plain(value.func)}({', '.join(given)})"
     if callable(value):
         return getattr(value, "__qualname__", type(value).__qualname__)
-    return list(value) if isinstance(value, tuple) else value
+    if hasattr(value, "describe"):
+        return value.describe()
+    return [_plain(item) for item in value] if isinstance(value, (tuple, list)) else value

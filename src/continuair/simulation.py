@@ -9,21 +9,30 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from continuair.closing import close_loop, control_step
 from continuair.coordinates import paper_accelerations, state_from_paper
 from continuair.errors import ContinuairWarning, InputError, nearest, shown
 from continuair.grid import groups_in_use, make_grid, sample_inputs, stage_times
 from continuair.kernels.engine import Engine, check_device
-from continuair.kernels.loads import GENERAL, PAPER, TIP
+from continuair.kernels.loads import COMMAND, GENERAL, PAPER, TIP
 from continuair.layout import Layout
 from continuair.linear import automatic_step
 from continuair.scenarios import Scenario
-from continuair.trajectory import OBSERVED_VARIABLES, VARIABLES, assemble, concatenate
+from continuair.trajectory import (
+    OBSERVED_VARIABLES,
+    VARIABLES,
+    WATCHED_VARIABLES,
+    assemble,
+    concatenate,
+    default_variables,
+)
 from continuair.vehicle import Vehicle
 
 MODELS = ("coupled", "decoupled", "independent")
 
 # Runs per launch: bounds the memory of what is logged but not kept.
 _CHUNK_NUMBERS = 2.0e7
+_NUMBERS_PER_SAMPLE = 50
 
 
 def simulate(
@@ -51,43 +60,52 @@ def simulate(
     Returns a Dataset over time (and run, for a batch) with `status` and `end_time` per run; the
     variables, their axes and units are in its attributes. Raises InputError.
     """
-    names = _checked(
-        vehicle, model, step, duration, sample, variables, integrator, tolerance, dtype, threads
-    )
-    check_device(device)
     if not isinstance(scenario, Scenario):
         raise InputError(
             f"scenario is {shown(scenario)}; give a continuair.Scenario, such as "
             "continuair.open_loop_test('A')."
         )
-    duration = scenario.duration if duration is None else float(duration)
-    q, qd = np.atleast_2d(scenario.q), np.atleast_2d(scenario.qd)
-    batched = max(
-        vehicle.runs or 0, np.ndim(scenario.q) - 1 and len(q), np.ndim(scenario.qd) - 1 and len(qd)
+    if variables is None:
+        variables = default_variables(scenario)
+    names = _checked(
+        vehicle, model, step, duration, sample, variables, integrator, tolerance, dtype, threads
     )
-    grouped = groups_in_use(scenario)
-    _same_runs(max(batched, 1), vehicle, q, qd, 1)
+    check_device(device)
+    duration = scenario.duration if duration is None else float(duration)
+    closed = scenario.controller is not None
+    _check_loop(names, closed, bool(scenario.targets), integrator)
+    q, qd = np.atleast_2d(scenario.q), np.atleast_2d(scenario.qd)
+    gains = scenario.controller.runs if scenario.controller is not None else None
+    listed = isinstance(scenario.target, (list, tuple))
+    sizes = {
+        "vehicle": vehicle.runs,
+        "scenario.q": len(q) if np.ndim(scenario.q) == 2 else None,
+        "scenario.qd": len(qd) if np.ndim(scenario.qd) == 2 else None,
+        "scenario.controller": gains,
+        "scenario.target": len(scenario.targets) if listed else None,
+    }
+    batched = max(size or 0 for size in sizes.values())
+    _same_runs(max(batched, 1), sizes)
     engine = Engine(vehicle, "coupled", "float64", device, threads)
     fine = automatic_step(engine, q)
-    if (model, dtype) != ("coupled", "float64"):
-        engine = Engine(vehicle, model, dtype, device, threads)
-    if isinstance(step, str):
-        step = min(fine, sample)
-    elif step > fine:
-        warnings.warn(
-            f"step is {step:g} s, which is too coarse for the stiffest bending mode: RK4 will damp "
-            f"it; use {fine:.3g} s or less, or step='auto'.",
-            ContinuairWarning,
-            stacklevel=2,
-        )
-    grid = make_grid(duration, step, sample, scenario.jumps)
+    step = _step(step, fine, sample, scenario)
+    grid = make_grid(
+        duration, step, sample, scenario.jumps, scenario.control_period if closed else None
+    )
     inputs = sample_inputs(scenario, stage_times(grid), engine.layout)
     at_samples = sample_inputs(scenario, grid.samples, engine.layout)
     width = max(inputs[0].shape[1], at_samples[0].shape[1])
     runs = max(batched, width, 1)
-    _same_runs(runs, vehicle, q, qd, width)
+    _same_runs(runs, {**sizes, "the scenario's inputs": width})
     q, qd = (np.broadcast_to(rows, (runs, rows.shape[1])) for rows in (q, qd))
     start = state_from_paper(q, qd)
+    options = {"precision": dtype, "device": device, "threads": threads}
+    grouped = groups_in_use(scenario)
+    if closed:
+        engine = close_loop(vehicle, scenario, model, grid, runs, **options)
+        grouped |= COMMAND
+    elif (model, dtype) != ("coupled", "float64"):
+        engine = Engine(vehicle, model, **options)
     provenance = dict(
         vehicle=vehicle,
         scenario=scenario,
@@ -96,6 +114,7 @@ def simulate(
         integrator=integrator,
         dtype=dtype,
         gravity=scenario.gravity,
+        scene=getattr(engine, "scene", None),
     )
     if integrator == "dop853":
         if runs > 1:
@@ -111,7 +130,7 @@ def simulate(
         return assemble(grid, logs, engine.layout, names, bool(batched), provenance)
 
     observe = any(name in OBSERVED_VARIABLES for name in names)
-    chunk = max(1, int(_CHUNK_NUMBERS / (len(grid.samples) * 41)))
+    chunk = max(1, int(_CHUNK_NUMBERS / (len(grid.samples) * _NUMBERS_PER_SAMPLE)))
     parts = []
     for first in range(0, runs, chunk):
         part = slice(first, min(first + chunk, runs))
@@ -124,12 +143,41 @@ def simulate(
             scenario.gravity,
             grouped,
             observe,
-            first,
+            first=first,
         )
-        parts.append(
-            assemble(grid, logs, engine.layout, names, bool(batched) or runs > 1, provenance)
-        )
+        several = bool(batched) or runs > 1
+        parts.append(assemble(grid, logs, engine.layout, names, several, provenance))
     return concatenate(parts)
+
+
+def _step(step: Any, fine: float, sample: float, scenario: Scenario) -> float:
+    """The step to take: what is asked for, or what the stiffest mode and the controller allow."""
+    if scenario.controller is not None:
+        finest = min(fine, sample)
+        found = control_step(scenario, finest, None if isinstance(step, str) else float(step))
+    else:
+        found = min(fine, sample) if isinstance(step, str) else float(step)
+    if found > fine * (1.0 + 1e-9):
+        warnings.warn(
+            f"step is {found:g} s, which is too coarse for the stiffest bending mode: RK4 will "
+            f"damp it; use {fine:.3g} s or less, or step='auto'.",
+            ContinuairWarning,
+            stacklevel=3,
+        )
+    return found
+
+
+def _check_loop(names: tuple[str, ...], closed: bool, looking: bool, integrator: str) -> None:
+    if closed and integrator == "dop853":
+        raise InputError(
+            "integrator is 'dop853', but a controller closes the loop; use integrator='rk4'."
+        )
+    for name in names:
+        if name in WATCHED_VARIABLES and not (closed and looking):
+            raise InputError(
+                f"variables holds {name}, which needs a scenario with a controller and a target; "
+                "give both, or leave it out."
+            )
 
 
 def _columns(inputs: tuple[np.ndarray, int], part: slice) -> tuple[np.ndarray, int]:
@@ -137,15 +185,9 @@ def _columns(inputs: tuple[np.ndarray, int], part: slice) -> tuple[np.ndarray, i
     return (table if table.shape[1] == 1 else table[:, part]), stride
 
 
-def _same_runs(runs: int, vehicle: Vehicle, q: np.ndarray, qd: np.ndarray, width: int) -> None:
-    sizes = {
-        "vehicle": vehicle.runs or 1,
-        "scenario.q": len(q),
-        "scenario.qd": len(qd),
-        "the scenario's inputs": width,
-    }
+def _same_runs(runs: int, sizes: dict[str, int | None]) -> None:
     for name, size in sizes.items():
-        if size not in (1, runs):
+        if size not in (None, 1, runs):
             raise InputError(
                 f"{name} holds {size} runs, but the batch has {runs}; give every "
                 "array one row per run, or a single row."
@@ -186,13 +228,12 @@ def _checked(
             raise InputError(f"{name} is {shown(value)}; give a finite number above 0{auto}.")
     if threads is not None and (not isinstance(threads, int) or threads < 1):
         raise InputError(f"threads is {shown(threads)}; give a whole number above 0.")
-    names = tuple(VARIABLES) if variables is None else tuple(variables)
+    if isinstance(variables, str) or not isinstance(variables, Iterable):
+        raise InputError(f"variables is {shown(variables)}; give a list of names.")
+    names = tuple(variables)
     for name in names:
-        if name not in VARIABLES:
-            raise InputError(
-                f"variables holds {shown(name)}{nearest(name, VARIABLES)}; "
-                f"choose from {', '.join(VARIABLES)}."
-            )
+        if not isinstance(name, str) or name not in VARIABLES:
+            raise InputError(f"variables holds {shown(name)}; {nearest(str(name), VARIABLES)}.")
     return names
 
 

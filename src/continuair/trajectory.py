@@ -14,7 +14,8 @@ from scipy.spatial.transform import Rotation
 from continuair.coordinates import continuous_euler
 from continuair.grid import Grid
 from continuair.kernels.engine import Logs
-from continuair.kernels.rollout import STATUS
+from continuair.kernels.loop import POSE_AND_TWIST
+from continuair.kernels.stepping import STATUS
 from continuair.layout import Layout
 
 _BENDING = {
@@ -45,8 +46,29 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
         "moment that the arm puts on the UAV, about B's origin (UAV "
         "centre of mass), body axes, reaction of the bend actuation included",
     ),
+    "command": (
+        "actuator",
+        "N, N m, N m²",
+        "the controller's push, from each sample on: force in world axes, moment on the UAV in "
+        "body axes, bend moments",
+    ),
+    "features": ("pixel", "px", "true image of the feature points, (u, v) in turn"),
+    "feature_error": ("pixel", "px", "desired minus true image, (u, v) in turn"),
+    "depth": ("point", "m", "depth of the feature points"),
+    "in_view": ("point", "1", "1 where a feature point is in the image and before the camera"),
+    "camera_position": ("axis", "m", "the camera, world axes"),
+    "camera_attitude": ("quaternion", "1", "camera axes to world, x y z w"),
+    "camera_twist": ("twist", "m/s, rad/s", "velocity and angular velocity, camera axes"),
+    "target_position": ("axis", "m", "the target's centroid, world axes"),
+    "target_velocity": ("axis", "m/s", "velocity of the target's centroid, world axes"),
 }
 """Variable -> (dimension, units, meaning)."""
+
+WATCHED_VARIABLES = frozenset(
+    {"features", "feature_error", "depth", "in_view", "target_position", "target_velocity"}
+    | {"camera_position", "camera_attitude", "camera_twist"}
+)
+"""Variables of a closed loop with a target."""
 
 _OBSERVED: dict[str, Any] = {
     "tip_position": slice(0, 3),
@@ -61,10 +83,19 @@ _OBSERVED: dict[str, Any] = {
 }
 OBSERVED_VARIABLES = frozenset(_OBSERVED)
 
-_LOGGED = ("position", "attitude", "bend", "angular_velocity", "bend_rate")
+_CAMERA = {
+    "camera_position": slice(0, 3),
+    "camera_attitude": slice(3, 7),
+    "camera_twist": slice(7, POSE_AND_TWIST),
+}
+
+_LOGGED = ("position", "attitude", "bend", "angular_velocity", "bend_rate", "command")
 """Variables that are a slice of the log, by the name of that slice in `Layout`."""
 
-_COORDINATES = {
+_COORDINATES: dict[str, list[Any]] = {
+    "actuator": ["force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z"]
+    + ["bend_moment_x", "bend_moment_y"],
+    "twist": ["vx", "vy", "vz", "wx", "wy", "wz"],
     "axis": list("xyz"),
     "quaternion": list("xyzw"),
     "bend_axis": ["x", "y"],
@@ -85,7 +116,10 @@ def assemble(
     model = provenance["model"]
     for name in names:
         dimension, units, meaning = VARIABLES[name]
-        values = _values(name, logs, layout)
+        if name in WATCHED_VARIABLES:
+            values = _watched(name, logs, provenance)
+        else:
+            values = _values(name, logs, layout)
         dims = ("run", "time", dimension) if dimension else ("run", "time")
         if name == "kinetic_energy":
             meaning = _BENDING[model] + meaning
@@ -103,7 +137,7 @@ def assemble(
         {"units": "s", "long_name": "time up to which the run is valid"},
     )
     used = {VARIABLES[name][0] for name in names} - {""}
-    coordinates: dict[str, Any] = {name: _COORDINATES[name] for name in sorted(used)}
+    coordinates: dict[str, Any] = {n: _COORDINATES[n] for n in sorted(used) if n in _COORDINATES}
     coordinates["time"] = ("time", grid.samples, {"units": "s"})
     dataset = xr.Dataset(data, coordinates, _attributes(provenance))
     return dataset if batched else dataset.isel(run=0)
@@ -144,8 +178,40 @@ def _values(name: str, logs: Logs, layout: Layout) -> np.ndarray:
     return turned.reshape(*log.shape[:-1], 3)
 
 
+def _watched(name: str, logs: Logs, provenance: dict[str, Any]) -> np.ndarray:
+    """What the camera sees, in pixels, and where it and its target are."""
+    watched, scene, camera = logs.watched, provenance["scene"], provenance["vehicle"].camera
+    assert watched is not None
+    n = len(scene.corners)
+    if name in ("target_position", "target_velocity"):
+        part = slice(0, 3) if name == "target_position" else slice(3, 6)
+        rows = np.moveaxis(scene.motion_at_samples[..., part], 0, 1)
+        return np.broadcast_to(rows, (*watched.shape[:2], 3)).copy()
+    if name in _CAMERA:
+        return watched[..., _CAMERA[name]].copy()
+    image, depth, seen = np.split(watched[..., POSE_AND_TWIST:], [2 * n, 3 * n], axis=-1)
+    if name == "depth":
+        return depth.copy()
+    if name == "in_view":
+        return seen.copy()
+    scale = np.tile(np.atleast_2d(camera.focal_length), n)[:, None]
+    if name == "feature_error":
+        return scale * (scene.desired[:, None] - image)
+    return scale * image + np.tile(np.atleast_2d(camera.principal_point), n)[:, None]
+
+
+def default_variables(scenario: Any) -> tuple[str, ...]:
+    """All variables that a scenario has."""
+    absent: set[str] = set()
+    if scenario.controller is None:
+        absent |= {"command"}
+    if scenario.controller is None or not scenario.targets:
+        absent |= WATCHED_VARIABLES
+    return tuple(name for name in VARIABLES if name not in absent)
+
+
 def _attributes(provenance: dict[str, Any]) -> dict[str, Any]:
-    attributes = dict(provenance)
+    attributes = {name: value for name, value in provenance.items() if name != "scene"}
     attributes["vehicle"] = json.dumps(provenance["vehicle"].describe())
     attributes["scenario"] = json.dumps(provenance["scenario"].describe())
     attributes["versions"] = json.dumps(

@@ -267,6 +267,15 @@ class Camera(Part):
     tip_frame: Literal["untwisted", "frenet"] = "untwisted"
     """the tip frame: untwisted, as the material is, or frenet, spinning with the bend direction"""
 
+    noise: NotNegative = 0.0
+    """the standard deviation of the feature points' noise [px]"""
+
+    frame_rate: NotNegative = 0.0
+    """the frames per second, 0 for one at every control instant [Hz]"""
+
+    latency: NotNegative = 0.0
+    """the time from a frame's exposure until the controller has it [s]"""
+
     @field_validator("attitude")
     @classmethod
     def _unit_norm(cls, value: tuple[float, float, float, float]) -> tuple[float, ...]:

@@ -16,7 +16,7 @@ def device_code(precision: str, sections: int, model: str) -> SimpleNamespace:
     section = section_code(precision, sections)
     loads = load_code(section, independent)
     Real, Row, State, Plant = section.Real, section.Row, section.State, section.Plant
-    Shape, vec2, vec3 = section.Shape, section.vec2, section.vec3
+    Shape, Push, vec2, vec3 = section.Shape, section.Push, section.vec2, section.vec3
     Frozen, Load, load_of = loads.Frozen, loads.Load, loads.load_of
     shape, attitude_of, bend_force = section.shape, section.attitude_of, section.bend_force
     inertia_of, moment_of_arm = section.inertia_of, section.moment_of_arm
@@ -175,6 +175,7 @@ def device_code(precision: str, sections: int, model: str) -> SimpleNamespace:
         row: int,
         run: int,
         groups: int,
+        command: Push,
         gravity: Real,
     ):
         """dy/dt."""
@@ -184,7 +185,7 @@ def device_code(precision: str, sections: int, model: str) -> SimpleNamespace:
         du = two * wp.dot(b, db)
         ddu = two * wp.dot(db, db)
         s = shape(coefficients, vehicle, wp.dot(b, b))
-        load = load_of(y, b, branch, plant, frozen, inputs, row, run, groups)
+        load = load_of(y, b, branch, plant, frozen, inputs, row, run, groups, command)
         lift = s.d[0] * du
         hd = vec3(s.f[0] * db[0] + lift * b[0], s.f[0] * db[1] + lift * b[1], -s.d[1] * du)
         if wp.static(coupled):

@@ -6,13 +6,15 @@ import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 import warp as wp
 
 from continuair.errors import InputError, shown
+from continuair.kernels.factory import kernels
+from continuair.kernels.observe import OBSERVED
 from continuair.kernels.plant import pack
-from continuair.kernels.rollout import OBSERVED, kernels
 from continuair.layout import Layout
 
 
@@ -41,12 +43,14 @@ def check_device(device: str) -> None:
 
 @dataclass(frozen=True)
 class Logs:
-    """log, observed (runs, samples, columns; observed may be None); status, last_step (runs,)."""
+    """log, observed, watched (runs, samples, columns), the last two where asked for; status and
+    last_step (runs,)."""
 
     log: np.ndarray
     status: np.ndarray
     last_step: np.ndarray
-    observed: np.ndarray | None
+    observed: np.ndarray | None = None
+    watched: np.ndarray | None = None
 
 
 class Engine:
@@ -84,28 +88,11 @@ class Engine:
 
         def work(part: slice) -> None:
             plants, table = self._vehicles(slice(first + part.start, first + part.stop))
-            drive = self._inputs(inputs[0], part)
             out = self._upload(log[part])
             ends = [self._upload(a[part], wp.int32) for a in (status, last)]
-            wp.launch(
-                self.kernels.rollout,
-                dim=len(log[part]),
-                device=self.device,
-                inputs=[
-                    plants,
-                    table,
-                    self._upload(start[part]),
-                    self._upload(angle[part]),
-                    drive,
-                    3 * inputs[1],
-                    groups,
-                    gravity,
-                    steps,
-                    after,
-                    out,
-                    *ends,
-                ],
-            )
+            drive = [self._inputs(inputs[0], part), 3 * inputs[1], groups, gravity]
+            whence = [plants, table, self._upload(start[part]), self._upload(angle[part])]
+            self._fly(part, first, [*whence, *drive], [steps, after], [out, *ends])
             self._download(out, log[part])
             for source, target in zip(ends, (status, last), strict=True):
                 self._download(source, target[part])
@@ -130,6 +117,20 @@ class Engine:
 
         self._split(runs, work)
         return Logs(log, status, last, observed)
+
+    def _fly(self, part: slice, first: int, start: list[Any], grid: list[Any], results: list[Any]):
+        """Launch the roll-out of a part of the runs: start and inputs, time grid, results."""
+        wp.launch(
+            self.kernels.rollout,
+            dim=results[0].shape[0],
+            device=self.device,
+            inputs=[*start, *grid, *results],
+        )
+
+    def _load_modules(self) -> None:
+        """Compile and load what a roll-out launches."""
+        for kernel in (self.kernels.rollout, self.kernels.observe):
+            kernel.module.load(self.device)
 
     def observe(self, log, inputs, gravity, groups) -> np.ndarray:
         """Observed columns (runs, samples, OBSERVED) of logged rows (runs, samples, log)."""
@@ -213,7 +214,6 @@ class Engine:
             return
         edges = np.linspace(0, runs, parts + 1).astype(int)
         # Compiling is not thread-safe: load the modules before the threads start.
-        for kernel in (self.kernels.rollout, self.kernels.observe):
-            kernel.module.load(self.device)
+        self._load_modules()
         with ThreadPoolExecutor(parts) as pool:
             list(pool.map(work, map(slice, edges[:-1], edges[1:])))

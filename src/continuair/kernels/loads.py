@@ -4,13 +4,15 @@ from types import SimpleNamespace
 
 import warp as wp
 
-GENERAL, PAPER, TIP = 1, 2, 4
-"""Groups of input columns (layout.py) that are in use, as bits: push, Euler and polar, tip."""
+GENERAL, PAPER, TIP, COMMAND = 1, 2, 4, 8
+"""What acts, as bits: the columns of inputs (layout.py) push, Euler and polar, and tip wrench,
+and a controller's push."""
 
 
 def load_code(section: SimpleNamespace, independent: bool) -> SimpleNamespace:
     """Warp functions on top of a section's, for the `independent` model or the others."""
     Real, Row, State, Plant = section.Real, section.Row, section.State, section.Plant
+    Push = section.Push
     vec2, vec3, mat33, quat = section.vec2, section.vec3, section.mat33, section.quat
     shape, tip_of, bend_force = section.shape, section.tip_of, section.bend_force
     attitude_of, inertia_of = section.attitude_of, section.inertia_of
@@ -92,16 +94,20 @@ def load_code(section: SimpleNamespace, independent: bool) -> SimpleNamespace:
         row: int,
         run: int,
         groups: int,
+        command: Push,
     ):
-        """Sum the inputs in use into body axes and bend axes."""
+        """Sum the inputs in use, and a controller's push, into body axes and bend axes."""
         out = Load()
         if groups == 0:
             return out
         q = attitude_of(y)
-        force = vec3(inputs[row, run, 0], inputs[row, run, 1], inputs[row, run, 2])
-        out.force = wp.quat_rotate_inv(q, force)
-        out.moment = vec3(inputs[row, run, 3], inputs[row, run, 4], inputs[row, run, 5])
-        bend = vec2(inputs[row, run, 6], inputs[row, run, 7]) / plant.unit
+        push = command
+        if groups != COMMAND:
+            for j in range(8):
+                push[j] = push[j] + inputs[row, run, j]
+        out.force = wp.quat_rotate_inv(q, vec3(push[0], push[1], push[2]))
+        out.moment = vec3(push[3], push[4], push[5])
+        bend = vec2(push[6], push[7]) / plant.unit
         if (groups & PAPER) != 0:
             torque = vec3(inputs[row, run, 8], inputs[row, run, 9], inputs[row, run, 10])
             if wp.length_sq(torque) > zero:

@@ -23,12 +23,7 @@ def pack(vehicle, code: SimpleNamespace, threads: int) -> tuple[np.ndarray, np.n
     uav, rod = vehicle.uav, vehicle.arm
 
     def across(value, *shape):
-        """A field as one row per run, whether it, or one of its elements, varies or not."""
-        if isinstance(value, np.ndarray) and value.ndim > len(shape):
-            return np.broadcast_to(value, (runs, *shape))
-        return np.stack([np.broadcast_to(x, runs) for x in _leaves(value)], -1).reshape(
-            runs, *shape
-        )
+        return per_run(value, runs, *shape)
 
     length, uav_mass = across(rod.length), across(uav.mass)
     mount, inertia = across(uav.mount, 3), across(uav.inertia, 3, 3)
@@ -74,6 +69,13 @@ def pack(vehicle, code: SimpleNamespace, threads: int) -> tuple[np.ndarray, np.n
         inertia + axial[:, None, None] * np.eye(3) + reduced[:, None, None] * _spread(mount)
     )
     return plants, table
+
+
+def per_run(value, runs: int, *shape) -> np.ndarray:
+    """A field (runs, *shape), whether it, or one of its elements, varies over the runs or not."""
+    if isinstance(value, np.ndarray) and value.ndim > len(shape):
+        return np.broadcast_to(value, (runs, *shape))
+    return np.stack([np.broadcast_to(x, runs) for x in _leaves(value)], -1).reshape(runs, *shape)
 
 
 def _table(model: str, length, backbone, disks, mass, height) -> np.ndarray:

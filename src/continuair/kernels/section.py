@@ -30,7 +30,8 @@ def section_code(precision: str, sections: int) -> SimpleNamespace:
     vec4, mat33 = wp.types.vector(4, Real), wp.types.matrix((3, 3), Real)
     quat = wp.types.quaternion(Real)
     Row, State = wp.types.vector(len(NAMES), Real), wp.types.vector(layout.state, Real)
-    half, one, two = Real(0.5), Real(1.0), Real(2.0)
+    Push = wp.types.vector(layout.coordinates, Real)
+    zero, half, one, two = Real(0.0), Real(0.5), Real(1.0), Real(2.0)
     quarter, full = Real(0.25), Real(MAX_BEND_ANGLE / np.sqrt(2.0))
 
     @wp.struct
@@ -118,6 +119,17 @@ def section_code(precision: str, sections: int) -> SimpleNamespace:
         out.Gamma = full * full * full * c[2]
         out.point = vec3(A * b[0], A * b[1], -full * c[0])
         return out
+
+    @wp.func
+    def tip_attitude(b: vec2):
+        """Quaternion of Rz(ψa) Ry(-κ s) Rz(-ψa) diag(1, -1, -1), tip frame to body."""
+        u = wp.dot(b, b)
+        x = half * full * wp.sqrt(u)
+        s = half * full
+        if x > Real(1e-4):
+            s = half * full * wp.sin(x) / x
+        # The bending turns by -|b| s about (-b_y, b_x); diag(1, -1, -1) is half a turn about x.
+        return quat(s * b[1], -s * b[0], zero, wp.cos(x)) * quat(one, zero, zero, zero)
 
     @wp.func
     def moment_of_arm(s: Shape, b: vec2):

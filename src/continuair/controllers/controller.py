@@ -1,0 +1,89 @@
+"""What a controller is: a law in device code, and the gains that each run gives it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from continuair.errors import InputError, shown
+
+
+@dataclass(frozen=True, eq=False)
+class Controller:
+    """A control law for `Scenario(controller=…)`.
+
+    law: a function of the device code (kernels/control.py) that returns a namespace with `Gains`, a
+    Warp struct, and `control(sense, gains) -> Push`, a Warp function; the same function object is
+    compiled once. gains: the value of every field of `Gains`, for one run; `stack` makes a batch.
+    looks: whether it needs the camera and a target. settings: what to keep as provenance.
+    """
+
+    name: str
+    law: Callable[[Any], SimpleNamespace]
+    gains: Mapping[str, Any]
+    looks: bool = True
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    runs: int | None = None
+
+    def __post_init__(self) -> None:
+        if not callable(self.law):
+            raise InputError(f"law is {shown(self.law)}; give a function of the device code.")
+
+    def describe(self) -> dict[str, Any]:
+        """Name and settings as JSON can hold them."""
+        return {"name": self.name, **{k: _plain(v) for k, v in self.settings.items()}}
+
+
+def stack(controllers: Sequence[Controller]) -> Controller:
+    """One controller for a batch: run i flies with the gains of controllers[i], all of one law."""
+    if not controllers or any(not isinstance(c, Controller) for c in controllers):
+        raise InputError(f"controllers is {shown(controllers)}; give one Controller per run.")
+    first = controllers[0]
+    if any(c.law is not first.law for c in controllers):
+        raise InputError("controllers holds different laws; stack controllers of one law.")
+    gains = {
+        name: np.stack([np.asarray(c.gains[name]) for c in controllers]) for name in first.gains
+    }
+    settings = {"runs": [c.describe() for c in controllers]} if len(controllers) <= 16 else {}
+    return Controller(first.name, first.law, gains, first.looks, settings, runs=len(controllers))
+
+
+def gain_matrix(name: str, value: Any, size: int) -> np.ndarray:
+    """A (size, size) gain from a scalar, a diagonal (size,) or a matrix; SPD, or InputError."""
+    try:
+        array = np.array(value, float)
+    except (TypeError, ValueError):
+        array = np.full(3, np.nan)
+    if array.shape not in ((), (size,), (size, size)) or not np.isfinite(array).all():
+        raise InputError(
+            f"{name} is {shown(value)}; give a finite number, {size} of them, or {size} rows of "
+            f"{size} (twice the number of feature points)."
+        )
+    matrix = array if array.ndim == 2 else array * np.eye(size)
+    if np.abs(matrix - matrix.T).max() > 1e-9 * np.abs(matrix).max():
+        raise InputError(f"{name} is not symmetric; give a symmetric positive definite matrix.")
+    matrix = (matrix + matrix.T) / 2
+    smallest = float(np.linalg.eigvalsh(matrix)[0])
+    if not smallest > 0.0:
+        raise InputError(
+            f"{name} has the eigenvalue {smallest:.6g}; give a symmetric positive definite gain."
+        )
+    return matrix
+
+
+def number(name: str, value: Any, least: float, *, above: bool = False) -> float:
+    """A finite number of at least `least`, or above it, else InputError."""
+    fits = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+    fits = fits and np.isfinite(value) and (value > least if above else value >= least)
+    if not fits:
+        bound = "above" if above else "of at least"
+        raise InputError(f"{name} is {shown(value)}; give a finite number {bound} {least:g}.")
+    return float(value)
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, np.ndarray) else value

@@ -1,0 +1,107 @@
+"""DPD-SM-IBVS, the paper's law, Eqs. (15) and (16): τ = G + J_Lᵀ (K_p e_a - K_d J_L q̇).
+
+e_a = C_d ė + C_p e + C_s tanh(e/σ), e = s_d - s, ė = -L (v_c - v_t), J_L = L J_c. The image is in
+normalised coordinates, L at the image and the depths that the camera reports, v_t the target's
+true twist in camera axes. Where the paper prints T_a⁻¹ in J_L, the rotation into camera axes
+belongs. Named choices, with what is printed last: damping "camera" (on J_L q̇ = L v_c, printed) or
+"feature" (on -ė); feed_forward False or True (printed); compensation "gravity_only" or "literal".
+"""
+
+from types import SimpleNamespace
+from typing import Any
+
+import warp as wp
+
+from continuair.controllers.controller import Controller, gain_matrix, number
+from continuair.errors import InputError, shown
+
+CHOICES = {
+    "damping": ("camera", "feature"),
+    "compensation": ("gravity_only", "literal"),
+}
+
+
+def law(code: SimpleNamespace) -> SimpleNamespace:
+    """The law on the device."""
+    Real, Image, ImageGain = code.Real, code.Image, code.ImageGain
+    Sense, interaction, camera_push, rows = (
+        code.Sense,
+        code.interaction,
+        code.camera_push,
+        2 * code.points,
+    )
+
+    @wp.struct
+    class Gains:
+        Kp: ImageGain
+        Kd: ImageGain
+        Cp: ImageGain
+        Cd: ImageGain
+        Cs: ImageGain
+        sigma: Real
+        feed_forward: Real
+        on_feature_rate: Real
+        spring: Real
+        posture: Real
+
+    @wp.func
+    def control(sense: Sense, gains: Gains):
+        L = interaction(sense.sight)
+        e = wp.cw_mul(sense.sight.seen, sense.desired - sense.sight.image)
+        target_rate = L * sense.target_twist
+        camera_rate = L * sense.camera_twist
+        e_dot = gains.feed_forward * target_rate - camera_rate
+        sliding = Image()
+        for i in range(rows):
+            sliding[i] = wp.tanh(e[i] / gains.sigma)
+        e_a = gains.Cd * e_dot + gains.Cp * e + gains.Cs * sliding
+        damped = camera_rate - gains.on_feature_rate * target_rate
+        push = sense.weight + gains.spring * sense.spring
+        push += camera_push(sense, wp.transpose(L) * (gains.Kp * e_a - gains.Kd * damped))
+        push[6] -= gains.posture * sense.bend_rate[0]
+        push[7] -= gains.posture * sense.bend_rate[1]
+        return push
+
+    return SimpleNamespace(Gains=Gains, control=control)
+
+
+def servoing(
+    Kp: Any,
+    Kd: Any,
+    Cp: Any = 1.0,
+    Cd: Any = 1.0,
+    Cs: Any = 1e-6,
+    sigma: float = 1e-3,
+    *,
+    points: int = 4,
+    damping: str = "camera",
+    feed_forward: bool = True,
+    compensation: str = "gravity_only",
+    posture_damping: float = 0.0,
+) -> Controller:
+    """The paper's controller for `points` feature points.
+
+    Kp, Kd, Cp, Cd, Cs: scalars, diagonals (2 points,) or matrices (2 points, 2 points), symmetric
+    positive definite; sigma: width of tanh, normalised image. compensation: "gravity_only" leaves
+    the arm its spring, "literal" cancels the elastic force too, as the printed G does.
+    posture_damping: a moment against the bend rate [N m² s], for the two joint directions that the
+    image does not see. Raises InputError.
+    """
+    chosen = {"damping": damping, "compensation": compensation}
+    for name, value in chosen.items():
+        if value not in CHOICES[name]:
+            raise InputError(f"{name} is {shown(value)}; use {' or '.join(CHOICES[name])}.")
+    matrices = {
+        name: gain_matrix(name, value, 2 * points)
+        for name, value in (("Kp", Kp), ("Kd", Kd), ("Cp", Cp), ("Cd", Cd), ("Cs", Cs))
+    }
+    numbers = {
+        "sigma": number("sigma", sigma, 0.0, above=True),
+        "feed_forward": float(bool(feed_forward)),
+        "on_feature_rate": float(damping == "feature"),
+        "spring": float(compensation == "literal"),
+        "posture": number("posture_damping", posture_damping, 0.0),
+    }
+    settings = {**matrices, "sigma": sigma, **chosen, "feed_forward": bool(feed_forward)}
+    settings["posture_damping"] = posture_damping
+    return Controller("DPD-SM-IBVS", law, {**matrices, **numbers}, settings=settings)

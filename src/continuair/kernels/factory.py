@@ -1,0 +1,66 @@
+"""The factory of all kernels: from precision, number of sections, model and controller."""
+
+from collections.abc import Callable
+from functools import cache
+from types import SimpleNamespace
+
+from continuair.kernels.closed_loop import controlled, watcher
+from continuair.kernels.control import control_code
+from continuair.kernels.dynamics import device_code
+from continuair.kernels.observe import observer
+from continuair.kernels.rollout import integrators
+from continuair.kernels.section import section_code
+from continuair.kernels.stepping import stepping_code
+from continuair.kernels.vision import vision_code
+
+
+@cache
+def kernels(precision: str, sections: int, model: str) -> SimpleNamespace:
+    """The kernels `rollout`, `derivative` and `observe` of a model."""
+    code = _plant_code(precision, sections, model)
+    rollout, derivative = integrators(code)
+    return SimpleNamespace(
+        code=code, rollout=rollout, derivative=derivative, observe=observer(code)
+    )
+
+
+@cache
+def closed_loop(
+    precision: str,
+    sections: int,
+    model: str,
+    law: Callable[..., SimpleNamespace],
+    points: int,
+    every_stage: bool,
+) -> SimpleNamespace:
+    """The kernel `rollout` with a controller's law, and the types of its arguments."""
+    code = _seeing_code(precision, sections, model, points)
+    # Laws push with what they sense: control_code has its own camera_push.
+    code = SimpleNamespace(**{**vars(code), **vars(control_code(code))})
+    found = law(code)
+    rollout, Scene = controlled(code, found, every_stage)
+    return SimpleNamespace(code=code, rollout=rollout, Scene=Scene, Gains=found.Gains)
+
+
+@cache
+def watch_kernel(precision: str, sections: int, points: int) -> SimpleNamespace:
+    """The kernel `watch`, the same for every model."""
+    code = _seeing_code(precision, sections, "coupled", points)
+    return SimpleNamespace(code=code, watch=watcher(code))
+
+
+@cache
+def _plant_code(precision: str, sections: int, model: str) -> SimpleNamespace:
+    code = device_code(precision, sections, model)
+    return SimpleNamespace(**vars(code), **vars(stepping_code(code)))
+
+
+@cache
+def _seeing_code(precision: str, sections: int, model: str, points: int) -> SimpleNamespace:
+    code, vision = _plant_code(precision, sections, model), _vision(precision, sections, points)
+    return SimpleNamespace(**{**vars(vision), **vars(code)})
+
+
+@cache
+def _vision(precision: str, sections: int, points: int) -> SimpleNamespace:
+    return vision_code(section_code(precision, sections), points)

@@ -1,0 +1,194 @@
+"""Device code of the eye in hand: camera pose and motion, projection, and its Jacobian transposed.
+
+Images are in normalised coordinates (x, y) = (X, Y)/Z, points in turn. The camera looks along +z
+of its own axes; a twist is (v, ω) of the camera in those axes, a wrench the same for forces.
+"""
+
+from types import SimpleNamespace
+
+import warp as wp
+
+
+def vision_code(section: SimpleNamespace, points: int) -> SimpleNamespace:
+    """Warp types and functions for `points` feature points, on top of a section's."""
+    Real, Row, State, Plant = section.Real, section.Row, section.State, section.Plant
+    vec2, vec3, quat = section.vec2, section.vec3, section.quat
+    tip_of, shape, bend_force = section.tip_of, section.shape, section.bend_force
+    moment_of_arm, attitude_of = section.moment_of_arm, section.attitude_of
+    tip_attitude, full = section.tip_attitude, section.full
+    zero, half, one, two = Real(0.0), Real(0.5), Real(1.0), Real(2.0)
+    # A hold controller looks at nothing, but Warp has no vectors of length 0.
+    count = max(points, 1)
+    Image, Depth = wp.types.vector(2 * count, Real), wp.types.vector(count, Real)
+    ImageGain = wp.types.matrix((2 * count, 2 * count), Real)
+    Interaction = wp.types.matrix((2 * count, 6), Real)
+    Twist, Push = wp.types.vector(6, Real), section.Push
+
+    @wp.struct
+    class Camera:
+        """Intrinsics [px], mount in the tip frame, noise [px]; frenet: 1 if that frame spins."""
+
+        focal: vec2
+        principal: vec2
+        size: vec2
+        position: vec3
+        attitude: quat
+        frenet: wp.int32
+        noise: Real
+
+    @wp.struct
+    class View:
+        """Camera pose in the world and on the body, its tip frame's spin axis, and its twist."""
+
+        position: vec3
+        attitude: quat
+        on_body: vec3
+        to_body: quat
+        axis: vec3
+        twist: Twist
+
+    @wp.struct
+    class Sight:
+        """What the camera reports: image, depths [m], and 1 for each coordinate in view, else 0."""
+
+        image: Image
+        depth: Depth
+        seen: Image
+        in_view: wp.int32
+
+    @wp.func
+    def spin_per_bend_rate(b: vec2, plant: Plant):
+        """∂ψ̇a/∂ḃ, finite at the straight arm (Remark 1)."""
+        u = wp.max(wp.dot(b, b), plant.threshold * plant.threshold)
+        if u == zero:
+            return vec2(zero, zero)
+        return vec2(-b[1], b[0]) / u
+
+    @wp.func
+    def view_of(y: State, direction: vec2, plant: Plant, camera: Camera):
+        """direction: (cos ψa, sin ψa) on the followed branch, which names the frenet frame."""
+        out = View()
+        b = vec2(y[7], y[8])
+        db = vec2(y[15], y[16])
+        w = vec3(y[12], y[13], y[14])
+        tip = tip_of(b)
+        turn = tip_attitude(b)
+        out.axis = wp.quat_rotate(turn, vec3(zero, zero, one))
+        # The untwisted section turns with the bend; the frenet frame spins about its axis besides.
+        across = b[0] * db[1] - b[1] * db[0]
+        spin = w + vec3(
+            full * db[1] - tip.Gamma * b[0] * across,
+            -full * db[0] - tip.Gamma * b[1] * across,
+            tip.A * across,
+        )
+        if camera.frenet != 0:
+            angle = half * wp.atan2(direction[1], direction[0])
+            turn = turn * quat(zero, zero, -wp.sin(angle), wp.cos(angle))
+            spin -= wp.dot(spin_per_bend_rate(b, plant), db) * out.axis
+        arm = wp.quat_rotate(turn, camera.position)
+        out.on_body = plant.mount + plant.unit * tip.point + arm
+        out.to_body = turn * camera.attitude
+        along = two * wp.dot(b, db)
+        swept = vec3(
+            tip.A * db[0] + tip.dA * along * b[0],
+            tip.A * db[1] + tip.dA * along * b[1],
+            -tip.dB * along,
+        )
+        q = attitude_of(y)
+        v = wp.quat_rotate_inv(q, vec3(y[9], y[10], y[11]))
+        v += wp.cross(w, out.on_body - arm) + plant.unit * swept + wp.cross(spin, arm)
+        v = wp.quat_rotate_inv(out.to_body, v)
+        spin = wp.quat_rotate_inv(out.to_body, spin)
+        out.twist = Twist(v[0], v[1], v[2], spin[0], spin[1], spin[2])
+        out.position = vec3(y[0], y[1], y[2]) + wp.quat_rotate(q, out.on_body)
+        out.attitude = q * out.to_body
+        return out
+
+    @wp.func
+    def look(view: View, camera: Camera, target: vec3, corners: wp.array(dtype=vec3)):
+        """Project the target's points, target: its centroid in the world."""
+        out = Sight()
+        for i in range(count):
+            p = wp.quat_rotate_inv(view.attitude, target + corners[i] - view.position)
+            out.depth[i] = p[2]
+            if p[2] > zero:
+                x = p[0] / p[2]
+                y = p[1] / p[2]
+                out.image[2 * i] = x
+                out.image[2 * i + 1] = y
+                u = camera.focal[0] * x + camera.principal[0]
+                v = camera.focal[1] * y + camera.principal[1]
+                if u >= zero and v >= zero and u <= camera.size[0] and v <= camera.size[1]:
+                    out.seen[2 * i] = one
+                    out.seen[2 * i + 1] = one
+                    out.in_view += 1
+        return out
+
+    @wp.func
+    def blur(sight: Sight, camera: Camera, seed: wp.int32, frame: wp.int32):
+        """Add pixel noise, the same for the same seed and frame."""
+        if camera.noise > zero:
+            generator = wp.rand_init(seed, frame)
+            for i in range(count):
+                for j in range(2):
+                    noise = camera.noise * Real(wp.randn(generator))
+                    sight.image[2 * i + j] = sight.image[2 * i + j] + noise / camera.focal[j]
+        return sight
+
+    @wp.func
+    def interaction(sight: Sight):
+        """L of the points in view, Eq. (14): ṡ = L (v_c - v_t); rows of the others are zero."""
+        L = Interaction()
+        for i in range(count):
+            x = sight.image[2 * i]
+            y = sight.image[2 * i + 1]
+            if sight.seen[2 * i] > zero:
+                n = one / sight.depth[i]
+                L[2 * i, 0] = -n
+                L[2 * i, 2] = x * n
+                L[2 * i, 3] = x * y
+                L[2 * i, 4] = -(one + x * x)
+                L[2 * i, 5] = y
+                L[2 * i + 1, 1] = -n
+                L[2 * i + 1, 2] = y * n
+                L[2 * i + 1, 3] = one + y * y
+                L[2 * i + 1, 4] = -x * y
+                L[2 * i + 1, 5] = -x
+        return L
+
+    @wp.func
+    def camera_push(y: State, view: View, plant: Plant, camera: Camera, wrench: Twist):
+        """J_cᵀ wrench: a wrench on the camera, in its axes, as a push on the vehicle."""
+        b = vec2(y[7], y[8])
+        tip = tip_of(b)
+        f = wp.quat_rotate(view.to_body, vec3(wrench[0], wrench[1], wrench[2]))
+        m = wp.quat_rotate(view.to_body, vec3(wrench[3], wrench[4], wrench[5]))
+        point = plant.mount + plant.unit * tip.point
+        t = m + wp.cross(view.on_body - point, f)
+        twist = tip.A * t[2] - tip.Gamma * (b[0] * t[0] + b[1] * t[1])
+        bend = plant.unit * bend_force(tip.A, tip.dA, tip.dB, b, f)
+        bend += full * vec2(-t[1], t[0]) + twist * vec2(-b[1], b[0])
+        if camera.frenet != 0:
+            bend -= wp.dot(view.axis, t) * spin_per_bend_rate(b, plant)
+        moment = wp.cross(point, f) + t
+        force = wp.quat_rotate(attitude_of(y), f)
+        bend = plant.unit * bend
+        return Push(force[0], force[1], force[2], moment[0], moment[1], moment[2], bend[0], bend[1])
+
+    @wp.func
+    def weight_push(
+        y: State, plant: Plant, coefficients: wp.array2d(dtype=Row), vehicle: int, gravity: Real
+    ):
+        """The push that carries the weight of UAV and arm."""
+        b = vec2(y[7], y[8])
+        s = shape(coefficients, vehicle, wp.dot(b, b))
+        down = wp.quat_rotate_inv(attitude_of(y), vec3(zero, zero, -gravity))
+        moment = wp.cross(down, plant.arm_mass * plant.mount + moment_of_arm(s, b))
+        bend = -plant.unit * bend_force(s.f[0], s.d[0], s.d[1], b, down)
+        lift = plant.mass * gravity
+        return Push(zero, zero, lift, moment[0], moment[1], moment[2], bend[0], bend[1])
+
+    return SimpleNamespace(
+        **{name: value for name, value in locals().items() if name not in vars(section)},
+        in_use=points > 0,
+    )
