@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 
 import continuair.cli as cli
 import continuair.studies.open_loop as study
+from continuair.cli.application import Reporting
 from continuair.errors import ContinuairWarning
 from tests.synthetic import flight
 
@@ -151,7 +152,7 @@ def test_interruption_is_told_in_a_sentence(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_warnings_of_the_project_are_one_line() -> None:
-    app = typer.Typer(cls=cli._Reporting)
+    app = typer.Typer(cls=Reporting)
 
     @app.command()
     def first() -> None:

@@ -20,6 +20,7 @@ LAYERS = [
     {"trajectory"},
     {"simulation"},
     {"metrics"},
+    {"sweeps"},
     {"studies", "figures"},
     {"cli"},
 ]

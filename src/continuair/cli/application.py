@@ -1,0 +1,80 @@
+"""The command line itself: how errors, warnings and interrupts are told."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from continuair.errors import ContinuairWarning, InputError
+
+_INTERRUPTED = 130  # what shells report for a process ended by Ctrl-C
+_UNUSABLE_INPUT = 2
+
+
+class Reporting(TyperGroup):
+    """Tells a user's error in its own sentence, and no traceback."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            with _plain_warnings():
+                return super().invoke(ctx)
+        except InputError as error:
+            typer.echo(str(error), err=True)
+            raise typer.Exit(_UNUSABLE_INPUT) from None
+        except KeyboardInterrupt:
+            typer.echo("Interrupted; what was not yet written is lost.", err=True)
+            raise typer.Exit(_INTERRUPTED) from None
+
+
+app = typer.Typer(
+    cls=Reporting,
+    help="Simulation of aerial continuum manipulators: a multirotor, and a continuum arm under it.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+
+def main() -> None:
+    """Run the command line."""
+    app()
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from continuair import __version__
+
+        typer.echo(f"continuair {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version."),
+    ] = False,
+) -> None:
+    pass
+
+
+@contextmanager
+def _plain_warnings() -> Iterator[None]:
+    """Print the project's own warnings as one line on standard error."""
+    with warnings.catch_warnings():
+        show = warnings.showwarning
+
+        def one_line(message: Any, category: type[Warning], *rest: Any, **named: Any) -> None:
+            if issubclass(category, ContinuairWarning):
+                print(f"warning: {' '.join(str(message).split())}", file=sys.stderr)
+            else:
+                show(message, category, *rest, **named)
+
+        warnings.showwarning = one_line
+        yield

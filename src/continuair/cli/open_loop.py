@@ -1,0 +1,85 @@
+"""`continuair open-loop`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from continuair.cli.application import app
+from continuair.cli.options import JsonOption, OutOption, VehicleOption, write_json
+from continuair.cli.terminal import print_table, progress_bar
+
+# Everything else is imported inside the commands, so that --help answers at once.
+if TYPE_CHECKING:
+    from continuair.studies.folder import ResultFolder
+    from continuair.studies.open_loop import OpenLoop
+
+
+@app.command("open-loop")
+def open_loop(
+    vehicle: VehicleOption = "paper",
+    tests: Annotated[str, typer.Option(help="Letters of the tests to run.")] = "ABCD",
+    model: Annotated[
+        list[str] | None,
+        typer.Option(help="A model to compare with the coupled one; repeatable. Default: all."),
+    ] = None,
+    out: OutOption = None,
+    json: JsonOption = None,
+) -> None:
+    """Run the paper's open-loop tests A to D and compare the models.
+
+    With --out, writes a table, JSON, CSV, trajectories (netCDF) and figures to that folder.
+    """
+    from continuair.studies import open_loop_output
+
+    study = run_open_loop(vehicle, tests, model, out)
+    write_json(open_loop_output.as_json(study.results), json)
+
+
+def run_open_loop(vehicle: str, tests: str, models: list[str] | None, out: Path | None) -> OpenLoop:
+    """Run the study, store it and its figures, and show its table."""
+    from continuair.studies.folder import ResultFolder
+    from continuair.vehicle import load_vehicle
+
+    loaded = load_vehicle(vehicle)
+    with progress_bar() as progress:
+        from continuair.simulation import MODELS
+        from continuair.studies.open_loop import choose
+        from continuair.studies.open_loop import open_loop as run
+
+        choose(tests, models or MODELS)
+        # The folder is claimed before the flights: a wrong one is told at once.
+        folder = None if out is None else ResultFolder(out, "open_loop")
+        study = run(loaded, tests, models or MODELS, progress=progress)
+        if folder is not None:
+            progress(1, 1, "writing results and figures")
+            _store(study, folder)
+    _show_open_loop(study, folder.path if folder else None)
+    return study
+
+
+def _store(study: OpenLoop, folder: ResultFolder) -> None:
+    from continuair.figures import open_loop as figures
+    from continuair.studies import open_loop_output
+
+    open_loop_output.write(study, folder)
+    figures.write(study.results, study.datasets, folder.file)
+    folder.finish()
+
+
+def _show_open_loop(study: OpenLoop, path: Path | None) -> None:
+    """Show the table on standard error: standard output is for the JSON alone."""
+    from continuair.studies.open_loop_output import METRICS, number, remarks, rows
+
+    columns = ["test", "model", "NRMSE\nT", "NRMSE\nR", "RMSE T\n[m]", "RMSE R\n[rad]"]
+    columns += ["angle\n[rad]", "step\nerror"]
+    table = [
+        [test, model, *(number(entry[key]) for key in METRICS)]
+        for test, model, entry in rows(study.results)
+    ]
+    print_table(columns, table, err=True)
+    where = f"Results are in {path}." if path else "Name a folder with --out to keep the results."
+    for line in [*remarks(study.results), study.results["note"], where]:
+        typer.echo(line, err=True)

@@ -1,0 +1,52 @@
+"""What commands show: tables, and the progress of long work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+Progress = Callable[[int, int, str], None]
+
+_COMPILING = "compiling kernels (first run only, some seconds)"
+
+
+def print_table(columns: list[str], rows: list[list[str]], err: bool = False) -> None:
+    """Print a table with right-aligned numbers, on standard error if `err`."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    words = {"test", "model", "name", columns[0]}
+    for column in columns:
+        table.add_column(
+            Text(column), justify="left" if column in words else "right", overflow="fold"
+        )
+    for row in rows:
+        table.add_row(*(Text(cell) for cell in row))
+    Console(stderr=err).print(table)
+
+
+@contextmanager
+def progress_bar() -> Iterator[Progress]:
+    """Yield a function that shows (done, total, what) as a bar, on standard error."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, SpinnerColumn, TextColumn
+    from rich.progress import Progress as Bar
+
+    console = Console(stderr=True)
+    columns = (
+        SpinnerColumn(),
+        BarColumn(20),
+        MofNCompleteColumn(),
+        TextColumn("{task.description}"),
+    )
+    with Bar(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("loading", total=None)
+
+        def show(done: int, total: int, what: str) -> None:
+            note = f": {_COMPILING}" if done == 0 else ""
+            bar.update(task, completed=done, total=total, description=what + note)
+
+        yield show

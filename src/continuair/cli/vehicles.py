@@ -1,0 +1,62 @@
+"""`continuair vehicles` and `continuair check`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from continuair.cli.application import app
+from continuair.cli.terminal import print_table
+
+# Everything else is imported inside the commands, so that --help answers at once.
+if TYPE_CHECKING:
+    from continuair.vehicle import Vehicle
+
+
+@app.command()
+def vehicles() -> None:
+    """List the vehicles that come with the package."""
+    from continuair.vehicle import load_vehicle, preset_names
+
+    rows = []
+    for name in preset_names():
+        preset = load_vehicle(name)
+        arm = preset.arm
+        rows.append(
+            [name, f"{preset.uav.mass:g}", f"{arm.mass:.3g}", f"{arm.length:g}"]
+            + [f"{1e3 * arm.radius:g}", f"{arm.youngs_modulus / 1e9:g}"]
+        )
+    columns = ["name", "UAV [kg]", "arm [kg]", "length [m]", "radius [mm]", "E [GPa]"]
+    print_table(columns, rows)
+
+
+@app.command()
+def check(
+    file: Annotated[str, typer.Argument(help="The path of a .toml file, or a preset's name.")],
+) -> None:
+    """Read a vehicle and show what follows from its parameters."""
+    from continuair.vehicle import load_vehicle
+
+    vehicle = load_vehicle(file)
+    rows = [[name, value] for name, value in _derived(vehicle)]
+    print_table([f"vehicle {vehicle.name}", ""], rows)
+
+
+def _derived(vehicle: Vehicle) -> list[tuple[str, str]]:
+    """Return names and values of what a vehicle's parameters imply."""
+    from math import pi
+
+    from continuair.linear import STEP_PHASE, bending_frequencies
+
+    arm = vehicle.arm
+    clamped, free = (float(value) for value in bending_frequencies(vehicle))
+    hertz = [f"{value:.4g} rad/s ({value / (2 * pi):.4g} Hz)" for value in (clamped, free)]
+    return [
+        ("arm mass", f"{arm.mass:.4g} kg"),
+        ("arm mass / UAV mass", f"{arm.mass / vehicle.uav.mass:.4g}"),
+        ("bending stiffness EI", f"{arm.bending_stiffness:.4g} N m²"),
+        ("bending frequency, UAV clamped", hertz[0]),
+        ("bending frequency, UAV free", hertz[1]),
+        ("step for accurate results", f"{1e3 * STEP_PHASE / max(clamped, free):.3g} ms"),
+    ]
