@@ -7,9 +7,23 @@ from typing import Any
 import numpy as np
 
 from continuair.errors import InputError, shown
-from continuair.vehicle import Camera
+from continuair.vehicle import Camera, Vehicle
 
 Array = np.ndarray
+
+TIP_OF_STRAIGHT_ARM = np.diag([1.0, -1.0, -1.0])
+"""Axes of the straight arm's tip frame in body axes."""
+
+
+def on_body(vehicle: Vehicle) -> Array:
+    """Position (3,) of the camera in body axes with the arm straight [m]."""
+    tip = np.asarray(vehicle.uav.mount) + [0.0, 0.0, -vehicle.arm.length]
+    return np.asarray(tip + TIP_OF_STRAIGHT_ARM @ vehicle.camera.position)
+
+
+def over(vehicle: Vehicle, point: Any, distance: float) -> Array:
+    """UAV position (3,) that puts the camera `distance` above a point, arm straight, level [m]."""
+    return np.asarray(np.asarray(point) + [0.0, 0.0, distance] - on_body(vehicle))
 
 
 def project(points: Any) -> Array:
@@ -51,21 +65,21 @@ def in_view(camera: Camera, image: Any, depth: Any) -> Array:
 
 
 def interaction_matrix(image: Any, depth: Any) -> Array:
-    """L (2n, 6) in normalised coordinates, Eq. (14): the image's rate per camera twist.
+    """L (..., 2n, 6) in normalised coordinates, Eq. (14): the image's rate per camera twist.
 
-    image: (2n,); depth: (n,) or one for all [m]. The twist is (v, ω) in camera axes.
+    image: (..., 2n); depth: (..., n) or one for all [m]. The twist is (v, ω) in camera axes.
     """
-    x, y = np.asarray(image, float).reshape(-1, 2).T
+    image = np.asarray(image, float)
+    pairs = image.reshape(*image.shape[:-1], -1, 2)
+    x, y = pairs[..., 0], pairs[..., 1]
     inverse = 1.0 / np.broadcast_to(np.asarray(depth, float), x.shape)
     nil = np.zeros_like(x)
-    rows = [
-        [-inverse, nil, x * inverse, x * y, -(1.0 + x**2), y],
-        [nil, -inverse, y * inverse, 1.0 + y**2, -x * y, -x],
-    ]
-    return np.array(rows).transpose(2, 0, 1).reshape(-1, 6)
+    u = np.stack([-inverse, nil, x * inverse, x * y, -(1.0 + x**2), y], axis=-1)
+    v = np.stack([nil, -inverse, y * inverse, 1.0 + y**2, -x * y, -x], axis=-1)
+    return np.stack([u, v], axis=-2).reshape(*image.shape, 6)
 
 
 def interaction_matrix_in_pixels(camera: Camera, pixels: Any, depth: Any) -> Array:
-    """L (2n, 6) in pixels: the normalised one with each row times its focal length."""
+    """L (..., 2n, 6) in pixels: the normalised one with each row times its focal length."""
     L = interaction_matrix(to_normalised(camera, pixels), depth)
-    return np.tile(camera.focal_length, len(L) // 2)[:, None] * L
+    return np.tile(camera.focal_length, L.shape[-2] // 2)[:, None] * L

@@ -8,8 +8,10 @@ from typing import Annotated
 import typer
 
 from continuair.cli.application import app
+from continuair.cli.cost import run_cost
 from continuair.cli.open_loop import run_open_loop
 from continuair.cli.options import VehicleOption
+from continuair.cli.tracking import run_tracking
 
 
 @app.command()
@@ -21,3 +23,5 @@ def paper(
 ) -> None:
     """Run every study of the paper that there is."""
     run_open_loop(vehicle, "ABCD", None, out / "open_loop")
+    run_tracking(vehicle, "MRAL", "paper", None, out / "tracking")
+    run_cost(vehicle, out / "cost")

@@ -18,7 +18,7 @@ def print_table(columns: list[str], rows: list[list[str]], err: bool = False) ->
     from rich.text import Text
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    words = {"test", "model", "name", columns[0]}
+    words = {"test", "setting", "letter", "model", "name", columns[0]}
     for column in columns:
         table.add_column(
             Text(column), justify="left" if column in words else "right", overflow="fold"

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from continuair.camera import interaction_matrix
+from continuair.camera import TIP_OF_STRAIGHT_ARM, interaction_matrix, on_body
 from continuair.controllers.controller import number
 from continuair.equations import mass_matrix
 from continuair.errors import InputError
@@ -20,19 +20,28 @@ def design(
     vehicle: Vehicle,
     bandwidth: float,
     *,
+    damping_ratio: float = 1.0,
+    conditioning: float = 0.0,
+    rate_gain: float = 1e-4,
+    sliding: float = 1e-6,
     desired: Any = None,
     distance: float = 2.0,
-    damping: float = 1e-4,
-    sliding: float = 1e-6,
 ) -> dict[str, Any]:
-    """Gains Kp, Kd, Cp, Cd, Cs for `servoing`, that make the camera's loop critically damped.
+    """Gains Kp, Kd, Cp, Cd, Cs for `servoing`, that place the poles of the camera's motion.
 
-    bandwidth: ω [rad/s]; desired: the image to reach (2n,), normalised, of points `distance` [m]
-    away, the paper's 0.5 m square by default; damping: K_d = damping W; sliding: C_s. With
-    W = (L⁺)ᵀ Λ L⁺, Λ the inertia that the camera feels, J_LᵀW J_L is that of the vehicle itself, so
-    that K_p = ω² W and C_d = 2/ω give every direction seen the same double pole. Raises InputError.
+    bandwidth: ω [rad/s]; damping_ratio: ζ; conditioning: μ, a share of the best seen direction's
+    gain, below which a direction gets a slower loop; rate_gain: K_d = rate_gain W; sliding: C_s;
+    desired: the image to reach (2n,), normalised, of points `distance` [m] away, the paper's 0.5 m
+    square by default. Raises InputError.
+
+    With Λ the inertia that the camera feels, L Λ^(-1/2) = Σ s_i u_i v_iᵀ over the directions seen.
+    K_p = ω² W = Σ ω_i² / s_i² u_i u_iᵀ and C_d = Σ 2 ζ ω / ω_i² u_i u_iᵀ give direction i the poles
+    of p² + 2 ζ ω p + ω_i², with ω_i = ω s_i² / (s_i² + μ² s_1²). μ = 0 makes them all equal, and
+    K_p = ω² (L⁺)ᵀ Λ L⁺; noise in the image then moves the directions that it hardly determines.
     """
     ω = number("bandwidth", bandwidth, 0.0, above=True)
+    ζ = number("damping_ratio", damping_ratio, 0.0, above=True)
+    μ = number("conditioning", conditioning, 0.0)
     if desired is None:
         half = 0.25 / distance
         desired = [half, -half, -half, -half, -half, half, half, half]
@@ -43,14 +52,16 @@ def design(
             "desired does not determine the camera's pose; give at least 4 points that are not on "
             "a line (3 suffice only off the singular cylinder)."
         )
-    inverse = np.linalg.pinv(L)
-    W = inverse.T @ camera_inertia(vehicle) @ inverse + _FLOOR * np.eye(len(image))
-    W = (W + W.T) / 2
+    inertia, axes = np.linalg.eigh(camera_inertia(vehicle))
+    u, s, _ = np.linalg.svd(L @ (axes / np.sqrt(inertia)) @ axes.T, full_matrices=False)
+    ω_i = ω * s**2 / (s**2 + (μ * s[0]) ** 2)
+    unseen = np.eye(len(image)) - u @ u.T
+    W = (u * (ω_i / (ω * s)) ** 2) @ u.T + _FLOOR * np.eye(len(image))
     return {
-        "Kp": ω**2 * W,
-        "Kd": number("damping", damping, 0.0, above=True) * W,
+        "Kp": ω**2 * (W + W.T) / 2,
+        "Kd": number("rate_gain", rate_gain, 0.0, above=True) * (W + W.T) / 2,
         "Cp": 1.0,
-        "Cd": 2.0 / ω,
+        "Cd": (u * (2.0 * ζ * ω / ω_i**2)) @ u.T + 2.0 * ζ / ω * unseen,
         "Cs": number("sliding", sliding, 0.0, above=True),
         "points": len(image) // 2,
     }
@@ -71,11 +82,8 @@ def straight_bend_inertia(vehicle: Vehicle) -> float:
 
 def camera_inertia(vehicle: Vehicle) -> np.ndarray:
     """Λ (6, 6): inertia that a camera at the tip of the straight, frozen arm feels, in its axes."""
-    camera, arm = vehicle.camera, vehicle.arm
-    tip = np.diag([1.0, -1.0, -1.0])
-    on_body = np.asarray(vehicle.uav.mount) + [0.0, 0.0, -arm.length] + tip @ camera.position
-    R = (tip @ _rotation(camera.attitude)).T
-    x, y, z = on_body
+    R = (TIP_OF_STRAIGHT_ARM @ _rotation(vehicle.camera.attitude)).T
+    x, y, z = on_body(vehicle)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     J = np.block([[R, -R @ cross], [np.zeros((3, 3)), R]])
     inverse = np.linalg.inv(J)

@@ -65,7 +65,7 @@ def new_figure(width: float = PAGE_WIDTH, height: float = 3.0) -> Figure:
 def model_legend(figure: Figure, axes: Any) -> None:
     """Put one legend of the models, read off the given axes, above the figure."""
     handles, labels = axes.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+    figure.legend(handles, labels, loc="outside upper right", ncols=len(labels))
 
 
 def save(figure: Figure, paths: list[Path]) -> None:

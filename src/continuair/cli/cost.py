@@ -1,0 +1,40 @@
+"""`continuair cost`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from continuair.cli.application import app
+from continuair.cli.options import JsonOption, OutOption, VehicleOption, write_json
+from continuair.cli.terminal import progress_bar
+
+
+@app.command()
+def cost(vehicle: VehicleOption = "paper", out: OutOption = None, json: JsonOption = None) -> None:
+    """Time a sample of control and dynamics with each model, and where the time goes."""
+    from continuair.studies.cost import as_json
+
+    results = run_cost(vehicle, out)
+    write_json(as_json(results), json)
+
+
+def run_cost(vehicle: str, out: Path | None) -> dict[str, Any]:
+    """Run the study, store it, and show its table."""
+    from continuair.studies.folder import ResultFolder
+    from continuair.vehicle import load_vehicle
+
+    loaded = load_vehicle(vehicle)
+    with progress_bar() as progress:
+        from continuair.studies import cost as study
+
+        folder = None if out is None else ResultFolder(out, "cost")
+        results = study.cost(loaded, progress=progress)
+        if folder is not None:
+            folder.write_text("cost.json", study.as_json(results))
+            folder.write_text("table.md", study.as_table(results))
+            folder.finish()
+    typer.echo(study.as_table(results), err=True)
+    return results

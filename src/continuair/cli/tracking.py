@@ -1,0 +1,113 @@
+"""`continuair tracking` and `continuair tune`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from continuair.cli.application import app
+from continuair.cli.options import JsonOption, OutOption, VehicleOption, write_json
+from continuair.cli.terminal import print_table, progress_bar
+
+# Everything else is imported inside the commands, so that --help answers at once.
+if TYPE_CHECKING:
+    from continuair.studies.tracking import Tracking
+
+GainsOption = Annotated[
+    str, typer.Option("--gains", help="Gains: a preset's name, or the path of a .toml file.")
+]
+
+
+@app.command()
+def tracking(
+    letters: Annotated[str, typer.Option(help="Letters to write.")] = "MRAL",
+    vehicle: VehicleOption = "paper",
+    gains: GainsOption = "paper",
+    model: Annotated[
+        list[str] | None,
+        typer.Option(help="A plant to compare with the coupled one; repeatable. Default: all."),
+    ] = None,
+    out: OutOption = None,
+    json: JsonOption = None,
+) -> None:
+    """Track moving letters with the paper's visual servoing law, on each model as the plant.
+
+    With --out, writes a table, JSON, CSV, trajectories (netCDF) and figures to that folder.
+    """
+    from continuair.studies.open_loop_output import as_json
+
+    study = run_tracking(vehicle, letters, gains, model, out)
+    write_json(as_json(study.results), json)
+
+
+@app.command()
+def tune(
+    out: Annotated[Path, typer.Option(help="The .toml file to write, for tracking --gains.")],
+    vehicle: VehicleOption = "paper",
+    candidates: Annotated[int, typer.Option(help="Gain sets per round, a power of two.")] = 256,
+    rounds: Annotated[int, typer.Option(help="Rounds of the search, each in a smaller box.")] = 4,
+    seed: Annotated[int, typer.Option(help="Seed of the search.")] = 0,
+) -> None:
+    """Search gains for a vehicle: a batch of candidates flies letters in every setting."""
+    from continuair.errors import InputError
+    from continuair.studies.tuning import as_toml
+    from continuair.studies.tuning import tune as search
+    from continuair.vehicle import load_vehicle
+
+    if out.exists():
+        raise InputError(f"out is {out}, which exists; name a new file.")
+    with progress_bar() as progress:
+        found = search(
+            load_vehicle(vehicle), candidates=candidates, rounds=rounds, seed=seed,
+            progress=progress,
+        )  # fmt: skip
+    write_json(as_toml(found), str(out))
+    typer.echo(f"Gains are in {out}; fly them with: continuair tracking --gains {out}", err=True)
+
+
+def run_tracking(
+    vehicle: str, letters: str, gains: str, models: list[str] | None, out: Path | None
+) -> Tracking:
+    """Run the study, store it and its figures, and show its table."""
+    from continuair.controllers.gain_files import load_gains
+    from continuair.studies.folder import ResultFolder
+    from continuair.studies.tracking_task import chosen_letters
+    from continuair.vehicle import load_vehicle
+
+    loaded, law = load_vehicle(vehicle), load_gains(gains)
+    chosen_letters(letters)
+    with progress_bar() as progress:
+        from continuair.simulation import MODELS
+        from continuair.studies.tracking import tracking as run
+
+        folder = None if out is None else ResultFolder(out, "tracking")
+        study = run(loaded, letters, law, models or MODELS, progress=progress)
+        if folder is not None:
+            from continuair.figures import tracking as figures
+            from continuair.studies import tracking_output
+            from continuair.studies.law_variants import law_variants
+
+            variants = law_variants(loaded, law, letters[0].upper(), progress=progress)
+            study.results["variants"] = variants
+            progress(1, 1, "writing results and figures")
+            tracking_output.write(study, folder)
+            figures.write(study.results, study.datasets, loaded.camera, folder.file)
+            folder.finish()
+    _show(study, folder.path if folder else None)
+    return study
+
+
+def _show(study: Tracking, path: Path | None) -> None:
+    from continuair.studies.tracking_output import COLUMNS, number, rows
+
+    shown = ("rms_px", "max_px", "tip_rms_m", "ds_max_px_before_2s", "ds_max_px_after_2s")
+    columns = ["setting", "letter", "model", *(COLUMNS[key].replace(" [", "\n[") for key in shown)]
+    table = [
+        [setting, letter, model, *(number(entry.get(key)) for key in shown)]
+        for setting, letter, model, entry in rows(study.results)
+    ]
+    print_table(columns, table, err=True)
+    where = f"Results are in {path}." if path else "Name a folder with --out to keep the results."
+    typer.echo(where, err=True)

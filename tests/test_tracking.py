@@ -1,0 +1,234 @@
+"""The tracking study: what its metrics mean, that its gains do what they say, and what it shows."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import continuair as ca
+from continuair.camera import interaction_matrix
+from continuair.controllers.gain_files import Gains, gain_presets, load_gains
+from continuair.controllers.gains import camera_inertia, design
+from continuair.figures import tracking as figures
+from continuair.studies import tracking_output
+from continuair.studies.law_variants import law_variants
+from continuair.studies.tracking import (
+    Tracking,
+    ds_extremes,
+    norm_difference,
+    tracking,
+)
+from continuair.studies.tracking_task import SETTINGS, chosen_letters, equipped, task
+from continuair.studies.tuning import as_toml, tune
+
+IMAGE = np.array([1, -1, -1, -1, -1, 1, 1, 1]) * 0.125
+
+
+@pytest.fixture(scope="module")
+def vehicle() -> ca.Vehicle:
+    return ca.load_vehicle("paper")
+
+
+@pytest.fixture(scope="module")
+def study(vehicle: ca.Vehicle) -> Tracking:
+    return tracking(vehicle, "L", models=["decoupled"], settings=["nominal", "fast"])
+
+
+def poles(vehicle: ca.Vehicle, **gains: Any) -> np.ndarray:
+    """Poles of the camera as a free body under the law, linearised at the desired image."""
+    made = design(vehicle, **gains)
+    L, inertia = interaction_matrix(IMAGE, 2.0), camera_inertia(vehicle)
+    stiffness = np.linalg.solve(inertia, L.T @ made["Kp"] @ (made["Cp"] * L))
+    damping = np.linalg.solve(inertia, L.T @ made["Kp"] @ made["Cd"] @ L)
+    nothing, one = np.zeros((6, 6)), np.eye(6)
+    return np.linalg.eigvals(np.block([[nothing, one], [-stiffness, -damping]]))
+
+
+def test_designed_gains_give_every_direction_the_poles_asked_for(vehicle: ca.Vehicle) -> None:
+    found = poles(vehicle, bandwidth=5.0, damping_ratio=0.6, rate_gain=1e-9)
+    expected = 5.0 * (-0.6 + 0.8j)
+    assert np.abs(np.where(found.imag > 0, found, found.conj()) - expected).max() < 2e-2
+
+
+def test_conditioning_slows_the_directions_that_the_image_hardly_shows(
+    vehicle: ca.Vehicle,
+) -> None:
+    ω, ζ, μ = 5.0, 1.0, 0.01
+    inertia, axes = np.linalg.eigh(camera_inertia(vehicle))
+    s = np.linalg.svd(
+        interaction_matrix(IMAGE, 2.0) @ (axes / np.sqrt(inertia)) @ axes.T, compute_uv=False
+    )
+    each = ω * s**2 / (s**2 + (μ * s[0]) ** 2)
+    found = poles(vehicle, bandwidth=ω, damping_ratio=ζ, conditioning=μ, rate_gain=1e-9)
+    product = sorted(each**2)
+    # The poles of direction i multiply to ω_i² and add up to -2 ζ ω.
+    slow = np.sort(-found.real)[:6]
+    assert np.allclose(slow * (2 * ζ * ω - slow), product, rtol=0.05)
+    assert each.min() < 0.5 * ω < 0.99 * ω < each.max()
+
+
+def test_ds_is_the_difference_of_the_norms_of_the_stacked_errors() -> None:
+    def flight(values: list[list[float]]) -> xr.Dataset:
+        return xr.Dataset(
+            {"feature_error": (("time", "pixel"), np.array(values))}, {"time": [0.0, 1.0, 3.0]}
+        )
+
+    coupled = flight([[3.0, 4.0], [0.0, 2.0], [1.0, 0.0]])
+    other = flight([[0.0, 0.0], [5.0, 12.0], [0.0, 1.5]])
+    assert norm_difference(coupled, other).to_numpy().tolist() == [5.0, -11.0, -0.5]
+    assert ds_extremes(coupled, other) == (11.0, 0.5)
+
+
+def test_letters_are_tracked_within_a_pixel_and_the_plants_agree_after_two_seconds(
+    study: Tracking,
+) -> None:
+    entry = study.results["letters"]["L"]
+    for model in ("coupled", "decoupled"):
+        assert entry[model]["status"] == 0
+        assert entry[model]["rms_px"] < 1.0
+        assert entry[model]["out_of_view_samples"] == 0
+        assert entry[model]["step_halving_error"] < 0.01
+    assert entry["ds_max_px_after_2s"] < 0.7 < entry["ds_max_px_before_2s"]
+
+
+def test_a_fast_target_shows_where_decoupling_costs(study: Tracking) -> None:
+    slow = study.results["letters"]["L"]["decoupled"]
+    fast = study.results["settings"]["fast"]["letters"]["L"]["decoupled"]
+    assert fast["ds_max_px_after_2s"] > 5.0 * slow["ds_max_px_after_2s"]
+
+
+def test_metrics_agree_with_the_trajectory(study: Tracking) -> None:
+    flight = study.datasets["nominal"].sel(model="coupled", letter="L")
+    late = flight.sel(time=slice(5.0, None))
+    entry = study.results["letters"]["L"]["coupled"]
+    error = late["feature_error"].to_numpy()
+    assert entry["rms_px"] == pytest.approx(float(np.sqrt(np.mean(error**2))))
+    path = late["camera_position"] - late["target_position"]
+    assert np.allclose(path.sel(axis="z"), 2.0, atol=0.01)
+    assert entry["tip_max_m"] == pytest.approx(
+        float(np.hypot(path.sel(axis="x"), path.sel(axis="y")).max())
+    )
+    norm = np.linalg.norm(flight["feature_error"], axis=-1)
+    assert (norm[flight["time"] >= entry["converged_s"]] < 5.0).all()
+    assert norm[flight["time"] < entry["converged_s"]][-1] >= 5.0
+
+
+def test_the_start_is_a_decimetre_off_in_x_and_z(study: Tracking) -> None:
+    flight = study.datasets["nominal"].isel(time=0).sel(model="coupled", letter="L")
+    straight = ca.load_vehicle("paper").arm.length
+    off = flight["q"].to_numpy()[:3] - flight["target_position"].to_numpy()
+    assert np.allclose(off, [0.1, 0.0, 2.0 + straight + 0.1])
+    assert float(flight["q"].sel(coordinate="kappa")) == 0.1
+
+
+def test_a_real_camera_limits_the_error_and_its_noise_is_repeatable(vehicle: ca.Vehicle) -> None:
+    flown = equipped(vehicle, SETTINGS["camera"])
+    scenario = task(flown, ["M"], load_gains("paper").controller(flown), 50.0)
+    runs = [ca.simulate(flown, scenario, variables=["feature_error"], sample=0.1) for _ in range(2)]
+    assert runs[0]["status"] == 0
+    late = runs[0]["feature_error"].sel(time=slice(5.0, None))
+    assert 0.05 < float(np.sqrt((late**2).mean())) < 5.0
+    assert runs[0]["feature_error"].equals(runs[1]["feature_error"])
+
+
+def test_metrics_of_a_run_that_ended_early_are_not_finite_and_its_status_is_kept(
+    vehicle: ca.Vehicle,
+) -> None:
+    weak = Gains("weak", {"bandwidth": 0.2})
+    found = tracking(vehicle, "M", weak, ["coupled"], ["fast"]).results["letters"]["M"]["coupled"]
+    assert found["status"] != 0 and found["end_time_s"] < 10.0
+    assert np.isnan(found["rms_px"]) and np.isnan(found["converged_s"])
+
+
+def test_the_study_is_stored_as_strict_json_csv_and_table(study: Tracking) -> None:
+    text = tracking_output.as_json(study.results)
+    stored = json.loads(text, parse_constant=lambda name: pytest.fail(name))
+    assert {"rms_px", "max_px", "tip_rms_m"} <= set(stored["letters"]["L"]["coupled"])
+    assert {"ds_max_px_before_2s", "ds_max_px_after_2s"} <= set(stored["letters"]["L"])
+    assert len(tracking_output.as_csv(study.results).splitlines()) == 1 + 2 * 2
+    assert "| L | decoupled |" in tracking_output.as_table(study.results)
+
+
+def test_figures_are_drawn_for_every_setting(study: Tracking, tmp_path: Path) -> None:
+    camera = ca.load_vehicle("paper").camera
+    figures.write(study.results, study.datasets, camera, lambda name: tmp_path / name)
+    for setting in ("nominal", "fast"):
+        for kind in ("traces", "errors", "speed_ds", "image", "stability"):
+            assert (tmp_path / f"{kind}_{setting}.png").stat().st_size > 10_000
+
+
+def test_the_ultimate_bound_holds_but_says_little(study: Tracking) -> None:
+    bound = study.results["ultimate_bound"]
+    assert bound["reached"] < bound["radius_least"] <= bound["radius_provable"]
+
+
+def test_cancelling_the_spring_lets_the_arm_wind_up(vehicle: ca.Vehicle) -> None:
+    rows = {row["variant"]: row for row in law_variants(vehicle, load_gains("paper"))}
+    flown = rows["as flown: matrix gains, gravity only"]
+    literal = rows["literal G, no posture nor structural damping"]
+    assert literal["largest_bend_1_m"] > 2.0 * flown["largest_bend_1_m"]
+    assert flown["status"] == 0 and flown["rms_px"] < 1.0
+    scalar = next(row for name, row in rows.items() if name.startswith("scalar gains, gravity"))
+    assert scalar["rms_px"] > 3.0 * flown["rms_px"]
+
+
+def test_a_search_is_repeatable_and_its_file_flies(vehicle: ca.Vehicle, tmp_path: Path) -> None:
+    found = [
+        tune(vehicle, ["L"], ["fast"], candidates=8, rounds=2, seed=3, progress=None)
+        for _ in range(2)
+    ]
+    assert found[0] == found[1]
+    file = tmp_path / "gains.toml"
+    file.write_text(as_toml(found[0]), encoding="utf-8")
+    assert load_gains(file).settings == found[0]["gains"]
+
+
+def test_the_preset_is_reproduced_by_its_record(vehicle: ca.Vehicle) -> None:
+    import tomllib
+
+    import continuair.controllers.gain_files as home
+
+    assert gain_presets() == ("paper",)
+    stored = tomllib.loads(
+        (Path(home.__file__).parent / "presets" / "paper.toml").read_text(encoding="utf-8")
+    )
+    from continuair.studies.tuning import fly
+
+    row = {k: v for k, v in stored.items() if k != "record"}
+    for setting, plants in stored["record"]["rms_px"].items():
+        error, _, _ = fly(vehicle, [row], ["M"], setting, "coupled")
+        assert error[0, 0] == pytest.approx(plants["coupled"]["M"], rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        ("bandwith = 3\n", ("bandwith", "bandwidth")),
+        ("Kp = 3\n", ("bandwidth is missing",)),
+        ("bandwidth = 3\nKp = 2\n", ("Kp is not a gain here",)),
+        ("bandwidth = \n", ("cannot be read",)),
+    ],
+)
+def test_unusable_gains_are_refused_in_a_sentence(
+    text: str, parts: tuple[str, ...], tmp_path: Path
+) -> None:
+    file = tmp_path / "gains.toml"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(ca.InputError) as caught:
+        load_gains(file)
+    for part in parts:
+        assert part in str(caught.value)
+
+
+def test_gains_may_be_given_themselves(vehicle: ca.Vehicle) -> None:
+    law = Gains("mine", {"Kp": 40.0, "Kd": 0.04, "compensation": "literal"}).controller(vehicle)
+    assert np.array_equal(law.gains["Kp"], 40.0 * np.eye(8))
+
+
+@pytest.mark.parametrize("letters", ["", "MX", "7"])
+def test_unknown_letters_are_refused(letters: str) -> None:
+    with pytest.raises(ca.InputError, match="letters"):
+        chosen_letters(letters)
