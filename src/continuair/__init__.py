@@ -8,6 +8,13 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from continuair import paths as paths
+    from continuair.controllers.classic import classic as classic
+    from continuair.controllers.controller import Controller as Controller
+    from continuair.controllers.controller import stack as stack
+    from continuair.controllers.gains import design as design
+    from continuair.controllers.hold import hold as hold
+    from continuair.controllers.servoing import servoing as servoing
     from continuair.errors import ContinuairWarning as ContinuairWarning
     from continuair.errors import InputError as InputError
     from continuair.linear import linearize as linearize
@@ -19,6 +26,8 @@ if TYPE_CHECKING:
     from continuair.simulation import MODELS as MODELS
     from continuair.simulation import forward_dynamics as forward_dynamics
     from continuair.simulation import simulate as simulate
+    from continuair.targets import Target as Target
+    from continuair.targets import square as square
     from continuair.vehicle import Vehicle as Vehicle
     from continuair.vehicle import load_vehicle as load_vehicle
     from continuair.vehicle import preset_names as preset_names
@@ -40,12 +49,22 @@ _HOME = {
     "modes": "linear",
     "trim": "linear",
     "compare": "metrics",
+    "Target": "targets",
+    "square": "targets",
+    "Controller": "controllers.controller",
+    "stack": "controllers.controller",
+    "servoing": "controllers.servoing",
+    "classic": "controllers.classic",
+    "hold": "controllers.hold",
+    "design": "controllers.gains",
 }
-__all__ = sorted(_HOME)
+__all__ = sorted([*_HOME, "paths"])
 
 
 def __getattr__(name: str) -> Any:
     # Names load on first use: the import itself stays light and compiles nothing.
+    if name == "paths":
+        return import_module("continuair.paths")
     if name not in _HOME:
         raise AttributeError(f"module 'continuair' has no attribute {name!r}")
     return getattr(import_module(f"continuair.{_HOME[name]}"), name)

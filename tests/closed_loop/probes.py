@@ -1,0 +1,90 @@
+"""Laws that push with one thing each, so that a run's first command shows what the device does."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from continuair.controllers.controller import Controller
+
+
+def _wrench_law(code: Any) -> SimpleNamespace:
+    Twist, Sense, camera_push = code.Twist, code.Sense, code.camera_push
+
+    @wp.struct
+    class Gains:
+        wrench: Twist
+
+    @wp.func
+    def control(sense: Sense, gains: Gains):
+        return camera_push(sense, gains.wrench)
+
+    return SimpleNamespace(Gains=Gains, control=control)
+
+
+def _image_law(code: Any) -> SimpleNamespace:
+    Image, Sense = code.Image, code.Sense
+    camera_push, interaction = code.camera_push, code.interaction
+
+    @wp.struct
+    class Gains:
+        weights: Image
+
+    @wp.func
+    def control(sense: Sense, gains: Gains):
+        return camera_push(sense, wp.transpose(interaction(sense.sight)) * gains.weights)
+
+    return SimpleNamespace(Gains=Gains, control=control)
+
+
+def _weight_law(code: Any) -> SimpleNamespace:
+    Real, Sense = code.Real, code.Sense
+
+    @wp.struct
+    class Gains:
+        weight: Real
+        spring: Real
+
+    @wp.func
+    def control(sense: Sense, gains: Gains):
+        return gains.weight * sense.weight + gains.spring * sense.spring
+
+    return SimpleNamespace(Gains=Gains, control=control)
+
+
+def _recording_law(code: Any) -> SimpleNamespace:
+    Push, Sense = code.Push, code.Sense
+
+    @wp.struct
+    class Gains:
+        idle: code.Real
+
+    @wp.func
+    def control(sense: Sense, gains: Gains):
+        push = Push()
+        for i in range(8):
+            push[i] = sense.sight.image[i]
+        return push
+
+    return SimpleNamespace(Gains=Gains, control=control)
+
+
+def wrench_on_camera(wrench: Any) -> Controller:
+    """Push as J_cᵀ wrench."""
+    return Controller("wrench", _wrench_law, {"wrench": np.asarray(wrench, float)})
+
+
+def along_image(weights: Any) -> Controller:
+    """Push as J_Lᵀ weights."""
+    return Controller("image", _image_law, {"weights": np.asarray(weights, float)})
+
+
+def carried(weight: float, spring: float) -> Controller:
+    """Push as the parts of G."""
+    return Controller("G", _weight_law, {"weight": weight, "spring": spring}, looks=False)
+
+
+def recorded_image() -> Controller:
+    """Log what the camera reports of four points in place of a push (N as normalised image)."""
+    return Controller("recorder", _recording_law, {"idle": 0.0})

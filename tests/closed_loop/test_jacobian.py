@@ -1,0 +1,105 @@
+"""The eye in hand of the device against the readable form, which shares no code with it."""
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from continuair import equations
+from continuair.camera import interaction_matrix, to_pixels
+from tests.closed_loop import eye, probes
+
+STATES = 1000
+FRAMES = ("untwisted", "frenet")
+
+
+def first_sample(
+    vehicle: ca.Vehicle, q: np.ndarray, qd: np.ndarray, controller: object, *names: str
+) -> list[np.ndarray]:
+    scenario = ca.Scenario(
+        name="look",
+        q=q,
+        qd=qd,
+        duration=1e-6,
+        controller=controller,
+        control_period=1e-6,
+        target=eye.held_before(vehicle, q),
+    )
+    run = ca.simulate(vehicle, scenario, step=1e-6, sample=1e-6, variables=names)
+    return [run[name].isel(time=0).to_numpy() for name in names]
+
+
+def finite_differences(vehicle: ca.Vehicle, q: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """∂(image)/∂q (2n, 8) by central differences: h² of 1e-10 and rounding of 1e-11."""
+    h = 1e-5
+    columns = []
+    for shift in h * np.eye(8):
+        ahead, behind = (eye.seen(vehicle, at, points)[0] for at in (q + shift, q - shift))
+        columns.append((ahead - behind) / (2 * h))
+    return np.stack(columns, axis=-1)
+
+
+@pytest.mark.parametrize("tip_frame", FRAMES)
+def test_j_l_is_the_slope_of_the_projection_through_the_full_kinematics(tip_frame: str) -> None:
+    vehicle = eye.with_frame(eye.MOUNTED, tip_frame)
+    q, _ = eye.states(STATES, seed=5)
+    for at in q:
+        points = eye.in_front(vehicle, at) + eye.CORNERS
+        image, depth = eye.seen(vehicle, at, points)
+        J_L = interaction_matrix(image, depth) @ eye.twist_jacobian(vehicle, at)
+        error = J_L - finite_differences(vehicle, at, points)
+        assert np.abs(error).max() < 1e-7 * np.abs(J_L).max()
+
+
+@pytest.mark.parametrize("tip_frame", FRAMES)
+def test_the_device_pushes_along_the_slope_of_the_projection(tip_frame: str) -> None:
+    """Every row of J_L in the paper's coordinates, from the pushes J_Lᵀ weights."""
+    vehicle = eye.with_frame(eye.MOUNTED, tip_frame)
+    q, qd = eye.states(STATES, seed=6)
+    rows = [
+        eye.in_paper_coordinates(
+            first_sample(vehicle, q, qd, probes.along_image(unit), "command")[0], q
+        )
+        for unit in np.eye(8)
+    ]
+    for at, J_L in zip(q, np.stack(rows, axis=1), strict=True):
+        slope = finite_differences(vehicle, at, eye.in_front(vehicle, at) + eye.CORNERS)
+        assert np.abs(J_L - slope).max() < 1e-7 * np.abs(slope).max()
+
+
+@pytest.mark.parametrize("tip_frame", FRAMES)
+def test_camera_pose_twist_and_image_of_the_device_equal_the_readable_form(tip_frame: str) -> None:
+    vehicle = eye.with_frame(eye.MOUNTED, tip_frame)
+    q, qd = eye.states(STATES, seed=7)
+    wrenches = np.random.default_rng(7).normal(size=(STATES, 6))
+    controller = ca.stack([probes.wrench_on_camera(wrench) for wrench in wrenches])
+    at, attitude, twist, features, depth, command = first_sample(
+        vehicle,
+        q,
+        qd,
+        controller,
+        *("camera_position", "camera_attitude", "camera_twist", "features", "depth", "command"),
+    )
+    torque = eye.in_paper_coordinates(command, q)
+    axes = eye.Rotation.from_quat(attitude).as_matrix()
+    for i in range(STATES):
+        position, R = eye.pose(vehicle, q[i])
+        J = eye.twist_jacobian(vehicle, q[i])
+        image, depths = eye.seen(vehicle, q[i], eye.in_front(vehicle, q[i]) + eye.CORNERS)
+        np.testing.assert_allclose(at[i], position, atol=1e-13)
+        np.testing.assert_allclose(axes[i], R, atol=1e-13)
+        np.testing.assert_allclose(twist[i], J @ qd[i], atol=1e-12 * np.linalg.norm(J @ qd[i]))
+        np.testing.assert_allclose(features[i], to_pixels(vehicle.camera, image), atol=1e-9)
+        np.testing.assert_allclose(depth[i], depths, atol=1e-13)
+        expected = J.T @ wrenches[i]
+        np.testing.assert_allclose(torque[i], expected, atol=1e-12 * np.linalg.norm(expected))
+
+
+@pytest.mark.parametrize("spring", [0.0, 1.0], ids=["gravity_only", "literal"])
+def test_the_pushes_that_carry_weight_and_spring_are_the_vectors_of_g(spring: float) -> None:
+    vehicle = eye.MOUNTED
+    q, qd = eye.states(STATES, seed=8)
+    (command,) = first_sample(vehicle, q, qd, probes.carried(1.0, spring), "command")
+    for at, push in zip(q, eye.in_paper_coordinates(command, q), strict=True):
+        G = equations.weight_vector(vehicle, at, nodes=32)
+        G = G + spring * equations.elastic_vector(vehicle, at)
+        np.testing.assert_allclose(push, G, atol=1e-12 * np.linalg.norm(G))
