@@ -6,23 +6,34 @@ from typing import Any
 
 import numpy as np
 
-from continuair.errors import InputError
+from continuair.errors import InputError, shown
 from continuair.grid import Grid, stage_times
-from continuair.kernels.loop import ClosedLoop, Scene, Timing
+from continuair.kernels.loop import POSE_AND_TWIST, ClosedLoop, Scene, Timing, watch
+from continuair.kernels.plant import per_run
 from continuair.scenarios import Scenario
 from continuair.vehicle import Vehicle
 
 
 def close_loop(
-    vehicle: Vehicle, scenario: Scenario, model: str, grid: Grid, runs: int, **options: Any
+    vehicle: Vehicle,
+    scenario: Scenario,
+    model: str,
+    grid: Grid,
+    start: np.ndarray,
+    angle: np.ndarray,
+    **options: Any,
 ) -> ClosedLoop:
-    """The engine of a scenario's controller, over a grid; options are an Engine's."""
+    """The engine of a scenario's controller, over a grid; options are an Engine's.
+
+    start: states (runs, state); angle: ψa (runs,). Raises InputError.
+    """
     timing = _timing(vehicle, scenario, grid)
     scene = _scene(scenario, grid, timing.every_stage) if scenario.targets else None
     # One stream of noise per run, whatever the batch is split into.
-    seeds = np.random.SeedSequence(scenario.seed).generate_state(runs).view(np.int32)
+    seeds = np.random.SeedSequence(scenario.seed).generate_state(len(start)).view(np.int32)
     engine = ClosedLoop(vehicle, model, scenario.controller, scene, timing, seeds, **options)
-    _check_gains(scenario, engine)
+    if scene is not None and engine.controller.looks:
+        _check_view(engine, scene, start, angle)
     return engine
 
 
@@ -37,23 +48,25 @@ def control_step(scenario: Scenario, finest: float, step: float | None) -> float
     if step is None:
         return float(period / np.ceil(period / finest * (1.0 - 1e-12)))
     parts = period / step
-    if step <= period and abs(parts - round(parts)) > 1e-6:
+    if round(parts) < 1 or abs(parts - round(parts)) > 1e-6:
         raise InputError(
             f"control_period is {period:g} s, which is not a multiple of the step, {step:g} s; "
             "give one that is, or step='auto'."
         )
-    return min(step, period)
+    return step
 
 
 def _timing(vehicle: Vehicle, scenario: Scenario, grid: Grid) -> Timing:
     camera, period = vehicle.camera, scenario.control_period
     steps = len(grid.steps)
     if period is None:
-        if any(np.any(v) for v in (camera.noise, camera.frame_rate, camera.latency)):
-            raise InputError(
-                "control_period is None, but the camera has noise, frames or latency; give a "
-                "control period [s], such as 1e-3."
-            )
+        for name in ("noise", "frame_rate", "latency") if scenario.targets else ():
+            if np.any(getattr(camera, name)):
+                raise InputError(
+                    f"control_period is None, but camera.{name} is {shown(getattr(camera, name))}, "
+                    "which a controller at every stage cannot have; give a period [s], such as "
+                    "1e-3."
+                )
         acts = np.append(True, grid.sample_after[:-1] >= 0)
         return Timing(acts.astype(np.int32), np.full(steps, -1), np.zeros(steps, int), True)
     rate, latency = (_one("camera." + n, getattr(camera, n)) for n in ("frame_rate", "latency"))
@@ -84,17 +97,33 @@ def _scene(scenario: Scenario, grid: Grid, every_stage: bool) -> Scene:
     return Scene(targets[0].points, desired, motion(times), motion(grid.samples))
 
 
-def _check_gains(scenario: Scenario, engine: ClosedLoop) -> None:
-    for name, value in (scenario.controller.gains if scenario.controller else {}).items():
-        if not np.isfinite(np.asarray(value, float)).all():
-            raise InputError(f"{name} of the controller is not finite; give finite gains.")
-    if engine.scene is None:
+def _check_view(engine: ClosedLoop, scene: Scene, start: np.ndarray, angle: np.ndarray) -> None:
+    """Refuse a start from which the camera does not see every point."""
+    log = np.zeros((len(start), 1, engine.layout.log))
+    log[:, 0, : engine.layout.state] = start
+    log[:, 0, engine.layout.branch.start + 1] = angle
+    watched = watch(engine, log, scene.corners, scene.motion_at_samples[:1])[:, 0]
+    n = len(scene.corners)
+    image, depth, seen = np.split(watched[:, POSE_AND_TWIST:], [2 * n, 3 * n], axis=-1)
+    if seen.all():
         return
-    expected = engine.gains.dtype
-    points = 2 * len(engine.scene.corners)
-    for name in ("Kp",):
-        if name in (expected.names or ()) and expected[name].shape != (points, points):
-            raise InputError(f"{name} does not fit {points // 2} feature points.")
+    run, point = np.argwhere(seen == 0.0)[0]
+    named = f"target has point {point}" + (f" of run {run}" if len(start) > 1 else "")
+    if depth[run, point] <= 0.0:
+        raise InputError(
+            f"{named} behind the camera at the start (depth {depth[run, point]:.3g} m); start "
+            "above the target, with the camera turned to it."
+        )
+    camera = engine.vehicle.camera
+    focal, centre, size = (
+        per_run(value, engine.vehicle.runs or 1, 2)[run if engine.vehicle.runs else 0]
+        for value in (camera.focal_length, camera.principal_point, camera.image_size)
+    )
+    u, v = focal * image[run, 2 * point : 2 * point + 2] + centre
+    raise InputError(
+        f"{named} out of view at the start, at pixel ({u:.0f}, {v:.0f}) of an image of {size[0]:g} "
+        f"by {size[1]:g}; start nearer to where the camera is to be, or farther above."
+    )
 
 
 def _one(name: str, value: Any) -> float:

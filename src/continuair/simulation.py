@@ -102,7 +102,7 @@ def simulate(
     options = {"precision": dtype, "device": device, "threads": threads}
     grouped = groups_in_use(scenario)
     if closed:
-        engine = close_loop(vehicle, scenario, model, grid, runs, **options)
+        engine = close_loop(vehicle, scenario, model, grid, start, q[:, -1], **options)
         grouped |= COMMAND
     elif (model, dtype) != ("coupled", "float64"):
         engine = Engine(vehicle, model, **options)
@@ -127,6 +127,7 @@ def simulate(
         from continuair.reference import integrate_reference
 
         logs = integrate_reference(engine, start, q[:, -1], grid, scenario, tolerance, at_samples)
+        provenance.update(part=slice(0, 1))
         return assemble(grid, logs, engine.layout, names, bool(batched), provenance)
 
     observe = any(name in OBSERVED_VARIABLES for name in names)
@@ -146,7 +147,8 @@ def simulate(
             first=first,
         )
         several = bool(batched) or runs > 1
-        parts.append(assemble(grid, logs, engine.layout, names, several, provenance))
+        known = {**provenance, "part": part}
+        parts.append(assemble(grid, logs, engine.layout, names, several, known))
     return concatenate(parts)
 
 

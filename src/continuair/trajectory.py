@@ -92,6 +92,9 @@ _CAMERA = {
 _LOGGED = ("position", "attitude", "bend", "angular_velocity", "bend_rate", "command")
 """Variables that are a slice of the log, by the name of that slice in `Layout`."""
 
+_RUNNING = ("scene", "part")
+"""What is known of a flight while it is assembled, and not kept."""
+
 _COORDINATES: dict[str, list[Any]] = {
     "actuator": ["force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z"]
     + ["bend_moment_x", "bend_moment_y"],
@@ -182,10 +185,15 @@ def _watched(name: str, logs: Logs, provenance: dict[str, Any]) -> np.ndarray:
     """What the camera sees, in pixels, and where it and its target are."""
     watched, scene, camera = logs.watched, provenance["scene"], provenance["vehicle"].camera
     assert watched is not None
+
+    def of_part(rows: Any) -> np.ndarray:
+        rows = np.atleast_2d(rows)
+        return rows if len(rows) == 1 else rows[provenance["part"]]
+
     n = len(scene.corners)
     if name in ("target_position", "target_velocity"):
         part = slice(0, 3) if name == "target_position" else slice(3, 6)
-        rows = np.moveaxis(scene.motion_at_samples[..., part], 0, 1)
+        rows = of_part(np.moveaxis(scene.motion_at_samples[..., part], 0, 1))
         return np.broadcast_to(rows, (*watched.shape[:2], 3)).copy()
     if name in _CAMERA:
         return watched[..., _CAMERA[name]].copy()
@@ -194,10 +202,10 @@ def _watched(name: str, logs: Logs, provenance: dict[str, Any]) -> np.ndarray:
         return depth.copy()
     if name == "in_view":
         return seen.copy()
-    scale = np.tile(np.atleast_2d(camera.focal_length), n)[:, None]
+    scale = np.tile(of_part(camera.focal_length), n)[:, None]
     if name == "feature_error":
-        return scale * (scene.desired[:, None] - image)
-    return scale * image + np.tile(np.atleast_2d(camera.principal_point), n)[:, None]
+        return scale * (of_part(scene.desired)[:, None] - image)
+    return scale * image + np.tile(of_part(camera.principal_point), n)[:, None]
 
 
 def default_variables(scenario: Any) -> tuple[str, ...]:
@@ -211,7 +219,7 @@ def default_variables(scenario: Any) -> tuple[str, ...]:
 
 
 def _attributes(provenance: dict[str, Any]) -> dict[str, Any]:
-    attributes = {name: value for name, value in provenance.items() if name != "scene"}
+    attributes = {name: value for name, value in provenance.items() if name not in _RUNNING}
     attributes["vehicle"] = json.dumps(provenance["vehicle"].describe())
     attributes["scenario"] = json.dumps(provenance["scenario"].describe())
     attributes["versions"] = json.dumps(

@@ -24,13 +24,15 @@ def controlled(code: SimpleNamespace, law: SimpleNamespace, every_stage: bool):
     class Scene:
         """The target's points about its centroid, its motion (rows, runs or 1, 6), and frames.
 
-        frames: (runs, slots, 5 points) of images, depths and in-view flags on their way.
+        frames: (runs, slots, 5 points) of images, depths and in-view flags on their way. needed: 1
+        if a run ends when all points are lost, as it does for a controller that looks.
         """
 
         corners: wp.array(dtype=vec3)
         motion: wp.array3d(dtype=Real)
         desired: wp.array2d(dtype=Real)
         frames: wp.array3d(dtype=Real)
+        needed: wp.int32
 
     @wp.func
     def expose(scene: Scene, run: int, frame: int, sight: Sight):
@@ -184,7 +186,7 @@ def controlled(code: SimpleNamespace, law: SimpleNamespace, every_stage: bool):
                     run,
                 )  # fmt: skip
                 if wp.static(has_camera):
-                    if sense.sight.in_view == 0:
+                    if scene.needed != 0 and sense.sight.in_view == 0:
                         ended = wp.int32(unseen)
                     if wp.static(not every_stage):
                         if exposed[i] >= 0:
@@ -224,6 +226,15 @@ def controlled(code: SimpleNamespace, law: SimpleNamespace, every_stage: bool):
             branch = followed(branch, y)
             due = sample_after[i]
         if ended == 0 and due >= 0:
+            if wp.static(every_stage):
+                last = steps.shape[0] - 1
+                push = control(
+                    sense_of(
+                        starts[last] + steps[last], y, branch.direction, plant, coefficients,
+                        vehicle, gravity, camera, scene, 3 * last + 2, run,
+                    ),
+                    gains,
+                )  # fmt: skip
             log_row(log, run, due, y, plant, branch, push)
         status[run] = ended
         last_step[run] = done

@@ -203,6 +203,11 @@ class Engine:
             copy=self.device != "cpu",
         )
 
+    def upload_vectors(self, rows):
+        """Vectors (n, 3) as the kernels take them."""
+        rows = np.ascontiguousarray(rows, self.dtype)
+        return wp.array(rows, dtype=self.kernels.code.vec3, device=self.device)
+
     def _download(self, source, target) -> None:
         if self.device != "cpu":
             target[...] = source.numpy()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from continuair.errors import InputError, shown
 from continuair.kernels.engine import Engine, Logs
 from continuair.kernels.factory import closed_loop, watch_kernel
 from continuair.kernels.plant import per_run
@@ -50,9 +51,8 @@ class ClosedLoop(Engine):
         points = 0 if scene is None else len(scene.corners)
         name, sections = self.dtype.name, vehicle.sections
         self.loop = closed_loop(name, sections, model, controller.law, points, timing.every_stage)
-        self.watch = watch_kernel(name, sections, points).watch if points else None
         self.cameras = _pack_cameras(vehicle, self.loop.code)
-        self.gains = _pack_gains(controller, self.loop.Gains)
+        self.gains = _pack_gains(controller, self.loop.Gains, points)
 
     def roll_out(
         self, start, angle, grid, inputs, sample_inputs, gravity, groups, observe, first=0
@@ -64,7 +64,7 @@ class ClosedLoop(Engine):
         )
         if self.scene is None:
             return logs
-        watched = self._watch(self.scene, logs.log, first)
+        watched = watch(self, logs.log, self.scene.corners, self.scene.motion_at_samples, first)
         return Logs(logs.log, logs.status, logs.last_step, logs.observed, watched)
 
     def _fly(self, part, first, start, grid, results) -> None:
@@ -100,39 +100,44 @@ class ClosedLoop(Engine):
         if scene is None:
             nothing = np.zeros((1, 3))
             scene = Scene(nothing, np.zeros((1, 2)), np.zeros((1, 1, 6)), np.zeros((1, 1, 6)))
-        slots = 1 + int((np.maximum.accumulate(timing.exposed) - timing.shown).max(initial=0))
-        out.corners = self._vectors(scene.corners)
+        on_their_way = np.maximum.accumulate(timing.exposed) - timing.shown
+        slots = 1 + int(on_their_way[timing.acts != 0].max(initial=0))
+        out.corners = self.upload_vectors(scene.corners)
         out.desired = self._upload(_rows(scene.desired, at))
         out.motion = self._upload(_columns(scene.motion, at))
         out.frames = self._upload(np.zeros((runs, slots, 5 * len(scene.corners))))
+        out.needed = int(self.controller.looks)
         return out
 
-    def _watch(self, scene: Scene, log: np.ndarray, first: int) -> np.ndarray:
-        runs, samples = log.shape[:2]
-        points, at = len(scene.corners), slice(first, first + runs)
-        watched = np.full((runs, samples, POSE_AND_TWIST + 4 * points), np.nan, self.dtype)
-        out = self._upload(watched)
-        plants, _ = self._vehicles(at)
-        wp.launch(
-            self.watch,
-            dim=(runs, samples),
-            device=self.device,
-            inputs=[
-                plants,
-                wp.array(_rows(self.cameras, at), dtype=self.loop.code.Camera, device=self.device),
-                self._vectors(scene.corners),
-                self._upload(_columns(scene.motion_at_samples, at)),
-                self._upload(log),
-                out,
-            ],
-        )
-        self._download(out, watched)
-        watched[~np.isfinite(log[..., 0])] = np.nan
-        return watched
 
-    def _vectors(self, rows: np.ndarray):
-        rows = np.ascontiguousarray(rows, self.dtype)
-        return wp.array(rows, dtype=self.loop.code.vec3, device=self.device)
+def watch(engine: Engine, log: np.ndarray, corners, motion, first: int = 0) -> np.ndarray:
+    """What is watched (runs, samples, columns) along logged rows (runs, samples, log).
+
+    corners: (points, 3); motion: (samples, runs or 1, 6) of the target's centroid, as in a Scene.
+    """
+    kernels = watch_kernel(engine.dtype.name, engine.vehicle.sections, len(corners))
+    runs, samples = log.shape[:2]
+    at = slice(first, first + runs)
+    watched = np.full((runs, samples, POSE_AND_TWIST + 4 * len(corners)), np.nan, engine.dtype)
+    out = engine._upload(watched)
+    plants, _ = engine._vehicles(at)
+    cameras = _rows(_pack_cameras(engine.vehicle, kernels.code), at)
+    wp.launch(
+        kernels.watch,
+        dim=(runs, samples),
+        device=engine.device,
+        inputs=[
+            plants,
+            wp.array(cameras, dtype=kernels.code.Camera, device=engine.device),
+            engine.upload_vectors(corners),
+            engine._upload(_columns(motion, at)),
+            engine._upload(log),
+            out,
+        ],
+    )
+    engine._download(out, watched)
+    watched[~np.isfinite(log[..., 0])] = np.nan
+    return watched
 
 
 def _rows(array: np.ndarray, at: slice) -> np.ndarray:
@@ -156,8 +161,27 @@ def _pack_cameras(vehicle, code) -> np.ndarray:
     return packed
 
 
-def _pack_gains(controller, Gains) -> np.ndarray:
+def _pack_gains(controller, Gains, points: int) -> np.ndarray:
     packed = np.zeros(controller.runs or 1, dtype=Gains.numpy_dtype())
-    for name, value in controller.gains.items():
+    expected = packed.dtype.names or ()
+    given = {name: np.asarray(value) for name, value in controller.gains.items()}
+    for name in sorted(set(expected) ^ set(given)):
+        problem = "is missing from" if name in expected else "is not a field of the law but in"
+        raise InputError(
+            f"{name} {problem} the gains of the controller {controller.name}; give "
+            f"{', '.join(expected)}."
+        )
+    for name, value in given.items():
+        one_run = value.shape[1:] if controller.runs else value.shape
+        wanted = packed.dtype[name].shape
+        if one_run != wanted:
+            raise InputError(
+                f"{name} of the controller {controller.name} has shape {one_run}, but {points} "
+                f"feature points call for {wanted}; give gains for the target's points."
+            )
+        if value.dtype.kind not in "biuf" or not np.isfinite(value).all():
+            raise InputError(
+                f"{name} of the controller {controller.name} is {shown(value)}; give finite gains."
+            )
         packed[name] = value
     return packed

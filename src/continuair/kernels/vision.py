@@ -73,6 +73,10 @@ def vision_code(section: SimpleNamespace, points: int) -> SimpleNamespace:
         w = vec3(y[12], y[13], y[14])
         tip = tip_of(b)
         turn = tip_attitude(b)
+        size = wp.length(b)
+        if size > zero:
+            # Between the steps, too, the frenet frame is that of the bend itself.
+            direction = b * (wp.where(wp.dot(b, direction) < zero, -one, one) / size)
         out.axis = wp.quat_rotate(turn, vec3(zero, zero, one))
         # The untwisted section turns with the bend; the frenet frame spins about its axis besides.
         across = b[0] * db[1] - b[1] * db[0]

@@ -1,0 +1,81 @@
+"""A batch of closed loops is the single runs, whatever it is split into."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import continuair as ca
+from continuair import simulation
+from tests.closed_loop import flights
+
+NAMES = ("q", "command", "features", "feature_error", "target_position", "status", "end_time")
+NOISY = flights.VEHICLE.replace(
+    {"camera.noise": 0.5, "camera.frame_rate": 50.0, "camera.latency": 0.02}
+)
+BANDWIDTHS = (1.0, 2.0, 3.0)
+
+
+def fly(vehicle: ca.Vehicle, scenario: ca.Scenario, **options: Any) -> xr.Dataset:
+    return ca.simulate(vehicle, scenario, variables=NAMES[:5], **options)
+
+
+def assert_equal(one: xr.Dataset, other: xr.Dataset) -> None:
+    for name in NAMES:
+        np.testing.assert_array_equal(one[name], other[name], err_msg=name)
+
+
+def controllers() -> list[ca.Controller]:
+    return [flights.designed(bandwidth) for bandwidth in BANDWIDTHS]
+
+
+def test_stacked_controllers_fly_as_each_flies_alone_to_the_last_bit() -> None:
+    batch = fly(flights.VEHICLE, flights.scenario(ca.stack(controllers()), 0.3))
+    for run, controller in enumerate(controllers()):
+        alone = fly(flights.VEHICLE, flights.scenario(controller, 0.3))
+        assert_equal(batch.isel(run=run), alone)
+
+
+def test_targets_starts_and_cameras_may_differ_from_run_to_run() -> None:
+    paths = [ca.paths.letter(name, duration=20.0) for name in "MRAL"]
+    targets = [ca.Target(path, distance=2.0 + 0.1 * i) for i, path in enumerate(paths)]
+    starts = np.stack([flights.start() + [*path(0.0)[0][0], *[0.0] * 5] for path in paths])
+    focal = [[700.0 + 50 * i, 800.0] for i in range(4)]
+    vehicle = flights.VEHICLE.replace({"camera.focal_length": focal})
+    controller = flights.designed(2.0)
+    batch = fly(vehicle, flights.scenario(controller, 0.3, q=starts, target=targets))
+    for run in range(4):
+        alone = fly(
+            flights.VEHICLE.replace({"camera.focal_length": focal[run]}),
+            flights.scenario(controller, 0.3, q=starts[run], target=targets[run]),
+        )
+        assert_equal(batch.isel(run=run), alone)
+
+
+@pytest.mark.parametrize("threads", [1, 2, 5])
+def test_noisy_runs_do_not_depend_on_threads_or_on_how_the_batch_is_cut(
+    monkeypatch: pytest.MonkeyPatch, threads: int
+) -> None:
+    paths = [ca.paths.hold([0.01 * i, 0.0, 0.0]) for i in range(7)]
+    scenario = flights.scenario(
+        flights.designed(1.0), 0.2, target=[ca.Target(path) for path in paths], seed=4
+    )
+    whole = fly(NOISY, scenario, threads=2)
+    # Two runs per launch: their samples are what a launch may log.
+    monkeypatch.setattr(simulation, "_CHUNK_NUMBERS", 2.5 * 201 * simulation._NUMBERS_PER_SAMPLE)
+    assert_equal(fly(NOISY, scenario, threads=threads), whole)
+
+
+def test_runs_of_a_noisy_batch_have_noise_of_their_own_and_the_seed_repeats_it() -> None:
+    starts = np.tile(flights.start(), (3, 1))
+
+    def commands(seed: int) -> np.ndarray:
+        scenario = flights.scenario(flights.designed(1.0), 0.05, q=starts, seed=seed)
+        return np.asarray(fly(NOISY, scenario).command)
+
+    first = commands(seed=1)
+    assert np.abs(first[0] - first[1]).max() > 1e-3
+    assert np.abs(first[1] - first[2]).max() > 1e-3
+    np.testing.assert_array_equal(first, commands(seed=1))
+    assert np.abs(first - commands(seed=2)).max() > 1e-3

@@ -1,0 +1,93 @@
+"""Visual servoing before a still target: every model, precision and way of acting arrives."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import continuair as ca
+from tests.closed_loop import flights
+
+
+def largest_error(run: xr.Dataset) -> float:
+    """Feature error [px] at the end of a run that ended well."""
+    assert run.status == 0
+    return float(np.abs(run.feature_error[-1]).max())
+
+
+@pytest.mark.parametrize("model", ca.MODELS)
+def test_the_papers_law_reaches_the_desired_image_on_every_plant(model: str) -> None:
+    run = ca.simulate(
+        flights.VEHICLE, flights.scenario(flights.designed(), duration=6.0), model=model
+    )
+    assert np.abs(run.feature_error[0]).max() > 100.0
+    assert largest_error(run) < 0.01
+
+
+@pytest.mark.parametrize(
+    "choices",
+    [
+        {"damping": "feature"},
+        {"feed_forward": False},
+        {"posture_damping": 0.05},
+        {"compensation": "literal", "posture_damping": 0.05},
+    ],
+    ids=str,
+)
+def test_every_named_choice_of_the_law_reaches_a_still_target(choices: dict[str, Any]) -> None:
+    scenario = flights.scenario(flights.designed(**choices), duration=6.0)
+    assert largest_error(ca.simulate(flights.VEHICLE, scenario)) < 0.5
+
+
+def test_classic_servoing_reaches_the_desired_image_at_its_rate() -> None:
+    scenario = flights.scenario(ca.classic(flights.VEHICLE, rate=0.5), duration=16.0)
+    run = ca.simulate(flights.VEHICLE, scenario)
+    assert largest_error(run) < 0.1
+    size = np.linalg.norm(run.feature_error.to_numpy(), axis=1)
+    # Between 6 and 10 s only exp(-λ t) is left; the velocity loop delays λ by a twelfth.
+    assert np.log(size[6000] / size[10000]) / 4.0 == pytest.approx(0.5, rel=0.15)
+
+
+def test_a_moving_target_is_followed_without_lag_only_with_feed_forward() -> None:
+    """The rate left out is C_p e = C_d L v_t: 2/ω of the target's speed in the image."""
+    path = ca.paths.line([0.0, 0.0, 0.0], [0.4, 0.0, 0.0], duration=8.0)
+    speed = float(np.linalg.norm(path(4.0)[1][0]))
+    errors = []
+    for feed_forward in (True, False):
+        scenario = flights.scenario(
+            flights.designed(feed_forward=feed_forward),
+            duration=4.0,
+            q=flights.start(x=0.0, z=0.0, kappa=0.0),
+            target=ca.Target(path),
+        )
+        run = ca.simulate(flights.VEHICLE, scenario)
+        errors.append(float(np.abs(run.feature_error[-1, ::2]).mean()))
+    lag = 2.0 / 3.0 * 800.0 / 2.0 * speed
+    assert errors[0] < 0.01 * lag
+    assert errors[1] == pytest.approx(lag, rel=0.05)
+
+
+def test_float32_stays_close_to_float64() -> None:
+    scenario = flights.scenario(flights.designed(), duration=2.0)
+    exact, short = (
+        ca.simulate(flights.VEHICLE, scenario, dtype=dtype).features.to_numpy()
+        for dtype in ("float64", "float32")
+    )
+    assert short.dtype == np.float32
+    # 2,000 steps at a rounding of 6e-8 of 600 px, fed back.
+    assert np.abs(exact - short).max() < 0.05
+
+
+def test_a_faster_hold_comes_close_to_acting_at_every_stage() -> None:
+    """The held push is on average half a period old: the difference halves with the period."""
+    runs = [
+        ca.simulate(
+            flights.VEHICLE,
+            flights.scenario(flights.designed(2.0), duration=1.0, control_period=period),
+            step=2.5e-4,
+        ).features.to_numpy()
+        for period in (1e-3, 5e-4, None)
+    ]
+    slow, fast = (np.abs(run - runs[2])[100:].max() for run in runs[:2])
+    assert slow / fast == pytest.approx(2.0, rel=0.1)

@@ -1,0 +1,61 @@
+"""Points that leave the image: some are done without, and without any the run ends."""
+
+import numpy as np
+
+import continuair as ca
+from tests.closed_loop import flights
+
+
+def test_losing_all_points_ends_that_run_with_a_status_and_keeps_what_was_recorded() -> None:
+    """One target runs away at once, the other stays."""
+    away = ca.paths.line([0.0, 0.0, 0.0], [20.0, 0.0, 0.0], duration=2.0)
+    targets = [ca.Target(away), flights.STILL]
+    scenario = flights.scenario(flights.designed(1.0), 2.0, target=targets)
+    run = ca.simulate(flights.VEHICLE, scenario)
+    np.testing.assert_array_equal(run.status, [3, 0])
+    assert "all feature points lost" in run.status.attrs["long_name"]
+    end = float(run.end_time[0])
+    assert 0.1 < end < 1.0
+    lost = run.isel(run=0)
+    recorded = lost.sel(time=slice(None, end + 1e-9))
+    later = lost.sel(time=slice(end + 1e-9, None))
+    assert np.isfinite(recorded.features).all() and np.isfinite(recorded.q).all()
+    assert np.isfinite(recorded.command).all()
+    assert np.isnan(later.features).all() and np.isnan(later.q).all()
+    # The last sample is the first without a point.
+    in_view = recorded.in_view.sum("point").to_numpy()
+    assert in_view[-1] == 0 and (in_view[:-1] > 0).all()
+    assert np.isfinite(run.isel(run=1).q).all()
+    assert float(run.end_time[1]) == 2.0
+
+
+def test_a_point_out_of_view_does_not_act() -> None:
+    """With one corner hidden by a narrow image, the push is that of the other three."""
+    far = np.vstack([ca.square(), [[-1.24, 0.0, 0.0]]])
+    target = ca.Target(ca.paths.line([0, 0, 0], [-8.0, 0, 0], duration=10.0), far)
+    gains = {"Kp": 5.0, "Kd": 0.1, "Cp": 1.0, "Cd": 0.1, "Cs": 0.01}
+    q = flights.start(x=0.0, z=0.0, kappa=0.0)
+    five = flights.scenario(ca.servoing(**gains, points=5), 1.5, q=q, target=target)
+    run = ca.simulate(flights.VEHICLE, five)
+    hidden = np.flatnonzero(run.in_view[:, 4] == 0)
+    assert run.status == 0 and len(hidden) > 0
+    i = hidden[0]
+    state = run.isel(time=i)
+    four = flights.scenario(
+        ca.servoing(**gains),
+        1e-3,
+        q=state.q.to_numpy(),
+        qd=_rates(run, i),
+        target=ca.Target(_moved(target.path, float(state.time))),
+    )
+    push = ca.simulate(flights.VEHICLE, four).command[0]
+    np.testing.assert_allclose(push, state.command, atol=1e-3 * np.abs(state.command).max())
+
+
+def _rates(run, i: int) -> np.ndarray:  # type: ignore[no-untyped-def]
+    """Rates of the paper's coordinates by central differences."""
+    return np.asarray((run.q[i + 1] - run.q[i - 1]) / 2e-3)
+
+
+def _moved(path: ca.paths.Path, time: float) -> ca.paths.Path:
+    return ca.paths.Path("later", path.duration, lambda t: path(t + time))
