@@ -80,10 +80,10 @@ def _timing(vehicle: Vehicle, scenario: Scenario, grid: Grid) -> Timing:
     delay = int(np.ceil(latency / period - 1e-9))
     # Before the first frame has arrived, the controller has that of the start.
     arrived = frames[np.maximum(np.arange(len(at)) - delay, 0)]
-    exposed, shown = np.full(steps, -1), np.zeros(steps, int)
+    exposed, in_hand = np.full(steps, -1), np.zeros(steps, int)
     exposed[acts] = np.where(fresh, frames, -1)
-    shown[acts] = arrived
-    return Timing(acts.astype(np.int32), exposed, shown, False)
+    in_hand[acts] = arrived
+    return Timing(acts.astype(np.int32), exposed, in_hand, False)
 
 
 def _scene(scenario: Scenario, grid: Grid, every_stage: bool) -> Scene:

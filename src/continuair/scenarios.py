@@ -294,6 +294,12 @@ def _check_targets(given: Any) -> None:
     targets = given if isinstance(given, (list, tuple)) and given else [given]
     if any(not isinstance(target, Target) for target in targets):
         raise InputError(f"target is {shown(given)}; give a continuair.Target, or one per run.")
+    counts = sorted({len(target.points) for target in targets}, reverse=True)
+    if len(counts) > 1:
+        raise InputError(
+            f"target holds targets of {counts[0]} and {counts[1]} points; give all runs the same "
+            "points."
+        )
     if any(not np.array_equal(target.points, targets[0].points) for target in targets):
         raise InputError("target holds targets of different points; give all runs the same points.")
 

@@ -42,6 +42,7 @@ class Target:
                 f"points is {shown(points)}; give at least 3 points of 3 finite numbers [m]."
             )
         number = isinstance(self.distance, (int, float, np.number))
+        number = number and not isinstance(self.distance, bool)
         if not number or not rows[:, 2].max() < self.distance < np.inf:
             raise InputError(
                 f"distance is {shown(self.distance)}; give one [m] that leaves all points of the "

@@ -120,7 +120,7 @@ def assemble(
     for name in names:
         dimension, units, meaning = VARIABLES[name]
         if name in WATCHED_VARIABLES:
-            values = _watched(name, logs, provenance)
+            values = _watched(name, logs, provenance).astype(logs.log.dtype, copy=False)
         else:
             values = _values(name, logs, layout)
         dims = ("run", "time", dimension) if dimension else ("run", "time")

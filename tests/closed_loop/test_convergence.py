@@ -18,10 +18,10 @@ def largest_error(run: xr.Dataset) -> float:
 
 @pytest.mark.parametrize("model", ca.MODELS)
 def test_the_papers_law_reaches_the_desired_image_on_every_plant(model: str) -> None:
-    run = ca.simulate(
-        flights.VEHICLE, flights.scenario(flights.designed(), duration=6.0), model=model
-    )
-    assert np.abs(run.feature_error[0]).max() > 100.0
+    # Straight, so that what `independent` freezes of the arm is what it is in the end.
+    scenario = flights.scenario(flights.designed(), duration=6.0, q=flights.start(kappa=0.0))
+    run = ca.simulate(flights.VEHICLE, scenario, model=model)
+    assert np.abs(run.feature_error[0]).max() > 40.0
     assert largest_error(run) < 0.01
 
 
@@ -69,14 +69,16 @@ def test_a_moving_target_is_followed_without_lag_only_with_feed_forward() -> Non
 
 
 def test_float32_stays_close_to_float64() -> None:
-    scenario = flights.scenario(flights.designed(), duration=2.0)
+    scenario = flights.scenario(flights.designed(), duration=6.0)
     exact, short = (
         ca.simulate(flights.VEHICLE, scenario, dtype=dtype).features.to_numpy()
         for dtype in ("float64", "float32")
     )
     assert short.dtype == np.float32
-    # 2,000 steps at a rounding of 6e-8 of 600 px, fed back.
-    assert np.abs(exact - short).max() < 0.05
+    # J_Lᵀ W e cancels to 1e-3 of its terms, so that the push is rounded at 1e-4 of its size: on
+    # the way from an error of 142 px that makes a third of a pixel, and nothing at its end.
+    assert np.abs(exact - short).max() < 0.5
+    assert np.abs(exact[-1] - short[-1]).max() < 0.01
 
 
 def test_a_faster_hold_comes_close_to_acting_at_every_stage() -> None:
@@ -85,9 +87,9 @@ def test_a_faster_hold_comes_close_to_acting_at_every_stage() -> None:
         ca.simulate(
             flights.VEHICLE,
             flights.scenario(flights.designed(2.0), duration=1.0, control_period=period),
-            step=2.5e-4,
+            step=1.25e-4,
         ).features.to_numpy()
-        for period in (1e-3, 5e-4, None)
+        for period in (2.5e-4, 1.25e-4, None)
     ]
     slow, fast = (np.abs(run - runs[2])[100:].max() for run in runs[:2])
     assert slow / fast == pytest.approx(2.0, rel=0.1)

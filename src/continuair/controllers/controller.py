@@ -43,8 +43,19 @@ def stack(controllers: Sequence[Controller]) -> Controller:
     if not controllers or any(not isinstance(c, Controller) for c in controllers):
         raise InputError(f"controllers is {shown(controllers)}; give one Controller per run.")
     first = controllers[0]
-    if any(c.law is not first.law for c in controllers):
-        raise InputError("controllers holds different laws; stack controllers of one law.")
+    for other in controllers:
+        if other.law is not first.law:
+            raise InputError(
+                f"controllers holds the laws {first.name} and {other.name}; stack controllers of "
+                "one law."
+            )
+        for name in {**first.gains, **other.gains}:
+            one, two = (np.shape(c.gains.get(name)) for c in (first, other))
+            if one != two:
+                raise InputError(
+                    f"controllers holds gains {name} of shapes {one} and {two}; stack controllers "
+                    "for as many points each."
+                )
     gains = {
         name: np.stack([np.asarray(c.gains[name]) for c in controllers]) for name in first.gains
     }

@@ -9,7 +9,7 @@ import numpy as np
 from continuair.camera import TIP_OF_STRAIGHT_ARM, interaction_matrix, on_body
 from continuair.controllers.controller import number
 from continuair.equations import mass_matrix
-from continuair.errors import InputError
+from continuair.errors import InputError, shown
 from continuair.vehicle import Vehicle
 
 _FLOOR = 1e-6
@@ -42,15 +42,16 @@ def design(
     ω = number("bandwidth", bandwidth, 0.0, above=True)
     ζ = number("damping_ratio", damping_ratio, 0.0, above=True)
     μ = number("conditioning", conditioning, 0.0)
+    distance = number("distance", distance, 0.0, above=True)
     if desired is None:
         half = 0.25 / distance
         desired = [half, -half, -half, -half, -half, half, half, half]
-    image = np.asarray(desired, float)
+    image = _image(desired)
     L = interaction_matrix(image, distance)
     if np.linalg.matrix_rank(L) < 6:
         raise InputError(
-            "desired does not determine the camera's pose; give at least 4 points that are not on "
-            "a line (3 suffice only off the singular cylinder)."
+            f"desired is {shown(desired)}, which does not determine the camera's pose; give at "
+            "least 4 points that are not on a line (3 suffice only off the singular cylinder)."
         )
     inertia, axes = np.linalg.eigh(camera_inertia(vehicle))
     u, s, _ = np.linalg.svd(L @ (axes / np.sqrt(inertia)) @ axes.T, full_matrices=False)
@@ -69,6 +70,7 @@ def design(
 
 def rigid_inertia(vehicle: Vehicle) -> np.ndarray:
     """Inertia (6, 6) of the vehicle with its arm frozen straight, about B's origin, body axes."""
+    check_single(vehicle)
     # Polar coordinates have no straight arm: this bend moves the tip by 5e-7 of its length.
     plain, q = vehicle.replace({"arm.kappa_s": 0.0}), np.zeros(8)
     q[6] = 1e-6 / vehicle.arm.length
@@ -77,17 +79,43 @@ def rigid_inertia(vehicle: Vehicle) -> np.ndarray:
 
 def straight_bend_inertia(vehicle: Vehicle) -> float:
     """Inertia of the straight arm's bend about its fixed base, M₇₇ [kg m⁴]."""
+    check_single(vehicle)
     return float(vehicle.arm.straight_modal_mass)
 
 
 def camera_inertia(vehicle: Vehicle) -> np.ndarray:
     """Λ (6, 6): inertia that a camera at the tip of the straight, frozen arm feels, in its axes."""
+    check_single(vehicle)
     R = (TIP_OF_STRAIGHT_ARM @ _rotation(vehicle.camera.attitude)).T
     x, y, z = on_body(vehicle)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     J = np.block([[R, -R @ cross], [np.zeros((3, 3)), R]])
     inverse = np.linalg.inv(J)
     return np.asarray(inverse.T @ rigid_inertia(vehicle) @ inverse)
+
+
+def check_single(vehicle: Any) -> None:
+    """Raise InputError unless the vehicle is one, and not a batch."""
+    if not isinstance(vehicle, Vehicle):
+        raise InputError(f"vehicle is {shown(vehicle)}; load one with continuair.load_vehicle.")
+    if vehicle.runs is not None:
+        raise InputError(
+            f"vehicle holds {vehicle.runs} runs, but gains follow from one; make them one at a "
+            "time, and stack the controllers."
+        )
+
+
+def _image(desired: Any) -> np.ndarray:
+    try:
+        image = np.array(desired, float)
+    except (TypeError, ValueError):
+        image = np.empty(0)
+    if image.ndim != 1 or len(image) < 6 or len(image) % 2 or not np.isfinite(image).all():
+        raise InputError(
+            f"desired is {shown(desired)}; give finite x and y of each point in turn, normalised, "
+            "of 3 points or more."
+        )
+    return image
 
 
 def _rotation(attitude: Any) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 import warp as wp
 
 from continuair.controllers.controller import Controller, number
-from continuair.controllers.gains import rigid_inertia, straight_bend_inertia
+from continuair.controllers.gains import check_single, rigid_inertia, straight_bend_inertia
 from continuair.errors import InputError, shown
 
 
@@ -70,6 +70,7 @@ def hold(
             ("bend", bend, 2),
         )
     )
+    check_single(vehicle)
     if not np.linalg.norm(turn) > 0.0:
         raise InputError(f"attitude is {shown(attitude)}; give a unit quaternion (x, y, z, w).")
     free = number("bend_rate", bend_rate, 0.0) == 0.0

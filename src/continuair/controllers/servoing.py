@@ -91,6 +91,8 @@ def servoing(
     for name, value in chosen.items():
         if value not in CHOICES[name]:
             raise InputError(f"{name} is {shown(value)}; use {' or '.join(CHOICES[name])}.")
+    if isinstance(points, bool) or not isinstance(points, int) or points < 3:
+        raise InputError(f"points is {shown(points)}; give a whole number of points, 3 or more.")
     matrices = {
         name: gain_matrix(name, value, 2 * points)
         for name, value in (("Kp", Kp), ("Kd", Kd), ("Cp", Cp), ("Cd", Cd), ("Cs", Cs))

@@ -1,0 +1,214 @@
+"""What a user reads when a closed loop cannot be flown: one sentence, field, value and remedy."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from tests.closed_loop import flights, probes
+from tests.test_errors import assert_one_plain_sentence
+
+SERVOING = flights.designed(2.0)
+WITH_NOISE = flights.VEHICLE.replace({"camera.noise": 0.5})
+BATCH = flights.VEHICLE.replace({"arm.radius": [0.004, 0.005]})
+
+
+def fly(controller: Any = SERVOING, vehicle: Any = flights.VEHICLE, **changes: Any) -> None:
+    options = {name: changes.pop(name) for name in ("step", "integrator") if name in changes}
+    ca.simulate(vehicle, flights.scenario(controller, 0.01, **changes), **options)
+
+
+def gains(**changes: Any) -> ca.Controller:
+    return ca.servoing(**{"Kp": 5.0, "Kd": 0.1, "points": 4} | changes)
+
+
+def still(x: float, z: float = 0.0) -> ca.Target:
+    return ca.Target(ca.paths.hold([x, 0.0, z]))
+
+
+INDEFINITE = np.diag([1.0, 1, 1, 1, 1, 1, 1, -0.25])
+SKEWED = np.eye(8) + np.eye(8, k=1)
+TRIANGLE = ca.square()[:3]
+REFUSED: dict[str, tuple[Any, str, str]] = {
+    "behind": (
+        lambda: fly(target=still(0.0, z=3.0)),
+        "target has point 0 behind the camera at the start (depth -0.8",
+        "above the target",
+    ),
+    "out of view": (
+        lambda: fly(target=still(1.6)),
+        "target has point 0 out of view at the start, at pixel (",
+        "of an image of 1000 by 1000; start nearer",
+    ),
+    "out of view in a batch": (
+        lambda: fly(target=[still(0.0), still(-0.8)]),
+        "target has point 1 of run 1 out of view",
+        "start nearer",
+    ),
+    "eigenvalue": (lambda: gains(Kp=INDEFINITE), "Kp has the eigenvalue -0.25", "positive"),
+    "zero": (lambda: gains(Kd=0.0), "Kd has the eigenvalue 0;", "positive definite"),
+    "asymmetric": (lambda: gains(Cd=SKEWED), "Cd is not symmetric", "positive definite"),
+    "gain shape": (lambda: gains(Kp=[1.0] * 6), "Kp is [1.0, 1.0", "8 of them"),
+    "gain nan": (lambda: gains(Kp=np.nan), "Kp is nan", "finite"),
+    "gain text": (lambda: gains(Kp="high"), "Kp is 'high'", "finite"),
+    "sigma": (lambda: gains(sigma=0.0), "sigma is 0.0", "above 0"),
+    "points": (lambda: gains(points=2), "points is 2", "3 or more"),
+    "damping": (lambda: gains(damping="image"), "damping is 'image'", "camera or feature"),
+    "posture": (lambda: gains(posture_damping=-1), "posture_damping is -1", "of at least 0"),
+    "gains for other points": (
+        lambda: fly(gains(points=3)),
+        "Kp of the controller DPD-SM-IBVS has shape (6, 6), but 4 feature points call for (8, 8)",
+        "target's points",
+    ),
+    "gain left out": (
+        lambda: fly(ca.Controller("mine", probes._weight_law, {"weight": 1.0}, looks=False)),
+        "spring is missing from the gains of the controller mine",
+        "give weight, spring",
+    ),
+    "gain too many": (
+        lambda: fly(ca.Controller("mine", probes._recording_law, {"idle": 1.0, "x": 2.0})),
+        "x is not a field of the law but in the gains",
+        "give idle",
+    ),
+    "gain not finite": (
+        lambda: fly(ca.Controller("mine", probes._recording_law, {"idle": np.inf})),
+        "idle of the controller mine is inf",
+        "finite",
+    ),
+    "law": (lambda: ca.Controller("mine", 3, {}), "law is 3", "device code"),  # type: ignore[arg-type]
+    "stack of nothing": (lambda: ca.stack([]), "controllers is []", "one Controller per run"),
+    "stack of laws": (
+        lambda: ca.stack([SERVOING, ca.classic(flights.VEHICLE)]),
+        "controllers holds the laws DPD-SM-IBVS and classic IBVS",
+        "one law",
+    ),
+    "stack of sizes": (
+        lambda: ca.stack([gains(), gains(points=3)]),
+        "controllers holds gains Kp of shapes (8, 8) and (6, 6)",
+        "as many points",
+    ),
+    "period no multiple": (
+        lambda: fly(step=3e-4),
+        "control_period is 0.001 s, which is not a multiple of the step, 0.0003 s",
+        "step='auto'",
+    ),
+    "period below the step": (
+        lambda: fly(step=1e-3, control_period=5e-4),
+        "control_period is 0.0005 s, which is not a multiple of the step, 0.001 s",
+        "step='auto'",
+    ),
+    "period 0": (lambda: fly(control_period=0), "control_period is 0;", "above 0 [s], or None"),
+    "period < 0": (lambda: fly(control_period=-1e-3), "control_period is -0.001", "above 0"),
+    "period nan": (lambda: fly(control_period=np.nan), "control_period is nan", "above 0"),
+    "period text": (lambda: fly(control_period="1ms"), "control_period is '1ms'", "above 0"),
+    "noise at every stage": (
+        lambda: fly(vehicle=WITH_NOISE, control_period=None),
+        "control_period is None, but camera.noise is 0.5",
+        "give a period [s]",
+    ),
+    "noise": (
+        lambda: flights.VEHICLE.replace({"camera.noise": -0.5}),
+        "camera.noise is -0.5",
+        "standard deviation",
+    ),
+    "frame rate": (
+        lambda: flights.VEHICLE.replace({"camera.frame_rate": np.inf}),
+        "camera.frame_rate is inf",
+        "frames per second",
+    ),
+    "latency": (
+        lambda: flights.VEHICLE.replace({"camera.latency": "slow"}),
+        "camera.latency is 'slow'",
+        "exposure",
+    ),
+    "no target": (lambda: fly(target=None), "target is None", "continuair.Target"),
+    "not a target": (lambda: fly(target=3), "target is 3", "continuair.Target"),
+    "empty list of targets": (lambda: fly(target=[]), "target is []", "continuair.Target"),
+    "targets of different points": (
+        lambda: fly(target=[flights.STILL, ca.Target(ca.paths.hold(), TRIANGLE)]),
+        "target holds targets of 4 and 3 points",
+        "the same points",
+    ),
+    "targets of moved points": (
+        lambda: fly(target=[flights.STILL, ca.Target(ca.paths.hold(), 0.9 * ca.square())]),
+        "target holds targets of different points",
+        "the same points",
+    ),
+    "too few targets": (
+        lambda: fly(q=np.tile(flights.start(), (3, 1)), target=[flights.STILL] * 2),
+        "scenario.target holds 2 runs, but the batch has 3",
+        "one row per run",
+    ),
+    "too few controllers": (
+        lambda: fly(ca.stack([SERVOING] * 2), q=np.tile(flights.start(), (3, 1))),
+        "scenario.controller holds 2 runs, but the batch has 3",
+        "one row per run",
+    ),
+    "target path": (lambda: ca.Target("M"), "path is 'M'", "paths.letter"),  # type: ignore[arg-type]
+    "target points": (
+        lambda: ca.Target(ca.paths.hold(), [[0, 0, 0]]),
+        "points is [[0, 0, 0]]",
+        "at least 3",
+    ),
+    "target distance": (
+        lambda: ca.Target(ca.paths.hold(), distance=-1.0),
+        "distance is -1.0",
+        "below the camera",
+    ),
+    "target distance flag": (
+        lambda: ca.Target(ca.paths.hold(), distance=True),
+        "distance is True",
+        "below the camera",
+    ),
+    "not a controller": (lambda: fly("hold"), "controller is 'hold'", "continuair.controllers"),
+    "dop853": (lambda: fly(integrator="dop853"), "integrator is 'dop853'", "integrator='rk4'"),
+    "bandwidth": (lambda: ca.design(flights.VEHICLE, 0.0), "bandwidth is 0.0", "above 0"),
+    "distance of design": (
+        lambda: ca.design(flights.VEHICLE, 1.0, distance=-2.0),
+        "distance is -2.0",
+        "above 0",
+    ),
+    "desired": (
+        lambda: ca.design(flights.VEHICLE, 1.0, desired=[0.1, 0.2, 0.3]),
+        "desired is [0.1, 0.2, 0.3]",
+        "x and y of each point",
+    ),
+    "points on a line": (
+        lambda: ca.design(flights.VEHICLE, 1.0, desired=[-0.1, 0, 0.0, 0, 0.1, 0, 0.2, 0]),
+        "desired is [-0.1, 0, 0.0, 0, 0.1, 0, ...], which does not determine the camera's pose",
+        "4 points that are not on a line",
+    ),
+    "design of a batch": (lambda: ca.design(BATCH, 1.0), "vehicle holds 2 runs", "one at a time"),
+    "hold of a batch": (lambda: ca.hold(BATCH, [0, 0, 3]), "vehicle holds 2 runs", "one at a time"),
+    "classic of a batch": (lambda: ca.classic(BATCH), "vehicle holds 2 runs", "one at a time"),
+    "classic of nothing": (lambda: ca.classic("paper"), "vehicle is 'paper'", "load_vehicle"),
+    "hold position": (lambda: ca.hold(flights.VEHICLE, [0, 1]), "position is [0, 1]", "3 finite"),
+    "hold attitude": (
+        lambda: ca.hold(flights.VEHICLE, [0, 0, 3], [0, 0, 0, 0]),
+        "attitude is [0, 0, 0, 0]",
+        "unit quaternion",
+    ),
+    "hold rate": (
+        lambda: ca.hold(flights.VEHICLE, [0, 0, 3], bend_rate=-1.0),
+        "bend_rate is -1.0",
+        "of at least 0",
+    ),
+    "seed": (lambda: fly(seed=-1), "seed is -1", "whole number"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_flown_is_refused_in_one_sentence(case: str) -> None:
+    act, start, remedy = REFUSED[case]
+    with pytest.raises(ca.InputError) as caught:
+        act()
+    text = str(caught.value)
+    assert text.startswith(start)
+    assert remedy in text
+    assert_one_plain_sentence(text)
+
+
+def test_a_target_beyond_view_is_no_trouble_for_a_controller_that_does_not_look() -> None:
+    fly(ca.hold(flights.VEHICLE, [0, 0, 3.0]), target=still(1.5))
+    fly(ca.hold(flights.VEHICLE, [0, 0, 3.0]), vehicle=WITH_NOISE, control_period=None, target=None)
