@@ -19,7 +19,7 @@ LAYERS = [
     {"linear", "reference", "closing"},
     {"trajectory"},
     {"simulation"},
-    {"metrics"},
+    {"metrics", "interactive"},
     {"sweeps"},
     {"studies", "figures"},
     {"cli"},

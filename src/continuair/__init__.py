@@ -13,10 +13,12 @@ if TYPE_CHECKING:
     from continuair.controllers.controller import Controller as Controller
     from continuair.controllers.controller import stack as stack
     from continuair.controllers.gains import design as design
+    from continuair.controllers.gains import rigid_inertia as rigid_inertia
     from continuair.controllers.hold import hold as hold
     from continuair.controllers.servoing import servoing as servoing
     from continuair.errors import ContinuairWarning as ContinuairWarning
     from continuair.errors import InputError as InputError
+    from continuair.interactive import Simulation as Simulation
     from continuair.linear import linearize as linearize
     from continuair.linear import modes as modes
     from continuair.linear import trim as trim
@@ -49,6 +51,7 @@ _HOME = {
     "modes": "linear",
     "trim": "linear",
     "compare": "metrics",
+    "Simulation": "interactive",
     "Target": "targets",
     "square": "targets",
     "Controller": "controllers.controller",
@@ -57,6 +60,7 @@ _HOME = {
     "classic": "controllers.classic",
     "hold": "controllers.hold",
     "design": "controllers.gains",
+    "rigid_inertia": "controllers.gains",
 }
 __all__ = sorted([*_HOME, "paths"])
 

@@ -23,6 +23,23 @@ def state_from_paper(q: np.ndarray, qd: np.ndarray) -> np.ndarray:
     return np.hstack([q[:, :3], attitude, bend, qd[:, :3], spin, bend_rate])
 
 
+def paper_rates(q: np.ndarray, state: np.ndarray, threshold: Any) -> np.ndarray:
+    """q̇ (runs, 8) of states (runs, state) at paper coordinates q: `state_from_paper`, undone.
+
+    threshold: κ_s [1/m], as in `paper_accelerations`; ψ̇a of a straight arm with κ_s = 0 is 0.
+    """
+    spin = state[:, ONE_SECTION.angular_velocity, None]
+    euler = np.linalg.solve(euler_to_body_rates(q), spin)[..., 0]
+    along, across = _bend_directions(q)
+    bend_rate, kappa = state[:, ONE_SECTION.bend_rate], q[:, 6]
+    safe = np.copysign(np.maximum(np.abs(kappa), threshold), kappa)
+    around = (bend_rate * across).sum(1)
+    psi = np.divide(around, safe, out=np.zeros_like(around), where=safe != 0.0)
+    return np.column_stack(
+        [state[:, ONE_SECTION.velocity], euler, (bend_rate * along).sum(1), psi]
+    )
+
+
 def paper_accelerations(
     q: np.ndarray, qd: np.ndarray, rate: np.ndarray, threshold: Any
 ) -> np.ndarray:

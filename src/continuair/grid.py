@@ -94,7 +94,8 @@ def _merged(marks: np.ndarray, counts: np.ndarray, period: float) -> np.ndarray:
 
 def stage_times(grid: Grid) -> np.ndarray:
     """Start, middle and end of every step (3 m,), nudged to the step's own side of a jump."""
-    start, end = grid.starts.copy(), grid.starts + grid.steps
+    # A sum of start and step may round to the far side of a jump.
+    start, end = grid.starts.copy(), np.append(grid.starts[1:], grid.samples[-1])
     start[grid.opens] = np.nextafter(start[grid.opens], np.inf)
     end[grid.closes] = np.nextafter(end[grid.closes], -np.inf)
     return np.column_stack([start, grid.starts + 0.5 * grid.steps, end]).ravel()

@@ -67,7 +67,7 @@ def simulate(
         )
     if variables is None:
         variables = default_variables(scenario)
-    names = _checked(
+    names = check_options(
         vehicle, model, step, duration, sample, variables, integrator, tolerance, dtype, threads
     )
     check_device(device)
@@ -159,14 +159,19 @@ def _step(step: Any, fine: float, sample: float, scenario: Scenario) -> float:
         found = control_step(scenario, finest, None if isinstance(step, str) else float(step))
     else:
         found = min(fine, sample) if isinstance(step, str) else float(step)
-    if found > fine * (1.0 + 1e-9):
+    warn_if_coarse(found, fine, stacklevel=4)
+    return found
+
+
+def warn_if_coarse(step: float, fine: float, stacklevel: int) -> None:
+    """Warn of a step [s] longer than `fine`, that of the stiffest bending mode."""
+    if step > fine * (1.0 + 1e-9):
         warnings.warn(
-            f"step is {found:g} s, which is too coarse for the stiffest bending mode: RK4 will "
+            f"step is {step:g} s, which is too coarse for the stiffest bending mode: RK4 will "
             f"damp it; use {fine:.3g} s or less, or step='auto'.",
             ContinuairWarning,
-            stacklevel=3,
+            stacklevel=stacklevel,
         )
-    return found
 
 
 def _check_loop(names: tuple[str, ...], closed: bool, looking: bool, integrator: str) -> None:
@@ -196,7 +201,7 @@ def _same_runs(runs: int, sizes: dict[str, int | None]) -> None:
             )
 
 
-def _checked(
+def check_options(
     vehicle: Any,
     model: Any,
     step: Any,
@@ -256,7 +261,7 @@ def forward_dynamics(
     and moment on the tip in world axes (6,) or (n, 6). ψ̈a divides by κ: |κ| below κ_s counts as
     κ_s (Remark 1). NaN where |κ| l exceeds 2π. Eq. of motion, Amiri et al. Raises InputError.
     """
-    _checked(vehicle, model, "auto", None, 1.0, (), "rk4", 1.0, dtype, None)
+    check_options(vehicle, model, "auto", None, 1.0, (), "rk4", 1.0, dtype, None)
     layout = Layout(vehicle.sections)
     arrays = {
         name: _rows(name, value, width)

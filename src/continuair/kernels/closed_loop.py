@@ -134,6 +134,7 @@ def controlled(code: SimpleNamespace, law: SimpleNamespace, every_stage: bool):
     def rollout(
         plants: wp.array(dtype=Plant),
         coefficients: wp.array2d(dtype=Row),
+        initial: wp.array2d(dtype=Real),
         start: wp.array2d(dtype=Real),
         angle: wp.array(dtype=Real),
         inputs: wp.array3d(dtype=Real),
@@ -161,7 +162,7 @@ def controlled(code: SimpleNamespace, law: SimpleNamespace, every_stage: bool):
         camera = cameras[wp.min(run, cameras.shape[0] - 1)]
         gains = all_gains[wp.min(run, all_gains.shape[0] - 1)]
         y = load_state(start, run, plant.unit)
-        frozen = freeze(y, plant, coefficients, vehicle)
+        frozen = freeze(load_state(initial, run, plant.unit), plant, coefficients, vehicle)
         branch = branch_at(angle[run])
         push = Push()
         ended = wp.int32(0)

@@ -71,13 +71,23 @@ class Engine:
         self.table = table.astype(self.dtype)
 
     def roll_out(
-        self, start, angle, grid, inputs, sample_inputs, gravity, groups, observe, first=0
+        self,
+        start,
+        angle,
+        grid,
+        inputs,
+        sample_inputs,
+        gravity,
+        groups,
+        observe,
+        first=0,
+        initial=None,
     ) -> Logs:
         """Roll out every run of `start` (runs, state); `inputs` is (table, rows-per-time flag).
 
         angle: (runs,) initial ψa [rad], naming the signed branch of the bend. sample_inputs: the
         same pair at the sample times, for what is observed. first: index of the first run in the
-        batch of vehicles.
+        batch of vehicles. initial: what `independent` freezes, if that is not the start.
         """
         runs, samples = len(start), len(grid.samples)
         log = np.full((runs, samples, self.layout.log), np.nan, self.dtype)
@@ -91,7 +101,8 @@ class Engine:
             out = self._upload(log[part])
             ends = [self._upload(a[part], wp.int32) for a in (status, last)]
             drive = [self._inputs(inputs[0], part), 3 * inputs[1], groups, gravity]
-            whence = [plants, table, self._upload(start[part]), self._upload(angle[part])]
+            frozen = start if initial is None else initial
+            whence = [plants, table, *map(self._upload, (frozen[part], start[part], angle[part]))]
             self._fly(part, first, [*whence, *drive], [steps, after], [out, *ends])
             self._download(out, log[part])
             for source, target in zip(ends, (status, last), strict=True):

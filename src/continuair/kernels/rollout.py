@@ -19,6 +19,7 @@ def integrators(code: SimpleNamespace):
     def rollout(
         plants: wp.array(dtype=Plant),
         coefficients: wp.array2d(dtype=Row),
+        initial: wp.array2d(dtype=Real),
         start: wp.array2d(dtype=Real),
         angle: wp.array(dtype=Real),
         inputs: wp.array3d(dtype=Real),
@@ -36,7 +37,7 @@ def integrators(code: SimpleNamespace):
         column = wp.min(run, inputs.shape[1] - 1)
         plant = plants[vehicle]
         y = load_state(start, run, plant.unit)
-        frozen = freeze(y, plant, coefficients, vehicle)
+        frozen = freeze(load_state(initial, run, plant.unit), plant, coefficients, vehicle)
         branch = branch_at(angle[run])
         none = Push()
         log_row(log, run, 0, y, plant, branch, none)

@@ -1,0 +1,160 @@
+"""Stepping from outside is `simulate` with the same held inputs."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from tests.closed_loop import flights
+from tests.test_errors import assert_one_plain_sentence
+
+PERIOD, PERIODS = 2e-3, 150
+VEHICLE = flights.VEHICLE.replace({"uav.mount": [0.02, -0.01, 0.03]})
+HELD = np.random.default_rng(9).normal(0.0, [2, 2, 2, 0.1, 0.1, 0.1, 0.5, 0.2], (PERIODS, 8))
+HELD[:, 2] += 26.0
+INSTANTS = PERIOD * np.arange(1, PERIODS)
+
+
+def wrench(t: float) -> list[float]:
+    """Jumps inside a control period, and at the start of one."""
+    return [1.0 + (t > 0.0511), np.sin(9.0 * t), 2.0 * (t > 0.1), 0.0, 0.1, 0.0]
+
+
+def scenario(**changes: Any) -> ca.Scenario:
+    fields: dict[str, Any] = {"q": [0.1, -0.2, 3.0, 0.1, -0.1, 0.3, 0.4, 0.7], "target": None}
+    fields |= {"qd": [0.1, 0, 0, 0.2, 0.5, -0.3, 1.0, 2.0]}
+    fields |= {"tip_wrench": wrench, "jumps": (0.0511, 0.1), "duration": PERIOD * PERIODS}
+    return ca.Scenario("held", **(fields | changes))
+
+
+def held(t: float) -> Any:
+    return HELD[np.searchsorted(INSTANTS, t, side="right")]
+
+
+@pytest.mark.parametrize("model", ca.MODELS)
+def test_held_inputs_give_the_same_flight_to_rounding(model: str) -> None:
+    sim = ca.Simulation(VEHICLE, scenario(), model=model, control_period=PERIOD)
+    for tau in HELD:
+        sim.step(tau)
+    given = scenario(tau=held, jumps=(*INSTANTS.tolist(), 0.0511))
+    whole = ca.simulate(VEHICLE, given, model=model, sample=PERIOD)
+    stepped = sim.trajectory()
+    assert sim.time == pytest.approx(PERIOD * PERIODS)
+    assert stepped.status == whole.status == 0
+    assert stepped.attrs["step"] == pytest.approx(whole.attrs["step"])
+    assert set(stepped.data_vars) == set(whole.data_vars)
+    for name in whole.data_vars:
+        # The inputs at the very end differ: `held` has none of its own there.
+        one, other = (
+            np.asarray(run.isel(time=slice(-1))[name], float) for run in (stepped, whole)
+        )
+        scale = 1.0 + np.abs(other).max()
+        np.testing.assert_allclose(one, other, atol=1e-10 * scale, rtol=0.0, err_msg=str(name))
+    np.testing.assert_allclose(sim.q, whole.q[-1], atol=1e-10)
+
+
+def test_rates_are_the_slopes_of_the_coordinates() -> None:
+    sim = ca.Simulation(VEHICLE, scenario(), control_period=1e-4)
+    np.testing.assert_allclose(sim.q, scenario().q, atol=1e-14)
+    np.testing.assert_allclose(sim.qd, scenario().qd, atol=1e-13)
+    rows = []
+    for _ in range(3):
+        sim.step(HELD[0])
+        rows.append((sim.q, sim.qd))
+    slope = (rows[2][0] - rows[0][0]) / 2e-4
+    np.testing.assert_allclose(rows[1][1], slope, rtol=1e-3, atol=1e-4)
+
+
+def test_angles_pass_through_a_tumble_as_those_of_simulate_do() -> None:
+    q = [0, 0, 5.0, 0, 0, 0, 0.1, 0]
+    tumble = ca.Scenario("tumble", q, qd=[0, 0, 0, 0.3, 8.0, 0.2, 0, 0], moment=[0, 4.0, 0])
+    sim = ca.Simulation(VEHICLE, tumble, control_period=1e-2)
+    found = [sim.q]
+    for _ in range(100):
+        sim.step(np.zeros(8))
+        found.append(sim.q)
+    euler = np.array(found)[:, 3:6]
+    assert np.abs(np.diff(euler, axis=0)).max() < 2.0
+    # Past straight up, and round and round.
+    assert np.abs(euler).max() > 3 * np.pi
+    np.testing.assert_allclose(found, sim.trajectory().q, atol=1e-12)
+
+
+def test_it_sees_what_the_closed_loop_sees() -> None:
+    target = ca.Target(ca.paths.circle(0.1, period=1.0))
+    start = flights.start()
+    sim = ca.Simulation(flights.VEHICLE, flights.scenario(None, q=start, target=target))
+    run = ca.simulate(
+        flights.VEHICLE, flights.scenario(flights.designed(), 0.01, q=start, target=target)
+    )
+    seen, first = sim.observe(), run.isel(time=0)
+    np.testing.assert_allclose(seen.features, first.features, atol=1e-10)
+    np.testing.assert_allclose(seen.desired - seen.features, first.feature_error, atol=1e-10)
+    np.testing.assert_allclose(seen.depth, first.depth, atol=1e-13)
+    np.testing.assert_allclose(seen.target_velocity, first.target_velocity)
+    np.testing.assert_allclose(seen.camera_position, first.camera_position, atol=1e-13)
+    assert seen.in_view.all()
+    for _ in range(5):
+        sim.step([0, 0, 26.0, 0, 0, 0, 0, 0])
+    np.testing.assert_allclose(sim.trajectory().features[-1], sim.observe().features)
+
+
+def test_a_flight_that_bends_too_far_ends_and_keeps_what_was_recorded() -> None:
+    sim = ca.Simulation(flights.VEHICLE, flights.scenario(None, target=None), control_period=0.01)
+    while sim.status == "ok":
+        sim.step([0, 0, 26.0, 0, 0, 0, 2000.0, 0])
+    run = sim.trajectory()
+    assert run.status == 2
+    assert sim.time <= float(run.end_time) <= sim.time + 0.01
+    assert np.isfinite(run.q).all() and len(run.time) == round(sim.time / 0.01) + 1
+    with pytest.raises(ca.InputError, match="the flight ended at .* start a new Simulation"):
+        sim.step(np.zeros(8))
+
+
+def test_nothing_has_flown_yet() -> None:
+    run = ca.Simulation(VEHICLE, scenario()).trajectory()
+    assert float(run.end_time) == 0.0 and run.sizes["time"] == 1
+
+
+def simulation(**words: Any) -> ca.Simulation:
+    given: dict[str, Any] = {"vehicle": VEHICLE, "scenario": scenario()} | words
+    return ca.Simulation(given.pop("vehicle"), given.pop("scenario"), **given)
+
+
+REFUSED: dict[str, tuple[Any, str, str]] = {
+    "vehicle": (lambda: simulation(vehicle=3), "vehicle is 3", "load_vehicle"),
+    "scenario": (lambda: simulation(scenario="A"), "scenario is 'A'", "continuair.Scenario"),
+    "model": (lambda: simulation(model="stiff"), "model is 'stiff'", "coupled"),
+    "step": (lambda: simulation(step=0), "step is 0", "'auto'"),
+    "period": (lambda: simulation(control_period=0), "control_period is 0", "above 0 [s]"),
+    "tau": (lambda: simulation().step([1, 2]), "tau is [1, 2]", "8 finite"),
+    "tau nan": (lambda: simulation().step([np.nan] * 8), "tau is [nan", "8 finite"),
+    "no target": (lambda: simulation().observe(), "target of the scenario is None", "give one"),
+    "controller": (
+        lambda: simulation(scenario=flights.scenario(flights.designed())),
+        "controller of the scenario is DPD-SM-IBVS",
+        "leave the controller out",
+    ),
+    "vehicles": (
+        lambda: simulation(vehicle=VEHICLE.replace({"uav.mass": [2.0, 2.1]})),
+        "vehicle holds 2 runs",
+        "give one run",
+    ),
+    "starts": (
+        lambda: simulation(scenario=scenario(q=[scenario().q, scenario().q])),
+        "scenario holds 2 runs",
+        "give one run",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_stepped_is_refused_in_one_sentence(case: str) -> None:
+    act, start, remedy = REFUSED[case]
+    with pytest.raises(ca.InputError) as caught:
+        act()
+    text = str(caught.value)
+    assert text.startswith(start)
+    assert remedy in text
+    assert_one_plain_sentence(text)

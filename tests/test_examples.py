@@ -1,0 +1,39 @@
+"""The examples run as they are printed, and do what they say."""
+
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+def example(name: str) -> dict[str, Any]:
+    return runpy.run_path(str(EXAMPLES / f"{name}.py"))
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.stem)
+def test_an_example_runs_on_its_own(path: Path, tmp_path: Path) -> None:
+    run = subprocess.run(
+        [sys.executable, str(path)], cwd=tmp_path, capture_output=True, text=True, timeout=300
+    )
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.strip()
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_device_controller_brakes_the_bend_and_keeps_its_place() -> None:
+    fly = example("device_controller")["fly"]
+    free, braked = fly(0.0), fly(0.3)
+    assert np.abs(braked.bend[-200:]).max() < 0.1 * np.abs(free.bend[-200:]).max()
+    np.testing.assert_allclose(braked.position[-1], [0, 0, 3], atol=0.02)
+
+
+def test_the_numpy_controller_brings_the_target_to_the_middle_of_the_image() -> None:
+    error = np.abs(example("numpy_controller")["fly"]().feature_error.to_numpy()).max(axis=1)
+    assert error[0] > 100.0
+    assert error[-1] < 2.0
