@@ -35,9 +35,7 @@ def paper_rates(q: np.ndarray, state: np.ndarray, threshold: Any) -> np.ndarray:
     safe = np.copysign(np.maximum(np.abs(kappa), threshold), kappa)
     around = (bend_rate * across).sum(1)
     psi = np.divide(around, safe, out=np.zeros_like(around), where=safe != 0.0)
-    return np.column_stack(
-        [state[:, ONE_SECTION.velocity], euler, (bend_rate * along).sum(1), psi]
-    )
+    return np.column_stack([state[:, ONE_SECTION.velocity], euler, (bend_rate * along).sum(1), psi])
 
 
 def paper_accelerations(

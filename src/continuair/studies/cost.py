@@ -135,15 +135,17 @@ def as_json(results: dict[str, Any]) -> str:
 def _flight(vehicle: Vehicle, scenario: Scenario, model: str) -> Callable[[], None]:
     """A roll-out alone: everything that can be prepared is."""
     grid = make_grid(DURATION, PERIOD, DURATION, scenario.jumps, PERIOD)
-    engine = close_loop(vehicle, scenario, model, grid, 1, precision="float64", threads=1)
+    q = np.atleast_2d(scenario.q)
+    start, angle = state_from_paper(q, np.zeros_like(q)), q[:, -1]
+    engine = close_loop(
+        vehicle, scenario, model, grid, start, angle, precision="float64", threads=1
+    )
     inputs = sample_inputs(scenario, stage_times(grid), engine.layout)
     at_samples = sample_inputs(scenario, grid.samples, engine.layout)
-    q = np.atleast_2d(scenario.q)
-    start = state_from_paper(q, np.zeros_like(q))
 
     def fly() -> None:
         logs = engine.roll_out(
-            start, q[:, -1], grid, inputs, at_samples, scenario.gravity,
+            start, angle, grid, inputs, at_samples, scenario.gravity,
             groups_in_use(scenario) | COMMAND, False,
         )  # fmt: skip
         assert not logs.status.any(), "a flight that ends early cannot be timed"
