@@ -35,8 +35,8 @@ def design(
     square by default. Raises InputError.
 
     With Λ the inertia that the camera feels, L Λ^(-1/2) = Σ s_i u_i v_iᵀ over the directions seen.
-    K_p = ω² W = Σ ω_i² / s_i² u_i u_iᵀ and C_d = Σ 2 ζ ω / ω_i² u_i u_iᵀ give direction i the poles
-    of p² + 2 ζ ω p + ω_i², with ω_i = ω s_i² / (s_i² + μ² s_1²). μ = 0 makes them all equal, and
+    K_p = ω² W = Σ ω_i² / s_i² u_i u_iᵀ and C_d = Σ 2 ζ / ω_i u_i u_iᵀ give direction i the poles of
+    p² + 2 ζ ω_i p + ω_i², with ω_i = ω s_i² / (s_i² + μ² s_1²). μ = 0 makes them all equal, and
     K_p = ω² (L⁺)ᵀ Λ L⁺; noise in the image then moves the directions that it hardly determines.
     """
     ω = number("bandwidth", bandwidth, 0.0, above=True)
@@ -62,7 +62,7 @@ def design(
         "Kp": ω**2 * (W + W.T) / 2,
         "Kd": number("rate_gain", rate_gain, 0.0, above=True) * (W + W.T) / 2,
         "Cp": 1.0,
-        "Cd": (u * (2.0 * ζ * ω / ω_i**2)) @ u.T + 2.0 * ζ / ω * unseen,
+        "Cd": (u * (2.0 * ζ / ω_i)) @ u.T + 2.0 * ζ / ω * unseen,
         "Cs": number("sliding", sliding, 0.0, above=True),
         "points": len(image) // 2,
     }

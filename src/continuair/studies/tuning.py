@@ -25,9 +25,9 @@ from continuair.studies.tracking_task import SETTINGS, equipped, task
 from continuair.vehicle import Vehicle
 
 RANGES = {
-    "bandwidth": (3.0, 12.0),
-    "damping_ratio": (0.5, 1.5),
-    "conditioning": (3e-4, 1e-2),
+    "bandwidth": (4.0, 16.0),
+    "damping_ratio": (0.5, 1.2),
+    "conditioning": (3e-4, 6e-3),
     "sliding": (1e-6, 1e-2),
     "sigma": (1e-4, 1e-1),
 }
