@@ -58,6 +58,15 @@ def pick(value: Any, run: int) -> Any:
     return tuple(pick(child, run) for child in value) if isinstance(value, tuple) else value
 
 
+def take(value: Any, runs: np.ndarray) -> Any:
+    """Return a batched model of some of its runs, by their indices; a plain one is as it was."""
+    if isinstance(value, np.ndarray):
+        return value[runs]
+    if isinstance(value, BaseModel):
+        return type(value).model_construct(**{name: take(child, runs) for name, child in value})
+    return tuple(take(child, runs) for child in value) if isinstance(value, tuple) else value
+
+
 def plain(value: Any) -> Any:
     """Return a model, batched or not, as dicts, lists and numbers that JSON can hold."""
     if isinstance(value, BaseModel):

@@ -191,7 +191,7 @@ class Engine:
         self._download(out, rates)
         return rates
 
-    def _vehicles(self, part: slice):
+    def _vehicles(self, part: slice | np.ndarray):
         shared = len(self.plants) == 1
         plants = self.plants if shared else self.plants[part]
         table = self.table if shared else self.table[part]

@@ -4,24 +4,36 @@ from collections.abc import Callable
 from functools import cache
 from types import SimpleNamespace
 
+import warp as wp
+
 from continuair.kernels.closed_loop import controlled, watcher
 from continuair.kernels.control import control_code
 from continuair.kernels.dynamics import device_code
 from continuair.kernels.observe import observer
-from continuair.kernels.rollout import integrators
+from continuair.kernels.rollout import differentiator, integrator
 from continuair.kernels.section import section_code
 from continuair.kernels.stepping import stepping_code
+from continuair.kernels.tip import deviation_kernel, tip_logger
 from continuair.kernels.vision import vision_code
 
 
 @cache
 def kernels(precision: str, sections: int, model: str) -> SimpleNamespace:
-    """The kernels `rollout`, `derivative` and `observe` of a model."""
+    """The kernels of a model in open loop; `tip_rollout` logs the tip's pose and nothing else."""
     code = _plant_code(precision, sections, model)
-    rollout, derivative = integrators(code)
     return SimpleNamespace(
-        code=code, rollout=rollout, derivative=derivative, observe=observer(code)
+        code=code,
+        rollout=integrator(code, code.log_row),
+        tip_rollout=integrator(code, tip_logger(code)),
+        derivative=differentiator(code),
+        observe=observer(code),
     )
+
+
+@cache
+def deviation(precision: str) -> wp.Kernel:
+    """The kernel that compares logged tips, the same for every model."""
+    return deviation_kernel(wp.float64 if precision == "float64" else wp.float32)
 
 
 @cache

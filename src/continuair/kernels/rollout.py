@@ -7,13 +7,13 @@ import warp as wp
 from continuair.kernels.stepping import OPTIONS
 
 
-def integrators(code: SimpleNamespace):
-    """The kernels `rollout` and `derivative` of a model with its stepping code."""
+def integrator(code: SimpleNamespace, log_row: wp.Function):
+    """The kernel `rollout` of a model; log_row, as in kernels/stepping.py, writes its log."""
     Real, Row, Plant, Push = code.Real, code.Row, code.Plant, code.Push
     rate_of, freeze, load_state = code.rate_of, code.freeze, code.load_state
-    branch_at, followed, log_row = code.branch_at, code.followed, code.log_row
-    unit_attitude, end_of, width = code.unit_attitude, code.end_of, code.layout.state
-    vec2, half, sixth, two = code.vec2, Real(0.5), Real(1.0 / 6.0), Real(2.0)
+    branch_at, followed = code.branch_at, code.followed
+    unit_attitude, end_of = code.unit_attitude, code.end_of
+    half, sixth, two = Real(0.5), Real(1.0 / 6.0), Real(2.0)
 
     @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
     def rollout(
@@ -77,6 +77,15 @@ def integrators(code: SimpleNamespace):
         status[run] = ended
         last_step[run] = done
 
+    return rollout
+
+
+def differentiator(code: SimpleNamespace):
+    """The kernel `derivative` of a model."""
+    Real, Row, Plant, Push = code.Real, code.Row, code.Plant, code.Push
+    rate_of, freeze, load_state = code.rate_of, code.freeze, code.load_state
+    vec2, two, width = code.vec2, Real(2.0), code.layout.state
+
     @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
     def derivative(
         plants: wp.array(dtype=Plant),
@@ -109,4 +118,4 @@ def integrators(code: SimpleNamespace):
             for j in range(width):
                 rates[run, j] = Real(wp.nan)
 
-    return rollout, derivative
+    return derivative
