@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from continuair.simulation import simulate as simulate
     from continuair.targets import Target as Target
     from continuair.targets import square as square
+    from continuair.sweeps import open_sweep as open_sweep
+    from continuair.sweeps import run_pairs as run_pairs
+    from continuair.sweeps import sweep as sweep
     from continuair.vehicle import Vehicle as Vehicle
     from continuair.vehicle import load_vehicle as load_vehicle
     from continuair.vehicle import preset_names as preset_names
@@ -61,6 +64,9 @@ _HOME = {
     "hold": "controllers.hold",
     "design": "controllers.gains",
     "rigid_inertia": "controllers.gains",
+    "open_sweep": "sweeps",
+    "run_pairs": "sweeps",
+    "sweep": "sweeps",
 }
 __all__ = sorted([*_HOME, "paths"])
 

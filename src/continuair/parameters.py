@@ -75,11 +75,13 @@ def _entries(length: int, entry: Callable[[object], float]) -> BeforeValidator:
     return BeforeValidator(validate)
 
 
+Finite = Annotated[float, BeforeValidator(_finite)]
 Positive = Annotated[float, BeforeValidator(_positive)]
 NotNegative = Annotated[float, BeforeValidator(_not_negative)]
 PositivePair = Annotated[tuple[float, float], _entries(2, _positive)]
 NotNegativePair = Annotated[tuple[float, float], _entries(2, _not_negative)]
 Pair = Annotated[tuple[float, float], _entries(2, _finite)]
+Count = Annotated[int, BeforeValidator(_count)]
 CountPair = Annotated[tuple[int, int], _entries(2, _count)]
 Vector = Annotated[tuple[float, float, float], _entries(3, _finite)]
 Quaternion = Annotated[tuple[float, float, float, float], _entries(4, _finite)]

@@ -1,5 +1,8 @@
 """Sweeps: many paired flights of several models, in memory or in a store that survives a kill."""
 
+from continuair.sweeps.design import Design, load_design
+from continuair.sweeps.execution import sweep
 from continuair.sweeps.pairs import METRICS, run_pairs
+from continuair.sweeps.results import open_sweep
 
-__all__ = ["METRICS", "run_pairs"]
+__all__ = ["METRICS", "Design", "load_design", "open_sweep", "run_pairs", "sweep"]

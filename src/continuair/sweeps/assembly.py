@@ -1,0 +1,189 @@
+"""From the rows of a design to vehicles and scenarios, batched as far as they can be."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from continuair import paths
+from continuair.controllers.classic import classic
+from continuair.controllers.controller import Controller, stack
+from continuair.controllers.gains import design as design_gains
+from continuair.controllers.servoing import servoing
+from continuair.errors import InputError
+from continuair.scenarios import Scenario
+from continuair.sweeps.design import Design
+from continuair.sweeps.excitations import inputs
+from continuair.sweeps.tables import STATE, TABLES, ControllerTable, TargetTable
+from continuair.targets import Target, square
+from continuair.vehicle import Vehicle
+
+Array = np.ndarray
+
+_SHARED = {
+    "scenario.test", "scenario.f1", "scenario.excitation", "scenario.on", "scenario.duration",
+    "scenario.gravity", "controller.law",
+}  # fmt: skip
+"""Fields that are one for a whole launch: runs are grouped by their values."""
+
+_AT_REST = dict(zip(STATE, (0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.1, 0.0), strict=True))
+# Where the camera starts from the desired view, as in the closed-loop study of Amiri et al.
+_OFF = {"x": 0.1, "y": 0.0, "z": 0.1}
+# Inputs that differ from run to run over time fill a table over all steps.
+_RUNS_WITH_OWN_TIMES = 128
+
+
+def batches(design: Design, runs: Array) -> Iterator[tuple[Array, Vehicle, Scenario]]:
+    """Vehicles and scenarios of some runs, with the indices into `runs` of each batch.
+
+    Raises InputError if the parameters of a run cannot be used.
+    """
+    rows = design.rows(runs)
+    apart = [values for name, values in rows.items() if name in _SHARED or values.dtype.kind == "U"]
+    groups: dict[tuple[Any, ...], list[int]] = {}
+    for index, key in enumerate(zip(*apart, strict=True) if apart else [()] * len(runs)):
+        groups.setdefault(key, []).append(index)
+    for group in groups.values():
+        for at in _parts(design, np.array(group), rows):
+            yield (at, *assemble(design, {name: values[at] for name, values in rows.items()}))
+
+
+def assemble(design: Design, rows: dict[str, Array]) -> tuple[Vehicle, Scenario]:
+    """One batch, from the values of its variables; those that are the same in all are shared."""
+    changes = {
+        name.removeprefix("vehicle."): _shared(values)
+        for name, values in rows.items()
+        if name.startswith("vehicle.")
+    }
+    vehicle = design.vehicle.replace(changes) if changes else design.vehicle
+    fields = {name: _fields(design, name, rows) for name in TABLES}
+    if design.base.target is None:
+        return vehicle, _open_loop(vehicle, fields["scenario"])
+    count = len(next(iter(rows.values()), np.zeros(1)))
+    return vehicle, _closed_loop(vehicle, fields, count, design.base.seed)
+
+
+def _parts(design: Design, group: Array, rows: dict[str, Array]) -> list[Array]:
+    """The group in parts that fit into memory."""
+    timed = ("scenario.amplitude", "scenario.frequency", "scenario.end_frequency", "scenario.phase")
+    table = design.base.scenario
+    steady = table.excitation in ("none", "constant") and table.test in (None, "A", "B")
+    switched = {"scenario.test", "scenario.excitation"} & set(rows)
+    if not any(name in rows for name in timed) or (steady and not switched):
+        return [group]
+    return np.array_split(group, -(-len(group) // _RUNS_WITH_OWN_TIMES))
+
+
+def _fields(design: Design, name: str, rows: dict[str, Array]) -> dict[str, Any]:
+    """Fields of a table: those of the base, and arrays over runs for those that vary.
+
+    Raises InputError as the table does, for the first run that it refuses.
+    """
+    table = getattr(design.base, name)
+    if table is None:
+        return {}
+    varied = {
+        field.removeprefix(f"{name}."): values
+        for field, values in rows.items()
+        if field.startswith(f"{name}.")
+    }
+    plain = {field: getattr(table, field) for field in type(table).model_fields}
+    for run in range(len(next(iter(varied.values()), ()))):
+        try:
+            type(table)(**plain | {field: values[run].item() for field, values in varied.items()})
+        except InputError as error:
+            raise error.within(f"{name}.") from None
+    return plain | {field: _shared(values) for field, values in varied.items()}
+
+
+def _shared(values: Array) -> Any:
+    """A single value where all are the same, as a launch needs of some fields."""
+    return values[0].item() if (values == values[0]).all() else values
+
+
+def _open_loop(vehicle: Vehicle, fields: dict[str, Any]) -> Scenario:
+    given = {name: _AT_REST[name] if fields[name] is None else fields[name] for name in STATE}
+    excited = inputs(fields)
+    if np.any(fields["lift"]):
+        weight = np.asarray(fields["lift"]) * vehicle.mass * fields["gravity"]
+        lift = np.zeros((*np.shape(weight), 3))
+        lift[..., 2] = weight
+        excited["force"] = _sum(excited.get("force"), lift)
+    return _scenario(fields, given, **excited)
+
+
+def _sum(excitation: Any, lift: Array) -> Any:
+    if excitation is None:
+        return lift
+    if not callable(excitation):
+        return excitation + lift
+    return lambda t: excitation(t) + lift
+
+
+def _scenario(fields: dict[str, Any], state: dict[str, Any], **rest: Any) -> Scenario:
+    q = np.stack(np.broadcast_arrays(*(state[name] for name in STATE)), axis=-1)
+    rates = np.broadcast_arrays(*(fields[f"{name}_rate"] for name in STATE))
+    qd = np.stack(rates, axis=-1)
+    if q.ndim != qd.ndim:
+        runs = max(len(np.atleast_2d(q)), len(np.atleast_2d(qd)))
+        q, qd = (np.broadcast_to(rows, (runs, len(STATE))) for rows in (q, qd))
+    options = {"duration": fields["duration"], "gravity": fields["gravity"]}
+    return Scenario("sweep", q, qd, **options, **rest)
+
+
+def _closed_loop(
+    vehicle: Vehicle, fields: dict[str, dict[str, Any]], runs: int, seed: int
+) -> Scenario:
+    scenario = fields["scenario"]
+    targets = [_target(one) for one in _each(fields["target"], runs)]
+    start = np.array([target.path(0.0)[0][0] for target in targets])
+    # The straight arm hangs from its mount, and the camera looks down from its end.
+    mount, length = np.transpose(vehicle.uav.mount), np.asarray(vehicle.arm.length)
+    height = np.array([target.distance for target in targets]) + length - mount[2]
+    above = {"x": start[:, 0] - mount[0], "y": start[:, 1] - mount[1], "z": start[:, 2] + height}
+    off = {name: _OFF[name] if scenario[name] is None else scenario[name] for name in _OFF}
+    state = {name: scenario[name] for name in STATE}
+    state |= {name: above[name] + off[name] for name in _OFF}
+    controllers = [
+        _controller(vehicle.select(run) if vehicle.runs else vehicle, one, targets[run])
+        for run, one in enumerate(_each(fields["controller"], runs))
+    ]
+    return _scenario(
+        scenario,
+        state,
+        **inputs(scenario),
+        controller=stack(controllers),
+        target=targets,
+        seed=seed,
+    )
+
+
+def _each(fields: dict[str, Any], runs: int) -> Iterator[dict[str, Any]]:
+    for run in range(runs):
+        yield {
+            name: value[run].item() if isinstance(value, np.ndarray) else value
+            for name, value in fields.items()
+        }
+
+
+def _target(fields: dict[str, Any]) -> Target:
+    table = TargetTable(**fields)
+    path = paths.word(table.letter, table.height, table.duration)
+    return Target(path, square(table.side), table.distance)
+
+
+def _controller(vehicle: Vehicle, fields: dict[str, Any], target: Target) -> Controller:
+    table = ControllerTable(**fields)
+    if table.law == "classic":
+        return classic(vehicle, table.rate, table.inner)
+    gains = design_gains(
+        vehicle,
+        table.bandwidth,
+        desired=target.desired,
+        distance=target.distance,
+        damping=table.damping,
+        sliding=table.sliding,
+    )
+    return servoing(**gains, posture_damping=table.posture_damping)

@@ -1,0 +1,89 @@
+"""Units of a sweep on a Dask cluster whose workers see the same store."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from continuair.errors import InputError, shown
+from continuair.sweeps.store import Store, open_store
+from continuair.sweeps.units import compute
+
+_ANSWER_WITHIN = 10.0  # seconds
+# Tasks of one worker's threads share the compiler, which is not thread-safe.
+_first = threading.Lock()
+_ready = threading.Event()
+
+
+@contextmanager
+def connected(address: str) -> Iterator[Any]:
+    """A client of the scheduler at an address; raises InputError if it does not answer."""
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InputError(
+            "scheduler needs Dask, which is not installed; pip install 'continuair[cluster]'."
+        ) from None
+    try:
+        client = Client(address, timeout=_ANSWER_WITHIN, set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(
+            f"scheduler is {shown(address)}, which does not answer ({type(error).__name__}); start "
+            "one with 'dask scheduler', and give the address that it prints."
+        ) from None
+    with client:
+        yield client
+
+
+def compute_on(client: Any, store: Store, units: list[int], done: Callable[[], None]) -> None:
+    """Have the workers compute units; units of workers that go away are given to others."""
+    from distributed import as_completed
+
+    left = units
+    while left:
+        tasks = {
+            client.submit(compute_unit, str(store.path), unit, store.device, pure=False): unit
+            for unit in left
+        }
+        failed: dict[int, BaseException] = {}
+        for task in as_completed(tasks):
+            error = task.exception() if task.status == "error" else None
+            if error is None:
+                done()
+            elif isinstance(error, InputError):
+                raise error
+            else:
+                failed[tasks[task]] = error
+        if len(failed) == len(left):
+            raise next(iter(failed.values()))
+        left = sorted(failed)
+
+
+def compute_unit(path: str, unit: int, device: str) -> None:
+    """Compute a unit on a worker, and write it to the store."""
+    from distributed import get_worker
+
+    store = _opened(path)
+    if store.done_flags[unit]:
+        return
+    threads = max(1, (os.cpu_count() or 1) // get_worker().state.nthreads)
+    runs = store.runs(unit)
+    if _ready.is_set():
+        store.write(unit, compute(store.design, runs, device, threads))
+        return
+    with _first:
+        store.write(unit, compute(store.design, runs, device, threads))
+        _ready.set()
+
+
+@cache
+def _opened(path: str) -> Store:
+    try:
+        return open_store(Path(path))
+    except InputError as error:
+        raise error.within(f"worker {os.uname().nodename}: ") from None

@@ -1,0 +1,208 @@
+"""A design: which runs a sweep consists of, from a TOML file or an xarray Dataset."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from continuair.errors import InputError, shown
+from continuair.sweeps.pairs import METRICS
+from continuair.sweeps.sampling import flat, values, values_along
+from continuair.sweeps.tables import Base, check_field
+from continuair.vehicle import Vehicle, load_vehicle
+
+Array = np.ndarray
+
+RESERVED = ("run", "model", "quantity", "axis", "quaternion")
+"""Names of dimensions that results have already."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A field that varies: the dimensions it varies along, and its values over them."""
+
+    dims: tuple[str, ...]
+    values: Array
+
+
+@dataclass(frozen=True)
+class Design:
+    """The runs of a sweep: a base, and variables over dimensions that multiply.
+
+    Run r is the r-th point of the grid over `sizes`, the last dimension changing fastest.
+    """
+
+    base: Base
+    vehicle: Vehicle
+    variables: Mapping[str, Variable]
+    sizes: Mapping[str, int]
+
+    @property
+    def runs(self) -> int:
+        """The number of runs."""
+        return math.prod(self.sizes.values())
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        """The models that every run flies, the reference first."""
+        return ("coupled", *dict.fromkeys(self.base.models))
+
+    @property
+    def metrics(self) -> tuple[str, ...]:
+        """The metrics that are kept."""
+        return self.base.metrics or self.possible_metrics
+
+    @property
+    def possible_metrics(self) -> tuple[str, ...]:
+        """The metrics that the scenario has."""
+        closed = self.base.target is not None
+        return tuple(name for name in METRICS if closed or not name.endswith("_px"))
+
+    def rows(self, runs: Array) -> dict[str, Array]:
+        """The values of every variable in some runs, by their indices."""
+        at = dict(zip(self.sizes, np.unravel_index(runs, tuple(self.sizes.values())), strict=True))
+        return {
+            name: variable.values[tuple(at[dim] for dim in variable.dims)]
+            if variable.dims
+            else np.full(len(runs), variable.values)
+            for name, variable in self.variables.items()
+        }
+
+    def describe(self) -> dict[str, Any]:
+        """The base and the vehicle as JSON can hold them."""
+        return {"base": self.base.model_dump(), "vehicle": self.vehicle.describe()}
+
+    @property
+    def digest(self) -> str:
+        """A hash of everything that determines the runs."""
+        content: dict[str, Any] = {**self.describe(), "sizes": dict(self.sizes)}
+        content["variables"] = {
+            name: [variable.dims, str(variable.values.dtype), _hash(variable.values.tobytes())]
+            for name, variable in self.variables.items()
+        }
+        return _hash(json.dumps(content, sort_keys=True).encode())
+
+
+def load_design(
+    design: str | os.PathLike[str] | xr.Dataset | Design, metrics: tuple[str, ...] | None = None
+) -> Design:
+    """The design that a TOML file or a Dataset describes; docs/sweeps.md has both forms.
+
+    metrics: instead of those of the design. Raises InputError.
+    """
+    if isinstance(design, Design):
+        found = design
+    elif isinstance(design, xr.Dataset):
+        found = _from_dataset(design)
+    elif isinstance(design, (str, os.PathLike)):
+        found = _from_file(Path(design).expanduser())
+    else:
+        raise InputError(f"design is {shown(design)}; give a .toml file or an xarray Dataset.")
+    if metrics is not None:
+        base = found.base.model_copy(update={"metrics": tuple(metrics)})
+        found = Design(base, found.vehicle, found.variables, found.sizes)
+    for name in found.metrics:
+        if name not in found.possible_metrics:
+            raise InputError(
+                f"metrics holds {shown(name)}, which this design does not have; use "
+                f"{', '.join(found.possible_metrics)}."
+            )
+    return found
+
+
+def _from_file(path: Path) -> Design:
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(
+            f"design is {path}, which cannot be read ({error.strerror}); give a .toml file."
+        ) from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not valid TOML: {error}; correct that line.") from None
+    try:
+        return _from_tables(tables, path.parent)
+    except InputError as error:
+        raise error.within(f"{path}: ") from None
+
+
+def _from_tables(tables: dict[str, Any], folder: Path) -> Design:
+    vary, fixed = tables.pop("vary", []), tables.pop("set", {})
+    if not isinstance(vary, list) or any(not isinstance(table, dict) for table in vary):
+        raise InputError("vary is not a list of tables; write [[vary]] above each of them.")
+    if not isinstance(fixed, dict):
+        raise InputError(f"set is {shown(fixed)}; give a table of fields ([set]).")
+    base = Base(**tables)
+    variables = {
+        name: Variable((), values(name, [value])[0]) for name, value in flat(fixed).items()
+    }
+    sizes: dict[str, int] = {}
+    for index, table in enumerate(vary):
+        given = {name: value for name, value in table.items() if name != "dimension"}
+        found = values_along(given, [base.seed, index])
+        dimension = table.get("dimension", next(iter(found)).rpartition(".")[2])
+        if dimension in sizes:
+            raise InputError(
+                f"dimension {shown(dimension)} is that of two vary tables; write their fields in "
+                "one table if they vary together, or give one table another dimension."
+            )
+        for name, column in found.items():
+            if name in variables:
+                raise InputError(f"{name} varies in two tables; leave it out of one.")
+            variables[name] = Variable((dimension,), column)
+        sizes[dimension] = len(next(iter(found.values())))
+    return _design(base, _vehicle(base, folder), variables, sizes)
+
+
+def _from_dataset(dataset: xr.Dataset) -> Design:
+    base = Base(**{str(name): value for name, value in dataset.attrs.items()})
+    variables = {}
+    for name, variable in dataset.variables.items():
+        if name in dataset.dims and "." not in str(name):
+            continue  # labels of a dimension
+        array = variable.to_numpy()
+        array = array.astype(str) if array.dtype.kind == "O" else array
+        flattened = values(str(name), array.ravel().tolist())
+        dims = tuple(str(dim) for dim in variable.dims)
+        variables[str(name)] = Variable(dims, flattened.reshape(array.shape))
+    sizes = {str(name): size for name, size in dataset.sizes.items()}
+    return _design(base, _vehicle(base, Path()), variables, sizes)
+
+
+def _vehicle(base: Base, folder: Path) -> Vehicle:
+    name = base.vehicle
+    return load_vehicle(folder / name if name.endswith(".toml") else name)
+
+
+def _design(
+    base: Base, vehicle: Vehicle, variables: dict[str, Variable], sizes: dict[str, int]
+) -> Design:
+    for name in sizes:
+        if not isinstance(name, str) or not name or name in RESERVED:
+            raise InputError(
+                f"dimension is {shown(name)}, which results need for themselves; give another name."
+            )
+    for name, variable in variables.items():
+        if name.startswith("vehicle."):
+            # The vehicle itself tells which fields it has, and what they may hold.
+            probe = {name.removeprefix("vehicle."): variable.values.ravel()[0].item()}
+            try:
+                vehicle.replace(probe)
+            except InputError as error:
+                raise error.within("vehicle.") from None
+        else:
+            check_field(name, base)
+    return Design(base, vehicle, variables, sizes)
+
+
+def _hash(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()

@@ -1,0 +1,127 @@
+"""Runs a sweep: which units are left, who computes them, and what there is at the end."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import xarray as xr
+
+from continuair.errors import InputError, shown
+from continuair.kernels.engine import check_device
+from continuair.sweeps.design import Design, load_design
+from continuair.sweeps.results import open_sweep, require_zarr
+from continuair.sweeps.units import check, compute, unit_size
+
+# zarr and Dask are optional: what needs them is imported where it is used.
+if TYPE_CHECKING:
+    from continuair.sweeps.store import Store
+
+Progress = Callable[[int, int, str], None]
+
+
+def sweep(
+    design: str | os.PathLike[str] | xr.Dataset | Design,
+    out: str | os.PathLike[str],
+    *,
+    metrics: Iterable[str] | None = None,
+    device: str = "cpu",
+    threads: int | None = None,
+    scheduler: str | None = None,
+    shard: tuple[int, int] = (1, 1),
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Fly all runs of a design into a store, or those that are left, and return its results.
+
+    design: a .toml file, or a Dataset whose variables are fields (docs/sweeps.md). out: the zarr
+    store; one of the same design is continued. metrics: names, those of the design by default.
+    device: "cpu" or a CUDA device. threads: CPU threads, all by default. scheduler: the address of
+    a Dask scheduler whose workers see the same `out`. shard: (i, n), to do the i-th of n parts,
+    counted from 1. progress: called with (done, total, what). Returns the Dataset of `open_sweep`.
+    Raises InputError before anything is written.
+    """
+    require_zarr()
+    path = Path(out).expanduser().absolute()
+    found = load_design(design, None if metrics is None else tuple(metrics))
+    part, parts = _checked_shard(shard)
+    report = progress or (lambda done, total, what: None)
+    if scheduler is None:
+        check_device(device)
+    with _client(scheduler) as client:
+        store = _opened(path, found, device, report)
+        mine = range(part - 1, store.units, parts)
+        done = store.done()
+        left = [unit for unit in mine if not done[unit]]
+        count = _Count(len(mine) - len(left), len(mine), report)
+        if client is None:
+            _compute_here(store, left, device, threads, count)
+        else:
+            from continuair.sweeps.cluster import compute_on
+
+            compute_on(client, store, left, count)
+        if store.done().all():
+            store.clean()
+    return open_sweep(path)
+
+
+class _Count:
+    """Reports one more unit done each time it is called."""
+
+    def __init__(self, done: int, total: int, report: Progress) -> None:
+        self.done, self.total, self.report = done, total, report
+        report(done, total, "units")
+
+    def __call__(self) -> None:
+        self.done += 1
+        self.report(self.done, self.total, "units")
+
+
+@contextmanager
+def _client(scheduler: str | None) -> Iterator[Any]:
+    if scheduler is None:
+        yield None
+        return
+    from continuair.sweeps.cluster import connected
+
+    with connected(scheduler) as client:
+        yield client
+
+
+def _opened(path: Path, design: Design, device: str, report: Progress) -> Store:
+    """The store at a path, made first if there is none."""
+    from continuair.sweeps.store import check_new, create, is_store, open_store
+
+    if not is_store(path):
+        check_new(path, design, unit_size(design, device))
+        report(0, 1, "checking the design")
+        check(design, device)
+        create(path, design, device)
+    return open_store(path, device, design)
+
+
+def _compute_here(
+    store: Store, units: list[int], device: str, threads: int | None, done: Callable[[], None]
+) -> None:
+    """Compute units in turn; each is written while the next one flies."""
+    with ThreadPoolExecutor(1) as writer:
+        writing: Future[None] | None = None
+        for unit in units:
+            block = compute(store.design, store.runs(unit), device, threads)
+            if writing is not None:
+                writing.result()
+                done()
+            writing = writer.submit(store.write, unit, block)
+        if writing is not None:
+            writing.result()
+            done()
+
+
+def _checked_shard(shard: Any) -> tuple[int, int]:
+    whole = isinstance(shard, tuple) and len(shard) == 2 and all(type(n) is int for n in shard)
+    if not whole or not 1 <= shard[0] <= shard[1]:
+        raise InputError(f"shard is {shown(shard)}; give (i, n) with i from 1 to n.")
+    return shard[0], shard[1]

@@ -1,0 +1,72 @@
+"""The results of a sweep as a labelled Dataset over the dimensions of its design."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from continuair.errors import InputError
+from continuair.sweeps.design import Design
+from continuair.sweeps.pairs import METRICS
+from continuair.sweeps.units import STATUSES
+
+_UNITS: dict[str, tuple[str, str]] = {
+    **METRICS,
+    "tip_x_m": ("m", "tip of the arm at the end, world x"),
+    "tip_y_m": ("m", "tip of the arm at the end, world y"),
+    "tip_z_m": ("m", "tip of the arm at the end, world z"),
+    "status": ("1", "how the run ended: " + ", ".join(f"{k} {v}" for k, v in STATUSES.items())),
+    "end_time": ("s", "time up to which the run is valid"),
+    "step": ("s", "integration step"),
+}
+
+_PROVENANCE = ("design_hash", "seed", "machine", "device", "unit_size", "done")
+
+
+def open_sweep(out: str | os.PathLike[str]) -> xr.Dataset:
+    """The results of a store, finished or not, over the design's dimensions and `model`.
+
+    Data variables are the metrics, the tip's position at the end, status, end_time and step (NaN
+    where a run is not done); coordinates are what varied. Attributes hold the provenance; `done`
+    and `runs` in them count the runs. Raises InputError if there is no store.
+    """
+    from continuair.sweeps.store import open_store
+
+    store = open_store(Path(out).expanduser().absolute(), any_version=True)
+    attributes = store.attributes
+    finished = np.repeat(store.done(), store.size)[: store.design.runs]
+    return labelled(store.design, store.results[...], attributes | {"done": int(finished.sum())})
+
+
+def labelled(design: Design, results: np.ndarray, attributes: dict[str, Any]) -> xr.Dataset:
+    """A Dataset from quantities (runs, models, quantities)."""
+    dims, shape = list(design.sizes), list(design.sizes.values())
+    grid = results.reshape(*shape, *results.shape[1:])
+    data: dict[str, Any] = {}
+    for index, name in enumerate(attributes["quantities"]):
+        units, meaning = _UNITS[name]
+        values = np.ascontiguousarray(grid[..., index])
+        data[name] = ([*dims, "model"], values, {"units": units, "long_name": meaning})
+    coordinates: dict[str, Any] = {
+        name: (list(variable.dims), variable.values) for name, variable in design.variables.items()
+    }
+    coordinates["model"] = list(design.models)
+    kept = {name: json.dumps(attributes[name]) for name in ("design", "versions")}
+    kept |= {name: attributes[name] for name in _PROVENANCE}
+    return xr.Dataset(data, coordinates, {"name": design.base.name, "runs": design.runs, **kept})
+
+
+def require_zarr() -> None:
+    """Raise InputError if zarr, an optional dependency, is not installed."""
+    try:
+        import zarr  # noqa: F401
+    except ImportError:
+        raise InputError(
+            "out cannot be written without zarr, which is not installed; "
+            "pip install 'continuair[sweep]'."
+        ) from None

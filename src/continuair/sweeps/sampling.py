@@ -1,0 +1,127 @@
+"""Values of variables along one dimension: lists, ranges, and samples of a box of ranges."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from continuair.errors import InputError, nearest, shown
+
+SAMPLINGS = ("sobol", "latin-hypercube")
+_RANGE_KEYS = ("from", "to", "count", "spacing")
+_SPACINGS = ("linear", "log")
+
+Array = np.ndarray
+
+
+def values_along(table: Mapping[str, Any], seed: Any) -> dict[str, Array]:
+    """Variables of one [[vary]] table, all of one length.
+
+    table: field -> list of values or range {from, to, count, spacing}; with `sampling` and `count`
+    in it, ranges are sampled together, each with a share of the box. Raises InputError.
+    """
+    fields = flat({name: v for name, v in table.items() if name not in ("sampling", "count")})
+    if not fields:
+        raise InputError("vary holds a table without a field; name one, as in vehicle.arm.radius.")
+    if "sampling" in table:
+        return _sampled(fields, table["sampling"], table.get("count"), seed)
+    if "count" in table:
+        raise InputError(
+            "count of a vary table needs a sampling; give sampling, one of "
+            f"{', '.join(SAMPLINGS)}, or a count in each range."
+        )
+    found = {name: _listed(name, value) for name, value in fields.items()}
+    lengths = {name: len(values) for name, values in found.items()}
+    if len(set(lengths.values())) > 1:
+        counts = ", ".join(f"{name} holds {length}" for name, length in lengths.items())
+        raise InputError(
+            f"vary holds fields of different lengths in one table ({counts}), which vary together; "
+            "give as many values for each, or a table for each."
+        )
+    return found
+
+
+def flat(fields: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Dotted names from nested tables, as TOML makes them of names without quotation marks."""
+    found: dict[str, Any] = {}
+    for name, value in fields.items():
+        if isinstance(value, Mapping) and not {"from", "to"} & set(value):
+            found |= flat(value, f"{prefix}{name}.")
+        else:
+            found[f"{prefix}{name}"] = value
+    return found
+
+
+def _listed(field: str, value: Any) -> Array:
+    if isinstance(value, Mapping):
+        low, high, log = _range(field, value)
+        count = _count(f"{field}.count", value.get("count"))
+        return np.geomspace(low, high, count) if log else np.linspace(low, high, count)
+    return values(field, value)
+
+
+def values(field: str, value: Any) -> Array:
+    """A list of numbers, texts or booleans as an array; raises InputError for anything else."""
+    array = np.asarray(value) if isinstance(value, (list, tuple)) and value else np.empty(0)
+    if array.ndim != 1 or not len(array) or array.dtype.kind not in "biufU":
+        raise InputError(
+            f"{field} is {shown(value)}; give a list of values, or a range {{from, to, count}}."
+        )
+    if array.dtype.kind == "f" and not np.isfinite(array).all():
+        raise InputError(f"{field} holds {shown(value)}; give finite numbers.")
+    return array.astype(float) if array.dtype.kind in "iu" else array
+
+
+def _sampled(fields: dict[str, Any], sampling: Any, count: Any, seed: Any) -> dict[str, Array]:
+    # SciPy's statistics are slow to import.
+    from scipy.stats import qmc
+
+    if sampling not in SAMPLINGS:
+        raise InputError(f"sampling is {shown(sampling)}; {nearest(str(sampling), SAMPLINGS)}.")
+    count = _count("count", count)
+    for name, value in fields.items():
+        if not isinstance(value, Mapping) or "count" in value:
+            raise InputError(
+                f"{name} is {shown(value)} in a sampled table; give a range {{from, to}}, or move "
+                "it to a table of its own."
+            )
+    ranges = {name: _range(name, value) for name, value in fields.items()}
+    generator = np.random.default_rng(seed)
+    if sampling == "sobol":
+        # Balanced at powers of two: what is beyond the count is left out.
+        sampler = qmc.Sobol(len(ranges), rng=generator)
+        points = sampler.random_base2(int(np.ceil(np.log2(count))))[:count]
+    else:
+        points = qmc.LatinHypercube(len(ranges), rng=generator).random(count)
+    found = {}
+    for (name, (low, high, log)), column in zip(ranges.items(), points.T, strict=True):
+        found[name] = low * (high / low) ** column if log else low + (high - low) * column
+    return found
+
+
+def _range(field: str, value: Mapping[str, Any]) -> tuple[float, float, bool]:
+    for key in value:
+        if key not in _RANGE_KEYS:
+            raise InputError(f"{field}.{key} is not part of a range; {nearest(key, _RANGE_KEYS)}.")
+    low, high = (_number(f"{field}.{key}", value.get(key)) for key in ("from", "to"))
+    spacing = value.get("spacing", "linear")
+    if spacing not in _SPACINGS:
+        raise InputError(f"{field}.spacing is {shown(spacing)}; use one of linear, log.")
+    if spacing == "log" and not (low > 0.0 and high > 0.0):
+        raise InputError(f"{field} has spacing 'log' from {low} to {high}; give ends above 0.")
+    return low, high, spacing == "log"
+
+
+def _count(what: str, count: Any) -> int:
+    if not isinstance(count, int) or isinstance(count, bool) or count < 1:
+        raise InputError(f"{what} is {shown(count)}; give a whole number above 0.")
+    return count
+
+
+def _number(what: str, value: Any) -> float:
+    real = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not real or not np.isfinite(value):
+        raise InputError(f"{what} is {shown(value)}; give a finite number.")
+    return float(value)

@@ -1,0 +1,231 @@
+"""The tables of a design: what all runs of a sweep share, and what can vary from run to run."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import field_validator, model_validator
+
+from continuair.errors import InputError, nearest
+from continuair.parameters import Count, Finite, NotNegative, Part, Positive
+
+Channel = Literal[
+    "force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z", "bend_x", "bend_y",
+    "tip_force_x", "tip_force_y", "tip_force_z", "tip_moment_x", "tip_moment_y", "tip_moment_z",
+]  # fmt: skip
+
+STATE = ("x", "y", "z", "roll", "pitch", "yaw", "kappa", "psi_a")
+"""The paper's coordinates, in order."""
+
+
+class ScenarioTable(Part):
+    """How the runs start, what excites them, and for how long."""
+
+    test: Literal["A", "B", "C", "D"] | None = None
+    """an open-loop test of the paper, whose inputs are multiplied by amplitude"""
+
+    f1: NotNegative = 1.0
+    """the chirp's frequency at 10 s in Test D [Hz]"""
+
+    excitation: Literal["none", "constant", "sine", "chirp"] = "none"
+    """instead of a test, a named excitation on one channel"""
+
+    on: Channel = "force_x"
+    """the excitation's channel: force and tip in world axes, moment and bend in body axes"""
+
+    amplitude: Finite = 1.0
+    """the excitation's amplitude [N, N m or N m²], or the factor on a test's inputs [-]"""
+
+    frequency: NotNegative = 1.0
+    """the frequency of a sine, or of a chirp at its start [Hz]"""
+
+    end_frequency: NotNegative = 1.0
+    """the frequency of a chirp at the end of the flight [Hz]"""
+
+    phase: Finite = 0.0
+    """the phase of a sine or chirp [rad]"""
+
+    lift: Finite = 0.0
+    """an upward force on the UAV, in weights of the vehicle [-]"""
+
+    duration: Positive = 1.0
+    """the duration of the flight [s]"""
+
+    gravity: NotNegative = 9.81
+    """the acceleration of gravity [m/s²]"""
+
+    x: Finite | None = None
+    """the initial position [m]; with a target, from where the image is the desired one"""
+
+    y: Finite | None = None
+    """the initial position, as x [m]"""
+
+    z: Finite | None = None
+    """the initial position, as x [m]"""
+
+    roll: Finite = 0.0
+    """the initial roll [rad]"""
+
+    pitch: Finite = 0.0
+    """the initial pitch [rad]"""
+
+    yaw: Finite = 0.0
+    """the initial yaw [rad]"""
+
+    kappa: Finite = 0.1
+    """the initial bend [1/m]"""
+
+    psi_a: Finite = 0.0
+    """the initial direction of the bend [rad]"""
+
+    x_rate: Finite = 0.0
+    """the initial velocity [m/s]"""
+
+    y_rate: Finite = 0.0
+    """the initial velocity [m/s]"""
+
+    z_rate: Finite = 0.0
+    """the initial velocity [m/s]"""
+
+    roll_rate: Finite = 0.0
+    """the initial rate of the roll angle [rad/s]"""
+
+    pitch_rate: Finite = 0.0
+    """the initial rate of the pitch angle [rad/s]"""
+
+    yaw_rate: Finite = 0.0
+    """the initial rate of the yaw angle [rad/s]"""
+
+    kappa_rate: Finite = 0.0
+    """the initial rate of the bend [1/(m s)]"""
+
+    psi_a_rate: Finite = 0.0
+    """the initial rate of the bend's direction [rad/s]"""
+
+    @model_validator(mode="after")
+    def _one_excitation(self) -> ScenarioTable:
+        if self.test is not None and self.excitation != "none":
+            raise InputError(
+                f"excitation is '{self.excitation}' while test is '{self.test}'; keep one of them."
+            )
+        return self
+
+
+class ControllerTable(Part):
+    """The controller, tuned for the vehicle of each run."""
+
+    law: Literal["servoing", "classic"] = "servoing"
+    """the paper's law with designed gains, or classic image-based servoing"""
+
+    bandwidth: Positive = 3.0
+    """the bandwidth of the paper's law [rad/s]"""
+
+    damping: Positive = 1e-4
+    """the share of K_d in the weights of the paper's law [-]"""
+
+    sliding: Positive = 1e-6
+    """C_s of the paper's law [-]"""
+
+    posture_damping: NotNegative = 0.0
+    """a moment against the bend rate, in the paper's law [N m² s]"""
+
+    rate: Positive = 0.5
+    """the rate of classic servoing [1/s]"""
+
+    inner: Positive = 6.0
+    """the rate of the velocity loop of classic servoing [1/s]"""
+
+
+class TargetTable(Part):
+    """The target: a square whose centre writes letters in the world's xy plane."""
+
+    letter: str = "M"
+    """the letters to write, of M, R, A, L"""
+
+    height: Positive = 0.8
+    """the height of the letters [m]"""
+
+    duration: Positive = 50.0
+    """the time that the letters take [s]"""
+
+    side: Positive = 0.5
+    """the side of the square [m]"""
+
+    distance: Positive = 2.0
+    """the distance of the camera from the square [m]"""
+
+
+class Base(Part):
+    """What all runs of a sweep share."""
+
+    name: str = "sweep"
+    """the name of the sweep"""
+
+    vehicle: str = "paper"
+    """a preset's name, or the path of a .toml file, from the design's folder"""
+
+    models: tuple[Literal["decoupled", "independent"], ...] = ("decoupled",)
+    """the models to compare with the coupled one"""
+
+    metrics: tuple[str, ...] | None = None
+    """the metrics to keep; all that the scenario has by default"""
+
+    step: Positive | Literal["auto"] = "auto"
+    """the integration step [s], or "auto" """
+
+    sample: Positive = 1e-3
+    """the time between the samples that are compared [s]"""
+
+    settle: NotNegative = 0.0
+    """the time at the start that metrics in pixels leave out [s]"""
+
+    seed: int = 0
+    """the seed of sampled variables and of the camera's noise"""
+
+    chunk: Count | None = None
+    """the number of runs in a unit of work, chosen by default"""
+
+    scenario: ScenarioTable = ScenarioTable()
+    """the scenario, a table ([scenario])"""
+
+    controller: ControllerTable | None = None
+    """closes the loop, a table ([controller])"""
+
+    target: TargetTable | None = None
+    """what a controller looks at, a table ([target])"""
+
+    @field_validator("step", mode="before")
+    @classmethod
+    def _positive_or_auto(cls, value: object) -> object:
+        if isinstance(value, str) and value != "auto":
+            raise ValueError("must be a number or 'auto'")
+        return value
+
+    @model_validator(mode="after")
+    def _closed_together(self) -> Base:
+        if (self.controller is None) != (self.target is None):
+            absent = "controller" if self.controller is None else "target"
+            raise InputError(f"{absent} is missing, but a closed loop needs both; add [{absent}].")
+        return self
+
+
+TABLES: dict[str, type[Part]] = {
+    "scenario": ScenarioTable,
+    "controller": ControllerTable,
+    "target": TargetTable,
+}
+
+
+def check_field(field: str, base: Base) -> None:
+    """Raise InputError unless a table of the design has the field `scenario.…` and so on."""
+    table, _, name = field.partition(".")
+    if table not in TABLES:
+        remedy = f"start it with vehicle, {', '.join(TABLES)}, as in vehicle.arm.radius"
+        if field in ("model", "models"):
+            remedy = "list the models in models: each run flies all of them"
+        raise InputError(f"{field} is not a field that can vary; {remedy}.")
+    known = [f"{table}.{other}" for other in TABLES[table].model_fields]
+    if field not in known:
+        raise InputError(f"{field} is not a known field; {nearest(field, known)}.")
+    if getattr(base, table) is None:
+        raise InputError(f"{field} varies, but the design has no [{table}]; add that table.")

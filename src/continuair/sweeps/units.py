@@ -1,0 +1,117 @@
+"""One unit of work: some runs of a design, flown and reduced to numbers."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+
+from continuair.errors import ContinuairWarning, InputError
+from continuair.kernels.stepping import STATUS
+from continuair.scenarios import Scenario
+from continuair.sweeps.assembly import batches
+from continuair.sweeps.design import Design
+from continuair.sweeps.pairs import run_pairs
+from continuair.vehicle import Vehicle
+
+Array = np.ndarray
+
+REFUSED = -1
+"""Status of a run whose parameters no vehicle or scenario can have."""
+
+STATUSES = {REFUSED: "parameters refused", **STATUS}
+"""Status -> meaning."""
+
+_ENDS = ("tip_x_m", "tip_y_m", "tip_z_m", "status", "end_time", "step")
+
+# Simulated seconds of one model in a unit: some seconds of work on two cores, or on a GPU.
+_SECONDS_PER_UNIT = {"cpu": 2000.0, "cuda": 40000.0}
+
+
+def quantities(design: Design) -> tuple[str, ...]:
+    """What is kept of a run and model, in order."""
+    return (*design.metrics, *_ENDS)
+
+
+def unit_size(design: Design, device: str) -> int:
+    """Runs per unit: those of the design, or what takes some seconds."""
+    if design.base.chunk is not None:
+        return min(design.base.chunk, design.runs)
+    seconds = _SECONDS_PER_UNIT[device.split(":")[0]]
+    size = int(seconds / design.base.scenario.duration)
+    return max(1, min(size, design.runs))
+
+
+def compute(design: Design, runs: Array, device: str, threads: int | None) -> Array:
+    """Quantities (runs, models, quantities) of some runs of a design, by their indices.
+
+    A run whose parameters cannot be used is a row with the status REFUSED.
+    """
+    try:
+        return _computed(design, runs, device, threads)
+    except InputError:
+        if len(runs) == 1:
+            return _refused(design)
+        halves = np.array_split(runs, 2)
+        return np.concatenate([compute(design, half, device, threads) for half in halves])
+
+
+def check(design: Design, device: str) -> None:
+    """Raise InputError if a design cannot be flown: what refuses some of its runs, spread evenly.
+
+    One run that flies is enough, as others may be rows with a status.
+    """
+    refusal: InputError | None = None
+    for run in np.unique(np.linspace(0, design.runs - 1, 8).astype(int)):
+        try:
+            for _, vehicle, scenario in batches(design, np.array([run])):
+                _fly(design, vehicle, scenario, device, 1, duration=design.base.sample)
+            return
+        except InputError as error:
+            refusal = refusal or error
+    assert refusal is not None
+    raise refusal
+
+
+def _computed(design: Design, runs: Array, device: str, threads: int | None) -> Array:
+    block = np.full((len(runs), len(design.models), len(quantities(design))), np.nan)
+    for at, vehicle, scenario in batches(design, runs):
+        # Camera noise differs from unit to unit.
+        seed = np.random.SeedSequence([scenario.seed, int(runs[at[0]])]).generate_state(1)[0]
+        block[at] = _fly(design, vehicle, scenario.replace(seed=int(seed)), device, threads)
+    return block
+
+
+def _fly(
+    design: Design, vehicle: Vehicle, scenario: Scenario, device: str, threads: int | None,
+    **options: Any,
+) -> Array:  # fmt: skip
+    base = design.base
+    with warnings.catch_warnings():
+        # The step of every run is kept, and a coarse one was asked for.
+        warnings.simplefilter("ignore", ContinuairWarning)
+        found = run_pairs(
+            vehicle,
+            scenario,
+            design.models[1:],
+            step=base.step,
+            sample=base.sample,
+            settle=min(base.settle, 0.5 * options.get("duration", np.inf)),
+            device=device,
+            threads=threads,
+            **options,
+        )
+    columns = [found[name].to_numpy() for name in design.metrics]
+    columns += [found["tip_position"].to_numpy()[..., axis] for axis in range(3)]
+    columns += [found["status"].to_numpy(), found["end_time"].to_numpy()]
+    steps = np.broadcast_to(found["step"].to_numpy()[:, None], found["status"].shape)
+    return np.stack([*columns, steps], axis=-1)
+
+
+def _refused(design: Design) -> Array:
+    names = quantities(design)
+    block = np.full((1, len(design.models), len(names)), np.nan)
+    block[..., names.index("status")] = REFUSED
+    block[..., names.index("end_time")] = 0.0
+    return block
