@@ -28,11 +28,11 @@ if TYPE_CHECKING:
     from continuair.simulation import MODELS as MODELS
     from continuair.simulation import forward_dynamics as forward_dynamics
     from continuair.simulation import simulate as simulate
-    from continuair.targets import Target as Target
-    from continuair.targets import square as square
     from continuair.sweeps import open_sweep as open_sweep
     from continuair.sweeps import run_pairs as run_pairs
     from continuair.sweeps import sweep as sweep
+    from continuair.targets import Target as Target
+    from continuair.targets import square as square
     from continuair.vehicle import Vehicle as Vehicle
     from continuair.vehicle import load_vehicle as load_vehicle
     from continuair.vehicle import preset_names as preset_names

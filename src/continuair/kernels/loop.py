@@ -55,12 +55,22 @@ class ClosedLoop(Engine):
         self.gains = _pack_gains(controller, self.loop.Gains, points)
 
     def roll_out(
-        self, start, angle, grid, inputs, sample_inputs, gravity, groups, observe, first=0
+        self,
+        start,
+        angle,
+        grid,
+        inputs,
+        sample_inputs,
+        gravity,
+        groups,
+        observe,
+        first=0,
+        initial=None,
     ) -> Logs:
         """As an engine's, and with a scene the logs hold what is watched."""
         self.starts = self._upload(grid.starts)
         logs = super().roll_out(
-            start, angle, grid, inputs, sample_inputs, gravity, groups, observe, first
+            start, angle, grid, inputs, sample_inputs, gravity, groups, observe, first, initial
         )
         if self.scene is None:
             return logs

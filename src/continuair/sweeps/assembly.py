@@ -183,7 +183,9 @@ def _controller(vehicle: Vehicle, fields: dict[str, Any], target: Target) -> Con
         table.bandwidth,
         desired=target.desired,
         distance=target.distance,
-        damping=table.damping,
+        damping_ratio=table.damping_ratio,
+        conditioning=table.conditioning,
+        rate_gain=table.rate_gain,
         sliding=table.sliding,
     )
     return servoing(**gains, posture_damping=table.posture_damping)

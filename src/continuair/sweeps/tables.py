@@ -120,8 +120,14 @@ class ControllerTable(Part):
     bandwidth: Positive = 3.0
     """the bandwidth of the paper's law [rad/s]"""
 
-    damping: Positive = 1e-4
-    """the share of K_d in the weights of the paper's law [-]"""
+    damping_ratio: Positive = 1.0
+    """the damping ratio of each direction that the image shows, in the paper's law [-]"""
+
+    conditioning: NotNegative = 1.5e-3
+    """what slows the directions that the image hardly shows, in the paper's law [-]"""
+
+    rate_gain: Positive = 1e-4
+    """the share of K_d in the weights of the paper's law [s]"""
 
     sliding: Positive = 1e-6
     """C_s of the paper's law [-]"""
