@@ -47,6 +47,9 @@ _VARIABLES = ("feature_error", "camera_position", "target_position", "command")
 LOST = 1e6
 """RMS errors that a run which ends early counts as [px, mm]: losing one outweighs everything."""
 
+MARGIN = 1.15
+"""The candidates fly with a bandwidth larger by this than what is returned, for robustness."""
+
 SHRINK = 0.4
 """Each round's box about the best candidate, as a share of the one before."""
 
@@ -67,30 +70,30 @@ def tune(
     InputError.
     """
     lows, highs = np.log([list(r) for r in RANGES.values()]).T
-    best, score, parts = None, np.inf, {}
+    best: dict[str, float] = {}
+    score, runs = np.inf, list(product(settings, PLANTS))
     centre, half = (lows + highs) / 2, (highs - lows) / 2
     for turn in range(rounds):
         sample = qmc.Sobol(len(RANGES), seed=np.random.default_rng([seed, turn])).random(candidates)
         points = np.clip(centre + (2.0 * sample - 1.0) * half, lows, highs)
         rows = [dict(zip(RANGES, map(float, np.exp(p)), strict=True)) for p in points]
-        errors: dict[tuple[str, str], np.ndarray] = {}
         costs: list[np.ndarray] = []
-        for name, plant in product(settings, PLANTS):
+        for name, plant in runs:
             if progress:
-                done = turn * len(settings) * len(PLANTS) + len(costs)
-                progress(done, rounds * len(settings) * len(PLANTS), f"{name}, {plant}")
+                done = turn * len(runs) + len(costs)
+                progress(done, rounds * len(runs), f"round {turn + 1}, {name}, {plant}")
             error, tip, effort = fly(vehicle, rows, letters, name, plant)
-            errors[name, plant] = error
             costs.append(np.log(error) + np.log(tip) + np.log1p(effort))
         scores = np.mean(costs, axis=(0, 2))
         leader = int(np.argmin(scores))
         if scores[leader] < score:
             best, score, centre = rows[leader], float(scores[leader]), points[leader]
-            parts = {
-                f"{name}.{plant}": dict(zip(letters, error[leader].tolist(), strict=True))
-                for (name, plant), error in errors.items()
-            }
         half = half * SHRINK
+    best = best | {"bandwidth": best["bandwidth"] / MARGIN}
+    parts = {}
+    for name, plant in runs:
+        error = fly(vehicle, [best], letters, name, plant)[0]
+        parts[f"{name}.{plant}"] = dict(zip(letters, error[0].tolist(), strict=True))
     search = {"vehicle": vehicle.name, "candidates": candidates, "rounds": rounds, "seed": seed}
     return {"gains": best, "record": {**search, "objective": score, "rms_px": parts}}
 
