@@ -22,7 +22,7 @@ LETTERS = ("M", "R", "A", "L")
 def strokes(text: str, corners_per_arc: int) -> np.ndarray:
     """Corners (n, 2) of a word's strokes, in heights; raises InputError for other letters."""
     if not isinstance(text, str) or not text or any(c.upper() not in LETTERS for c in text):
-        raise InputError(f"letters is {shown(text)}; use the letters {', '.join(LETTERS)}.")
+        raise InputError(f"text is {shown(text)}; use the letters {', '.join(LETTERS)}.")
     written, edge = [], 0.0
     for name in text.upper():
         corners = _r(corners_per_arc) if name == "R" else np.array(_STRAIGHT[name])

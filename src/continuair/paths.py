@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from continuair.errors import InputError, shown
-from continuair.letters import strokes
+from continuair.letters import LETTERS, strokes
 
 Array = np.ndarray
 
@@ -116,8 +116,11 @@ def letter(
     smoothing: float = SMOOTHING,
 ) -> Path:
     """Write one of the letters M, R, A, L, `height` [m] high, in the world's xy plane."""
-    if not isinstance(name, str) or len(name) != 1:
-        raise InputError(f"letter is {shown(name)}; give one of the letters M, R, A, L.")
+    if not isinstance(name, str) or len(name) != 1 or name.upper() not in LETTERS:
+        raise InputError(
+            f"letter is {shown(name)}; give one of the letters {', '.join(LETTERS)} (paths.word "
+            "writes several)."
+        )
     return word(name, height, duration, centre, smoothing)
 
 
@@ -146,13 +149,29 @@ def from_function(
     """
     duration = _duration(duration)
     h = 1e-4 * min(1.0, duration)
+    if not callable(position):
+        raise InputError(f"position is {shown(position)}; give a function of the time alone.")
 
     def at(t: Array) -> Array:
-        return np.array([_point("position", position(float(x))) for x in t])
+        rows = []
+        for x in t.tolist():
+            try:
+                found = position(x)
+            except Exception as error:  # whatever a user's function raises
+                reason = " ".join(f"{type(error).__name__}: {error}".split())
+                raise InputError(
+                    f"position cannot be evaluated at t = {x:g} ({reason}); give a function of the "
+                    "time alone."
+                ) from error
+            rows.append(_point("position", found))
+        return np.array(rows)
 
     def motion(t: Array) -> tuple[Array, Array, Array]:
-        before, here, after = at(t - h), at(t), at(t + h)
-        return here, (after - before) / (2 * h), (after - 2 * here + before) / h**2
+        # At the edges the differences are taken inside, where the function has values.
+        c = np.where(t <= duration, np.clip(t, h, duration - h), t)
+        before, here, after = at(c - h), at(c), at(c + h)
+        velocity, acceleration = (after - before) / (2 * h), (after - 2 * here + before) / h**2
+        return at(t), velocity + acceleration * (t - c)[:, None], acceleration
 
     # At a corner they double each time the step halves; one that is resolved keeps its value.
     sharpest = []

@@ -46,9 +46,7 @@ def test_held_inputs_give_the_same_flight_to_rounding(model: str) -> None:
     assert set(stepped.data_vars) == set(whole.data_vars)
     for name in whole.data_vars:
         # The inputs at the very end differ: `held` has none of its own there.
-        one, other = (
-            np.asarray(run.isel(time=slice(-1))[name], float) for run in (stepped, whole)
-        )
+        one, other = (np.asarray(run.isel(time=slice(-1))[name], float) for run in (stepped, whole))
         scale = 1.0 + np.abs(other).max()
         np.testing.assert_allclose(one, other, atol=1e-10 * scale, rtol=0.0, err_msg=str(name))
     np.testing.assert_allclose(sim.q, whole.q[-1], atol=1e-10)

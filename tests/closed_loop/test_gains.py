@@ -1,0 +1,59 @@
+"""Gains: what is shorthand for what, and where the gain design puts the poles."""
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from continuair import equations
+from continuair.camera import interaction_matrix
+from tests.closed_loop import eye, flights
+
+NAMES = ("Kp", "Kd", "Cp", "Cd", "Cs")
+
+
+@pytest.mark.parametrize("mount", [[0.0, 0.0, 0.0], [0.03, -0.05, 0.04]], ids=str)
+@pytest.mark.parametrize("bandwidth", [1.0, 3.0])
+def test_the_design_gives_every_motion_of_the_frozen_vehicle_the_double_pole(
+    bandwidth: float, mount: list[float]
+) -> None:
+    """Poles of M q̈ + J_Lᵀ (K_p C_d + K_d) J_L q̇ + J_Lᵀ K_p C_p J_L q = 0 with the bend frozen."""
+    vehicle = flights.VEHICLE.replace({"arm.kappa_s": 0.0, "uav.mount": mount})
+    vehicle = vehicle.replace({"camera.position": [0.02, 0.01, 0.05]})
+    gains = ca.design(vehicle, bandwidth)
+    q = flights.start(x=0.0, z=0.0, kappa=1e-6)
+    image = flights.STILL.desired
+    L = interaction_matrix(image, 2.0)
+    J = (L @ eye.twist_jacobian(vehicle, q))[:, :6]
+    M = equations.mass_matrix(vehicle, q)[:6, :6]
+    damping = J.T @ (gains["Kp"] * gains["Cd"] + gains["Kd"]) @ J
+    stiffness = J.T @ gains["Kp"] @ J
+    eye6, nil = np.eye(6), np.zeros((6, 6))
+    rates = np.linalg.inv(M)
+    poles = np.linalg.eigvals(np.block([[nil, eye6], [-rates @ stiffness, -rates @ damping]]))
+    # W's floor of 1e-6 adds up to 5e-4 of M, and a double pole splits by the root of that.
+    np.testing.assert_allclose(poles, -bandwidth, atol=0.03 * bandwidth)
+
+
+def test_scalars_and_diagonals_are_shorthand_for_matrices() -> None:
+    scalar = ca.servoing(2.0, 0.1, 1.0, 0.5, 1e-3)
+    diagonal = ca.servoing(*(np.full(8, x) for x in (2.0, 0.1, 1.0, 0.5, 1e-3)))
+    matrix = ca.servoing(*(x * np.eye(8) for x in (2.0, 0.1, 1.0, 0.5, 1e-3)))
+    for name in NAMES:
+        np.testing.assert_array_equal(scalar.gains[name], matrix.gains[name])
+        np.testing.assert_array_equal(diagonal.gains[name], matrix.gains[name])
+    assert scalar.gains["Kp"].shape == (8, 8)
+
+
+def test_gains_of_the_papers_six_rows_fit_three_points() -> None:
+    target = ca.Target(ca.paths.hold(), [[0.25, 0.25, 0.0], [-0.25, 0.25, 0.0], [0.0, -0.25, 0.0]])
+    gains = ca.design(flights.VEHICLE, 2.0, desired=target.desired)
+    assert gains["Kp"].shape == (6, 6) and gains["points"] == 3
+    run = ca.simulate(
+        flights.VEHICLE,
+        flights.scenario(
+            ca.servoing(**gains), 6.0, target=target, q=flights.start(0.01, 0.01, 0.01)
+        ),
+    )
+    assert run.status == 0
+    assert np.abs(run.feature_error[0]).max() > 10.0
+    assert np.abs(run.feature_error[-1]).max() < 0.05

@@ -1,0 +1,214 @@
+"""Paths of a target: position, velocity and acceleration agree, and are bounded."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from continuair import paths
+from continuair.paths import Path
+from tests.test_errors import assert_one_plain_sentence
+
+ZIGZAG = [[0.0, 0.0, 0.0], [0.5, 0.2, 0.1], [0.3, 0.6, 0.1], [0.9, 0.6, -0.2]]
+PATHS: dict[str, Path] = {
+    "M": paths.letter("M"),
+    "R": paths.letter("R"),
+    "A": paths.letter("A"),
+    "L": paths.letter("L"),
+    "fast R": paths.letter("R", duration=10.0),
+    "word": paths.word("MRAL", duration=100.0),
+    "hold": paths.hold([0.1, 0.2, 0.3]),
+    "line": paths.line([0.0, 0.0, 0.0], [0.4, -0.2, 0.3]),
+    "circle": paths.circle(),
+    "lissajous": paths.lissajous((0.4, 0.2), (2, 3), (0.1, 0.2)),
+    "polyline": paths.polyline(ZIGZAG, duration=8.0),
+    "tight polyline": paths.polyline(ZIGZAG, duration=8.0, smoothing=0.6),
+    "function": paths.from_function(lambda t: [np.sin(t), np.cos(2 * t), 0.1 * t], 10.0),
+}
+
+
+def samples(path: Path, count: int = 40_001) -> tuple[np.ndarray, ...]:
+    t = np.linspace(0.0, path.duration, count)
+    return (t, *path(t))
+
+
+@pytest.mark.parametrize("name", PATHS)
+def test_velocity_and_acceleration_are_the_slopes_of_the_position(name: str) -> None:
+    t, position, velocity, acceleration = samples(PATHS[name])
+    h = t[1] - t[0]
+    speed, strength = np.abs(velocity).max(), np.abs(acceleration).max()
+    # Simpson's rule on pairs of intervals: what is summed from a slope is what was passed.
+    for value, rate, size in ((position, velocity, speed), (velocity, acceleration, strength)):
+        passed = value[2::2] - value[:-2:2]
+        summed = h / 3 * (rate[:-2:2] + 4 * rate[1:-1:2] + rate[2::2])
+        # The acceleration bends by at most its slope's jump at a knot of the spline.
+        assert np.abs(passed - summed).max() < 1e-2 * size * h + 1e-12
+
+
+@pytest.mark.parametrize("name", PATHS)
+def test_the_bounds_hold_however_finely_a_path_is_sampled(name: str) -> None:
+    """A jump would grow slopes without end; here they settle."""
+    largest = []
+    for count in (20_001, 200_001):
+        t, _, velocity, acceleration = samples(PATHS[name], count)
+        h = t[1] - t[0]
+        largest.append([np.abs(np.diff(x, axis=0)).max() / h for x in (velocity, acceleration)])
+    coarse, fine = np.array(largest)
+    np.testing.assert_allclose(fine, coarse, rtol=0.05, atol=1e-3)
+
+
+@pytest.mark.parametrize("name", "MRAL")
+def test_a_letter_is_written_80_cm_high_around_its_centre_in_its_time(name: str) -> None:
+    path = paths.letter(name, centre=[1.0, 2.0, 0.5])
+    t, position, velocity, _ = samples(path)
+    assert path.duration == 50.0 and path.name == name
+    height = np.ptp(position[:, 1])
+    # Rounding takes a few millimetres off corners that turn by less than half a turn.
+    assert 0.77 < height <= 0.8 + 1e-12
+    np.testing.assert_allclose(position[:, 2], 0.5, atol=1e-12)
+    middle = (position.min(axis=0) + position.max(axis=0)) / 2
+    np.testing.assert_allclose(middle, [1.0, 2.0, 0.5], atol=0.02)
+    for end in (0, -1):
+        np.testing.assert_allclose(velocity[end], 0.0, atol=1e-12)
+    after, still, _ = path([50.0, 60.0])
+    np.testing.assert_allclose(after[1], after[0], atol=1e-12)
+    np.testing.assert_allclose(still, 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", "MRAL")
+def test_a_letter_is_as_fast_as_its_length_over_its_time_and_no_faster(name: str) -> None:
+    _, position, velocity, acceleration = samples(paths.letter(name))
+    speed = np.linalg.norm(velocity, axis=1)
+    length = np.linalg.norm(np.diff(position, axis=0), axis=1).sum()
+    # It takes half a corner's time to start and to stop, and corners are cut.
+    assert length / 48.0 <= np.median(speed) < 1.06 * length / 48.0
+    assert speed.max() < 1.001 * np.median(speed)
+    # A turn by π in 2 s of a quadratic B-spline: at most 2 v times its peak, 9/4 over 2 s.
+    assert np.linalg.norm(acceleration, axis=1).max() <= 2 * speed.max() * 9 / 4 / 2.0
+
+
+def test_letters_have_straight_inclined_and_curved_pieces() -> None:
+    _, _, velocity, acceleration = samples(paths.letter("R"))
+    curving = np.linalg.norm(np.cross(velocity, acceleration), axis=1) > 1e-6
+    angle = np.degrees(np.arctan2(velocity[:, 1], velocity[:, 0]))[~curving]
+    assert np.isclose(angle, 90.0, atol=0.1).sum() > 1000
+    assert np.isclose(angle, np.degrees(np.arctan2(-0.5, 0.4)), atol=0.1).sum() > 1000
+    assert curving.mean() > 0.2
+
+
+def test_a_word_is_its_letters_in_a_row() -> None:
+    def extent(text: str) -> np.ndarray:
+        return np.ptp(paths.word(text, smoothing=1e-3)(np.linspace(0, 50, 20_001))[0], axis=0)
+
+    separate = [extent(name)[0] for name in "RAL"]
+    gap = 0.25 * 0.8
+    np.testing.assert_allclose(extent("RAL")[0], sum(separate) + 2 * gap, atol=5e-3)
+    assert paths.word("mral").name == "MRAL"
+
+
+def test_a_circle_keeps_its_radius_and_its_period() -> None:
+    t, position, velocity, _ = samples(paths.circle(0.3, period=10.0, centre=[1.0, 0.0, 0.0]))
+    np.testing.assert_allclose(np.hypot(position[:, 0] - 1.0, position[:, 1]), 0.3, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(velocity, axis=1), 0.3 * 2 * np.pi / 10, atol=1e-12)
+    np.testing.assert_allclose(position[0], [1.3, 0, 0], atol=1e-12)
+    assert velocity[0, 1] > 0.0
+
+
+def test_times_need_no_order() -> None:
+    path = paths.letter("R")
+    t = np.random.default_rng(2).uniform(0, 50, 500)
+    one_by_one = np.array([[*(part[0] for part in path(x))] for x in t])
+    np.testing.assert_allclose(np.stack(path(t), axis=1), one_by_one, atol=1e-12)
+
+
+def corner(t: float) -> list[float]:
+    return [abs(t - 3.3), 0.0, 0.0]
+
+
+def jump(t: float) -> list[float]:
+    return [float(t > 3.3), 0.0, 0.0]
+
+
+def steep(t: float) -> list[float]:
+    return [abs(t - 3.3) ** 1.5, 0.0, 0.0]
+
+
+REFUSED: dict[str, tuple[Any, str, str]] = {
+    "unknown letter": (lambda: paths.letter("Q"), "letter is 'Q'", "M, R, A, L"),
+    "two letters": (lambda: paths.letter("MR"), "letter is 'MR'", "paths.word"),
+    "no letter": (lambda: paths.letter(""), "letter is ''", "M, R, A, L"),
+    "letter number": (lambda: paths.letter(3), "letter is 3", "M, R, A, L"),  # type: ignore[arg-type]
+    "unknown in word": (lambda: paths.word("MARS"), "text is 'MARS'", "M, R, A, L"),
+    "height": (lambda: paths.letter("M", height=0.0), "height is 0.0", "above 0"),
+    "duration": (lambda: paths.letter("M", duration=-1.0), "duration is -1.0", "above 0"),
+    "duration nan": (lambda: paths.hold(duration=np.nan), "duration is nan", "above 0"),
+    "duration text": (
+        lambda: paths.circle(duration="long"),  # type: ignore[arg-type]
+        "duration is 'long'",
+        "above 0",
+    ),
+    "centre": (lambda: paths.letter("M", centre=[0, 0]), "centre is [0, 0]", "3 finite"),
+    "sharp corners": (
+        lambda: paths.polyline(ZIGZAG, smoothing=0.0),
+        "smoothing is 0.0",
+        "unbounded acceleration",
+    ),
+    "all smoothing": (lambda: paths.letter("M", smoothing=1.0), "smoothing is 1.0", "0 and 1"),
+    "one point": (lambda: paths.polyline([[0, 0]]), "points is [[0, 0]]", "2 or more"),
+    "ragged": (lambda: paths.polyline([[0, 0], [1]]), "points is [[0, 0], [1]]", "2 or 3 numbers"),
+    "repeated": (lambda: paths.line([1, 1, 1], [1, 1, 1]), "points repeats", "leave out"),
+    "radius": (lambda: paths.circle(radius=-0.1), "radius is -0.1", "above 0"),
+    "period": (lambda: paths.lissajous(period=0), "period is 0", "above 0"),
+    "amplitudes": (lambda: paths.lissajous(3.0), "amplitudes is 3.0", "2 finite"),
+    "position": (lambda: paths.hold("here"), "position is 'here'", "3 finite"),
+    "corner": (
+        lambda: paths.from_function(corner, 10.0),
+        "position has an acceleration without bound",
+        "round the path's corners",
+    ),
+    "jump": (
+        lambda: paths.from_function(jump, 10.0),
+        "position has an acceleration without bound",
+        "round the path's corners",
+    ),
+    "steep": (
+        lambda: paths.from_function(steep, 10.0),
+        "position has an acceleration without bound",
+        "round the path's corners",
+    ),
+    "no function": (lambda: paths.from_function(3, 1.0), "position is 3", "function of the time"),  # type: ignore[arg-type]
+    "function of two": (
+        lambda: paths.from_function(lambda t: [t, t], 1.0),
+        "position is [0.0, 0.0]",
+        "3 finite",
+    ),
+    "function that raises": (
+        lambda: paths.from_function(lambda t: [1 / 0, 0, 0], 1.0),
+        "position cannot be evaluated at t = 0 (ZeroDivisionError: division by zero)",
+        "function of the time",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_an_unusable_path_is_refused_in_one_sentence(case: str) -> None:
+    act, start, remedy = REFUSED[case]
+    with pytest.raises(ca.InputError) as caught:
+        act()
+    text = str(caught.value)
+    assert text.startswith(start)
+    assert remedy in text
+    assert_one_plain_sentence(text)
+
+
+def inside(t: float) -> float:
+    return float(np.sqrt(t * (2.0 - t) + 1.0)) if 0.0 <= t <= 2.0 else np.nan
+
+
+def test_a_function_is_asked_inside_its_duration_only() -> None:
+    path = paths.from_function(lambda t: [inside(t)] * 3, 2.0)
+    t, position, velocity, acceleration = samples(path, 1001)
+    assert np.isfinite(np.hstack([position, velocity, acceleration])).all()
+    expected = (1.0 - t) / np.sqrt(t * (2.0 - t) + 1.0)
+    np.testing.assert_allclose(velocity[:, 0], expected, atol=1e-3)
