@@ -18,7 +18,9 @@ def start(x: float = 0.1, z: float = 0.1, kappa: float = 0.1) -> np.ndarray:
     return q
 
 
-def scenario(controller: ca.Controller, duration: float = 1.0, **changes: Any) -> ca.Scenario:
+def scenario(
+    controller: ca.Controller | None, duration: float = 1.0, **changes: Any
+) -> ca.Scenario:
     fields: dict[str, Any] = {"q": start(), "target": STILL} | changes
     return ca.Scenario("servoing", duration=duration, controller=controller, **fields)
 

@@ -2,6 +2,7 @@
 
 import math
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ TARGET = ca.Target(ca.paths.circle(0.2, period=1.0))
 
 
 def told(
-    seconds: float = 0.25, period: Fraction = PERIOD, runs: int = 1, seed: int = 0, **camera: float
+    seconds: float = 0.25, period: Fraction = PERIOD, runs: int = 1, seed: int = 0, **camera: Any
 ) -> tuple[np.ndarray, np.ndarray, xr.Dataset]:
     """Normalised images (runs, samples, 8): told to a controller that pushes next to nothing while
     the vehicle falls past a moving target, and true."""

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import continuair as ca
 from continuair import equations
@@ -13,7 +14,7 @@ FRAMES = ("untwisted", "frenet")
 
 
 def first_sample(
-    vehicle: ca.Vehicle, q: np.ndarray, qd: np.ndarray, controller: object, *names: str
+    vehicle: ca.Vehicle, q: np.ndarray, qd: np.ndarray, controller: ca.Controller, *names: str
 ) -> list[np.ndarray]:
     scenario = ca.Scenario(
         name="look",
@@ -26,6 +27,11 @@ def first_sample(
     )
     run = ca.simulate(vehicle, scenario, step=1e-6, sample=1e-6, variables=names)
     return [run[name].isel(time=0).to_numpy() for name in names]
+
+
+def assert_close(found: np.ndarray, expected: np.ndarray) -> None:
+    """To rounding, of the size of the whole."""
+    assert np.linalg.norm(found - expected) < 1e-12 * np.linalg.norm(expected)
 
 
 def finite_differences(vehicle: ca.Vehicle, q: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -80,18 +86,17 @@ def test_camera_pose_twist_and_image_of_the_device_equal_the_readable_form(tip_f
         *("camera_position", "camera_attitude", "camera_twist", "features", "depth", "command"),
     )
     torque = eye.in_paper_coordinates(command, q)
-    axes = eye.Rotation.from_quat(attitude).as_matrix()
+    axes = Rotation.from_quat(attitude).as_matrix()
     for i in range(STATES):
         position, R = eye.pose(vehicle, q[i])
         J = eye.twist_jacobian(vehicle, q[i])
         image, depths = eye.seen(vehicle, q[i], eye.in_front(vehicle, q[i]) + eye.CORNERS)
-        np.testing.assert_allclose(at[i], position, atol=1e-13)
-        np.testing.assert_allclose(axes[i], R, atol=1e-13)
-        np.testing.assert_allclose(twist[i], J @ qd[i], atol=1e-12 * np.linalg.norm(J @ qd[i]))
-        np.testing.assert_allclose(features[i], to_pixels(vehicle.camera, image), atol=1e-9)
-        np.testing.assert_allclose(depth[i], depths, atol=1e-13)
-        expected = J.T @ wrenches[i]
-        np.testing.assert_allclose(torque[i], expected, atol=1e-12 * np.linalg.norm(expected))
+        assert_close(at[i], position)
+        assert_close(axes[i], R)
+        assert_close(twist[i], J @ qd[i])
+        assert_close(features[i], to_pixels(vehicle.camera, image))
+        assert_close(depth[i], depths)
+        assert_close(torque[i], J.T @ wrenches[i])
 
 
 @pytest.mark.parametrize("spring", [0.0, 1.0], ids=["gravity_only", "literal"])
@@ -102,4 +107,4 @@ def test_the_pushes_that_carry_weight_and_spring_are_the_vectors_of_g(spring: fl
     for at, push in zip(q, eye.in_paper_coordinates(command, q), strict=True):
         G = equations.weight_vector(vehicle, at, nodes=32)
         G = G + spring * equations.elastic_vector(vehicle, at)
-        np.testing.assert_allclose(push, G, atol=1e-12 * np.linalg.norm(G))
+        assert_close(push, G)

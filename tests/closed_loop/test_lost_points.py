@@ -1,12 +1,14 @@
 """Points that leave the image: some are done without, and without any the run ends."""
 
+from typing import Any
+
 import numpy as np
 
 import continuair as ca
 from tests.closed_loop import flights
 
 # So weak that the camera stays where it is.
-WEAK = {"Kp": 0.01, "Kd": 0.001, "Cp": 1.0, "Cd": 0.1, "Cs": 0.01}
+WEAK: dict[str, Any] = {"Kp": 0.01, "Kd": 0.001, "Cp": 1.0, "Cd": 0.1, "Cs": 0.01}
 
 
 def test_losing_all_points_ends_that_run_with_a_status_and_keeps_what_was_recorded() -> None:

@@ -54,8 +54,8 @@ def test_held_inputs_give_the_same_flight_to_rounding(model: str) -> None:
 
 def test_rates_are_the_slopes_of_the_coordinates() -> None:
     sim = ca.Simulation(VEHICLE, scenario(), control_period=1e-4)
-    np.testing.assert_allclose(sim.q, scenario().q, atol=1e-14)
-    np.testing.assert_allclose(sim.qd, scenario().qd, atol=1e-13)
+    np.testing.assert_allclose(sim.q, np.asarray(scenario().q), atol=1e-14)
+    np.testing.assert_allclose(sim.qd, np.asarray(scenario().qd), atol=1e-13)
     rows = []
     for _ in range(3):
         sim.step(HELD[0])

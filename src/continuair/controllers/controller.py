@@ -50,7 +50,7 @@ def stack(controllers: Sequence[Controller]) -> Controller:
                 "one law."
             )
         for name in {**first.gains, **other.gains}:
-            one, two = (np.shape(np.asarray(c.gains.get(name))) for c in (first, other))
+            one, two = (np.shape(c.gains.get(name, ())) for c in (first, other))
             if one != two:
                 raise InputError(
                     f"controllers holds gains {name} of shapes {one} and {two}; stack controllers "
