@@ -40,11 +40,12 @@ def close_loop(
 def control_step(scenario: Scenario, finest: float, step: float | None) -> float:
     """The step [s] of a closed loop: the control period, or a whole part of it up to `finest`.
 
-    step: the user's, which must divide the control period, or None. Raises InputError.
+    step: the user's, which must divide the control period if there is one, or None. Raises
+    InputError.
     """
     period = scenario.control_period
     if period is None:
-        return min(finest, step or finest)
+        return step or finest
     if step is None:
         return float(period / np.ceil(period / finest * (1.0 - 1e-12)))
     parts = period / step

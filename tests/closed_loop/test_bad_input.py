@@ -77,6 +77,16 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "finite",
     ),
     "law": (lambda: ca.Controller("mine", 3, {}), "law is 3", "device code"),  # type: ignore[arg-type]
+    "law without a law": (
+        lambda: fly(ca.Controller("mine", lambda code: code, {}, looks=False)),
+        "law gives no Gains",
+        "a Warp struct, and control",
+    ),
+    "gains": (
+        lambda: ca.Controller("mine", probes._weight_law, [1.0]),  # type: ignore[arg-type]
+        "gains is [1.0]",
+        "by name",
+    ),
     "stack of nothing": (lambda: ca.stack([]), "controllers is []", "one Controller per run"),
     "stack of laws": (
         lambda: ca.stack([SERVOING, ca.classic(flights.VEHICLE)]),

@@ -81,6 +81,27 @@ def test_float32_stays_close_to_float64() -> None:
     assert np.abs(exact[-1] - short[-1]).max() < 0.01
 
 
+@pytest.mark.parametrize("tip_frame", ["untwisted", "frenet"])
+def test_acting_at_every_stage_keeps_the_fourth_order_of_the_steps(tip_frame: str) -> None:
+    """The bend turns, so that the frenet frame spins within a step; its spring is cancelled, as
+    that frame is wild where the arm swings through straight."""
+    vehicle = flights.VEHICLE.replace({"camera.tip_frame": tip_frame})
+    gains: dict[str, Any] = {"Kp": 0.1, "Kd": 0.001, "Cp": 1.0, "Cd": 0.05, "Cs": 0.01}
+    scenario = flights.scenario(
+        ca.servoing(**gains, sigma=0.1, compensation="literal"),
+        0.05,
+        q=flights.start(x=-0.9, kappa=0.4),
+        qd=[0, 0, 0, 0, 0, 0, 0, 10.0],
+        control_period=None,
+    )
+    ends = [
+        ca.simulate(vehicle, scenario, step=step, sample=0.05).features[-1].to_numpy()
+        for step in (1e-3, 5e-4, 6.25e-5)
+    ]
+    coarse, fine = (np.abs(end - ends[2]).max() for end in ends[:2])
+    assert np.log2(coarse / fine) > 3.7
+
+
 def test_a_faster_hold_comes_close_to_acting_at_every_stage() -> None:
     """The held push is on average half a period old: the difference halves with the period."""
     runs = [

@@ -32,6 +32,10 @@ class Controller:
     def __post_init__(self) -> None:
         if not callable(self.law):
             raise InputError(f"law is {shown(self.law)}; give a function of the device code.")
+        if not isinstance(self.gains, Mapping):
+            raise InputError(
+                f"gains is {shown(self.gains)}; give a value by name for every field of Gains."
+            )
 
     def describe(self) -> dict[str, Any]:
         """Name and settings as JSON can hold them."""

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import warp as wp
 
+from continuair.errors import InputError
 from continuair.kernels.closed_loop import controlled, watcher
 from continuair.kernels.control import control_code
 from continuair.kernels.dynamics import device_code
@@ -50,6 +51,12 @@ def closed_loop(
     # Laws push with what they sense: control_code has its own camera_push.
     code = SimpleNamespace(**{**vars(code), **vars(control_code(code))})
     found = law(code)
+    for name in ("Gains", "control"):
+        if not hasattr(found, name):
+            raise InputError(
+                f"law gives no {name}; return a namespace with Gains, a Warp struct, and control, "
+                "a Warp function."
+            )
     rollout, Scene = controlled(code, found, every_stage)
     return SimpleNamespace(code=code, rollout=rollout, Scene=Scene, Gains=found.Gains)
 
