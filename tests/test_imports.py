@@ -3,6 +3,7 @@
 import ast
 from pathlib import Path
 
+import continuair
 import continuair.errors
 
 PACKAGE = Path(continuair.errors.__file__).parent
@@ -38,6 +39,12 @@ def imported_modules(path: Path) -> set[str]:
             assert node.level == 0, f"{path.name} uses a relative import; write continuair.<module>"
             names += [f"{node.module}.{alias.name}" for alias in node.names]
     return {name.split(".")[1] for name in names if name.startswith("continuair.")} & set(RANK)
+
+
+def test_every_public_name_can_be_reached() -> None:
+    missing = [name for name in continuair.__all__ if not hasattr(continuair, name)]
+    assert not missing
+    assert set(continuair.__all__) <= set(dir(continuair))
 
 
 def test_imports_point_from_later_layers_to_earlier_ones() -> None:

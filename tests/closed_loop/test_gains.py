@@ -39,8 +39,9 @@ def test_the_design_gives_every_motion_of_the_frozen_vehicle_the_double_pole(
 def test_scalars_and_diagonals_are_shorthand_for_matrices() -> None:
     scalar = ca.servoing(2.0, 0.1, 1.0, 0.5, 1e-3)
     values: dict[str, Any] = dict(zip(NAMES, (2.0, 0.1, 1.0, 0.5, 1e-3), strict=True))
-    diagonal = ca.servoing(**{name: np.full(8, x) for name, x in values.items()})
-    matrix = ca.servoing(**{name: x * np.eye(8) for name, x in values.items()})
+    diagonals: dict[str, Any] = {name: np.full(8, x) for name, x in values.items()}
+    matrices: dict[str, Any] = {name: x * np.eye(8) for name, x in values.items()}
+    diagonal, matrix = ca.servoing(**diagonals), ca.servoing(**matrices)
     for name in NAMES:
         np.testing.assert_array_equal(scalar.gains[name], matrix.gains[name])
         np.testing.assert_array_equal(diagonal.gains[name], matrix.gains[name])
