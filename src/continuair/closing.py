@@ -129,5 +129,8 @@ def _check_view(engine: ClosedLoop, scene: Scene, start: np.ndarray, angle: np.n
 
 def _one(name: str, value: Any) -> float:
     if np.ndim(value) and len(np.unique(value)) > 1:
-        raise InputError(f"{name} varies over the runs; give all runs the same.")
+        raise InputError(
+            f"{name} is {shown(value)} over the runs, which share their control instants; give all "
+            "runs the same."
+        )
     return float(np.ravel(value)[0])

@@ -132,6 +132,11 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "camera.latency is 'slow'",
         "exposure",
     ),
+    "latency over runs": (
+        lambda: fly(vehicle=flights.VEHICLE.replace({"camera.latency": [0.0, 0.01]})),
+        "camera.latency is [0.0, 0.01] over the runs",
+        "give all runs the same",
+    ),
     "no target": (lambda: fly(target=None), "target is None", "continuair.Target"),
     "not a target": (lambda: fly(target=3), "target is 3", "continuair.Target"),
     "empty list of targets": (lambda: fly(target=[]), "target is []", "continuair.Target"),
