@@ -46,7 +46,7 @@ def tracking(
 def tune(
     out: Annotated[Path, typer.Option(help="The .toml file to write, for tracking --gains.")],
     vehicle: VehicleOption = "paper",
-    candidates: Annotated[int, typer.Option(help="Gain sets per round, a power of two.")] = 256,
+    candidates: Annotated[int, typer.Option(help="Gain sets per round, a power of two.")] = 128,
     rounds: Annotated[int, typer.Option(help="Rounds of the search, each in a smaller box.")] = 4,
     seed: Annotated[int, typer.Option(help="Seed of the search.")] = 0,
 ) -> None:

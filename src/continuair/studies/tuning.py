@@ -59,7 +59,7 @@ def tune(
     letters: Sequence[str] = ("M",),
     settings: Sequence[str] = tuple(SETTINGS),
     *,
-    candidates: int = 256,
+    candidates: int = 128,
     rounds: int = 4,
     seed: int = 0,
     progress: Callable[[int, int, str], None] | None = None,
