@@ -21,7 +21,7 @@ def design(
     bandwidth: float,
     *,
     damping_ratio: float = 1.0,
-    conditioning: float = 0.0,
+    conditioning: float = 1.5e-3,
     rate_gain: float = 1e-4,
     sliding: float = 1e-6,
     desired: Any = None,

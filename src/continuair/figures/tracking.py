@@ -152,7 +152,7 @@ def stability(dataset: xr.Dataset, bound: dict[str, float], title: str = "") -> 
             bound["radius_least"], color="#D55E00", lw=1.0, ls="--", label="least radius of proof"
         )
         right.set(yscale="log", xlabel="time [s]", ylabel=r"$\Vert e_a\Vert$")
-        right.legend()
+        right.legend(loc="center right")
         figure.suptitle(title, fontsize=9, x=0.01, ha="left")
     return figure
 

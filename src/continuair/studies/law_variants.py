@@ -22,6 +22,9 @@ STIFFNESS = np.geomspace(1.0, 1000.0, 10)
 LEAD = np.geomspace(0.03, 3.0, 8)
 """Scalar gains that are tried: K_p, and C_d [s]; K_d = K_p / 1000, C_p = 1."""
 
+POSTURE = 0.3
+"""Posture damping that is tried [N m² s]: 10 1/s of the straight arm of the preset `paper`."""
+
 Progress = Callable[[int, int, str], None]
 
 
@@ -80,7 +83,10 @@ def _variants(vehicle: Vehicle, gains: Gains, scalar: dict[str, dict[str, Any]])
         Variant("without target feed-forward", law(feed_forward=False)),
         Variant("damping on -ė instead of J_L q̇", law(damping="feature")),
         Variant("literal G (elasticity cancelled)", law(compensation="literal")),
-        Variant("literal G, no posture damping", law(compensation="literal", posture_damping=0.0)),
+        Variant(
+            f"literal G, posture damping {POSTURE:g} N m² s",
+            law(compensation="literal", posture_damping=POSTURE),
+        ),
         Variant(
             "literal G, no posture nor structural damping",
             law(compensation="literal", posture_damping=0.0),
