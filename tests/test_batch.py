@@ -147,7 +147,7 @@ def test_batched_parts_are_refused_by_the_constructor() -> None:
         Vehicle(name="x", uav=batch.uav, arm=batch.arm)
 
 
-@pytest.mark.parametrize("run", [-1, 2, 0.5, "0"])
+@pytest.mark.parametrize("run", [-1, 2, 0.5, "0", True])
 def test_run_outside_the_batch_is_refused(run: Any) -> None:
     batch = PAPER.replace({"uav.mass": [1.0, 2.0]})
     with pytest.raises(InputError, match=f"run is {run!r}, but the vehicle has 2 runs"):

@@ -1,6 +1,7 @@
 """The command line: what it says to unusable input, and what it writes."""
 
 import json
+import math
 import subprocess
 import sys
 import time
@@ -16,6 +17,8 @@ import continuair.cli as cli
 import continuair.studies.open_loop as study
 from continuair.cli.application import Reporting
 from continuair.errors import ContinuairWarning
+from continuair.linear import bending_frequencies
+from continuair.vehicle import load_vehicle
 from tests.synthetic import flight
 
 
@@ -135,6 +138,19 @@ def test_check_shows_mass_ratio_and_both_bending_frequencies() -> None:
     assert result.exit_code == 0, result.output
     for part in ("0.6165 kg", "0.3083", "UAV clamped", "UAV free", "57.41 rad", "ms"):
         assert part in result.stdout
+
+
+def test_check_shows_the_step_that_a_heavily_damped_arm_needs() -> None:
+    text = Path(study.__file__).parents[1].joinpath("presets/paper.toml").read_text("utf-8")
+    clamped, free = bending_frequencies(load_vehicle("paper"))
+    # Freeing the base raises the decay γ by the square of what it raises the frequency by.
+    decay = 4.0 * clamped * (free / clamped) ** 2
+    rates = {"0.0": free, "4.0": decay + math.sqrt(decay**2 - free**2)}
+    for ratio, rate in rates.items():
+        Path("mine.toml").write_text(text.replace("damping = 0.0", f"damping_ratio = {ratio}"))
+        shown = run("check", "mine.toml").stdout
+        assert f"{rate:.4g} 1/s" in shown
+        assert f"{1e3 * 0.2 / rate:.3g} ms" in shown
 
 
 def test_version_is_that_of_the_package() -> None:

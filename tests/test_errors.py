@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from continuair.errors import InputError
+from continuair.errors import InputError, shown
 from continuair.vehicle import Disk, Vehicle, load_vehicle
 
 PAPER = load_vehicle("paper")
@@ -54,6 +54,9 @@ UNUSABLE: list[tuple[dict[str, Any], str, str]] = [
     ({"arm": 3}, "arm is 3", "table"),
     ({"camera": None}, "camera is None", "table"),
     ({"name": 3}, "name is 3", "text"),
+    ({"name": ""}, "name is ''", "one line of text"),
+    ({"name": "  "}, "name is ' '", "one line of text"),
+    ({"name": "a\nb"}, "name is 'a\\nb'", "one line of text"),
     ({"name": ["a", "b"]}, "name is ['a', 'b']", "text"),
     ({"uav": {"mass": 1.0}}, "uav.inertia is missing", "[kg m²]"),
     ({"camera": {"fov": 1.0}}, "camera.fov = 1.0 is not a known field", "focal_length"),
@@ -68,6 +71,7 @@ UNUSABLE: list[tuple[dict[str, Any], str, str]] = [
     ({"arm.disks": [{"position": 1.2, "mass": 1}]}, "arm.disks.0.position is 1.2", "1.0 [m]"),
     ({"arm.disks": [{"position": 1.0, "mass": -1}]}, "arm.disks.0.mass is -1", "[kg]"),
     ({"camera.image_size": [10.5, 10]}, "camera.image_size is [10.5, 10]", "whole"),
+    ({"camera.image_size": [0, 1]}, "camera.image_size is [0, 1]", "each must be a whole number"),
     ({"camera.focal_length": [0, 800]}, "camera.focal_length is [0, 800]", "above 0"),
     ({"camera.tip_frame": "fixed"}, "camera.tip_frame is 'fixed'", "'untwisted' or 'frenet'"),
     ({"arm.radius": [1, 2], "uav.mass": [1, 2, 3]}, "arm.radius holds 2 runs", "same length"),
@@ -99,15 +103,45 @@ def test_changes_must_be_a_mapping() -> None:
 
 def test_several_problems_are_told_one_per_line() -> None:
     with pytest.raises(InputError) as caught:
-        Vehicle(name="x", uav={"mass": -1, "inertia": [1, 1, 1]}, arm={**dict(PAPER.arm), "l": 2})
+        Vehicle(
+            name="x", uav={"mass": -1, "inertia": [1, 1, 1]}, arm={**dict(PAPER.arm), "length": 0}
+        )
     first, second = str(caught.value).splitlines()
     assert first.startswith("uav.mass is -1, but")
-    assert second.startswith("arm.l = 2 is not a known field")
+    assert second.startswith("arm.length is 0, but")
 
 
-def test_fields_cannot_be_assigned() -> None:
+def test_fields_cannot_be_assigned_or_deleted() -> None:
     with pytest.raises(InputError, match="mass cannot be set to 3 because a Uav is immutable"):
         PAPER.uav.mass = 3  # type: ignore[misc]
+    with pytest.raises(InputError, match="name cannot be deleted because a Vehicle is immutable"):
+        del PAPER.name
+
+
+def test_a_misspelt_field_is_one_sentence_with_full_names_though_the_right_one_is_missing(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "mine.toml"
+    disk = "[[arm.disks]]\nposition = 1.0\nmas = 0.1\n"
+    for text, words in (
+        (TEXT.replace("radius", "radus"), "arm.radus = 0.005 is not a known field; use arm.radius"),
+        (TEXT + disk, "arm.disks.0.mas = 0.1 is not a known field; use arm.disks.0.mass (known:"),
+    ):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(InputError) as caught:
+            load_vehicle(path)
+        assert_one_plain_sentence(str(caught.value))
+        assert words in str(caught.value)
+
+
+def test_rows_that_were_read_as_a_batch_of_diagonals_are_told_so() -> None:
+    text = sentence({"uav.inertia": [[1, 0, 0], [0, 1, 0]]})
+    assert "run 0 (uav.inertia holds 2 rows, read as the diagonals of 2 runs): uav.inertia" in text
+    assert "diagonal or 3x3" in text
+
+
+def test_a_class_is_shown_by_its_name() -> None:
+    assert shown(np.float64) == "<class 'numpy.float64'>"
 
 
 TEXT = PAPER_TOML.read_text(encoding="utf-8")

@@ -12,7 +12,7 @@ LAYERS = [
     {"errors", "layout"},
     {"batch", "parameters", "letters"},
     {"vehicle", "paths"},
-    {"camera", "coordinates", "equations", "targets"},
+    {"camera", "checks", "coordinates", "equations", "targets"},
     {"controllers"},
     {"scenarios"},
     {"kernels"},

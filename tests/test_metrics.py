@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from continuair.errors import ContinuairWarning, InputError
 from continuair.metrics import compare, euler_angles, geodesic_angle, nrmse, rmse, tip_euler
 from continuair.scenarios import open_loop_test
 from continuair.vehicle import load_vehicle
@@ -159,3 +160,36 @@ def test_position_and_geodesic_metrics_do_not_depend_on_the_observer() -> None:
     metrics = compare(*flights)
     for name in ("rmse_t_m", "angle_rad", "rmse_z_m"):
         assert seen[name] == pytest.approx(metrics[name], rel=1e-9, abs=1e-9)
+
+
+FLIGHT = flight(load_vehicle("paper"), open_loop_test("B"))
+THREE, TWO = (xr.concat([FLIGHT] * runs, "run") for runs in (3, 2))
+
+
+@pytest.mark.parametrize(
+    ("coupled", "other", "words"),
+    [
+        (1, 2, "coupled is 1; give a Dataset"),
+        (FLIGHT, None, "other is None; give a Dataset"),
+        (FLIGHT, FLIGHT.drop_vars("tip_position"), "other has no tip_position; simulate it with"),
+        (FLIGHT.drop_vars(["time"]), FLIGHT, "coupled has no time"),
+        (FLIGHT, FLIGHT.isel(time=slice(5)), "other has 5 samples"),
+        (THREE, TWO, "other holds 2 runs, but coupled 3 runs"),
+        (FLIGHT, THREE, "other holds 3 runs, but coupled a single run"),
+    ],
+)
+def test_what_cannot_be_compared_is_told(coupled: Any, other: Any, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        compare(coupled, other)
+
+
+def test_comparing_runs_that_ended_early_warns_and_names_the_status() -> None:
+    late = FLIGHT["time"] > 0.5
+    ended = FLIGHT.where(~late).assign(status=((), np.int8(2)), end_time=((), 0.5))
+    with pytest.warns(ContinuairWarning, match="other ended early at 0.5 s with status 2"):
+        assert math.isnan(compare(FLIGHT, ended)["rmse_t_m"])
+    batch = xr.concat([FLIGHT, ended], "run")
+    with pytest.warns(ContinuairWarning, match="run 1 of coupled") as caught:
+        result = compare(batch, xr.concat([FLIGHT, FLIGHT], "run"))["rmse_t_m"]
+    assert len(caught) == 1
+    assert result[0] == 0 and math.isnan(result[1])

@@ -3,6 +3,7 @@
 import functools
 import json
 import math
+import pickle
 from typing import Any
 
 import numpy as np
@@ -65,6 +66,7 @@ def test_there_are_no_other_open_loop_tests(letter: Any) -> None:
 
 UNUSABLE: list[tuple[dict[str, Any], str]] = [
     ({"name": ""}, "name is ''"),
+    ({"name": "a\nb"}, "name is 'a\\nb'"),
     ({"q": [0.0] * 7}, "q is [0.0"),
     ({"q": [[]]}, "q is [[]]"),
     ({"q": "abc"}, "q is 'abc'"),
@@ -81,12 +83,16 @@ UNUSABLE: list[tuple[dict[str, Any], str]] = [
     ({"tip_wrench": [0, 0, 1]}, "tip_wrench is [0, 0, 1]"),
     ({"tip_wrench_sign": 0}, "tip_wrench_sign is 0"),
     ({"tip_wrench_sign": True}, "tip_wrench_sign is True"),
+    ({"tip_wrench_sign": np.array([1, -1])}, "tip_wrench_sign is [1, -1]"),
+    ({"gravity": np.array([1, 2])}, "gravity is [1, 2]"),
+    ({"duration": np.array([1, 2])}, "duration is [1, 2]"),
     ({"duration": 0}, "duration is 0"),
     ({"duration": math.inf}, "duration is inf"),
     ({"duration": "1 s"}, "duration is '1 s'"),
     ({"jumps": (0.0,)}, "jumps is (0.0,)"),
     ({"jumps": (1.0,)}, "jumps is (1.0,)"),
-    ({"jumps": 0.5}, "jumps is 0.5"),
+    ({"jumps": 0.5}, "jumps is 0.5, but must be a list of times"),
+    ({"jumps": [[0.5]]}, "jumps is [[0.5]], but must be a list of times"),
     ({"gravity": -9.81}, "gravity is -9.81"),
 ]
 
@@ -107,6 +113,20 @@ def test_unusable_field_is_refused_in_one_sentence_with_value_and_remedy(
 def test_unknown_field_is_refused_and_the_nearest_named() -> None:
     with pytest.raises(InputError, match="use duration"):
         Scenario("test", Q).replace(durations=3)
+    with pytest.raises(InputError, match="use duration"):
+        Scenario("test", Q, durations=3)  # type: ignore[call-arg]
+
+
+@pytest.mark.parametrize("values", [(), ("test",), ("test", Q, *range(20))])
+def test_a_scenario_with_too_few_or_too_many_values_is_refused(values: Any) -> None:
+    with pytest.raises(
+        InputError, match="^a scenario cannot be made .*; give a name, q and fields by name[.]$"
+    ):
+        Scenario(*values)
+
+
+def test_a_scenario_survives_pickling() -> None:
+    assert pickle.loads(pickle.dumps(Scenario("test", Q, duration=3.0))).duration == 3.0
 
 
 def test_constants_are_immutable_copies_and_jumps_are_sorted() -> None:

@@ -23,6 +23,8 @@ Model = TypeVar("Model", bound=BaseModel)
 @dataclass(frozen=True)
 class _Runs:
     values: list[Any]
+    note: str = ""
+    """how the values were understood, where there was a choice"""
 
 
 def replace(model: Model, changes: Mapping[str, Any]) -> Model:
@@ -150,7 +152,8 @@ def _over_runs(path: str, value: Any, old: Any) -> Any:
     if None in value:
         run = value.index(None)
         raise InputError(f"{path} is None in run {run}; give a number for every run.")
-    return _Runs(list(value))
+    note = f"{path} holds {len(value)} rows, read as the diagonals of {len(value)} runs"
+    return _Runs(list(value), note if diagonals else "")
 
 
 def _numeric(template: Any) -> bool:
@@ -219,7 +222,9 @@ def _columns(
             try:
                 built = model(**fields | {name: _row(node, run) for name, node in varied.items()})
             except InputError as error:
-                raise error.within(f"run {run}: {prefix}") from None
+                notes = [node.note for node in varied.values() if isinstance(node, _Runs)]
+                note = "".join(f" ({text})" for text in notes if text)
+                raise error.within(f"run {run}{note}: {prefix}") from None
             first = built if first is None else first
             for name, column in columns.items():
                 column.append(getattr(built, name))

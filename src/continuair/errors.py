@@ -42,10 +42,14 @@ def nearest(name: str, valid: Iterable[str]) -> str:
 
 def shown(value: object) -> str:
     """Return a value as a message prints it: on one line, and not too long."""
-    if hasattr(value, "tolist"):
+    if hasattr(value, "tolist") and not isinstance(value, type):
         value = value.tolist()
-    text = " ".join(reprlib.repr(value).split())
-    return text if len(text) <= _LONGEST_VALUE else text[: _LONGEST_VALUE - 3] + "..."
+    return shortened(" ".join(reprlib.repr(value).split()), _LONGEST_VALUE)
+
+
+def shortened(text: str, longest: int) -> str:
+    """Return a text of at most that many characters, its end left out if need be."""
+    return text if len(text) <= longest else text[: longest - 3] + "..."
 
 
 def input_error(model: type[BaseModel], error: ValidationError) -> InputError:
@@ -62,9 +66,6 @@ def _sentences(model: type[BaseModel], item: Any) -> list[str]:
     if isinstance(cause, InputError):
         return list(cause.within(f"{field}." if field else "").sentences)
     name = str(item["loc"][0])
-    if item["type"] == "extra_forbidden":
-        remedy = nearest(name, model.model_fields)
-        return [f"{field} = {shown(item['input'])} is not a known field; {remedy}."]
     description = " ".join((model.model_fields[name].description or "a valid value").split())
     if item["type"] == "missing":
         return [f"{field} is missing; give {description}."]

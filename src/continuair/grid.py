@@ -15,6 +15,9 @@ from continuair.layout import Layout
 MOST_STEPS = 1e7
 """Steps of one run: their inputs are sampled beforehand, and would fill the memory."""
 
+_ROUNDING = 1e-6
+"""Share of a sample that is left over by rounding alone."""
+
 _COLUMNS = ("force", "moment", "bend_moment", "tip_wrench")
 """Inputs that are a slice of the table, by the name of that slice in `Layout`."""
 
@@ -40,14 +43,16 @@ def make_grid(
     control_period: float | None = None,
 ) -> Grid:
     """Split [0, duration] at samples, jumps and control instants, and those pieces into steps."""
-    steps_needed = duration / min(step, sample)
-    if steps_needed > MOST_STEPS:
+    finest = min(step, sample)
+    if duration > MOST_STEPS * finest:
         raise InputError(
-            f"duration is {duration:g} s, which takes {steps_needed:.2g} steps of "
-            f"{min(step, sample):.2g} s, more than {MOST_STEPS:.0e}; shorten it, or give a longer "
-            "step or sample (a short, thick arm needs short steps)."
+            f"duration is {duration:g} s, which takes more than {MOST_STEPS:.0e} steps of "
+            f"{finest:.2g} s; shorten it, give a longer step or sample, or check arm.radius, "
+            "arm.length, arm.youngs_modulus, its damping and the initial rates, which make the "
+            "automatic step short."
         )
-    count = max(1, round(duration / sample))
+    # The last interval is the shorter one; what is left of rounding is none.
+    count = max(1, int(np.ceil(duration / sample - _ROUNDING)))
     samples = np.append(sample * np.arange(count), duration)
     inside = np.array([t for t in jumps if 0.0 < t < duration])
     # A jump within rounding of a sample is that sample.
@@ -112,20 +117,27 @@ def groups_in_use(scenario: Any) -> int:
 
 def sample_inputs(scenario: Any, times: np.ndarray, layout: Layout) -> tuple[np.ndarray, int]:
     """Input table (rows, runs or 1, inputs) and its rows per time: 0 if all inputs are constant."""
-    parts: list[tuple[slice, np.ndarray]] = []
+    parts: list[tuple[str, slice, np.ndarray]] = []
     for name in _COLUMNS:
         value, where = getattr(scenario, name), getattr(layout, name)
         if value is not None:
             sign = scenario.tip_wrench_sign if name == "tip_wrench" else 1.0
             width = where.stop - where.start
-            parts.append((where, sign * _at(name, value, times, width)))
+            parts.append((name, where, sign * _at(name, value, times, width)))
     if scenario.tau is not None:
         tau = _at("tau", scenario.tau, times, layout.coordinates)
-        parts += [(layout.force, tau[..., :3]), (layout.euler_and_polar, tau[..., 3:])]
-    rows = max((v.shape[0] for _, v in parts), default=1)
-    runs = max((v.shape[1] for _, v in parts), default=1)
+        parts.append(("tau", layout.force, tau[..., :3]))
+        parts.append(("tau", layout.euler_and_polar, tau[..., 3:]))
+    rows = max((v.shape[0] for _, _, v in parts), default=1)
+    runs = max((v.shape[1] for _, _, v in parts), default=1)
+    if any(v.shape[1] not in (1, runs) for _, _, v in parts):
+        held = {name: f"{name} has {v.shape[1]}" for name, _, v in parts}
+        raise InputError(
+            f"inputs hold rows for different numbers of runs ({', '.join(held.values())}); give "
+            "as many rows in each, or one row for all runs."
+        )
     table = np.zeros((rows, runs, layout.inputs))
-    for where, value in parts:
+    for _, where, value in parts:
         table[..., where] += value
     return table, int(rows > 1)
 

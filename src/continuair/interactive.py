@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from continuair import checks
 from continuair.coordinates import continuous_euler, paper_rates, state_from_paper
 from continuair.errors import InputError, shown
 from continuair.grid import Grid, groups_in_use, make_grid, sample_inputs, stage_times
@@ -18,7 +19,7 @@ from continuair.kernels.loop import POSE_AND_TWIST, Scene, watch
 from continuair.kernels.stepping import OK, STATUS
 from continuair.linear import automatic_step
 from continuair.scenarios import Scenario
-from continuair.simulation import check_options, warn_if_coarse
+from continuair.simulation import MODELS, warn_if_coarse
 from continuair.trajectory import WATCHED_VARIABLES, assemble, default_variables
 from continuair.vehicle import Vehicle
 
@@ -62,9 +63,13 @@ class Simulation:
         control_period: float = 1e-3,
     ) -> None:
         _check(vehicle, scenario, control_period)
-        check_options(vehicle, model, step, None, control_period, (), "rk4", 1.0, "float64", None)
+        checks.vehicle(vehicle)
+        checks.choice("model", model, MODELS)
+        control_period = checks.positive("control_period", control_period)
+        if not (isinstance(step, str) and step == "auto"):
+            step = checks.positive("step", step, " or 'auto'")
         q, qd = np.atleast_2d(scenario.q), np.atleast_2d(scenario.qd)
-        fine = automatic_step(Engine(vehicle, "coupled"), q)
+        fine = automatic_step(Engine(vehicle, "coupled"), q, qd)
         self._step = min(fine, control_period) if isinstance(step, str) else float(step)
         warn_if_coarse(self._step, fine, stacklevel=3)
         self._vehicle, self._scenario, self._model = vehicle, scenario, model

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from continuair import checks
 from continuair.coordinates import state_from_paper
 from continuair.errors import InputError, shown
 from continuair.kernels.engine import Engine
@@ -16,7 +17,8 @@ from continuair.layout import Layout
 from continuair.vehicle import Vehicle
 
 STEP_PHASE = 0.2
-"""Largest ω_max h of the automatic step: RK4 then keeps the amplitude of the stiffest mode."""
+"""Largest product of the automatic step and the fastest rate: RK4 then keeps the amplitude of the
+stiffest mode, and follows the fastest decay."""
 
 
 def bend_compliance(engine: Engine, q: Any) -> np.ndarray:
@@ -45,7 +47,7 @@ def bending_frequencies(vehicle: Vehicle, q: Any = None) -> tuple[float, float]:
 
     q: paper coordinates (8,), the straight arm by default. Raises InputError.
     """
-    at = _configuration(q, Layout(vehicle.sections).coordinates)
+    at = _configuration("q", q, checks.single_vehicle(vehicle))
     clamped, free = (
         float(fastest_frequency(Engine(vehicle, model), at).max())
         for model in ("independent", "coupled")
@@ -56,28 +58,55 @@ def bending_frequencies(vehicle: Vehicle, q: Any = None) -> tuple[float, float]:
 def fastest_frequency(engine: Engine, q: Any) -> np.ndarray:
     """ω_max (runs,) [rad/s] from the pencil (K, M) at q: the largest √eig(E I l [M⁻¹]_bend)."""
     arm = engine.vehicle.arm
+    return np.sqrt(_largest_compliance(engine, q) * arm.bending_stiffness * arm.length)
+
+
+def fastest_rate(engine: Engine, q: Any) -> np.ndarray:
+    """Largest |λ| (runs,) [1/s] of λ² + 2 γ λ + ω² = 0, the stiffest mode damped, at q.
+
+    It is ω while the mode oscillates, and the decay γ + √(γ² - ω²) when it is overdamped.
+    """
+    arm = engine.vehicle.arm
+    decay = 0.5 * _largest_compliance(engine, q) * arm.structural_damping * arm.length
+    frequency = fastest_frequency(engine, q)
+    over = np.sqrt(np.maximum(decay**2 - frequency**2, 0.0))
+    return np.where(decay > frequency, decay + over, frequency)
+
+
+def _largest_compliance(engine: Engine, q: Any) -> np.ndarray:
     compliance = bend_compliance(engine, q)
-    stiffness = np.asarray(arm.bending_stiffness) * np.asarray(arm.length)
-    largest = np.linalg.eigvalsh(0.5 * (compliance + compliance.swapaxes(1, 2)))[:, -1]
-    return np.sqrt(largest * stiffness)
+    # A configuration past a full circle has none.
+    known = np.isfinite(compliance).all((1, 2))
+    symmetric = np.where(known[:, None, None], compliance + compliance.swapaxes(1, 2), 0.0)
+    largest: np.ndarray = np.where(known, 0.5 * np.linalg.eigvalsh(symmetric)[:, -1], np.nan)
+    return largest
 
 
-def automatic_step(coupled: Engine, q: Any) -> float:
-    """Step [s] with ω_max h = 0.2 for the stiffest run, straight and at the initial bends.
+def automatic_step(coupled: Engine, q: Any, qd: Any = None) -> float:
+    """Step [s] of which the fastest rate of any run makes at most 0.2.
 
-    coupled: an engine of the coupled model, whose free base raises the frequencies most.
+    That rate is the spin |ω| at the start, plus what is faster seen from the turning body: the
+    stiffest mode (straight or at the initial bend, with its damping), or the tip's turning |k̇| l.
+    coupled: an engine of the coupled model, whose free base raises the rates most. q, qd: (runs or
+    1, 8) paper coordinates and rates, at rest by default.
     """
     q = np.atleast_2d(q)
+    qd = np.zeros_like(q) if qd is None else np.atleast_2d(qd)
     straight = np.array(q)
     straight[:, 6::2] = 0.0
+    modes = np.stack([fastest_rate(coupled, at) for at in (straight, q)])
+    q, qd = np.broadcast_arrays(q, qd)
+    state, layout = state_from_paper(q, qd), coupled.layout
+    spin = np.linalg.norm(state[:, layout.angular_velocity], axis=1)
+    turning = np.linalg.norm(state[:, layout.bend_rate], axis=1) * coupled.vehicle.arm.length
     # A run that starts bent past a full circle has no frequency; it ends with a status.
-    found = np.concatenate([fastest_frequency(coupled, at) for at in (straight, q)])
-    if not np.isfinite(found).any():
+    rates = np.fmax(modes, turning) + spin
+    if not np.isfinite(modes).any():
         raise InputError(
             "vehicle has no finite bending frequency: its arm is too heavy or too "
             "soft beside its UAV; check arm.length, arm.radius and uav.mass."
         )
-    return float(STEP_PHASE / np.nanmax(found))
+    return float(STEP_PHASE / np.nanmax(rates))
 
 
 @dataclass(frozen=True)
@@ -97,11 +126,13 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
     """Bending modes of the arm at rest in the configuration q, on a free or clamped base.
 
     q: paper coordinates (8,), the straight arm by default. The stiffness is that of the arm and,
-    for a clamped base, of gravity, which a free base in free fall does not feel. InputError.
+    for a clamped base, of gravity, which a free base in free fall does not feel. Raises InputError,
+    also where the arm is out of balance so far, or buckled, that it does not vibrate about q.
     """
-    if base not in ("free", "clamped"):
-        raise InputError(f"base is {shown(base)}; use 'free' or 'clamped'.")
-    at = _configuration(q, Layout(vehicle.sections).coordinates)
+    checks.single_vehicle(vehicle)
+    checks.choice("base", base, ("free", "clamped"))
+    gravity = checks.gravity(gravity)
+    at = _configuration("q", q, vehicle)
     free = base == "free"
     A, _ = linearize(
         vehicle, at, model="coupled" if free else "independent", gravity=0.0 if free else gravity
@@ -111,6 +142,11 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
     compliance = bend_compliance(Engine(vehicle, "coupled" if free else "independent"), at)[0]
     stiffness = -A[rate, bend]
     eigenvalues, vectors = np.linalg.eig(stiffness)
+    if not (eigenvalues.real > 0.0).all():
+        raise InputError(
+            f"q is {shown(at)}, about which the arm does not vibrate but buckles; give a "
+            "configuration near a stable balance (a hanging arm, less gravity or a stiffer arm)."
+        )
     order = np.argsort(eigenvalues.real)
     frequencies = np.sqrt(eigenvalues.real[order])
     shapes = vectors.real[:, order]
@@ -142,22 +178,24 @@ def linearize(
     Perturbations: position 3 (world), rotation 3 (body axes), bend 2, velocity 3 (world), angular
     velocity 3 (body), bend rate 2; inputs: world force 3, body moment 3, bend moment 2. The four
     inputs given, a hover's from `trim`, hold at the operating point. Central differences of fourth
-    order: about 1e-9 relative. Raises InputError.
+    order: about 1e-9 relative. The bend must leave room for them below a full circle, 0.005 1/m.
+    Raises InputError.
     """
-    _check_single(vehicle)
-    if model not in ("coupled", "decoupled", "independent"):
-        raise InputError(f"model is {shown(model)}; use coupled, decoupled or independent.")
+    checks.single_vehicle(vehicle)
+    checks.choice("model", model, ("coupled", "decoupled", "independent"))
+    gravity = checks.gravity(gravity)
     layout = Layout(vehicle.sections)
     n = layout.coordinates
-    at, rates = _configuration(q, n), _configuration(qd, n)
+    at = _configuration("q", q, vehicle)
+    rates = np.zeros(n) if qd is None else checks.row("qd", qd, n)
     centre = state_from_paper(at[None], rates[None])[0]
     steps = np.array([-2.0, -1.0, 1.0, 2.0]) * _DIFFERENCE
     weights = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * _DIFFERENCE)
     inputs = np.zeros(layout.inputs)
-    inputs[layout.force] = _numbers("force", force, 3)
-    inputs[layout.moment] = _numbers("moment", moment, 3)
-    inputs[layout.bend_moment] = _numbers("bend_moment", bend_moment, layout.bends)
-    inputs[layout.tip_wrench] = _numbers("tip_wrench", tip_wrench, 6)
+    inputs[layout.force] = checks.row("force", force, 3)
+    inputs[layout.moment] = checks.row("moment", moment, 3)
+    inputs[layout.bend_moment] = checks.row("bend_moment", bend_moment, layout.bends)
+    inputs[layout.tip_wrench] = checks.row("tip_wrench", tip_wrench, 6)
     states = np.array([_perturbed(centre, i, h) for i in range(2 * n) for h in steps])
     engine = Engine(vehicle, model)
 
@@ -209,9 +247,10 @@ def trim(
     bend: bend vector (2,) [1/m] to hold, or None for the bend that the arm takes by itself under
     gravity and tip_wrench (6,) [N, N m, world axes], with no bend moment. Raises InputError.
     """
-    _check_single(vehicle)
-    yaw, position = float(_numbers("yaw", yaw, 1)[0]), _numbers("position", position, 3)
-    tip_wrench = _numbers("tip_wrench", tip_wrench, 6)
+    checks.single_vehicle(vehicle)
+    gravity = checks.gravity(gravity)
+    yaw, position = float(checks.row("yaw", yaw, 1)[0]), checks.row("position", position, 3)
+    tip_wrench = checks.row("tip_wrench", tip_wrench, 6)
     engine = Engine(vehicle, "decoupled")
     layout = engine.layout
 
@@ -236,13 +275,15 @@ def trim(
 
         solution = root(residual, np.zeros(layout.bends), tol=1e-13)
         k = solution.x
-        if np.abs(residual(k)).max() > 1e-8 * max(1.0, np.abs(tip_wrench).max()):
+        # Written so that NaN, which the residual is beyond a full circle, is refused too.
+        if not np.abs(residual(k)).max() <= 1e-8 * max(1.0, np.abs(tip_wrench).max()):
             raise InputError(
                 "tip_wrench leaves the arm no equilibrium below a full circle; give "
                 "a smaller wrench, or the bend to hold."
             )
     else:
-        k = _numbers("bend", bend, layout.bends)
+        k = checks.row("bend", bend, layout.bends)
+        _check_bend("bend", bend, float(np.hypot(*k)), vehicle)
     q = np.concatenate([position, [0.0, 0.0, yaw], [np.hypot(*k), np.arctan2(k[1], k[0])]])
     A_force = _balance(engine, q, tip_wrench, gravity)
     return Trim(q, A_force[:3], A_force[3:], -residual(k) if bend is not None else 0.0 * k)
@@ -261,27 +302,23 @@ def _balance(engine: Engine, q: np.ndarray, tip_wrench: Any, gravity: float) -> 
 
 
 _DIFFERENCE = 2e-3
+_ROOM = 2.5 * _DIFFERENCE
+"""What a bend leaves below a full circle [1/m], so that its differences are still inside."""
 
 
-def _configuration(q: Any, width: int) -> np.ndarray:
-    return np.zeros(width) if q is None else _numbers("q or qd", q, width)
+def _configuration(name: str, q: Any, vehicle: Vehicle) -> np.ndarray:
+    width = Layout(vehicle.sections).coordinates
+    at = np.zeros(width) if q is None else checks.row(name, q, width)
+    _check_bend(name, at, abs(float(at[6])), vehicle)
+    return at
 
 
-def _numbers(name: str, value: Any, width: int) -> np.ndarray:
-    """One number for all, or `width` of them, as an array (width,)."""
-    try:
-        found = np.asarray(value, float)
-    except (TypeError, ValueError):
-        found = np.array([np.nan])
-    if found.shape not in ((), (width,)) or not np.isfinite(found).all():
-        raise InputError(f"{name} is {shown(value)}; give {width} finite numbers.")
-    return np.broadcast_to(found, width).copy()
-
-
-def _check_single(vehicle: Vehicle) -> None:
-    if vehicle.runs is not None:
+def _check_bend(name: str, value: Any, kappa: float, vehicle: Vehicle) -> None:
+    largest = 2.0 * np.pi / vehicle.arm.length - _ROOM
+    if kappa > largest:
         raise InputError(
-            f"vehicle holds {vehicle.runs} runs, but one is looked at here; use vehicle.select(i)."
+            f"{name} is {shown(value)}, which bends the arm to {kappa:g} 1/m; give a bend of at "
+            f"most {largest:.4g} 1/m, just below a full circle."
         )
 
 

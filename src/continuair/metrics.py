@@ -6,6 +6,7 @@ are runs, and results then hold one number per run.
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -13,9 +14,11 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from continuair.coordinates import continuous_euler
-from continuair.errors import InputError
+from continuair.errors import ContinuairWarning, InputError, shown
 
 Array = NDArray[np.float64]
+
+_TIP = ("tip_position", "tip_attitude")
 
 AXES = ("x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_rad")
 """Axes in the order in which `compare` reports them, with their units."""
@@ -85,13 +88,60 @@ def compare(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
     nrmse_t, nrmse_r: as printed, of tip position and continuous Euler angles [-]; rmse_t_m [m] and
     rmse_r_rad [rad]: the same differences, not normalised; angle_rad: RMS of the geodesic angle,
     the one rotational reading that needs no choice of angles [rad]; rmse_x_m ... rmse_yaw_rad.
-    Numbers, or arrays over runs.
+    Numbers, or arrays over runs; NaN, with a warning, for a run that ended early. Raises
+    InputError if the two are not flights of the same runs sampled at the same times.
     """
+    flights = {"coupled": coupled, "other": other}
+    for name, flight in flights.items():
+        _check_flight(name, flight)
+    _check_alike(coupled, other)
+    for name, flight in flights.items():
+        _warn_of_ended(name, flight)
+    return _differences(coupled, other)
+
+
+def _check_flight(name: str, flight: Any) -> None:
+    if not isinstance(flight, xr.Dataset):
+        raise InputError(f"{name} is {shown(flight)}; give a Dataset that simulate returned.")
+    missing = [part for part in ("time", *_TIP) if part not in flight.variables]
+    if missing:
+        raise InputError(
+            f"{name} has no {' and no '.join(missing)}; simulate it with variables "
+            f"{' and '.join(_TIP)}."
+        )
+
+
+def _check_alike(coupled: xr.Dataset, other: xr.Dataset) -> None:
     if not np.array_equal(coupled["time"], other["time"]):
         raise InputError(
             f"other has {other.sizes['time']} samples that are not those of coupled "
             f"({coupled.sizes['time']}); simulate both with the same sample and duration."
         )
+    shapes = [_components(flight, "tip_position").shape[:-2] for flight in (coupled, other)]
+    if shapes[0] != shapes[1]:
+        runs = ["a single run" if not shape else f"{shape[0]} runs" for shape in shapes]
+        raise InputError(
+            f"other holds {runs[1]}, but coupled {runs[0]}; give the same runs, as in "
+            "coupled.isel(run=0)."
+        )
+
+
+def _warn_of_ended(name: str, flight: xr.Dataset) -> None:
+    if "status" not in flight.variables or not np.any(flight["status"]):
+        return
+    status = np.ravel(flight["status"])
+    run = int(np.flatnonzero(status)[0])
+    which = f"run {run} of {name}" if status.size > 1 else name
+    end = f" at {np.ravel(flight['end_time'])[run]:g} s" if "end_time" in flight.variables else ""
+    warnings.warn(
+        f"{which} ended early{end} with status {status[run]}, and its differences are NaN; compare "
+        "runs that reach their end.",
+        ContinuairWarning,
+        stacklevel=3,
+    )
+
+
+def _differences(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
     positions = [_components(dataset, "tip_position") for dataset in (coupled, other)]
     attitudes = [_components(dataset, "tip_attitude") for dataset in (coupled, other)]
     angles = [euler_angles(attitude) for attitude in attitudes]

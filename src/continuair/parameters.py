@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import math
 import numbers
-from collections.abc import Callable, Iterator
-from typing import Annotated, Any
+from collections.abc import Callable, Iterator, Mapping
+from typing import Annotated, Any, get_args
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
-from continuair.errors import InputError, input_error, shown
+from continuair.errors import InputError, input_error, nearest, shown
 
 # Entries across the diagonal may differ by this much of the largest entry.
 _ASYMMETRY = 1e-9
@@ -55,10 +55,23 @@ def _not_negative(value: object) -> float:
 
 
 def _count(value: object) -> int:
-    number = _positive(value)
-    if not number.is_integer():
-        raise ValueError("must be a whole number")
+    number = _real(value)
+    if not 0 < number < math.inf or not number.is_integer():
+        raise ValueError("must be a whole number above 0")
     return int(number)
+
+
+def is_title(value: object) -> bool:
+    """Tell whether a value is text for titles: one line, and not blank."""
+    return isinstance(value, str) and bool(value.strip()) and value.isprintable()
+
+
+def _title(value: object) -> str:
+    if not isinstance(value, str):
+        raise ValueError("must be text")
+    if not is_title(value):
+        raise ValueError("must be one line of text, not blank")
+    return value
 
 
 def _entries(length: int, entry: Callable[[object], float]) -> BeforeValidator:
@@ -76,6 +89,7 @@ def _entries(length: int, entry: Callable[[object], float]) -> BeforeValidator:
 
 
 Finite = Annotated[float, BeforeValidator(_finite)]
+Title = Annotated[str, BeforeValidator(_title)]
 Positive = Annotated[float, BeforeValidator(_positive)]
 NotNegative = Annotated[float, BeforeValidator(_not_negative)]
 PositivePair = Annotated[tuple[float, float], _entries(2, _positive)]
@@ -118,12 +132,34 @@ class _Shape(str):
     __repr__ = str.__str__
 
 
+def _check_names(part: type[BaseModel], fields: Mapping[str, Any], path: str) -> None:
+    """Refuse unknown fields of a part and of its parts before a missing one is complained about."""
+    for name, value in fields.items():
+        if name not in part.model_fields:
+            remedy = nearest(f"{path}{name}", [f"{path}{known}" for known in part.model_fields])
+            raise InputError(f"{path}{name} = {shown(value)} is not a known field; {remedy}.")
+        annotation = part.model_fields[name].annotation
+        if isinstance(value, Mapping) and isinstance(annotation, type):
+            if issubclass(annotation, Part):
+                _check_names(annotation, value, f"{path}{name}.")
+        elif isinstance(value, list | tuple) and (kind := _kind_of_entries(annotation)):
+            for index, entry in enumerate(value):
+                if isinstance(entry, Mapping):
+                    _check_names(kind, entry, f"{path}{name}.{index}.")
+
+
+def _kind_of_entries(annotation: Any) -> type[Part] | None:
+    kinds = get_args(annotation)
+    return kinds[0] if kinds and isinstance(kinds[0], type) and issubclass(kinds[0], Part) else None
+
+
 class Part(BaseModel):
     """Immutable parameters; an unknown, missing or unusable field is an InputError."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     def __init__(self, /, **fields: Any) -> None:
+        _check_names(type(self), fields, "")
         try:
             super().__init__(**fields)
         except ValidationError as error:
@@ -132,6 +168,12 @@ class Part(BaseModel):
     def __setattr__(self, name: str, value: Any) -> None:
         raise InputError(
             f"{name} cannot be set to {shown(value)} because a {type(self).__name__} is immutable; "
+            "use vehicle.replace({...}), which returns a changed copy."
+        )
+
+    def __delattr__(self, name: str) -> None:
+        raise InputError(
+            f"{name} cannot be deleted because a {type(self).__name__} is immutable; "
             "use vehicle.replace({...}), which returns a changed copy."
         )
 

@@ -9,18 +9,20 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import inspect
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from numbers import Real
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from continuair import checks
 from continuair.controllers.controller import Controller
 from continuair.errors import InputError, nearest, shown
 from continuair.layout import ONE_SECTION
+from continuair.parameters import is_title
 from continuair.targets import Target
 
 Array = NDArray[np.float64]
@@ -28,6 +30,8 @@ Input = ArrayLike | Callable[[float], ArrayLike] | None
 
 OPEN_LOOP_TESTS = ("A", "B", "C", "D")
 """The names of the open-loop tests of Amiri et al."""
+
+_Record = TypeVar("_Record")
 
 _COORDINATES = ONE_SECTION.coordinates
 _INPUTS = {
@@ -39,6 +43,30 @@ _INPUTS = {
 }
 
 
+def _with_known_fields(record: type[_Record]) -> type[_Record]:
+    """Let a dataclass refuse unknown, missing and doubled fields by an InputError."""
+    signature = inspect.signature(record)
+    create = record.__init__
+
+    @functools.wraps(create)
+    def checked(self: _Record, *values: Any, **fields: Any) -> None:
+        for name in fields:
+            if name not in signature.parameters:
+                remedy = nearest(name, signature.parameters)
+                raise InputError(f"{name} is not a field of a scenario; {remedy}.")
+        try:
+            signature.bind(*values, **fields)
+        except TypeError as error:
+            raise InputError(
+                f"a scenario cannot be made ({error}); give a name, q and fields by name."
+            ) from None
+        create(self, *values, **fields)
+
+    record.__init__ = checked  # type: ignore[assignment, method-assign]
+    return record
+
+
+@_with_known_fields
 @dataclass(frozen=True, eq=False)
 class Scenario:
     """The initial state, the inputs and the duration of a flight; all are immutable.
@@ -97,20 +125,17 @@ class Scenario:
     """seed of the camera's noise"""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not self.name.strip():
+        if not is_title(self.name):
             raise InputError(f"name is {shown(self.name)}, but must be text; give a name.")
         checked: dict[str, Any] = {name: _state(name, getattr(self, name)) for name in ("q", "qd")}
         checked |= {name: _input(name, getattr(self, name)) for name in _INPUTS}
         _check_runs(checked)
-        if isinstance(self.tip_wrench_sign, bool) or self.tip_wrench_sign not in (1, -1):
+        if not checks.is_number(self.tip_wrench_sign) or self.tip_wrench_sign not in (1, -1):
             problem = f"tip_wrench_sign is {shown(self.tip_wrench_sign)}, but must be 1 or -1"
             raise InputError(f"{problem}; give 1 for a wrench that acts on the tip.")
         checked["duration"] = _duration(self.duration)
         checked["jumps"] = _jumps(self.jumps, checked["duration"])
-        if not _is_number(self.gravity) or self.gravity < 0:
-            problem = f"gravity is {shown(self.gravity)}, but must be a finite number, 0 or more"
-            raise InputError(f"{problem}; give its magnitude [m/s²].")
-        checked["gravity"] = float(self.gravity)
+        checked["gravity"] = checks.gravity(self.gravity)
         self._check_loop()
         for name, value in checked.items():
             object.__setattr__(self, name, value)
@@ -122,7 +147,7 @@ class Scenario:
                 "as servoing(...) or hold(...)."
             )
         period = self.control_period
-        if period is not None and not (_is_number(period) and period > 0):
+        if period is not None and not (checks.is_number(period) and period > 0):
             raise InputError(
                 f"control_period is {shown(period)}; give a finite number above 0 [s], or None to "
                 "evaluate the controller at every stage."
@@ -153,10 +178,6 @@ class Scenario:
 
     def replace(self, **changes: Any) -> Scenario:
         """Return a copy with some fields changed; raises InputError as the constructor does."""
-        fields = [field.name for field in dataclasses.fields(self)]
-        for name in changes:
-            if name not in fields:
-                raise InputError(f"{name} is not a field of a scenario; {nearest(name, fields)}.")
         return dataclasses.replace(self, **changes)
 
     def describe(self) -> dict[str, Any]:
@@ -176,7 +197,7 @@ def open_loop_test(name: str, f1: float = 1.0) -> Scenario:
     if key not in OPEN_LOOP_TESTS:
         problem = f"test is {shown(name)}, but must be a letter from A to D"
         raise InputError(f"{problem}; use one of: {', '.join(OPEN_LOOP_TESTS)}.")
-    if not _is_number(f1) or f1 < 0:
+    if not checks.is_number(f1) or f1 < 0:
         problem = f"f1 is {shown(f1)}, but must be a finite number of 0 or more"
         raise InputError(f"{problem}; give the chirp's final frequency [Hz].")
     inputs: dict[str, dict[str, Any]] = {
@@ -203,20 +224,11 @@ def tip_chirp(t: float, f1: float = 1.0) -> tuple[float, ...]:
     return 10 * math.sin(angle + math.pi / 4), 10 * math.sin(angle), 25, 0, 0, 0
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
-
-
 def _finite_array(value: object) -> Array | None:
     """Return finite numbers as a read-only array, and None for anything else."""
-    try:
-        given = np.asarray(value)
-    except (TypeError, ValueError):
-        return None
-    if given.dtype.kind not in "iuf" or not np.isfinite(given).all():
-        return None
-    array = np.array(given, dtype=np.float64)
-    array.flags.writeable = False
+    array = checks.finite_array(value)
+    if array is not None:
+        array.flags.writeable = False
     return array
 
 
@@ -276,7 +288,7 @@ def _input(field: str, value: Any) -> Array | Callable[[float], ArrayLike] | Non
 
 
 def _duration(value: Any) -> float:
-    if not _is_number(value) or not value > 0:
+    if not checks.is_number(value) or not value > 0:
         problem = f"duration is {shown(value)}, but must be a finite number above 0"
         raise InputError(f"{problem}; give the duration of the flight [s].")
     return float(value)
@@ -285,7 +297,9 @@ def _duration(value: Any) -> float:
 def _jumps(value: Any, duration: float) -> tuple[float, ...]:
     array = _finite_array(np.empty(0) if isinstance(value, tuple) and not value else value)
     if array is None or array.ndim != 1 or not ((array > 0) & (array < duration)).all():
-        problem = f"jumps is {shown(value)}, but must be times above 0 and below {duration:g} s"
+        problem = (
+            f"jumps is {shown(value)}, but must be a list of times above 0 and below {duration:g} s"
+        )
         raise InputError(f"{problem}; leave out those at the start or the end.")
     return tuple(np.unique(array).tolist())
 

@@ -7,13 +7,15 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
+import warp as wp
 import xarray as xr
 
+from continuair import checks
 from continuair.closing import close_loop, control_step
 from continuair.coordinates import paper_accelerations, state_from_paper
 from continuair.errors import ContinuairWarning, InputError, nearest, shown
 from continuair.grid import groups_in_use, make_grid, sample_inputs, stage_times
-from continuair.kernels.engine import Engine, check_device
+from continuair.kernels.engine import Engine, check_device, start_warp
 from continuair.kernels.loads import COMMAND, GENERAL, PAPER, TIP
 from continuair.layout import Layout
 from continuair.linear import automatic_step
@@ -29,6 +31,9 @@ from continuair.trajectory import (
 from continuair.vehicle import Vehicle
 
 MODELS = ("coupled", "decoupled", "independent")
+
+_FINEST_TOLERANCE = 1e-13
+"""Relative tolerance below which rounding errors of float64 would steer DOP853's steps."""
 
 # Runs per launch: bounds the memory of what is logged but not kept.
 _CHUNK_NUMBERS = 2.0e7
@@ -53,10 +58,12 @@ def simulate(
     """Roll out one model of a vehicle through a scenario, one run or a batch.
 
     model: "coupled", "decoupled" (the paper's: UAV-arm blocks of M and C zero) or "independent".
-    step: seconds, or "auto" (ω_max h <= 0.2, at most `sample`). duration: seconds, the scenario's
-    by default. sample: seconds between logged samples. variables: names to keep, all by default.
-    integrator: "rk4", or "dop853" with relative `tolerance` (single runs). dtype: "float64" or
-    "float32". device: "cpu" or a CUDA device. threads: CPU threads for a batch, all by default.
+    step: seconds, or "auto": of the fastest rate, stiffest mode with its damping or initial motion,
+    it makes 0.2, and at most `sample`. duration: seconds, the scenario's by default. sample:
+    seconds between logged samples, the last interval shorter if need be; steps end at samples.
+    variables: names to keep, all by default. integrator: "rk4", or "dop853" with relative
+    `tolerance` (single runs, float64; `step` then only times the end of a run that ends early).
+    dtype: "float64" or "float32". device: "cpu" or a CUDA device. threads: CPU threads for a batch.
     Returns a Dataset over time (and run, for a batch) with `status` and `end_time` per run; the
     variables, their axes and units are in its attributes. Raises InputError.
     """
@@ -67,11 +74,18 @@ def simulate(
         )
     if variables is None:
         variables = default_variables(scenario)
-    names = check_options(
-        vehicle, model, step, duration, sample, variables, integrator, tolerance, dtype, threads
-    )
-    check_device(device)
-    duration = scenario.duration if duration is None else float(duration)
+    checks.vehicle(vehicle)
+    checks.choice("model", model, MODELS)
+    _check_numerics(integrator, tolerance, dtype, device, threads)
+    names = _checked_names(variables)
+    if not (isinstance(step, str) and step == "auto"):
+        step = checks.positive("step", step, " or 'auto'")
+    duration = scenario.duration if duration is None else checks.positive("duration", duration)
+    if checks.positive("sample", sample) > duration * (1.0 + 1e-9):
+        raise InputError(
+            f"sample is {shown(sample)} s, longer than the flight of {duration:g} s; give a "
+            "shorter one."
+        )
     closed = scenario.controller is not None
     _check_loop(names, closed, bool(scenario.targets), integrator)
     q, qd = np.atleast_2d(scenario.q), np.atleast_2d(scenario.qd)
@@ -87,8 +101,10 @@ def simulate(
     batched = max(size or 0 for size in sizes.values())
     _same_runs(max(batched, 1), sizes)
     engine = Engine(vehicle, "coupled", "float64", device, threads)
-    fine = automatic_step(engine, q)
+    fine = automatic_step(engine, q, qd)
     step = _step(step, fine, sample, scenario)
+    if integrator == "rk4":
+        warn_if_coarse(step, fine, stacklevel=3)
     grid = make_grid(
         duration, step, sample, scenario.jumps, scenario.control_period if closed else None
     )
@@ -153,22 +169,20 @@ def simulate(
 
 
 def _step(step: Any, fine: float, sample: float, scenario: Scenario) -> float:
-    """The step to take: what is asked for, or what the stiffest mode and the controller allow."""
+    """The step to take: what is asked for, or what the fastest rate and the controller allow."""
+    finest = min(fine, sample)
     if scenario.controller is not None:
-        finest = min(fine, sample)
-        found = control_step(scenario, finest, None if isinstance(step, str) else float(step))
-    else:
-        found = min(fine, sample) if isinstance(step, str) else float(step)
-    warn_if_coarse(found, fine, stacklevel=4)
-    return found
+        return control_step(scenario, finest, None if isinstance(step, str) else step)
+    return finest if isinstance(step, str) else float(step)
 
 
 def warn_if_coarse(step: float, fine: float, stacklevel: int) -> None:
-    """Warn of a step [s] longer than `fine`, that of the stiffest bending mode."""
+    """Warn of a step [s] longer than `fine`, which vehicle and start allow."""
     if step > fine * (1.0 + 1e-9):
         warnings.warn(
-            f"step is {step:g} s, which is too coarse for the stiffest bending mode: RK4 will "
-            f"damp it; use {fine:.3g} s or less, or step='auto'.",
+            f"step is {step:g} s, which is too coarse for the fastest motion of vehicle and start "
+            f"(stiffest bending mode, its damping, initial rates): RK4 will distort it; use "
+            f"{fine:.3g} s or less, or step='auto'.",
             ContinuairWarning,
             stacklevel=stacklevel,
         )
@@ -201,40 +215,33 @@ def _same_runs(runs: int, sizes: dict[str, int | None]) -> None:
             )
 
 
-def check_options(
-    vehicle: Any,
-    model: Any,
-    step: Any,
-    duration: Any,
-    sample: Any,
-    variables: Any,
-    integrator: Any,
-    tolerance: Any,
-    dtype: Any,
-    threads: Any,
-) -> tuple[str, ...]:
-    """Validate the options; return the names of the variables to keep."""
-    if not isinstance(vehicle, Vehicle):
-        raise InputError(f"vehicle is {shown(vehicle)}; load one with continuair.load_vehicle.")
-    for name, value, valid in (
-        ("model", model, MODELS),
-        ("integrator", integrator, ("rk4", "dop853")),
-        ("dtype", dtype, ("float64", "float32")),
-    ):
-        if value not in valid:
-            raise InputError(f"{name} is {shown(value)}; use one of {', '.join(valid)}.")
-    positive = {"sample": sample, "tolerance": tolerance}
-    if step != "auto":
-        positive["step"] = step
-    if duration is not None:
-        positive["duration"] = duration
-    for name, value in positive.items():
-        number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-        if not number or not 0.0 < value < np.inf:
-            auto = " or 'auto'" if name == "step" else ""
-            raise InputError(f"{name} is {shown(value)}; give a finite number above 0{auto}.")
-    if threads is not None and (not isinstance(threads, int) or threads < 1):
+def _check_numerics(integrator: Any, tolerance: Any, dtype: Any, device: Any, threads: Any) -> None:
+    checks.choice("integrator", integrator, ("rk4", "dop853"))
+    checks.choice("dtype", dtype, ("float64", "float32"))
+    checks.positive("tolerance", tolerance)
+    if integrator == "dop853" and dtype != "float64":
+        raise InputError(f"dtype is {shown(dtype)}, but integrator='dop853' needs 'float64'.")
+    if integrator == "dop853" and tolerance < _FINEST_TOLERANCE:
+        raise InputError(
+            f"tolerance is {shown(tolerance)}, finer than float64 can hold; give "
+            f"{_FINEST_TOLERANCE:g} or more."
+        )
+    whole = isinstance(threads, (int, np.integer)) and not isinstance(threads, bool)
+    if threads is not None and not (whole and threads > 0):
         raise InputError(f"threads is {shown(threads)}; give a whole number above 0.")
+    _check_device(device)
+
+
+def _check_device(device: Any) -> None:
+    if not isinstance(device, str):
+        raise InputError(f"device is {shown(device)}; give its name, such as 'cpu'.")
+    start_warp()
+    if device.startswith("cuda") and not wp.is_cuda_available():
+        raise InputError(f"device is {shown(device)}, but no CUDA device was found; use 'cpu'.")
+    check_device(device)
+
+
+def _checked_names(variables: Any) -> tuple[str, ...]:
     if isinstance(variables, str) or not isinstance(variables, Iterable):
         raise InputError(f"variables is {shown(variables)}; give a list of names.")
     names = tuple(variables)
@@ -259,12 +266,16 @@ def forward_dynamics(
 
     q, qd: (8,) or (n, 8); tau: generalised forces (8,) or (n, 8), 0 for none; tip_wrench: force
     and moment on the tip in world axes (6,) or (n, 6). ψ̈a divides by κ: |κ| below κ_s counts as
-    κ_s (Remark 1). NaN where |κ| l exceeds 2π. Eq. of motion, Amiri et al. Raises InputError.
+    κ_s (Remark 1). NaN where |κ| l exceeds 2π. Eq. of motion, Amiri et al. Raises InputError, also
+    where the coordinates are singular: at cos θ = 0, and at κ = 0 if κ_s is 0.
     """
-    check_options(vehicle, model, "auto", None, 1.0, (), "rk4", 1.0, dtype, None)
+    checks.vehicle(vehicle)
+    checks.choice("model", model, MODELS)
+    checks.choice("dtype", dtype, ("float64", "float32"))
+    gravity = checks.gravity(gravity)
     layout = Layout(vehicle.sections)
     arrays = {
-        name: _rows(name, value, width)
+        name: checks.rows(name, value, width)
         for name, value, width in (
             ("q", q, layout.coordinates),
             ("qd", qd, layout.coordinates),
@@ -276,6 +287,7 @@ def forward_dynamics(
     for name, a in arrays.items():
         if len(a) not in (1, n):
             raise InputError(f"{name} holds {len(a)} rows, but the batch has {n}; give {n} or 1.")
+    _check_regular(arrays["q"], vehicle.arm.kappa_s)
     at, rates = (np.broadcast_to(arrays[name], (n, layout.coordinates)) for name in ("q", "qd"))
     inputs = np.zeros((1, n, layout.inputs))
     inputs[0, :, layout.force] = arrays["tau"][:, :3]
@@ -289,12 +301,19 @@ def forward_dynamics(
     return accelerations if np.ndim(q) == 2 or n > 1 else accelerations[0]
 
 
-def _rows(name: str, value: Any, width: int) -> np.ndarray:
-    try:
-        rows = np.array(value, float)
-        rows = np.broadcast_to(rows, (1, width)) if rows.ndim == 0 else np.atleast_2d(rows)
-    except (TypeError, ValueError):
-        rows = np.empty(0)
-    if rows.ndim != 2 or rows.shape[1] != width or not np.isfinite(rows).all():
-        raise InputError(f"{name} is {shown(value)}; give {width} finite numbers, or rows of them.")
-    return rows
+def _check_regular(q: np.ndarray, kappa_s: Any) -> None:
+    """Refuse configurations at which Euler angles or polar bend have no accelerations."""
+    if (np.abs(np.cos(q[:, 4])) < _REGULAR).any():
+        raise InputError(
+            "q holds a pitch of a quarter turn, where roll and yaw have no accelerations; give "
+            "another pitch, or simulate, whose state has no singularity."
+        )
+    if ((q[:, 6] == 0.0) & (np.asarray(kappa_s) == 0.0)).any():
+        raise InputError(
+            "q holds a bend of 0 while arm.kappa_s is 0, where psi_a has no acceleration; give a "
+            "bend, or a kappa_s above 0."
+        )
+
+
+_REGULAR = 1e-9
+"""Smallest |cos θ| at which Euler accelerations keep some digits."""

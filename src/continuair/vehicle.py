@@ -30,6 +30,7 @@ from continuair.parameters import (
     Positive,
     PositivePair,
     Quaternion,
+    Title,
     Vector,
     symmetric_matrix,
 )
@@ -290,7 +291,7 @@ class Camera(Part):
 class Vehicle(Part):
     """An aerial continuum manipulator: UAV, arm and camera; for one run or batched over runs."""
 
-    name: str
+    name: Title
     """the name of the vehicle, for titles and provenance"""
 
     uav: Uav
@@ -341,7 +342,8 @@ class Vehicle(Part):
         """Return the plain vehicle of one run; a plain vehicle is the same in every run."""
         if self.runs is None:
             return self
-        if not isinstance(run, (int, np.integer)) or not 0 <= run < self.runs:
+        whole = isinstance(run, (int, np.integer)) and not isinstance(run, bool)
+        if not whole or not 0 <= run < self.runs:
             valid = f"give a whole number from 0 to {self.runs - 1}"
             raise InputError(f"run is {shown(run)}, but the vehicle has {self.runs} runs; {valid}.")
         selected: Vehicle = batch.pick(self, int(run))

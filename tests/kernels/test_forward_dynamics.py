@@ -92,3 +92,17 @@ def test_a_bad_array_is_named(words: tuple[str, object]) -> None:
     arguments = {"q": np.zeros(8), "qd": np.zeros(8), words[0]: words[1]}
     with pytest.raises(ca.InputError, match=words[0]):
         ca.forward_dynamics(PLAIN, **arguments, model="coupled")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("q", "words"),
+    [
+        (np.zeros((0, 8)), r"^q is \[\]; give 8 finite numbers, or one or more rows of them"),
+        (np.zeros(8), "bend of 0 while arm.kappa_s is 0"),
+        ([0, 0, 0, 0, np.pi / 2, 0, 0.1, 0], "pitch of a quarter turn"),
+        ([0, 0, 0, 0, -np.pi / 2, 0, 0.1, 0], "pitch of a quarter turn"),
+    ],
+)
+def test_where_the_papers_coordinates_are_singular_is_told(q: object, words: str) -> None:
+    with pytest.raises(ca.InputError, match=words):
+        ca.forward_dynamics(PLAIN, q, 0, [0] * 7 + [1.0])

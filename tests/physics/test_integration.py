@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import warp as wp
 
 import continuair as ca
 from tests.physics.free_flight import tumbling
@@ -186,6 +187,15 @@ def test_single_precision_follows_double() -> None:
         ({"duration": np.inf}, "duration"),
         ({"threads": 0}, "threads"),
         ({"device": "cuda:9"}, "device"),
+        ({"device": ["cpu"]}, "device"),
+        ({"dtype": np.float64}, "dtype is <class 'numpy.float64'>"),
+        ({"model": np.array(["coupled", "decoupled"])}, "model"),
+        ({"step": np.array([1e-3, 1e-4])}, "step is .*; give a finite number above 0 or 'auto'"),
+        ({"sample": [0.1]}, "sample"),
+        ({"sample": 2.0}, "sample is 2.0 s, longer than the flight of 1 s"),
+        ({"threads": True}, "threads is True"),
+        ({"integrator": "dop853", "tolerance": 1e-30}, "tolerance is 1e-30, .* 1e-13 or more"),
+        ({"integrator": "dop853", "dtype": "float32"}, "dop853' needs 'float64'"),
     ],
 )
 def test_a_bad_option_is_named_in_one_sentence(options: dict[str, object], words: str) -> None:
@@ -194,9 +204,56 @@ def test_a_bad_option_is_named_in_one_sentence(options: dict[str, object], words
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("ratio", "q", "qd"),
+    [
+        (4.0, {6: 0.5}, {}),
+        (0.0, {6: 0.1}, {3: 200.0}),
+        (0.0, {6: 0.1}, {5: 300.0}),
+        (0.0, {6: 0.1}, {6: 700.0}),
+    ],
+    ids=["overdamped", "tumbling", "spinning", "whipping"],
+)
+def test_the_automatic_step_follows_what_damping_and_start_make_fast(
+    ratio: float, q: dict[int, float], qd: dict[int, float]
+) -> None:
+    """A step of 0.2 of the fastest rate errs by 3e-6 of that motion, and 350 of them are flown.
+
+    At 0.2 of the undamped bending frequency at rest, bend or tip are wrong by 0.5 % or more.
+    """
+    vehicle = VEHICLE.replace({"arm.damping_ratio": ratio})
+    start, rates = np.zeros(8), np.zeros(8)
+    start[list(q)], rates[list(qd)] = list(q.values()), list(qd.values())
+    scenario = ca.Scenario("fast", start, rates, duration=0.1, gravity=0.0)
+    run = ca.simulate(vehicle, scenario, sample=0.01)
+    reference = ca.simulate(vehicle, scenario, integrator="dop853", tolerance=1e-10, sample=0.01)
+    assert int(run.status) == int(reference.status) == 0
+    for name in ("bend", "tip_position"):
+        scale = float(np.abs(reference[name]).max())
+        assert float(np.abs(run[name] - reference[name]).max()) < 1e-3 * scale
+
+
+def test_the_last_interval_is_the_short_one() -> None:
+    run = ca.simulate(VEHICLE, ca.open_loop_test("B"), duration=1.0, sample=0.3)
+    np.testing.assert_allclose(run.time, [0.0, 0.3, 0.6, 0.9, 1.0])
+    even = ca.simulate(VEHICLE, ca.open_loop_test("B"), duration=0.3, sample=0.1)
+    np.testing.assert_allclose(even.time, [0.0, 0.1, 0.2, 0.3])
+
+
+def test_a_coarse_step_concerns_rk4_alone() -> None:
+    run = ca.simulate(VEHICLE, ca.open_loop_test("B"), step=0.01, sample=0.1, integrator="dop853")
+    assert int(run.status) == 0  # and no warning, which would be an error here
+
+
 def test_a_step_too_coarse_for_the_stiffest_mode_warns_with_the_estimate() -> None:
     with pytest.warns(ca.ContinuairWarning, match="0.0014 s or less"):
         ca.simulate(VEHICLE, ca.open_loop_test("B"), step=5e-3, sample=5e-3)
+
+
+@pytest.mark.skipif(wp.is_cuda_available(), reason="needs a machine without a CUDA device")
+def test_cuda_without_a_cuda_device_is_told_so() -> None:
+    with pytest.raises(ca.InputError, match="no CUDA device was found; use 'cpu'"):
+        ca.simulate(VEHICLE, ca.open_loop_test("B"), device="cuda")
 
 
 def test_a_start_beyond_a_full_circle_ends_at_once_with_a_status() -> None:
@@ -236,3 +293,14 @@ def test_arrays_of_different_numbers_of_runs_are_refused() -> None:
     batch = VEHICLE.replace({"uav.mass": [1.0, 2.0, 3.0]})
     with pytest.raises(ca.InputError, match="2 runs"):
         ca.simulate(batch, ca.Scenario(name="two", q=np.zeros((2, 8))))
+
+
+def test_inputs_for_different_numbers_of_runs_are_named() -> None:
+    scenario = ca.Scenario(
+        "rows",
+        np.zeros(8),
+        force=lambda t: np.zeros((2, 3)),
+        moment=lambda t: np.zeros((3, 3)),
+    )
+    with pytest.raises(ca.InputError, match="force has 2, moment has 3"):
+        ca.simulate(VEHICLE, scenario, sample=0.1)

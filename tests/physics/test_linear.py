@@ -1,5 +1,6 @@
 """Linearisation, modes and trim."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -7,7 +8,8 @@ import pytest
 from scipy.linalg import expm
 
 import continuair as ca
-from continuair.linear import bending_frequencies
+from continuair.kernels.engine import Engine
+from continuair.linear import bending_frequencies, fastest_rate
 
 VEHICLE = ca.load_vehicle("paper")
 
@@ -41,6 +43,15 @@ def test_a_damping_ratio_is_what_the_clamped_mode_shows() -> None:
     np.testing.assert_allclose(
         ca.modes(damped, base="clamped", gravity=0.0).damping, 0.03, rtol=1e-8
     )
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.2, 4.0])
+def test_the_fastest_rate_is_the_largest_eigenvalue_of_the_free_vehicle(ratio: float) -> None:
+    vehicle = VEHICLE.replace({"arm.damping_ratio": ratio})
+    A, _ = ca.linearize(vehicle, gravity=0.0)
+    expected = np.abs(np.linalg.eigvals(A)).max()
+    found = fastest_rate(Engine(vehicle, "coupled"), np.zeros(8))
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
 def test_a_free_vibration_rings_at_the_free_mode() -> None:
@@ -87,3 +98,57 @@ def test_trim_refuses_a_wrench_without_equilibrium_and_a_bad_bend() -> None:
         ca.trim(VEHICLE, bend=(1.0, 2.0, 3.0))
     with pytest.raises(ca.InputError, match="base"):
         ca.modes(VEHICLE, base="flying")
+
+
+CIRCLE = [0.0] * 6 + [2 * np.pi - 1e-3, 0.0]
+SCALAR_GRAVITY: list[Any] = [np.nan, -1.0, "g", [9.81], np.inf]
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: ca.trim(VEHICLE, bend=[7, 0]), "bend is .* at most 6.278 1/m"),
+        (lambda: ca.linearize(VEHICLE, CIRCLE), "q is .* just below a full circle"),
+        (lambda: ca.modes(VEHICLE, [0] * 6 + [7, 0]), "q is .* just below a full circle"),
+        (
+            lambda: ca.modes(VEHICLE, [0, 0, 0, np.pi, 0, 0, 0, 0], base="clamped", gravity=1e4),
+            "does not vibrate but buckles",
+        ),
+        (lambda: ca.linearize("paper"), "vehicle is 'paper'; load one"),  # type: ignore[arg-type]
+        (lambda: ca.modes("paper"), "vehicle is 'paper'; load one"),  # type: ignore[arg-type]
+        (lambda: ca.trim("paper"), "vehicle is 'paper'; load one"),  # type: ignore[arg-type]
+        (lambda: ca.modes(VEHICLE, "q"), "^q is 'q'; give 8 finite numbers"),
+        (lambda: ca.linearize(VEHICLE, qd=[1, 2]), "^qd is .*; give 8 finite numbers"),
+        (lambda: ca.trim(VEHICLE, yaw="n"), "yaw is 'n'; give a finite number[.]"),  # type: ignore[arg-type]
+        (lambda: ca.modes(VEHICLE, base=np.array(["a", "b"])), "base"),  # type: ignore[arg-type]
+        (lambda: ca.trim(VEHICLE.replace({"uav.mass": [1, 2]})), "select"),
+    ],
+)
+def test_what_cannot_be_linearised_or_trimmed_is_told_in_one_sentence(
+    call: Callable[[], object], words: str
+) -> None:
+    with pytest.raises(ca.InputError, match=words) as caught:
+        call()
+    assert "\n" not in str(caught.value)
+
+
+def test_just_inside_a_full_circle_everything_is_finite() -> None:
+    """The largest bend that the sentences name is one that can be used."""
+    bend = 2 * np.pi - 0.005
+    A, B = ca.linearize(VEHICLE, [0] * 6 + [bend, 0])
+    assert np.isfinite(A).all() and np.isfinite(B).all()
+    assert np.isfinite(ca.trim(VEHICLE, bend=[bend, 0]).bend_moment).all()
+
+
+@pytest.mark.parametrize("gravity", SCALAR_GRAVITY)
+def test_gravity_must_be_a_magnitude_everywhere(gravity: Any) -> None:
+    for call in (ca.linearize, ca.modes, ca.trim):
+        with pytest.raises(ca.InputError, match="gravity is .* 0 or more"):
+            call(VEHICLE, gravity=gravity)
+    with pytest.raises(ca.InputError, match="gravity is .* 0 or more"):
+        ca.forward_dynamics(VEHICLE, np.zeros(8), np.zeros(8), gravity=gravity)
+
+
+def test_a_trim_that_wanders_past_a_full_circle_is_refused_and_not_nan() -> None:
+    with pytest.raises(ca.InputError, match="no equilibrium below a full circle"):
+        ca.trim(VEHICLE, tip_wrench=[0, 0, 0, 0, 900.0, 0], gravity=0.0)

@@ -47,10 +47,14 @@ def _derived(vehicle: Vehicle) -> list[tuple[str, str]]:
     """Return names and values of what a vehicle's parameters imply."""
     from math import pi
 
-    from continuair.linear import STEP_PHASE, bending_frequencies
+    from continuair.kernels.engine import Engine
+    from continuair.layout import Layout
+    from continuair.linear import STEP_PHASE, automatic_step, bending_frequencies
 
     arm = vehicle.arm
     clamped, free = (float(value) for value in bending_frequencies(vehicle))
+    straight = [0.0] * Layout(vehicle.sections).coordinates
+    step = automatic_step(Engine(vehicle, "coupled"), straight)
     hertz = [f"{value:.4g} rad/s ({value / (2 * pi):.4g} Hz)" for value in (clamped, free)]
     return [
         ("arm mass", f"{arm.mass:.4g} kg"),
@@ -58,5 +62,6 @@ def _derived(vehicle: Vehicle) -> list[tuple[str, str]]:
         ("bending stiffness EI", f"{arm.bending_stiffness:.4g} N m²"),
         ("bending frequency, UAV clamped", hertz[0]),
         ("bending frequency, UAV free", hertz[1]),
-        ("step for accurate results", f"{1e3 * STEP_PHASE / max(clamped, free):.3g} ms"),
+        ("fastest rate, damping included", f"{STEP_PHASE / step:.4g} 1/s"),
+        ("automatic step, from rest", f"{1e3 * step:.3g} ms"),
     ]
