@@ -19,7 +19,7 @@ COMMANDS = {
 
 def seconds(arguments: list[str], cache: Path, folder: Path) -> float:
     """Run `continuair` with these arguments and a kernel cache of its own; return its time [s]."""
-    command = [sys.executable, "-c", "from continuair.cli import main; main()", *arguments]
+    command = [sys.executable, "-c", "from continuair.__main__ import main; main()", *arguments]
     environment = {**os.environ, "WARP_CACHE_PATH": str(cache)}
     start = perf_counter()
     run = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True)

@@ -16,10 +16,16 @@ from typer.testing import CliRunner
 import continuair.cli as cli
 import continuair.studies.open_loop as study
 from continuair.cli.application import Reporting
-from continuair.errors import ContinuairWarning
+from continuair.cli.terminal import print_table
+from continuair.errors import ContinuairWarning, InputError
+from continuair.figures import open_loop as figures
 from continuair.linear import bending_frequencies
+from continuair.simulation import simulate
+from continuair.studies.open_loop_output import number
 from continuair.vehicle import load_vehicle
 from tests.synthetic import flight
+
+PAPER_TOML = Path(study.__file__).parents[1].joinpath("presets/paper.toml").read_text("utf-8")
 
 
 @pytest.fixture(autouse=True)
@@ -112,12 +118,6 @@ def test_json_holds_the_metrics_of_every_test_and_model() -> None:
         assert entries["decoupled"]["step_halving_error"] < 0.01
 
 
-def test_json_to_a_file_that_cannot_be_written_is_refused() -> None:
-    result = run("open-loop", "--tests", "B", "--json", "no/folder.json")
-    assert result.exit_code == 2
-    assert "json is no/folder.json" in result.stderr
-
-
 def test_vehicles_lists_the_presets_with_their_units() -> None:
     result = run("vehicles")
     assert result.exit_code == 0
@@ -141,13 +141,14 @@ def test_check_shows_mass_ratio_and_both_bending_frequencies() -> None:
 
 
 def test_check_shows_the_step_that_a_heavily_damped_arm_needs() -> None:
-    text = Path(study.__file__).parents[1].joinpath("presets/paper.toml").read_text("utf-8")
     clamped, free = bending_frequencies(load_vehicle("paper"))
     # Freeing the base raises the decay γ by the square of what it raises the frequency by.
     decay = 4.0 * clamped * (free / clamped) ** 2
     rates = {"0.0": free, "4.0": decay + math.sqrt(decay**2 - free**2)}
     for ratio, rate in rates.items():
-        Path("mine.toml").write_text(text.replace("damping = 0.0", f"damping_ratio = {ratio}"))
+        Path("mine.toml").write_text(
+            PAPER_TOML.replace("damping = 0.0", f"damping_ratio = {ratio}")
+        )
         shown = run("check", "mine.toml").stdout
         assert f"{rate:.4g} 1/s" in shown
         assert f"{1e3 * 0.2 / rate:.3g} ms" in shown
@@ -165,6 +166,140 @@ def test_interruption_is_told_in_a_sentence(monkeypatch: pytest.MonkeyPatch) -> 
     result = run("open-loop")
     assert result.exit_code == 130
     assert "Interrupted" in result.stderr
+
+
+@pytest.mark.parametrize("module", ["typer", "rich.table", "numpy.linalg", "pydantic_core"])
+def test_ctrl_c_while_anything_loads_is_told_without_a_traceback(module: str) -> None:
+    code = (
+        "import os, signal, sys\n"
+        "from continuair.__main__ import main\n"
+        "class Press:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        f"        if name == {module!r}: os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Press())\n"
+        "sys.argv = ['continuair', 'vehicles']\n"
+        "main()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 130
+    assert done.stderr.startswith("Interrupted") and "Traceback" not in done.stderr
+    assert done.stdout == ""
+
+
+def test_an_interrupted_rerun_leaves_no_mixture_and_says_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert run("open-loop", "--tests", "AB", "--out", "out").exit_code == 0
+    assert not Path("out/INCOMPLETE.txt").exists()
+
+    def interrupted(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(figures, "write", interrupted)
+        result = run("open-loop", "--tests", "B", "--out", "out")
+    assert result.exit_code == 130
+    assert "INCOMPLETE.txt" in result.stderr
+    names = {path.name for path in Path("out").iterdir()}
+    assert "INCOMPLETE.txt" in names and "open_loop_B.nc" in names
+    assert not names & {"open_loop_A.nc", "test_B_motion.png", "overview.png"}
+    assert run("open-loop", "--tests", "B", "--out", "out").exit_code == 0
+    names = {path.name for path in Path("out").iterdir()}
+    assert "INCOMPLETE.txt" not in names and "overview.png" in names
+
+
+def test_a_study_that_cannot_fly_leaves_no_folder_behind(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: Any, **__: Any) -> None:
+        raise InputError("no flight.")
+
+    assert run("open-loop", "--tests", "A", "--out", "mine").exit_code == 0
+    before = {path.name: path.read_bytes() for path in Path("mine").iterdir()}
+    monkeypatch.setattr(study, "simulate", refused)
+    Path("empty").mkdir()
+    for out in ("new/nested", "empty", "mine"):
+        assert_refused(run("open-loop", "--out", out), "no flight.")
+    assert not Path("new").exists()
+    assert not list(Path("empty").iterdir())
+    assert {path.name: path.read_bytes() for path in Path("mine").iterdir()} == before
+
+
+def test_a_stiff_arm_is_named_as_the_reason_for_too_many_steps(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(study, "simulate", simulate)
+    text = PAPER_TOML.replace("youngs_modulus = 207e9", "youngs_modulus = 1e30")
+    Path("stiff.toml").write_text(text, encoding="utf-8")
+    assert_refused(run("open-loop", "--vehicle", "stiff.toml"), "arm.youngs_modulus")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "parts"),
+    [
+        (("check", "~nouser/x.toml"), ("vehicle is ~nouser/x.toml", "no home folder")),
+        (("open-loop", "--out", "~nouser/x"), ("out is ~nouser/x", "no home folder")),
+        (("open-loop", "--json", "~nouser/x.json"), ("json is ~nouser/x.json", "no home folder")),
+        (("open-loop", "--out", ""), ("out is empty",)),
+        (("paper", "--out", ""), ("out is empty",)),
+        (("open-loop", "--json", ""), ("json is empty",)),
+        (("open-loop", "--json", "no/folder.json"), ("json is no/folder.json", "No such folder")),
+        (("open-loop", "--json", "mine.txt"), ("mine.txt, a file that continuair has not",)),
+        (("open-loop", "--json", "mine.json"), ("mine.json, a file that continuair has not",)),
+        (("open-loop", "--json", "."), ("json is ., which cannot be written (Is a directory)",)),
+        (("open-loop", "--out", "mine.txt"), ("out is mine.txt, which is a file; name a folder",)),
+        (("open-loop", "--out", 300 * "x"), ("out is xxx", "File name too long")),
+        (("check", "d/" + 5000 * "x" + ".toml"), ("d/xxx", "File name too long")),
+    ],
+)
+def test_paths_that_cannot_be_used_are_refused_before_any_flight(
+    monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], parts: tuple[str, ...]
+) -> None:
+    monkeypatch.setattr(study, "simulate", None)
+    Path("mine.txt").write_text("notes")
+    Path("mine.json").write_text('["notes"]')
+    result = run(*arguments)
+    assert_refused(result, *parts)
+    assert len(result.stderr) < 400
+    assert {path.name for path in Path().iterdir()} == {"mine.txt", "mine.json"}
+    assert Path("mine.txt").read_text() == "notes"
+    assert Path("mine.json").read_text() == '["notes"]'
+
+
+def test_json_replaces_what_an_earlier_run_wrote_and_fills_an_empty_file() -> None:
+    Path("empty.json").touch()
+    for name in ("new.json", "new.json", "empty.json"):
+        assert run("open-loop", "--tests", "B", "--json", name).exit_code == 0
+        assert json.loads(Path(name).read_text("utf-8"))["study"] == "open_loop"
+
+
+def test_a_folder_in_the_place_of_a_result_is_refused_and_kept() -> None:
+    assert run("open-loop", "--tests", "A", "--out", "out").exit_code == 0
+    Path("out/overview.png").unlink()
+    Path("out/overview.png").mkdir()
+    result = run("open-loop", "--tests", "A", "--out", "out")
+    assert_refused(result, "out is out, in which overview.png is a folder; move it away")
+    assert Path("out/overview.png").is_dir()
+
+
+@pytest.mark.parametrize("value", [0.0, 4.2e7, 999.99999, 1e-12, math.inf, math.nan])
+def test_no_number_folds_in_a_terminal_of_80_columns(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], value: float
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    cells = ["D", "independent", *[number(value)] * 6]
+    columns = ["test", "model", "NRMSE\nT", "NRMSE\nR", "RMSE T\n[m]", "RMSE R\n[rad]"]
+    print_table([*columns, "angle\n[rad]", "step\nerror"], [cells])
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert [line.split() for line in lines if "independent" in line] == [cells]
+
+
+def test_a_number_is_whole_even_in_a_narrow_terminal(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", "20")
+    cells = [f"{value}.2345678" for value in range(1, 6)]
+    print_table(list("abcde"), [cells])
+    assert cells in [line.split() for line in capsys.readouterr().out.splitlines()]
 
 
 def test_warnings_of_the_project_are_one_line() -> None:

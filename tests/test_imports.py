@@ -10,7 +10,7 @@ PACKAGE = Path(continuair.errors.__file__).parent
 # A module may import from earlier layers only; a folder counts as one module.
 LAYERS = [
     {"errors", "layout"},
-    {"batch", "parameters", "letters"},
+    {"batch", "files", "parameters", "letters"},
     {"vehicle", "paths"},
     {"camera", "checks", "coordinates", "equations", "targets"},
     {"controllers"},

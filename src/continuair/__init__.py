@@ -4,10 +4,10 @@
 """
 
 from importlib import import_module
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    __version__: str
     from continuair import paths as paths
     from continuair.controllers.classic import classic as classic
     from continuair.controllers.controller import Controller as Controller
@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from continuair.vehicle import Vehicle as Vehicle
     from continuair.vehicle import load_vehicle as load_vehicle
     from continuair.vehicle import preset_names as preset_names
-
-__version__ = version("continuair")
 
 _HOME = {
     "ContinuairWarning": "errors",
@@ -75,6 +73,8 @@ def __getattr__(name: str) -> Any:
     # Names load on first use: the import itself stays light and compiles nothing.
     if name == "paths":
         return import_module("continuair.paths")
+    if name == "__version__":
+        return import_module("importlib.metadata").version("continuair")
     if name not in _HOME:
         raise AttributeError(f"module 'continuair' has no attribute {name!r}")
     return getattr(import_module(f"continuair.{_HOME[name]}"), name)

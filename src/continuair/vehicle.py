@@ -20,6 +20,7 @@ from pydantic import field_validator, model_validator
 
 from continuair import batch
 from continuair.errors import ContinuairWarning, InputError, nearest, shown
+from continuair.files import printed, reason, user_path
 from continuair.parameters import (
     CountPair,
     Matrix,
@@ -370,7 +371,7 @@ def load_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
     if not isinstance(name_or_path, (str, os.PathLike)):
         problem = f"vehicle is {shown(name_or_path)}, but must be the name of a preset or a path"
         raise InputError(f"{problem}; {nearest('', preset_names())}.")
-    path = Path(name_or_path).expanduser()
+    path = user_path("vehicle", name_or_path)
     is_name = isinstance(name_or_path, str) and path.suffix != ".toml" and path.name == name_or_path
     if is_name and not os.path.isfile(path):
         problem = f"vehicle is {shown(name_or_path)}, but there is no preset of that name"
@@ -386,11 +387,13 @@ def _read(path: Path) -> Vehicle:
     except tomllib.TOMLDecodeError as error:
         last_line = f"at line {text.count(chr(10)) + 1}, the end of the file"
         problem = str(error).replace("at end of document", last_line)
-        raise InputError(f"{path}: not valid TOML: {problem}; correct that line.") from None
+        raise InputError(
+            f"{printed(path)}: not valid TOML: {problem}; correct that line."
+        ) from None
     try:
         return Vehicle(**fields)
     except InputError as error:
-        raise error.within(f"{path}: ") from None
+        raise error.within(f"{printed(path)}: ") from None
 
 
 def _text(path: Path) -> str:
@@ -398,12 +401,11 @@ def _text(path: Path) -> str:
         return path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
         presets = ", ".join(preset_names())
-        reason = f"no such file; correct the path, or use a preset ({presets})"
+        problem = f"no such file; correct the path, or use a preset ({presets})"
     except IsADirectoryError:
-        reason = "is a directory; give the path of a .toml file in it"
+        problem = "is a directory; give the path of a .toml file in it"
     except UnicodeDecodeError as error:
-        reason = f"byte {error.start} is not UTF-8 text; save the file as UTF-8"
+        problem = f"byte {error.start} is not UTF-8 text; save the file as UTF-8"
     except (OSError, ValueError) as error:
-        problem = getattr(error, "strerror", None) or error
-        reason = f"cannot be read ({problem}); correct the path or its permissions"
-    raise InputError(f"{path}: {reason}.") from None
+        problem = f"cannot be read ({reason(error)}); correct the path or its permissions"
+    raise InputError(f"{printed(path)}: {problem}.") from None

@@ -2,6 +2,7 @@
 
 # The order in which --help lists the commands.
 from continuair.cli import open_loop, tracking, cost, sweep, vehicles, paper  # noqa: F401, I001
-from continuair.cli.application import app, main
+from continuair.__main__ import main
+from continuair.cli.application import app
 
 __all__ = ["app", "main"]

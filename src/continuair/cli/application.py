@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 import warnings
 from collections.abc import Iterator
@@ -11,25 +12,50 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from continuair.__main__ import INTERRUPTED
 from continuair.errors import ContinuairWarning, InputError
 
-_INTERRUPTED = 130  # what shells report for a process ended by Ctrl-C
 _UNUSABLE_INPUT = 2
+
+_INTERRUPTION = (
+    "Interrupted; what was not yet written is lost. A folder that was being written to holds "
+    "INCOMPLETE.txt."
+)
 
 
 class Reporting(TyperGroup):
     """Tells a user's error in its own sentence, and no traceback."""
 
     def invoke(self, ctx: Any) -> Any:
-        try:
-            with _plain_warnings():
-                return super().invoke(ctx)
-        except InputError as error:
-            typer.echo(str(error), err=True)
-            raise typer.Exit(_UNUSABLE_INPUT) from None
-        except KeyboardInterrupt:
-            typer.echo("Interrupted; what was not yet written is lost.", err=True)
-            raise typer.Exit(_INTERRUPTED) from None
+        with _interruptible() as interrupts:
+            try:
+                with _plain_warnings():
+                    return super().invoke(ctx)
+            except (Exception, KeyboardInterrupt) as error:
+                # An import that is interrupted may report that as a failure of its own.
+                if interrupts or isinstance(error, KeyboardInterrupt):
+                    typer.echo(_INTERRUPTION, err=True)
+                    raise typer.Exit(INTERRUPTED) from None
+                if isinstance(error, InputError):
+                    typer.echo(str(error), err=True)
+                    raise typer.Exit(_UNUSABLE_INPUT) from None
+                raise
+
+
+@contextmanager
+def _interruptible() -> Iterator[list[int]]:
+    """Raise KeyboardInterrupt at Ctrl-C inside the block; yield the list of those that came."""
+    came: list[int] = []
+
+    def interrupt(number: int, _frame: object) -> None:
+        came.append(number)
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield came
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 app = typer.Typer(
@@ -39,11 +65,6 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-
-
-def main() -> None:
-    """Run the command line."""
-    app()
 
 
 def _show_version(wanted: bool) -> None:

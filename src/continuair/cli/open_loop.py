@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from continuair.cli.application import app
-from continuair.cli.options import JsonOption, OutOption, VehicleOption, write_json
+from continuair.cli.options import JsonOption, OutOption, VehicleOption, check_json, write_json
 from continuair.cli.terminal import print_table, progress_bar
 
 # Everything else is imported inside the commands, so that --help answers at once.
@@ -34,6 +35,7 @@ def open_loop(
     """
     from continuair.studies import open_loop_output
 
+    check_json(json)
     study = run_open_loop(vehicle, tests, model, out)
     write_json(open_loop_output.as_json(study.results), json)
 
@@ -51,11 +53,11 @@ def run_open_loop(vehicle: str, tests: str, models: list[str] | None, out: Path 
 
         choose(tests, models or MODELS)
         # The folder is claimed before the flights: a wrong one is told at once.
-        folder = None if out is None else ResultFolder(out, "open_loop")
-        study = run(loaded, tests, models or MODELS, progress=progress)
-        if folder is not None:
-            progress(1, 1, "writing results and figures")
-            _store(study, folder)
+        with nullcontext() if out is None else ResultFolder(out, "open_loop") as folder:
+            study = run(loaded, tests, models or MODELS, progress=progress)
+            if folder is not None:
+                progress(1, 1, "writing results and figures")
+                _store(study, folder)
     _show_open_loop(study, folder.path if folder else None)
     return study
 

@@ -2,36 +2,90 @@
 
 from __future__ import annotations
 
+import json as json_format
+import os
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from continuair.errors import InputError
+from continuair.files import printed, reason, user_path
 
 VehicleOption = Annotated[
     str, typer.Option("--vehicle", help="A preset's name, or the path of a .toml file.")
 ]
 
+
+def _folder(text: str | None) -> Path | None:
+    """Return the path that --out names; an empty one would be taken for the current folder."""
+    if text == "":
+        raise InputError("out is empty; name a folder, such as results (. is this one).")
+    return None if text is None else user_path("out", text)
+
+
+def out_option(help: str) -> Any:
+    """Return the option --out with that help; its value is a Path."""
+    # A parser's own InputError would be told as an error of usage, a callback's is told as it is.
+    return typer.Option("--out", help=help, parser=str, callback=_folder, metavar="DIR")
+
+
 OutOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--out", help="Folder for results, new or of this study. Default: none are written."
-    ),
+    Path | None, out_option("Folder for results, new or of this study. Default: none are written.")
 ]
 JsonOption = Annotated[
     str | None,
-    typer.Option("--json", help="Also write the JSON here; - for standard output."),
+    typer.Option("--json", help="Also write the JSON here; - for standard output.", metavar="FILE"),
 ]
+
+
+def check_json(json: str | None) -> None:
+    """Raise InputError if --json names what cannot be written, or a file that is not ours.
+
+    Commands ask before they work. A file is ours if it is empty or holds a JSON object with the key
+    "study", which the JSON of every command has.
+    """
+    if json in (None, "-"):
+        return
+    if not json:
+        raise InputError("json is empty; name a file, or - for standard output.")
+    path = user_path("json", json)
+    try:
+        if path.is_dir():
+            raise _unusable(json, "Is a directory")
+        if path.is_file() and not _is_ours(path):
+            raise InputError(
+                f"json is {printed(json)}, a file that continuair has not written; name another, "
+                "or remove it."
+            )
+        if not path.parent.is_dir():
+            raise _unusable(json, "No such folder")
+        if not os.access(path if path.exists() else path.parent, os.W_OK):
+            raise _unusable(json, "Permission denied")
+    except OSError as error:
+        raise _unusable(json, reason(error)) from None
 
 
 def write_json(text: str, json: str | None) -> None:
     """Write a study's JSON where --json says: nowhere, standard output or a file."""
+    check_json(json)
     if json == "-":
         typer.echo(text, nl=False)
     elif json is not None:
         try:
-            Path(json).write_text(text, encoding="utf-8")
+            user_path("json", json).write_text(text, encoding="utf-8")
         except OSError as error:
-            problem = f"json is {json}, which cannot be written ({error.strerror})"
-            raise InputError(f"{problem}; name a file that you may write.") from None
+            raise _unusable(json, reason(error)) from None
+
+
+def _is_ours(path: Path) -> bool:
+    try:
+        text = path.read_text(encoding="utf-8")
+        return not text or "study" in dict(json_format.loads(text))
+    except (ValueError, TypeError):
+        return False
+
+
+def _unusable(json: str, why: str) -> InputError:
+    problem = f"json is {printed(json)}, which cannot be written ({why})"
+    return InputError(f"{problem}; name a file that you may write.")

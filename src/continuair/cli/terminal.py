@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Literal
 
 Progress = Callable[[int, int, str], None]
 
@@ -20,12 +21,17 @@ def print_table(columns: list[str], rows: list[list[str]], err: bool = False) ->
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     words = {"test", "setting", "letter", "model", "name", columns[0]}
     for column in columns:
-        table.add_column(
-            Text(column), justify="left" if column in words else "right", overflow="fold"
-        )
+        # Words may fold; a number that did would be read as two.
+        is_word = column in words
+        justify: Literal["left", "right"] = "left" if is_word else "right"
+        table.add_column(Text(column), justify=justify, overflow="fold", no_wrap=not is_word)
     for row in rows:
         table.add_row(*(Text(cell) for cell in row))
-    Console(stderr=err).print(table)
+    console = Console(stderr=err)
+    # Lines longer than the terminal are better than numbers cut short.
+    unbounded = console.options.update(width=10_000)
+    narrowest = console.measure(table, options=unbounded).minimum
+    Console(stderr=err, width=max(console.width, narrowest)).print(table)
 
 
 @contextmanager

@@ -8,7 +8,6 @@ import json
 import math
 from typing import Any
 
-from continuair.errors import InputError
 from continuair.studies.convergence import CONVERGED, REFERENCE
 from continuair.studies.folder import ResultFolder
 from continuair.studies.open_loop import PRINTED, OpenLoop, percent
@@ -29,8 +28,7 @@ def write(study: OpenLoop, folder: ResultFolder) -> None:
         try:
             dataset.to_netcdf(path, engine="h5netcdf")
         except OSError as error:
-            problem = f"out is {folder.path}, where {path.name} cannot be written ({error})"
-            raise InputError(f"{problem}; name a folder that you may write to.") from None
+            raise folder.unusable(error) from None
 
 
 def as_json(results: dict[str, Any]) -> str:
@@ -134,10 +132,9 @@ def _kappa_s_table(results: dict[str, Any]) -> list[str]:
 
 
 def number(value: float) -> str:
-    """Return a metric as the tables print it."""
-    if not math.isfinite(value):
-        return "not finite"
-    return f"{value:.4f}" if value == 0 or value >= 1e-3 else f"{value:.1e}"
+    """Return a metric as the tables print it, in at most eight characters."""
+    plain = f"{value:.4f}"
+    return f"{value:.1e}" if 0 < abs(value) < 1e-3 or len(plain) > 8 else plain
 
 
 def _finite(value: Any) -> Any:
