@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 import typer
+import xarray as xr
 from typer.testing import CliRunner
 
 import continuair.cli as cli
@@ -278,6 +279,19 @@ def test_a_folder_in_the_place_of_a_result_is_refused_and_kept() -> None:
     result = run("open-loop", "--tests", "A", "--out", "out")
     assert_refused(result, "out is out, in which overview.png is a folder; move it away")
     assert Path("out/overview.png").is_dir()
+
+
+@pytest.mark.parametrize("place", ["to_netcdf", "write"])
+def test_an_error_of_writing_is_told_in_the_words_of_the_system(
+    monkeypatch: pytest.MonkeyPatch, place: str
+) -> None:
+    def full(*_: Any, **__: Any) -> None:
+        raise OSError(28, "Unable to create file (unable to truncate: errno = 28, o_flags = 242)")
+
+    monkeypatch.setattr(xr.Dataset if place == "to_netcdf" else figures, place, full)
+    result = run("open-loop", "--tests", "A", "--out", "out")
+    assert_refused(result, "out is out, which cannot be written to (No space left on device)")
+    assert Path("out/INCOMPLETE.txt").exists()
 
 
 @pytest.mark.parametrize("value", [0.0, 4.2e7, 999.99999, 1e-12, math.inf, math.nan])

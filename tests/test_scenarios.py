@@ -58,7 +58,7 @@ def test_test_d_as_printed_repeats_every_second_and_with_f1_is_a_chirp() -> None
     np.testing.assert_allclose(chirp(1.0)[1], 10 * math.sin(2 * math.pi * 1.1), rtol=1e-12)
 
 
-@pytest.mark.parametrize("letter", ["E", "", "AB", None, 1])
+@pytest.mark.parametrize("letter", ["E", "", "AB", None, 1, np.array(["A", "B"])])
 def test_there_are_no_other_open_loop_tests(letter: Any) -> None:
     with pytest.raises(InputError, match="use one of: A, B, C, D"):
         open_loop_test(letter)

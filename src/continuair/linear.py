@@ -67,8 +67,9 @@ def fastest_rate(engine: Engine, q: Any) -> np.ndarray:
     It is ω while the mode oscillates, and the decay γ + √(γ² - ω²) when it is overdamped.
     """
     arm = engine.vehicle.arm
-    decay = 0.5 * _largest_compliance(engine, q) * arm.structural_damping * arm.length
-    frequency = fastest_frequency(engine, q)
+    compliance = _largest_compliance(engine, q)
+    decay = 0.5 * compliance * arm.structural_damping * arm.length
+    frequency = np.sqrt(compliance * arm.bending_stiffness * arm.length)
     over = np.sqrt(np.maximum(decay**2 - frequency**2, 0.0))
     return np.where(decay > frequency, decay + over, frequency)
 
@@ -96,9 +97,12 @@ def automatic_step(coupled: Engine, q: Any, qd: Any = None) -> float:
     straight[:, 6::2] = 0.0
     modes = np.stack([fastest_rate(coupled, at) for at in (straight, q)])
     q, qd = np.broadcast_arrays(q, qd)
-    state, layout = state_from_paper(q, qd), coupled.layout
-    spin = np.linalg.norm(state[:, layout.angular_velocity], axis=1)
-    turning = np.linalg.norm(state[:, layout.bend_rate], axis=1) * coupled.vehicle.arm.length
+    layout = coupled.layout
+    # Rates near the largest number there is make the step 0, which the time grid refuses.
+    with np.errstate(over="ignore"):
+        state = state_from_paper(q, qd)
+        spin = np.linalg.norm(state[:, layout.angular_velocity], axis=1)
+        turning = np.linalg.norm(state[:, layout.bend_rate], axis=1) * coupled.vehicle.arm.length
     # A run that starts bent past a full circle has no frequency; it ends with a status.
     rates = np.fmax(modes, turning) + spin
     if not np.isfinite(modes).any():

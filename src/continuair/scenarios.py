@@ -194,7 +194,7 @@ def open_loop_test(name: str, f1: float = 1.0) -> Scenario:
     All last 1 s and start at rest, 5 m high, with a bend of 0.1 1/m; no lift acts.
     """
     key = name.strip().upper() if isinstance(name, str) else name
-    if key not in OPEN_LOOP_TESTS:
+    if not isinstance(key, str) or key not in OPEN_LOOP_TESTS:
         problem = f"test is {shown(name)}, but must be a letter from A to D"
         raise InputError(f"{problem}; use one of: {', '.join(OPEN_LOOP_TESTS)}.")
     if not checks.is_number(f1) or f1 < 0:

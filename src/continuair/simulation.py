@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -206,7 +206,7 @@ def _columns(inputs: tuple[np.ndarray, int], part: slice) -> tuple[np.ndarray, i
     return (table if table.shape[1] == 1 else table[:, part]), stride
 
 
-def _same_runs(runs: int, sizes: dict[str, int | None]) -> None:
+def _same_runs(runs: int, sizes: Mapping[str, int | None]) -> None:
     for name, size in sizes.items():
         if size not in (None, 1, runs):
             raise InputError(
@@ -283,10 +283,9 @@ def forward_dynamics(
             ("tip_wrench", tip_wrench, 6),
         )
     }
-    n = max(vehicle.runs or 1, *(len(a) for a in arrays.values()))
-    for name, a in arrays.items():
-        if len(a) not in (1, n):
-            raise InputError(f"{name} holds {len(a)} rows, but the batch has {n}; give {n} or 1.")
+    sizes = {"vehicle": vehicle.runs or 1} | {name: len(rows) for name, rows in arrays.items()}
+    n = max(sizes.values())
+    _same_runs(n, sizes)
     _check_regular(arrays["q"], vehicle.arm.kappa_s)
     at, rates = (np.broadcast_to(arrays[name], (n, layout.coordinates)) for name in ("q", "qd"))
     inputs = np.zeros((1, n, layout.inputs))

@@ -106,3 +106,9 @@ def test_a_bad_array_is_named(words: tuple[str, object]) -> None:
 def test_where_the_papers_coordinates_are_singular_is_told(q: object, words: str) -> None:
     with pytest.raises(ca.InputError, match=words):
         ca.forward_dynamics(PLAIN, q, 0, [0] * 7 + [1.0])
+
+
+def test_rows_that_do_not_fit_the_vehicles_are_refused() -> None:
+    batch = PLAIN.replace({"uav.mass": [1.0, 2.0]})
+    with pytest.raises(ca.InputError, match="vehicle holds 2 runs, but the batch has 3"):
+        ca.forward_dynamics(batch, np.full((3, 8), 0.1), 0)
