@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import subprocess
 import sys
 import time
@@ -181,7 +182,11 @@ def test_ctrl_c_while_anything_loads_is_told_without_a_traceback(module: str) ->
         "sys.argv = ['continuair', 'vehicles']\n"
         "main()\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    # The package that is tested, whichever is installed.
+    environment = os.environ | {"PYTHONPATH": str(Path(study.__file__).parents[2])}
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env=environment
+    )
     assert done.returncode == 130
     assert done.stderr.startswith("Interrupted") and "Traceback" not in done.stderr
     assert done.stdout == ""
