@@ -11,6 +11,7 @@ PACKAGE = Path(continuair.errors.__file__).parent
 LAYERS = [
     {"errors", "layout"},
     {"batch", "files", "parameters", "letters"},
+    {"toml_files"},
     {"vehicle", "paths"},
     {"camera", "checks", "coordinates", "equations", "targets"},
     {"controllers"},

@@ -15,6 +15,7 @@ from continuair.controllers.gains import camera_inertia, design
 from continuair.figures import tracking as figures
 from continuair.studies import tracking_output
 from continuair.studies.law_variants import law_variants
+from continuair.studies.open_loop_output import as_json
 from continuair.studies.tracking import (
     Tracking,
     ds_extremes,
@@ -48,7 +49,7 @@ def poles(vehicle: ca.Vehicle, **gains: Any) -> np.ndarray:
 
 
 def test_designed_gains_give_every_direction_the_poles_asked_for(vehicle: ca.Vehicle) -> None:
-    found = poles(vehicle, bandwidth=5.0, damping_ratio=0.6, rate_gain=1e-9)
+    found = poles(vehicle, bandwidth=5.0, damping_ratio=0.6, conditioning=0.0, rate_gain=1e-9)
     expected = 5.0 * (-0.6 + 0.8j)
     assert np.abs(np.where(found.imag > 0, found, found.conj()) - expected).max() < 2e-2
 
@@ -135,14 +136,14 @@ def test_a_real_camera_limits_the_error_and_its_noise_is_repeatable(vehicle: ca.
 def test_metrics_of_a_run_that_ended_early_are_not_finite_and_its_status_is_kept(
     vehicle: ca.Vehicle,
 ) -> None:
-    weak = Gains("weak", {"bandwidth": 0.2})
+    weak = Gains("weak", {"bandwidth": 3.0, "conditioning": 0.0})
     found = tracking(vehicle, "M", weak, ["coupled"], ["fast"]).results["letters"]["M"]["coupled"]
     assert found["status"] != 0 and found["end_time_s"] < 10.0
     assert np.isnan(found["rms_px"]) and np.isnan(found["converged_s"])
 
 
 def test_the_study_is_stored_as_strict_json_csv_and_table(study: Tracking) -> None:
-    text = tracking_output.as_json(study.results)
+    text = as_json(study.results)
     stored = json.loads(text, parse_constant=lambda name: pytest.fail(name))
     assert {"rms_px", "max_px", "tip_rms_m"} <= set(stored["letters"]["L"]["coupled"])
     assert {"ds_max_px_before_2s", "ds_max_px_after_2s"} <= set(stored["letters"]["L"])
@@ -204,10 +205,11 @@ def test_the_preset_is_reproduced_by_its_record(vehicle: ca.Vehicle) -> None:
 @pytest.mark.parametrize(
     ("text", "parts"),
     [
-        ("bandwith = 3\n", ("bandwith", "bandwidth")),
-        ("Kp = 3\n", ("bandwidth is missing",)),
-        ("bandwidth = 3\nKp = 2\n", ("Kp is not a gain here",)),
-        ("bandwidth = \n", ("cannot be read",)),
+        ("bandwith = 3\n", ("bandwith", "use bandwidth")),
+        ("sigma = 3\n", ("bandwidth is missing",)),
+        ("Kp = 3\n", ("Kd is missing",)),
+        ("bandwidth = 3\nKp = 2\n", ("bandwidth is not a gain here",)),
+        ("bandwidth = \n", ("not valid TOML",)),
     ],
 )
 def test_unusable_gains_are_refused_in_a_sentence(

@@ -21,6 +21,19 @@ def user_path(name: str, path: str | os.PathLike[str]) -> Path:
         ) from None
 
 
+def new_file(name: str, path: str) -> Path:
+    """Return the path of a file that is to be written; InputError if it exists or cannot be."""
+    found = user_path(name, path)
+    if not path or os.path.lexists(found):
+        raise InputError(f"{name} is {printed(path)!r}, which is not a new file; name another.")
+    if not os.access(found.parent, os.W_OK):
+        raise InputError(
+            f"{name} is {printed(path)}, where nothing can be written; name a file in a folder "
+            "that is there and yours."
+        )
+    return found
+
+
 def printed(path: str | os.PathLike[str]) -> str:
     """Return a path as messages print it: on one line, and its middle left out if it is long."""
     text = os.fspath(path)

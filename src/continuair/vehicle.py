@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import os
-import tomllib
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,8 +18,7 @@ import numpy as np
 from pydantic import field_validator, model_validator
 
 from continuair import batch
-from continuair.errors import ContinuairWarning, InputError, nearest, shown
-from continuair.files import printed, reason, user_path
+from continuair.errors import ContinuairWarning, InputError, shown
 from continuair.parameters import (
     CountPair,
     Matrix,
@@ -35,8 +33,9 @@ from continuair.parameters import (
     Vector,
     symmetric_matrix,
 )
+from continuair.toml_files import Presets
 
-_PRESETS = Path(__file__).parent / "presets"
+_PRESETS = Presets("vehicle", Path(__file__).parent / "presets")
 # No rigid body exceeds the triangle inequality of its moments; rounded or measured data may.
 _TRIANGLE_EXCESS = 0.05
 _ROUNDING = 1e-9
@@ -358,7 +357,7 @@ class Vehicle(Part):
 
 def preset_names() -> tuple[str, ...]:
     """Return the names of the vehicles that come with the package."""
-    return tuple(sorted(path.stem for path in _PRESETS.glob("*.toml")))
+    return _PRESETS.names()
 
 
 def load_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
@@ -366,46 +365,8 @@ def load_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
 
     Raises InputError if there is no such preset or file, or the file is no valid vehicle.
     """
-    if isinstance(name_or_path, str) and name_or_path in preset_names():
-        return _read(_PRESETS / f"{name_or_path}.toml")
-    if not isinstance(name_or_path, (str, os.PathLike)):
-        problem = f"vehicle is {shown(name_or_path)}, but must be the name of a preset or a path"
-        raise InputError(f"{problem}; {nearest('', preset_names())}.")
-    path = user_path("vehicle", name_or_path)
-    is_name = isinstance(name_or_path, str) and path.suffix != ".toml" and path.name == name_or_path
-    if is_name and not os.path.isfile(path):
-        problem = f"vehicle is {shown(name_or_path)}, but there is no preset of that name"
-        remedy = nearest(str(name_or_path), preset_names())
-        raise InputError(f"{problem}; {remedy}, or give the path of a .toml file.")
-    return _read(path)
-
-
-def _read(path: Path) -> Vehicle:
-    text = _text(path)
-    try:
-        fields = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        last_line = f"at line {text.count(chr(10)) + 1}, the end of the file"
-        problem = str(error).replace("at end of document", last_line)
-        raise InputError(
-            f"{printed(path)}: not valid TOML: {problem}; correct that line."
-        ) from None
+    file, fields = _PRESETS.read(name_or_path)
     try:
         return Vehicle(**fields)
     except InputError as error:
-        raise error.within(f"{printed(path)}: ") from None
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_bytes().decode("utf-8-sig")
-    except FileNotFoundError:
-        presets = ", ".join(preset_names())
-        problem = f"no such file; correct the path, or use a preset ({presets})"
-    except IsADirectoryError:
-        problem = "is a directory; give the path of a .toml file in it"
-    except UnicodeDecodeError as error:
-        problem = f"byte {error.start} is not UTF-8 text; save the file as UTF-8"
-    except (OSError, ValueError) as error:
-        problem = f"cannot be read ({reason(error)}); correct the path or its permissions"
-    raise InputError(f"{printed(path)}: {problem}.") from None
+        raise error.within(f"{file}: ") from None

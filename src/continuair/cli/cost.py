@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import typer
 
 from continuair.cli.application import app
-from continuair.cli.options import JsonOption, OutOption, VehicleOption, write_json
+from continuair.cli.options import JsonOption, OutOption, VehicleOption, check_json, write_json
 from continuair.cli.terminal import progress_bar
 
 
@@ -17,6 +18,7 @@ def cost(vehicle: VehicleOption = "paper", out: OutOption = None, json: JsonOpti
     """Time a sample of control and dynamics with each model, and where the time goes."""
     from continuair.studies.cost import as_json
 
+    check_json(json)
     results = run_cost(vehicle, out)
     write_json(as_json(results), json)
 
@@ -30,11 +32,11 @@ def run_cost(vehicle: str, out: Path | None) -> dict[str, Any]:
     with progress_bar() as progress:
         from continuair.studies import cost as study
 
-        folder = None if out is None else ResultFolder(out, "cost")
-        results = study.cost(loaded, progress=progress)
-        if folder is not None:
-            folder.write_text("cost.json", study.as_json(results))
-            folder.write_text("table.md", study.as_table(results))
-            folder.finish()
+        with nullcontext() if out is None else ResultFolder(out, "cost") as folder:
+            results = study.cost(loaded, progress=progress)
+            if folder is not None:
+                folder.write_text("cost.json", study.as_json(results))
+                folder.write_text("table.md", study.as_table(results))
+                folder.finish()
     typer.echo(study.as_table(results), err=True)
     return results

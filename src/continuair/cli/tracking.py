@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from continuair.cli.application import app
-from continuair.cli.options import JsonOption, OutOption, VehicleOption, write_json
-from continuair.cli.terminal import print_table, progress_bar
+from continuair.cli.options import JsonOption, OutOption, VehicleOption, check_json, write_json
+from continuair.cli.terminal import Progress, print_table, progress_bar
 
 # Everything else is imported inside the commands, so that --help answers at once.
 if TYPE_CHECKING:
+    from continuair.controllers.gain_files import Gains
+    from continuair.studies.folder import ResultFolder
     from continuair.studies.tracking import Tracking
+    from continuair.vehicle import Vehicle
 
 GainsOption = Annotated[
     str, typer.Option("--gains", help="Gains: a preset's name, or the path of a .toml file.")
@@ -38,32 +42,32 @@ def tracking(
     """
     from continuair.studies.open_loop_output import as_json
 
+    check_json(json)
     study = run_tracking(vehicle, letters, gains, model, out)
     write_json(as_json(study.results), json)
 
 
 @app.command()
 def tune(
-    out: Annotated[Path, typer.Option(help="The .toml file to write, for tracking --gains.")],
+    out: Annotated[str, typer.Option(help="The .toml file to write, for tracking --gains.")],
     vehicle: VehicleOption = "paper",
     candidates: Annotated[int, typer.Option(help="Gain sets per round, a power of two.")] = 128,
     rounds: Annotated[int, typer.Option(help="Rounds of the search, each in a smaller box.")] = 4,
     seed: Annotated[int, typer.Option(help="Seed of the search.")] = 0,
 ) -> None:
     """Search gains for a vehicle: a batch of candidates flies letters in every setting."""
-    from continuair.errors import InputError
+    from continuair.files import new_file
     from continuair.studies.tuning import as_toml
     from continuair.studies.tuning import tune as search
     from continuair.vehicle import load_vehicle
 
-    if out.exists():
-        raise InputError(f"out is {out}, which exists; name a new file.")
+    path = new_file("out", out)
     with progress_bar() as progress:
         found = search(
             load_vehicle(vehicle), candidates=candidates, rounds=rounds, seed=seed,
             progress=progress,
         )  # fmt: skip
-    write_json(as_toml(found), str(out))
+    path.write_text(as_toml(found), encoding="utf-8")
     typer.echo(f"Gains are in {out}; fly them with: continuair tracking --gains {out}", err=True)
 
 
@@ -82,21 +86,31 @@ def run_tracking(
         from continuair.simulation import MODELS
         from continuair.studies.tracking import tracking as run
 
-        folder = None if out is None else ResultFolder(out, "tracking")
-        study = run(loaded, letters, law, models or MODELS, progress=progress)
-        if folder is not None:
-            from continuair.figures import tracking as figures
-            from continuair.studies import tracking_output
-            from continuair.studies.law_variants import law_variants
-
-            variants = law_variants(loaded, law, letters[0].upper(), progress=progress)
-            study.results["variants"] = variants
-            progress(1, 1, "writing results and figures")
-            tracking_output.write(study, folder)
-            figures.write(study.results, study.datasets, loaded.camera, folder.file)
-            folder.finish()
+        with nullcontext() if out is None else ResultFolder(out, "tracking") as folder:
+            study = run(loaded, letters, law, models or MODELS, progress=progress)
+            if folder is not None:
+                _store(study, loaded, law, letters[0].upper(), folder, progress)
     _show(study, folder.path if folder else None)
     return study
+
+
+def _store(
+    study: Tracking,
+    vehicle: Vehicle,
+    gains: Gains,
+    letter: str,
+    folder: ResultFolder,
+    progress: Progress,
+) -> None:
+    from continuair.figures import tracking as figures
+    from continuair.studies import tracking_output
+    from continuair.studies.law_variants import law_variants
+
+    study.results["variants"] = law_variants(vehicle, gains, letter, progress=progress)
+    progress(1, 1, "writing results and figures")
+    tracking_output.write(study, folder)
+    figures.write(study.results, study.datasets, vehicle.camera, folder.file)
+    folder.finish()
 
 
 def _show(study: Tracking, path: Path | None) -> None:

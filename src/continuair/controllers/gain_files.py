@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import os
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,14 +11,16 @@ from typing import Any
 from continuair.controllers.controller import Controller
 from continuair.controllers.gains import design
 from continuair.controllers.servoing import servoing
-from continuair.errors import InputError, nearest, shown
+from continuair.errors import InputError, nearest
+from continuair.toml_files import Presets
 from continuair.vehicle import Vehicle
 
-_PRESETS = Path(__file__).parent / "presets"
+_PRESETS = Presets("gains", Path(__file__).parent / "presets")
 _DESIGN = {
     name for name in inspect.signature(design).parameters if name not in ("vehicle", "desired")
 }
 _SERVOING = set(inspect.signature(servoing).parameters)
+_GAINS = {"Kp", "Kd", "Cp", "Cd", "Cs", "points"}
 _RECORD = "record"
 
 
@@ -31,16 +32,17 @@ class Gains:
     settings: dict[str, Any]
 
     def __post_init__(self) -> None:
-        designed = "bandwidth" in self.settings
-        known = sorted((_DESIGN | _SERVOING - {"Kp", "Kd", "Cp", "Cd", "Cs", "points"}) if designed
-                       else _SERVOING)  # fmt: skip
+        # Without Kp a file can only mean a design, and its keys are told from those of one.
+        known = sorted(_SERVOING if "Kp" in self.settings else _DESIGN | _SERVOING - _GAINS)
         for key in self.settings:
             if key not in known:
                 raise InputError(f"{self.name}: {key} is not a gain here; {nearest(key, known)}.")
-        if not designed and not {"Kp", "Kd"} <= set(self.settings):
+        if not self.settings.keys() & {"bandwidth", "Kp"}:
             raise InputError(
                 f"{self.name}: bandwidth is missing; give it [rad/s], or the gains Kp and Kd."
             )
+        if "Kp" in self.settings and "Kd" not in self.settings:
+            raise InputError(f"{self.name}: Kd is missing; give it beside Kp.")
 
     def controller(self, vehicle: Vehicle) -> Controller:
         """The paper's law with these gains, designed for the vehicle if they give a bandwidth."""
@@ -53,7 +55,7 @@ class Gains:
 
 def gain_presets() -> tuple[str, ...]:
     """Names of the gains that come with the package."""
-    return tuple(sorted(path.stem for path in _PRESETS.glob("*.toml")))
+    return _PRESETS.names()
 
 
 def load_gains(name_or_path: str | os.PathLike[str]) -> Gains:
@@ -61,16 +63,6 @@ def load_gains(name_or_path: str | os.PathLike[str]) -> Gains:
 
     Raises InputError.
     """
-    path = Path(name_or_path)
-    if str(name_or_path) in gain_presets():
-        path = _PRESETS / f"{name_or_path}.toml"
-    try:
-        settings = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        problem = getattr(error, "strerror", None) or str(error)
-        raise InputError(
-            f"gains is {shown(str(name_or_path))}, which cannot be read ({problem}); use "
-            f"{', '.join(gain_presets())}, or give the path of a .toml file."
-        ) from None
+    file, settings = _PRESETS.read(name_or_path)
     settings.pop(_RECORD, None)
-    return Gains(str(name_or_path), settings)
+    return Gains(str(name_or_path) if name_or_path in gain_presets() else file, settings)
