@@ -19,6 +19,7 @@ LAYERS = [
     {"kernels"},
     {"grid"},
     {"linear", "reference", "closing"},
+    {"partial"},
     {"trajectory"},
     {"simulation"},
     {"metrics", "interactive"},

@@ -1,0 +1,101 @@
+"""One coupling at a time: flights without it agree with the readable form, in the plane."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import continuair as ca
+from continuair import equations
+from continuair.partial import COUPLINGS, fly_without
+
+VEHICLE = ca.load_vehicle("paper").replace({"arm.length": 0.6, "arm.kappa_s": 0.0})
+START = np.array([0.0, 0.0, 5.0, 0.0, 0.3, 0.0, 0.8, 0.0])
+RATES = np.array([0.2, 0.0, -0.1, 0.0, 1.5, 0.0, 3.0, 0.0])
+FORCE = np.array([4.0, 0.0, 12.0])
+DURATION = 0.15
+PLANE = [0, 2, 4, 6]
+MASK = np.zeros((8, 8))
+MASK[:6, :6] = MASK[6:, 6:] = 1.0
+
+
+def readable(coupling: str) -> np.ndarray:
+    """Tip position at the end, from M and C of the paper with blocks masked, motion in the plane.
+
+    There the paper's rates are those of the body, so that M and C divide the couplings alike.
+    """
+    common = FORCE / VEHICLE.mass - [0.0, 0.0, 9.81]
+
+    def rate(_: float, y: np.ndarray) -> np.ndarray:
+        q, qd = np.zeros(8), np.zeros(8)
+        q[PLANE], qd[PLANE] = y[:4], y[4:]
+        M, C = equations.mass_matrix(VEHICLE, q), equations.coriolis_matrix(VEHICLE, q, qd)
+        force = -equations.gravity_vector(VEHICLE, q)
+        force[:3] += FORCE
+        carried = np.zeros(8)
+        carried[6:] = M[6:, :3] @ common
+        if coupling == "coriolis":
+            C = C * MASK
+        elif coupling == "inertia":
+            M, force = M * MASK, force - C @ qd - carried
+            C = np.zeros((8, 8))
+        else:
+            force = force + carried
+        rows = np.ix_(PLANE, PLANE)
+        qdd = np.linalg.solve(M[rows], (force - C @ qd)[PLANE])
+        return np.concatenate([y[4:], qdd])
+
+    end = solve_ivp(
+        rate,
+        (0.0, DURATION),
+        np.concatenate([START[PLANE], RATES[PLANE]]),
+        method="DOP853",
+        rtol=1e-9,
+        atol=1e-11,
+    ).y[:4, -1]
+    q = np.zeros(8)
+    q[PLANE] = end
+    return np.asarray(equations.position(VEHICLE, q, VEHICLE.arm.length))
+
+
+@pytest.fixture(scope="module")
+def scenario() -> ca.Scenario:
+    return ca.Scenario("plane", START, RATES, force=FORCE, duration=DURATION)
+
+
+@pytest.mark.parametrize("coupling", COUPLINGS)
+def test_a_flight_without_one_coupling_agrees_with_the_readable_form(
+    coupling: str, scenario: ca.Scenario
+) -> None:
+    flight = fly_without(VEHICLE, scenario, sample=2.5e-4)
+    tip = flight["tip_position"].sel(coupling=coupling).isel(run=0, time=-1).to_numpy()
+    assert np.abs(tip - readable(coupling)).max() < 1e-6
+
+
+def test_free_fall_carries_the_arm_along_and_hovering_does_not() -> None:
+    """Dropping carriage bends the falling arm under its weight; in a hover it changes nothing."""
+    falling = ca.Scenario("fall", [0, 0, 5, 0, 0.5, 0, 0, 0], duration=0.3)
+    held = ca.Scenario(
+        "hover", [0, 0, 5, 0, 0.5, 0, 0, 0], force=[0, 0, 9.81 * VEHICLE.mass], duration=0.3
+    )
+    shift = []
+    for scenario in (falling, held):
+        coupled = ca.simulate(VEHICLE, scenario, sample=1e-2)["tip_position"]
+        without = fly_without(VEHICLE, scenario)["tip_position"].sel(coupling="carriage")
+        shift.append(float(abs(without.isel(run=0) - coupled).max()))
+    assert shift[0] > 1e-4
+    assert shift[1] < 1e-6
+
+
+def test_batches_fly_as_their_runs_do(scenario: ca.Scenario) -> None:
+    both = VEHICLE.replace({"uav.mass": [1.5, 2.5]})
+    together = fly_without(both, scenario)["tip_position"]
+    for run in range(2):
+        alone = fly_without(both.select(run), scenario)["tip_position"]
+        # Alone, the lighter vehicle takes another automatic step.
+        assert np.allclose(together.isel(run=run), alone.isel(run=0), rtol=0, atol=5e-6)
+
+
+def test_closed_loops_are_refused() -> None:
+    held = ca.Scenario("hold", [0] * 8, controller=ca.hold(VEHICLE, [0, 0, 1]))
+    with pytest.raises(ca.InputError, match="controller"):
+        fly_without(VEHICLE, held)
