@@ -115,7 +115,7 @@ def simulate(
     _same_runs(runs, {**sizes, "the scenario's inputs": width})
     q, qd = (np.broadcast_to(rows, (runs, rows.shape[1])) for rows in (q, qd))
     start = state_from_paper(q, qd)
-    options = {"precision": dtype, "device": device, "threads": threads}
+    options: dict[str, Any] = {"precision": dtype, "device": device, "threads": threads}
     grouped = groups_in_use(scenario)
     if closed:
         engine = close_loop(vehicle, scenario, model, grid, start, q[:, -1], **options)

@@ -158,21 +158,23 @@ def _uniform_rod():
     )
 
 
-def moments(length, backbone, disks) -> Moments:
+def moments(length, backbone, disks, names=NAMES) -> Moments:
     """Moments of uniform backbones with disks, about the arm's base.
 
     length: (runs,) [m]. backbone: (mass, transverse, axial inertia) of the whole backbone, each
-    (runs,) [kg, kg m², kg m²]. disks: (position, mass, transverse, axial) each, of (runs,).
+    (runs,) [kg, kg m², kg m²]. disks: (position, mass, transverse, axial) each, of (runs,). names:
+    the functions that are wanted.
     """
     unit = length_unit(length)[:, None]
     rods = [(*backbone, *_uniform_rod())]
     for position, *inertia in disks:
         s = np.asarray(position)[:, None] / unit
         rods.append((*inertia, *integrands(s, squared_bends())))
-    value = {name: np.zeros((len(unit), _SAMPLES), _Fine) for name in NAMES}
+    value = {name: np.zeros((len(unit), _SAMPLES), _Fine) for name in names}
     slope = {name: np.zeros((len(unit), _SAMPLES), _Fine) for name in ("alpha", "beta")}
     for mass, transverse, axial, by_density, by_mass in rods:
-        for name, (per_mass, per_transverse, per_difference) in by_density.items():
+        for name in names:
+            per_mass, per_transverse, per_difference = by_density[name]
             power = 1 if name in slope else 2
             value[name] += (
                 mass[:, None] * per_mass * unit**power

@@ -56,10 +56,19 @@ class Logs:
 class Engine:
     """One vehicle or batch, packed for one model, precision and device.
 
-    `layout` names the columns of its states, inputs and logs.
+    `layout` names the columns of its states, inputs and logs. beside: an engine of the coupled
+    model for the same vehicle, from which another model's takes what they share.
     """
 
-    def __init__(self, vehicle, model: str, precision="float64", device="cpu", threads=None):
+    def __init__(
+        self,
+        vehicle,
+        model: str,
+        precision="float64",
+        device="cpu",
+        threads=None,
+        beside: Engine | None = None,
+    ):
         start_warp()
         self.vehicle = vehicle
         self.layout = Layout(vehicle.sections)
@@ -67,8 +76,9 @@ class Engine:
         self.dtype = np.dtype(precision)
         self.device = device
         self.threads = threads or os.cpu_count() or 1
-        self.plants, table = pack(vehicle, self.kernels.code, self.threads)
-        self.table = table.astype(self.dtype)
+        coupled = None if beside is None else beside.table
+        self.plants, table = pack(vehicle, self.kernels.code, self.threads, coupled)
+        self.table: np.ndarray = table.astype(self.dtype)
 
     def roll_out(
         self,

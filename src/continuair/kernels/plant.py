@@ -13,11 +13,18 @@ from continuair.kernels import arc
 _BLOCK = 1024
 
 
-def pack(vehicle, code: SimpleNamespace, threads: int) -> tuple[np.ndarray, np.ndarray]:
+_OWN = ("NP", "ND")
+"""Moments that models other than the coupled one take about the arm's base."""
+
+
+def pack(
+    vehicle, code: SimpleNamespace, threads: int, coupled: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Structured parameters (vehicles,) and moment polynomials (vehicles, terms, moments).
 
     vehicle: a Vehicle, plain or batched. code: the device code whose `Plant` the rows fill.
-    threads: how many blocks of vehicles are sampled at once.
+    threads: how many blocks of vehicles are sampled at once. coupled: the moment polynomials of the
+    coupled model for the same vehicle, where they are known, for another model.
     """
     runs = vehicle.runs or 1
     uav, rod = vehicle.uav, vehicle.arm
@@ -48,6 +55,8 @@ def pack(vehicle, code: SimpleNamespace, threads: int) -> tuple[np.ndarray, np.n
     def sample(at: slice) -> np.ndarray:
         rod = [part[at] for part in backbone]
         added = [[part[at] for part in disk] for disk in disks]
+        if coupled is not None:
+            return _with_own(coupled[at], arc.moments(length[at], rod, added, _OWN))
         return _table(code.model, length[at], rod, added, mass[at], lever[at, 2])
 
     # NumPy lets go of the interpreter in these, so that blocks run side by side.
@@ -83,8 +92,16 @@ def _table(model: str, length, backbone, disks, mass, height) -> np.ndarray:
     own = arc.moments(length, backbone, disks)
     reduced = arc.about_common_centre(own, mass, height)
     if model != "coupled":
-        reduced.value.update(NP=own.value["NP"], ND=own.value["ND"])
+        reduced.value.update({name: own.value[name] for name in _OWN})
     return np.stack([arc.interpolate(reduced.value[name]) for name in arc.NAMES], axis=-1)
+
+
+def _with_own(table: np.ndarray, own: arc.Moments) -> np.ndarray:
+    """The coupled model's moment polynomials, those of the arm about its base in their place."""
+    table = table.copy()
+    for name in _OWN:
+        table[..., arc.NAMES.index(name)] = arc.interpolate(own.value[name])
+    return table
 
 
 def _leaves(value):

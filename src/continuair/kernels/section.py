@@ -98,8 +98,9 @@ def section_code(precision: str, sections: int) -> SimpleNamespace:
             c4 = Real(0.0)
             for i in range(7):
                 n = Real(2.0) * Real(6 - i)
-                c3 = (Real(1.0) - z * c3) / ((n + Real(3.0)) * (n + Real(2.0)))
-                c4 = (Real(1.0) - z * c4) / ((n + Real(4.0)) * (n + Real(3.0)))
+                # The compiler folds these quotients of constants; dividing would wait for each.
+                c3 = (Real(1.0) - z * c3) * (Real(1.0) / ((n + Real(3.0)) * (n + Real(2.0))))
+                c4 = (Real(1.0) - z * c4) * (Real(1.0) / ((n + Real(4.0)) * (n + Real(3.0))))
             c4 = c4 * Real(0.5)
             return vec4(Real(1.0) - z * c3, Real(0.5) - z * c4, c3, c4)
         x = wp.sqrt(z)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -57,7 +57,11 @@ def sweep(
         done = store.done()
         left = [unit for unit in mine if not done[unit]]
         count = _Count(len(mine) - len(left), len(mine), report)
-        if client is None:
+        if not left:
+            pass
+        elif client is None:
+            # It compiles, which several threads must not do at once.
+            check(found, device)
             _compute_here(store, left, device, threads, count)
         else:
             from continuair.sweeps.cluster import compute_on
@@ -106,18 +110,22 @@ def _opened(path: Path, design: Design, device: str, report: Progress) -> Store:
 def _compute_here(
     store: Store, units: list[int], device: str, threads: int | None, done: Callable[[], None]
 ) -> None:
-    """Compute units in turn; each is written while the next one flies."""
-    with ThreadPoolExecutor(1) as writer:
-        writing: Future[None] | None = None
-        for unit in units:
-            block = compute(store.design, store.runs(unit), device, threads)
-            if writing is not None:
-                writing.result()
+    """Compute units side by side, so that one is prepared or written while another flies."""
+    threads = threads or os.cpu_count() or 1
+    side_by_side = min(threads, len(units)) or 1
+
+    def work(unit: int) -> None:
+        runs = store.runs(unit)
+        store.write(unit, compute(store.design, runs, device, threads // side_by_side))
+
+    with ThreadPoolExecutor(side_by_side) as pool:
+        try:
+            for unit in as_completed([pool.submit(work, unit) for unit in units]):
+                unit.result()
                 done()
-            writing = writer.submit(store.write, unit, block)
-        if writing is not None:
-            writing.result()
-            done()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 def _checked_shard(shard: Any) -> tuple[int, int]:

@@ -81,7 +81,7 @@ def run_pairs(
         options = {"duration": duration, "sample": sample, "device": device, "threads": threads}
         found = track(vehicle, scenario, names, pieces, settle, **options)
     else:
-        on = {"device": device, "threads": threads}
+        on: dict[str, Any] = {"device": device, "threads": threads, "beside": coupled}
         engines = [coupled, *(Engine(vehicle, name, **on) for name in names[1:])]
         found = _fly(engines, scenario, pieces, sample, duration)
     data = _variables(found)

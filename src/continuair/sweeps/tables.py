@@ -179,7 +179,7 @@ class Base(Part):
     step: Positive | Literal["auto"] = "auto"
     """the integration step [s], or "auto" """
 
-    sample: Positive = 1e-3
+    sample: Positive = 2e-3
     """the time between the samples that are compared [s]"""
 
     settle: NotNegative = 0.0

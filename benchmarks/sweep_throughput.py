@@ -1,0 +1,84 @@
+"""What a sweep costs beside its kernels, and whether its time is linear in the number of runs.
+
+Prints, for each number of coupled/decoupled pairs of 1 s at 1 ms, the time of the whole sweep into
+a store, of the roll-out kernels alone, their ratio, the time per run and the memory taken.
+Medians of interleaved repetitions, as machines are shared: python benchmarks/sweep_throughput.py
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import tempfile
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+import xarray as xr
+
+import continuair as ca
+from continuair.coordinates import state_from_paper
+from continuair.grid import groups_in_use, make_grid, sample_inputs, stage_times
+from continuair.kernels.engine import Engine
+
+STEP = 1e-3
+BLOCK = 1000
+
+
+def design(runs: int) -> xr.Dataset:
+    """Vehicles of a Latin hypercube over mass and radius, in Test A of the paper."""
+    masses, radii = np.random.default_rng(0).uniform([1.0, 0.003], [3.0, 0.005], (runs, 2)).T
+    variables = {"vehicle.uav.mass": ("sample", masses), "vehicle.arm.radius": ("sample", radii)}
+    return xr.Dataset(variables, attrs={"scenario": {"test": "A"}, "step": STEP})
+
+
+def kernel_seconds(runs: int) -> float:
+    """Time in which the roll-outs alone fly `runs` pairs, all threads busy."""
+    block = min(runs, BLOCK)
+    varied = design(block)
+    fields = {str(name).removeprefix("vehicle."): varied[name].to_numpy() for name in varied}
+    vehicle, scenario = ca.load_vehicle("paper").replace(fields), ca.open_loop_test("A")
+    start = np.broadcast_to(state_from_paper(scenario.q[None], scenario.qd[None]), (block, 17))
+    grid = make_grid(scenario.duration, STEP, scenario.duration)
+    seconds = 0.0
+    for model in ("coupled", "decoupled"):
+        engine = Engine(vehicle, model)
+        inputs = [sample_inputs(scenario, t, engine.layout) for t in (stage_times(grid), [0.0])]
+        begin = perf_counter()
+        for _ in range(runs // block):
+            engine.roll_out(
+                start, np.zeros(block), grid, *inputs, 9.81, groups_in_use(scenario), False
+            )
+        seconds += perf_counter() - begin
+    return seconds
+
+
+def sweep_seconds(runs: int) -> float:
+    varied = design(runs)
+    with tempfile.TemporaryDirectory() as folder:
+        begin = perf_counter()
+        results = ca.sweep(varied, Path(folder) / "store.zarr")
+        seconds = perf_counter() - begin
+    assert results.attrs["done"] == runs and not results["status"].any()
+    return seconds
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("runs", type=int, nargs="*", default=[1000, 10_000, 100_000])
+    parser.add_argument("--repeat", type=int, default=3)
+    arguments = parser.parse_args()
+    sweep_seconds(BLOCK)  # compiles, and loads
+    kernel_seconds(BLOCK)
+    begin = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    print(f"{'runs':>8}{'sweep [s]':>11}{'kernels [s]':>13}{'ratio':>7}{'us/run':>8}{'MiB':>7}")
+    for runs in arguments.runs:
+        pairs = [(sweep_seconds(runs), kernel_seconds(runs)) for _ in range(arguments.repeat)]
+        whole, raw = np.median(pairs, axis=0)
+        ratio = np.median([a / b for a, b in pairs])
+        peak = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - begin) / 1024
+        print(f"{runs:8}{whole:11.2f}{raw:13.2f}{ratio:7.2f}{1e6 * whole / runs:8.0f}{peak:7.0f}")
+
+
+if __name__ == "__main__":
+    main()
