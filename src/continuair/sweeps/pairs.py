@@ -76,16 +76,18 @@ def run_pairs(
     duration = scenario.duration if duration is None else float(duration)
     coupled = Engine(vehicle, REFERENCE, device=device, threads=threads)
     runs = _runs(vehicle, scenario, coupled)
-    pieces = _pieces(coupled, scenario, runs, step, sample)
+    # Steps divide the time between samples or, closed loops', between the controller's instants.
+    whole = sample if scenario.controller is None else scenario.control_period or sample
+    pieces = _pieces(coupled, scenario, runs, step, whole)
     if scenario.controller is not None:
         options = {"duration": duration, "sample": sample, "device": device, "threads": threads}
-        found = track(vehicle, scenario, names, pieces, settle, **options)
+        found = track(vehicle, scenario, names, whole / pieces, settle, **options)
     else:
         on: dict[str, Any] = {"device": device, "threads": threads, "beside": coupled}
         engines = [coupled, *(Engine(vehicle, name, **on) for name in names[1:])]
         found = _fly(engines, scenario, pieces, sample, duration)
     data = _variables(found)
-    data["step"] = ("run", sample / pieces, {"units": "s", "long_name": "integration step"})
+    data["step"] = ("run", whole / pieces, {"units": "s", "long_name": "integration step"})
     return xr.Dataset(data, {"model": list(names), "axis": list("xyz"), "quaternion": list("xyzw")})
 
 
@@ -153,8 +155,8 @@ def _runs(vehicle: Vehicle, scenario: Scenario, engine: Engine) -> int:
     return runs
 
 
-def _pieces(engine: Engine, scenario: Scenario, runs: int, step: Any, sample: float) -> Array:
-    """Steps per sample of every run (runs,), from the step asked for or the run's stiffness."""
+def _pieces(engine: Engine, scenario: Scenario, runs: int, step: Any, whole: float) -> Array:
+    """Steps in a whole time [s] (runs,), from the step asked for or each run's stiffness."""
     q = np.atleast_2d(np.asarray(scenario.q, float))
     straight = np.array(q)
     straight[:, 6::2] = 0.0
@@ -162,7 +164,7 @@ def _pieces(engine: Engine, scenario: Scenario, runs: int, step: Any, sample: fl
     # A run that starts bent past a full circle has no frequency; it ends with a status.
     fine = STEP_PHASE / np.broadcast_to(np.nan_to_num(fastest, nan=1.0), runs)
     largest = np.minimum(fine, LARGEST_STEP) if isinstance(step, str) else np.full(runs, step)
-    needed = np.ceil(sample / largest * (1.0 - 1e-9)).astype(int)
+    needed = np.ceil(whole / largest * (1.0 - 1e-9)).astype(int)
     if isinstance(step, str):
         return _few_values(needed)
     coarse = largest > fine * (1.0 + 1e-9)
@@ -178,11 +180,9 @@ def _pieces(engine: Engine, scenario: Scenario, runs: int, step: Any, sample: fl
 
 
 def _few_values(needed: Array) -> Array:
-    """At least as many steps, from 1, 2, 3, 4, 6, 8, 12, …: runs of one step fly together."""
-    power = 2 ** np.floor(np.log2(needed)).astype(int)
-    return np.where(
-        needed == power, power, np.where(2 * needed <= 3 * power, 3 * power // 2, 2 * power)
-    )
+    """At least as many steps, from 1 to 8, 10, 12, 14, 16, 20, …: runs of one step fly together."""
+    grain = 2 ** np.maximum(np.floor(np.log2(needed)).astype(int) - 2, 0)
+    return -(-needed // grain) * grain
 
 
 def _checked(

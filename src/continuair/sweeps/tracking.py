@@ -38,22 +38,22 @@ def track(
     vehicle: Vehicle,
     scenario: Scenario,
     models: tuple[str, ...],
-    pieces: Array,
+    steps: Array,
     settle: float,
     **options: Any,
 ) -> Reduced:
-    """Fly each model's closed loop; pieces: steps per sample (runs,); options: `simulate`'s."""
+    """Fly each model's closed loop; steps: of each run (runs,) [s]; options: `simulate`'s."""
     samples = options["duration"] / options["sample"]
     most = _BLOCK_BYTES[options["device"].split(":")[0]] / (_BYTES_PER_SAMPLE * samples)
     size = max(1, int(most))
     parts, order = [], []
-    for count in np.unique(pieces):
-        same = np.flatnonzero(pieces == count)
+    for step in np.unique(steps):
+        same = np.flatnonzero(steps == step)
         for at in (same[first : first + size] for first in range(0, len(same), size)):
-            step = options["sample"] / int(count)
             scene = _some_runs(scenario, at)
             flights = [
-                _fly(take(vehicle, at), scene, model, step=step, **options) for model in models
+                _fly(take(vehicle, at), scene, model, step=float(step), **options)
+                for model in models
             ]
             parts.append(_reduced(flights, settle))
             order.append(at)
@@ -72,15 +72,8 @@ def track(
 
 def _fly(vehicle: Vehicle, scenario: Scenario, model: str, **options: Any) -> xr.Dataset:
     names = ["tip_position", "tip_attitude"] + ["feature_error"] * bool(scenario.targets)
-    if scenario.control_period is not None:
-        # The controller's instants are ends of steps: the largest step that also divides them.
-        options["step"] = _dividing(scenario.control_period, options["step"])
     flight = simulate(vehicle, scenario, model=model, variables=names, **options)
     return flight if "run" in flight.dims else flight.expand_dims("run")
-
-
-def _dividing(period: float, step: float) -> float:
-    return float(period / np.ceil(period / step * (1.0 - 1e-9)))
 
 
 def _some_runs(scenario: Scenario, at: Array) -> Scenario:
