@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import platform
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -12,12 +13,11 @@ from typing import Any
 
 from continuair.errors import InputError, shown
 from continuair.sweeps.store import Store, open_store
-from continuair.sweeps.units import compute
+from continuair.sweeps.units import check, compute
 
 _ANSWER_WITHIN = 10.0  # seconds
-# Tasks of one worker's threads share the compiler, which is not thread-safe.
-_first = threading.Lock()
-_ready = threading.Event()
+# The threads of a worker share the compiler, which is not thread-safe.
+_preparing = threading.Lock()
 
 
 @contextmanager
@@ -51,14 +51,13 @@ def compute_on(client: Any, store: Store, units: list[int], done: Callable[[], N
             for unit in left
         }
         failed: dict[int, BaseException] = {}
-        for task in as_completed(tasks):
-            error = task.exception() if task.status == "error" else None
-            if error is None:
+        for task in as_completed(tasks, loop=client.loop):
+            if task.status == "finished":
                 done()
-            elif isinstance(error, InputError):
-                raise error
-            else:
-                failed[tasks[task]] = error
+                continue
+            failed[tasks[task]] = task.exception()
+            if isinstance(failed[tasks[task]], InputError):
+                raise failed[tasks[task]]
         if len(failed) == len(left):
             raise next(iter(failed.values()))
         left = sorted(failed)
@@ -68,22 +67,20 @@ def compute_unit(path: str, unit: int, device: str) -> None:
     """Compute a unit on a worker, and write it to the store."""
     from distributed import get_worker
 
-    store = _opened(path)
+    with _preparing:
+        store = _prepared(path, device)
     if store.done_flags[unit]:
         return
     threads = max(1, (os.cpu_count() or 1) // get_worker().state.nthreads)
-    runs = store.runs(unit)
-    if _ready.is_set():
-        store.write(unit, compute(store.design, runs, device, threads))
-        return
-    with _first:
-        store.write(unit, compute(store.design, runs, device, threads))
-        _ready.set()
+    store.write(unit, compute(store.design, store.runs(unit), device, threads))
 
 
 @cache
-def _opened(path: str) -> Store:
+def _prepared(path: str, device: str) -> Store:
+    """The store, open, and the kernels for it, compiled."""
     try:
-        return open_store(Path(path))
+        store = open_store(Path(path), device)
+        check(store.design, device)
     except InputError as error:
-        raise error.within(f"worker {os.uname().nodename}: ") from None
+        raise error.within(f"worker {platform.node()}: ") from None
+    return store
