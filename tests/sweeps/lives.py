@@ -60,7 +60,8 @@ def killed_lives(settings: dict[str, Any]) -> list[dict[str, Any]]:
     chance = random.Random(settings["seed"])
     design, store, shards = Path(settings["design"]), Path(settings["out"]), settings["shards"]
     check(load_design(design), "cpu")
-    record, kills = [], 0
+    record: list[dict[str, Any]] = []
+    kills = 0
     while kills < settings["kills"]:
         before = len(done_units(store))
         children = [live(design, store, (i + 1, shards)) for i in range(shards)]

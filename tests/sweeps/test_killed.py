@@ -20,7 +20,7 @@ from tests.sweeps.lives import done_units, marks
 
 pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
 ROOT = Path(__file__).parents[2]
-UNITS = 180
+UNITS = 120
 EARLY = 4
 DESIGN = f"""
 chunk = 3

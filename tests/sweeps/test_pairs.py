@@ -5,7 +5,7 @@ import pytest
 
 import continuair as ca
 from continuair import paths
-from continuair.controllers.controller import stack
+from continuair.controllers.controller import Controller, stack
 from continuair.controllers.gains import design
 from continuair.controllers.servoing import servoing
 from continuair.kernels.tip import DEVIATIONS
@@ -62,7 +62,7 @@ def test_a_run_that_ends_early_is_a_row_with_a_status() -> None:
     vehicle = some_vehicles(3)
     # A moment on the bend that no arm holds, in the middle run.
     scenario = ca.Scenario(
-        "overbent", (0, 0, 5, 0, 0, 0, 0.1, 0), bend_moment=[[0, 0], [4e3, 0], [0, 0]]
+        "overbent", (0, 0, 5, 0, 0, 0, 0.1, 0), bend_moment=[[0.0, 0.0], [4e3, 0.0], [0.0, 0.0]]
     )
     found = ca.run_pairs(vehicle, scenario)
     assert (found["status"] != 0).any("model").values.tolist() == [False, True, False]
@@ -77,8 +77,8 @@ def test_closed_loops_agree_with_single_flights() -> None:
     controllers = [servoing(**design(vehicle, bandwidth)) for bandwidth in (2.0, 4.0)]
     q = [start[0] + 0.05, start[1], 3.05, 0, 0, 0, 0.1, 0]
 
-    def flight(controller: object, **more: object) -> ca.Scenario:
-        return ca.Scenario("L", q, controller=controller, target=target, duration=1.0, **more)
+    def flight(controller: Controller) -> ca.Scenario:
+        return ca.Scenario("L", q, controller=controller, target=target, duration=1.0)
 
     both = stack(controllers)
     found = ca.run_pairs(vehicle, flight(both), sample=0.01, settle=0.2)

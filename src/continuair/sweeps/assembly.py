@@ -16,7 +16,7 @@ from continuair.errors import InputError
 from continuair.scenarios import Scenario
 from continuair.sweeps.design import Design
 from continuair.sweeps.excitations import inputs
-from continuair.sweeps.tables import STATE, TABLES, ControllerTable, TargetTable
+from continuair.sweeps.tables import STATE, TABLES, ControllerTable, TargetTable, changed
 from continuair.targets import Target, square
 from continuair.vehicle import Vehicle
 
@@ -92,7 +92,7 @@ def _fields(design: Design, name: str, rows: dict[str, Array]) -> dict[str, Any]
     plain = {field: getattr(table, field) for field in type(table).model_fields}
     for run in range(len(next(iter(varied.values()), ()))):
         try:
-            type(table)(**plain | {field: values[run].item() for field, values in varied.items()})
+            changed(table, {field: values[run].item() for field, values in varied.items()})
         except InputError as error:
             raise error.within(f"{name}.") from None
     return plain | {field: _shared(values) for field, values in varied.items()}

@@ -15,7 +15,7 @@ from continuair.errors import InputError, shown
 from continuair.sweeps.store import Store, open_store
 from continuair.sweeps.units import check, compute
 
-_ANSWER_WITHIN = 10.0  # seconds
+_ANSWER_WITHIN = 5.0  # seconds
 # The threads of a worker share the compiler, which is not thread-safe.
 _preparing = threading.Lock()
 

@@ -18,7 +18,7 @@ import xarray as xr
 from continuair.errors import InputError, shown
 from continuair.sweeps.pairs import METRICS
 from continuair.sweeps.sampling import flat, values, values_along
-from continuair.sweeps.tables import Base, check_field
+from continuair.sweeps.tables import Base, changed, check_field
 from continuair.vehicle import Vehicle, load_vehicle
 
 Array = np.ndarray
@@ -33,6 +33,10 @@ class Variable:
 
     dims: tuple[str, ...]
     values: Array
+
+    def at(self, indices: Mapping[str, Any]) -> Array:
+        """The values at indices along its dimensions."""
+        return np.asarray(self.values[tuple(indices[dim] for dim in self.dims)])
 
 
 @dataclass(frozen=True)
@@ -72,9 +76,7 @@ class Design:
         """The values of every variable in some runs, by their indices."""
         at = dict(zip(self.sizes, np.unravel_index(runs, tuple(self.sizes.values())), strict=True))
         return {
-            name: variable.values[tuple(at[dim] for dim in variable.dims)]
-            if variable.dims
-            else np.full(len(runs), variable.values)
+            name: np.broadcast_to(variable.at(at), len(runs))
             for name, variable in self.variables.items()
         }
 
@@ -143,7 +145,8 @@ def _from_tables(tables: dict[str, Any], folder: Path) -> Design:
         raise InputError(f"set is {shown(fixed)}; give a table of fields ([set]).")
     base = Base(**tables)
     variables = {
-        name: Variable((), values(name, [value])[0]) for name, value in flat(fixed).items()
+        name: Variable((), np.asarray(values(name, [value])[0]))
+        for name, value in flat(fixed).items()
     }
     sizes: dict[str, int] = {}
     for index, table in enumerate(vary):
@@ -186,22 +189,56 @@ def _vehicle(base: Base, folder: Path) -> Vehicle:
 def _design(
     base: Base, vehicle: Vehicle, variables: dict[str, Variable], sizes: dict[str, int]
 ) -> Design:
+    design = Design(base, vehicle, variables, sizes)
+    for name in variables:
+        if not name.startswith("vehicle."):
+            check_field(name, base)
+        for indices in _extremes(variables[name]):
+            _check_value(design, name, indices)
     for name in sizes:
         if not isinstance(name, str) or not name or name in RESERVED:
             raise InputError(
                 f"dimension is {shown(name)}, which results need for themselves; give another name."
             )
-    for name, variable in variables.items():
-        if name.startswith("vehicle."):
-            # The vehicle itself tells which fields it has, and what they may hold.
-            probe = {name.removeprefix("vehicle."): variable.values.ravel()[0].item()}
-            try:
-                vehicle.replace(probe)
-            except InputError as error:
-                raise error.within("vehicle.") from None
-        else:
-            check_field(name, base)
-    return Design(base, vehicle, variables, sizes)
+    return design
+
+
+def _extremes(variable: Variable) -> list[dict[str, int]]:
+    """Indices of the smallest and largest value, or of every text."""
+    if not variable.dims:
+        return [{}]
+    flattened = variable.values.ravel()
+    if flattened.dtype.kind == "U":
+        places = np.unique(flattened, return_index=True)[1]
+    else:
+        places = np.array([flattened.argmin(), flattened.argmax()])
+    at = np.unravel_index(places, variable.values.shape)
+    return [
+        dict(zip(variable.dims, (int(i) for i in row), strict=True)) for row in np.transpose(at)
+    ]
+
+
+def _check_value(design: Design, name: str, indices: dict[str, int]) -> None:
+    """Refuse a value that neither the runs that have it can use, nor the base by itself.
+
+    What is refused only beside values of other variables makes a row with a status.
+    """
+    at = dict.fromkeys(design.sizes, 0) | indices
+    table = name.partition(".")[0]
+    fields = {
+        field.removeprefix(f"{table}."): variable.at(at).item()
+        for field, variable in design.variables.items()
+        if field.startswith(f"{table}.")
+    }
+    owner = design.vehicle if table == "vehicle" else getattr(design.base, table)
+    own = name.removeprefix(f"{table}.")
+    try:
+        changed(owner, fields)
+    except InputError:
+        try:
+            changed(owner, {own: fields[own]})
+        except InputError as error:
+            raise error.within(f"{table}.") from None
 
 
 def _hash(content: bytes) -> str:

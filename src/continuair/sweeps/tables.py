@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Literal
+import math
+from typing import Annotated, Any, Literal
 
-from pydantic import field_validator, model_validator
+from pydantic import BeforeValidator, model_validator
 
 from continuair.errors import InputError, nearest
 from continuair.parameters import Count, Finite, NotNegative, Part, Positive
+from continuair.vehicle import Vehicle
 
 Channel = Literal[
     "force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z", "bend_x", "bend_y",
     "tip_force_x", "tip_force_y", "tip_force_z", "tip_moment_x", "tip_moment_y", "tip_moment_z",
 ]  # fmt: skip
+
+
+def _positive_or_auto(value: Any) -> float | str:
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if value != "auto" and not (number and 0.0 < value < math.inf):
+        raise ValueError("must be a finite number above 0, or 'auto'")
+    return "auto" if value == "auto" else float(value)
+
+
+Step = Annotated[float | str, BeforeValidator(_positive_or_auto)]
 
 STATE = ("x", "y", "z", "roll", "pitch", "yaw", "kappa", "psi_a")
 """The paper's coordinates, in order."""
@@ -176,8 +188,8 @@ class Base(Part):
     metrics: tuple[str, ...] | None = None
     """the metrics to keep; all that the scenario has by default"""
 
-    step: Positive | Literal["auto"] = "auto"
-    """the integration step [s], or "auto" """
+    step: Step = "auto"
+    """the integration step [s], or 'auto'"""
 
     sample: Positive = 2e-3
     """the time between the samples that are compared [s]"""
@@ -200,13 +212,6 @@ class Base(Part):
     target: TargetTable | None = None
     """what a controller looks at, a table ([target])"""
 
-    @field_validator("step", mode="before")
-    @classmethod
-    def _positive_or_auto(cls, value: object) -> object:
-        if isinstance(value, str) and value != "auto":
-            raise ValueError("must be a number or 'auto'")
-        return value
-
     @model_validator(mode="after")
     def _closed_together(self) -> Base:
         if (self.controller is None) != (self.target is None):
@@ -220,6 +225,13 @@ TABLES: dict[str, type[Part]] = {
     "controller": ControllerTable,
     "target": TargetTable,
 }
+
+
+def changed(table: Any, fields: dict[str, Any]) -> Any:
+    """A copy of a table, or of a vehicle, with some fields changed; raises InputError."""
+    if isinstance(table, Vehicle):
+        return table.replace(fields)
+    return type(table)(**{name: getattr(table, name) for name in type(table).model_fields} | fields)
 
 
 def check_field(field: str, base: Base) -> None:

@@ -1,0 +1,158 @@
+"""What a sweep cannot do it says in one sentence, and it writes nothing."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import continuair as ca
+import continuair.cli as cli
+
+pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
+
+SMALL = '[scenario]\ntest = "A"\nduration = 0.02\n[[vary]]\n"vehicle.uav.mass" = [1.0, 2.0]\n'
+
+
+def run(folder: Path, text: str, *options: str, out: str = "store.zarr") -> Any:
+    design = folder / "design.toml"
+    design.write_text(text)
+    arguments = ["sweep", str(design), "--out", str(folder / out), *options]
+    return CliRunner().invoke(cli.app, arguments)
+
+
+def assert_refused(result: Any, *parts: str) -> None:
+    assert result.exit_code == 2, result.output
+    said = result.stderr.strip()
+    assert "\n" not in said and said.endswith(".") and "Traceback" not in said
+    for part in parts:
+        assert part in said
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        (SMALL.replace("uav.mass", "uav.mas"), ["vehicle.uav.mas", "use uav.mass"]),
+        (SMALL.replace("vehicle.uav.mass", "scenario.kapa"), ["use scenario.kappa"]),
+        (SMALL.replace("vehicle.uav.mass", "scenery.kappa"), ["scenery.kappa", "vehicle"]),
+        (SMALL.replace("vehicle.uav.mass", "model"), ["list the models in models"]),
+        (SMALL.replace("vehicle.uav.mass", "target.height"), ["no [target]"]),
+        (SMALL.replace("test =", "tset ="), ["tset", "use test"]),
+        (SMALL.replace('"A"', '"E"'), ["test is 'E'"]),
+        ("modles = []\n" + SMALL, ["modles", "use models"]),
+        (SMALL + '"scenario.roll" = [0.1]\n', ["holds 2", "holds 1", "together"]),
+        (SMALL + '[[vary]]\n"scenario.roll" = [1]\ndimension = "mass"\n', ["'mass'", "two"]),
+        (SMALL + '[[vary]]\n"vehicle.uav.mass" = [1]\ndimension = "m"\n', ["in two tables"]),
+        (SMALL + '[[vary]]\n"scenario.roll" = [1]\ndimension = "run"\n', ["'run'"]),
+        (SMALL.replace("[1.0, 2.0]", "[]"), ["vehicle.uav.mass is []"]),
+        (SMALL.replace("[1.0, 2.0]", "[-1.0, 2.0]"), ["uav.mass is -1.0"]),
+        (SMALL.replace("[1.0, 2.0]", "{ from = 1, too = 2 }"), ["too", "use to"]),
+        (SMALL + 'sampling = "sobel"\ncount = 2\n', ["sampling is 'sobel'", "use sobol"]),
+        ("step = 0\n" + SMALL, ["step is 0"]),
+        ("chunk = 1.5\n" + SMALL, ["chunk is 1.5"]),
+        ("[controller]\n" + SMALL, ["target is missing"]),
+        ('vehicle = "papre"\n' + SMALL, ["use paper"]),
+        (SMALL + "[", ["not valid TOML"]),
+    ],
+)
+def test_a_design_that_cannot_be_used(tmp_path: Path, text: str, parts: list[str]) -> None:
+    assert_refused(run(tmp_path, text), *parts)
+    assert [path.name for path in tmp_path.iterdir()] == ["design.toml"]
+
+
+@pytest.mark.parametrize(
+    ("options", "parts"),
+    [
+        (["--metrics", "nrmse_x"], ["'nrmse_x'", "nrmse_t"]),
+        (["--metrics", "rms_px"], ["'rms_px'"]),
+        (["--device", "cuda:7"], ["device is 'cuda:7'"]),
+        (["--shard", "3/2"], ["shard is (3, 2)"]),
+        (["--shard", "a"], ["shard is 'a'"]),
+    ],
+)
+def test_options_that_cannot_be_used(tmp_path: Path, options: list[str], parts: list[str]) -> None:
+    assert_refused(run(tmp_path, SMALL, *options), *parts)
+    assert [path.name for path in tmp_path.iterdir()] == ["design.toml"]
+
+
+def test_a_scheduler_that_does_not_answer(tmp_path: Path) -> None:
+    pytest.importorskip("distributed", reason="the extra 'cluster' installs Dask")
+    result = run(tmp_path, SMALL, "--scheduler", "tcp://127.0.0.1:9")
+    assert_refused(result, "tcp://127.0.0.1:9", "does not answer")
+    assert [path.name for path in tmp_path.iterdir()] == ["design.toml"]
+
+
+def test_a_grid_larger_than_the_disk_is_refused_with_its_size(tmp_path: Path) -> None:
+    axis = '[[vary]]\n"{}" = {{ from = 0.1, to = 0.2, count = 100000 }}\n'
+    fields = ("scenario.roll", "scenario.pitch", "scenario.yaw")
+    text = SMALL + "".join(axis.format(field) for field in fields)
+    # 2e15 runs of 2 models with 11 numbers of 8 bytes.
+    assert_refused(run(tmp_path, text), "2,000,000,000,000,000 runs", "PB", "free")
+    assert [path.name for path in tmp_path.iterdir()] == ["design.toml"]
+
+
+def test_a_store_of_another_design_version_or_device_is_left_alone(tmp_path: Path) -> None:
+    assert run(tmp_path, SMALL).exit_code == 0
+    store = tmp_path / "store.zarr"
+
+    def refused(text: str, *parts: str) -> None:
+        before = {path: path.read_bytes() for path in store.rglob("*") if path.is_file()}
+        assert_refused(run(tmp_path, text), *parts)
+        assert {path: path.read_bytes() for path in store.rglob("*") if path.is_file()} == before
+
+    refused(SMALL.replace("0.02", "0.03"), "another design (sweep)")
+    refused("seed = 1\n" + SMALL, "another design")
+    metadata = store / "zarr.json"
+    content = json.loads(metadata.read_text())
+    content["attributes"]["versions"]["numpy"] = "1.0"
+    metadata.write_text(json.dumps(content))
+    refused(SMALL, "numpy 1.0", "install that version")
+    content["attributes"]["versions"] = json.loads(ca.open_sweep(store).attrs["versions"])
+    content["attributes"]["versions"]["numpy"] = __import__("numpy").__version__
+    content["attributes"]["device"] = "cuda"
+    metadata.write_text(json.dumps(content))
+    refused(SMALL, "device cuda", "device is cpu")
+
+
+def test_a_folder_that_holds_other_things_is_left_alone(tmp_path: Path) -> None:
+    for name, content in (("notes", "notes.txt"), ("group", "zarr.json")):
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / content).write_text('{"zarr_format": 3, "node_type": "group"}')
+        assert_refused(run(tmp_path, SMALL, out=name), str(folder))
+        assert [path.name for path in folder.iterdir()] == [content]
+    assert_refused(run(tmp_path, SMALL, out="notes/notes.txt"), "is a file")
+
+
+def test_an_unwritten_store_cannot_be_opened(tmp_path: Path) -> None:
+    with pytest.raises(ca.InputError, match="no store of a sweep"):
+        ca.open_sweep(tmp_path / "none.zarr")
+
+
+def test_the_beginning_of_another_sweep_is_not_taken_over(tmp_path: Path) -> None:
+    assert run(tmp_path, SMALL).exit_code == 0
+    store = tmp_path / "store.zarr"
+    # As a process leaves it that is killed before its last step.
+    (store / "zarr.json").unlink()
+    shutil.rmtree(store / "results" / "c")
+    shutil.rmtree(store / "done" / "c")
+    assert_refused(run(tmp_path, SMALL.replace("[1.0, 2.0]", "[1.0]")), "another sweep")
+    assert run(tmp_path, SMALL).exit_code == 0
+    assert ca.open_sweep(store).attrs["done"] == 2
+
+
+def test_a_shard_does_its_part_and_the_command_says_what_is_left(tmp_path: Path) -> None:
+    text = "chunk = 1\n" + SMALL.replace("[1.0, 2.0]", "[1.0, 1.5, 2.0]")
+    first = run(tmp_path, text, "--shard", "1/2", "--metrics", "angle_rad")
+    assert first.exit_code == 0 and "2 of 3 runs are done" in first.stdout
+    found = ca.open_sweep(tmp_path / "store.zarr")
+    assert found["angle_rad"].isnull().all("model").values.tolist() == [False, True, False]
+    assert "nrmse_t" not in found
+    rest = run(tmp_path, text, "--shard", "2/2", "--metrics", "angle_rad")
+    assert "3 of 3 runs are done" in rest.stdout
+    assert isinstance(found, xr.Dataset)

@@ -1,0 +1,176 @@
+"""A design says which runs there are, and each run is the flight that its row describes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import continuair as ca
+from continuair.sweeps import load_design
+from continuair.sweeps.units import REFUSED, compute, quantities
+
+pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
+
+
+def results(design: xr.Dataset) -> xr.Dataset:
+    """The results of a small design, over its runs, without a store."""
+    loaded = load_design(design)
+    block = compute(loaded, np.arange(loaded.runs), "cpu", None)
+    columns = {name: (("run", "model"), block[..., i]) for i, name in enumerate(quantities(loaded))}
+    return xr.Dataset(columns, {"model": list(loaded.models)})
+
+
+def rmse(vehicle: ca.Vehicle, scenario: ca.Scenario, sample: float = 2e-3) -> float:
+    step = float(ca.run_pairs(vehicle, scenario, sample=sample)["step"][0])
+    flights = [
+        ca.simulate(vehicle, scenario, model=model, step=step, sample=sample)
+        for model in ("coupled", "decoupled")
+    ]
+    return float(ca.compare(*flights)["rmse_t_m"])
+
+
+def test_shared_dimensions_vary_together_and_others_multiply(tmp_path: Path) -> None:
+    radii, lengths, masses = [0.003, 0.004, 0.005], [0.8, 0.9, 1.0], [1.0, 2.0]
+    design = xr.Dataset(
+        {
+            "vehicle.arm.radius": ("arm", radii),
+            "vehicle.arm.length": ("arm", lengths),
+            "vehicle.uav.mass": ("mass", masses),
+            "scenario.roll": 0.3,
+        },
+        attrs={"scenario": {"test": "A", "duration": 0.2}, "chunk": 2},
+    )
+    found = ca.sweep(design, tmp_path / "store.zarr")
+    assert dict(found.sizes) == {"arm": 3, "mass": 2, "model": 2}
+    scenario = ca.open_loop_test("A").replace(duration=0.2, q=[0, 0, 5, 0.3, 0, 0, 0.1, 0])
+    for i, j in ((0, 1), (2, 0)):
+        fields = {"arm.radius": radii[i], "arm.length": lengths[i], "uav.mass": masses[j]}
+        alone = rmse(ca.load_vehicle("paper").replace(fields), scenario)
+        one = found.isel(arm=i, mass=j).sel(model="decoupled")
+        assert float(one["rmse_t_m"]) == pytest.approx(alone, rel=1e-8)
+        assert float(one["vehicle.arm.length"]) == lengths[i]
+
+
+def test_excitations_that_differ_from_run_to_run_are_flown() -> None:
+    amplitudes, frequencies = [5.0, 10.0], [1.0, 4.0]
+    table = {"excitation": "sine", "on": "tip_force_y", "phase": 0.4, "duration": 0.3, "lift": 1.0}
+    design = xr.Dataset(
+        {
+            "scenario.amplitude": ("a", amplitudes),
+            "scenario.frequency": ("f", frequencies),
+            "scenario.gravity": ("g", [9.81, 3.0]),
+        },
+        attrs={"scenario": table},
+    )
+    found = results(design)["rmse_t_m"].sel(model="decoupled").values.reshape(2, 2, 2)
+    vehicle = ca.load_vehicle("paper")
+    for (i, amplitude), (j, f) in (
+        (x, y) for x in enumerate(amplitudes) for y in enumerate(frequencies)
+    ):
+        for k, gravity in enumerate((9.81, 3.0)):
+
+            def wrench(t: float, amplitude: float = amplitude, f: float = f) -> list[float]:
+                return [0, amplitude * np.sin(2 * np.pi * f * t + 0.4), 0, 0, 0, 0]
+
+            scenario = ca.Scenario(
+                "sine", (0, 0, 5, 0, 0, 0, 0.1, 0), force=(0, 0, gravity * vehicle.mass),
+                tip_wrench=wrench, duration=0.3, gravity=gravity,
+            )  # fmt: skip
+            assert found[i, j, k] == pytest.approx(rmse(vehicle, scenario), rel=1e-8)
+
+
+def test_tests_of_the_paper_are_a_dimension() -> None:
+    design = xr.Dataset({"scenario.test": ("test", list("ABCD"))})
+    found = results(design)["rmse_t_m"].sel(model="decoupled").values
+    vehicle = ca.load_vehicle("paper")
+    expected = [rmse(vehicle, ca.open_loop_test(letter)) for letter in "ABCD"]
+    np.testing.assert_allclose(found, expected, rtol=1e-8)
+
+
+def test_controllers_and_targets_vary() -> None:
+    design = xr.Dataset(
+        {
+            "controller.bandwidth": ("w", [2.0, 6.0]),
+            "target.letter": ("letter", ["M", "L"]),
+            "vehicle.arm.damping_ratio": 0.05,
+        },
+        attrs={
+            "scenario": {"duration": 6.0},
+            "controller": {"posture_damping": 0.0},
+            "target": {"duration": 50.0},
+            "sample": 0.01,
+            "settle": 5.0,
+        },
+    )
+    found = results(design)
+    assert not found["status"].any()
+    error = found["rms_px"].sel(model="coupled").values.reshape(2, 2)
+    assert (error[0] > 2.0 * error[1]).all(), "three times the bandwidth should track better"
+    assert error[0, 0] != error[0, 1], "letters should differ"
+    assert (found["ds_max_px"].sel(model="coupled") == 0.0).all()
+
+
+def test_a_run_that_cannot_be_built_is_a_row_with_a_status() -> None:
+    # A disk at 0.9 m is beyond the end of the shorter arm alone.
+    vary = {
+        "vehicle.arm.length": ("length", [1.0, 0.7]),
+        "vehicle.arm.disks.0.position": ("disk", [0.5, 0.9]),
+    }
+    disk = Path(__file__).parent / "disk.toml"
+    design = xr.Dataset(vary, attrs={"vehicle": str(disk), "scenario": {"duration": 0.1}})
+    found = results(design)
+    assert found["status"].sel(model="decoupled").values.tolist() == [0, 0, 0, REFUSED]
+    assert np.isfinite(found["rmse_t_m"].values).all(axis=1).tolist() == [True, True, True, False]
+    with pytest.raises(ca.InputError, match="vehicle.arm.disks.0.position is 1.1, beyond"):
+        load_design(design.assign({"vehicle.arm.disks.0.position": ("disk", [0.5, 1.1])}))
+
+
+TOML = """
+seed = 4
+models = ["decoupled", "independent"]
+[scenario]
+test = "A"
+[[vary]]
+sampling = "{sampling}"
+count = 32
+vehicle.arm.radius = {{ from = 0.003, to = 0.006, spacing = "log" }}
+"scenario.kappa" = {{ from = -0.4, to = 0.4 }}
+[[vary]]
+"vehicle.uav.mass" = {{ from = 1.0, to = 3.0, count = 3 }}
+"""
+
+
+@pytest.mark.parametrize("sampling", ["sobol", "latin-hypercube"])
+def test_samples_fill_their_ranges_and_follow_the_seed(tmp_path: Path, sampling: str) -> None:
+    path = tmp_path / "design.toml"
+
+    def written(text: str) -> ca.sweeps.Design:
+        path.write_text(text)
+        return load_design(path)
+
+    design = written(TOML.format(sampling=sampling))
+    assert design.sizes == {"radius": 32, "mass": 3}
+    kappa = design.variables["scenario.kappa"].values
+    radius = design.variables["vehicle.arm.radius"].values
+    shares = np.array([(kappa + 0.4) / 0.8, np.log(radius / 0.003) / np.log(2.0)])
+    # Both samplings put one point into each of the 32 strata of each range.
+    assert (np.sort(np.floor(32 * shares), axis=1) == np.arange(32)).all()
+    again = written(TOML.format(sampling=sampling))
+    assert again.digest == design.digest
+    other = written(TOML.format(sampling=sampling).replace("seed = 4", "seed = 5"))
+    assert not np.array_equal(other.variables["scenario.kappa"].values, kappa)
+    assert other.digest != design.digest
+
+
+def test_a_dataset_and_a_file_describe_the_same_sweep(tmp_path: Path) -> None:
+    path = tmp_path / "design.toml"
+    path.write_text(
+        'name = "both"\n[scenario]\ntest = "B"\n[set]\n"scenario.roll" = 0.2\n'
+        '[[vary]]\n"vehicle.uav.mass" = [1.0, 2]\n'
+    )
+    variables = {"vehicle.uav.mass": ("mass", [1.0, 2.0]), "scenario.roll": 0.2}
+    dataset = xr.Dataset(variables, attrs={"name": "both", "scenario": {"test": "B"}})
+    assert load_design(path).digest == load_design(dataset).digest
