@@ -1,8 +1,9 @@
 """What a sweep costs beside its kernels, and whether its time is linear in the number of runs.
 
 Prints, for each number of coupled/decoupled pairs of 1 s at 1 ms, the time of the whole sweep into
-a store, of the roll-out kernels alone, their ratio, the time per run and the memory taken.
-Medians of interleaved repetitions, as machines are shared: python benchmarks/sweep_throughput.py
+a store, of the roll-out kernels alone, their ratio, the ratio of the processor's time that both
+took (which other work on the machine disturbs less), the time per run and the memory taken. Medians
+of interleaved repetitions: python benchmarks/sweep_throughput.py [RUNS ...] [--repeat N]
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import argparse
 import resource
 import tempfile
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 
 import numpy as np
 import xarray as xr
@@ -32,33 +33,38 @@ def design(runs: int) -> xr.Dataset:
     return xr.Dataset(variables, attrs={"scenario": {"test": "A"}, "step": STEP})
 
 
-def kernel_seconds(runs: int) -> float:
-    """Time in which the roll-outs alone fly `runs` pairs, all threads busy."""
+def now() -> np.ndarray:
+    """Time on the clock, and of the processor [s]."""
+    return np.array([perf_counter(), process_time()])
+
+
+def kernel_seconds(runs: int) -> np.ndarray:
+    """Times in which the roll-outs alone fly `runs` pairs, all threads busy."""
     block = min(runs, BLOCK)
     varied = design(block)
     fields = {str(name).removeprefix("vehicle."): varied[name].to_numpy() for name in varied}
     vehicle, scenario = ca.load_vehicle("paper").replace(fields), ca.open_loop_test("A")
     start = np.broadcast_to(state_from_paper(scenario.q[None], scenario.qd[None]), (block, 17))
     grid = make_grid(scenario.duration, STEP, scenario.duration)
-    seconds = 0.0
+    seconds = np.zeros(2)
     for model in ("coupled", "decoupled"):
         engine = Engine(vehicle, model)
         inputs = [sample_inputs(scenario, t, engine.layout) for t in (stage_times(grid), [0.0])]
-        begin = perf_counter()
+        begin = now()
         for _ in range(runs // block):
             engine.roll_out(
                 start, np.zeros(block), grid, *inputs, 9.81, groups_in_use(scenario), False
             )
-        seconds += perf_counter() - begin
+        seconds += now() - begin
     return seconds
 
 
-def sweep_seconds(runs: int) -> float:
+def sweep_seconds(runs: int) -> np.ndarray:
     varied = design(runs)
     with tempfile.TemporaryDirectory() as folder:
-        begin = perf_counter()
+        begin = now()
         results = ca.sweep(varied, Path(folder) / "store.zarr")
-        seconds = perf_counter() - begin
+        seconds = now() - begin
     assert results.attrs["done"] == runs and not results["status"].any()
     return seconds
 
@@ -71,13 +77,15 @@ def main() -> None:
     sweep_seconds(BLOCK)  # compiles, and loads
     kernel_seconds(BLOCK)
     begin = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    print(f"{'runs':>8}{'sweep [s]':>11}{'kernels [s]':>13}{'ratio':>7}{'us/run':>8}{'MiB':>7}")
+    columns = ("runs", "sweep [s]", "kernels [s]", "ratio", "CPU ratio", "us/run", "MiB")
+    print("".join(f"{column:>12}" for column in columns))
     for runs in arguments.runs:
-        pairs = [(sweep_seconds(runs), kernel_seconds(runs)) for _ in range(arguments.repeat)]
-        whole, raw = np.median(pairs, axis=0)
-        ratio = np.median([a / b for a, b in pairs])
+        times = [(sweep_seconds(runs), kernel_seconds(runs)) for _ in range(arguments.repeat)]
+        (whole, _), (raw, _) = np.median(times, axis=0)
+        ratio, cpu = np.median([whole / raw for whole, raw in times], axis=0)
         peak = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - begin) / 1024
-        print(f"{runs:8}{whole:11.2f}{raw:13.2f}{ratio:7.2f}{1e6 * whole / runs:8.0f}{peak:7.0f}")
+        numbers = f"{whole:12.2f}{raw:12.2f}{ratio:12.2f}{cpu:12.2f}{1e6 * whole / runs:12.0f}"
+        print(f"{runs:12}{numbers}{peak:12.0f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -174,3 +174,13 @@ def test_a_dataset_and_a_file_describe_the_same_sweep(tmp_path: Path) -> None:
     variables = {"vehicle.uav.mass": ("mass", [1.0, 2.0]), "scenario.roll": 0.2}
     dataset = xr.Dataset(variables, attrs={"name": "both", "scenario": {"test": "B"}})
     assert load_design(path).digest == load_design(dataset).digest
+
+
+def test_the_example_flies(tmp_path: Path) -> None:
+    example = Path(__file__).parents[2] / "examples" / "sweep.toml"
+    found = ca.sweep(example, tmp_path / "store.zarr")
+    assert dict(found.sizes) == {"mass": 5, "sample": 64, "model": 3}
+    assert not found["status"].any()
+    # The arm's reaction moves a heavy UAV less than a light one.
+    error = found["angle_rad"].sel(model="decoupled").median("sample")
+    assert error.isel(mass=-1, drop=True) < error.isel(mass=0, drop=True)

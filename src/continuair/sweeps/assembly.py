@@ -31,8 +31,8 @@ _SHARED = {
 _AT_REST = dict(zip(STATE, (0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.1, 0.0), strict=True))
 # Where the camera starts from the desired view, as in the closed-loop study of Amiri et al.
 _OFF = {"x": 0.1, "y": 0.0, "z": 0.1}
-# Inputs that differ from run to run over time fill a table over all steps.
-_RUNS_WITH_OWN_TIMES = 128
+# Seconds of inputs that differ from run to run over time: they fill a table over all steps.
+_SECONDS_OF_INPUTS = 128.0
 
 
 def batches(design: Design, runs: Array) -> Iterator[tuple[Array, Vehicle, Scenario]]:
@@ -73,7 +73,9 @@ def _parts(design: Design, group: Array, rows: dict[str, Array]) -> list[Array]:
     switched = {"scenario.test", "scenario.excitation"} & set(rows)
     if not any(name in rows for name in timed) or (steady and not switched):
         return [group]
-    return np.array_split(group, -(-len(group) // _RUNS_WITH_OWN_TIMES))
+    longest = np.max(rows.get("scenario.duration", table.duration))
+    most = max(1, int(_SECONDS_OF_INPUTS / longest))
+    return np.array_split(group, -(-len(group) // most))
 
 
 def _fields(design: Design, name: str, rows: dict[str, Array]) -> dict[str, Any]:

@@ -26,6 +26,8 @@ Array = np.ndarray
 RESERVED = ("run", "model", "quantity", "axis", "quaternion")
 """Names of dimensions that results have already."""
 
+_PROBES = 4
+
 
 @dataclass(frozen=True)
 class Variable:
@@ -79,6 +81,17 @@ class Design:
             name: np.broadcast_to(variable.at(at), len(runs))
             for name, variable in self.variables.items()
         }
+
+    def probes(self) -> list[int]:
+        """A few runs: some spread evenly, and for every text, such as a law's name, one with it."""
+        spread = np.linspace(0, self.runs - 1, _PROBES).astype(int)
+        shape, found = tuple(self.sizes.values()), set(spread.tolist())
+        for variable in self.variables.values():
+            if variable.values.dtype.kind == "U":
+                for indices in _extremes(variable):
+                    at = dict.fromkeys(self.sizes, 0) | indices
+                    found.add(int(np.ravel_multi_index(tuple(at.values()), shape)) if shape else 0)
+        return sorted(found)
 
     def describe(self) -> dict[str, Any]:
         """The base and the vehicle as JSON can hold them."""

@@ -57,16 +57,14 @@ def sweep(
         done = store.done()
         left = [unit for unit in mine if not done[unit]]
         count = _Count(len(mine) - len(left), len(mine), report)
-        if not left:
-            pass
-        elif client is None:
-            # It compiles, which several threads must not do at once.
-            check(found, device)
-            _compute_here(store, left, device, threads, count)
-        else:
+        if client is not None:
             from continuair.sweeps.cluster import compute_on
 
             compute_on(client, store, left, count)
+        elif left:
+            # It compiles, which several threads must not do at once.
+            check(found, device)
+            _compute_here(store, left, device, threads, count)
         if store.done().all():
             store.clean()
     return open_sweep(path)
@@ -112,7 +110,8 @@ def _compute_here(
 ) -> None:
     """Compute units side by side, so that one is prepared or written while another flies."""
     threads = threads or os.cpu_count() or 1
-    side_by_side = min(threads, len(units)) or 1
+    # A GPU flies one unit at a time.
+    side_by_side = min(threads, len(units)) if device == "cpu" else 1
 
     def work(unit: int) -> None:
         runs = store.runs(unit)

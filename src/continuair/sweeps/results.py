@@ -50,8 +50,7 @@ def labelled(design: Design, results: np.ndarray, attributes: dict[str, Any]) ->
     data: dict[str, Any] = {}
     for index, name in enumerate(attributes["quantities"]):
         units, meaning = _UNITS[name]
-        values = np.ascontiguousarray(grid[..., index])
-        data[name] = ([*dims, "model"], values, {"units": units, "long_name": meaning})
+        data[name] = ([*dims, "model"], grid[..., index], {"units": units, "long_name": meaning})
     coordinates: dict[str, Any] = {
         name: (list(variable.dims), variable.values) for name, variable in design.variables.items()
     }

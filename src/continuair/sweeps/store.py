@@ -65,10 +65,16 @@ class Store:
         return flags
 
     def write(self, unit: int, block: Array) -> None:
-        """Keep the results of a unit; its flag comes last."""
+        """Keep the results of a unit, its flag last; raises InputError if the disk is full."""
         runs = self.runs(unit)
-        self.results[runs[0] : runs[-1] + 1] = block
-        self.done_flags[unit] = 1
+        try:
+            self.results[runs[0] : runs[-1] + 1] = block
+            self.done_flags[unit] = 1
+        except OSError as error:
+            raise InputError(
+                f"out is {self.path}, which can no longer be written to ({error.strerror}); make "
+                "room there, and repeat the command to go on."
+            ) from None
 
     def clean(self) -> None:
         """Remove what killed processes have left; call it when no other can be writing."""

@@ -25,8 +25,6 @@ STATUSES = {REFUSED: "parameters refused", **STATUS}
 
 _ENDS = ("tip_x_m", "tip_y_m", "tip_z_m", "status", "end_time", "step")
 
-_PROBES = 8
-
 # Simulated seconds of each model in a unit: about a second of work of one core, or of a GPU.
 _SECONDS_PER_UNIT = {"cpu": 500.0, "cuda": 20000.0}
 
@@ -64,24 +62,16 @@ def check(design: Design, device: str) -> None:
 
     One run that flies is enough, as others may be rows with a status.
     """
-    refusal: InputError | None = None
-    flown = False
-    for run in _probes(design):
+    refusals = []
+    probes = design.probes()
+    for run in probes:
         try:
             for _, vehicle, scenario in batches(design, np.array([run])):
                 _fly(design, vehicle, scenario, device, 1, duration=design.base.sample)
-            flown = True
         except InputError as error:
-            refusal = refusal or error
-        if flown and "controller.law" not in design.variables:
-            return
-    if refusal is not None and not flown:
-        raise refusal
-
-
-def _probes(design: Design) -> Array:
-    """A few runs spread evenly."""
-    return np.unique(np.linspace(0, design.runs - 1, _PROBES).astype(int))
+            refusals.append(error)
+    if len(refusals) == len(probes):
+        raise refusals[0]
 
 
 def _computed(design: Design, runs: Array, device: str, threads: int | None) -> Array:
