@@ -76,13 +76,21 @@ def equipped(vehicle: Vehicle, setting: Setting) -> Vehicle:
 
 
 def task(
-    vehicle: Vehicle, letters: Sequence[str], controller: Controller, duration: float
+    vehicle: Vehicle,
+    letters: Sequence[str],
+    controller: Controller,
+    duration: float | Sequence[float],
 ) -> Scenario:
     """A batch that flies each letter once with its own row of the controller's gains, or one.
 
+    duration: of a letter [s], one for all or one each; the target rests at the end of its own.
     Raises InputError.
     """
-    targets = [Target(paths.letter(name, LETTER_HEIGHT, duration)) for name in letters]
+    durations = np.broadcast_to(duration, len(letters)).tolist()
+    targets = [
+        Target(paths.letter(name, LETTER_HEIGHT, each))
+        for name, each in zip(letters, durations, strict=True)
+    ]
     q = np.zeros((len(letters), 8))
     for row, target in zip(q, targets, strict=True):
         centroid = target.path([0.0])[0][0]
@@ -93,5 +101,5 @@ def task(
         q,
         controller=controller,
         target=targets,
-        duration=duration,
+        duration=max(durations),
     )
