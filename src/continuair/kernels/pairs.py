@@ -55,7 +55,9 @@ class Pairs:
             runs = flight.runs[part]
             columns = table if table.shape[1] == 1 else table[:, part]
             drive = [first._upload(columns), 3 * flight.inputs[1], groups, gravity]
-            whence = [first._upload(start[runs]), first._upload(angle[runs])]
+            at = first._upload(start[runs])
+            # Each model freezes what it does not integrate at the start.
+            whence = [at, at, first._upload(angle[runs])]
             self._fly_block(runs, flight.grid, whence, drive)
 
         blocks = _blocks(len(flight.runs), flight.grid, len(self.engines), first)
