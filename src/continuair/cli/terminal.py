@@ -19,7 +19,7 @@ def print_table(columns: list[str], rows: list[list[str]], err: bool = False) ->
     from rich.text import Text
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    words = {"test", "setting", "letter", "model", "name", columns[0]}
+    words = {"task", "verdict", "test", "setting", "letter", "model", "name", columns[0]}
     for column in columns:
         # Words may fold; a number that did would be read as two.
         is_word = column in words

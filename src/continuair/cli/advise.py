@@ -1,0 +1,67 @@
+"""`continuair advise`."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from typing import Annotated
+
+import typer
+
+from continuair.cli.application import app
+from continuair.cli.options import JsonOption, OutOption, check_json, write_json
+from continuair.cli.terminal import print_table, progress_bar
+
+
+@app.command()
+def advise(
+    vehicle: Annotated[str, typer.Argument(help="The path of a .toml file, or a preset's name.")],
+    task: Annotated[
+        list[str] | None,
+        typer.Option(help="hover, fast-flight, contact or track:M (R, A, L); repeatable. All."),
+    ] = None,
+    tolerance: Annotated[
+        float, typer.Option(help="Tip error that is good enough: share of the arm's length, rad.")
+    ] = 0.02,
+    pixels: Annotated[float, typer.Option(help="|DS| that is good enough in tracking.")] = 0.7,
+    gains: Annotated[
+        str, typer.Option(help="Gains for tracking: a preset's name, or the path of a .toml file.")
+    ] = "paper",
+    out: OutOption = None,
+    json: JsonOption = None,
+) -> None:
+    """Fly your vehicle with each model, and tell for which task the simpler one will do.
+
+    With --out, writes a table, JSON and a figure to that folder.
+    """
+    from continuair.controllers.gain_files import load_gains
+    from continuair.studies.folder import ResultFolder
+    from continuair.vehicle import load_vehicle
+
+    check_json(json)
+    loaded, law = load_vehicle(vehicle), load_gains(gains)
+    with progress_bar() as progress:
+        from continuair.studies import advise as study
+        from continuair.studies.advise_output import as_table
+        from continuair.studies.open_loop_output import as_json
+
+        tasks = study.chosen_tasks(task or [])
+        good = study.Tolerance(tolerance, pixels)
+        with nullcontext() if out is None else ResultFolder(out, "advise") as folder:
+            results = study.advise(loaded, tasks, good, law, progress=progress)
+            if folder is not None:
+                from continuair.figures import advise as figures
+                from continuair.figures import style
+
+                folder.write_text("advise.json", as_json(results))
+                folder.write_text("table.md", as_table(results))
+                figure = figures.advice(results)
+                style.save(figure, [folder.file("advise.png"), folder.file("advise.pdf")])
+                folder.finish()
+    rows = [
+        [name, model, entry["text"]]
+        for name, models in results["verdicts"].items()
+        for model, entry in models.items()
+    ]
+    print_table(["task", "model", "verdict"], rows, err=True)
+    typer.echo(results["verdict"] + ".", err=True)
+    write_json(as_json(results), json)

@@ -1,0 +1,202 @@
+"""Standard excitations: the same six flights for every vehicle, scaled by its own size and time.
+
+What acts is given without units, so that one number means the same for every vehicle: frequencies
+over the arm's clamped one, ω_c; loads over what the vehicle weighs, or by the angle they cause.
+Every flight starts at rest with the arm bent by an angle, 45 degrees off the plane of the load, and
+lasts a number of clamped periods. What oscillates does so about a hover in which all inputs hold
+the bent arm and carry the weight, so that nothing moves but for the load, in any model. When the
+arm is released, a constant force carries the weight, and nothing holds the arm; in a fall nothing
+acts at all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from continuair.coordinates import state_from_paper
+from continuair.errors import InputError, nearest
+from continuair.kernels.engine import Engine
+from continuair.kernels.loads import GENERAL
+from continuair.scenarios import Scenario
+from continuair.sweeps.excitations import Wave
+from continuair.vehicle import Vehicle
+
+Array = np.ndarray
+
+PERIODS = 10.0
+"""Duration of a standard flight [clamped periods]."""
+
+SAMPLES_PER_PERIOD = 40
+"""Samples that are compared, per clamped period."""
+
+BEND_DIRECTION = np.pi / 4
+"""Direction of the bend at the start, from the plane of the load [rad]."""
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """One of the standard excitations.
+
+    meaning: what acts; load: what its load ratio is, and the load of a moderate flight; amplitude:
+    of the input, from a vehicle, the load ratio and the frequency ratio; on: input and component.
+    """
+
+    meaning: str
+    load: str
+    moderate: float
+    on: tuple[str, int, int] | None = None
+    amplitude: Callable[[Vehicle, Any, Any, float], Any] | None = None
+
+
+def _weights(vehicle: Vehicle, load: Any, _frequency: Any, gravity: float) -> Any:
+    return load * np.asarray(vehicle.mass) * gravity
+
+
+def _rocking(vehicle: Vehicle, load: Any, frequency: Any, _gravity: float) -> Any:
+    rate = np.asarray(frequency) * vehicle.arm.clamped_frequency
+    return load * _pitch_inertia(vehicle) * rate**2
+
+
+def _bending(vehicle: Vehicle, load: Any, _frequency: Any, _gravity: float) -> Any:
+    # Q acts on the bend, whose potential energy is E I l |k|² / 2.
+    return load * np.asarray(vehicle.arm.bending_stiffness)
+
+
+def _tip_bending(vehicle: Vehicle, load: Any, _frequency: Any, _gravity: float) -> Any:
+    # A lateral tip force F does the work of Q = F l² / 2 on the straight arm's bend.
+    arm = vehicle.arm
+    return load * 2.0 * np.asarray(arm.bending_stiffness) / np.asarray(arm.length) ** 2
+
+
+EXCITATIONS = {
+    "force": Excitation(
+        "a lateral force on the UAV, as from tilting, oscillates",
+        "force over the vehicle's weight",
+        0.2,
+        ("force", 0, 3),
+        _weights,
+    ),
+    "moment": Excitation(
+        "a moment on the UAV oscillates",
+        "angle by which it rocks the vehicle as a rigid body [rad]",
+        0.1,
+        ("moment", 1, 3),
+        _rocking,
+    ),
+    "bend": Excitation(
+        "the arm's actuation oscillates",
+        "angle by which it bends the arm at rest [rad]",
+        0.2,
+        ("bend_moment", 0, 2),
+        _bending,
+    ),
+    "tip": Excitation(
+        "a lateral force at the tip, as in contact, oscillates",
+        "angle by which it bends the arm at rest [rad]",
+        0.2,
+        ("tip_wrench", 0, 6),
+        _tip_bending,
+    ),
+    "release": Excitation("the bent arm is let go in hover", "none", 0.0),
+    "fall": Excitation("the vehicle with its bent arm falls freely", "none", 0.0),
+}
+"""The standard excitations by name."""
+
+
+def standard_scenario(
+    name: str,
+    vehicle: Vehicle,
+    load: Any = None,
+    frequency: Any = 0.5,
+    bend: Any = 0.2,
+    *,
+    periods: float = PERIODS,
+    gravity: float = 9.81,
+) -> Scenario:
+    """Return one standard excitation of a vehicle, plain or batched, as a scenario to simulate.
+
+    name: one of EXCITATIONS; load: its load ratio, the moderate one by default; frequency: over the
+    arm's clamped frequency; bend: the angle of the arm's end at the start, κ₀ l [rad]. All three
+    are numbers, or arrays over the vehicle's runs. The duration is that many clamped periods, the
+    longest of a batch's: give `duration` to `simulate` or `run_pairs` where they differ. Raises
+    InputError.
+    """
+    if name not in EXCITATIONS:
+        raise InputError(f"excitation is {name!r}; {nearest(str(name), EXCITATIONS)}.")
+    excitation, arm = EXCITATIONS[name], vehicle.arm
+    load = excitation.moderate if load is None else load
+    clamped = np.asarray(arm.clamped_frequency)
+    duration = float(periods * 2.0 * np.pi / np.min(clamped))
+    q = np.zeros((*np.broadcast_shapes(np.shape(bend), np.shape(arm.length)), 8))
+    q[..., 6] = np.asarray(bend) / arm.length
+    q[..., 7] = BEND_DIRECTION
+    inputs: dict[str, Any] = {}
+    if excitation.on is not None and excitation.amplitude is not None:
+        channel, component, width = excitation.on
+        amplitude = np.asarray(excitation.amplitude(vehicle, load, frequency, gravity))
+        hertz = np.asarray(frequency) * clamped / (2.0 * np.pi)
+        wave = Wave(width, component, amplitude, hertz, hertz, 0.0, duration)
+        inputs = held_hover(vehicle, q, gravity)
+        inputs[channel] = _sum(wave, inputs.get(channel))
+    elif name == "release":
+        inputs["force"] = np.multiply.outer(np.asarray(vehicle.mass) * gravity, [0.0, 0.0, 1.0])
+    return Scenario(name, q, duration=duration, gravity=gravity, **inputs)
+
+
+def standard_scenarios(vehicle: Vehicle, **options: Any) -> dict[str, Scenario]:
+    """Return every standard excitation of a vehicle; options are those of `standard_scenario`."""
+    return {name: standard_scenario(name, vehicle, **options) for name in EXCITATIONS}
+
+
+def sample_time(vehicle: Vehicle) -> float:
+    """Return the time between the samples of a standard flight [s], the shortest of a batch's."""
+    return float(2.0 * np.pi / np.max(vehicle.arm.clamped_frequency) / SAMPLES_PER_PERIOD)
+
+
+def held_hover(vehicle: Vehicle, q: Array, gravity: float = 9.81) -> dict[str, Any]:
+    """Return force, moment and bend_moment that keep vehicles at rest, level, at a bend.
+
+    vehicle: plain or batched; q: (8,) or (runs, 8) paper coordinates. As `trim`, for a batch.
+    """
+    engine = Engine(vehicle, "decoupled")
+    layout, rows = engine.layout, np.atleast_2d(q)
+    rows = np.broadcast_to(rows, (max(len(rows), vehicle.runs or 1), layout.coordinates))
+    state = state_from_paper(rows, np.zeros(rows.shape))
+    count = layout.coordinates  # of accelerations, and of the inputs that act on them
+
+    def pushed(inputs: Array) -> Array:
+        angle = rows[:, -1]
+        rate = engine.derivative(state, angle, inputs[None, None], gravity, GENERAL)
+        found: Array = rate[:, layout.velocity.start :]
+        return found
+
+    still = pushed(np.zeros(layout.inputs))
+    answers = [pushed(unit) - still for unit in np.eye(layout.inputs)[:count]]
+    held = np.linalg.solve(np.stack(answers, axis=-1), -still[..., None])[..., 0]
+    held = held[0] if np.ndim(q) == 1 and vehicle.runs is None else held
+    return {
+        "force": held[..., layout.force],
+        "moment": held[..., layout.moment],
+        "bend_moment": held[..., layout.bend_moment],
+    }
+
+
+def _sum(wave: Wave, held: Any) -> Any:
+    return wave if held is None else lambda t: wave(t) + held
+
+
+def _pitch_inertia(vehicle: Vehicle) -> Array:
+    """Inertia of the vehicle with its arm straight about B's origin, body y axis [kg m²]."""
+    arm = vehicle.arm
+    x, _, z = np.transpose(vehicle.uav.mount)
+    own = np.asarray(vehicle.uav.inertia)[..., 1, 1]
+    backbone = arm.backbone_mass * (x**2 + z**2 - z * arm.length + np.asarray(arm.length) ** 2 / 3)
+    backbone = backbone + arm.transverse_inertia_per_length * arm.length
+    total: Array = own + backbone
+    for disk in arm.disks:
+        total = total + disk.transverse_inertia + disk.mass * (x**2 + (z - disk.position) ** 2)
+    return total
