@@ -1,0 +1,59 @@
+"""The standard excitations mean the same for every vehicle."""
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from continuair.errors import InputError
+from continuair.studies.standard_excitations import (
+    sample_time,
+    standard_scenario,
+    standard_scenarios,
+)
+
+HEAVY = {"arm.disks": [{"position": 0.6, "mass": 0.1}], "uav.mount": [0.02, -0.01, -0.05]}
+
+
+@pytest.mark.parametrize("model", ca.MODELS)
+def test_without_a_load_the_bent_arm_is_held_still(model: str) -> None:
+    vehicle = ca.load_vehicle("slender").replace(HEAVY)
+    scenario = standard_scenario("force", vehicle, load=0.0, bend=0.7, periods=2.0)
+    flight = ca.simulate(vehicle, scenario, model=model)
+    tip = flight["tip_position"].to_numpy()
+    assert np.abs(tip - tip[0]).max() < 1e-9
+
+
+def test_a_held_hover_is_the_trim_of_each_vehicle_of_a_batch() -> None:
+    vehicle = ca.load_vehicle("paper").replace(HEAVY).replace({"uav.mass": [1.0, 3.0]})
+    scenario = standard_scenario("bend", vehicle, bend=0.4)
+    q = np.broadcast_to(scenario.q, (2, 8))
+    for run in range(2):
+        kappa = q[run, 6] * np.array([1.0, 1.0]) / np.sqrt(2.0)
+        trim = ca.trim(vehicle.select(run), bend=kappa)
+        assert scenario.force[run] == pytest.approx(trim.force, abs=1e-9)
+        assert scenario.moment[run] == pytest.approx(trim.moment, abs=1e-9)
+        assert scenario.bend_moment(0.0)[run] == pytest.approx(trim.bend_moment, abs=1e-9)
+
+
+def test_the_load_ratio_of_bend_and_tip_is_the_angle_it_holds() -> None:
+    """A slow load bends the arm by its load ratio, to first order and without gravity."""
+    vehicle = ca.load_vehicle("paper").replace({"uav.mass": 1e6, "uav.inertia": [1e6, 1e6, 1e6]})
+    vehicle = vehicle.replace({"arm.damping_ratio": 0.5})
+    for name in ("bend", "tip"):
+        scenario = standard_scenario(name, vehicle, 0.01, 0.01, 0.0, periods=25.0, gravity=0.0)
+        bend = ca.simulate(vehicle, scenario, step=1e-3)["bend"].to_numpy()[-1, 0]
+        assert bend * vehicle.arm.length == pytest.approx(0.01, rel=2e-3)
+
+
+def test_every_excitation_flies_with_every_model() -> None:
+    vehicle = ca.load_vehicle("paper")
+    for name, scenario in standard_scenarios(vehicle).items():
+        models = ["decoupled", "independent"]
+        found = ca.run_pairs(vehicle, scenario, models, sample=sample_time(vehicle))
+        assert (found["status"] == 0).all(), name
+        assert (found["rmse_t_m"].isel(model=slice(1, None)) > 0.0).all(), name
+
+
+def test_an_unknown_excitation_is_told_with_the_nearest_name() -> None:
+    with pytest.raises(InputError, match="moment"):
+        standard_scenario("momnt", ca.load_vehicle("paper"))
