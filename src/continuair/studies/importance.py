@@ -1,0 +1,84 @@
+"""Which inputs govern an output: variance-based indices from samples of a box.
+
+A function of independent inputs has variance, and parts of it belong to inputs alone or together
+(I. M. Sobol, 2001). On a polynomial chaos, an expansion in products of Legendre polynomials that
+are orthonormal over the box, the parts are sums of squared coefficients (B. Sudret, 2008).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+
+import numpy as np
+
+Array = np.ndarray
+
+_ORDER = 4
+"""Total degree of the expansion; a smaller sample gets a smaller one."""
+_SAMPLES_PER_TERM = 3
+_FOLDS = 5
+
+
+@dataclass(frozen=True)
+class Importance:
+    """first, total (inputs,): share of the expansion's variance that an input makes alone, and
+    also together with others; explained: share of the samples' variance that the expansion
+    predicts for samples that it has not seen."""
+
+    first: Array
+    total: Array
+    explained: float
+
+
+def importance(inputs: Array, output: Array) -> Importance:
+    """Return the indices of an output (samples,) over inputs (samples, n), scaled to [0, 1]."""
+    order = _order(len(output), inputs.shape[1])
+    degrees = _degrees(inputs.shape[1], order)
+    terms = _terms(inputs, degrees)
+    centred = output - output.mean()
+    coefficients = np.linalg.lstsq(terms, centred, rcond=None)[0]
+    share = coefficients**2 * (degrees.sum(1) > 0)
+    variance = share.sum() or 1.0
+    used = degrees > 0
+    alone = used & (used.sum(1) == 1)[:, None]
+    return Importance(share @ alone / variance, share @ used / variance, _predicted(terms, centred))
+
+
+def _order(samples: int, inputs: int) -> int:
+    for order in range(_ORDER, 1, -1):
+        if _SAMPLES_PER_TERM * len(_degrees(inputs, order)) <= samples:
+            return order
+    return 1
+
+
+def _degrees(inputs: int, order: int) -> Array:
+    """Degrees (terms, inputs) of all products up to a total degree."""
+    rows = []
+    for total in range(order + 1):
+        for chosen in combinations_with_replacement(range(inputs), total):
+            rows.append(np.bincount(np.array(chosen, int), minlength=inputs))
+    return np.array(rows)
+
+
+def _terms(inputs: Array, degrees: Array) -> Array:
+    """Products (samples, terms) of Legendre polynomials, orthonormal over the box."""
+    top = int(degrees.max())
+    single = np.polynomial.legendre.legvander(2.0 * inputs - 1.0, top)
+    single = single * np.sqrt(2.0 * np.arange(top + 1) + 1.0)
+    found = np.ones((len(inputs), len(degrees)))
+    for column in range(inputs.shape[1]):
+        found *= single[:, column, degrees[:, column]]
+    return found
+
+
+def _predicted(terms: Array, output: Array) -> float:
+    """Share of the variance that is predicted across folds of the samples."""
+    left = np.empty(len(output))
+    fold = np.arange(len(output)) % _FOLDS
+    for k in range(_FOLDS):
+        seen = fold != k
+        fitted = np.linalg.lstsq(terms[seen], output[seen], rcond=None)[0]
+        left[~seen] = output[~seen] - terms[~seen] @ fitted
+    variance = float(np.mean(output**2))
+    return 1.0 - float(np.mean(left**2)) / variance if variance else 1.0
