@@ -1,0 +1,134 @@
+"""Claims: figures that an independent source must confirm, recorded for `make verify`.
+
+`pytest tests/oracles --verify verify.json` runs every comparison and writes the list of claims.
+Without it the comparisons with other engines run only when their file is named.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Generator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+Claim = Callable[..., None]
+Entry = dict[str, Any]
+
+_CLAIMS = pytest.StashKey[list[Entry]]()
+_OURS = ("test_bend_vector.py", "test_claims.py")
+"""Files that need no other engine, and run with all other tests."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--verify", metavar="JSON", help="run all oracles and write their claims")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.stash[_CLAIMS] = []
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    foreign = collection_path.name.startswith("test_") and collection_path.name not in _OURS
+    return True if foreign and not config.getoption("verify", None) else None
+
+
+@pytest.fixture
+def claim(request: pytest.FixtureRequest) -> Claim:
+    """Record that a figure is what an independent source says, within a tolerance.
+
+    claim(text, source, tolerance, reached, expected=0.0, unit="", note="", table=None, miss=None):
+    |reached - expected| <= tolerance must hold, else the test fails once it has made all its
+    claims. tolerance None: a measured distance, without a verdict. note: the derivation behind the
+    expected value or the distance. table: (columns, rows) that show how the figure came about.
+    miss: the derivation of a known miss, which stays on the page without failing the test; that
+    it misses no longer fails.
+    """
+
+    def record(
+        text: str,
+        source: str,
+        tolerance: float | None,
+        reached: float,
+        expected: float = 0.0,
+        *,
+        unit: str = "",
+        note: str = "",
+        table: tuple[list[str], list[list[Any]]] | None = None,
+        miss: str | None = None,
+    ) -> None:
+        reached = float(reached)
+        fits = None if tolerance is None else abs(reached - expected) <= tolerance
+        entry: Entry = {"claim": text, "source": source, "tolerance": tolerance}
+        entry |= {"reached": reached if math.isfinite(reached) else str(reached), "pass": fits}
+        entry |= {"expected": expected, "unit": unit, "note": note, "table": table}
+        entry |= {"known_miss": miss, "test": _command(request.node.nodeid)}
+        request.config.stash[_CLAIMS].append(entry)
+
+    return record
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, Any, Any]:
+    result = yield
+    of_test = _command(pyfuncitem.nodeid)
+    entries = [e for e in pyfuncitem.config.stash[_CLAIMS] if e["test"] == of_test]
+    wrong = [_sentence(e) for e in entries if _is_wrong(e)]
+    if wrong:
+        pytest.fail("\n".join(wrong), pytrace=False)
+    return result
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, Any, Any]:
+    report = yield
+    entries = item.config.stash[_CLAIMS]
+    of_test = [e for e in entries if e["test"] == _command(item.nodeid)]
+    if report.failed and not any(_is_wrong(e) for e in of_test):
+        entries.append(_not_run(item.nodeid, str(report.longrepr).splitlines()[-1], False))
+    elif report.skipped:
+        entries.append(_not_run(item.nodeid, str(report.longrepr[2]), None))
+    return report
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector: pytest.Collector) -> Generator[None, Any, Any]:
+    report = yield
+    if report.skipped and isinstance(collector, pytest.Module):
+        reason = str(report.longrepr[2]).removeprefix("Skipped: ")
+        collector.config.stash[_CLAIMS].append(_not_run(collector.nodeid, reason, None))
+    return report
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    path = session.config.getoption("verify", None)
+    if path and not hasattr(session.config, "workerinput"):
+        text = json.dumps(session.config.stash[_CLAIMS], indent=1, ensure_ascii=False)
+        Path(path).write_text(text + "\n", encoding="utf-8")
+
+
+def _command(nodeid: str) -> str:
+    """The test as pytest takes it on its command line, without parameters."""
+    return nodeid.split("[")[0]
+
+
+def _not_run(nodeid: str, reason: str, verdict: bool | None) -> Entry:
+    name = Path(nodeid.split("::")[0]).stem.removeprefix("test_").replace("_", " ")
+    text = f"{name}: {nodeid.split('::')[-1].removeprefix('test_').replace('_', ' ')}"
+    entry: Entry = {"claim": text if "::" in nodeid else name, "source": name, "tolerance": None}
+    entry |= {"reached": None, "pass": verdict, "expected": 0.0, "unit": "", "note": reason}
+    return entry | {"table": None, "known_miss": None, "test": _command(nodeid)}
+
+
+def _is_wrong(entry: Entry) -> bool:
+    return (entry["pass"] is False) != bool(entry["known_miss"])
+
+
+def _sentence(entry: Entry) -> str:
+    if entry["known_miss"]:
+        return f"{entry['claim']}: no longer misses; remove its explanation."
+    reached, expected = entry["reached"], entry["expected"]
+    against = f" instead of {expected:.6g}" if expected else ""
+    return f"{entry['claim']}: {reached:.6g}{against}, tolerance {entry['tolerance']:g}."
