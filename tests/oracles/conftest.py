@@ -59,7 +59,7 @@ def claim(request: pytest.FixtureRequest) -> Claim:
         table: tuple[list[str], list[list[Any]]] | None = None,
         miss: str | None = None,
     ) -> None:
-        reached = float(reached)
+        reached, expected = float(reached), float(expected)
         fits = None if tolerance is None else abs(reached - expected) <= tolerance
         entry: Entry = {"claim": text, "source": source, "tolerance": tolerance}
         entry |= {"reached": reached if math.isfinite(reached) else str(reached), "pass": fits}

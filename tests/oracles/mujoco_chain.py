@@ -7,11 +7,13 @@ E I N / l about two axes and does not twist. Links have mass and inertia of a so
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
+from scipy.linalg import eigvalsh
 
 from continuair.vehicle import Vehicle
 
@@ -27,16 +29,17 @@ def chain(
     gravity: float = 9.81,
     step: float = 1e-3,
 ) -> mujoco.MjModel:
-    """A compiled chain; bending "hinges" (two per joint, with springs) or "balls" (without)."""
+    """A compiled chain on a "free" or "clamped" base.
+
+    bending: "hinges", two with springs per joint; "plane", one about y; "balls" without springs.
+    """
     arm, part = vehicle.arm, vehicle.arm.length / joints
     spring = arm.bending_stiffness / part
-    at_joint = {
-        "hinges": "".join(
-            f'<joint type="hinge" axis="{axis}" stiffness="{spring!r}"/>'
-            for axis in ("1 0 0", "0 1 0")
-        ),
-        "balls": '<joint type="ball"/>',
-    }[bending]
+    about_x, about_y = (
+        f'<joint type="hinge" axis="{axis}" stiffness="{spring!r}"/>' for axis in ("1 0 0", "0 1 0")
+    )
+    joint_kinds = {"hinges": about_x + about_y, "plane": about_y, "balls": '<joint type="ball"/>'}
+    at_joint = joint_kinds[bending]
 
     def link(start: float, length: float, inside: str, joint: str = at_joint) -> str:
         mass = arm.mass_per_length * length
@@ -73,9 +76,62 @@ def inertia(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
     return M
 
 
-def bent_hinges(joints: int, part: float, bend: Any) -> np.ndarray:
-    """Hinge angles (2 joints,) of a bend vector [1/m]: each joint turns by part k × ẑ."""
-    return np.tile([part * bend[1], -part * bend[0]], joints)
+@dataclass(frozen=True)
+class Path:
+    """What a chain does over time: base position (n, 3), tip (n, 3), base turn about y (n,)."""
+
+    times: np.ndarray
+    base: np.ndarray
+    tip: np.ndarray
+    turn: np.ndarray
+
+
+def fly(
+    vehicle: Vehicle,
+    joints: int,
+    duration: float,
+    *,
+    height: float = 0.0,
+    curvature: float = 0.0,
+    loads: Callable[[float], dict[str, Any]] = lambda t: {},
+    gravity: float = 9.81,
+    samples: int = 100,
+) -> Path:
+    """Step MuJoCo's RK4 from rest in the plane y = 0, the arm bent to a curvature in x [1/m].
+
+    loads(t) gives any of "force" (3,) [N, world] and "moment" [N m, about y] on the UAV, "tip"
+    (3,) [N, world] on the tip, and "bend", the moment about -y in every joint [N m]. The step
+    resolves the fastest mode of the chain (ω h = 1.4 at most); loads act at the middle of a step.
+    """
+    model = chain(vehicle, joints, bending="plane", gravity=gravity)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    K = np.diag(np.concatenate([np.zeros(6), model.jnt_stiffness[1:]]))
+    fastest = np.sqrt(eigvalsh(K, inertia(model, data))[-1])
+    per_sample = int(np.ceil(duration / samples * fastest / 1.4))
+    step = model.opt.timestep = duration / samples / per_sample
+    data.qpos[2] = height
+    data.qpos[7:] = -curvature * vehicle.arm.length / joints
+    mujoco.mj_forward(model, data)
+    last, half_link = model.nbody - 1, np.array([0.0, 0.0, -vehicle.arm.length / joints / 4])
+    seen = []
+    for sample in range(samples + 1):
+        mujoco.mj_kinematics(model, data)
+        base, tip, q = data.qpos[:3].copy(), data.site_xpos[0].copy(), data.qpos[3:7]
+        seen.append([*base, *tip, 2.0 * np.arctan2(q[2], q[0])])
+        for i in range(per_sample if sample < samples else 0):
+            acting = loads((sample * per_sample + i + 0.5) * step)
+            data.qfrc_applied[:3] = acting.get("force", 0.0)
+            data.qfrc_applied[4] = acting.get("moment", 0.0)
+            data.qfrc_applied[6:] = -acting.get("bend", 0.0)
+            if "tip" in acting:
+                data.xfrc_applied[last, :3] = acting["tip"]
+                arm = data.xmat[last].reshape(3, 3) @ half_link
+                data.xfrc_applied[last, 3:] = np.cross(arm, acting["tip"])
+            mujoco.mj_step(model, data)
+    rows = np.array(seen)
+    times = np.linspace(0.0, duration, samples + 1)
+    return Path(times, rows[:, :3], rows[:, 3:6], rows[:, 6])
 
 
 @dataclass

@@ -129,8 +129,8 @@ def test_mass_matrix_with_the_nodes_as_shipped(claim: Claim) -> None:
         worst_entry(of_kernels),
         miss="SoRoMoX stops the Newton iteration for its Gauss-Legendre nodes at the rounding of "
         "float32 (its utils/integration.py): the weights of the 40 nodes used here sum to "
-        f"1 - {1 - weights:.1e}, and every mass is short by that share. With NumPy's nodes in their "
-        "place and nothing else changed, the other rows hold.",
+        f"1 - {1 - weights:.1e}, and every mass is short by that share. With NumPy's nodes in "
+        "their place and nothing else changed, the other rows hold.",
     )
 
 
