@@ -94,36 +94,40 @@ def fly(
     height: float = 0.0,
     curvature: float = 0.0,
     loads: Callable[[float], dict[str, Any]] = lambda t: {},
+    base: str = "free",
     gravity: float = 9.81,
     samples: int = 100,
 ) -> Path:
     """Step MuJoCo's RK4 from rest in the plane y = 0, the arm bent to a curvature in x [1/m].
 
-    loads(t) gives any of "force" (3,) [N, world] and "moment" [N m, about y] on the UAV, "tip"
+    loads(t) gives any of "force" (3,) [N, world] and "moment" [N m, about y] on a free UAV, "tip"
     (3,) [N, world] on the tip, and "bend", the moment about -y in every joint [N m]. The step
     resolves the fastest mode of the chain (ω h = 1.4 at most); loads act at the middle of a step.
     """
-    model = chain(vehicle, joints, bending="plane", gravity=gravity)
+    model = chain(vehicle, joints, base=base, bending="plane", gravity=gravity)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    K = np.diag(np.concatenate([np.zeros(6), model.jnt_stiffness[1:]]))
+    K = np.diag(model.jnt_stiffness[model.dof_jntid])
     fastest = np.sqrt(eigvalsh(K, inertia(model, data))[-1])
     per_sample = int(np.ceil(duration / samples * fastest / 1.4))
     step = model.opt.timestep = duration / samples / per_sample
-    data.qpos[2] = height
-    data.qpos[7:] = -curvature * vehicle.arm.length / joints
+    free = base == "free"
+    if free:
+        data.qpos[2] = height
+    data.qpos[-joints:] = -curvature * vehicle.arm.length / joints
     mujoco.mj_forward(model, data)
     last, half_link = model.nbody - 1, np.array([0.0, 0.0, -vehicle.arm.length / joints / 4])
     seen = []
     for sample in range(samples + 1):
         mujoco.mj_kinematics(model, data)
-        base, tip, q = data.qpos[:3].copy(), data.site_xpos[0].copy(), data.qpos[3:7]
-        seen.append([*base, *tip, 2.0 * np.arctan2(q[2], q[0])])
+        q = data.qpos[:7] if free else np.eye(7)[3]
+        seen.append([*q[:3], *data.site_xpos[0], 2.0 * np.arctan2(q[5], q[3])])
         for i in range(per_sample if sample < samples else 0):
             acting = loads((sample * per_sample + i + 0.5) * step)
-            data.qfrc_applied[:3] = acting.get("force", 0.0)
-            data.qfrc_applied[4] = acting.get("moment", 0.0)
-            data.qfrc_applied[6:] = -acting.get("bend", 0.0)
+            if free:
+                data.qfrc_applied[:3] = acting.get("force", 0.0)
+                data.qfrc_applied[4] = acting.get("moment", 0.0)
+            data.qfrc_applied[-joints:] = -acting.get("bend", 0.0)
             if "tip" in acting:
                 data.xfrc_applied[last, :3] = acting["tip"]
                 arm = data.xmat[last].reshape(3, 3) @ half_link

@@ -17,7 +17,7 @@ import jax
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-jax.config.update("jax_enable_x64", True)  # type: ignore[no-untyped-call]
+jax.config.update("jax_enable_x64", True)
 
 import jax.numpy as jnp  # noqa: E402
 import soromox.systems.pcs.pcs as pcs  # noqa: E402
