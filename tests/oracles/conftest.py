@@ -18,7 +18,7 @@ Claim = Callable[..., None]
 Entry = dict[str, Any]
 
 _CLAIMS = pytest.StashKey[list[Entry]]()
-_OURS = ("test_bend_vector.py", "test_claims.py")
+_OURS = ("test_bend_vector.py", "test_visp.py")
 """Files that need no other engine, and run with all other tests."""
 
 
@@ -64,7 +64,7 @@ def claim(request: pytest.FixtureRequest) -> Claim:
         entry: Entry = {"claim": text, "source": source, "tolerance": tolerance}
         entry |= {"reached": reached if math.isfinite(reached) else str(reached), "pass": fits}
         entry |= {"expected": expected, "unit": unit, "note": note, "table": table}
-        entry |= {"known_miss": miss, "test": _command(request.node.nodeid)}
+        entry |= {"known_miss": miss, "test": request.node.nodeid}
         request.config.stash[_CLAIMS].append(entry)
 
     return record
@@ -73,9 +73,9 @@ def claim(request: pytest.FixtureRequest) -> Claim:
 @pytest.hookimpl(wrapper=True)
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, Any, Any]:
     result = yield
-    of_test = _command(pyfuncitem.nodeid)
-    entries = [e for e in pyfuncitem.config.stash[_CLAIMS] if e["test"] == of_test]
-    wrong = [_sentence(e) for e in entries if _is_wrong(e)]
+    entries = pyfuncitem.config.stash[_CLAIMS]
+    of_test = [e for e in entries if e["test"] == pyfuncitem.nodeid]
+    wrong = [_sentence(e) for e in of_test if _is_wrong(e)]
     if wrong:
         pytest.fail("\n".join(wrong), pytrace=False)
     return result
@@ -85,7 +85,7 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, Any, Any]
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, Any, Any]:
     report = yield
     entries = item.config.stash[_CLAIMS]
-    of_test = [e for e in entries if e["test"] == _command(item.nodeid)]
+    of_test = [e for e in entries if e["test"] == item.nodeid]
     if report.failed and not any(_is_wrong(e) for e in of_test):
         entries.append(_not_run(item.nodeid, str(report.longrepr).splitlines()[-1], False))
     elif report.skipped:
@@ -109,17 +109,12 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
         Path(path).write_text(text + "\n", encoding="utf-8")
 
 
-def _command(nodeid: str) -> str:
-    """The test as pytest takes it on its command line, without parameters."""
-    return nodeid.split("[")[0]
-
-
 def _not_run(nodeid: str, reason: str, verdict: bool | None) -> Entry:
     name = Path(nodeid.split("::")[0]).stem.removeprefix("test_").replace("_", " ")
     text = f"{name}: {nodeid.split('::')[-1].removeprefix('test_').replace('_', ' ')}"
     entry: Entry = {"claim": text if "::" in nodeid else name, "source": name, "tolerance": None}
     entry |= {"reached": None, "pass": verdict, "expected": 0.0, "unit": "", "note": reason}
-    return entry | {"table": None, "known_miss": None, "test": _command(nodeid)}
+    return entry | {"table": None, "known_miss": None, "test": nodeid}
 
 
 def _is_wrong(entry: Entry) -> bool:
