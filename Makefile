@@ -1,4 +1,4 @@
-# make paper | test | bench | docs | clean.  The Python that creates .venv: make PYTHON=python3.12 ...
+# make paper | test | verify | bench | docs | clean.  The Python that creates .venv: make PYTHON=python3.12 ...
 PYTHON ?= python3
 # What `make test` installs; EXTRAS=test,oracles adds the comparisons with other engines.
 EXTRAS ?= test
@@ -9,7 +9,7 @@ comma := ,
 # The package is installed in place, so that only these two files call for another installation.
 INPUTS := pyproject.toml constraints.txt
 
-.PHONY: paper test bench docs clean
+.PHONY: paper test verify bench docs clean
 
 paper: $(VENV)/installed
 	$(BIN)/continuair paper --out results
@@ -19,6 +19,12 @@ test: $(VENV)/installed-$(subst $(comma),-,$(EXTRAS))
 	$(BIN)/ruff check .
 	$(BIN)/mypy src
 	$(BIN)/pytest -q
+
+# The page is written whatever was reached; a claim that misses without an explanation fails.
+verify: $(VENV)/installed-test-oracles
+	@$(BIN)/pytest -q tests/oracles --verify verify.json; status=$$?; \
+	  $(BIN)/python docs/make_trust.py verify.json && \
+	  echo "The claims are in verify.json and docs/trust.md." && exit $$status
 
 bench: $(VENV)/installed-test-oracles
 	$(BIN)/pytest benchmarks/ --benchmark-only
