@@ -1,9 +1,9 @@
-"""Write docs/trust.md and its figure from the claims of `make verify`: make_trust.py verify.json."""
+"""Write the page of claims and its figure: make_trust.py verify.json [docs]."""
 
 from __future__ import annotations
 
-import ast
 import json
+import math
 import os
 import platform
 import sys
@@ -14,7 +14,7 @@ from typing import Any
 
 from continuair.figures import style
 
-DOCS = Path(__file__).parent
+ROOT = Path(__file__).parent.parent
 FIGURE = "images/trust.svg"
 ENGINES = ("continuair", "warp-lang", "numpy", "scipy", "sympy", "mujoco", "soromox", "jax")
 ENGINES += ("pyelastica", "machinevision-toolbox-python")
@@ -23,35 +23,39 @@ ORDER += ("visp", "machinevision")
 
 HEAD = """# Trust
 
-What independent engines say about this package. `make verify` installs them, runs every comparison, and writes this
-page and `verify.json`; nothing on it is typed by hand. {counts}
+What independent engines say about this package. `make verify` installs them, runs every comparison,
+and writes this page and `verify.json`; every figure in its tables comes from that run. {counts}
 
-A claim *passes* if the figure reached differs from what the source says by no more than the tolerance. A *miss*
-stays on the page. *Measured* is a distance between models, not an error: it has no tolerance. Quotients and
-differences without a unit are relative.
+A claim *passes* if the figure reached differs from what the source says by no more than the
+tolerance. A *miss* stays on the page. *Measured* is a distance between models, not an error of
+this package, and has no tolerance. Figures without a unit are relative, or pure numbers.
+
+To follow one figure, name its test: `.venv/bin/pytest tests/oracles/test_soromox.py -k mass_matrix`
+runs one and prints what it reaches.
 
 Versions: {versions}. Machine: {machine}.
 
 ## What the comparisons show
 
-* The equations are right: engines written by others give the same mass matrix, accelerations and flights
-  (SoRoMoX, and MuJoCo's links held in a circular arc as their number grows).
-* Constant curvature is a model, and no beam: its clamped first frequency is 27 % too high and its sag under a tip
-  force a quarter too small, whatever computes it. It is good where the curvature is even, as under a couple
-  that is slow beside the first mode, and bad where a wave runs along the arm.
+* The equations are right: engines written by others give the same mass matrix, accelerations and
+  flights (SoRoMoX, and MuJoCo's links held in a circular arc as their number grows).
+* Constant curvature is a model, and no beam: its clamped first frequency is 27 % too high and its
+  sag under a tip force a quarter too small, whatever computes it. It is good where the curvature
+  is even, as under a couple that is slow beside the first mode, and bad where a wave runs along
+  the arm.
 
-![Left: differences from links held in a circular arc fall with the square of their number. Right: the
+![Left: differences from links held in a circular arc fall with the square of their number. Right:
 distance of constant curvature from a true beam by the duration of a bend]({figure})
 """
 
 
-def main(path: Path) -> None:
+def main(path: Path, docs: Path = ROOT / "docs") -> None:
     entries = sorted(json.loads(path.read_text(encoding="utf-8")), key=place)
-    draw(entries)
+    draw(entries, docs / FIGURE)
     text = [head(entries)]
     for file, group in groupby(entries, key=lambda e: e["test"].split("::")[0]):
-        text.append(section(Path(file), list(group)))
-    (DOCS / "trust.md").write_text("\n".join(text), encoding="utf-8")
+        text.append(section(file, list(group)))
+    (docs / "trust.md").write_text("\n".join(text), encoding="utf-8")
 
 
 def place(entry: dict[str, Any]) -> int:
@@ -77,15 +81,14 @@ def head(entries: list[dict[str, Any]]) -> str:
     )
 
 
-def section(file: Path, entries: list[dict[str, Any]]) -> str:
-    docstring = ast.get_docstring(ast.parse((DOCS.parent / file).read_text(encoding="utf-8"))) or ""
+def section(file: str, entries: list[dict[str, Any]]) -> str:
     lines = [
-        f"## {docstring.splitlines()[0].rstrip('.')}",
+        f"## {entries[0]['about']}",
         "",
         f"`.venv/bin/pytest {file}` ({sources(entries)})",
         "",
-        "| claim | tolerance | reached | verdict |",
-        "| --- | --- | --- | --- |",
+        "| claim | test | tolerance | reached | verdict |",
+        "| --- | --- | --- | --- | --- |",
     ]
     remarks = []
     for entry in entries:
@@ -94,10 +97,11 @@ def section(file: Path, entries: list[dict[str, Any]]) -> str:
             if remark:
                 remarks.append(remark)
                 mark += f" [{len(remarks)}]"
-        cells = [entry["claim"] + mark, tolerance(entry), reached(entry), verdict(entry)]
+        cells = [entry["claim"] + mark, f"`{test(entry)}`"]
+        cells += [tolerance(entry), reached(entry), verdict(entry)]
         lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     if remarks:
-        lines += ["", *(f"{i}. {remark}." for i, remark in enumerate(remarks, 1))]
+        lines += ["", *(f"{i}. {remark.rstrip('.')}." for i, remark in enumerate(remarks, 1))]
     for entry in entries:
         if entry["table"]:
             lines += ["", *as_table(entry)]
@@ -106,6 +110,11 @@ def section(file: Path, entries: list[dict[str, Any]]) -> str:
 
 def sources(entries: list[dict[str, Any]]) -> str:
     return "; ".join(dict.fromkeys(e["source"] for e in entries))
+
+
+def test(entry: dict[str, Any]) -> str:
+    """The test's name, as -k takes it."""
+    return str(entry["test"].split("::")[-1].split("[")[0].removeprefix("test_"))
 
 
 def verdict(entry: dict[str, Any]) -> str:
@@ -118,70 +127,65 @@ def tolerance(entry: dict[str, Any]) -> str:
     if entry["tolerance"] is None:
         return "–"
     allowed = f"{entry['tolerance']:g}{unit(entry)}"
-    return f"{entry['expected']:.6g} ± {allowed}" if entry["expected"] else allowed
+    return f"{resolved(entry, entry['expected'])} ± {allowed}" if entry["expected"] else allowed
 
 
 def reached(entry: dict[str, Any]) -> str:
     value = entry["reached"]
     if value is None or isinstance(value, str):
         return value or "–"
-    return number(value, 6 if entry["expected"] else 2) + unit(entry)
+    shown = resolved(entry, value) if entry["expected"] else f"{value:.3g}"
+    return shown + unit(entry)
+
+
+def resolved(entry: dict[str, Any], value: float) -> str:
+    """A figure to one digit more than its tolerance."""
+    return f"{value:.{math.ceil(-math.log10(entry['tolerance'])) + 1}f}"
 
 
 def unit(entry: dict[str, Any]) -> str:
     return f" {entry['unit']}" if entry["unit"] else ""
 
 
-def number(value: Any, digits: int) -> str:
-    return f"{value:.{digits}g}" if isinstance(value, float) else str(value)
+def number(value: Any) -> str:
+    return f"{value:.5g}" if isinstance(value, float) else str(value)
 
 
 def as_table(entry: dict[str, Any]) -> list[str]:
     columns, rows = entry["table"]
-    test = entry["test"].split("::")[-1]
     return [
-        f"*{entry['claim']}* (`{test}`)",
+        f"`{entry['test'].split('::')[-1].removeprefix('test_')}`, {entry['claim']}:",
         "",
         "| " + " | ".join(columns) + " |",
         "| " + " | ".join("---" for _ in columns) + " |",
-        *("| " + " | ".join(number(cell, 4) for cell in row) + " |" for row in rows),
+        *("| " + " | ".join(number(cell) for cell in row) + " |" for row in rows),
     ]
 
 
-def draw(entries: list[dict[str, Any]]) -> None:
+def draw(entries: list[dict[str, Any]], path: Path) -> None:
     """The convergence to links held in a circular arc, and the distance from a true beam."""
-    tables = {e["test"].split("::")[-1]: e["table"][1] for e in entries if e["table"]}
+    tables = {e["test"].split("::test_")[-1]: e["table"][1] for e in entries if e["table"]}
+
+    def curve(axes: Any, name: str, column: int, label: str, dash: str) -> None:
+        rows = [(r[0], r[column]) for r in tables.get(name, []) if isinstance(r[0], (int, float))]
+        x, y = zip(*rows, strict=True) if rows else ((), ())
+        axes.loglog(x, y, "k" + dash, marker="o", markersize=3, label=label)
+
     with style.applied():
         figure = style.new_figure(height=2.6)
         links, beam = figure.subplots(1, 2)
-        for name, label, dash in (
-            ("test_accelerations_of_links_held_in_a_circular_arc", "accelerations, relative", "-"),
-            ("test_flight_of_links_held_in_a_circular_arc", "tip after 0.5 s [m]", "--"),
-        ):
-            rows = [row for row in tables.get(name, []) if row[0] != "∞"]
-            links.loglog(
-                *zip(*rows, strict=True), "k" + dash, marker="o", markersize=3, label=label
-            )
-        for name, label, dash, column in (
-            ("test_slow_and_fast_bend", "clamped, tip (PyElastica) [periods]", "-", 2),
-            ("test_base_motion_under_a_pure_couple", "free, base (MuJoCo) [10 ms]", "--", 1),
-        ):
-            rows = tables.get(name, [])
-            scale = 1.0 if column == 2 else 100.0
-            beam.loglog(
-                [scale * row[0] for row in rows],
-                [row[column] for row in rows],
-                "k" + dash,
-                marker="o",
-                markersize=3,
-                label=label,
-            )
+        held = "of_links_held_in_a_circular_arc"
+        curve(links, f"accelerations_{held}", 1, "accelerations, relative", "-")
+        curve(links, f"flight_{held}[tumbling]", 1, "tip after 1 s, tumbling [m]", "--")
+        curve(links, f"flight_{held}[A]", 1, "tip after 1 s, Test A [m]", ":")
+        curve(beam, "slow_and_fast_bend", 2, "clamped: tip (PyElastica)", "-")
+        curve(beam, "base_motion_under_a_pure_couple", 1, "free: UAV (MuJoCo)", "--")
         links.set(xlabel="links N", ylabel="difference from continuair")
-        beam.set(xlabel="duration of the bend", ylabel="distance, relative to excursion")
+        beam.set(xlabel="duration of the bend [first periods]", ylabel="distance / excursion")
         for axes in (links, beam):
             axes.legend()
-        style.save(figure, [DOCS / FIGURE])
+        style.save(figure, [path])
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(*map(Path, sys.argv[1:]))

@@ -6,6 +6,7 @@ Without it the comparisons with other engines run only when their file is named.
 
 from __future__ import annotations
 
+import ast
 import json
 import math
 from collections.abc import Callable, Generator
@@ -18,7 +19,7 @@ Claim = Callable[..., None]
 Entry = dict[str, Any]
 
 _CLAIMS = pytest.StashKey[list[Entry]]()
-_OURS = ("test_bend_vector.py", "test_visp.py")
+_OURS = ("test_bend_vector.py", "test_claims.py", "test_visp.py")
 """Files that need no other engine, and run with all other tests."""
 
 
@@ -65,6 +66,7 @@ def claim(request: pytest.FixtureRequest) -> Claim:
         entry |= {"reached": reached if math.isfinite(reached) else str(reached), "pass": fits}
         entry |= {"expected": expected, "unit": unit, "note": note, "table": table}
         entry |= {"known_miss": miss, "test": request.node.nodeid}
+        entry["about"] = _about(request.path)
         request.config.stash[_CLAIMS].append(entry)
 
     return record
@@ -82,14 +84,16 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, Any, Any]
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, Any, Any]:
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, Any, Any]:
     report = yield
     entries = item.config.stash[_CLAIMS]
     of_test = [e for e in entries if e["test"] == item.nodeid]
     if report.failed and not any(_is_wrong(e) for e in of_test):
-        entries.append(_not_run(item.nodeid, str(report.longrepr).splitlines()[-1], False))
+        entries.append(_not_run(item, call.excinfo.exconly() if call.excinfo else "", False))
     elif report.skipped:
-        entries.append(_not_run(item.nodeid, str(report.longrepr[2]), None))
+        entries.append(_not_run(item, str(report.longrepr[2]), None))
     return report
 
 
@@ -97,9 +101,14 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, Any, Any]:
 def pytest_make_collect_report(collector: pytest.Collector) -> Generator[None, Any, Any]:
     report = yield
     if report.skipped and isinstance(collector, pytest.Module):
-        reason = str(report.longrepr[2]).removeprefix("Skipped: ")
-        collector.config.stash[_CLAIMS].append(_not_run(collector.nodeid, reason, None))
+        collector.config.stash[_CLAIMS].append(_not_run(collector, str(report.longrepr[2]), None))
     return report
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    if terminalreporter.verbosity >= 0:
+        for entry in terminalreporter.config.stash[_CLAIMS]:
+            terminalreporter.write_line(_sentence(entry))
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
@@ -109,12 +118,18 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
         Path(path).write_text(text + "\n", encoding="utf-8")
 
 
-def _not_run(nodeid: str, reason: str, verdict: bool | None) -> Entry:
-    name = Path(nodeid.split("::")[0]).stem.removeprefix("test_").replace("_", " ")
-    text = f"{name}: {nodeid.split('::')[-1].removeprefix('test_').replace('_', ' ')}"
-    entry: Entry = {"claim": text if "::" in nodeid else name, "source": name, "tolerance": None}
-    entry |= {"reached": None, "pass": verdict, "expected": 0.0, "unit": "", "note": reason}
-    return entry | {"table": None, "known_miss": None, "test": nodeid}
+def _not_run(node: pytest.Item | pytest.Module, reason: str, verdict: bool | None) -> Entry:
+    """A test or file that made no claims: skipped, or broken (verdict False)."""
+    entry: Entry = {"claim": node.name.replace("_", " "), "source": "–", "tolerance": None}
+    entry |= {"reached": None, "pass": verdict, "expected": 0.0, "unit": ""}
+    entry |= {"note": reason.removeprefix("Skipped: "), "table": None, "known_miss": None}
+    return entry | {"test": node.nodeid, "about": _about(node.path)}
+
+
+def _about(path: Path) -> str:
+    """The first line of a test file."""
+    docstring = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8")))
+    return (docstring or path.stem).splitlines()[0].rstrip(".")
 
 
 def _is_wrong(entry: Entry) -> bool:
@@ -122,8 +137,10 @@ def _is_wrong(entry: Entry) -> bool:
 
 
 def _sentence(entry: Entry) -> str:
-    if entry["known_miss"]:
-        return f"{entry['claim']}: no longer misses; remove its explanation."
-    reached, expected = entry["reached"], entry["expected"]
-    against = f" instead of {expected:.6g}" if expected else ""
-    return f"{entry['claim']}: {reached:.6g}{against}, tolerance {entry['tolerance']:g}."
+    reached, expected, allowed = entry["reached"], entry["expected"], entry["tolerance"]
+    if reached is None:
+        return f"{entry['claim']}: not run, {entry['note']}"
+    against = f" instead of {expected:.9g}" if expected else ""
+    bound = "" if allowed is None else f", tolerance {allowed:g}"
+    known = "; its explanation says that it misses" if entry["known_miss"] else ""
+    return f"{entry['claim']}: {float(reached):.9g}{against}{bound}{known}."

@@ -69,6 +69,16 @@ def chain(
     )
 
 
+def first_frequency(vehicle: Vehicle, joints: int, base: str) -> float:
+    """First bending frequency [rad/s] of the straight chain, "clamped" or "free", no gravity."""
+    model = chain(vehicle, joints, base=base, bending="plane", gravity=0.0)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    K = np.diag(model.jnt_stiffness[model.dof_jntid])
+    squares = eigvalsh(K, inertia(model, data))
+    return float(np.sqrt(squares[6 if base == "free" else 0]))
+
+
 def inertia(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
     """MuJoCo's mass matrix at the pose of `data`, whose kinematics are up to date."""
     M = np.zeros((model.nv, model.nv))
@@ -195,11 +205,13 @@ class CircularChain:
         bend_rate: Any,
         tip_force: Any = (0.0, 0.0, 0.0),
         tip_moment: Any = (0.0, 0.0, 0.0),
+        force: Any = (0.0, 0.0, 0.0),
     ) -> np.ndarray:
-        """(v̇ world, ω̇ body, k̈) of the arm with its spring E I l."""
+        """(v̇ world, ω̇ body, k̈) with the spring E I l; force acts on B, all in world axes."""
         M, bias = self.terms(attitude_xyzw, bend, omega, bend_rate)
         arm = self.vehicle.arm
         load = self.push(tip_force, tip_moment, bend) - bias
+        load[:3] += force
         load[6:] -= arm.bending_stiffness * arm.length * np.asarray(bend)
         return np.linalg.solve(M, load)
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.linalg import eigvalsh
 from scipy.optimize import brentq
 
 import continuair as ca
@@ -15,23 +14,13 @@ from tests.oracles.mujoco_chain import (  # noqa: E402
     CircularChain,
     chain,
     extrapolated,
-    inertia,
+    first_frequency,
 )
 
 VEHICLE = ca.load_vehicle("paper")
 JOINTS = (8, 16, 32, 64)
 CANTILEVER = 1.875104068711961**2
 """ω √(ρA l⁴ / EI) of a clamped beam's first mode, the root of cos x cosh x = -1, squared."""
-
-
-def chain_frequency(joints: int, base: str) -> float:
-    """First bending frequency [rad/s] of the straight chain, without gravity."""
-    model = chain(VEHICLE, joints, base=base, bending="plane", gravity=0.0)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    K = np.diag(model.jnt_stiffness[model.dof_jntid])
-    squares = eigvalsh(K, inertia(model, data))
-    return float(np.sqrt(squares[6 if base == "free" else 0]))
 
 
 def circular_frequency(joints: int, base: str) -> float:
@@ -71,7 +60,7 @@ def beam_on_hub() -> float:
 @pytest.mark.parametrize("base", ["clamped", "free"])
 def test_first_frequency(claim: Claim, base: str) -> None:
     ours = float(ca.modes(VEHICLE, base=base, gravity=0.0).frequencies[0])
-    chains = [chain_frequency(n, base) for n in JOINTS]
+    chains = [first_frequency(VEHICLE, n, base) for n in JOINTS]
     circular = [circular_frequency(n, base) for n in JOINTS]
     limit = extrapolated(*chains[1:])
     rows = [[n, f, c, ours / f] for n, f, c in zip(JOINTS, chains, circular, strict=True)]
