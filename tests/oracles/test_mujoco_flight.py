@@ -192,13 +192,13 @@ def test_plane_tests_of_the_paper_with_a_real_beam(claim: Claim, letter: str) ->
     }
     table, distance = compared(paths, exact(flight))
     claim(
-        f"Test {letter} of the paper, 1 s: distance of the tip from a true beam's, bent evenly",
+        f"Test {letter} of the paper, 1 s: tip of constant curvature to a true beam's, distance",
         SOURCE,
         None,
         distance,
         unit="m",
-        note="what the model of the arm itself costs, beside which the loss by leaving out the "
-        "coupling is to be read",
+        note="what the model of the arm itself costs; an error by leaving out the coupling is to be "
+        "read beside it",
         table=table,
     )
 

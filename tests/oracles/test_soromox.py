@@ -15,7 +15,7 @@ from continuair.kernels.loads import GENERAL
 from continuair.layout import ONE_SECTION as LAYOUT
 from tests.oracles.conftest import Claim
 
-pytest.importorskip("soromox", reason="needs the extra oracles: pip install -e '.[oracles]'")
+pytest.importorskip("soromox", reason="needs the extra oracles")
 from tests.oracles.soromox_hub import SOURCE, Hub, vehicle  # noqa: E402
 
 VEHICLE = vehicle()
@@ -109,7 +109,8 @@ def masses(hub: Hub) -> tuple[list[Any], list[Any]]:
 def test_mass_matrix(claim: Claim, hub: Hub) -> None:
     of_equations, of_kernels = masses(hub)
     what = f"mass matrix, worst entry relative to √(M_ii M_jj), {STATES} random states"
-    claim(f"{what}: readable form", SOURCE, 1e-9, worst_entry(of_equations))
+    nodes = "here and below, SoRoMoX integrates over NumPy's Gauss-Legendre nodes"
+    claim(f"{what}: readable form", SOURCE, 1e-9, worst_entry(of_equations), note=nodes)
     claim(
         f"{what}: kernels (inverted from the accelerations under eight unit pushes)",
         SOURCE,
