@@ -16,7 +16,7 @@ from continuair.targets import Target
 from continuair.vehicle import Camera
 from tests.oracles.conftest import Claim
 
-pytest.importorskip("machinevisiontoolbox", reason="needs the extra oracles")
+pytest.importorskip("machinevisiontoolbox", exc_type=ImportError)
 from machinevisiontoolbox import IBVS, CentralCamera  # noqa: E402
 from spatialmath import SE3  # noqa: E402
 

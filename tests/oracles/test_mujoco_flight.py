@@ -15,7 +15,7 @@ from continuair.kernels.loads import GENERAL, TIP
 from continuair.layout import ONE_SECTION as LAYOUT
 from tests.oracles.conftest import Claim
 
-pytest.importorskip("mujoco", reason="needs the extra oracles")
+pytest.importorskip("mujoco", exc_type=ImportError)
 from tests.oracles.mujoco_chain import (  # noqa: E402
     SOURCE,
     CircularChain,
@@ -197,8 +197,8 @@ def test_plane_tests_of_the_paper_with_a_real_beam(claim: Claim, letter: str) ->
         None,
         distance,
         unit="m",
-        note="what the model of the arm itself costs; an error by leaving out the coupling is to be "
-        "read beside it",
+        note="what the model of the arm itself costs; read the error of leaving out the coupling "
+        "beside it",
         table=table,
     )
 

@@ -8,7 +8,7 @@ import continuair as ca
 from continuair.vehicle import Vehicle
 from tests.oracles.conftest import Claim
 
-mujoco = pytest.importorskip("mujoco", reason="needs the extra oracles")
+mujoco = pytest.importorskip("mujoco", exc_type=ImportError)
 from tests.oracles.mujoco_chain import (  # noqa: E402
     SOURCE,
     CircularChain,

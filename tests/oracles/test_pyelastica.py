@@ -10,7 +10,7 @@ import pytest
 import continuair as ca
 from tests.oracles.conftest import Claim
 
-pytest.importorskip("elastica", reason="needs the extra oracles")
+pytest.importorskip("elastica", exc_type=ImportError)
 import elastica as ea  # noqa: E402
 
 SOURCE = f"PyElastica {version('pyelastica')}"
@@ -102,7 +102,7 @@ def our_tip(duration: float, couple: float) -> np.ndarray:
 
 def chain_tip(duration: float, couple: float) -> np.ndarray:
     """The same in MuJoCo, for N → ∞."""
-    pytest.importorskip("mujoco", reason="needs the extra oracles")
+    pytest.importorskip("mujoco", exc_type=ImportError)
     from tests.oracles.mujoco_chain import extrapolated, fly
 
     share = ramp(duration)

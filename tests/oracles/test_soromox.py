@@ -15,7 +15,7 @@ from continuair.kernels.loads import GENERAL
 from continuair.layout import ONE_SECTION as LAYOUT
 from tests.oracles.conftest import Claim
 
-pytest.importorskip("soromox", reason="needs the extra oracles")
+pytest.importorskip("soromox", exc_type=ImportError)
 from tests.oracles.soromox_hub import SOURCE, Hub, vehicle  # noqa: E402
 
 VEHICLE = vehicle()
