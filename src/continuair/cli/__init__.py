@@ -1,7 +1,16 @@
 """The command line: each command reads its input, calls the library and shows what came out."""
 
 # The order in which --help lists the commands.
-from continuair.cli import open_loop, tracking, cost, advise, sweep, vehicles, paper  # noqa: F401, I001
+from continuair.cli import (  # noqa: F401, I001
+    open_loop,
+    sensitivity,
+    tracking,
+    cost,
+    advise,
+    sweep,
+    vehicles,
+    paper,
+)
 from continuair.__main__ import main
 from continuair.cli.application import app
 

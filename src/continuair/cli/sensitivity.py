@@ -1,0 +1,82 @@
+"""`continuair sensitivity`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from continuair.cli.application import app
+from continuair.cli.options import JsonOption, OutOption, VehicleOption, write_json
+from continuair.cli.terminal import print_table, progress_bar
+
+# Everything else is imported inside the commands, so that --help answers at once.
+if TYPE_CHECKING:
+    from continuair.studies.sensitivity import Sensitivity
+
+
+@app.command()
+def sensitivity(
+    vehicle: VehicleOption = "paper",
+    hertz: Annotated[
+        bool, typer.Option("--hertz", help="Read the paper's f = 10 as Hz, not as rad/s.")
+    ] = False,
+    out: OutOption = None,
+    json: JsonOption = None,
+) -> None:
+    """Vary the paper's six parameters one at a time, and judge what the paper says of each.
+
+    With --out, writes tables, verdicts, JSON, CSV, trajectories (netCDF) and figures to that
+    folder.
+    """
+    from continuair.studies.open_loop_output import as_json
+
+    study = run_sensitivity(vehicle, hertz, out)
+    write_json(as_json(study.results), json)
+
+
+def run_sensitivity(vehicle: str, hertz: bool, out: Path | None) -> Sensitivity:
+    """Run the study, store it and its figures, and show its table and verdicts."""
+    from continuair.studies.folder import ResultFolder
+    from continuair.vehicle import load_vehicle
+
+    loaded = load_vehicle(vehicle)
+    with progress_bar() as progress:
+        from continuair.studies.sensitivity import sensitivity as run
+
+        folder = None if out is None else ResultFolder(out, "sensitivity")
+        study = run(loaded, hertz=hertz, progress=progress)
+        if folder is not None:
+            from continuair.figures import sensitivity as figures
+            from continuair.studies import sensitivity_output
+
+            progress(1, 1, "writing results and figures")
+            sensitivity_output.write(study, folder)
+            figures.write(study.results, study.datasets, folder.file)
+            folder.finish()
+    _show(study, folder.path if folder else None)
+    return study
+
+
+def _show(study: Sensitivity, path: Path | None) -> None:
+    """Show the table and the verdicts on standard error: standard output is for the JSON alone."""
+    from continuair.studies.open_loop_output import number
+    from continuair.studies.sensitivity_claims import NO_CLAIM
+    from continuair.studies.sensitivity_output import COLUMNS, remarks, rows
+
+    shown = ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_xy_m", "angle_rad", "step_halving_error")
+    table = [
+        [f"{name} {row['label']}", model, *(number(entry[key]) for key in shown)]
+        for name, row, model, entry in rows(study.results)
+    ]
+    headings = [COLUMNS[key].replace("_", "\n").replace(" [", "\n[") for key in shown]
+    print_table(["flight", "model", *headings], table, err=True)
+    for line in remarks(study.results):
+        typer.echo(line, err=True)
+    for claim in study.results["claims"]:
+        if claim["verdict"] != NO_CLAIM:
+            typer.echo(f"\n{claim['about']}: “{claim['sentence']}”", err=True)
+            typer.echo(f"  {claim['verdict']}: {claim['evidence']}.", err=True)
+    where = f"Results are in {path}." if path else "Name a folder with --out to keep the results."
+    typer.echo(f"\n{where}", err=True)
