@@ -60,18 +60,20 @@ def run_sensitivity(vehicle: str, hertz: bool, out: Path | None) -> Sensitivity:
 
 
 def _show(study: Sensitivity, path: Path | None) -> None:
-    """Show the table and the verdicts on standard error: standard output is for the JSON alone."""
+    """Show errors and verdicts on standard error: standard output is for the JSON alone."""
     from continuair.studies.open_loop_output import number
     from continuair.studies.sensitivity_claims import NO_CLAIM
     from continuair.studies.sensitivity_output import COLUMNS, remarks, rows
 
     shown = ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_xy_m", "angle_rad", "step_halving_error")
+    # The other model is in table.md: a terminal of 80 columns has no room for both.
     table = [
-        [f"{name} {row['label']}", model, *(number(entry[key]) for key in shown)]
+        [f"{name} {row['label']}", *(number(entry[key]) for key in shown)]
         for name, row, model, entry in rows(study.results)
+        if model == "decoupled"
     ]
     headings = [COLUMNS[key].replace("_", "\n").replace(" [", "\n[") for key in shown]
-    print_table(["flight", "model", *headings], table, err=True)
+    print_table(["decoupled", *headings], table, err=True)
     for line in remarks(study.results):
         typer.echo(line, err=True)
     for claim in study.results["claims"]:

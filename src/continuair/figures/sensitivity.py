@@ -48,7 +48,7 @@ def errors(results: dict[str, Any]) -> Figure:
     """Return each model's horizontal error [m] over the parameters; dots: the values compared."""
     with style.applied():
         figure = style.new_figure(height=4.2)
-        for index, (axes, name) in enumerate(_panels(figure, results["sweeps"])):
+        for index, (axes, name) in enumerate(_panels(figure, results["sweeps"], sharey=True)):
             sweep = results["sweeps"][name]
             x = sweep["scale"] * np.array(sweep["between"]["value"])
             for model, column in sweep["between"]["rmse_xy_m"].items():
@@ -60,15 +60,16 @@ def errors(results: dict[str, Any]) -> Figure:
                 )  # fmt: skip
             _title(axes, index, name)
             axes.set_xlabel(f"{name} [{sweep['units']}]")
-            axes.set_ylabel("tip RMSE, xy [m]")
+            if index % 3 == 0:
+                axes.set_ylabel("tip RMSE, xy [m]")
         style.model_legend(figure, figure.axes[0])
     return figure
 
 
-def _panels(figure: Figure, names: Any) -> list[tuple[Any, str]]:
+def _panels(figure: Figure, names: Any, sharey: bool = False) -> list[tuple[Any, str]]:
     """Three panels in a row."""
     rows = -(-len(names) // 3)
-    panels = figure.subplots(rows, min(3, len(names)), squeeze=False).flat
+    panels = figure.subplots(rows, min(3, len(names)), squeeze=False, sharey=sharey).flat
     used = list(zip(panels, names, strict=False))
     for axes in panels[len(used) :]:
         axes.set_axis_off()

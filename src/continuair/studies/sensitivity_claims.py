@@ -21,6 +21,7 @@ from continuair.studies.sensitivity_findings import (
     trend,
     unexamined,
 )
+from continuair.studies.sensitivity_task import PARAMETERS
 
 NO_CLAIM = "nothing to check"
 """Verdict on a sentence that describes the set-up, or gives a reason and no result."""
@@ -51,7 +52,9 @@ def _judged(claim: Claim, sweeps: dict[str, Any]) -> dict[str, str]:
     try:
         findings = [check(sweeps) for check in claim.checks]
     except KeyError as missing:
-        verdict, evidence = UNDECIDED, f"{missing.args[0]} was not flown"
+        if missing.args[0] not in PARAMETERS:
+            raise
+        verdict, evidence = UNDECIDED, f"the sweep of the {missing.args[0]} was not flown"
     else:
         verdict = combined([finding.verdict for finding in findings])
         parts = [

@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from scipy.stats import spearmanr
 
+from continuair.studies.sensitivity_task import PARAMETERS
+
 REPRODUCED, NOT_REPRODUCED, UNDECIDED = "reproduced", "not reproduced", "cannot be decided"
 
 STRONG, WEAK = 0.5, 0.2
@@ -117,13 +119,12 @@ def least_spread(sweep: str) -> Check:
     """Return the check that the error varies less over this sweep than over every other one."""
 
     def check(sweeps: dict[str, Any]) -> Finding:
-        few = {name: np.ptp(column(part["rows"], "error")) for name, part in sweeps.items()}
+        every = {name: sweeps[name] for name in PARAMETERS}
+        few = {name: np.ptp(column(part["rows"], "error")) for name, part in every.items()}
         many = {
             name: np.ptp(np.quantile(column_between(part["between"], "error"), (0.1, 0.9)))
-            for name, part in sweeps.items()
+            for name, part in every.items()
         }
-        if len(sweeps) < 2:
-            raise KeyError("the other sweeps")
         ranks = [1 + sorted(found.values()).index(found[sweep]) for found in (few, many)]
         evidence = (
             f"the error varies by {few[sweep]:.3g} m, rank {ranks[0]} of {len(few)} from the least "
@@ -131,7 +132,7 @@ def least_spread(sweep: str) -> Check:
             f"the 90th percentile, by {many[sweep]:.3g} m, rank {ranks[1]} "
             f"(least: {min(many, key=lambda name: many[name])})"
         )
-        usable = all(converged(part) for part in sweeps.values())
+        usable = all(converged(part) for part in every.values())
         return Finding(_agreed(usable, [rank == 1 for rank in ranks]), evidence)
 
     return check
@@ -141,7 +142,7 @@ def goes_with(measure: str) -> Check:
     """Return the check that over all sweeps the error goes with a measure of the flight."""
 
     def check(sweeps: dict[str, Any]) -> Finding:
-        every = [part["between"] for part in sweeps.values()]
+        every = [sweeps[name]["between"] for name in PARAMETERS]
         x = [value for between in every for value in column_between(between, measure)]
         y = [value for between in every for value in column_between(between, "error")]
         rho = rank_correlation(x, y)

@@ -1,0 +1,246 @@
+"""The sensitivity study: what it measures, how it judges, and the paper's sweeps flown."""
+
+import json
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import continuair.studies.sensitivity as study
+import continuair.studies.sensitivity_findings as findings
+from continuair.errors import InputError
+from continuair.figures import sensitivity as figures
+from continuair.simulation import simulate
+from continuair.studies import sensitivity_output
+from continuair.studies.folder import ResultFolder
+from continuair.studies.sensitivity_claims import CLAIMS, combined, verdicts
+from continuair.studies.sensitivity_findings import NOT_REPRODUCED, REPRODUCED, UNDECIDED
+from continuair.studies.sensitivity_measures import (
+    VARIABLES,
+    backbone_point,
+    centre_of_mass,
+    mass_distribution,
+)
+from continuair.studies.sensitivity_task import PARAMETERS, batch, flight, two_phase_force
+from continuair.vehicle import load_vehicle
+
+PAPER = load_vehicle("paper")
+DISK = {"position": 0.8, "mass": 0.3, "inertia": (1e-4, 2e-4)}
+
+
+@pytest.fixture(scope="module")
+def flown() -> study.Sensitivity:
+    """Two sweeps, so that verdicts on the other parameters have nothing to rest on."""
+    return study.sensitivity(PAPER, ["UAV mass", "initial roll"])
+
+
+def test_the_force_is_the_papers_and_turns_by_a_quarter_at_the_switch() -> None:
+    for t in (0.0, 0.3, 2.5):
+        expected = (100 * math.sin(10 * t), -100 * math.cos(10 * t), 0.0)
+        assert two_phase_force(t) == pytest.approx(expected)
+    for t in (2.5 + 1e-12, 4.0):
+        expected = (100 * math.cos(10 * t), 100 * math.sin(10 * t), 0.0)
+        assert two_phase_force(t) == pytest.approx(expected)
+    # Ten turns per second: a tenth of a second is a whole one.
+    assert two_phase_force(0.1, hertz=True) == pytest.approx((0.0, -100.0, 0.0), abs=1e-9)
+
+
+def test_the_centre_of_mass_follows_newtons_second_law_whatever_the_arm_does() -> None:
+    vehicle = PAPER.replace({"arm.disks": [DISK], "arm.radius": 0.002})
+    scenario = flight().replace(q=np.atleast_2d(flight().q))
+    flown = simulate(vehicle, scenario, variables=VARIABLES)
+    com, _ = mass_distribution(vehicle, np.asarray(flown["bend"]))
+    path = centre_of_mass(flown, com)[0, :, :2]
+    t = np.asarray(flown["time"])
+    # The force integrated twice from rest, before it switches.
+    before = t <= 2.5
+    x = 100 / 10 * (t - np.sin(10 * t) / 10)
+    y = 100 / 100 * (np.cos(10 * t) - 1)
+    expected = np.column_stack([x, y])[before] / vehicle.mass
+    np.testing.assert_allclose(path[before] - path[0], expected, atol=1e-6)
+    # The arm does swing meanwhile.
+    assert np.ptp(com[..., 0]) > 0.005
+
+
+def test_inertia_of_the_straight_arm_is_that_of_a_rod_and_its_disk() -> None:
+    vehicle = PAPER.replace({"arm.disks": [DISK]})
+    com, inertia = mass_distribution(vehicle, np.zeros((1, 1, 2)))
+    rod, length, total = vehicle.arm.backbone_mass, vehicle.arm.length, vehicle.mass
+    height = -(rod * length / 2 + 0.3 * 0.8) / total
+    assert com[0, 0] == pytest.approx([0, 0, height])
+    across = 0.024 + rod * length**2 / 3 + 0.3 * 0.8**2 - total * height**2
+    np.testing.assert_allclose(inertia[0, 0], np.diag([across, across, 0.047]), atol=1e-12)
+
+
+def test_backbone_point_of_a_half_circle_is_a_diameter_away() -> None:
+    bend = np.array([0.6, 0.8]) * math.pi
+    point = backbone_point(bend[None], np.ones(1))[0]
+    np.testing.assert_allclose(point, [0.6 * 2 / math.pi, 0.8 * 2 / math.pi, 0.0], atol=1e-15)
+
+
+def sweep(errors: list[float], many: list[float], converged: bool = True) -> dict[str, Any]:
+    """A sweep of one parameter from 1 up, with these errors at few and at many values."""
+    rows = [
+        {
+            "value": i + 1.0,
+            "label": f"{i + 1} kg",
+            "models": {
+                "coupled": {"converged": True},
+                "decoupled": {"rmse_xy_m": error, "converged": converged},
+            },
+        }
+        for i, error in enumerate(errors)
+    ]
+    values = np.linspace(1.0, len(errors), len(many)).tolist()
+    between = {"value": values, "rmse_xy_m": {"decoupled": many}}
+    return {"UAV mass": {"rows": rows, "between": between, "scale": 1.0, "units": "kg"}}
+
+
+RISING, FALLING = [0.1, 0.2, 0.3, 0.4, 0.5], [0.5, 0.4, 0.3, 0.2, 0.1]
+SCATTER = [0.3, 0.1, 0.5, 0.2, 0.35]
+
+
+@pytest.mark.parametrize(
+    ("few", "many", "converged", "expected"),
+    [
+        ([1.0, 2.0, 3.0], RISING, True, REPRODUCED),
+        ([1.0, 2.0, 3.0], RISING, False, UNDECIDED),
+        # The few values rise by chance, the many do not.
+        ([1.0, 2.0, 3.0], SCATTER, True, UNDECIDED),
+        ([1.0, 3.0, 2.0], RISING, True, UNDECIDED),
+        ([3.0, 1.0, 2.0], FALLING, True, NOT_REPRODUCED),
+        # A hundredth is no trend.
+        ([1.0, 1.001, 1.002], FALLING, True, NOT_REPRODUCED),
+    ],
+)
+def test_a_trend_needs_the_few_values_and_the_many(
+    few: list[float], many: list[float], converged: bool, expected: str
+) -> None:
+    found = findings.trend("UAV mass", "error", 1)(sweep(few, many, converged))
+    assert found.verdict == expected
+    assert f"{few[0]:.3g}" in found.evidence
+
+
+def test_a_sentence_holds_only_if_all_of_its_parts_do() -> None:
+    assert combined([REPRODUCED, REPRODUCED]) == REPRODUCED
+    assert combined([REPRODUCED, UNDECIDED]) == UNDECIDED
+    assert combined([UNDECIDED, NOT_REPRODUCED]) == NOT_REPRODUCED
+    assert combined([]) == "nothing to check"
+
+
+def test_sentences_about_sweeps_not_flown_cannot_be_decided() -> None:
+    judged = verdicts({"sweeps": {}})
+    for claim, found in zip(CLAIMS, judged, strict=True):
+        assert found["verdict"] == (UNDECIDED if claim.checks else "nothing to check")
+
+
+def test_verdicts_follow_the_numbers_and_not_the_sentences(flown: study.Sensitivity) -> None:
+    """Reversing the flights' displacements reverses the verdict on them."""
+
+    def about_mass(results: dict[str, Any]) -> dict[str, str]:
+        start = "Similar to the first scenario"
+        return next(c for c in verdicts(results) if c["sentence"].startswith(start))
+
+    assert about_mass(flown.results)["verdict"] == REPRODUCED
+    changed = json.loads(sensitivity_output.as_json(flown.results))
+    rows = changed["sweeps"]["UAV mass"]["rows"]
+    for row, value in zip(rows, [row["displacement_m"] for row in rows][::-1], strict=True):
+        row["displacement_m"] = value
+    changed["sweeps"]["UAV mass"]["between"]["displacement_m"].reverse()
+    assert about_mass(changed)["verdict"] == NOT_REPRODUCED
+
+
+def test_flown_sweeps_have_converged_and_meet_at_the_nominal_vehicle(
+    flown: study.Sensitivity,
+) -> None:
+    mass, roll = (flown.results["sweeps"][name]["rows"] for name in ("UAV mass", "initial roll"))
+    for row in [*mass, *roll]:
+        for model in ("coupled", "decoupled", "independent"):
+            assert row["models"][model]["converged"], row
+        assert row["models"]["coupled"]["rmse_t_m"] == 0
+    # 2 kg without roll is in both: one flight, batched with different others.
+    for key in ("rmse_xy_m", "nrmse_t", "angle_rad"):
+        pair = [row["models"]["decoupled"][key] for row in (mass[1], roll[0])]
+        assert pair[0] == pytest.approx(pair[1], rel=1e-9)
+    # The horizontal error is part of the whole one.
+    for row in mass:
+        entry = row["models"]["decoupled"]
+        parts = math.hypot(entry["rmse_x_m"], entry["rmse_y_m"])
+        assert entry["rmse_xy_m"] == pytest.approx(parts, rel=1e-12)
+        assert entry["rmse_xy_m"] < entry["rmse_t_m"]
+
+
+def test_values_between_pass_through_the_values_compared(flown: study.Sensitivity) -> None:
+    part = flown.results["sweeps"]["initial roll"]
+    for row in part["rows"]:
+        at = part["between"]["value"].index(row["value"])
+        for model in ("decoupled", "independent"):
+            found = part["between"]["rmse_xy_m"][model][at]
+            assert found == pytest.approx(row["models"][model]["rmse_xy_m"], rel=1e-9)
+        assert part["between"]["displacement_m"][at] == pytest.approx(row["displacement_m"])
+
+
+def test_figures_draw_the_tips_and_the_errors(flown: study.Sensitivity) -> None:
+    axes: Any = figures.paths(flown.results, flown.datasets).axes[0]
+    drawn = {line.get_label(): line for line in axes.get_lines()}
+    dataset = flown.datasets["UAV mass"]
+    tip = dataset["tip_position"].sel(model="decoupled").isel(run=2)
+    np.testing.assert_array_equal(drawn["3 kg, decoupled"].get_ydata(), tip.sel(axis="y"))
+    assert drawn["3 kg, decoupled"].get_color() == drawn["3 kg"].get_color()
+    axes = figures.errors(flown.results).axes[1]
+    between = flown.results["sweeps"]["initial roll"]["between"]
+    line = next(item for item in axes.get_lines() if item.get_label() == "decoupled")
+    np.testing.assert_allclose(line.get_xdata(), np.degrees(between["value"]))
+    np.testing.assert_array_equal(line.get_ydata(), between["rmse_xy_m"]["decoupled"])
+
+
+def test_stored_results_hold_every_sentence_row_and_trajectory(
+    flown: study.Sensitivity, tmp_path: Path
+) -> None:
+    folder = ResultFolder(tmp_path / "out", "sensitivity")
+    sensitivity_output.write(flown, folder)
+    folder.finish()
+    table = (tmp_path / "out/table.md").read_text("utf-8")
+    for claim in flown.results["claims"]:
+        assert f"| {claim['sentence']} |" in table
+    assert "Every row has converged." in table
+    lines = (tmp_path / "out/sensitivity.csv").read_text().splitlines()
+    assert len(lines) == 1 + 2 * (3 + 4)
+    with xr.open_dataset(tmp_path / "out/sensitivity_uav_mass.nc", engine="h5netcdf") as stored:
+        xr.testing.assert_equal(stored.load(), flown.datasets["UAV mass"])
+        assert stored["value"].to_numpy().tolist() == [1.0, 2.0, 3.0]
+
+
+def test_a_row_that_has_not_converged_is_said_not_to_have(flown: study.Sensitivity) -> None:
+    changed = json.loads(sensitivity_output.as_json(flown.results))
+    entry = changed["sweeps"]["UAV mass"]["rows"][1]["models"]["decoupled"]
+    entry |= {"converged": False, "step_halving_error": 0.3}
+    said = sensitivity_output.remarks(changed)
+    assert "* UAV mass 2 kg, decoupled, has not converged: step error 30 %." in said
+
+
+def test_sentences_quote_the_section_of_the_paper_once_each() -> None:
+    sentences = [claim.sentence for claim in CLAIMS]
+    assert len(set(sentences)) == len(sentences)
+    assert all(re.fullmatch(r"[^|\n]+\.", sentence) for sentence in sentences)
+
+
+def test_what_cannot_be_swept_is_refused_before_any_flight(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(study, "simulate", None)
+    with pytest.raises(InputError, match="parameters holds 'UAV mas'.*UAV mass"):
+        study.sensitivity(PAPER, ["UAV mas"])
+    with pytest.raises(InputError, match="select"):
+        study.sensitivity(PAPER.replace({"arm.radius": [0.004, 0.005]}))
+    with pytest.raises(InputError, match=r"arm length sweep: .*position"):
+        study.sensitivity(PAPER.replace({"arm.disks": [DISK]}))
+
+
+def test_a_batch_changes_one_thing_and_leaves_the_rest() -> None:
+    vehicle, scenario = batch(PAPER, flight(), PARAMETERS["initial bend"], [0.2, 0.4])
+    assert vehicle is PAPER
+    np.testing.assert_array_equal(np.asarray(scenario.q)[:, 6], [0.2, 0.4])
+    np.testing.assert_array_equal(np.asarray(scenario.q)[:, :6], [flight().q[:6]] * 2)  # type: ignore[index]
