@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from typer.testing import CliRunner
 
 import continuair.studies.sensitivity as study
 import continuair.studies.sensitivity_findings as findings
+from continuair.cli import app
 from continuair.errors import InputError
 from continuair.figures import sensitivity as figures
 from continuair.simulation import simulate
@@ -244,3 +246,26 @@ def test_a_batch_changes_one_thing_and_leaves_the_rest() -> None:
     assert vehicle is PAPER
     np.testing.assert_array_equal(np.asarray(scenario.q)[:, 6], [0.2, 0.4])
     np.testing.assert_array_equal(np.asarray(scenario.q)[:, :6], [flight().q[:6]] * 2)  # type: ignore[index]
+
+
+def test_the_command_writes_json_tables_and_figures(
+    flown: study.Sensitivity, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(study, "sensitivity", lambda *_, **__: flown)
+    out = tmp_path / "out"
+    result = CliRunner().invoke(app, ["sensitivity", "--json", "-", "--out", str(out)])
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout) == json.loads((out / "sensitivity.json").read_text("utf-8"))
+    assert {"table.md", "paths.png", "errors.pdf"} <= {path.name for path in out.iterdir()}
+    assert "Similar to the first scenario" in result.stderr
+    assert "reproduced: displacement" in result.stderr
+
+
+def test_a_folder_of_another_study_is_refused_before_any_flight(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(study, "sensitivity", None)
+    ResultFolder(tmp_path, "open_loop")
+    result = CliRunner().invoke(app, ["sensitivity", "--out", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "another study (open_loop)" in result.stderr

@@ -1,0 +1,64 @@
+"""Draw the figures of docs/sensitivity.md, and write its table, from the study itself."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from continuair.figures import sensitivity as figures
+from continuair.figures import style
+from continuair.studies.sensitivity import sensitivity
+from continuair.studies.sensitivity_claims import NO_CLAIM
+from continuair.studies.sensitivity_output import neighbour_ratio
+from continuair.vehicle import load_vehicle
+
+DOCS = Path(__file__).parent
+START, END = "<!-- written by make_sensitivity.py -->\n", "<!-- to here -->\n"
+
+
+def main() -> None:
+    vehicle = load_vehicle("paper")
+    study, hertz = (sensitivity(vehicle, hertz=hertz) for hertz in (False, True))
+    drawn = {
+        "sensitivity_paths": figures.paths(study.results, study.datasets),
+        "sensitivity_errors": figures.errors(study.results),
+    }
+    for name, figure in drawn.items():
+        with style.applied():
+            figure.savefig(DOCS / "images" / f"{name}.png", dpi=110)
+    page = DOCS / "sensitivity.md"
+    before, rest = page.read_text(encoding="utf-8").split(START)
+    after = rest.split(END)[1]
+    table = "\n".join(_table(study.results, hertz.results)) + "\n"
+    page.write_text(before + START + table + END + after, encoding="utf-8")
+
+
+def _table(results: dict[str, Any], hertz: dict[str, Any]) -> list[str]:
+    """The verdicts of both readings of f, with the numbers of the first; then the scatter."""
+    lines = [
+        "| about | the paper | verdict, $\\sin ft$ | verdict, $\\sin 2\\pi ft$ | numbers, $\\sin ft$ |",
+        "|---|---|---|---|---|",
+    ]
+    for claim, other in zip(results["claims"], hertz["claims"], strict=True):
+        verdicts = [
+            text if text == NO_CLAIM else f"**{text}**"
+            for text in (claim["verdict"], other["verdict"])
+        ]
+        cells = [claim["about"], claim["sentence"], *verdicts, claim["evidence"]]
+        lines.append(f"| {' | '.join(cells)} |")
+    names = " | ".join(results["sweeps"])
+    lines += [
+        "",
+        "Largest factor between the errors at neighbouring values of a sweep:",
+        "",
+        f"| reading | {names} |",
+        "|---|" + "---:|" * len(results["sweeps"]),
+    ]
+    for reading, found in (("$\\sin ft$", results), ("$\\sin 2\\pi ft$", hertz)):
+        ratios = " | ".join(f"{neighbour_ratio(s):.2g}" for s in found["sweeps"].values())
+        lines.append(f"| {reading} | {ratios} |")
+    return lines
+
+
+if __name__ == "__main__":
+    main()
