@@ -9,7 +9,7 @@ from continuair.figures import sensitivity as figures
 from continuair.figures import style
 from continuair.studies.sensitivity import sensitivity
 from continuair.studies.sensitivity_claims import NO_CLAIM
-from continuair.studies.sensitivity_output import neighbour_ratio
+from continuair.studies.sensitivity_output import closer_share, neighbour_ratio
 from continuair.vehicle import load_vehicle
 
 DOCS = Path(__file__).parent
@@ -36,7 +36,7 @@ def main() -> None:
 def _table(results: dict[str, Any], hertz: dict[str, Any]) -> list[str]:
     """The verdicts of both readings of f, with the numbers of the first; then the scatter."""
     lines = [
-        "| about | the paper | verdict, $\\sin ft$ | verdict, $\\sin 2\\pi ft$ | numbers, $\\sin ft$ |",
+        "| about | the paper | $\\sin ft$ | $\\sin 2\\pi ft$ | numbers, $\\sin ft$ |",
         "|---|---|---|---|---|",
     ]
     for claim, other in zip(results["claims"], hertz["claims"], strict=True):
@@ -46,17 +46,15 @@ def _table(results: dict[str, Any], hertz: dict[str, Any]) -> list[str]:
         ]
         cells = [claim["about"], claim["sentence"], *verdicts, claim["evidence"]]
         lines.append(f"| {' | '.join(cells)} |")
-    names = " | ".join(results["sweeps"])
-    lines += [
-        "",
-        "Largest factor between the errors at neighbouring values of a sweep:",
-        "",
-        f"| reading | {names} |",
-        "|---|" + "---:|" * len(results["sweeps"]),
-    ]
-    for reading, found in (("$\\sin ft$", results), ("$\\sin 2\\pi ft$", hertz)):
-        ratios = " | ".join(f"{neighbour_ratio(s):.2g}" for s in found["sweeps"].values())
-        lines.append(f"| {reading} | {ratios} |")
+    for title, value in (
+        ("Largest factor between the errors at neighbouring values of a sweep", neighbour_ratio),
+        ("Share of the values at which `independent` is closer than `decoupled`", closer_share),
+    ):
+        lines += ["", f"{title}:", "", f"| reading | {' | '.join(results['sweeps'])} |"]
+        lines.append("|---|" + "---:|" * len(results["sweeps"]))
+        for reading, found in (("$\\sin ft$", results), ("$\\sin 2\\pi ft$", hertz)):
+            cells = " | ".join(f"{value(sweep):.2g}" for sweep in found["sweeps"].values())
+            lines.append(f"| {reading} | {cells} |")
     return lines
 
 

@@ -156,6 +156,15 @@ def test_check_shows_the_step_that_a_heavily_damped_arm_needs() -> None:
         assert f"{1e3 * 0.2 / rate:.3g} ms" in shown
 
 
+def test_check_shows_what_constant_curvature_costs_beside_the_beam() -> None:
+    result = run("check", "paper")
+    lines = [line.split() for line in result.stdout.splitlines()]
+    errors = {" ".join(line[1:-3]): line[-1] for line in lines if line[:1] == ["beam:"]}
+    assert errors["tip deflection under a tip force"] == "(-25.0%)"
+    # sqrt(20) / 3.516 - 1
+    assert errors["first frequency, UAV clamped"] == "(+27.2%)"
+
+
 def test_version_is_that_of_the_package() -> None:
     assert run("--version").stdout.startswith("continuair ")
 

@@ -13,7 +13,7 @@ LAYERS = [
     {"batch", "files", "parameters", "letters"},
     {"toml_files"},
     {"vehicle", "paths"},
-    {"camera", "checks", "coordinates", "equations", "targets"},
+    {"beam", "camera", "checks", "coordinates", "equations", "targets"},
     {"controllers"},
     {"scenarios"},
     {"kernels"},

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     __version__: str
     from continuair import paths as paths
+    from continuair.beam import curvature_error as curvature_error
     from continuair.controllers.classic import classic as classic
     from continuair.controllers.controller import Controller as Controller
     from continuair.controllers.controller import stack as stack
@@ -48,6 +49,7 @@ _HOME = {
     "simulate": "simulation",
     "forward_dynamics": "simulation",
     "MODELS": "simulation",
+    "curvature_error": "beam",
     "linearize": "linear",
     "modes": "linear",
     "trim": "linear",

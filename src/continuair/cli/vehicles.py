@@ -35,7 +35,10 @@ def vehicles() -> None:
 def check(
     file: Annotated[str, typer.Argument(help="The path of a .toml file, or a preset's name.")],
 ) -> None:
-    """Read a vehicle and show what follows from its parameters."""
+    """Read a vehicle and show what follows from its parameters.
+
+    The lines "beam" are those of an Euler-Bernoulli beam, with the error of constant curvature.
+    """
     from continuair.vehicle import load_vehicle
 
     vehicle = load_vehicle(file)
@@ -47,6 +50,7 @@ def _derived(vehicle: Vehicle) -> list[tuple[str, str]]:
     """Return names and values of what a vehicle's parameters imply."""
     from math import pi
 
+    from continuair.beam import curvature_error
     from continuair.kernels.engine import Engine
     from continuair.layout import Layout
     from continuair.linear import STEP_PHASE, automatic_step, bending_frequencies
@@ -64,4 +68,9 @@ def _derived(vehicle: Vehicle) -> list[tuple[str, str]]:
         ("bending frequency, UAV free", hertz[1]),
         ("fastest rate, damping included", f"{STEP_PHASE / step:.4g} 1/s"),
         ("automatic step, from rest", f"{1e3 * step:.3g} ms"),
+        *(
+            (f"beam: {name}", f"{entry['reference']:.4g} {entry['units']} ({entry['error']:+.1%})")
+            for name, entry in curvature_error(vehicle).items()
+            if entry["error"] and "decoupled" not in name
+        ),
     ]

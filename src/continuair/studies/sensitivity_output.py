@@ -125,12 +125,16 @@ def reading(results: dict[str, Any]) -> list[str]:
     ratios = ", ".join(
         f"{name} {neighbour_ratio(sweep):.2g}" for name, sweep in results["sweeps"].items()
     )
+    shares = ", ".join(
+        f"{name} {percent(closer_share(sweep))}" for name, sweep in results["sweeps"].items()
+    )
     return [
         "Error: RMS horizontal distance of the decoupled model's tip from the coupled one's. A",
         "trend counts if the values compared show it and the rank correlation over many values",
         "between is 0.5 or more; it is not reproduced if neither holds (0.2 or less), and cannot",
         "be decided in between. From one of the many values to the next the error changes by",
-        f"factors of up to: {ratios}.",
+        f"factors of up to: {ratios}. Share of these values at which `independent` is closer to",
+        f"coupled than `decoupled` is: {shares}.",
     ]
 
 
@@ -139,6 +143,13 @@ def neighbour_ratio(sweep: dict[str, Any]) -> float:
     errors = sweep["between"]["rmse_xy_m"]["decoupled"]
     ratios = [b / a for a, b in zip(errors, errors[1:], strict=False) if a > 0 and b > 0]
     return max((max(ratio, 1 / ratio) for ratio in ratios), default=1.0)
+
+
+def closer_share(sweep: dict[str, Any]) -> float:
+    """Return the share of values at which `independent` is closer to coupled than `decoupled`."""
+    errors = sweep["between"]["rmse_xy_m"]
+    pairs = list(zip(errors["independent"], errors["decoupled"], strict=True))
+    return sum(independent < decoupled for independent, decoupled in pairs) / len(pairs)
 
 
 def remarks(results: dict[str, Any]) -> list[str]:
