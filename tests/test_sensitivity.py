@@ -28,6 +28,7 @@ from continuair.studies.sensitivity_measures import (
     mass_distribution,
 )
 from continuair.studies.sensitivity_task import PARAMETERS, batch, flight, two_phase_force
+from continuair.sweeps import run_pairs
 from continuair.vehicle import load_vehicle
 
 PAPER = load_vehicle("paper")
@@ -225,10 +226,37 @@ def test_a_row_that_has_not_converged_is_said_not_to_have(flown: study.Sensitivi
     assert "* UAV mass 2 kg, decoupled, has not converged: step error 30 %." in said
 
 
-def test_sentences_quote_the_section_of_the_paper_once_each() -> None:
+def test_sentences_are_whole_and_fit_a_cell_of_a_table() -> None:
     sentences = [claim.sentence for claim in CLAIMS]
     assert len(set(sentences)) == len(sentences)
     assert all(re.fullmatch(r"[^|\n]+\.", sentence) for sentence in sentences)
+
+
+def test_flights_that_end_early_are_said_to_and_leave_nothing_to_judge_by() -> None:
+    """The nominal bend of 0.1 1/m is more than a full circle of an arm of 70 m."""
+    long = PAPER.replace({"arm.length": 70.0})
+    found = study.sensitivity(long, ["UAV mass"])
+    part = found.results["sweeps"]["UAV mass"]
+    assert len(part["between"]["ended_early"]) == 41
+    assert not part["rows"][0]["models"]["coupled"]["converged"]
+    said = "\n".join(sensitivity_output.remarks(found.results))
+    assert "UAV mass 1 kg, coupled, has not converged: status 2." in said
+    assert "41 of the values between are left out" in said
+    claims = [c for c in found.results["claims"] if c["about"] == "UAV mass"]
+    assert {c["verdict"] for c in claims} == {UNDECIDED, "nothing to check"}
+    sensitivity_output.as_table(found.results)
+    assert json.loads(sensitivity_output.as_json(found.results))
+    figures.errors(found.results)
+
+
+def test_the_rows_agree_with_metrics_gathered_while_flying(flown: study.Sensitivity) -> None:
+    """`run_pairs` sums up inside the kernel, over steps of each run's own."""
+    parameter = PAPER.replace({"uav.mass": PARAMETERS["UAV mass"].values})
+    pairs = run_pairs(parameter, flight()).sel(model="decoupled")
+    rows = flown.results["sweeps"]["UAV mass"]["rows"]
+    for name in ("nrmse_t", "rmse_t_m", "angle_rad"):
+        mine = [row["models"]["decoupled"][name] for row in rows]
+        np.testing.assert_allclose(mine, pairs[name], rtol=1e-6)
 
 
 def test_what_cannot_be_swept_is_refused_before_any_flight(monkeypatch: pytest.MonkeyPatch) -> None:

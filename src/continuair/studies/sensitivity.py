@@ -213,19 +213,24 @@ def _rows(
 def _between(
     vehicle: Vehicle, scenario: Scenario, parameter: Parameter, step: float
 ) -> dict[str, Any]:
-    """Measures and horizontal differences of many values, as lists."""
+    """Measures and horizontal differences of many values, as lists over those flown to the end."""
     values = parameter.between()
     vehicles, _ = batch(vehicle, scenario, parameter, values)
     flown = _fly(vehicle, scenario, parameter, values, step)
-    runs = [vehicles.select(run) for run in range(len(values))]
-    lists: dict[str, Any] = {"value": values, "arm_inertia_kg_m2": [_arm_inertia(v) for v in runs]}
-    lists |= measures(vehicles, flown[REFERENCE])
-    found = {name: np.asarray(column).tolist() for name, column in lists.items()}
-    found["rmse_xy_m"] = {
-        model: [_rms(distance) for distance in apart(flown[REFERENCE], flown[model])]
+    ended = [int(run) for run in np.flatnonzero(sum(flown[model]["status"] for model in MODELS))]
+    kept = np.setdiff1d(np.arange(len(values)), ended)
+    inertia = np.array([_arm_inertia(vehicles.select(run)) for run in range(len(values))])
+    columns = {"value": values, "arm_inertia_kg_m2": inertia}
+    columns |= measures(vehicles, flown[REFERENCE])
+    errors = {
+        model: np.array([_rms(distance) for distance in apart(flown[REFERENCE], flown[model])])
         for model in OTHERS
     }
-    return found
+    return {
+        "ended_early": values[ended].tolist(),
+        **{name: column[kept].tolist() for name, column in columns.items()},
+        "rmse_xy_m": {model: column[kept].tolist() for model, column in errors.items()},
+    }
 
 
 def _arm_inertia(vehicle: Vehicle) -> float:

@@ -26,6 +26,9 @@ from continuair.studies.sensitivity_task import PARAMETERS
 NO_CLAIM = "nothing to check"
 """Verdict on a sentence that describes the set-up, or gives a reason and no result."""
 
+FEWEST = 10
+"""Values between that must have been flown to the end for a sweep to be judged by."""
+
 SAME = 0.1
 """Numbers within this share of each other count as the same."""
 
@@ -45,7 +48,12 @@ class Claim:
 
 def verdicts(results: dict[str, Any]) -> list[dict[str, str]]:
     """Return about, sentence, verdict and evidence of every sentence, from the study's sweeps."""
-    return [_judged(claim, results["sweeps"]) for claim in CLAIMS]
+    usable = {
+        name: sweep
+        for name, sweep in results["sweeps"].items()
+        if len(sweep["between"]["value"]) >= FEWEST
+    }
+    return [_judged(claim, usable) for claim in CLAIMS]
 
 
 def _judged(claim: Claim, sweeps: dict[str, Any]) -> dict[str, str]:
@@ -54,7 +62,7 @@ def _judged(claim: Claim, sweeps: dict[str, Any]) -> dict[str, str]:
     except KeyError as missing:
         if missing.args[0] not in PARAMETERS:
             raise
-        verdict, evidence = UNDECIDED, f"the sweep of the {missing.args[0]} was not flown"
+        verdict, evidence = UNDECIDED, f"no sweep of the {missing.args[0]} to judge by"
     else:
         verdict = combined([finding.verdict for finding in findings])
         parts = [

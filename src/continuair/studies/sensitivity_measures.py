@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from continuair.vehicle import Vehicle
 
@@ -50,8 +49,10 @@ def measures(vehicle: Vehicle, flown: xr.Dataset) -> dict[str, Array]:
 
 def centre_of_mass(flown: xr.Dataset, com: Array) -> Array:
     """Return the centre of mass in world axes (runs, time, 3) from that in body axes [m]."""
-    attitude = Rotation.from_quat(_values(flown, "attitude", "quaternion").reshape(-1, 4))
-    turned = attitude.apply(com.reshape(-1, 3)).reshape(com.shape)
+    x, y, z, w = np.moveaxis(_values(flown, "attitude", "quaternion"), -1, 0)
+    # Unlike SciPy's rotations this lets the rows of a flight that ended early be NaN.
+    axis = np.stack([x, y, z], axis=-1)
+    turned = com + 2 * np.cross(axis, np.cross(axis, com) + w[..., None] * com)
     position: Array = _values(flown, "position", "axis") + turned
     return position
 

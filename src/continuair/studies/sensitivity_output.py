@@ -65,9 +65,10 @@ def as_csv(results: dict[str, Any]) -> str:
 
 def between_as_csv(results: dict[str, Any]) -> str:
     """Return one line per parameter and value between, with measures and differences."""
+    apart = ("rmse_xy_m", "ended_early")
     return _csv(
         {"parameter": name}
-        | {key: column[i] for key, column in between.items() if key != "rmse_xy_m"}
+        | {key: column[i] for key, column in between.items() if key not in apart}
         | {f"rmse_xy_m_{model}": column[i] for model, column in between["rmse_xy_m"].items()}
         for name, between in ((n, sweep["between"]) for n, sweep in results["sweeps"].items())
         for i in range(len(between["value"]))
@@ -149,7 +150,7 @@ def closer_share(sweep: dict[str, Any]) -> float:
     """Return the share of values at which `independent` is closer to coupled than `decoupled`."""
     errors = sweep["between"]["rmse_xy_m"]
     pairs = list(zip(errors["independent"], errors["decoupled"], strict=True))
-    return sum(independent < decoupled for independent, decoupled in pairs) / len(pairs)
+    return sum(independent < decoupled for independent, decoupled in pairs) / max(len(pairs), 1)
 
 
 def remarks(results: dict[str, Any]) -> list[str]:
@@ -166,6 +167,10 @@ def remarks(results: dict[str, Any]) -> list[str]:
                     share = percent(entry["step_halving_error"])
                     why = f"status {entry['status']}" if entry["status"] else f"step error {share}"
                     unsettled.append(f"* {name} {row['label']}, {model}, has not converged: {why}.")
+        if early := len(sweep["between"]["ended_early"]):
+            unsettled.append(
+                f"* {name}: {early} of the values between are left out, as a flight ended early."
+            )
     return [*lines, *(unsettled or ["Every row has converged."])]
 
 
