@@ -105,7 +105,7 @@ def _blocks(runs: int, grid, models: int, engine: Engine) -> list[slice]:
     """Parts of the runs that are flown at once: as many as fit, and some for every thread."""
     kind = engine.device.split(":")[0]
     most = int(_BLOCK_BYTES[kind] / (8 * POSE * models * len(grid.samples)))
-    if kind == "cpu":
+    if kind == "cpu" and engine.threads > 1:
         most = min(most, -(-runs // (_BLOCKS_PER_THREAD * engine.threads)))
     size = max(1, most)
     return [slice(at, min(at + size, runs)) for at in range(0, runs, size)]

@@ -25,8 +25,8 @@ STATUSES = {REFUSED: "parameters refused", **STATUS}
 
 _ENDS = ("tip_x_m", "tip_y_m", "tip_z_m", "status", "end_time", "step")
 
-# Simulated seconds of each model in a unit: about a second of work of one core, or of a GPU.
-_SECONDS_PER_UNIT = {"cpu": 500.0, "cuda": 20000.0}
+# Simulated seconds of each model in a unit: a second or two of work of one core, or of a GPU.
+_SECONDS_PER_UNIT = {"cpu": 1000.0, "cuda": 20000.0}
 
 
 def quantities(design: Design) -> tuple[str, ...]:
