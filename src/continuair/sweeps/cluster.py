@@ -40,14 +40,16 @@ def connected(address: str) -> Iterator[Any]:
         yield client
 
 
-def compute_on(client: Any, store: Store, units: list[int], done: Callable[[], None]) -> None:
+def compute_on(
+    client: Any, store: Store, units: list[int], device: str, done: Callable[[], None]
+) -> None:
     """Have the workers compute units; units of workers that go away are given to others."""
     from distributed import as_completed
 
     left = units
     while left:
         tasks = {
-            client.submit(compute_unit, str(store.path), unit, store.device, pure=False): unit
+            client.submit(compute_unit, str(store.path), unit, device, pure=False): unit
             for unit in left
         }
         failed: dict[int, BaseException] = {}

@@ -39,20 +39,22 @@ def sweep(
 
     design: a .toml file, or a Dataset whose variables are fields (docs/sweeps.md). out: the zarr
     store; one of the same design is continued. metrics: names, those of the design by default.
-    device: "cpu" or a CUDA device. threads: CPU threads, all by default. scheduler: the address of
-    a Dask scheduler whose workers see the same `out`. shard: (i, n), to do the i-th of n parts,
-    counted from 1. progress: called with (done, total, what). Returns the Dataset of `open_sweep`.
-    Raises InputError before anything is written.
+    device: "cpu", "cuda" or one of several, "cuda:1". threads: CPU threads, all by default.
+    scheduler: the address of a Dask scheduler whose workers see the same `out`. shard: (i, n), to
+    do the i-th of n parts, counted from 1. progress: called with (done, total, what). Returns the
+    Dataset of `open_sweep`. Raises InputError before anything is written.
     """
     require_zarr()
     path = Path(out).expanduser().absolute()
     found = load_design(design, None if metrics is None else tuple(metrics))
     part, parts = _checked_shard(shard)
     report = progress or (lambda done, total, what: None)
-    if scheduler is None:
-        check_device(device)
+    device = "cuda:0" if device == "cuda" else device
+    # The workers of a cluster may have a device that this machine has not.
+    here = "cpu" if scheduler is not None and device.startswith("cuda") else device
+    check_device(here)
     with _client(scheduler) as client:
-        store = _opened(path, found, device, report)
+        store = _opened(path, found, device, here, report)
         mine = range(part - 1, store.units, parts)
         done = store.done()
         left = [unit for unit in mine if not done[unit]]
@@ -60,10 +62,10 @@ def sweep(
         if client is not None:
             from continuair.sweeps.cluster import compute_on
 
-            compute_on(client, store, left, count)
+            compute_on(client, store, left, device, count)
         elif left:
             # It compiles, which several threads must not do at once.
-            check(found, device)
+            check(found, here)
             _compute_here(store, left, device, threads, count)
         if store.done().all():
             store.clean()
@@ -93,14 +95,14 @@ def _client(scheduler: str | None) -> Iterator[Any]:
         yield client
 
 
-def _opened(path: Path, design: Design, device: str, report: Progress) -> Store:
-    """The store at a path, made first if there is none."""
+def _opened(path: Path, design: Design, device: str, here: str, report: Progress) -> Store:
+    """The store at a path, made first if there is none and the design flies on the device here."""
     from continuair.sweeps.store import check_new, create, is_store, open_store
 
     if not is_store(path):
         check_new(path, design, unit_size(design, device))
         report(0, 1, "checking the design")
-        check(design, device)
+        check(design, here)
         create(path, design, device)
     return open_store(path, device, design)
 

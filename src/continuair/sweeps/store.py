@@ -118,9 +118,11 @@ def is_store(path: Path) -> bool:
 
 
 def create(path: Path, design: Design, device: str) -> None:
-    """Make the store of a design; where several processes do so at once, they make it together."""
+    """Make the store of a design, where `check_new` has no objection.
+
+    Where several processes do so at once, they make it together.
+    """
     size = unit_size(design, device)
-    check_new(path, design, size)
     new = path / f"{_NEW}{uuid.uuid4().hex}"
     try:
         new.mkdir(parents=True)
