@@ -42,7 +42,7 @@ def assert_refused(result: Any, *parts: str) -> None:
         (SMALL.replace("vehicle.uav.mass", "scenery.kappa"), ["scenery.kappa", "vehicle"]),
         (SMALL.replace("vehicle.uav.mass", "model"), ["list the models in models"]),
         (SMALL.replace("vehicle.uav.mass", "target.height"), ["no [target]"]),
-        (SMALL.replace("test =", "tset ="), ["tset", "use test"]),
+        (SMALL.replace("test =", "tset ="), ["tset", "use scenario.test"]),
         (SMALL.replace('"A"', '"E"'), ["test is 'E'"]),
         ("modles = []\n" + SMALL, ["modles", "use models"]),
         (SMALL + '"scenario.roll" = [0.1]\n', ["holds 2", "holds 1", "together"]),
