@@ -1,0 +1,124 @@
+"""Advice: limits bracket the tolerance, light arms may be decoupled, sentences say what follows."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import continuair as ca
+import continuair.cli as cli
+from continuair.controllers.gain_files import load_gains
+from continuair.figures import advise as figures
+from continuair.studies import advise
+from continuair.studies.advise_output import as_table
+from continuair.studies.advise_tracking import tracking_limit
+from continuair.studies.open_loop_output import as_json
+
+VEHICLE = ca.load_vehicle("paper")
+LIGHT = VEHICLE.replace({"arm.density": 0.1, "arm.youngs_modulus": 207e9 * 0.1 / 7850.0})
+"""The arm with 1/78500 of its mass, and the same bending frequency."""
+
+
+@pytest.fixture(scope="module")
+def contact() -> dict[str, Any]:
+    return advise.advise(VEHICLE, ["contact"], advise.Tolerance(tip=0.1))
+
+
+def test_the_error_is_tolerable_up_to_the_limit_and_not_beyond() -> None:
+    found = advise.excite(VEHICLE, "moment", 0.02)["models"]["decoupled"]
+    hz, errors = np.array(found["hz"]), np.array(found["errors"])
+    at = np.flatnonzero(hz == found["limit_hz"])
+    assert at.size == 1
+    assert (errors[: at[0] + 1] <= 0.02).all()
+    assert errors[at[0] + 1] > 0.02
+    # The limit is known to a few percent.
+    assert hz[at[0] + 1] / hz[at[0]] < 1.05
+
+
+def test_an_arm_that_weighs_next_to_nothing_may_be_decoupled() -> None:
+    heavy, light = (advise.excite(v, "bend", 0.02)["models"]["decoupled"] for v in (VEHICLE, LIGHT))
+    assert light["error"] < 0.003 * heavy["error"]
+    assert math.isinf(light["limit_hz"])
+
+
+def test_only_a_fall_carries_the_arm_along() -> None:
+    found = advise.attribute(VEHICLE, ["release", "fall"])
+    assert found["fall"]["carriage"] > 1e-3 > 1e-9 > found["release"]["carriage"]
+
+
+def test_slower_targets_are_within_the_limit_and_faster_ones_are_not() -> None:
+    found = tracking_limit(VEHICLE, "L", load_gains("paper"), ("decoupled",), 0.7)
+    entry = found["models"]["decoupled"]
+    speed, ds = np.array(entry["speed_m_s"]), np.array(entry["ds_px"])
+    assert found["rms_px"] < 1.0
+    assert (ds[speed <= entry["limit_m_s"]] <= 0.7).all()
+    assert ds[speed > entry["limit_m_s"]][0] > 0.7
+
+
+def results(limit: float, tolerable: bool = True) -> dict[str, Any]:
+    once = {"models": {"decoupled": {"limit_hz": None, "tolerable": tolerable}}}
+    periodic = {"models": {"decoupled": {"limit_hz": limit, "tolerable": True}}}
+    return {
+        "tracking": {},
+        "excitations": {
+            "force": periodic | {"responsible": "inertia"},
+            "fall": once | {"responsible": "carriage"},
+        },
+    }
+
+
+@pytest.mark.parametrize(
+    ("limit", "tolerable", "scope", "text"),
+    [
+        (math.inf, True, "all", "decouple for motion at every frequency tried"),
+        (2.5, True, "below", "decouple for motion below 2.5 Hz (what is missed: inertia)"),
+        (math.nan, True, "none", "do not decouple (what is missed: inertia)"),
+        (
+            math.inf,
+            False,
+            "all",
+            "decouple for motion at every frequency tried, but not in free fall (what is missed: "
+            "carriage)",
+        ),
+    ],
+)
+def test_the_sentence_follows_from_limits(
+    limit: float, tolerable: bool, scope: str, text: str
+) -> None:
+    found = advise.verdict(results(limit, tolerable), "fast-flight", "decoupled")
+    assert (found["scope"], found["text"]) == (scope, text)
+
+
+def test_advice_is_stored_as_strict_json_a_table_and_a_figure(
+    contact: dict[str, Any], tmp_path: Path
+) -> None:
+    stored = json.loads(as_json(contact), parse_constant=lambda name: pytest.fail(name))
+    assert stored["study"] == "advise"
+    assert stored["verdicts"]["contact"]["decoupled"]["text"] in as_table(contact)
+    assert set(stored["step_over_coupled"]) == {"decoupled", "independent"}
+    figures.advice(contact).savefig(tmp_path / "advise.png")
+    assert (tmp_path / "advise.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "parts"),
+    [
+        (("papre",), ("vehicle is 'papre'", "use paper")),
+        (("paper", "--task", "hoover"), ("task is 'hoover'", "use hover")),
+        (("paper", "--tolerance", "-1"), ("tolerance is -1.0",)),
+        (("paper", "--pixels", "nan"), ("pixels is nan",)),
+        (("paper", "--gains", "none"), ("gains is 'none'",)),
+    ],
+)
+def test_unusable_input_is_refused_in_a_sentence(
+    arguments: tuple[str, ...], parts: tuple[str, ...]
+) -> None:
+    result = CliRunner().invoke(cli.app, ["advise", *arguments])
+    assert result.exit_code == 2
+    for part in parts:
+        assert part in result.stderr
+    assert "Traceback" not in result.stderr
