@@ -1,0 +1,75 @@
+"""How far a vehicle, under a reading, is from the eight numbers of the paper's table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from continuair.identification.flights import Accuracy, Flights, step_groups
+from continuair.identification.readings import Flight, Reading, rotation, translation
+from continuair.identification.space import vehicles
+from continuair.scenarios import OPEN_LOOP_TESTS
+from continuair.studies.open_loop import PRINTED
+from continuair.vehicle import Vehicle
+
+Array = np.ndarray
+
+TABLE = np.array(
+    [[PRINTED[test][key] for test in OPEN_LOOP_TESTS] for key in ("nrmse_t", "nrmse_r")]
+)
+"""The printed numbers, (2, 4): translation and rotation of Tests A to D."""
+
+# A number that is exactly 0 is as far off as this one.
+_LEAST = 1e-9
+
+
+def read(vehicle: Vehicle, readings: Sequence[Reading], accuracy: Accuracy) -> Array:
+    """The numbers (runs, readings, 2, 4) that a batch of vehicles gives; NaN where a run fails."""
+    found = np.full((vehicle.runs or 1, len(readings), 2, 4), np.nan)
+    flown: dict[Flight, list[int]] = {}
+    for index, reading in enumerate(readings):
+        flown.setdefault(reading.flight, []).append(index)
+    for runs, step in step_groups(vehicle, accuracy):
+        flights = Flights(_of(vehicle, runs), step, accuracy.sample)
+        known: dict[object, Array] = {}
+        for flight, indices in flown.items():
+            for column, test in enumerate(OPEN_LOOP_TESTS):
+                key = (flight.decoupled, flight.arm, flight.bend, test)
+                if test == "D":
+                    key = (*key, flight.tip_force)
+                if key not in known:
+                    ours, theirs = (
+                        flights.fly(model, flight, test) for model in ("coupled", flight.decoupled)
+                    )
+                    known[key] = translation(ours, theirs), rotation(ours, theirs)
+                of_t, of_r = known[key]
+                for index in indices:
+                    reading = readings[index]
+                    found[runs, index, 0, column] = of_t[reading.metric]
+                    found[runs, index, 1, column] = of_r[reading.metric, reading.angles]
+    return found
+
+
+def log_ratios(numbers: Array) -> Array:
+    """ln(ours / printed) of numbers (..., 2, 4)."""
+    ratios: Array = np.log(np.maximum(numbers, _LEAST) / TABLE)
+    return ratios
+
+
+def objective(numbers: Array) -> Array:
+    """RMS over the eight numbers (..., 2, 4) of ln(ours / printed); inf where one is missing."""
+    value = np.sqrt(np.mean(log_ratios(numbers) ** 2, axis=(-2, -1)))
+    return np.where(np.isfinite(value), value, np.inf)
+
+
+def evaluate(shares: Array, readings: Sequence[Reading], accuracy: Accuracy) -> Array:
+    """`objective` (runs, readings) of rows of shares (runs, parameters) in [0, 1]."""
+    values: Array = objective(read(vehicles(shares), readings, accuracy))
+    return values
+
+
+def _of(vehicle: Vehicle, runs: Array) -> Vehicle:
+    from continuair import batch
+
+    return vehicle if vehicle.runs is None else batch.take(vehicle, runs)
