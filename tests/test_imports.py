@@ -25,6 +25,7 @@ LAYERS = [
     {"metrics", "interactive"},
     {"sweeps"},
     {"studies", "figures"},
+    {"identification"},
     {"cli"},
 ]
 RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}

@@ -8,6 +8,7 @@ from continuair.cli import (  # noqa: F401, I001
     cost,
     advise,
     sweep,
+    identify,
     vehicles,
     paper,
 )

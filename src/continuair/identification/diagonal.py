@@ -163,9 +163,7 @@ def diagonal_kernels() -> SimpleNamespace:
             d7 += two * dm * (c.d_out * c.dd_out + c.d_down * c.dd_down) * moving
             turned = one - cosine
             m8 += dm * c.out * c.out + jt * two * turned + ja * turned * turned
-            d8 += two * moving * (
-                dm * c.out * c.d_out + jt * s * sine + ja * turned * s * sine
-            )
+            d8 += two * moving * (dm * c.out * c.d_out + jt * s * sine + ja * turned * s * sine)
             moment += dm * r
             g7 += dm * wp.dot(up, by_kappa)
             g8 += dm * wp.dot(up, by_angle)
@@ -289,7 +287,10 @@ class DiagonalEngine:
         return out
 
     def roll_out(
-        self, start: np.ndarray, grid: SimpleNamespace, inputs: tuple[np.ndarray, int],
+        self,
+        start: np.ndarray,
+        grid: SimpleNamespace,
+        inputs: tuple[np.ndarray, int],
         gravity: float,
     ) -> np.ndarray:
         """Logged states (runs, samples, 16) from start (runs, 16); inputs: table (rows, 11) and
@@ -339,8 +340,9 @@ def _packed(vehicle: Vehicle, Body) -> tuple[np.ndarray, np.ndarray]:
         parts.append(np.stack([per_run(value, runs) for value in row], -1)[:, None])
     bodies = np.zeros(runs, dtype=Body.numpy_dtype())
     bodies["mass"], bodies["length"] = per_run(uav.mass, runs), length
-    bodies["inertia"], bodies["mount"] = per_run(uav.inertia, runs, 3, 3), per_run(
-        uav.mount, runs, 3
+    bodies["inertia"], bodies["mount"] = (
+        per_run(uav.inertia, runs, 3, 3),
+        per_run(uav.mount, runs, 3),
     )
     bodies["stiffness"] = per_run(arm.bending_stiffness, runs) * length
     bodies["damping"] = per_run(arm.structural_damping, runs) * length

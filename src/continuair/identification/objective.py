@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from continuair import batch
 from continuair.identification.flights import Accuracy, Flights, step_groups
 from continuair.identification.readings import Flight, Reading, rotation, translation
 from continuair.identification.space import vehicles
@@ -32,12 +33,11 @@ def read(vehicle: Vehicle, readings: Sequence[Reading], accuracy: Accuracy) -> A
         flown.setdefault(reading.flight, []).append(index)
     for runs, step in step_groups(vehicle, accuracy):
         flights = Flights(_of(vehicle, runs), step, accuracy.sample)
-        known: dict[object, Array] = {}
+        known: dict[object, tuple[dict[str, Array], dict[tuple[str, str], Array]]] = {}
         for flight, indices in flown.items():
             for column, test in enumerate(OPEN_LOOP_TESTS):
-                key = (flight.decoupled, flight.arm, flight.bend, test)
-                if test == "D":
-                    key = (*key, flight.tip_force)
+                tip_force = flight.tip_force if test == "D" else ""
+                key = (flight.decoupled, flight.arm, flight.bend, test, tip_force)
                 if key not in known:
                     ours, theirs = (
                         flights.fly(model, flight, test) for model in ("coupled", flight.decoupled)
@@ -70,6 +70,4 @@ def evaluate(shares: Array, readings: Sequence[Reading], accuracy: Accuracy) -> 
 
 
 def _of(vehicle: Vehicle, runs: Array) -> Vehicle:
-    from continuair import batch
-
     return vehicle if vehicle.runs is None else batch.take(vehicle, runs)

@@ -74,13 +74,19 @@ class Reading:
         return asdict(self.flight) | {"metric": self.metric, "angles": self.angles}
 
 
+FLIGHTS = tuple(
+    Flight(decoupled, arm, bend, tip_force)
+    for decoupled, arm, bend, tip_force in product(DECOUPLED, ARMS, BENDS, TIP_FORCES)
+)
+"""All kinds of flight."""
+
 READINGS = tuple(
-    Reading(Flight(*flown), metric, angles)
-    for *flown, metric, angles in product(DECOUPLED, ARMS, BENDS, TIP_FORCES, METRICS, ANGLES)
+    Reading(flight, metric, angles)
+    for flight, metric, angles in product(FLIGHTS, METRICS, ANGLES)
     # Nothing divides an angle of rotation by a range of coordinates.
     if not (metric in ("nrmse", "rmse_component") and angles == "geodesic")
 )
-"""All readings; gravity acts in each (the paper calls Test B a free fall), and a flight lasts 1 s."""
+"""All readings; gravity acts in each (Test B is a free fall), and a flight lasts 1 s."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +106,7 @@ def translation(coupled: Tips, other: Tips) -> dict[str, Array]:
 
 def rotation(coupled: Tips, other: Tips) -> dict[tuple[str, str], Array]:
     """(metric, angles) -> (runs,) of the tip's rotation."""
-    found = {}
+    found: dict[tuple[str, str], Array] = {}
     for frame, turn in (("", False), ("frenet", True)):
         ours, theirs = (_frenet(tips) if turn else tips.attitude for tips in (coupled, other))
         smooth = [continuous_euler(attitude) for attitude in (ours, theirs)]

@@ -48,6 +48,17 @@ class Effort:
             if isinstance(value, bool) or not isinstance(value, int) or value < least:
                 raise InputError(f"{name} is {shown(value)}; give a whole number from {least} on.")
 
+    @classmethod
+    def times(cls, factor: int) -> Effort:
+        """The default effort, several times over; the population stays."""
+        plain = cls()
+        return cls(
+            samples=factor * plain.samples,
+            evolved=factor * plain.evolved,
+            generations=factor * plain.generations,
+            refined=factor * plain.refined,
+        )
+
 
 @dataclass(frozen=True)
 class Candidate:

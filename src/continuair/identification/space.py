@@ -40,7 +40,9 @@ PARAMETERS = (
     Parameter("length", 0.3, 1.6, "m", "the paper's longest arm is 1.5 m"),
     Parameter("radius", 0.5e-3, 10e-3, "m", "the paper sweeps 1 to 10 mm"),
     Parameter("density", 1000.0, 8000.0, "kg/m³", "from polymers to steel"),
-    Parameter("youngs_modulus", 1e9, 210e9, "Pa", "from polymers to steel; the paper has 40 to 207"),
+    Parameter(
+        "youngs_modulus", 1e9, 210e9, "Pa", "from polymers to steel; the paper has 40 to 207"
+    ),
     Parameter("damping_ratio", 1e-4, 0.3, "-", "of the clamped first mode; 0.3 is rubber"),
     Parameter(
         "tip_mass", 1e-3, 0.3, "kg", "disks and camera; the paper neglects the disks (Assumption 1)"
@@ -54,22 +56,28 @@ ACTIVE = 0.01
 """A parameter within this share of its range from a bound is reported as held by it."""
 
 
+def values(shares: Array) -> dict[str, Array]:
+    """Name -> values (runs,) of rows (runs, parameters) of shares in [0, 1]."""
+    columns = zip(PARAMETERS, np.transpose(shares), strict=True)
+    return {parameter.name: _six_digits(parameter.at(column)) for parameter, column in columns}
+
+
 def vehicles(shares: Array) -> Vehicle:
     """The batched vehicle of rows (runs, parameters) of shares in [0, 1]."""
-    values = {p.name: p.at(column) for p, column in zip(PARAMETERS, np.transpose(shares), strict=True)}
-    across = values["uav_mass"] * values["gyration"] ** 2
+    at = values(shares)
+    across = _six_digits(at["uav_mass"] * at["gyration"] ** 2)
+    axial = _six_digits(at["yaw_ratio"] * across)
     mount = np.zeros((len(across), 3))
-    mount[:, 2] = values["mount_z"]
+    mount[:, 2] = at["mount_z"]
     changes = {
-        "uav.mass": values["uav_mass"],
-        "uav.inertia": np.stack([across, across, values["yaw_ratio"] * across], -1)[:, None]
-        * np.eye(3),
+        "uav.mass": at["uav_mass"],
+        "uav.inertia": np.stack([across, across, axial], -1)[:, None] * np.eye(3),
         "uav.mount": mount,
-        "arm.disks.0.position": values["length"],
-        "arm.disks.0.mass": values["tip_mass"],
+        "arm.disks.0.position": at["length"],
+        "arm.disks.0.mass": at["tip_mass"],
     }
     names = ("length", "radius", "density", "youngs_modulus", "damping_ratio", "kappa_s")
-    changes |= {f"arm.{name}": values[name] for name in names}
+    changes |= {f"arm.{name}": at[name] for name in names}
     return _template().replace(changes)
 
 
@@ -80,6 +88,11 @@ def held(share: Array) -> dict[str, str]:
         if at < ACTIVE or at > 1.0 - ACTIVE:
             found[parameter.name] = "lower" if at < ACTIVE else "upper"
     return found
+
+
+def _six_digits(numbers: Array) -> Array:
+    """Rounded, so that a file of the vehicle is short and yet exactly the vehicle flown."""
+    return np.array([float(f"{number:.6g}") for number in numbers])
 
 
 def _template() -> Vehicle:

@@ -1,0 +1,96 @@
+"""The fields of a vehicle that a recorded flight may determine, and the scale each is fitted on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from continuair.errors import InputError, nearest
+from continuair.vehicle import Vehicle
+
+Array = np.ndarray
+
+_PLACE_SCALE = 0.01
+_ARM = ("length", "radius", "density", "youngs_modulus", "damping", "damping_ratio", "kappa_s")
+_MOST_DECADES = 3.0
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Fields to fit, and the vehicle they are of.
+
+    start (fields,): their values. linear (fields,): places, which may be 0 or below, move by
+    centimetres; all others are above 0 and move by their logarithm.
+    """
+
+    of: Vehicle
+    names: tuple[str, ...]
+    start: Array
+    linear: Array
+
+    def values(self, rows: Array) -> Array:
+        """Values (runs, fields) of rows of unknowns, 0 at the start."""
+        bounded = np.clip(rows, -_MOST_DECADES * np.log(10.0), _MOST_DECADES * np.log(10.0))
+        grown = self.start * np.exp(np.where(self.linear, 0.0, bounded))
+        moved: Array = np.where(self.linear, self.start + _PLACE_SCALE * rows, grown)
+        return moved
+
+    def vehicle(self, rows: Array) -> Vehicle:
+        """The batched vehicle of rows of unknowns (runs, fields)."""
+        return self.of.replace(dict(zip(self.names, self.values(rows).T, strict=True)))
+
+    def slopes(self, values: Array) -> Array:
+        """Change of every value per change of its unknown."""
+        found: Array = np.where(self.linear, _PLACE_SCALE, values)
+        return found
+
+    def relative(self, row: Array) -> Array:
+        """Change per change of its unknown, as a share of the value; 0 for places."""
+        return np.where(self.linear, 0.0, 1.0) * np.ones_like(row)
+
+    def reach(self, factor: float) -> Array:
+        """How far the unknowns go for values within a factor, or centimetres, of the start."""
+        return np.where(self.linear, 1.0, np.log(factor))
+
+
+def fitted_fields(vehicle: Vehicle, names: Sequence[str] | None) -> Fitted:
+    """Check names of fields; None: Young's modulus, and the damping if there is any. InputError."""
+    known = _known(vehicle)
+    if names is None:
+        names = ["arm.youngs_modulus"]
+        names += [f"arm.{name}" for name in ("damping", "damping_ratio") if known[f"arm.{name}"]]
+    names = [name.strip() for name in names]
+    if not names:
+        raise InputError(f"fit is empty; name fields of the vehicle: {', '.join(known)}.")
+    for name in names:
+        if name not in known:
+            raise InputError(f"fit holds {name}, which cannot be fitted; {nearest(name, known)}.")
+        if not known[name] and not _is_place(name):
+            raise InputError(
+                f"{name} is {known[name] or 0:g} in the vehicle, and is fitted as a factor; give "
+                "it a start above 0 in the vehicle's file."
+            )
+    repeated = {name for name in names if names.count(name) > 1}
+    if repeated:
+        raise InputError(f"fit holds {min(repeated)} twice; name every field once.")
+    start = np.array([float(known[name] or 0.0) for name in names])
+    return Fitted(vehicle, tuple(names), start, np.array([_is_place(name) for name in names]))
+
+
+def _is_place(name: str) -> bool:
+    return name.startswith("uav.mount")
+
+
+def _known(vehicle: Vehicle) -> dict[str, float | None]:
+    """Field -> value of all that may be fitted."""
+    uav, arm = vehicle.uav, vehicle.arm
+    found: dict[str, float | None] = {"uav.mass": uav.mass}
+    found |= {f"uav.inertia.{i}.{i}": uav.inertia[i][i] for i in range(3)}
+    found |= {f"uav.mount.{i}": uav.mount[i] for i in range(3)}
+    found |= {f"arm.{name}": getattr(arm, name) for name in _ARM}
+    for index, disk in enumerate(arm.disks):
+        found[f"arm.disks.{index}.position"] = disk.position
+        found[f"arm.disks.{index}.mass"] = disk.mass
+    return found

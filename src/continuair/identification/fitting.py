@@ -1,0 +1,225 @@
+"""Least squares of a vehicle's parameters on a recorded flight, every Jacobian one batch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import qmc
+
+from continuair.identification.fields import Fitted, fitted_fields
+from continuair.identification.recording import Recording
+from continuair.identification.replay import START, Replay, first_start
+from continuair.vehicle import Vehicle
+
+Array = np.ndarray
+Progress = Callable[[int, int, str], None]
+
+GROUPS = ("position_m", "attitude_rad", "bend_per_m")
+"""What is measured, in groups of one unit; each has one standard deviation."""
+
+_OF_GROUP = (slice(0, 3), slice(3, 6), slice(6, 8))
+
+SCAN = 64
+"""Vehicles tried before the least squares, which may otherwise settle a cycle off."""
+
+SCAN_FACTOR = 2.0
+"""They are within this factor of the start."""
+
+_DIFFERENCE = 1e-4
+_LEAST_DEVIATION = 1e-10
+_FAR = 1e4
+_MOST = 60
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted vehicle.
+
+    fields: what was fitted. values, errors (fields,): estimates and standard errors, in the unit of
+    the field; an error is inf where the data determine nothing. deviations: GROUPS -> standard
+    deviation of what is left over. condition: of the Jacobian, its columns scaled to norm 1, start
+    included; doubts: sentences about what the data cannot determine. rows, converged.
+    """
+
+    vehicle: Vehicle
+    fields: tuple[str, ...]
+    start: Array
+    values: Array
+    errors: Array
+    deviations: dict[str, float]
+    condition: float
+    doubts: tuple[str, ...]
+    rows: int
+    converged: bool
+
+    def describe(self) -> dict[str, Any]:
+        """As JSON can hold it, errors that are not finite as None."""
+        rows = zip(self.fields, self.start, self.values, self.errors, strict=True)
+        return {
+            "study": "identify",
+            "estimates": {
+                field: {
+                    "start": float(start),
+                    "value": float(value),
+                    "standard_error": float(error) if np.isfinite(error) else None,
+                }
+                for field, start, value, error in rows
+            },
+            "deviations": self.deviations,
+            "condition": self.condition if np.isfinite(self.condition) else None,
+            "doubts": list(self.doubts),
+            "rows": self.rows,
+            "converged": self.converged,
+            "vehicle": self.vehicle.describe(),
+        }
+
+
+def fit(
+    vehicle: Vehicle,
+    recording: Recording,
+    fields: Sequence[str] | None = None,
+    *,
+    test: str | None = None,
+    progress: Progress | None = None,
+) -> Fit:
+    """Fit fields of a vehicle, by dotted name, to a recorded flight of the coupled model.
+
+    test: letter of the open-loop test that was flown, from its start at rest; without, the inputs
+    are those of the recording and the state at its first row is estimated too. fields: Young's
+    modulus, and the damping if the vehicle has any, by default. Groups of measurements are weighted
+    by what is left over of them. Raises InputError.
+    """
+    chosen = fitted_fields(vehicle, fields)
+    replay = Replay(vehicle, recording, test)
+    problem = _Problem(chosen, replay, progress or (lambda done, total, what: None))
+    where = problem.scan()
+    deviations = np.array([0.01, 0.01, 0.01 / float(vehicle.arm.length)])
+    for _ in range(2):
+        solution = problem.solve(where, deviations)
+        where = solution.x
+        left = problem.residuals(where[None], np.ones(3))[0].reshape(-1, 8)
+        deviations = _deviations(left, len(where))
+    errors, condition, doubts = _confidence(problem, where, deviations)
+    values = chosen.values(where[None, : len(chosen.names)])[0]
+    return Fit(
+        vehicle=vehicle.replace(dict(zip(chosen.names, values.tolist(), strict=True))),
+        fields=chosen.names,
+        start=chosen.start,
+        values=values,
+        errors=errors * chosen.slopes(values),
+        deviations=dict(zip(GROUPS, deviations.tolist(), strict=True)),
+        condition=condition,
+        doubts=doubts,
+        rows=len(recording.time),
+        converged=bool(solution.status > 0),
+    )
+
+
+class _Problem:
+    """Residuals over the unknowns: fields on their scales, then the start unless it is given."""
+
+    def __init__(self, chosen: Fitted, replay: Replay, tell: Progress) -> None:
+        self.chosen, self.replay, self._tell = chosen, replay, tell
+        self.fields = len(chosen.names)
+        self.unknowns = self.fields + (0 if replay.test else START)
+        self._calls = 0
+        self._first = first_start(replay.recording)
+
+    def residuals(self, rows: Array, deviations: Array) -> Array:
+        """Weighted residuals (runs, samples * 8) of rows of unknowns (runs, unknowns)."""
+        vehicle = self.chosen.vehicle(rows[:, : self.fields])
+        moved = None if self.replay.test else self._first + rows[:, self.fields :]
+        found = self.replay.residuals(vehicle, moved, len(rows))
+        for group, deviation in zip(_OF_GROUP, deviations, strict=True):
+            found[..., group] /= deviation
+        flat: Array = np.nan_to_num(found.reshape(len(rows), -1), nan=_FAR, posinf=_FAR)
+        return flat
+
+    def scan(self) -> Array:
+        """The best of the start and of SCAN vehicles around it, the flight starting as measured."""
+        self._tell(0, _MOST, "flights around the start")
+        rows = np.zeros((SCAN, self.unknowns))
+        spread = 2.0 * qmc.Sobol(self.fields, seed=0).random(SCAN) - 1.0
+        rows[1:, : self.fields] = spread[1:] * self.chosen.reach(SCAN_FACTOR)
+        cost = (self.residuals(rows, np.array([0.1, 0.1, 0.1])) ** 2).sum(1)
+        best: Array = rows[np.argmin(cost)]
+        return best
+
+    def solve(self, start: Array, deviations: Array) -> Any:
+        def at(row: Array) -> Array:
+            self._calls += 1
+            self._tell(min(self._calls, _MOST), _MOST, "least squares")
+            values: Array = self.residuals(row[None], deviations)[0]
+            return values
+
+        return least_squares(
+            at,
+            start,
+            jac=lambda row: self.jacobian(row, deviations),
+            x_scale="jac",
+            xtol=1e-12,
+            ftol=1e-13,
+            gtol=1e-14,
+            max_nfev=_MOST,
+        )
+
+    def jacobian(self, row: Array, deviations: Array) -> Array:
+        """Central differences (residuals, unknowns), flown as one batch."""
+        ahead = _DIFFERENCE * np.eye(len(row))
+        rows = self.residuals(np.vstack([row + ahead, row - ahead]), deviations)
+        slopes: Array = ((rows[: len(row)] - rows[len(row) :]) / (2.0 * _DIFFERENCE)).T
+        return slopes
+
+
+def _deviations(left: Array, unknowns: int) -> Array:
+    """Standard deviation of every group of residuals (samples, 8)."""
+    freedom = max(1.0 - unknowns / left.size, 1e-3)
+    found = [np.sqrt(np.mean(left[:, group] ** 2) / freedom) for group in _OF_GROUP]
+    return np.maximum(found, _LEAST_DEVIATION)
+
+
+NULL = 1e-6
+"""Singular values below this share of the largest count as 0: differences do not resolve them."""
+
+VAGUE = 0.5
+"""A standard error above this share of a value is warned about."""
+
+
+def _confidence(
+    problem: _Problem, where: Array, deviations: Array
+) -> tuple[Array, float, tuple[str, ...]]:
+    """Standard errors (fields,) on the fields' scales, condition, and what is in doubt."""
+    J = problem.jacobian(where, deviations)
+    size = np.linalg.norm(J, axis=0)
+    silent = size < NULL**2 * size.max()
+    J = J / np.where(silent, 1.0, size)
+    _, singular, V = np.linalg.svd(J, full_matrices=False)
+    null = singular < NULL * singular[0]
+    variance = np.sum(np.where(null[:, None], 0.0, V / singular[:, None].clip(1e-300)) ** 2, 0)
+    lost = silent | (np.sum(V[null] ** 2, 0) > 1e-4)
+    errors = np.where(lost, np.inf, np.sqrt(variance) / np.where(silent, 1.0, size))
+    names, count = problem.chosen.names, problem.fields
+    doubts = [
+        f"the flight does not depend on {name} near the fit; leave it out of --fit."
+        for name in np.array(names)[silent[:count]]
+    ]
+    mixed = [name for name, gone, quiet in zip(names, lost, silent, strict=False)
+             if gone and not quiet]  # fmt: skip
+    if mixed:
+        doubts.append(
+            f"the data cannot tell {' and '.join(mixed)} apart: another combination of them flies "
+            "the same; fit fewer of them and measure the others."
+        )
+    shares = errors[:count] * problem.chosen.relative(where[:count])
+    for name, share in zip(names, shares, strict=True):
+        if VAGUE < share < np.inf:
+            doubts.append(
+                f"the data hardly determine {name}: its standard error is {share:.0%} of it; leave "
+                "it out of --fit, or record a flight that excites it."
+            )
+    condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
+    return errors[:count], np.inf if silent.any() else condition, tuple(doubts)

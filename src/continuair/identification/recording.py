@@ -1,0 +1,138 @@
+"""Recorded flights: CSV files of time, pose and bend, and of the inputs held from row to row."""
+
+from __future__ import annotations
+
+import csv
+import os
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from continuair.errors import ContinuairWarning, InputError, nearest, shown
+
+Array = np.ndarray
+
+MEASURED = ("time", "x", "y", "z", "qx", "qy", "qz", "qw", "bend_x", "bend_y")
+"""Columns that every file has: time [s]; position of the UAV's centre of mass, world axes [m];
+attitude, body to world, unit quaternion; bend vector κ (cos ψa, sin ψa), body axes [1/m]."""
+
+INPUTS = (
+    *(f"force_{axis}" for axis in "xyz"),
+    *(f"moment_{axis}" for axis in "xyz"),
+    "bend_moment_x",
+    "bend_moment_y",
+)
+"""Columns of inputs, 0 where there is none, each held until the next row: force on the UAV, world
+axes [N]; moment on it, body axes [N m]; generalised forces of the bend vector [N m²]."""
+
+FEWEST_ROWS = 10
+_UNIT_NORM_TOLERANCE = 0.02
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A recorded flight; rows are samples.
+
+    time: from 0 [s] (n,). position (n, 3), attitude (n, 4), bend (n, 2), inputs (n, 8) as in
+    MEASURED and INPUTS; inputs is None if the file has no such column.
+    """
+
+    name: str
+    time: Array
+    position: Array
+    attitude: Array
+    bend: Array
+    inputs: Array | None
+
+
+def load_recording(path: str | os.PathLike[str]) -> Recording:
+    """Read a recorded flight from a CSV file with a line of headings, MEASURED and INPUTS.
+
+    Other columns are ignored with a warning. Raises InputError, naming column and row (the first
+    below the headings is row 1), for what is missing, no finite number, no unit quaternion, or
+    not later than the row before.
+    """
+    headings, rows = _read(path)
+    columns = _columns(path, headings, rows)
+    time = columns["time"]
+    late = np.flatnonzero(np.diff(time) <= 0.0)
+    if late.size:
+        row = late[0] + 1
+        raise InputError(
+            f"{path}: time is {time[row]:g} in row {row + 1}, not after the {time[row - 1]:g} of "
+            "the row before; sort the rows by time and leave out repeated ones."
+        )
+    attitude = np.stack([columns[name] for name in ("qx", "qy", "qz", "qw")], -1)
+    norm = np.linalg.norm(attitude, axis=1)
+    wrong = np.flatnonzero(np.abs(norm - 1.0) > _UNIT_NORM_TOLERANCE)
+    if wrong.size:
+        row = wrong[0]
+        raise InputError(
+            f"{path}: qx qy qz qw have norm {norm[row]:.4g} in row {row + 1}; give unit "
+            "quaternions, the scalar part last."
+        )
+    driven = any(name in columns for name in INPUTS)
+    nothing = np.zeros(len(time))
+    return Recording(
+        name=Path(path).name,
+        time=time - time[0],
+        position=np.stack([columns[name] for name in "xyz"], -1),
+        attitude=attitude / norm[:, None],
+        bend=np.stack([columns["bend_x"], columns["bend_y"]], -1),
+        inputs=np.stack([columns.get(name, nothing) for name in INPUTS], -1) if driven else None,
+    )
+
+
+def _read(path: str | os.PathLike[str]) -> tuple[list[str], list[list[str]]]:
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            lines = [line for line in csv.reader(file) if any(cell.strip() for cell in line)]
+    except (OSError, ValueError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(
+            f"data is {path}, which cannot be read ({reason}); give the path of a CSV file."
+        ) from None
+    headings = [cell.strip() for cell in lines[0]] if lines else []
+    for name in MEASURED:
+        if name not in headings:
+            remedy = nearest(name, headings) if headings else "the file is empty"
+            raise InputError(
+                f"{path}: column {name} is missing; name the columns {', '.join(MEASURED)} "
+                f"(found: {', '.join(headings) or remedy})."
+            )
+    if len(lines) - 1 < FEWEST_ROWS:
+        raise InputError(
+            f"{path}: holds {len(lines) - 1} rows; give a flight of {FEWEST_ROWS} rows or more."
+        )
+    return headings, lines[1:]
+
+
+def _columns(
+    path: str | os.PathLike[str], headings: list[str], rows: list[list[str]]
+) -> dict[str, Array]:
+    ignored = [name for name in headings if name not in MEASURED + INPUTS]
+    if ignored:
+        known = ", ".join(INPUTS)
+        warnings.warn(
+            f"{path}: ignores the columns {', '.join(ignored)} (inputs are {known}).",
+            ContinuairWarning,
+            stacklevel=3,
+        )
+    used = {name: headings.index(name) for name in headings if name not in ignored}
+    columns = {name: np.empty(len(rows)) for name in used}
+    for row, cells in enumerate(rows):
+        for name, index in used.items():
+            text = cells[index].strip() if index < len(cells) else ""
+            try:
+                value = float(text)
+            except ValueError:
+                value = np.nan
+            if not np.isfinite(value):
+                raise InputError(
+                    f"{path}: {name} is {shown(text)} in row {row + 1}; give a finite number, or "
+                    "leave the row out."
+                )
+            columns[name][row] = value
+    return columns
