@@ -98,9 +98,11 @@ def _fit(
     start = load_vehicle(vehicle)
     with progress_bar() as progress:
         from continuair.identification import fit, load_recording
-        from continuair.identification.vehicle_file import write_vehicle
+        from continuair.identification.vehicle_file import check_file, write_vehicle
         from continuair.studies.open_loop_output import as_json
 
+        if out is not None:
+            check_file(out)
         recording = load_recording(data)
         names = None if fields is None else fields.split(",")
         found = fit(start, recording, names, test=test, progress=progress)

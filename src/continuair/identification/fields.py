@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from continuair.errors import InputError, nearest
+from continuair.errors import ContinuairWarning, InputError, nearest
 from continuair.vehicle import Vehicle
 
 Array = np.ndarray
@@ -37,9 +39,41 @@ class Fitted:
         moved: Array = np.where(self.linear, self.start + _PLACE_SCALE * rows, grown)
         return moved
 
-    def vehicle(self, rows: Array) -> Vehicle:
-        """The batched vehicle of rows of unknowns (runs, fields)."""
-        return self.of.replace(dict(zip(self.names, self.values(rows).T, strict=True)))
+    def vehicle(self, rows: Array) -> tuple[Vehicle, Array]:
+        """The batched vehicle of rows of unknowns (runs, fields), and which runs are vehicles.
+
+        A run that can be no vehicle, for instance by its inertia, is that of the start instead.
+        """
+        values = self.values(rows)
+        with warnings.catch_warnings():
+            # Only what is found in the end is told of.
+            warnings.simplefilter("ignore", ContinuairWarning)
+            try:
+                return self.of.replace(self._changes(values.T)), np.ones(len(rows), bool)
+            except InputError:
+                valid = np.array([self._is_valid(row) for row in values])
+                values[~valid] = self.start
+                return self.of.replace(self._changes(values.T)), valid
+
+    def vehicle_of(self, values: Array) -> Vehicle:
+        """The plain vehicle of values (fields,)."""
+        return self.of.replace(self._changes(values.tolist()))
+
+    def _changes(self, columns: Sequence[Any]) -> dict[str, Any]:
+        changes = dict(zip(self.names, columns, strict=True))
+        for index, disk in enumerate(self.of.arm.disks):
+            path = f"arm.disks.{index}.position"
+            if "arm.length" in changes and path not in changes:
+                # A disk stays at its share of the arm: one at the tip stays there.
+                changes[path] = changes["arm.length"] * (disk.position / self.of.arm.length)
+        return changes
+
+    def _is_valid(self, values: Array) -> bool:
+        try:
+            self.vehicle_of(values)
+        except InputError:
+            return False
+        return True
 
     def slopes(self, values: Array) -> Array:
         """Change of every value per change of its unknown."""

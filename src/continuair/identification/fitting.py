@@ -106,7 +106,7 @@ def fit(
     errors, condition, doubts = _confidence(problem, where, deviations)
     values = chosen.values(where[None, : len(chosen.names)])[0]
     return Fit(
-        vehicle=vehicle.replace(dict(zip(chosen.names, values.tolist(), strict=True))),
+        vehicle=chosen.vehicle_of(values),
         fields=chosen.names,
         start=chosen.start,
         values=values,
@@ -131,9 +131,10 @@ class _Problem:
 
     def residuals(self, rows: Array, deviations: Array) -> Array:
         """Weighted residuals (runs, samples * 8) of rows of unknowns (runs, unknowns)."""
-        vehicle = self.chosen.vehicle(rows[:, : self.fields])
+        vehicle, valid = self.chosen.vehicle(rows[:, : self.fields])
         moved = None if self.replay.test else self._first + rows[:, self.fields :]
         found = self.replay.residuals(vehicle, moved, len(rows))
+        found[~valid] = np.nan
         for group, deviation in zip(_OF_GROUP, deviations, strict=True):
             found[..., group] /= deviation
         flat: Array = np.nan_to_num(found.reshape(len(rows), -1), nan=_FAR, posinf=_FAR)
@@ -185,7 +186,10 @@ def _deviations(left: Array, unknowns: int) -> Array:
 NULL = 1e-6
 """Singular values below this share of the largest count as 0: differences do not resolve them."""
 
-VAGUE = 0.5
+SILENT = 1e-8
+"""A field that moves no measurement by this [m, rad, 1/m] per factor e has no effect."""
+
+VAGUE = 0.3
 """A standard error above this share of a value is warned about."""
 
 
@@ -193,9 +197,10 @@ def _confidence(
     problem: _Problem, where: Array, deviations: Array
 ) -> tuple[Array, float, tuple[str, ...]]:
     """Standard errors (fields,) on the fields' scales, condition, and what is in doubt."""
-    J = problem.jacobian(where, deviations)
+    J = problem.jacobian(where, np.ones(len(GROUPS)))
+    silent = np.abs(J).max(0) < SILENT
+    J = J / np.tile(np.repeat(deviations, [3, 3, 2]), len(J) // 8)[:, None]
     size = np.linalg.norm(J, axis=0)
-    silent = size < NULL**2 * size.max()
     J = J / np.where(silent, 1.0, size)
     _, singular, V = np.linalg.svd(J, full_matrices=False)
     null = singular < NULL * singular[0]
@@ -218,8 +223,12 @@ def _confidence(
     for name, share in zip(names, shares, strict=True):
         if VAGUE < share < np.inf:
             doubts.append(
-                f"the data hardly determine {name}: its standard error is {share:.0%} of it; leave "
-                "it out of --fit, or record a flight that excites it."
+                f"the data hardly determine {name}: its standard error is {_percent(share)} of it; "
+                "leave it out of --fit, or record a flight that excites it."
             )
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
     return errors[:count], np.inf if silent.any() else condition, tuple(doubts)
+
+
+def _percent(share: float) -> str:
+    return f"{share:.0%}" if share < 10.0 else "more than 1000%"

@@ -27,6 +27,16 @@ def as_toml(vehicle: Vehicle, comment: Iterable[str] = ()) -> str:
     return "\n".join([*lines, *_table("[camera]", fields["camera"])]) + "\n"
 
 
+def check_file(path: str | os.PathLike[str]) -> None:
+    """Raise InputError, before any work, if a file could not be written there."""
+    folder = Path(path).parent
+    if Path(path).is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
+        reason = "it is a folder" if Path(path).is_dir() else f"no folder {folder} to write to"
+        raise InputError(
+            f"out is {path}, which cannot be written ({reason}); name a file that you may write."
+        )
+
+
 def write_vehicle(
     vehicle: Vehicle, path: str | os.PathLike[str], comment: Iterable[str] = ()
 ) -> None:

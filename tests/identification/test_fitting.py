@@ -1,0 +1,180 @@
+"""Fits to recorded flights recover what made them, and say what they cannot tell."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import continuair as ca
+import continuair.cli as cli
+from continuair.identification import Fit, fit, load_recording
+from continuair.identification.recording import MEASURED
+from continuair.identification.vehicle_file import as_toml, write_vehicle
+from tests.identification.flights import NOISE, record, true_vehicle
+
+FIELDS = ("arm.youngs_modulus", "arm.damping_ratio", "uav.mass", "arm.disks.0.mass")
+TRUTH = np.array([40e9, 0.03, 1.6, 0.05])
+WRONG = dict(zip(FIELDS, (60e9, 0.06, 2.0, 0.08), strict=True))
+
+
+@pytest.fixture(autouse=True)
+def own_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def fitted(
+    fields: tuple[str, ...] = FIELDS,
+    test: str | None = None,
+    seed: int | None = None,
+    changes: dict[str, Any] = WRONG,
+    duration: float = 1.0,
+) -> Fit:
+    record(Path("flight.csv"), test=test, seed=seed, duration=duration)
+    start = true_vehicle().replace(changes)
+    return fit(start, load_recording("flight.csv"), fields, test=test)
+
+
+def test_a_flight_without_noise_gives_back_its_vehicle_to_six_digits() -> None:
+    found = fitted()
+    assert found.converged
+    np.testing.assert_allclose(found.values, TRUTH, rtol=1e-5)
+    assert found.doubts == ()
+
+
+def test_a_noisy_flight_gives_back_its_vehicle_within_its_standard_errors() -> None:
+    found = fitted(seed=1)
+    off = (found.values - TRUTH) / found.errors
+    assert np.abs(off).max() < 4.0
+    assert np.sqrt(np.mean(off**2)) < 2.0
+    # Small enough to mean something, and the noise that was put in is what is left over.
+    assert (found.errors / TRUTH < [0.01, 0.02, 0.002, 0.03]).all()
+    np.testing.assert_allclose(list(found.deviations.values()), list(NOISE.values()), rtol=0.15)
+
+
+def test_standard_errors_are_the_spread_of_repeated_flights() -> None:
+    fields = FIELDS[:2]
+    fits = [fitted(fields, "D", seed, {k: WRONG[k] for k in fields}) for seed in range(12)]
+    spread = np.std([found.values for found in fits], axis=0, ddof=1)
+    # The spread of 12 has itself an error of a fifth.
+    np.testing.assert_allclose(spread, fits[0].errors, rtol=0.7)
+
+
+def test_parameters_that_only_act_together_are_reported_as_such() -> None:
+    fields = ("arm.youngs_modulus", "arm.damping_ratio", "uav.mass", "uav.inertia.0.0")
+    same = {"uav.mass": 1.6, "arm.youngs_modulus": 40e9}
+    found = fitted((*fields, "arm.kappa_s"), changes=same, duration=0.5)
+    assert any("does not depend on arm.kappa_s" in doubt for doubt in found.doubts)
+    assert found.errors[-1] == np.inf
+    assert np.isfinite(found.errors[:-1]).all()
+    rod = ("arm.youngs_modulus", "arm.radius", "arm.density")
+    together = fitted(rod, changes={}, duration=0.3)
+    assert any("cannot tell" in doubt and "arm.radius" in doubt for doubt in together.doubts)
+
+
+def test_what_a_flight_hardly_excites_is_warned_about() -> None:
+    # A free fall in a plane turns about one axis; in its first tenth of a second, noise hides
+    # what the mass of the UAV does to the bend.
+    record(Path("flight.csv"), test="B", seed=1, duration=0.1)
+    recording = load_recording("flight.csv")
+    vague = fit(true_vehicle(), recording, ["uav.mass"], test="B")
+    assert any("hardly determine uav.mass" in doubt for doubt in vague.doubts)
+    silent = fit(true_vehicle(), recording, ["uav.inertia.2.2"], test="B")
+    assert any("does not depend on uav.inertia.2.2" in doubt for doubt in silent.doubts)
+
+
+def test_a_written_vehicle_is_read_back_as_it_was() -> None:
+    vehicle = true_vehicle()
+    write_vehicle(vehicle, "fitted.toml", ["a comment"])
+    assert ca.load_vehicle("fitted.toml") == vehicle
+    turned = vehicle.replace({"uav.inertia": [[2, 0.1, 0], [0.1, 2, 0], [0, 0, 3]]})
+    assert ca.Vehicle(**tomllib.loads(as_toml(turned))) == turned
+
+
+def run(*arguments: str) -> Any:
+    return CliRunner().invoke(cli.app, ["identify", *arguments])
+
+
+def test_the_command_writes_the_fitted_vehicle_and_shows_standard_errors() -> None:
+    record(Path("flight.csv"), test="D", seed=1)
+    write_vehicle(true_vehicle().replace({"arm.youngs_modulus": 55e9}), "start.toml")
+    options = ["--data", "flight.csv", "--vehicle", "start.toml", "--test", "D"]
+    result = run(*options, "--out", "fitted.toml", "--json", "-")
+    assert result.exit_code == 0, result.output
+    assert "standard error" in result.stderr
+    found = ca.load_vehicle("fitted.toml")
+    assert found.arm.youngs_modulus == pytest.approx(40e9, rel=0.01)
+    assert found.arm.damping_ratio == pytest.approx(0.03, rel=0.05)
+    assert '"arm.youngs_modulus"' in result.stdout
+
+
+def broken(row: int | None = None, column: str = "", text: str = "", **renamed: str) -> None:
+    """Spoil one cell of the recorded flight, or rename columns."""
+    record(Path("flight.csv"))
+    lines = [line.split(",") for line in Path("flight.csv").read_text().splitlines()]
+    if row is not None:
+        lines[row][lines[0].index(column)] = text
+    lines[0] = [renamed.get(name, name) for name in lines[0]]
+    Path("flight.csv").write_text("\n".join(",".join(cells) for cells in lines) + "\n")
+
+
+@pytest.mark.parametrize(
+    ("spoil", "parts"),
+    [
+        ({"bend_x": "kappa_x"}, ("flight.csv: column bend_x is missing", "kappa_x")),
+        ({"row": 7, "column": "qx", "text": "nan"}, ("qx is 'nan' in row 7", "leave the row out")),
+        ({"row": 7, "column": "z", "text": ""}, ("z is '' in row 7",)),
+        ({"row": 9, "column": "time", "text": "12.5"}, ("time is 12.5 in row 9", "sort the rows")),
+        ({"row": 4, "column": "qw", "text": "3"}, ("have norm 3", "row 4", "unit quaternions")),
+    ],
+)
+def test_an_unusable_recording_is_refused_in_one_sentence(
+    spoil: dict[str, Any], parts: tuple[str, ...]
+) -> None:
+    broken(**spoil)
+    before = sorted(Path().iterdir())
+    result = run("--data", "flight.csv", "--vehicle", "paper", "--out", "fitted.toml")
+    assert_refused(result, *parts)
+    assert sorted(Path().iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "parts"),
+    [
+        (("--fit", "arm.youngs_modulu"), ("arm.youngs_modulu", "use arm.youngs_modulus")),
+        (("--fit", "arm.damping_ratio"), ("arm.damping_ratio is 0", "a start above 0")),
+        (("--fit", "uav.mass,uav.mass"), ("uav.mass twice",)),
+        (("--test", "X"), ("test is 'X'", "A, B, C, D")),
+        (("--seed", "1"), ("seed is given with data",)),
+        (("--out", "no/folder.toml"), ("out is no/folder.toml", "cannot be written")),
+    ],
+)
+def test_unusable_options_are_refused_in_one_sentence(
+    arguments: tuple[str, ...], parts: tuple[str, ...]
+) -> None:
+    record(Path("flight.csv"))
+    assert_refused(run("--data", "flight.csv", "--vehicle", "paper", *arguments), *parts)
+
+
+def test_a_fit_needs_data_a_vehicle_and_inputs() -> None:
+    assert_refused(run("--vehicle", "paper"), "vehicle is 'paper'", "--data")
+    assert_refused(run("--data", "no.csv", "--vehicle", "paper"), "data is no.csv")
+    record(Path("flight.csv"), test="D")
+    assert_refused(run("--data", "flight.csv"), "vehicle is missing")
+    assert_refused(run("--data", "flight.csv", "--vehicle", "paper"), "no column of inputs")
+    Path("empty.csv").write_text("")
+    assert_refused(run("--data", "empty.csv", "--vehicle", "paper"), "column time is missing")
+    Path("short.csv").write_text(",".join(MEASURED) + "\n")
+    assert_refused(run("--data", "short.csv", "--vehicle", "paper"), "holds 0 rows")
+
+
+def assert_refused(result: Any, *parts: str) -> None:
+    assert result.exit_code == 2, result.output
+    for part in parts:
+        assert part in result.stderr
+    assert "Traceback" not in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1

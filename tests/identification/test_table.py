@@ -1,0 +1,194 @@
+"""The readings of the paper's table, and the search for the vehicle behind it."""
+
+from __future__ import annotations
+
+import dataclasses
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from continuair import vehicle as vehicle_module
+from continuair.equations import forward_dynamics
+from continuair.identification import search as search_module
+from continuair.identification.diagonal import DiagonalEngine
+from continuair.identification.flights import FINAL, SEARCH
+from continuair.identification.objective import TABLE, evaluate, log_ratios, objective, read
+from continuair.identification.readings import READINGS, TIP_FORCES, Flight, Reading
+from continuair.identification.search import Effort, search
+from continuair.identification.space import PARAMETERS, held, values, vehicles
+from continuair.identification.table import CAUTION, as_table, summarise
+from continuair.studies.open_loop import open_loop
+
+PRINTED_WAY = Flight("block", "down", 1, "reversed")
+
+
+def batch_of(vehicle: ca.Vehicle, runs: int = 1) -> ca.Vehicle:
+    return vehicle.replace({"uav.mass": np.full(runs, vehicle.uav.mass)})
+
+
+def some_shares(runs: int, seed: int = 0) -> np.ndarray:
+    """Vehicles away from the corners of the bounds."""
+    return 0.3 + 0.4 * np.random.default_rng(seed).random((runs, len(PARAMETERS)))
+
+
+def test_the_diagonal_reading_is_that_of_the_readable_form() -> None:
+    disk = {"position": 0.9, "mass": 0.1, "inertia": [1e-4, 5e-5]}
+    changes: dict[str, Any] = {"arm.disks": [disk], "uav.mount": [0.01, 0.02, -0.1]}
+    vehicle = ca.load_vehicle("paper").replace(changes | {"arm.damping": 0.3})
+    rng = np.random.default_rng(0)
+    states, inputs = rng.normal(size=(6, 16)), rng.normal(size=(6, 11))
+    states[:, 6] = 1.5, -2.0, 0.4, 0.02, -3.0, 4e-4  # the last is below kappa_s
+    found = DiagonalEngine(batch_of(vehicle, 6), 1).accelerations(states, inputs, 9.81)
+    for state, row, ours in zip(states, inputs, found, strict=True):
+        wrench = np.append(row[8:], np.zeros(3))
+        theirs = forward_dynamics(
+            vehicle, state[:8], state[8:], row[:8], wrench, mask="diagonal", nodes=24
+        )
+        # Ten Gauss nodes against 24, and Appendix A, which cancels at small bends.
+        np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9 * np.abs(theirs).max())
+
+
+def test_the_diagonal_roll_out_converges_at_fourth_order() -> None:
+    flight = dataclasses.replace(PRINTED_WAY, decoupled="diagonal")
+    reading = [Reading(flight, "rmse", "euler")]
+    vehicle = batch_of(ca.load_vehicle("slender"))
+    steps = [dataclasses.replace(FINAL, largest=h, phase=9.0) for h in (1e-3, 5e-4, 2.5e-4)]
+    # Test B: smooth, and with no division by the bend.
+    coarse, middle, fine = (read(vehicle, reading, step)[0, 0, :, 1] for step in steps)
+    np.testing.assert_allclose((coarse - middle) / (middle - fine), 16.0, rtol=0.2)
+
+
+@pytest.mark.parametrize("metric", ["nrmse", "rmse"])
+def test_the_readings_of_the_study_open_loop_are_among_them(metric: str) -> None:
+    vehicle = ca.load_vehicle("paper")
+    found = read(batch_of(vehicle), [Reading(PRINTED_WAY, metric, "euler")], FINAL)[0, 0]
+    entries = open_loop(vehicle, "ABD", ["decoupled"]).results["tests"]
+    keys = ("nrmse_t", "nrmse_r") if metric == "nrmse" else ("rmse_t_m", "rmse_r_rad")
+    for column, test in ((0, "A"), (1, "B"), (3, "D")):
+        for row, key in enumerate(keys):
+            assert found[row, column] == pytest.approx(entries[test]["decoupled"][key], rel=1e-3)
+
+
+@pytest.mark.parametrize("decoupled", ["block", "independent"])
+def test_an_arm_that_stands_flies_as_a_vehicle_turned_upside_down(decoupled: str) -> None:
+    vehicle = ca.load_vehicle("paper").replace({"uav.mount": [0.0, 0.0, -0.1]})
+    flight = Flight(decoupled, "up", 1, "reversed")
+    chosen = [Reading(flight, "rmse", "euler"), Reading(flight, "rmse", "geodesic")]
+    found = read(batch_of(vehicle), chosen, FINAL)[0]
+    model = {"block": "decoupled"}.get(decoupled, decoupled)
+    for column, test in enumerate("ABCD"):
+        scenario = ca.open_loop_test(test)
+        q = np.array(scenario.q)
+        q[3] = np.pi
+        if test == "C":  # seen from below, the bend turns the other way
+            bend = scenario.tau
+            assert callable(bend)
+            turned = np.array([1, 1, 1, 1, 1, 1, 1, -1])
+            scenario = scenario.replace(tau=lambda t, bend=bend: turned * np.array(bend(t)))
+        flown = [
+            ca.simulate(vehicle, scenario.replace(q=q), model=name, step=2.5e-4)
+            for name in ("coupled", model)
+        ]
+        apart = ca.compare(*flown)
+        # Test C divides by the bend, and remembers every step.
+        rel = 0.02 if test == "C" else 1e-4
+        assert found[0, 0, column] == pytest.approx(apart["rmse_t_m"], rel=rel)
+        assert found[1, 1, column] == pytest.approx(apart["angle_rad"], rel=rel)
+
+
+def test_the_frenet_frame_differs_only_where_the_bend_turns() -> None:
+    pair = [Reading(PRINTED_WAY, "rmse", angles) for angles in ("euler", "frenet")]
+    found = read(batch_of(ca.load_vehicle("paper")), pair, FINAL)[0]
+    np.testing.assert_allclose(found[0, 1, :2], found[1, 1, :2], rtol=1e-9)  # planar
+    assert abs(found[1, 1, 2] / found[0, 1, 2] - 1.0) > 0.05
+
+
+def test_the_tip_force_reads_as_four_flights_of_test_d_alone() -> None:
+    signs = {flight.force_signs for flight in map(_with_tip_force, TIP_FORCES)}
+    assert len(signs) == 4
+    readings = [Reading(_with_tip_force(force), "rmse", "euler") for force in TIP_FORCES]
+    found = read(batch_of(ca.load_vehicle("paper")), readings, SEARCH)[0]
+    np.testing.assert_array_equal(found[:, :, :3], np.broadcast_to(found[:1, :, :3], (4, 2, 3)))
+    assert len(set(found[:, 0, 3])) == 4
+
+
+def _with_tip_force(force: str) -> Flight:
+    return dataclasses.replace(PRINTED_WAY, tip_force=force)
+
+
+def test_the_objective_is_the_rms_log_ratio_to_the_printed_numbers() -> None:
+    assert objective(TABLE) == 0.0
+    assert objective(2.0 * TABLE) == pytest.approx(np.log(2.0))
+    off = TABLE.copy()
+    off[1, 2] *= 3.0
+    assert objective(off) == pytest.approx(np.log(3.0) / np.sqrt(8.0))
+    assert objective(np.full((2, 4), np.nan)) == np.inf
+
+
+def test_no_number_depends_on_the_batch_it_was_flown_in() -> None:
+    shares = some_shares(6)
+    together = evaluate(shares, READINGS[:40], SEARCH)
+    alone = evaluate(shares[4:5], READINGS[:40], SEARCH)
+    np.testing.assert_allclose(together[4], alone[0], rtol=1e-9)
+
+
+def test_a_parameter_at_a_bound_is_reported() -> None:
+    share = np.full(len(PARAMETERS), 0.5)
+    share[0], share[4] = 0.0, 0.999
+    assert held(share) == {"uav_mass": "lower", "radius": "upper"}
+    assert values(share[None])["uav_mass"][0] == PARAMETERS[0].lower
+
+
+QUICK = Effort(samples=8, evolved=1, population=8, generations=2, refined=1)
+
+
+def test_the_search_improves_on_its_samples_and_repeats_itself() -> None:
+    first, again = search(QUICK, seed=3), search(QUICK, seed=3)
+    assert first.ranking[0].objective == again.ranking[0].objective
+    assert first.ranking[0].reading == again.ranking[0].reading
+    np.testing.assert_array_equal(first.ranking[0].share, again.ranking[0].share)
+    points = search_module.qmc.Sobol(len(PARAMETERS), seed=3).random(8)
+    assert first.ranking[0].objective < evaluate(points, READINGS, SEARCH).min()
+
+
+def test_refinement_finds_the_vehicle_that_made_a_table(monkeypatch: pytest.MonkeyPatch) -> None:
+    reading = Reading(PRINTED_WAY, "rmse", "geodesic")
+    share = some_shares(1, seed=5)[0]
+    table = read(vehicles(share[None]), [reading], SEARCH)[0, 0]
+    monkeypatch.setattr("continuair.identification.objective.TABLE", table)
+    near = np.clip(share + 0.02 * np.random.default_rng(1).normal(size=len(share)), 0.0, 1.0)
+    found = search_module.Search(0, QUICK)
+    found.note(near[None], evaluate(near[None], [reading], SEARCH), [reading])
+    before = found.ranking[0].objective
+    search_module._refine(found, found.ranking[0], lambda *_: None)
+    assert found.ranking[0].objective < 0.05 * before
+
+
+def test_an_interrupted_search_reports_the_best_it_has_found() -> None:
+    def stop(done: int, total: int, what: str) -> None:
+        if what.startswith(("block", "independent", "diagonal")):
+            raise KeyboardInterrupt
+
+    found = search(QUICK, seed=0, progress=stop)
+    assert found.interrupted
+    results = summarise(found)
+    text = as_table(results)
+    assert "interrupted" in text and CAUTION in text
+    assert results["best"]["objective"] < np.inf
+
+
+def test_the_preset_table1_gives_the_numbers_that_its_file_states() -> None:
+    path = Path(vehicle_module.__file__).parent / "presets" / "table1.toml"
+    lines = path.read_text(encoding="utf-8").splitlines()
+    record = tomllib.loads("\n".join(line[2:] for line in lines if line.startswith("#! ")))
+    reading = record["reading"]
+    flight = Flight(*(reading[key] for key in ("decoupled", "arm", "bend", "tip_force")))
+    chosen = Reading(flight, reading["metric"], reading["angles"])
+    found = read(batch_of(ca.load_vehicle("table1")), [chosen], FINAL)[0, 0]
+    np.testing.assert_allclose(found, record["numbers"], rtol=2e-3)
+    assert objective(found) == pytest.approx(record["objective"], abs=1e-3)
+    assert log_ratios(found) == pytest.approx(np.log(np.array(record["numbers"]) / TABLE), abs=2e-3)
