@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import warp as wp
 
+from continuair.grid import Grid
 from continuair.kernels.engine import start_warp
 from continuair.kernels.plant import per_run
 from continuair.kernels.stepping import OPTIONS
@@ -289,7 +290,7 @@ class DiagonalEngine:
     def roll_out(
         self,
         start: np.ndarray,
-        grid: SimpleNamespace,
+        grid: Grid,
         inputs: tuple[np.ndarray, int],
         gravity: float,
     ) -> np.ndarray:

@@ -59,7 +59,7 @@ class Fitted:
         """The plain vehicle of values (fields,)."""
         return self.of.replace(self._changes(values.tolist()))
 
-    def _changes(self, columns: Sequence[Any]) -> dict[str, Any]:
+    def _changes(self, columns: Any) -> dict[str, Any]:
         changes = dict(zip(self.names, columns, strict=True))
         for index, disk in enumerate(self.of.arm.disks):
             path = f"arm.disks.{index}.position"

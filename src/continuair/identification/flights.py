@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from continuair.identification.diagonal import DiagonalEngine
 from continuair.identification.readings import Flight, Tips
 from continuair.kernels.engine import Engine
 from continuair.kernels.plant import per_run
+from continuair.layout import ONE_SECTION
 from continuair.linear import fastest_frequency
 from continuair.scenarios import Scenario, open_loop_test
 from continuair.vehicle import Vehicle
@@ -77,34 +79,33 @@ class Flights:
         key = (model, test, flight.gravity, flight.bend, forced)
         if key not in self._flown:
             flown = self._diagonal if model == "diagonal" else self._kernel
-            scenario = read_test(flight, test)
-            self._flown[key] = flown(model, scenario, flight.gravity)
+            drive = _drive(test, flight.bend, forced, self.step, self.sample)
+            self._flown[key] = flown(model, drive, flight.gravity)
         return self._flown[key]
 
-    def _kernel(self, model: str, scenario: Scenario, gravity: float) -> Tips:
-        engine = self._engine(model)
-        grid, inputs = self._grid_and_inputs(scenario, engine)
+    def _kernel(self, model: str, drive: Drive, gravity: float) -> Tips:
+        engine, scenario = self._engine(model), drive.scenario
         q = np.broadcast_to(scenario.q, (self.runs, 8))
-        at_samples = sample_inputs(scenario, grid.samples, engine.layout)
         start = state_from_paper(q, np.zeros_like(q))
         groups = groups_in_use(scenario)
-        logs = engine.roll_out(start, q[:, -1], grid, inputs, at_samples, gravity, groups, False)
+        inputs = drive.inputs
+        logs = engine.roll_out(
+            start, q[:, -1], drive.grid, inputs, inputs, gravity, groups, observe=False
+        )
         log, layout = logs.log, engine.layout
         log[logs.status != 0] = np.nan
         twist = log[..., layout.branch][..., 1]
         at = log[..., layout.position], log[..., layout.attitude], log[..., layout.bend]
         return tips(self.vehicle, *at, twist)
 
-    def _diagonal(self, model: str, scenario: Scenario, gravity: float) -> Tips:
-        engine = self._engine(model)
-        grid, (table, stride) = self._grid_and_inputs(scenario, self._engine("coupled"))
-        layout = self._engine("coupled").layout
+    def _diagonal(self, model: str, drive: Drive, gravity: float) -> Tips:
+        layout, (table, stride) = ONE_SECTION, drive.inputs
         rows = [table[..., layout.force], table[..., layout.euler_and_polar]]
         rows.append(table[..., layout.tip_wrench][..., :3])
         inputs = np.ascontiguousarray(np.concatenate(rows, -1)[:, 0])
         start = np.zeros((self.runs, 16))
-        start[:, :8] = scenario.q
-        q = engine.roll_out(start, grid, (inputs, stride), gravity)[..., :8]
+        start[:, :8] = drive.scenario.q
+        q = self._engine(model).roll_out(start, drive.grid, (inputs, stride), gravity)[..., :8]
         bent = np.abs(q[..., 6]) * per_run(self.vehicle.arm.length, self.runs)[:, None]
         q[~(np.isfinite(q).all((1, 2)) & (bent.max(1) < 2.0 * np.pi))] = np.nan
         euler = np.nan_to_num(q[..., 5:2:-1]).reshape(-1, 3)
@@ -121,25 +122,40 @@ class Flights:
             )
         return self._engines[model]
 
-    def _grid_and_inputs(
-        self, scenario: Scenario, engine: Engine
-    ) -> tuple[Grid, tuple[Array, int]]:
-        grid = make_grid(scenario.duration, self.step, self.sample)
-        return grid, sample_inputs(scenario, stage_times(grid), engine.layout)
+
+@dataclass(frozen=True)
+class Drive:
+    """A test on a time grid: the scenario, the grid, and its inputs at the stages of the steps."""
+
+    scenario: Scenario
+    grid: Grid
+    inputs: tuple[Array, int]
 
 
-def read_test(flight: Flight, test: str) -> Scenario:
-    """One of the paper's tests as a reading flies it, at the hanging arm."""
+# The inputs are functions in Python: sampling them takes as long as flying some vehicles.
+@lru_cache(maxsize=128)
+def _drive(
+    test: str, bend: int, force_signs: tuple[float, float] | None, step: float, sample: float
+) -> Drive:
+    scenario = read_test(test, bend, force_signs)
+    grid = make_grid(scenario.duration, step, sample)
+    return Drive(scenario, grid, sample_inputs(scenario, stage_times(grid), ONE_SECTION))
+
+
+def read_test(test: str, bend: int, force_signs: tuple[float, float] | None) -> Scenario:
+    """One of the paper's tests at the hanging arm, as a `Flight` reads it.
+
+    bend: sign of the initial bend. force_signs: of the tip force, across and along z.
+    """
     scenario = open_loop_test(test)
     q = np.array(scenario.q)
-    q[6] *= flight.bend
-    changes: dict[str, Any] = {"q": q}
-    if test == "D":
-        across, along = flight.force_signs
-        given: Any = scenario.tip_wrench
-        signs = np.array([across, across, along, 0.0, 0.0, 0.0])
-        changes |= {"tip_wrench": lambda t: signs * given(t), "tip_wrench_sign": 1}
-    return scenario.replace(**changes)
+    q[6] *= bend
+    if force_signs is None:
+        return scenario.replace(q=q)
+    across, along = force_signs
+    given: Any = scenario.tip_wrench
+    signs = np.array([across, across, along, 0.0, 0.0, 0.0])
+    return scenario.replace(q=q, tip_wrench=lambda t: signs * given(t), tip_wrench_sign=1)
 
 
 def tips(vehicle: Vehicle, position: Array, attitude: Array, bend: Array, twist: Array) -> Tips:

@@ -8,12 +8,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy.optimize import differential_evolution, least_squares
+from scipy.optimize import differential_evolution
 from scipy.stats import qmc
 
 from continuair.errors import InputError, shown
+from continuair.identification.evolution import adapt
 from continuair.identification.flights import SEARCH, Accuracy
-from continuair.identification.objective import evaluate, log_ratios, objective, read
+from continuair.identification.objective import evaluate, objective, read
 from continuair.identification.readings import READINGS, Reading
 from continuair.identification.space import PARAMETERS, vehicles
 
@@ -22,7 +23,7 @@ Progress = Callable[[int, int, str], None]
 Group = tuple[str, str, int]
 
 _CHUNK = 128
-_STEP = 1e-3
+_NEAR = 0.03
 _FAR = 1e3
 
 
@@ -196,37 +197,27 @@ def _distinct(found: Search, count: int) -> list[Candidate]:
     return list(seen.values())[:count]
 
 
-def _refine(found: Search, candidate: Candidate, tell: Progress, most: int = 30) -> None:
-    """Least squares on the eight log ratios, every Jacobian one batch of vehicles."""
-    readings, done = [candidate.reading], 0
+def _refine(found: Search, candidate: Candidate, tell: Progress) -> None:
+    """Covariance matrix adaptation around a candidate, under its reading alone."""
+    readings, effort, generation = [candidate.reading], found.effort, 0
 
-    def residuals(shares: Array) -> Array:
-        numbers = read(vehicles(shares), readings, SEARCH)
-        found.note(shares, objective(numbers), readings)
+    def cost(shares: Array) -> Array:
+        nonlocal generation
+        generation += 1
+        best = found.best[candidate.reading].objective
+        tell(generation, effort.generations, f"refining {candidate.reading.metric}: {best:.3f}")
+        values = evaluate(shares, readings, SEARCH)
+        found.note(shares, values, readings)
         found.flights += len(shares)
-        rows = log_ratios(numbers)[:, 0].reshape(len(shares), -1)
-        return np.nan_to_num(rows, nan=10.0, posinf=10.0)
+        return values[:, 0]
 
-    def at(share: Array) -> Array:
-        nonlocal done
-        done += 1
-        tell(min(done, most), most, f"refining {candidate.reading.metric}")
-        row: Array = residuals(share[None])[0]
-        return row
-
-    def jacobian(share: Array) -> Array:
-        inward = np.where(share < 0.5, _STEP, -_STEP)
-        rows = residuals(np.vstack([share, share + np.diag(inward)]))
-        slopes: Array = ((rows[1:] - rows[0]) / inward[:, None]).T
-        return slopes
-
-    least_squares(
-        at,
-        np.clip(candidate.share, 1e-6, 1.0 - 1e-6),
-        jac=jacobian,
-        bounds=(0.0, 1.0),
-        max_nfev=most,
-        x_scale=0.1,
+    adapt(
+        cost,
+        candidate.share,
+        spread=_NEAR,
+        population=effort.population // 2,
+        generations=effort.generations,
+        seed=found.seed,
     )
 
 
