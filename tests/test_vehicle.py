@@ -26,7 +26,7 @@ arms = st.builds(Arm, length=lengths, radius=radii, density=densities, youngs_mo
 
 
 def test_paper_preset_holds_the_middle_of_the_papers_ranges() -> None:
-    assert preset_names() == ("paper", "slender")
+    assert preset_names() == ("paper", "slender", "table1")
     assert PAPER.uav.mass == 2.0
     np.testing.assert_array_equal(PAPER.uav.inertia, np.diag([0.024, 0.024, 0.047]))
     arm = PAPER.arm

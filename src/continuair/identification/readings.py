@@ -51,10 +51,10 @@ class Flight:
         return across, -across if flipped else across
 
 
-METRICS = ("nrmse", "rmse", "rmse_component", "mean", "max", "final")
+METRICS = ("nrmse", "rmse", "rmse_component", "mean", "max")
 """nrmse: as printed. rmse: of the length of the difference. rmse_component: the same over all
 components and samples, rmse/√3. mean: of the length over time, so also its integral over the
-second that a flight lasts ("cumulative error"). max, final: of the length."""
+second that a flight lasts ("cumulative error"). max: of the length."""
 
 ANGLES = ("euler", "wrapped", "frenet", "frenet wrapped", "geodesic")
 """euler: continuous ZYX angles of the untwisted tip frame. wrapped: the principal ones, with their
@@ -133,7 +133,6 @@ def _of_length(length: Array) -> dict[str, Array]:
         "rmse": np.sqrt(np.mean(length**2, -1)),
         "mean": np.mean(length, -1),
         "max": np.max(length, -1),
-        "final": length[:, -1],
     }
 
 

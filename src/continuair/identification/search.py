@@ -33,14 +33,14 @@ class Effort:
 
     samples: Sobol points flown under every reading. evolved: how many of the twelve kinds of
     flight (decoupled, arm, bend) to evolve. population and generations: of each. refined: how many
-    readings to refine.
+    readings to refine, each with half the population for twice the generations.
     """
 
     samples: int = 128
     evolved: int = 3
     population: int = 64
     generations: int = 30
-    refined: int = 3
+    refined: int = 4
 
     def __post_init__(self) -> None:
         for name in ("samples", "evolved", "population", "generations", "refined"):
@@ -200,12 +200,13 @@ def _distinct(found: Search, count: int) -> list[Candidate]:
 def _refine(found: Search, candidate: Candidate, tell: Progress) -> None:
     """Covariance matrix adaptation around a candidate, under its reading alone."""
     readings, effort, generation = [candidate.reading], found.effort, 0
+    generations = 2 * effort.generations
 
     def cost(shares: Array) -> Array:
         nonlocal generation
         generation += 1
         best = found.best[candidate.reading].objective
-        tell(generation, effort.generations, f"refining {candidate.reading.metric}: {best:.3f}")
+        tell(generation, generations, f"refining {candidate.reading.metric}: {best:.3f}")
         values = evaluate(shares, readings, SEARCH)
         found.note(shares, values, readings)
         found.flights += len(shares)
@@ -216,7 +217,7 @@ def _refine(found: Search, candidate: Candidate, tell: Progress) -> None:
         candidate.share,
         spread=_NEAR,
         population=effort.population // 2,
-        generations=effort.generations,
+        generations=generations,
         seed=found.seed,
     )
 

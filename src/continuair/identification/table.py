@@ -29,10 +29,10 @@ CAUTION = (
 )
 
 LEFT_OUT = (
-    "Left out: free fall without gravity (the paper says that gravity acts), other durations (1 s "
-    "is printed) and samplings (no metric here depends on it), rates at the start (rest is all "
-    "that an initial state without rates can mean), a UAV of unequal transverse inertias, masks on "
-    "C alone, and the slips in the printed kinematics (T_e inverted, J_oa of an arm that stands)."
+    "Left out: the error at the end alone (the formula sums over time), free fall without gravity "
+    "(the paper says that gravity acts), other durations (1 s is printed) and samplings (no metric "
+    "here depends on it), rates at the start, UAVs of unequal transverse inertias, masks on C "
+    "alone, and the slips in the printed kinematics (T_e inverted, J_oa of an arm that stands)."
 )
 
 
