@@ -91,7 +91,7 @@ def tracking(
     written, plants = chosen_letters(letters), _plants(models)
     names = [*settings]
     gains = gains or load_gains("paper")
-    total, done = (len(names) + ("nominal" in names)) * len(plants), 0
+    total, done = 2 * len(names) * len(plants), 0
     found: dict[str, Any] = {}
     datasets = {}
 
@@ -113,15 +113,17 @@ def tracking(
             data = data.rename(run="letter").assign_coords(letter=written)
             runs[model] = data.assign(lyapunov(data, flown, controller))
         entries = _entries(runs, written, setting.settled)
-        if name == "nominal":
-            for model in plants:
-                tell(f"{name}, {model}, half the step")
-                half = float(runs[model].attrs["step"]) / 2
-                fine = simulate(
-                    flown, scenario, model=model, sample=SAMPLE, step=half,
-                    variables=["feature_error"],
-                )  # fmt: skip
-                _step_errors(entries, runs[model], fine, model, written)
+        for model in plants:
+            tell(f"{name}, {model}, half the step")
+            fine = simulate(
+                flown,
+                scenario,
+                model=model,
+                sample=SAMPLE,
+                step=float(runs[model].attrs["step"]) / 2,
+                variables=["feature_error"],
+            )
+            _step_errors(entries, runs[model], fine, model, written)
         found[name] = {
             "setting_meaning": setting.meaning,
             "duration_s": setting.duration,

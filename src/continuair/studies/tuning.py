@@ -47,8 +47,8 @@ _VARIABLES = ("feature_error", "camera_position", "target_position", "command")
 LOST = 1e6
 """RMS errors that a run which ends early counts as [px, mm]: losing one outweighs everything."""
 
-MARGIN = 1.15
-"""The candidates fly with a bandwidth larger by this than what is returned, for robustness."""
+MARGINS = {"bandwidth": 1.15, "conditioning": 0.75}
+"""The candidates fly with these times what is returned, nearer to where a law chatters."""
 
 SHRINK = 0.4
 """Each round's box about the best candidate, as a share of the one before."""
@@ -89,7 +89,7 @@ def tune(
         if scores[leader] < score:
             best, score, centre = rows[leader], float(scores[leader]), points[leader]
         half = half * SHRINK
-    best = best | {"bandwidth": best["bandwidth"] / MARGIN}
+    best = best | {name: best[name] / margin for name, margin in MARGINS.items()}
     parts = {}
     for name, plant in runs:
         error = fly(vehicle, [best], letters, name, plant)[0]
@@ -133,13 +133,13 @@ def fly(
             sample=2e-2,
             variables=_VARIABLES,
         )
+        force = data["command"].isel(actuator=slice(3)) - [0.0, 0.0, weight]
+        effort = _root((force**2).sum("actuator").mean("time")) / weight
         data = data.sel(time=slice(SETTLED, None))
         lost = data["status"] != 0
         pixels = _root((data["feature_error"] ** 2).mean(("time", "pixel"), skipna=False))
         off = (data["camera_position"] - data["target_position"]).isel(axis=slice(2))
         metres = _root((off**2).sum("axis", skipna=False).mean("time", skipna=False))
-        force = data["command"].isel(actuator=slice(3)) - [0.0, 0.0, weight]
-        effort = _root((force**2).sum("actuator").mean("time")) / weight
         errors = [e.where(~lost, LOST).clip(max=LOST) for e in (pixels, 1e3 * metres)]
         found.append([e.to_numpy() for e in (*errors, effort.where(~lost, 0.0))])
     return [np.stack(columns, axis=1) for columns in zip(*found, strict=True)]
