@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -92,7 +93,9 @@ def comment(results: dict[str, Any]) -> list[str]:
         pairs = zip(OPEN_LOOP_TESTS, ours, printed, strict=True)
         lines.append(f"{name}: " + ", ".join(f"{t} {a:.4f} (printed {p:.4f})" for t, a, p in pairs))
     lines.append(f"Held by a bound of the search: {_bounds(best)}.")
-    return lines
+    if best["reading"]["arm"] == "up":
+        lines.append("The arm of the reading stands up: this vehicle is its mirror image in z.")
+    return [*lines, f"Changed by halving the step, at most: {best['step_error']:.1%} of a number."]
 
 
 def as_table(results: dict[str, Any]) -> str:
@@ -105,7 +108,8 @@ def as_table(results: dict[str, Any]) -> str:
     lines += [
         f"Best of {results['vehicles_flown']} vehicles under {results['readings']} readings "
         f"(seed {results['seed']}): RMS of ln(ours / printed) is {best['objective']:.3f}, a factor "
-        f"of {np.exp(best['objective']):.2f}.",
+        f"of {np.exp(best['objective']):.2f}. Halving the step changes no number by more than "
+        f"{best['step_error']:.1%}.",
         f"Reading: {sentence(best['reading'])}.",
         "",
         "| test | " + " | ".join(f"{name} printed | {name} ours | ratio" for name in _ROWS) + " |",
@@ -154,8 +158,12 @@ def sentence(reading: dict[str, Any]) -> str:
 
 
 def _entry(candidate: Candidate, numbers: np.ndarray) -> dict[str, Any]:
+    """A candidate and its numbers (2, 4), and how far twice the step is from them."""
+    doubled = replace(FINAL, phase=2.0 * FINAL.phase, largest=2.0 * FINAL.largest)
+    coarser = read(vehicles(candidate.share[None]), [candidate.reading], doubled)[0, 0]
     return {
         "objective": float(objective(numbers)),
+        "step_error": float(np.max(np.abs(numbers / coarser - 1.0))),
         "reading": candidate.reading.describe(),
         "numbers": numbers.tolist(),
         "log_ratios": log_ratios(numbers).tolist(),
