@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import re
 from pathlib import Path
 from typing import Any
@@ -11,8 +12,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.stats import qmc
+from typer.testing import CliRunner
 
 import continuair as ca
+import continuair.cli as cli
 from continuair import vehicle as vehicle_module
 from continuair.equations import forward_dynamics
 from continuair.grid import make_grid, sample_inputs, stage_times
@@ -224,6 +227,24 @@ def test_an_interrupted_search_reports_the_best_it_has_found() -> None:
     text = as_table(results)
     assert "interrupted" in text and CAUTION in text
     assert results["best"]["objective"] < np.inf
+
+
+@pytest.mark.usefixtures("few_readings")
+def test_the_command_writes_table_json_and_the_vehicle_that_gives_them(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(Effort, "times", lambda factor: QUICK)
+    out = tmp_path / "out"
+    result = CliRunner().invoke(cli.app, ["identify", "--seed", "1", "--out", str(out)])
+    assert result.exit_code == 0, result.output
+    results = json.loads((out / "identify.json").read_text("utf-8"))
+    assert (out / "table.md").read_text("utf-8") in result.stderr
+    reading = results["best"]["reading"]
+    flight = Flight(*(reading[key] for key in ("decoupled", "arm", "bend", "tip_force")))
+    chosen = Reading(flight, reading["metric"], reading["angles"])
+    found = numbers_of(ca.load_vehicle(out / "table1.toml"), chosen)
+    np.testing.assert_allclose(found, results["best"]["numbers"], rtol=1e-6)
+    assert results["best"]["objective"] == pytest.approx(objective(found))
 
 
 def test_the_preset_table1_gives_the_numbers_that_its_file_states() -> None:

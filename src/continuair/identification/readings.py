@@ -89,6 +89,10 @@ READINGS = tuple(
 """All readings; gravity acts in each (Test B is a free fall), and a flight lasts 1 s."""
 
 
+AS_PRINTED = Reading(Flight("block", "down", 1, "reversed"), "nrmse", "euler")
+"""The reading that takes the paper most nearly at its word."""
+
+
 @dataclass(frozen=True)
 class Tips:
     """Tips of runs at samples: position (runs, samples, 3) [m]; attitude (runs, samples, 4), of the

@@ -15,7 +15,7 @@ from continuair.errors import InputError, shown
 from continuair.identification.evolution import adapt
 from continuair.identification.flights import SEARCH, Accuracy
 from continuair.identification.objective import evaluate, objective, read
-from continuair.identification.readings import READINGS, Reading
+from continuair.identification.readings import AS_PRINTED, READINGS, Reading
 from continuair.identification.space import PARAMETERS, vehicles
 
 Array = np.ndarray
@@ -33,7 +33,8 @@ class Effort:
 
     samples: Sobol points flown under every reading. evolved: how many of the twelve kinds of
     flight (decoupled, arm, bend) to evolve. population and generations: of each. refined: how many
-    readings to refine, each with half the population for twice the generations.
+    readings to refine, each with half the population for twice the generations; the one as printed
+    is refined in any case.
     """
 
     samples: int = 128
@@ -111,6 +112,8 @@ def search(effort: Effort, seed: int, progress: Progress | None = None) -> Searc
             _evolve(found, group, points, tell)
         for candidate in _distinct(found, effort.refined):
             _refine(found, candidate, tell)
+        if AS_PRINTED in found.best:
+            _refine(found, found.best[AS_PRINTED], tell)
     except KeyboardInterrupt:
         if not found.best:
             raise

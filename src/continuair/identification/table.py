@@ -10,7 +10,7 @@ import numpy as np
 
 from continuair.identification.flights import FINAL
 from continuair.identification.objective import TABLE, log_ratios, objective, read
-from continuair.identification.readings import READINGS, Reading
+from continuair.identification.readings import AS_PRINTED, READINGS, Reading
 from continuair.identification.search import Candidate, Effort, Search, confirm, search
 from continuair.identification.space import PARAMETERS, held, values, vehicles
 from continuair.identification.vehicle_file import as_toml
@@ -135,8 +135,9 @@ def as_table(results: dict[str, Any]) -> str:
         lines.append(f"| {p.name} | {value:.4g} | {p.units} | {bounds} | {at} | {p.why} |")
     lines += [
         "",
-        "The best vehicle of each metric, and of each meaning of decoupled and place of the arm",
-        "(flown at the search's coarser step):",
+        "The best vehicle of each metric, of each meaning of decoupled and place of the arm, and",
+        "of the reading as printed (block, down, reversed, nrmse, euler), at the search's coarser",
+        "step; those that were neither evolved nor refined are the best of the first points:",
         "",
         "| objective | decoupled | arm | bend | tip force | metric | angles |",
         "|---:|---|---|---|---|---|---|",
@@ -180,7 +181,7 @@ def _ranking(found: Search) -> list[dict[str, Any]]:
     for candidate in found.ranking:
         reading = candidate.reading
         keys = {reading.metric, (reading.flight.decoupled, reading.flight.arm)}
-        if not keys <= seen:
+        if not keys <= seen or reading == AS_PRINTED:
             rows[reading] = candidate
         seen |= keys
     return [
