@@ -29,13 +29,15 @@ verify: $(VENV)/installed-test-oracles
 bench: $(VENV)/installed-test-oracles
 	$(BIN)/pytest benchmarks/ --benchmark-only
 	$(BIN)/python benchmarks/cold_start.py
+	$(BIN)/python benchmarks/roofline.py
+	$(BIN)/python benchmarks/compare.py
 
 docs: $(VENV)/installed-docs
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
 	@echo "The documentation is docs/_build/html/index.html."
 
 clean:
-	rm -rf $(VENV) docs/_build .mypy_cache .pytest_cache .ruff_cache .benchmarks .hypothesis
+	rm -rf $(VENV) .peers docs/_build .mypy_cache .pytest_cache .ruff_cache .benchmarks .hypothesis
 
 $(VENV)/installed: $(INPUTS) | $(BIN)/python
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e .

@@ -1,0 +1,438 @@
+"""Count the arithmetic of a step of the roll-out kernels: run their own source on counting numbers.
+
+Stands in for the module `warp` in a process of its own, so that the functions in
+src/continuair/kernels, unchanged, run as plain Python. Every number knows which operation on which
+numbers it came from: operations on literals alone are the compiler's and not counted, and a second
+operation on the same operands is counted as written but not as distinct, which is what remains
+after common subexpressions are merged. Prints JSON: python benchmarks/counting.py MODEL
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections import Counter
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+FLOPS = ("add", "mul", "div", "sqrt")
+"""Counted as one floating-point operation each; sign changes and comparisons as none."""
+
+
+class Tally:
+    """Operations as written, the distinct among them, and numbers loaded from arrays."""
+
+    def __init__(self) -> None:
+        self.written: Counter[str] = Counter()
+        self.distinct: Counter[str] = Counter()
+        self.loads = 0
+        self.known: dict[Any, int] = {}
+
+    def note(self, operation: str, operands: tuple[int, ...]) -> int:
+        self.written[operation] += 1
+        key = (operation, *operands)
+        if key not in self.known:
+            self.distinct[operation] += 1
+            self.known[key] = len(self.known) + 1
+        return self.known[key]
+
+
+TALLY = Tally()
+
+
+class Number:
+    """A float with an identity; 0 is that of literals."""
+
+    __slots__ = ("value", "identity")
+
+    def __init__(self, value: Any, identity: int = 0) -> None:
+        self.value, self.identity = float(value), identity
+
+    def _combine(self, kind: str, value: float, *others: Number, sort: bool = False) -> Number:
+        operands = (self, *others)
+        if not any(number.identity for number in operands):
+            return Number(value)
+        # Literals have no identity of their own; their value stands for it.
+        keys = [n.identity or f"literal {n.value}" for n in operands]
+        if sort:
+            keys.sort(key=str)
+        return Number(value, TALLY.note(kind, tuple(keys)))  # type: ignore[arg-type]
+
+    def __add__(self, other: Number) -> Number:
+        return self._combine("add", self.value + other.value, other, sort=True)
+
+    def __sub__(self, other: Number) -> Number:
+        return self + -other
+
+    def __neg__(self) -> Number:
+        # The sign is part of the identity, and costs nothing in a sum.
+        return Number(-self.value, -self.identity)
+
+    def __mul__(self, other: Any) -> Any:
+        if not isinstance(other, Number):
+            return NotImplemented
+        sign = (-1 if self.identity < 0 else 1) * (-1 if other.identity < 0 else 1)
+        a, b = (-n if n.identity < 0 else n for n in (self, other))
+        out = a._combine("mul", a.value * b.value, b, sort=True)
+        return out if sign > 0 else -out
+
+    def __truediv__(self, other: Number) -> Number:
+        return self._combine("div", self.value / other.value, other)
+
+    def __lt__(self, other: Number) -> bool:
+        return self._compared(self.value < other.value)
+
+    def __gt__(self, other: Number) -> bool:
+        return self._compared(self.value > other.value)
+
+    def __ge__(self, other: Number) -> bool:
+        return self._compared(self.value >= other.value)
+
+    def __eq__(self, other: object) -> bool:
+        assert isinstance(other, Number)
+        return self._compared(self.value == other.value)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def _compared(self, result: bool) -> bool:
+        TALLY.written["compare"] += 1
+        return result
+
+
+def function_of(kind: str, function: Any) -> Any:
+    return lambda x: x._combine(kind, function(x.value))
+
+
+class Vector:
+    """A vector, quaternion or matrix of numbers, by value as in Warp."""
+
+    shape: tuple[int, ...]
+
+    def __init__(self, *entries: Any) -> None:
+        size = math.prod(self.shape)
+        self.entries = list(entries) or [Number(0.0) for _ in range(size)]
+        assert len(self.entries) == size
+
+    def _at(self, index: Any) -> int:
+        return index[0] * self.shape[1] + index[1] if isinstance(index, tuple) else index
+
+    def __getitem__(self, index: Any) -> Number:
+        return self.entries[self._at(index)]
+
+    def __setitem__(self, index: Any, value: Number) -> None:
+        self.entries[self._at(index)] = value
+
+    def __add__(self, other: Vector) -> Vector:
+        return type(self)(*(a + b for a, b in zip(self.entries, other.entries, strict=True)))
+
+    def __sub__(self, other: Vector) -> Vector:
+        return type(self)(*(a - b for a, b in zip(self.entries, other.entries, strict=True)))
+
+    def __neg__(self) -> Vector:
+        return type(self)(*(-a for a in self.entries))
+
+    def __mul__(self, other: Any) -> Vector:
+        if isinstance(other, Number):
+            return type(self)(*(a * other for a in self.entries))
+        return times(self, other)
+
+    def __rmul__(self, scale: Number) -> Vector:
+        return self * scale
+
+    def __truediv__(self, other: Number) -> Vector:
+        return type(self)(*(a / other for a in self.entries))
+
+
+class Quaternion(Vector):
+    """x, y, z, w."""
+
+    shape = (4,)
+
+
+def vector(length: int, _: type) -> type[Vector]:
+    return type(f"Vector{length}", (Vector,), {"shape": (length,)})
+
+
+def matrix(shape: tuple[int, int], _: type) -> type[Vector]:
+    return type("Matrix", (Vector,), {"shape": shape})
+
+
+def times(a: Vector, b: Vector) -> Vector:
+    """Matrix times vector, or the product of quaternions."""
+    if isinstance(a, Quaternion):
+        (x, y, z, w), (p, q, r, s) = a.entries, b.entries
+        return Quaternion(
+            w * p + x * s + y * r - q * z,
+            w * q + y * s + z * p - r * x,
+            w * r + z * s + x * q - p * y,
+            w * s - x * p - y * q - z * r,
+        )
+    width = a.shape[1]
+    rows = [a.entries[i : i + width] for i in range(0, len(a.entries), width)]
+    return type(b)(*(total([m * x for m, x in zip(row, b.entries, strict=True)]) for row in rows))
+
+
+def total(numbers: list[Number]) -> Number:
+    out = numbers[0]
+    for number in numbers[1:]:
+        out = out + number
+    return out
+
+
+def dot(a: Vector, b: Vector) -> Number:
+    return total([x * y for x, y in zip(a.entries, b.entries, strict=True)])
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    (x, y, z), (p, q, r) = a.entries, b.entries
+    return type(a)(y * r - z * q, z * p - x * r, x * q - y * p)
+
+
+def outer(a: Vector, b: Vector) -> Vector:
+    return MATRIX(*(x * y for x in a.entries for y in b.entries))
+
+
+def inverse(m: Vector) -> Vector:
+    # Only before the first step, whose operations nobody counts.
+    found = np.linalg.inv(np.reshape([x.value for x in m.entries], m.shape))
+    return MATRIX(*(number(x) for x in found.ravel()))
+
+
+def quat_rotate(q: Vector, v: Vector, sign: int = 1) -> Vector:
+    """As in Warp's quat.h."""
+    x, y, z, w = q.entries
+    one, two = Number(1.0), Number(2.0)
+    c = two * w * w - one
+    d = two * (x * v[0] + y * v[1] + z * v[2])
+    turned = [
+        (y * v[2] - z * v[1]) * w * two,
+        (z * v[0] - x * v[2]) * w * two,
+        (x * v[1] - y * v[0]) * w * two,
+    ]
+    out = []
+    for i, part in enumerate(turned):
+        moved = v[i] * c + q[i] * d
+        out.append(moved + part if sign > 0 else moved - part)
+    return type(v)(*out)
+
+
+MATRIX = matrix((3, 3), Number)
+
+
+def number(value: Any) -> Number:
+    """A number that is no literal."""
+    TALLY.known[object()] = identity = len(TALLY.known) + 1
+    return Number(value, identity)
+
+
+def struct(kind: type) -> type:
+    """Fields of a Warp struct: zero by default, and a NumPy type for packing."""
+    fields = dict(kind.__annotations__)
+
+    def init(self: Any) -> None:
+        for name, of in fields.items():
+            setattr(self, name, of(0.0) if of is Number else of())
+
+    def numpy_dtype() -> np.dtype[Any]:
+        shapes = {name: () if of is Number else of.shape for name, of in fields.items()}
+        return np.dtype([(name, float, shape) for name, shape in shapes.items()])
+
+    return type(
+        kind.__name__,
+        (),
+        {"__init__": init, "fields": fields, "numpy_dtype": staticmethod(numpy_dtype)},
+    )
+
+
+def function(body: Any) -> Any:
+    """A Warp function takes its arguments by value."""
+
+    def called(*arguments: Any) -> Any:
+        return body(*(type(a)(*a.entries) if isinstance(a, Vector) else a for a in arguments))
+
+    return called
+
+
+class Array:
+    """Device memory: what is read from it counts as loaded, every number anew."""
+
+    def __init__(self, values: np.ndarray, of: Any = Number) -> None:
+        self.values, self.of = values, of
+        self.shape = values.shape
+        self.identities: dict[Any, Any] = {}
+
+    def __getitem__(self, index: Any) -> Any:
+        if self.of is int:
+            return int(self.values[index])
+        if index not in self.identities:
+            self.identities[index] = self._made(self.values[index])
+        found = self.identities[index]
+        TALLY.loads += len(found.entries) if isinstance(found, Vector) else 1
+        return found
+
+    def _made(self, value: Any) -> Any:
+        if self.of is Number:
+            return number(value)
+        if not hasattr(self.of, "fields"):
+            return self.of(*map(number, np.ravel(value)))
+        out = self.of()
+        for name, of in self.of.fields.items():
+            entries = [number(x) for x in np.ravel(value[name])]
+            setattr(out, name, entries[0] if of is Number else of(*entries))
+        return out
+
+    def __setitem__(self, index: Any, value: Any) -> None:
+        self.values[index] = value.value if isinstance(value, Number) else value
+
+
+def stand_in() -> ModuleType:
+    """The part of Warp's interface that the kernels use."""
+
+    def of_length(v: Vector) -> Number:
+        return function_of("sqrt", math.sqrt)(dot(v, v))
+
+    def pick(better: Any) -> Any:
+        def choose(a: Any, b: Any) -> Any:
+            if isinstance(a, Number):
+                TALLY.written["compare"] += 1
+                return a if better(a.value, b.value) == a.value else b
+            return better(a, b)
+
+        return choose
+
+    module = ModuleType("warp")
+    module.__dict__.update(
+        float64=Number,
+        int32=int,
+        types=SimpleNamespace(vector=vector, matrix=matrix, quaternion=lambda _: Quaternion),
+        struct=struct,
+        func=function,
+        Function=object,
+        kernel=lambda **_: lambda body: body,
+        static=lambda value: value,
+        tid=lambda: 0,
+        nan=math.nan,
+        dot=dot,
+        cross=cross,
+        outer=outer,
+        inverse=inverse,
+        length_sq=lambda v: dot(v, v),
+        length=of_length,
+        quat_rotate=quat_rotate,
+        quat_rotate_inv=lambda q, v: quat_rotate(q, v, -1),
+        sqrt=function_of("sqrt", math.sqrt),
+        sin=function_of("sine", math.sin),
+        cos=function_of("sine", math.cos),
+        round=function_of("round", round),
+        atan2=lambda y, x: y._combine("sine", math.atan2(y.value, x.value), x),
+        isfinite=lambda x: math.isfinite(x.value),
+        where=lambda chosen, a, b: a if chosen else b,
+        min=pick(min),
+        max=pick(max),
+        **{name: lambda **_: object for name in ("array", "array2d", "array3d")},
+    )
+    return module
+
+
+def known_kernels() -> dict[str, tuple[int, int]]:
+    """(counted, known) operations of arithmetic that can be counted by hand."""
+    three = vector(3, Number)
+
+    def fresh(kind: Any) -> Any:
+        return kind(*(number(i + 1.0) for i in range(math.prod(kind.shape))))
+
+    def counted(body: Any) -> int:
+        before = sum(TALLY.distinct[name] for name in FLOPS)
+        body()
+        return sum(TALLY.distinct[name] for name in FLOPS) - before
+
+    def horner() -> None:
+        x, out = number(0.5), number(1.0)
+        for _ in range(16):
+            out = out * x + number(1.0)
+
+    a, b = fresh(three), fresh(three)
+    return {
+        "matrix times vector (9 products, 6 sums)": (
+            counted(lambda: fresh(MATRIX) * fresh(three)),
+            15,
+        ),
+        "cross product (6 products, 3 differences)": (counted(lambda: cross(a, b)), 9),
+        "the same once more (nothing new)": (counted(lambda: cross(a, b)), 0),
+        "Horner's rule, 16 terms": (counted(horner), 32),
+        "quaternion product (16 products, 12 sums)": (
+            counted(lambda: fresh(Quaternion) * fresh(Quaternion)),
+            28,
+        ),
+    }
+
+
+def fly(model: str, steps: int) -> tuple[Tally, np.ndarray]:
+    """Take steps of the benchmark's free flight from a fresh tally; return it and the state."""
+    global TALLY
+    TALLY = Tally()
+    import continuair as ca
+    from continuair.coordinates import state_from_paper
+    from continuair.kernels.dynamics import device_code
+    from continuair.kernels.loads import GENERAL
+    from continuair.kernels.plant import pack
+    from continuair.kernels.rollout import integrator
+    from continuair.kernels.stepping import stepping_code
+
+    plant_code = device_code("float64", 1, model)
+    code = SimpleNamespace(**vars(plant_code), **vars(stepping_code(plant_code)))
+    vehicle = ca.load_vehicle("paper")
+    plants, table = pack(vehicle, code, 1)
+    q, qd = np.array([[0, 0, 5, 0, 0, 0, 0.1, 0]]), np.array([[0, 0, 0, 0.1, 0.1, 0.1, 0, 0]])
+    start, inputs = state_from_paper(q, qd), np.zeros((1, 1, code.layout.inputs))
+    inputs[0, 0, 2] = 9.81 * vehicle.mass
+    after = np.full(steps, -1)
+    after[-1] = 1
+    log = np.zeros((1, 2, code.layout.log))
+    integrator(code, code.log_row)(
+        Array(plants, code.Plant),
+        Array(table, code.Row),
+        Array(start),
+        Array(start),
+        Array(np.zeros(1)),
+        Array(inputs),
+        0,
+        GENERAL,
+        number(9.81),
+        Array(np.full(steps, 1e-4)),
+        Array(after, int),
+        Array(log, int),
+        Array(np.zeros(1, int), int),
+        Array(np.zeros(1, int), int),
+    )
+    return TALLY, log[0, 1]
+
+
+def per_step(model: str) -> dict[str, Any]:
+    """What one step takes: the difference of three steps and two."""
+    (two, _), (three, state) = fly(model, 2), fly(model, 3)
+    count = {
+        kind: {
+            name: getattr(three, kind)[name] - getattr(two, kind)[name]
+            for name in sorted(getattr(three, kind))
+        }
+        for kind in ("written", "distinct")
+    }
+    return {
+        "model": model,
+        **count,
+        "flops": sum(count["distinct"].get(name, 0) for name in FLOPS),
+        "flops_written": sum(count["written"].get(name, 0) for name in FLOPS),
+        "loads": three.loads - two.loads,
+        "state_after_3_steps": state.tolist(),
+    }
+
+
+if __name__ == "__main__":
+    sys.modules["warp"] = stand_in()
+    known = known_kernels()
+    assert all(found == right for found, right in known.values()), known
+    print(json.dumps({"known": known, **per_step(sys.argv[1])}))

@@ -1,0 +1,120 @@
+"""continuair itself: one run and batches of the three models, and a closed servo loop."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from measuring import Builder, Case, Setup, serve
+
+STEP = 1e-4
+STEPS = 100_000
+RUNS, BATCH_STEPS = 1024, 1000
+SERVO_SECONDS, PERIOD = 20.0, 1e-3
+MODELS = ("coupled", "decoupled", "independent")
+
+
+def free_flight(vehicle: Any) -> Any:
+    """Slightly bent, turning slowly, and held up against gravity: all terms are at work."""
+    import continuair as ca
+
+    weight = (0.0, 0.0, 9.81 * float(vehicle.uav.mass + vehicle.arm.mass))
+    q, qd = (0, 0, 5, 0, 0, 0, 0.1, 0), (0, 0, 0, 0.1, 0.1, 0.1, 0, 0)
+    return ca.Scenario("free flight", q, qd, force=weight, duration=STEP * STEPS)
+
+
+def one_run(model: str) -> Builder:
+    def build(setup: Setup) -> Case:
+        with setup.timed("import"):
+            import continuair as ca
+        vehicle = ca.load_vehicle("paper")
+        scenario = free_flight(vehicle)
+
+        def fly() -> None:
+            flight = ca.simulate(
+                vehicle,
+                scenario,
+                model=model,
+                step=STEP,
+                sample=STEP * STEPS,
+                variables=("tip_position",),
+                threads=1,
+            )
+            assert int(flight["status"]) == 0
+
+        # The first flight compiles, or finds what an earlier process left in the cache.
+        with setup.timed("compile"):
+            fly()
+        return Case(fly, STEPS, "RK4 step", f"{model} model, 8 DoF", step=STEP)
+
+    return build
+
+
+def batch(model: str, dtype: str = "float64") -> Builder:
+    def build(setup: Setup) -> Case:
+        import numpy as np
+
+        import continuair as ca
+
+        vehicle = ca.load_vehicle("paper").replace({"uav.mass": np.linspace(1.0, 3.0, RUNS)})
+        fall = ca.Scenario("fall", (0, 0, 5, 0, 0, 0, 0.1, 0), (0, 0, 0, 0.1, 0.1, 0.1, 0, 0))
+        seconds = STEP * BATCH_STEPS
+
+        def fly() -> None:
+            flights = ca.simulate(
+                vehicle,
+                fall,
+                model=model,
+                dtype=dtype,
+                step=STEP,
+                sample=seconds,
+                duration=seconds,
+                variables=("tip_position",),
+                threads=setup.threads,
+            )
+            assert not flights["status"].any()
+
+        with setup.timed("compile"):
+            fly()
+        what = f"{model} model, 8 DoF, {RUNS} vehicles"
+        return Case(fly, RUNS * BATCH_STEPS, "RK4 step", what, dtype, step=STEP, runs=RUNS)
+
+    return build
+
+
+def servo(setup: Setup) -> Case:
+    import continuair as ca
+    from continuair.controllers.classic import classic
+    from continuair.paths import circle
+    from continuair.targets import Target
+
+    vehicle = ca.load_vehicle("paper").replace({"arm.damping_ratio": 0.05})
+    scenario = ca.Scenario(
+        "servoing",
+        (0.1, 0, 3.1, 0, 0, 0, 0.1, 0),
+        duration=SERVO_SECONDS,
+        gravity=0.0,
+        controller=classic(vehicle, 0.5, 6.0),
+        control_period=PERIOD,
+        target=Target(circle(radius=0.2, period=10.0)),
+    )
+
+    def fly() -> None:
+        flight = ca.simulate(
+            vehicle, scenario, sample=SERVO_SECONDS, variables=("position",), threads=1
+        )
+        assert int(flight["status"]) == 0
+
+    with setup.timed("compile"):
+        fly()
+    what = "camera, interaction matrix, classic servo law, and the coupled dynamics' steps"
+    return Case(fly, round(SERVO_SECONDS / PERIOD), "servo iteration", what)
+
+
+SINGLE = {**{model: one_run(model) for model in MODELS}, "servo loop": servo}
+BATCH = {
+    **{f"{model}, batch": batch(model) for model in MODELS},
+    "coupled, batch, float32": batch("coupled", "float32"),
+}
+
+if __name__ == "__main__":
+    serve(["continuair", "warp-lang", "numpy"], SINGLE, BATCH)
