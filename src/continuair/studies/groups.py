@@ -34,7 +34,7 @@ PERIOD = 0.1
 YAW_TO_PITCH = 1.9
 """Ratio of the UAV's moments of inertia of those vehicles, as of a flat multirotor."""
 
-GRAVITY, _DENSITY = 9.81, 1000.0
+GRAVITY = 9.81
 
 
 def place(vehicle: Vehicle, gravity: float = GRAVITY) -> dict[str, Any]:
@@ -70,23 +70,24 @@ def coupling(vehicle: Vehicle) -> Array:
     return 1.0 - (clamped / free) ** 2
 
 
-def vehicle_of(groups: Mapping[str, Any]) -> Vehicle:
-    """Return a batch of vehicles with given groups, arrays (runs,), all of one clamped period.
+def vehicle_of(groups: Mapping[str, Any], period: Any = PERIOD, uav_mass: Any = 2.0) -> Vehicle:
+    """Return a batch of vehicles with given groups, arrays (runs,), of a clamped period [s].
 
-    groups: those of GROUPS but for the coupling. The length follows from the gravity number, the
-    mass from a density of 1000 kg/m³: neither matters.
+    groups: those of GROUPS but for the coupling. The length follows from the gravity number, and
+    uav_mass [kg] sets the scale of masses. Scaled by l, m_arm and ω_c, no scale matters.
     """
     g = {name: np.asarray(groups[name], float) for name in GROUPS if name != "coupling"}
-    frequency = 2.0 * np.pi / PERIOD
+    frequency = 2.0 * np.pi / period
     length = GRAVITY / (g["gravity_number"] * frequency**2)
     radius = g["slenderness"] * length
-    mass = _DENSITY * np.pi * radius**2 * length
-    modulus = frequency**2 * _DENSITY * (length**4 / (5.0 * radius**2) + length**2 / 3.0)
+    mass = g["mass_ratio"] * uav_mass
+    density = mass / (np.pi * radius**2 * length)
+    modulus = frequency**2 * density * (length**4 / (5.0 * radius**2) + length**2 / 3.0)
     pitch = mass * length**2 / g["inertia_ratio"]
     template = Vehicle(
         name="atlas",
         uav=Uav(mass=1.0, inertia=(1.0, 1.0, YAW_TO_PITCH)),
-        arm=Arm(length=1.0, radius=0.01, density=_DENSITY, youngs_modulus=1e9, damping_ratio=0.0),
+        arm=Arm(length=1.0, radius=0.01, density=1e3, youngs_modulus=1e9, damping_ratio=0.0),
     )
     inertia = np.zeros((len(length), 3, 3))
     for axis, ratio in enumerate((1.0, 1.0, YAW_TO_PITCH)):
@@ -94,6 +95,7 @@ def vehicle_of(groups: Mapping[str, Any]) -> Vehicle:
     return template.replace(
         {
             "uav.mass": mass / g["mass_ratio"],
+            "arm.density": density,
             "uav.inertia": inertia,
             "arm.length": length,
             "arm.radius": radius,
