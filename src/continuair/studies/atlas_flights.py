@@ -70,7 +70,7 @@ def sample(excitation: str, runs: int, seed: int) -> dict[str, Array]:
 def fly(
     excitation: str, groups: dict[str, Array], progress: Progress | None = None, step: Any = "auto"
 ) -> xr.Dataset:
-    """Fly every run with each model beside the coupled one.
+    """Fly every run with each model beside the coupled one; step: as `run_pairs` takes it.
 
     Returns nrmse, error, angle over (run, model), NaN where a flight left the model's range, and
     the groups (run), with the coupling.
@@ -95,6 +95,18 @@ def fly(
     data |= {name: ("run", values) for name, values in groups.items()}
     data["coupling"] = ("run", strength, {"long_name": GROUPS["coupling"]})
     return xr.Dataset(data, {"model": list(MODELS)})
+
+
+def load_angle(excitation: str, groups: Any) -> Any:
+    """Return the angle (runs,) [rad] by which the load or the release bends or turns something.
+
+    Errors grow with it in proportion while it is small. A UAV that accelerates by a times gravity
+    bends its arm by 10/3 a g / (l ω_c²) at rest, to first order.
+    """
+    if EXCITATIONS[excitation].on is None:
+        return groups["bend"]
+    lateral = groups["gravity_number"] * 10.0 / 3.0 if excitation == "force" else 1.0
+    return groups["load"] * lateral
 
 
 def scenario_of(excitation: str, vehicle: Vehicle, groups: dict[str, Array]) -> Any:

@@ -50,6 +50,8 @@ LOOP_ERRORS = {
     "coupled_rms_px": "RMS of the coupled model's feature error [px]",
     "error": "RMSE of the tip's position over the arm's length",
     "angle": "RMS of the angle between the tips [rad]",
+    "lost_coupled": "1 if the coupled loop lost its target or left the model's range",
+    "lost_decoupled": "1 if the decoupled loop did",
 }
 """What is kept of a pair."""
 
@@ -133,6 +135,8 @@ def _flown(vehicle: Vehicle, groups: dict[str, Array], first: int) -> dict[str, 
         "coupled_rms_px": pair["rms_px"].sel(model="coupled").to_numpy(),
         "error": other["rmse_t_m"].to_numpy() / vehicle.arm.length,
         "angle": other["angle_rad"].to_numpy(),
+        "lost_coupled": (pair["status"].sel(model="coupled") != 0).to_numpy().astype(float),
+        "lost_decoupled": (other["status"] != 0).to_numpy().astype(float),
     }
 
 

@@ -37,12 +37,12 @@ def importance(inputs: Array, output: Array) -> Importance:
     degrees = _degrees(inputs.shape[1], order)
     terms = _terms(inputs, degrees)
     centred = output - output.mean()
-    coefficients = np.linalg.lstsq(terms, centred, rcond=None)[0]
+    coefficients, explained = _fitted(terms, centred)
     share = coefficients**2 * (degrees.sum(1) > 0)
     variance = share.sum() or 1.0
     used = degrees > 0
     alone = used & (used.sum(1) == 1)[:, None]
-    return Importance(share @ alone / variance, share @ used / variance, _predicted(terms, centred))
+    return Importance(share @ alone / variance, share @ used / variance, explained)
 
 
 def _order(samples: int, inputs: int) -> int:
@@ -72,13 +72,22 @@ def _terms(inputs: Array, degrees: Array) -> Array:
     return found
 
 
-def _predicted(terms: Array, output: Array) -> float:
-    """Share of the variance that is predicted across folds of the samples."""
-    left = np.empty(len(output))
+def _fitted(terms: Array, output: Array) -> tuple[Array, float]:
+    """Least-squares coefficients, and the share of the variance predicted across folds."""
+    # Terms that are orthonormal over the box have well-conditioned products over its samples.
     fold = np.arange(len(output)) % _FOLDS
-    for k in range(_FOLDS):
-        seen = fold != k
-        fitted = np.linalg.lstsq(terms[seen], output[seen], rcond=None)[0]
-        left[~seen] = output[~seen] - terms[~seen] @ fitted
-    variance = float(np.mean(output**2))
-    return 1.0 - float(np.mean(left**2)) / variance if variance else 1.0
+    parts = [(terms[fold == k], output[fold == k]) for k in range(_FOLDS)]
+    products = np.array([part.T @ part for part, _ in parts])
+    sides = np.array([part.T @ values for part, values in parts])
+    whole, side = products.sum(0), sides.sum(0)
+    left = 0.0
+    for k, (part, values) in enumerate(parts):
+        seen = _solve(whole - products[k], side - sides[k])
+        left += float(np.sum((values - part @ seen) ** 2))
+    power = float(np.sum(output**2))
+    return _solve(whole, side), 1.0 - left / power if power else 1.0
+
+
+def _solve(matrix: Array, side: Array) -> Array:
+    found: Array = np.linalg.lstsq(matrix, side, rcond=1e-10)[0]
+    return found
