@@ -7,6 +7,7 @@ from continuair.cli import (  # noqa: F401, I001
     tracking,
     cost,
     advise,
+    atlas,
     sweep,
     identify,
     vehicles,

@@ -29,17 +29,13 @@ _HALVED = 64
 Progress = Callable[[int, int, str], None]
 
 
-def atlas(
-    runs: int = RUNS, seed: int = 0, *, progress: Progress | None = None
-) -> tuple[xr.Dataset, dict[str, xr.Dataset], xr.Dataset]:
-    """Return the summary, the flights of each excitation, and the closed loops.
+def atlas(runs: int = RUNS, seed: int = 0, *, progress: Progress | None = None) -> xr.Dataset:
+    """Fly the atlas, and return its summary.
 
     runs: in open loop, over all excitations, each of them with every model; one closed-loop pair
     for every fifty. The summary's attributes say how it was made. Raises InputError.
     """
-    for name, value, least in (("runs", runs, LEAST), ("seed", seed, 0)):
-        if isinstance(value, bool) or not isinstance(value, int) or value < least:
-            raise InputError(f"{name} is {shown(value)}; give a whole number of {least} or more.")
+    check(runs, seed)
     each, loops = math.ceil(runs / len(EXCITATIONS)), math.ceil(runs * _LOOPS_PER_RUN)
     attributed = math.ceil(each * len(EXCITATIONS) * _ATTRIBUTED_PER_RUN / len(EXCITATIONS))
     names, flights, parts = list(EXCITATIONS), {}, []
@@ -63,7 +59,14 @@ def atlas(
         "closed_loop_runs": loops,
         "attributed_runs": attributed * len(names),
     }
-    return summary, flights, closed
+    return summary
+
+
+def check(runs: int, seed: int) -> None:
+    """Raise InputError unless an atlas can be made of that many runs."""
+    for name, value, least in (("runs", runs, LEAST), ("seed", seed, 0)):
+        if isinstance(value, bool) or not isinstance(value, int) or value < least:
+            raise InputError(f"{name} is {shown(value)}; give a whole number of {least} or more.")
 
 
 def _attributed(name: str, runs: int, seed: int) -> dict[str, Any]:

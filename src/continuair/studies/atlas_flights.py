@@ -85,7 +85,7 @@ def fly(
         if progress:
             progress(first, runs, excitation)
         at = order[first : first + _CHUNK]
-        errors[:, at] = _errors(
+        errors[:, at] = run_errors(
             excitation, take(vehicle, at), {name: v[at] for name, v in groups.items()}, step
         )
     data: dict[str, Any] = {
@@ -115,7 +115,10 @@ def scenario_of(excitation: str, vehicle: Vehicle, groups: dict[str, Array]) -> 
     return standard_scenario(excitation, vehicle, **flown)
 
 
-def _errors(excitation: str, vehicle: Vehicle, groups: dict[str, Array], step: Any) -> Array:
+def run_errors(
+    excitation: str, vehicle: Vehicle, groups: dict[str, Array], step: Any = "auto"
+) -> Array:
+    """Return ERRORS (3, runs, models) of vehicles of one clamped period."""
     scenario = scenario_of(excitation, vehicle, groups)
     # Periods that agree but for rounding are one.
     time = round(sample_time(vehicle), 12)

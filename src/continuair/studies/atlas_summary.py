@@ -42,7 +42,7 @@ def edges(group: str, cells: int) -> Array:
     if group == "coupling":
         low, high = (np.log(c / (1.0 - c)) for c in COUPLING)
         return np.asarray(1.0 / (1.0 + np.exp(-np.linspace(low, high, cells + 1))))
-    low, high = (RANGES | LOOP_RANGES)[group]
+    low, high = (LOOP_RANGES | RANGES)[group]
     return np.geomspace(low, high, cells + 1)
 
 
@@ -58,6 +58,9 @@ def summarise(flights: dict[str, xr.Dataset]) -> xr.Dataset:
     parts = [_summary(name, flight) for name, flight in flights.items()]
     index = xr.DataArray(list(flights), dims="excitation", name="excitation")
     found: xr.Dataset = xr.concat(parts, index)
+    found["coupling_edges"] = ("row_edge", edges("coupling", ROWS))
+    found["frequency_edges"] = ("column_edge", edges("frequency", COLUMNS))
+    found["damping_edges"] = ("column_edge", edges("damping_ratio", COLUMNS))
     return found.assign_coords(
         model=list(MODELS), quantile=list(QUANTILES), group=list(RANGES), error=list(ERRORS)
     )

@@ -1,0 +1,44 @@
+"""`continuair atlas`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from continuair.cli.application import app
+from continuair.cli.options import out_option
+from continuair.cli.terminal import progress_bar
+
+
+@app.command()
+def atlas(
+    out: Annotated[Path, out_option("Folder for the atlas, new or of this study.")],
+    runs: Annotated[
+        int,
+        typer.Option(
+            help="Open-loop flights, each with every model; a fiftieth in addition in closed loop."
+        ),
+    ] = 100_000,
+    seed: Annotated[int, typer.Option(help="Seed of the samples.")] = 0,
+) -> None:
+    """Map where decoupling holds, over dimensionless groups, for any vehicle.
+
+    100,000 flights take some ten minutes on two cores.
+    """
+    with progress_bar() as progress:
+        from continuair.figures import atlas as figures
+        from continuair.studies import atlas as study
+        from continuair.studies.atlas_collapse import curves
+        from continuair.studies.atlas_summary import save
+        from continuair.studies.folder import ResultFolder
+
+        study.check(runs, seed)
+        with ResultFolder(out, "atlas") as folder:
+            summary = study.atlas(runs, seed, progress=progress)
+            save(summary, folder.file("atlas.npz"))
+            folder.write_text("table.md", study.as_table(summary))
+            figures.write(summary, curves(), folder.file)
+            folder.finish()
+    typer.echo(study.as_table(summary), err=True)
