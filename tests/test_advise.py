@@ -16,7 +16,7 @@ from continuair.figures import advise as figures
 from continuair.studies import advise
 from continuair.studies.advise_output import as_table
 from continuair.studies.advise_tracking import tracking_limit
-from continuair.studies.open_loop_output import as_json
+from continuair.studies.json_text import as_json
 
 VEHICLE = ca.load_vehicle("paper")
 LIGHT = VEHICLE.replace({"arm.density": 0.1, "arm.youngs_modulus": 207e9 * 0.1 / 7850.0})

@@ -15,6 +15,7 @@ from continuair.errors import InputError
 from continuair.studies import open_loop_output
 from continuair.studies.convergence import settled
 from continuair.studies.folder import ResultFolder
+from continuair.studies.json_text import as_json
 from continuair.studies.open_loop import MAX_HALVINGS, open_loop
 from continuair.vehicle import load_vehicle
 from tests.synthetic import OFFSETS, flight
@@ -113,7 +114,7 @@ def test_a_run_that_ended_early_is_not_converged_and_not_refined(
     assert entry["reason"] == "the run ended at 0.5 s with status 2"
     assert not entry["converged"]
     # JSON has no NaN: numbers that do not exist are null.
-    stored = json.loads(open_loop_output.as_json(results))
+    stored = json.loads(as_json(results))
     assert stored["tests"]["B"]["decoupled"]["rmse_t_m"] is None
 
 

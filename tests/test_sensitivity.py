@@ -19,6 +19,7 @@ from continuair.figures import sensitivity as figures
 from continuair.simulation import simulate
 from continuair.studies import sensitivity_output
 from continuair.studies.folder import ResultFolder
+from continuair.studies.json_text import as_json
 from continuair.studies.sensitivity_claims import CLAIMS, combined, verdicts
 from continuair.studies.sensitivity_findings import NOT_REPRODUCED, REPRODUCED, UNDECIDED
 from continuair.studies.sensitivity_measures import (
@@ -149,7 +150,7 @@ def test_verdicts_follow_the_numbers_and_not_the_sentences(flown: study.Sensitiv
         return next(c for c in verdicts(results) if c["sentence"].startswith(start))
 
     assert about_mass(flown.results)["verdict"] == REPRODUCED
-    changed = json.loads(sensitivity_output.as_json(flown.results))
+    changed = json.loads(as_json(flown.results))
     rows = changed["sweeps"]["UAV mass"]["rows"]
     for row, value in zip(rows, [row["displacement_m"] for row in rows][::-1], strict=True):
         row["displacement_m"] = value
@@ -219,7 +220,7 @@ def test_stored_results_hold_every_sentence_row_and_trajectory(
 
 
 def test_a_row_that_has_not_converged_is_said_not_to_have(flown: study.Sensitivity) -> None:
-    changed = json.loads(sensitivity_output.as_json(flown.results))
+    changed = json.loads(as_json(flown.results))
     entry = changed["sweeps"]["UAV mass"]["rows"][1]["models"]["decoupled"]
     entry |= {"converged": False, "step_halving_error": 0.3}
     said = sensitivity_output.remarks(changed)
@@ -245,7 +246,7 @@ def test_flights_that_end_early_are_said_to_and_leave_nothing_to_judge_by() -> N
     claims = [c for c in found.results["claims"] if c["about"] == "UAV mass"]
     assert {c["verdict"] for c in claims} == {UNDECIDED, "nothing to check"}
     sensitivity_output.as_table(found.results)
-    assert json.loads(sensitivity_output.as_json(found.results))
+    assert json.loads(as_json(found.results))
     figures.errors(found.results)
 
 

@@ -14,8 +14,8 @@ from continuair.controllers.gain_files import Gains, gain_presets, load_gains
 from continuair.controllers.gains import camera_inertia, design
 from continuair.figures import tracking as figures
 from continuair.studies import tracking_output
+from continuair.studies.json_text import as_json
 from continuair.studies.law_variants import law_variants
-from continuair.studies.open_loop_output import as_json
 from continuair.studies.tracking import (
     Tracking,
     ds_extremes,

@@ -42,7 +42,7 @@ def advise(
     with progress_bar() as progress:
         from continuair.studies import advise as study
         from continuair.studies.advise_output import as_table
-        from continuair.studies.open_loop_output import as_json
+        from continuair.studies.json_text import as_json
 
         tasks = study.chosen_tasks(task or [])
         good = study.Tolerance(tolerance, pixels)

@@ -16,7 +16,7 @@ from continuair.cli.terminal import progress_bar
 @app.command()
 def cost(vehicle: VehicleOption = "paper", out: OutOption = None, json: JsonOption = None) -> None:
     """Time a sample of control and dynamics with each model, and where the time goes."""
-    from continuair.studies.cost import as_json
+    from continuair.studies.json_text import as_json
 
     check_json(json)
     results = run_cost(vehicle, out)
@@ -31,11 +31,12 @@ def run_cost(vehicle: str, out: Path | None) -> dict[str, Any]:
     loaded = load_vehicle(vehicle)
     with progress_bar() as progress:
         from continuair.studies import cost as study
+        from continuair.studies.json_text import as_json
 
         with nullcontext() if out is None else ResultFolder(out, "cost") as folder:
             results = study.cost(loaded, progress=progress)
             if folder is not None:
-                folder.write_text("cost.json", study.as_json(results))
+                folder.write_text("cost.json", as_json(results))
                 folder.write_text("table.md", study.as_table(results))
                 folder.finish()
     typer.echo(study.as_table(results), err=True)

@@ -78,7 +78,7 @@ def _search(effort: int, seed: int, out: Path | None, json: str | None) -> None:
     with progress_bar() as progress:
         from continuair.identification.search import Effort
         from continuair.identification.table import as_table, identify_table, write
-        from continuair.studies.open_loop_output import as_json
+        from continuair.studies.json_text import as_json
 
         results = identify_table(Effort.times(effort), seed, progress)
     if folder is not None:
@@ -99,7 +99,7 @@ def _fit(
     with progress_bar() as progress:
         from continuair.identification import fit, load_recording
         from continuair.identification.vehicle_file import check_file, write_vehicle
-        from continuair.studies.open_loop_output import as_json
+        from continuair.studies.json_text import as_json
 
         if out is not None:
             check_file(out)

@@ -33,11 +33,11 @@ def open_loop(
 
     With --out, writes a table, JSON, CSV, trajectories (netCDF) and figures to that folder.
     """
-    from continuair.studies import open_loop_output
+    from continuair.studies.json_text import as_json
 
     check_json(json)
     study = run_open_loop(vehicle, tests, model, out)
-    write_json(open_loop_output.as_json(study.results), json)
+    write_json(as_json(study.results), json)
 
 
 def run_open_loop(vehicle: str, tests: str, models: list[str] | None, out: Path | None) -> OpenLoop:

@@ -30,7 +30,7 @@ def sensitivity(
     With --out, writes tables, verdicts, JSON, CSV, trajectories (netCDF) and figures to that
     folder.
     """
-    from continuair.studies.open_loop_output import as_json
+    from continuair.studies.json_text import as_json
 
     study = run_sensitivity(vehicle, hertz, out)
     write_json(as_json(study.results), json)

@@ -40,7 +40,7 @@ def tracking(
 
     With --out, writes a table, JSON, CSV, trajectories (netCDF) and figures to that folder.
     """
-    from continuair.studies.open_loop_output import as_json
+    from continuair.studies.json_text import as_json
 
     check_json(json)
     study = run_tracking(vehicle, letters, gains, model, out)

@@ -16,7 +16,7 @@ from continuair.identification.space import PARAMETERS, held, values, vehicles
 from continuair.identification.vehicle_file import as_toml
 from continuair.scenarios import OPEN_LOOP_TESTS
 from continuair.studies.folder import ResultFolder
-from continuair.studies.open_loop_output import as_json
+from continuair.studies.json_text import as_json
 from continuair.vehicle import Vehicle
 
 Progress = Callable[[int, int, str], None]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import platform
 from collections.abc import Callable, Iterable
 from time import perf_counter
@@ -125,11 +124,6 @@ def ratios(results: dict[str, Any]) -> tuple[float, float] | None:
         return None
     ours = models["decoupled"]["total_s"] / models["coupled"]["total_s"]
     return ours, printed["decoupled"] / printed["coupled"]
-
-
-def as_json(results: dict[str, Any]) -> str:
-    """Return the results as JSON."""
-    return json.dumps(results, indent=2, ensure_ascii=False) + "\n"
 
 
 def _flight(vehicle: Vehicle, scenario: Scenario, model: str) -> Callable[[], None]:

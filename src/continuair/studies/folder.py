@@ -6,10 +6,13 @@ import json
 import os
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from continuair.errors import InputError
 from continuair.files import printed, reason, user_path
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _MARKER = ".continuair"
 
@@ -65,6 +68,13 @@ class ResultFolder:
         """Write a text file of the study."""
         try:
             self.file(name).write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise self.unusable(error) from None
+
+    def write_dataset(self, name: str, dataset: xr.Dataset) -> None:
+        """Write a dataset of the study as netCDF."""
+        try:
+            dataset.to_netcdf(self.file(name), engine="h5netcdf")
         except OSError as error:
             raise self.unusable(error) from None
 

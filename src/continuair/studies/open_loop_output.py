@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import csv
 import io
-import json
-import math
 from typing import Any
 
 from continuair.studies.convergence import CONVERGED, REFERENCE
 from continuair.studies.folder import ResultFolder
+from continuair.studies.json_text import as_json
 from continuair.studies.open_loop import PRINTED, OpenLoop, percent
 
 METRICS = ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_r_rad", "angle_rad", "step_halving_error")
@@ -24,16 +23,7 @@ def write(study: OpenLoop, folder: ResultFolder) -> None:
     folder.write_text("open_loop.csv", as_csv(study.results))
     folder.write_text("table.md", as_table(study.results))
     for letter, dataset in study.datasets.items():
-        path = folder.file(f"open_loop_{letter}.nc")
-        try:
-            dataset.to_netcdf(path, engine="h5netcdf")
-        except OSError as error:
-            raise folder.unusable(error) from None
-
-
-def as_json(results: dict[str, Any]) -> str:
-    """Return the results as JSON; a number that is not finite becomes null."""
-    return json.dumps(_finite(results), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+        folder.write_dataset(f"open_loop_{letter}.nc", dataset)
 
 
 def rows(results: dict[str, Any]) -> list[tuple[str, str, dict[str, Any]]]:
@@ -135,11 +125,3 @@ def number(value: float) -> str:
     """Return a metric as the tables print it, in at most eight characters."""
     plain = f"{value:.4f}"
     return f"{value:.1e}" if 0 < abs(value) < 1e-3 or len(plain) > 8 else plain
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _finite(child) for key, child in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(child) for child in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

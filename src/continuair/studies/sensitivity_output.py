@@ -6,11 +6,11 @@ import csv
 import io
 from typing import Any
 
-from continuair.errors import InputError
 from continuair.studies.convergence import CONVERGED, REFERENCE
 from continuair.studies.folder import ResultFolder
+from continuair.studies.json_text import as_json
 from continuair.studies.open_loop import percent
-from continuair.studies.open_loop_output import as_json, number
+from continuair.studies.open_loop_output import number
 from continuair.studies.sensitivity import OTHERS, Sensitivity
 from continuair.studies.sensitivity_claims import NO_CLAIM
 from continuair.studies.sensitivity_measures import MEASURES
@@ -35,12 +35,7 @@ def write(study: Sensitivity, folder: ResultFolder) -> None:
     folder.write_text("table.md", as_table(study.results))
     for name, dataset in study.datasets.items():
         plain = "".join(c for c in name.lower().replace(" ", "_") if c.isalnum() or c == "_")
-        path = folder.file(f"sensitivity_{plain}.nc")
-        try:
-            dataset.to_netcdf(path, engine="h5netcdf")
-        except OSError as error:
-            problem = f"out is {folder.path}, where {path.name} cannot be written ({error})"
-            raise InputError(f"{problem}; name a folder that you may write to.") from None
+        folder.write_dataset(f"sensitivity_{plain}.nc", dataset)
 
 
 def rows(results: dict[str, Any]) -> list[tuple[str, dict[str, Any], str, dict[str, Any]]]:

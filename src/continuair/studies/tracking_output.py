@@ -7,9 +7,8 @@ import io
 import math
 from typing import Any
 
-from continuair.errors import InputError
 from continuair.studies.folder import ResultFolder
-from continuair.studies.open_loop_output import as_json
+from continuair.studies.json_text import as_json
 from continuair.studies.tracking import Tracking
 
 COLUMNS = {
@@ -32,12 +31,7 @@ def write(study: Tracking, folder: ResultFolder) -> None:
     folder.write_text("tracking.csv", as_csv(study.results))
     folder.write_text("table.md", as_table(study.results))
     for setting, dataset in study.datasets.items():
-        path = folder.file(f"tracking_{setting}.nc")
-        try:
-            dataset.to_netcdf(path, engine="h5netcdf")
-        except OSError as error:
-            problem = f"out is {folder.path}, where {path.name} cannot be written ({error})"
-            raise InputError(f"{problem}; name a folder that you may write to.") from None
+        folder.write_dataset(f"tracking_{setting}.nc", dataset)
 
 
 def rows(results: dict[str, Any]) -> list[tuple[str, str, str, dict[str, Any]]]:
