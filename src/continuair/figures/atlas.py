@@ -56,6 +56,7 @@ def validity_map(
         for axes in grid[:, 0]:
             axes.set_ylabel("coupling")
         bar = figure.colorbar(drawn, ax=grid, ticks=_LEVELS, aspect=40)
+        bar.minorticks_off()
         bar.set_ticklabels([f"{level:.0%}" for level in _LEVELS])
         bar.set_label(f"NRMSE of the tip, {model} ({_named(quantile)} of all other groups)")
         figure.supxlabel(
@@ -153,6 +154,9 @@ def _map(axes: Any, one: xr.Dataset, free: bool) -> Any:
         axes.clabel(lines, fmt=lambda level: f"{level:.0%}", fontsize=5)
     axes.set_xscale("log")
     axes.set_xlim(x[0], x[-1])
+    ticks = [t for t in (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0) if x[0] <= t <= x[-1]]
+    axes.set_xticks(ticks, [f"{t:g}" for t in ticks])
+    axes.xaxis.set_minor_locator(NullLocator())
     axes.set_xlabel("damping ratio" if free else "frequency / clamped frequency")
     shown = [t for t in _TICKS if y[0] <= _logit(t) <= y[-1]]
     axes.yaxis.set_major_locator(FixedLocator([float(_logit(t)) for t in shown]))

@@ -25,7 +25,7 @@ QUANTILES = (0.1, 0.5, 0.9)
 """Quantiles over all the other groups, in every cell of a map and over the whole atlas."""
 
 COLUMNS, ROWS = 12, 10
-COUPLING = (0.015, 0.92)
+COUPLING = (0.015, 0.88)
 """Cells of a map, and the ends of its coupling."""
 
 _SHIPPED = "atlas.npz"
