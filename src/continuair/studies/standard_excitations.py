@@ -166,17 +166,23 @@ def held_hover(vehicle: Vehicle, q: Array, gravity: float = 9.81) -> dict[str, A
     layout, rows = engine.layout, np.atleast_2d(q)
     rows = np.broadcast_to(rows, (max(len(rows), vehicle.runs or 1), layout.coordinates))
     state = state_from_paper(rows, np.zeros(rows.shape))
-    count = layout.coordinates  # of accelerations, and of the inputs that act on them
+    # Unit pushes would be lost in the rounding of a large vehicle's accelerations.
+    arm = vehicle.arm
+    inertial = np.asarray(vehicle.mass * arm.length * np.square(arm.clamped_frequency))
+    powers = np.array([1.0] * 3 + [2.0] * 3 + [3.0] * layout.bends)
+    scale = inertial[..., None] * np.asarray(arm.length)[..., None] ** (powers - 1.0)
+    scale = np.broadcast_to(scale, (len(rows), layout.coordinates))
 
-    def pushed(inputs: Array) -> Array:
-        angle = rows[:, -1]
-        rate = engine.derivative(state, angle, inputs[None, None], gravity, GENERAL)
+    def pushed(push: Array) -> Array:
+        inputs = np.zeros((1, len(rows), layout.inputs))
+        inputs[0, :, layout.push] = scale * push
+        rate = engine.derivative(state, rows[:, -1], inputs, gravity, GENERAL)
         found: Array = rate[:, layout.velocity.start :]
         return found
 
-    still = pushed(np.zeros(layout.inputs))
-    answers = [pushed(unit) - still for unit in np.eye(layout.inputs)[:count]]
-    held = np.linalg.solve(np.stack(answers, axis=-1), -still[..., None])[..., 0]
+    still = pushed(np.zeros(layout.coordinates))
+    answers = [pushed(unit) - still for unit in np.eye(layout.coordinates)]
+    held = scale * np.linalg.solve(np.stack(answers, axis=-1), -still[..., None])[..., 0]
     held = held[0] if np.ndim(q) == 1 and vehicle.runs is None else held
     return {
         "force": held[..., layout.force],
