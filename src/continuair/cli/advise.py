@@ -31,7 +31,7 @@ def advise(
 ) -> None:
     """Fly your vehicle with each model, and tell for which task the simpler one will do.
 
-    With --out, writes a table, JSON and a figure to that folder.
+    With --out, writes a table, JSON and figures (errors; its place on the atlas) to that folder.
     """
     from continuair.controllers.gain_files import load_gains
     from continuair.studies.folder import ResultFolder
@@ -51,11 +51,15 @@ def advise(
             if folder is not None:
                 from continuair.figures import advise as figures
                 from continuair.figures import style
+                from continuair.figures.atlas import validity_map
+                from continuair.studies.atlas_summary import load
 
                 folder.write_text("advise.json", as_json(results))
                 folder.write_text("table.md", as_table(results))
                 figure = figures.advice(results)
                 style.save(figure, [folder.file("advise.png"), folder.file("advise.pdf")])
+                figure = validity_map(load(), {loaded.name: results["groups"]})
+                style.save(figure, [folder.file("atlas.png"), folder.file("atlas.pdf")])
                 folder.finish()
     rows = [
         [name, model, entry["text"]]

@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from matplotlib.figure import Figure
+from matplotlib.ticker import FixedFormatter, FixedLocator, NullFormatter
 
 from continuair.figures import style
 
+_SPEEDS = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
 _COLOURS = {"bend": "#0072B2", "moment": "#009E73", "force": "#000000", "tip": "#D55E00"}
 
 
@@ -49,5 +51,8 @@ def _tracking(axes: Any, results: dict[str, Any]) -> None:
             axes.plot(entry["speed_m_s"], entry["ds_px"], label=f"{task}, {model}", **properties)
     axes.axhline(results["pixels"], color=style.PAPER_COLOUR, lw=1.0, ls="--")
     axes.set(xscale="log", yscale="log", xlabel="largest speed of the target [m/s]")
+    axes.xaxis.set_major_locator(FixedLocator(_SPEEDS))
+    axes.xaxis.set_major_formatter(FixedFormatter([f"{speed:g}" for speed in _SPEEDS]))
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_ylabel("largest |DS| after 2 s [px]\n(dashed: tolerance)")
     axes.legend()

@@ -23,6 +23,7 @@ from continuair.scenarios import Scenario
 from continuair.simulation import simulate
 from continuair.studies.advise_tracking import tracking_limit
 from continuair.studies.convergence import REFERENCE
+from continuair.studies.groups import place
 from continuair.studies.standard_excitations import (
     EXCITATIONS,
     sample_time,
@@ -127,6 +128,7 @@ def advise(
         "tolerance": tolerance.tip,
         "pixels": tolerance.pixels,
         "clamped_hz": float(vehicle.arm.clamped_frequency) / (2.0 * np.pi),
+        "groups": {name: float(value) for name, value in place(vehicle).items()},
         "excitations": excitations,
         "tracking": tracked,
         "step_over_coupled": step_cost(vehicle),

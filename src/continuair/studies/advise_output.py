@@ -19,6 +19,8 @@ def as_table(results: dict[str, Any]) -> str:
         f"or |DS| up to {results['pixels']:g} px. Bending frequency of the clamped arm: "
         f"{results['clamped_hz']:.3g} Hz.",
         "",
+        f"Coupling {results['groups']['coupling']:.2f}, from 0 (a UAV like a rock) to 1.",
+        "",
         "| task | model | verdict |",
         "|---|---|---|",
     ]
