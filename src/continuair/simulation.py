@@ -261,17 +261,20 @@ def forward_dynamics(
     model: str = "coupled",
     gravity: float = 9.81,
     dtype: str = "float64",
+    device: str = "cpu",
 ) -> np.ndarray:
     """Accelerations q̈ in the paper's coordinates, (8,) or (n, 8), through the kernels.
 
     q, qd: (8,) or (n, 8); tau: generalised forces (8,) or (n, 8), 0 for none; tip_wrench: force
     and moment on the tip in world axes (6,) or (n, 6). ψ̈a divides by κ: |κ| below κ_s counts as
-    κ_s (Remark 1). NaN where |κ| l exceeds 2π. Eq. of motion, Amiri et al. Raises InputError, also
-    where the coordinates are singular: at cos θ = 0, and at κ = 0 if κ_s is 0.
+    κ_s (Remark 1). NaN where |κ| l exceeds 2π. dtype, device: as in `simulate`. Eq. of motion,
+    Amiri et al. Raises InputError, also where the coordinates are singular: at cos θ = 0, and at
+    κ = 0 if κ_s is 0.
     """
     checks.vehicle(vehicle)
     checks.choice("model", model, MODELS)
     checks.choice("dtype", dtype, ("float64", "float32"))
+    _check_device(device)
     gravity = checks.gravity(gravity)
     layout = Layout(vehicle.sections)
     arrays = {
@@ -292,7 +295,7 @@ def forward_dynamics(
     inputs[0, :, layout.force] = arrays["tau"][:, :3]
     inputs[0, :, layout.euler_and_polar] = arrays["tau"][:, 3:]
     inputs[0, :, layout.tip_wrench] = arrays["tip_wrench"]
-    engine = Engine(vehicle, model, dtype)
+    engine = Engine(vehicle, model, dtype, device)
     rate = engine.derivative(
         state_from_paper(at, rates), at[:, -1], inputs, gravity, GENERAL + PAPER + TIP
     )

@@ -6,6 +6,7 @@ import pytest
 import continuair as ca
 from continuair import equations
 from continuair.kernels import arc
+from tests.kernels.conftest import Place
 
 PLAIN = ca.load_vehicle("paper").replace({"arm.kappa_s": 0.0})
 FURNISHED = PLAIN.replace(
@@ -30,8 +31,10 @@ def in_bend_axes(q: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("vehicle", [PLAIN, FURNISHED], ids=["plain", "furnished"])
 @pytest.mark.parametrize(("model", "mask"), [("coupled", "coupled"), ("decoupled", "block")])
-def test_kernels_equal_the_papers_equations(vehicle: ca.Vehicle, model: str, mask: str) -> None:
-    """4 x 250 states, κl up to 2π, |θ| <= 1.2; reached: 4e-13, demanded: 1e-10."""
+def test_kernels_equal_the_papers_equations(
+    vehicle: ca.Vehicle, model: str, mask: str, place: Place
+) -> None:
+    """4 x 250 states, κl up to 2π, |θ| <= 1.2; reached: 4e-13, and 3e-6 in float32."""
     rng = np.random.default_rng(20260218)
     n = STATES
     q = np.column_stack(
@@ -45,7 +48,9 @@ def test_kernels_equal_the_papers_equations(vehicle: ca.Vehicle, model: str, mas
         ]
     )
     qd, tau, wrench = rng.normal(size=(n, 8)), rng.normal(0, 5, (n, 8)), rng.normal(0, 5, (n, 6))
-    fast = ca.forward_dynamics(vehicle, q, qd, tau, wrench, model=model)
+    fast = ca.forward_dynamics(
+        vehicle, q, qd, tau, wrench, model=model, dtype=place.dtype, device=place.device
+    )
     slow = np.array(
         [
             equations.forward_dynamics(vehicle, q[i], qd[i], tau[i], wrench[i], mask=mask, nodes=32)
@@ -54,22 +59,31 @@ def test_kernels_equal_the_papers_equations(vehicle: ca.Vehicle, model: str, mas
     )
     error = np.linalg.norm(in_bend_axes(q, fast - slow), axis=1)
     size = np.linalg.norm(in_bend_axes(q, slow), axis=1)
-    assert np.max(error / size) < 1e-11
+    assert np.max(error / size) < (1e-11 if place.exact else 1e-5)
 
 
-def test_beyond_a_full_circle_there_is_no_number() -> None:
+def test_beyond_a_full_circle_there_is_no_number(place: Place) -> None:
     q = np.zeros(8)
     q[6] = 2 * np.pi * 1.001
-    assert np.isnan(ca.forward_dynamics(PLAIN, q, np.zeros(8), model="coupled")).all()
+    found = ca.forward_dynamics(
+        PLAIN, q, np.zeros(8), model="coupled", dtype=place.dtype, device=place.device
+    )
+    assert np.isnan(found).all()
 
 
-def test_independent_model_moves_the_uav_as_a_rigid_body() -> None:
+def test_independent_model_moves_the_uav_as_a_rigid_body(place: Place) -> None:
     """A bend moment moves only the arm, a force on the UAV only the UAV."""
     q = np.array([0, 0, 0, 0.1, 0.2, 0.3, 0.7, 0.4])
-    rest = ca.forward_dynamics(PLAIN, q, np.zeros(8), model="independent")
-    bent = ca.forward_dynamics(PLAIN, q, np.zeros(8), [0] * 6 + [3.0, 0.5], model="independent")
+
+    def accelerations(tau: list[float]) -> np.ndarray:
+        return ca.forward_dynamics(
+            PLAIN, q, [0] * 8, tau, model="independent", dtype=place.dtype, device=place.device
+        )
+
+    rest = accelerations([0.0] * 8)
+    bent = accelerations([0.0] * 6 + [3.0, 0.5])
     np.testing.assert_allclose(bent[:6], rest[:6], atol=1e-12)
-    pushed = ca.forward_dynamics(PLAIN, q, np.zeros(8), [5.0] + [0] * 7, model="independent")
+    pushed = accelerations([5.0] + [0.0] * 7)
     np.testing.assert_allclose(pushed[6:], rest[6:], atol=1e-9)
     assert pushed[0] - rest[0] > 1.0
 

@@ -36,7 +36,8 @@ def start_warp() -> None:
 def check_device(device: str) -> None:
     """Raise InputError unless the device can be launched on."""
     start_warp()
-    valid = ["cpu", *(found.alias for found in wp.get_cuda_devices())]
+    cards = [found.alias for found in wp.get_cuda_devices()]
+    valid = ["cpu", *(["cuda"] if cards else []), *cards]
     if device not in valid:
         raise InputError(f"device is {shown(device)}; use one of {', '.join(valid)}.")
 

@@ -1,0 +1,35 @@
+"""The kernels compile for CUDA without a card: Warp brings the compiler along."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import warp as wp
+
+from continuair.controllers.servoing import law
+from continuair.kernels.engine import start_warp
+from continuair.kernels.factory import closed_loop, kernels, watch_kernel
+
+HOPPER = 90
+"""Compute capability 9.0, of the H100 and H200."""
+
+KERNELS: dict[str, Callable[[], Any]] = {
+    "coupled roll-out, float64": lambda: kernels("float64", 1, "coupled").rollout,
+    "coupled roll-out, float32": lambda: kernels("float32", 1, "coupled").rollout,
+    "decoupled rates": lambda: kernels("float64", 1, "decoupled").derivative,
+    "independent rates": lambda: kernels("float64", 1, "independent").derivative,
+    "observed quantities": lambda: kernels("float64", 1, "coupled").observe,
+    "closed loop": lambda: closed_loop("float64", 1, "coupled", law, 4, False).rollout,
+    "what the camera sees": lambda: watch_kernel("float64", 1, 4).watch,
+}
+
+
+@pytest.mark.parametrize("kernel", KERNELS.values(), ids=KERNELS)
+def test_compiles(kernel: Callable[[], Any], tmp_path: Path) -> None:
+    start_warp()
+    made = wp.compile_aot_module(
+        kernel().module, arch=HOPPER, use_ptx=True, module_dir=tmp_path, strip_hash=False
+    )
+    (code,) = (Path(path).read_text() for path in made)
+    assert f".target sm_{HOPPER}" in code and "fma.rn.f" in code
