@@ -1,0 +1,94 @@
+"""Steps per second on a CUDA device, for batches of 1 to 1,000,000 runs, and of its peak.
+
+    python benchmarks/gpu.py [--device cuda] [--model coupled] [--runs 1 1000 ...]
+
+The roll-out kernel alone is timed, everything already on the card: every run has its own start, all
+share one vehicle. Operations per step are counted by benchmarks/counting.py; the peak is that of
+fused multiplications and additions, measured by benchmarks/peaks.py on the same card. With
+--device cpu one thread is measured in the same way, to try the script.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import Any
+
+import numpy as np
+import warp as wp
+from peaks import flops_per_second, shortest
+from roofline import counted
+
+import continuair as ca
+from continuair.coordinates import state_from_paper
+from continuair.errors import InputError
+from continuair.grid import make_grid
+from continuair.kernels.engine import Engine, check_device
+from continuair.kernels.loads import GENERAL
+
+STEP = 1e-4
+RUNS = (1, 10, 100, 1_000, 10_000, 100_000, 1_000_000)
+
+
+def roll_out(engine: Engine, runs: int, steps: int) -> Any:
+    """A call that flies a batch which lies on the device, and the statuses it leaves there."""
+    bend = np.random.default_rng(0).uniform(0.05, 0.5, runs)
+    q, qd = np.zeros((runs, 8)), np.zeros((runs, 8))
+    q[:, 6], qd[:, 3:6] = bend, 0.1
+    grid = make_grid(STEP * steps, STEP, STEP * steps)
+    inputs = np.zeros((1, 1, engine.layout.inputs))
+    inputs[0, 0, 2] = 9.81 * float(engine.vehicle.mass)
+    real = getattr(wp, engine.dtype.name)
+    start = engine._upload(state_from_paper(q, qd))
+    status, last = (wp.zeros(runs, wp.int32, device=engine.device) for _ in range(2))
+    log = wp.zeros((runs, 2, engine.layout.log), real, device=engine.device)
+    plants, table = engine._vehicles(slice(None))
+    arguments = [
+        *(plants, table, start, start, engine._upload(np.zeros(runs))),
+        *(engine._upload(inputs), 0, GENERAL, 9.81),
+        *(engine._upload(grid.steps), engine._upload(grid.sample_after, wp.int32)),
+        *(log, status, last),
+    ]
+
+    def fly() -> None:
+        wp.launch(engine.kernels.rollout, dim=runs, inputs=arguments, device=engine.device)
+
+    return fly, status
+
+
+def measure(device: str, model: str, dtype: str, sizes: list[int]) -> None:
+    engine = Engine(ca.load_vehicle("paper"), model, dtype, device)
+    peak = flops_per_second(dtype, 1, device, 1 if device == "cpu" else 1 << 18)
+    operations = counted(model)["flops"]
+    print(f"\n{model}, {dtype}: {operations} operations per step, peak {peak / 1e12:.3g} Tflop/s")
+    print(f"{'runs':>9}{'steps':>8}{'M steps/s':>12}{'Tflop/s':>10}{'of peak':>9}")
+    for runs in sizes:
+        steps = int(np.clip(20_000_000 // runs, 200, 20_000))
+        fly, status = roll_out(engine, runs, steps)
+        rate = runs * steps / shortest(fly, device, 5)
+        assert not status.numpy().any()
+        print(
+            f"{runs:>9}{steps:>8}{rate / 1e6:>12.4g}{rate * operations / 1e12:>10.3g}"
+            f"{100 * rate * operations / peak:>8.1f} %",
+            flush=True,
+        )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--device", default="cuda")
+    parser.add_argument("--model", default="coupled")
+    parser.add_argument("--runs", type=int, nargs="*", default=RUNS)
+    arguments = parser.parse_args()
+    try:
+        check_device(arguments.device)
+    except InputError as reason:
+        raise SystemExit(f"not measured: {reason}") from None
+    device = wp.get_device(arguments.device)
+    print(json.dumps({"device": device.name, "warp": wp.__version__, "step_s": STEP}))
+    for dtype in ("float32", "float64"):
+        measure(arguments.device, arguments.model, dtype, list(arguments.runs))
+
+
+if __name__ == "__main__":
+    main()
