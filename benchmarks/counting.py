@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 import math
+import subprocess
 import sys
 from collections import Counter
 from types import ModuleType, SimpleNamespace
@@ -409,6 +410,11 @@ def fly(model: str, steps: int) -> tuple[Tally, np.ndarray]:
         Array(np.zeros(1, int), int),
     )
     return TALLY, log[0, 1]
+
+
+def counted(model: str) -> dict[str, Any]:
+    """What `per_step` finds, from a process of its own, for one that has imported Warp."""
+    return dict(json.loads(subprocess.check_output([sys.executable, __file__, model])))
 
 
 def per_step(model: str) -> dict[str, Any]:

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 import warp as wp
+from counting import counted
 from peaks import flops_per_second, shortest
-from roofline import counted
 
 import continuair as ca
 from continuair.coordinates import state_from_paper
@@ -31,7 +31,7 @@ RUNS = (1, 10, 100, 1_000, 10_000, 100_000, 1_000_000)
 
 
 def roll_out(engine: Engine, runs: int, steps: int) -> Any:
-    """A call that flies a batch which lies on the device, and the statuses it leaves there."""
+    """A call that flies a batch which lies on the device; statuses and log that it leaves there."""
     bend = np.random.default_rng(0).uniform(0.05, 0.5, runs)
     q, qd = np.zeros((runs, 8)), np.zeros((runs, 8))
     q[:, 6], qd[:, 3:6] = bend, 0.1
@@ -53,7 +53,7 @@ def roll_out(engine: Engine, runs: int, steps: int) -> Any:
     def fly() -> None:
         wp.launch(engine.kernels.rollout, dim=runs, inputs=arguments, device=engine.device)
 
-    return fly, status
+    return fly, status, log
 
 
 def measure(device: str, model: str, dtype: str, sizes: list[int]) -> None:
@@ -64,7 +64,7 @@ def measure(device: str, model: str, dtype: str, sizes: list[int]) -> None:
     print(f"{'runs':>9}{'steps':>8}{'M steps/s':>12}{'Tflop/s':>10}{'of peak':>9}")
     for runs in sizes:
         steps = int(np.clip(20_000_000 // runs, 200, 20_000))
-        fly, status = roll_out(engine, runs, steps)
+        fly, status, _ = roll_out(engine, runs, steps)
         rate = runs * steps / shortest(fly, device, 5)
         assert not status.numpy().any()
         print(

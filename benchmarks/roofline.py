@@ -11,14 +11,14 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 from time import perf_counter, process_time, strftime
 from typing import Any
 
+import lanes
 import numpy as np
 import roofline_page
+from counting import counted
 from machine import described_machine
 from peaks import copied_bytes_per_second, flops_per_second
 
@@ -31,18 +31,12 @@ STEP, STEPS, REPEATS = 1e-4, 20_000, 15
 WIDE = {"float64": 8, "float32": 16}
 """Numbers per vector of 64 bytes; narrower machines take two or more operations for one."""
 DISKS = (0, 10, 100)
-BATCHES = (1, 4, 16, 64, 256, 1024, 4096)
-
-
-def counted(model: str) -> dict[str, Any]:
-    """Operations and loads of one step, counted in a process without Warp."""
-    script = Path(__file__).with_name("counting.py")
-    return dict(json.loads(subprocess.check_output([sys.executable, str(script), model])))
+BATCHES = (1, 4, 16, 64, 256, 1024)
 
 
 def fly(vehicle: ca.Vehicle, model: str, steps: int, threads: int = 1, **options: Any) -> None:
     """The free flight of the benchmarks, keeping one sample."""
-    weight = (0.0, 0.0, 9.81 * 2.6165)
+    weight = (0.0, 0.0, 9.81 * float(np.mean(vehicle.mass)))
     q, qd = (0, 0, 5, 0, 0, 0, 0.1, 0), (0, 0, 0, 0.1, 0.1, 0.1, 0, 0)
     ca.simulate(
         vehicle,
@@ -96,7 +90,7 @@ def batches() -> list[dict[str, float]]:
     cores, found = len(os.sched_getaffinity(0)), []
     for runs in BATCHES:
         vehicle = ca.load_vehicle("paper").replace({"uav.mass": np.linspace(1.0, 3.0, runs)})
-        steps, row = max(200, 200_000 // runs), {"runs": runs}
+        steps, row = max(1000, 200_000 // runs), {"runs": runs}
         for threads in dict.fromkeys((1, cores)):
             best = np.inf
             for _ in range(5):
@@ -127,6 +121,7 @@ def main() -> None:
         "copy": copied_bytes_per_second(),
         "disks": disks(),
         "batches": batches(),
+        "lanes": lanes.measure(),
     }
     (ROOT / "benchmarks" / "roofline.json").write_text(json.dumps(result, indent=1) + "\n")
     roofline_page.write(result, ROOT / "docs")
