@@ -32,6 +32,7 @@ AGAINST = {
 TARGETS = (
     ("mujoco_chain", "8-DoF chain", 10.0),
     ("soromox_hub", "floating hub", 300.0),
+    ("soromox_hub", "floating hub, 12 points", 300.0),
     ("machinevision_servo", "servo loop", 50.0),
 )
 
