@@ -122,3 +122,23 @@ def test_unusable_input_is_refused_in_a_sentence(
     for part in parts:
         assert part in result.stderr
     assert "Traceback" not in result.stderr
+
+
+def test_a_lost_target_decides_nothing() -> None:
+    found = {
+        "tracking": {
+            "track:M": {
+                "rms_px": math.nan,
+                "gains": "paper",
+                "models": {"decoupled": {"limit_m_s": math.nan}},
+            }
+        }
+    }
+    entry = advise.verdict(found, "track:M", "decoupled")
+    assert entry["scope"] == "undecided" and "paper" in entry["text"]
+
+
+def test_couplings_that_cancel_are_named_together() -> None:
+    parts = {"carriage": 0.0, "inertia": 0.4, "coriolis": 0.7}
+    assert advise.responsible(parts, 0.18).startswith("recoil")
+    assert advise.responsible(parts, 0.5) == "coriolis"

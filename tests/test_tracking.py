@@ -232,3 +232,35 @@ def test_gains_may_be_given_themselves(vehicle: ca.Vehicle) -> None:
 def test_unknown_letters_are_refused(letters: str) -> None:
     with pytest.raises(ca.InputError, match="letters"):
         chosen_letters(letters)
+
+
+@pytest.mark.parametrize(
+    ("options", "part"),
+    [
+        ({"candidates": 100}, "candidates is 100; give a power of two"),
+        ({"candidates": 0}, "candidates is 0"),
+        ({"rounds": 0}, "rounds is 0"),
+        ({"seed": -1}, "seed is -1"),
+    ],
+)
+def test_a_search_of_no_size_is_refused(
+    options: dict[str, int], part: str, vehicle: ca.Vehicle
+) -> None:
+    with pytest.raises(ca.InputError, match=part):
+        tune(vehicle, **options)
+
+
+def test_a_search_in_which_every_candidate_is_lost_finds_nothing(vehicle: ca.Vehicle) -> None:
+    turned = vehicle.replace({"camera.attitude": [0.0, 0.0, 1.0, 0.0]})
+    with pytest.raises(ca.InputError, match="none keeps its target"):
+        tune(turned, ["L"], ["fast"], candidates=2, rounds=1)
+
+
+def test_flights_that_ended_early_are_told_and_have_no_largest_difference(
+    vehicle: ca.Vehicle,
+) -> None:
+    weak = Gains("weak", {"bandwidth": 3.0, "conditioning": 0.0})
+    results = tracking(vehicle, "M", weak, ["decoupled"], ["fast"]).results
+    lost = results["letters"]["M"]["decoupled"]
+    assert np.isnan(lost["ds_max_px_after_2s"])
+    assert any("fast, M, coupled: ended at" in line for line in tracking_output.remarks(results))

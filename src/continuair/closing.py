@@ -13,6 +13,9 @@ from continuair.kernels.plant import per_run
 from continuair.scenarios import Scenario
 from continuair.vehicle import Vehicle
 
+LOOP_STEP = 1e-4
+"""Largest automatic step of control at every stage: the loop may be faster than the arm [s]."""
+
 
 def close_loop(
     vehicle: Vehicle,
@@ -45,7 +48,7 @@ def control_step(scenario: Scenario, finest: float, step: float | None) -> float
     """
     period = scenario.control_period
     if period is None:
-        return step or finest
+        return step or min(finest, LOOP_STEP)
     if step is None:
         return float(period / np.ceil(period / finest * (1.0 - 1e-12)))
     parts = period / step

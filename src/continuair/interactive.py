@@ -68,6 +68,12 @@ class Simulation:
         control_period = checks.positive("control_period", control_period)
         if not (isinstance(step, str) and step == "auto"):
             step = checks.positive("step", step, " or 'auto'")
+            parts = control_period / step
+            if round(parts) < 1 or abs(parts - round(parts)) > 1e-6:
+                raise InputError(
+                    f"control_period is {control_period:g} s, which is not a multiple of the step, "
+                    f"{step:g} s; give one that is, or step='auto'."
+                )
         q, qd = np.atleast_2d(scenario.q), np.atleast_2d(scenario.qd)
         fine = automatic_step(Engine(vehicle, "coupled"), q, qd)
         self._step = min(fine, control_period) if isinstance(step, str) else float(step)

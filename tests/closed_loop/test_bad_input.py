@@ -227,3 +227,19 @@ def test_what_cannot_be_flown_is_refused_in_one_sentence(case: str) -> None:
 def test_a_target_beyond_view_is_no_trouble_for_a_controller_that_does_not_look() -> None:
     fly(ca.hold(flights.VEHICLE, [0, 0, 3.0]), target=still(1.5))
     fly(ca.hold(flights.VEHICLE, [0, 0, 3.0]), vehicle=WITH_NOISE, control_period=None, target=None)
+
+
+def test_a_path_that_jumps_is_refused() -> None:
+    def motion(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        still = np.zeros((len(t), 3))
+        at = still.copy()
+        at[t > 1.0, 0] = 0.1
+        return at, still, still
+
+    with pytest.raises(ca.InputError, match="jumps.*t = 1"):
+        ca.Target(ca.paths.Path("step", 2.0, motion))
+
+
+def test_a_motion_of_the_wrong_shape_is_refused() -> None:
+    with pytest.raises(ca.InputError, match="three arrays"):
+        ca.Target(ca.paths.Path("line", 2.0, lambda t: (t, t, t)))

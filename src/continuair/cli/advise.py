@@ -68,4 +68,6 @@ def advise(
     ]
     print_table(["task", "model", "verdict"], rows, err=True)
     typer.echo(results["verdict"] + ".", err=True)
+    ratios = ", ".join(f"{m} {value:.2f}" for m, value in results["step_over_coupled"].items())
+    typer.echo(f"Time of a step over that of the coupled model: {ratios}.", err=True)
     write_json(as_json(results), json)

@@ -18,8 +18,8 @@ from continuair.errors import ContinuairWarning, InputError
 _UNUSABLE_INPUT = 2
 
 _INTERRUPTION = (
-    "Interrupted; what was not yet written is lost. A folder that was being written to holds "
-    "INCOMPLETE.txt."
+    "Interrupted; what was not yet written is lost. A result folder that was being written to "
+    "holds INCOMPLETE.txt, and a sweep goes on where it was if the command is repeated."
 )
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from continuair.cli.application import app
-from continuair.cli.options import JsonOption, write_json
+from continuair.cli.options import JsonOption, check_json, write_json
 from continuair.cli.terminal import print_table, progress_bar
 from continuair.errors import InputError
 
@@ -73,7 +73,8 @@ def _refuse(needed: str, given: dict[str, Any]) -> None:
 def _search(effort: int, seed: int, out: Path | None, json: str | None) -> None:
     from continuair.studies.folder import ResultFolder
 
-    # The folder is claimed before the flights: a wrong one is told at once.
+    # Folder and file are checked before the flights: a wrong one is told at once.
+    check_json(json)
     folder = None if out is None else ResultFolder(out, "identify")
     with progress_bar() as progress:
         from continuair.identification.search import Effort

@@ -19,12 +19,15 @@ def print_table(columns: list[str], rows: list[list[str]], err: bool = False) ->
     from rich.text import Text
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    words = {"task", "verdict", "test", "setting", "letter", "model", "name", columns[0]}
+    short = {"task", "test", "setting", "letter", "model"}
+    words = {*short, "verdict", "name", columns[0]}
     for column in columns:
         # Words may fold; a number that did would be read as two.
         is_word = column in words
         justify: Literal["left", "right"] = "left" if is_word else "right"
-        table.add_column(Text(column), justify=justify, overflow="fold", no_wrap=not is_word)
+        table.add_column(
+            Text(column), justify=justify, overflow="fold", no_wrap=column in short or not is_word
+        )
     for row in rows:
         table.add_row(*(Text(cell) for cell in row))
     console = Console(stderr=err)

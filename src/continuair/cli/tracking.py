@@ -114,7 +114,7 @@ def _store(
 
 
 def _show(study: Tracking, path: Path | None) -> None:
-    from continuair.studies.tracking_output import COLUMNS, number, rows
+    from continuair.studies.tracking_output import COLUMNS, number, remarks, rows
 
     shown = ("rms_px", "max_px", "tip_rms_m", "ds_max_px_before_2s", "ds_max_px_after_2s")
     columns = ["setting", "letter", "model", *(COLUMNS[key].replace(" [", "\n[") for key in shown)]
@@ -124,4 +124,5 @@ def _show(study: Tracking, path: Path | None) -> None:
     ]
     print_table(columns, table, err=True)
     where = f"Results are in {path}." if path else "Name a folder with --out to keep the results."
-    typer.echo(where, err=True)
+    for line in [*remarks(study.results), where]:
+        typer.echo(line, err=True)

@@ -44,7 +44,11 @@ class Controller:
 
 def stack(controllers: Sequence[Controller]) -> Controller:
     """One controller for a batch: run i flies with the gains of controllers[i], all of one law."""
-    if not controllers or any(not isinstance(c, Controller) for c in controllers):
+    if (
+        not isinstance(controllers, (list, tuple))
+        or not controllers
+        or any(not isinstance(c, Controller) for c in controllers)
+    ):
         raise InputError(f"controllers is {shown(controllers)}; give one Controller per run.")
     first = controllers[0]
     for other in controllers:
@@ -70,7 +74,7 @@ def stack(controllers: Sequence[Controller]) -> Controller:
 def gain_matrix(name: str, value: Any, size: int) -> np.ndarray:
     """A (size, size) gain from a scalar, a diagonal (size,) or a matrix; SPD, or InputError."""
     try:
-        array = np.array(value, float)
+        array = np.full(3, np.nan) if _is_no_real(value) else np.array(value, float)
     except (TypeError, ValueError):
         array = np.full(3, np.nan)
     if array.shape not in ((), (size,), (size, size)) or not np.isfinite(array).all():
@@ -90,9 +94,13 @@ def gain_matrix(name: str, value: Any, size: int) -> np.ndarray:
     return matrix
 
 
+def _is_no_real(value: Any) -> bool:
+    return np.asarray(value).dtype.kind in "bc"
+
+
 def number(name: str, value: Any, least: float, *, above: bool = False) -> float:
     """A finite number of at least `least`, or above it, else InputError."""
-    fits = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+    fits = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
     fits = fits and np.isfinite(value) and (value > least if above else value >= least)
     if not fits:
         bound = "above" if above else "of at least"

@@ -10,6 +10,7 @@ belongs. Named choices, with what is printed last: damping "camera" (on J_L q̇ 
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 from continuair.controllers.controller import Controller, gain_matrix, number
@@ -89,10 +90,12 @@ def servoing(
     """
     chosen = {"damping": damping, "compensation": compensation}
     for name, value in chosen.items():
-        if value not in CHOICES[name]:
+        if not isinstance(value, str) or value not in CHOICES[name]:
             raise InputError(f"{name} is {shown(value)}; use {' or '.join(CHOICES[name])}.")
     if isinstance(points, bool) or not isinstance(points, int) or points < 3:
         raise InputError(f"points is {shown(points)}; give a whole number of points, 3 or more.")
+    if not isinstance(feed_forward, (bool, np.bool_)):
+        raise InputError(f"feed_forward is {shown(feed_forward)}; give True or False.")
     matrices = {
         name: gain_matrix(name, value, 2 * points)
         for name, value in (("Kp", Kp), ("Kd", Kd), ("Cp", Cp), ("Cd", Cd), ("Cs", Cs))

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from continuair.beam import curvature_error
 from continuair.controllers.gain_files import Gains, load_gains
 from continuair.errors import InputError, nearest, shown
 from continuair.letters import LETTERS
@@ -113,7 +114,8 @@ def advise(
         tell("couplings, one at a time")
         for name, found in attribute(vehicle, names).items():
             excitations[name]["couplings"] = found
-            excitations[name]["responsible"] = max(found, key=lambda key: found[key])
+            error = excitations[name]["models"]["decoupled"]["error"]
+            excitations[name]["responsible"] = responsible(found, error)
     tracked = {}
     for task in chosen:
         if task not in TASKS:
@@ -132,6 +134,7 @@ def advise(
         "excitations": excitations,
         "tracking": tracked,
         "step_over_coupled": step_cost(vehicle),
+        "curvature_error": curvature_error(vehicle),
     }
     results["verdicts"] = {
         task: {model: verdict(results, task, model) for model in MODELS} for task in chosen
@@ -217,6 +220,13 @@ def attribute(vehicle: Vehicle, names: Sequence[str]) -> dict[str, dict[str, flo
     return found
 
 
+def responsible(couplings: dict[str, float], error: float) -> str:
+    """The coupling whose loss errs most, or recoil where two of them cancel in part."""
+    if min(couplings["inertia"], couplings["coriolis"]) > error:
+        return "recoil, inertial and Coriolis coupling together"
+    return max(couplings, key=lambda key: couplings[key])
+
+
 def _together(scenarios: Sequence[Scenario]) -> Scenario:
     """One batch of single scenarios, each with its own start and inputs."""
 
@@ -258,9 +268,17 @@ def step_cost(vehicle: Vehicle) -> dict[str, float]:
 
 
 def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
-    """What follows for a task and a model: scope (all, below the limit, none), and a sentence."""
+    """What follows for a task and a model: a sentence, and its scope and exceptions.
+
+    scope: "all" frequencies or speeds tried, those "below" the limit, "none", or "undecided";
+    except: excitations of the task, of no frequency, for which it does not hold.
+    """
     if task in results["tracking"]:
-        limit = results["tracking"][task]["models"][model]["limit_m_s"]
+        found = results["tracking"][task]
+        limit = found["models"][model]["limit_m_s"]
+        if np.isnan(found["rms_px"]):
+            text = f"cannot be decided: with the gains {found['gains']} the target is lost"
+            return {"scope": "undecided", "limit": limit, "unit": "m/s", "text": text}
         text = _sentence(limit, "a target slower than {:.2g} m/s", "a target as fast as was tried")
         return {"scope": _scope(limit), "limit": limit, "unit": "m/s", "text": text}
     parts = {name: results["excitations"][name] for name in TASKS[task]}
@@ -277,7 +295,7 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
     if bad or not np.isinf(limit):
         culprit = parts[bad[0] if bad and np.isinf(limit) else worst]["responsible"]
         text += f" (what is missed: {culprit})"
-    return {"scope": _scope(limit), "limit": limit, "unit": "Hz", "text": text}
+    return {"scope": _scope(limit), "except": bad, "limit": limit, "unit": "Hz", "text": text}
 
 
 def _scope(limit: float) -> str:

@@ -52,6 +52,12 @@ def as_table(results: dict[str, Any]) -> str:
             f"{number(part['rms_px'])} px on the slowest letter; decoupled, |DS| up to "
             f"{number(part['models']['decoupled']['ds_max_px'])} px there.",
         ]
+    lines += ["", "The model itself, an arm of constant curvature, errs against a beam by:", ""]
+    lines += [
+        f"* {name}: {entry['error']:+.1%}"
+        for name, entry in results["curvature_error"].items()
+        if entry["error"] and "decoupled" not in name
+    ]
     ratios = ", ".join(f"{m} {value:.2f}" for m, value in results["step_over_coupled"].items())
     lines += ["", f"Time of a step over that of the coupled model: {ratios}."]
     return "\n".join(lines) + "\n"

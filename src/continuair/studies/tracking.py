@@ -198,7 +198,10 @@ def ds_extremes(coupled: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
     """Largest |DS| before and after the transient [px]."""
     size = abs(norm_difference(coupled, other))
     early = size["time"] < TRANSIENT
-    return float(size.where(early).max()), float(size.where(~early).max())
+    # A flight that ended early has no largest difference in a part that it has not flown through.
+    parts = (size.isel(time=early.to_numpy()), size.isel(time=~early.to_numpy()))
+    largest = [float(part.max(skipna=False)) for part in parts]
+    return largest[0], largest[1]
 
 
 def ds_by_corner(coupled: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:

@@ -7,6 +7,8 @@ import io
 import math
 from typing import Any
 
+from continuair.kernels.stepping import STATUS
+from continuair.studies.convergence import CONVERGED
 from continuair.studies.folder import ResultFolder
 from continuair.studies.json_text import as_json
 from continuair.studies.tracking import Tracking
@@ -79,6 +81,7 @@ def as_table(results: dict[str, Any]) -> str:
             if name == setting:
                 cells = " | ".join(number(entry.get(key)) for key in COLUMNS)
                 lines.append(f"| {letter} | {model} | {cells} |")
+    lines += ["", *remarks(results)]
     bound = results["ultimate_bound"]
     lines += [
         "",
@@ -91,6 +94,23 @@ def as_table(results: dict[str, Any]) -> str:
         f"transient stays below {bound['reached']:.3g}.",
     ]
     return "\n".join([*lines, *_variants(results)]) + "\n"
+
+
+def remarks(results: dict[str, Any]) -> list[str]:
+    """Return a sentence for every flight that ended early or that the step has not settled."""
+    lines = []
+    for setting, letter, model, entry in rows(results):
+        if entry["status"]:
+            lines.append(
+                f"* {setting}, {letter}, {model}: ended at {entry['end_time_s']:.3g} s, "
+                f"{STATUS[entry['status']]}."
+            )
+        elif not entry["step_halving_error"] < CONVERGED:
+            lines.append(
+                f"* {setting}, {letter}, {model}: not converged, half the step changes the error "
+                f"by {entry['step_halving_error']:.1%} of its RMS."
+            )
+    return lines
 
 
 def _variants(results: dict[str, Any]) -> list[str]:
@@ -116,11 +136,11 @@ def _variants(results: dict[str, Any]) -> list[str]:
 
 
 def number(value: Any) -> str:
-    """Return a metric as the tables print it; nothing where there is none."""
+    """Return a metric as the tables print it: nothing if there is none, - if it is not finite."""
     if value is None:
         return ""
     if isinstance(value, int):
         return str(value)
     if not math.isfinite(value):
-        return "never"
+        return "-"
     return f"{value:.1e}" if value != 0 and abs(value) < 1e-3 else f"{value:.4g}"

@@ -20,6 +20,7 @@ from scipy.stats import qmc
 
 from continuair.controllers.controller import stack
 from continuair.controllers.gain_files import Gains
+from continuair.errors import InputError, shown
 from continuair.simulation import simulate
 from continuair.studies.tracking_task import SETTINGS, equipped, task
 from continuair.vehicle import Vehicle
@@ -69,6 +70,15 @@ def tune(
     candidates: per round, a power of two. letters: M has the sharpest corners. Raises
     InputError.
     """
+    for name, value, least in (
+        ("candidates", candidates, 2),
+        ("rounds", rounds, 1),
+        ("seed", seed, 0),
+    ):
+        if isinstance(value, bool) or not isinstance(value, int) or value < least:
+            raise InputError(f"{name} is {shown(value)}; give a whole number of at least {least}.")
+    if candidates & (candidates - 1):
+        raise InputError(f"candidates is {candidates}; give a power of two, such as 128.")
     lows, highs = np.log([list(r) for r in RANGES.values()]).T
     best: dict[str, float] = {}
     score, runs = np.inf, list(product(settings, PLANTS))
@@ -90,6 +100,11 @@ def tune(
             best, score, centre = rows[leader], float(scores[leader]), points[leader]
         half = half * SHRINK
     best = best | {name: best[name] / margin for name, margin in MARGINS.items()}
+    if score >= np.log(LOST) / len(runs):
+        raise InputError(
+            f"candidates is {candidates}, of which none keeps its target in every setting (rounds "
+            f"{rounds}, vehicle {vehicle.name}); try more, or check where the camera looks."
+        )
     parts = {}
     for name, plant in runs:
         error = fly(vehicle, [best], letters, name, plant)[0]
