@@ -1,6 +1,6 @@
 """Measure continuair beside its peers on this machine: one round of all of them after the other.
 
-    python benchmarks/compare.py [--rounds 9] [--python ADAPTER=PATH ...]
+    python benchmarks/compare.py [--rounds 7] [--python ADAPTER=PATH ...]
 
 Every peer has an adapter in benchmarks/peers, run as a process of its own. Its Python is this one
 where the pinned versions (extras `oracles` and `bench`) are installed here, else .peers/<adapter>,
@@ -180,7 +180,7 @@ def measure(workers: list[Worker], rounds: int) -> dict[str, dict[str, list[dict
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("--rounds", type=int, default=9)
+    parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--python", action="append", default=[], metavar="ADAPTER=PATH")
     arguments = parser.parse_args()
     given = dict(item.split("=", 1) for item in arguments.python)

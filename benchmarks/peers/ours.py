@@ -7,7 +7,7 @@ from typing import Any
 from measuring import Builder, Case, Setup, serve
 
 STEP = 1e-4
-STEPS = 100_000
+STEPS = 200_000
 RUNS, BATCH_STEPS = 1024, 1000
 SERVO_SECONDS, PERIOD = 20.0, 1e-3
 MODELS = ("coupled", "decoupled", "independent")

@@ -44,7 +44,8 @@ def robot(vehicle: dict[str, Any], points: int) -> Any:
 def flight(runs: int, steps: int, points: int = 5) -> Builder:
     """runs: 1 for a single flight, more for a batch through vmap. points: of Gauss, 5 by default.
 
-    Five do not resolve an arm bent to a full circle; twelve do, to 3e-14 of the accelerations.
+    Five do not resolve an arm bent to a full circle (4e-5 of the accelerations); twelve do, to the
+    1e-7 that the rounding of its nodes leaves.
     """
 
     def build(setup: Setup) -> Case:
