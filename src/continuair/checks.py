@@ -86,6 +86,7 @@ def single_vehicle(value: Any) -> Vehicle:
     """Return a vehicle that must be of one run."""
     if vehicle(value).runs is not None:
         raise InputError(
-            f"vehicle holds {value.runs} runs, but one is looked at here; use vehicle.select(i)."
+            f"vehicle {shown(value.name)} holds {value.runs} runs, but must be of one run; choose "
+            "one with vehicle.select(run)."
         )
     return value

@@ -14,11 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from continuair import checks
 from continuair.beam import curvature_error
 from continuair.controllers.gain_files import Gains, load_gains
 from continuair.errors import InputError, nearest, shown
 from continuair.letters import LETTERS
-from continuair.metrics import geodesic_angle
+from continuair.metrics import geodesic_angle, rmse
 from continuair.partial import COUPLINGS, fly_without
 from continuair.scenarios import Scenario
 from continuair.simulation import simulate
@@ -89,11 +90,7 @@ def advise(
     progress: Progress | None = None,
 ) -> dict[str, Any]:
     """Errors, limits, costs and a verdict for each task. JSON-able; raises InputError."""
-    if vehicle.runs is not None:
-        raise InputError(
-            f"vehicle {shown(vehicle.name)} holds {vehicle.runs} runs, but must be of one run; "
-            "choose one with vehicle.select(run)."
-        )
+    checks.single_vehicle(vehicle)
     chosen = chosen_tasks(tasks)
     flown = [task for task in chosen if task in TASKS]
     names = list(dict.fromkeys(name for task in flown for name in TASKS[task]))
@@ -210,9 +207,8 @@ def attribute(vehicle: Vehicle, names: Sequence[str]) -> dict[str, dict[str, flo
     found: dict[str, dict[str, float]] = {name: {} for name in names}
     for coupling in COUPLINGS:
         part = without.sel(coupling=coupling)
-        away = part["tip_position"].to_numpy() - coupled["tip_position"].to_numpy()
         turn = geodesic_angle(part["tip_attitude"], coupled["tip_attitude"])
-        tip = np.sqrt(np.mean(np.sum(away**2, axis=2), axis=1)) / float(vehicle.arm.length)
+        tip = rmse(coupled["tip_position"], part["tip_position"]) / float(vehicle.arm.length)
         angle = np.sqrt(np.mean(turn**2, axis=1))
         worst = np.nan_to_num(np.maximum(tip, angle), nan=np.inf)
         for name, value in zip(names, worst, strict=True):

@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from continuair import paths
+from continuair import checks, paths
 from continuair.closing import close_loop
 from continuair.controllers.gain_files import Gains, load_gains
 from continuair.coordinates import state_from_paper
-from continuair.errors import InputError, shown
 from continuair.grid import groups_in_use, make_grid, sample_inputs, stage_times
 from continuair.kernels.loads import COMMAND
 from continuair.scenarios import Scenario
@@ -47,11 +46,7 @@ def cost(
     of the target; control adds the law. The flights alternate, so that noise of the machine hits
     all alike. Raises InputError.
     """
-    if vehicle.runs is not None:
-        raise InputError(
-            f"vehicle {shown(vehicle.name)} holds {vehicle.runs} runs, but must be of one run; "
-            "choose one with vehicle.select(run)."
-        )
+    checks.single_vehicle(vehicle)
     flown = equipped(vehicle, SETTINGS["nominal"])
     law = (gains or load_gains("paper")).controller(flown)
     letter = task(flown, ["M"], law, 50.0)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from continuair import checks
 from continuair.errors import ContinuairWarning, InputError, nearest, shown
 from continuair.metrics import compare
 from continuair.scenarios import OPEN_LOOP_TESTS, Scenario, open_loop_test
@@ -76,9 +77,7 @@ def open_loop(
     frequency of Test D's chirp [Hz]. progress: called with (done, total, what) before each flight.
     Raises InputError for unknown tests or models, and for a batched vehicle.
     """
-    if vehicle.runs is not None:
-        problem = f"vehicle {shown(vehicle.name)} holds {vehicle.runs} runs, but must be of one run"
-        raise InputError(f"{problem}; choose one with vehicle.select(run).")
+    checks.single_vehicle(vehicle)
     letters, chosen = choose(tests, models)
     scenarios = {letter: open_loop_test(letter, f1) for letter in letters}
     flights = _Flights(progress, chosen, 2 * len(scenarios))

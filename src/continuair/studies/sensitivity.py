@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from continuair import checks
 from continuair.errors import ContinuairWarning, InputError, nearest, shown
 from continuair.metrics import compare
 from continuair.scenarios import Scenario
@@ -68,9 +69,7 @@ def sensitivity(
     parameters: names in PARAMETERS. hertz: the paper's f = 10 counts as 10 Hz, sin(2 pi 10 t), not
     as sin(10 t). progress: called with (done, total, what) before each batch. Raises InputError.
     """
-    if vehicle.runs is not None:
-        problem = f"vehicle {shown(vehicle.name)} holds {vehicle.runs} runs, but must be of one run"
-        raise InputError(f"{problem}; choose one with vehicle.select(run).")
+    checks.single_vehicle(vehicle)
     chosen = _chosen(parameters)
     scenario = flight(hertz)
     # Every batch is made before the first flight: one that cannot be is told at once.

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from continuair import checks
 from continuair.controllers.gain_files import Gains, load_gains
 from continuair.errors import InputError, nearest, shown
 from continuair.letters import LETTERS
@@ -83,11 +84,7 @@ def tracking(
     gains: of `load_gains`, the preset `paper` by default. models: `coupled` is added as the
     reference. progress: called with (done, total, what) before each batch. Raises InputError.
     """
-    if vehicle.runs is not None:
-        raise InputError(
-            f"vehicle {shown(vehicle.name)} holds {vehicle.runs} runs, but must be of one run; "
-            "choose one with vehicle.select(run)."
-        )
+    checks.single_vehicle(vehicle)
     written, plants = chosen_letters(letters), _plants(models)
     names = [*settings]
     gains = gains or load_gains("paper")
