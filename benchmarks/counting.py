@@ -376,12 +376,12 @@ def fly(model: str, steps: int) -> tuple[Tally, np.ndarray]:
     global TALLY
     TALLY = Tally()
     import continuair as ca
-    from continuair.coordinates import state_from_paper
+    from continuair.engine.pack import pack
     from continuair.kernels.dynamics import device_code
-    from continuair.kernels.loads import GENERAL
-    from continuair.kernels.plant import pack
+    from continuair.kernels.forces.inputs import GENERAL
     from continuair.kernels.rollout import integrator
-    from continuair.kernels.stepping import stepping_code
+    from continuair.kernels.step import stepping_code
+    from continuair.vehicle.coordinates import state_from_paper
 
     plant_code = device_code("float64", 1, model)
     code = SimpleNamespace(**vars(plant_code), **vars(stepping_code(plant_code)))

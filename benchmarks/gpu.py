@@ -20,11 +20,11 @@ from counting import counted
 from peaks import flops_per_second, shortest
 
 import continuair as ca
-from continuair.coordinates import state_from_paper
+from continuair.engine.engine import Engine, check_device
 from continuair.errors import InputError
-from continuair.grid import make_grid
-from continuair.kernels.engine import Engine, check_device
-from continuair.kernels.loads import GENERAL
+from continuair.flight.time_grid import make_grid
+from continuair.kernels.forces.inputs import GENERAL
+from continuair.vehicle.coordinates import state_from_paper
 
 STEP = 1e-4
 RUNS = (1, 10, 100, 1_000, 10_000, 100_000, 1_000_000)

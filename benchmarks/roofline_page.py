@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from continuair.layout import ONE_SECTION
+from continuair.vehicle.layout import ONE_SECTION
 
 LOGGED = 8 * ONE_SECTION.log / 10
 """Bytes of memory per step, float64: a row of the log every ten steps."""

@@ -18,9 +18,9 @@ import numpy as np
 import xarray as xr
 
 import continuair as ca
-from continuair.coordinates import state_from_paper
-from continuair.grid import groups_in_use, make_grid, sample_inputs, stage_times
-from continuair.kernels.engine import Engine
+from continuair.engine.engine import Engine
+from continuair.flight.time_grid import groups_in_use, make_grid, sample_inputs, stage_times
+from continuair.vehicle.coordinates import state_from_paper
 
 STEP = 1e-3
 BLOCK = 1000

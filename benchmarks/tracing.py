@@ -20,7 +20,7 @@ SIGNS = {"add": "+", "mul": "*", "div": "/"}
 
 def trace(model: str) -> dict[str, Any]:
     from continuair.kernels.dynamics import device_code
-    from continuair.kernels.stepping import stepping_code
+    from continuair.kernels.step import stepping_code
 
     plant_code = device_code("float64", 1, model)
     code = SimpleNamespace(**vars(plant_code), **vars(stepping_code(plant_code)))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from continuair.beam import curvature_error
-from continuair.vehicle import load_vehicle
+from continuair.analysis.beam import curvature_error
+from continuair.vehicle.vehicle import load_vehicle
 
 START, END = "<!-- written by make_curvature.py -->\n", "<!-- to here -->\n"
 _ROWS = {

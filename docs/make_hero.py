@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from continuair.figures import pictogram, style
-from continuair.studies.open_loop import open_loop
-from continuair.vehicle import load_vehicle
+from continuair.studies.open_loop.study import open_loop
+from continuair.vehicle.vehicle import load_vehicle
 
 
 def main() -> None:

@@ -7,10 +7,10 @@ from typing import Any
 
 from continuair.figures import sensitivity as figures
 from continuair.figures import style
-from continuair.studies.sensitivity import sensitivity
-from continuair.studies.sensitivity_claims import NO_CLAIM
-from continuair.studies.sensitivity_output import closer_share, neighbour_ratio
-from continuair.vehicle import load_vehicle
+from continuair.studies.sensitivity.claims import NO_CLAIM
+from continuair.studies.sensitivity.report import closer_share, neighbour_ratio
+from continuair.studies.sensitivity.study import sensitivity
+from continuair.vehicle.vehicle import load_vehicle
 
 DOCS = Path(__file__).parent
 START, END = "<!-- written by make_sensitivity.py -->\n", "<!-- to here -->\n"

@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 from scipy.spatial.transform import Rotation
 
-from continuair.scenarios import Scenario
-from continuair.vehicle import Vehicle
+from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.vehicle import Vehicle
 
 STEP = 1e-3
 # How far each model is from the coupled one: tip in x [m], and tip pitch [rad], after 1 s.

@@ -13,10 +13,10 @@ import continuair as ca
 import continuair.cli as cli
 from continuair.controllers.gain_files import load_gains
 from continuair.figures import advise as figures
-from continuair.studies import advise
-from continuair.studies.advise_output import as_table
-from continuair.studies.advise_tracking import tracking_limit
-from continuair.studies.json_text import as_json
+from continuair.studies.advise import study as advise
+from continuair.studies.advise.report import as_table
+from continuair.studies.advise.tracking import tracking_limit
+from continuair.studies.results import as_json
 
 VEHICLE = ca.load_vehicle("paper")
 LIGHT = VEHICLE.replace({"arm.density": 0.1, "arm.youngs_modulus": 207e9 * 0.1 / 7850.0})

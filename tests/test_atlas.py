@@ -8,17 +8,17 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import continuair as ca
+from continuair.analysis.attribution import attribution
+from continuair.analysis.couplings import COUPLINGS
+from continuair.analysis.groups import PERIOD, coupling, place, vehicle_of
+from continuair.analysis.importance import importance
 from continuair.cli import app
 from continuair.errors import InputError
 from continuair.figures import atlas as figures
-from continuair.partial import COUPLINGS
-from continuair.studies.atlas import as_table, atlas
-from continuair.studies.atlas_collapse import inertia_for
-from continuair.studies.atlas_flights import RANGES, fly, load_angle, sample, varied
-from continuair.studies.atlas_summary import load, save
-from continuair.studies.attribution import attribution
-from continuair.studies.groups import PERIOD, coupling, place, vehicle_of
-from continuair.studies.importance import importance
+from continuair.studies.atlas.collapse import inertia_for
+from continuair.studies.atlas.flights import RANGES, fly, load_angle, sample, varied
+from continuair.studies.atlas.study import as_table, atlas
+from continuair.studies.atlas.summary import load, save
 from continuair.studies.standard_excitations import EXCITATIONS, standard_scenario
 
 MIDDLE = {name: float(np.sqrt(low * high)) for name, (low, high) in RANGES.items()}
@@ -162,7 +162,7 @@ def test_the_shipped_atlas_is_of_the_size_that_it_claims_and_small() -> None:
     assert summary.attrs["runs"] >= 100_000 and summary.attrs["closed_loop_runs"] >= 2_000
     assert int(summary["count"].sum()) > 0.9 * summary.attrs["runs"]
     assert (summary["step_error"] < 0.01).all()
-    shipped = Path(figures.__file__).parents[1] / "studies" / "data" / "atlas.npz"
+    shipped = Path(figures.__file__).parents[1] / "studies" / "atlas" / "atlas.npz"
     assert shipped.stat().st_size < 300_000
 
 

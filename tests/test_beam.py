@@ -11,10 +11,10 @@ from scipy.integrate import quad
 from scipy.linalg import expm
 from scipy.optimize import brentq, minimize_scalar
 
-from continuair.beam import beam_frequency, curvature_error
+from continuair.analysis.beam import beam_frequency, curvature_error
+from continuair.analysis.linear import bending_frequencies, trim
 from continuair.errors import InputError
-from continuair.linear import bending_frequencies, trim
-from continuair.vehicle import Vehicle, load_vehicle
+from continuair.vehicle.vehicle import Vehicle, load_vehicle
 
 PAPER = load_vehicle("paper")
 # So thin that the rotary inertia of its sections, which frequency equations leave out, is nothing:

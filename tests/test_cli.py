@@ -16,18 +16,18 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import continuair.cli as cli
-import continuair.studies.open_loop as study
+import continuair.studies.open_loop.study as study
+from continuair.analysis.linear import bending_frequencies
 from continuair.cli.application import Reporting
 from continuair.cli.terminal import print_table
 from continuair.errors import ContinuairWarning, InputError
 from continuair.figures import open_loop as figures
-from continuair.linear import bending_frequencies
-from continuair.simulation import simulate
-from continuair.studies.open_loop_output import number
-from continuair.vehicle import load_vehicle
+from continuair.flight.simulate import simulate
+from continuair.studies.open_loop.report import number
+from continuair.vehicle.vehicle import load_vehicle
 from tests.synthetic import flight
 
-PAPER_TOML = Path(study.__file__).parents[1].joinpath("presets/paper.toml").read_text("utf-8")
+PAPER_TOML = Path(study.__file__).parents[2].joinpath("presets/paper.toml").read_text("utf-8")
 
 
 @pytest.fixture(autouse=True)

@@ -7,10 +7,10 @@ import matplotlib
 import numpy as np
 import pytest
 
-import continuair.studies.open_loop as study
+import continuair.studies.open_loop.study as study
 from continuair.figures import open_loop as figures
 from continuair.figures import pictogram, style
-from continuair.vehicle import load_vehicle
+from continuair.vehicle.vehicle import load_vehicle
 from tests.synthetic import flight
 
 PAPER = load_vehicle("paper")

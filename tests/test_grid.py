@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from continuair.grid import make_grid, stage_times
+from continuair.flight.time_grid import make_grid, stage_times
 
 
 def test_every_stage_lies_on_its_steps_own_side_of_a_jump() -> None:

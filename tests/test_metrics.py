@@ -10,10 +10,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from continuair.analysis.metrics import (
+    compare,
+    euler_angles,
+    geodesic_angle,
+    nrmse,
+    rmse,
+    tip_euler,
+)
 from continuair.errors import ContinuairWarning, InputError
-from continuair.metrics import compare, euler_angles, geodesic_angle, nrmse, rmse, tip_euler
-from continuair.scenarios import open_loop_test
-from continuair.vehicle import load_vehicle
+from continuair.scenario.scenarios import open_loop_test
+from continuair.vehicle.vehicle import load_vehicle
 from tests.synthetic import flight
 
 # Sums of a thousand rounded terms.

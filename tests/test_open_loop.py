@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import continuair.studies.open_loop as study
+import continuair.studies.open_loop.study as study
+from continuair.analysis.convergence import settled
 from continuair.errors import InputError
-from continuair.studies import open_loop_output
-from continuair.studies.convergence import settled
-from continuair.studies.folder import ResultFolder
-from continuair.studies.json_text import as_json
-from continuair.studies.open_loop import MAX_HALVINGS, open_loop
-from continuair.vehicle import load_vehicle
+from continuair.studies.open_loop import report as open_loop_output
+from continuair.studies.open_loop.study import MAX_HALVINGS, open_loop
+from continuair.studies.results import ResultFolder, as_json
+from continuair.vehicle.vehicle import load_vehicle
 from tests.synthetic import OFFSETS, flight
 
 PAPER = load_vehicle("paper")

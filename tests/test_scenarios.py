@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from continuair.errors import InputError
-from continuair.scenarios import Scenario, open_loop_test
+from continuair.scenario.scenarios import Scenario, open_loop_test
 
 Q = (0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.1, 0.0)
 

@@ -11,26 +11,25 @@ import pytest
 import xarray as xr
 from typer.testing import CliRunner
 
-import continuair.studies.sensitivity as study
-import continuair.studies.sensitivity_findings as findings
+import continuair.studies.sensitivity.findings as findings
+import continuair.studies.sensitivity.study as study
 from continuair.cli import app
 from continuair.errors import InputError
 from continuair.figures import sensitivity as figures
-from continuair.simulation import simulate
-from continuair.studies import sensitivity_output
-from continuair.studies.folder import ResultFolder
-from continuair.studies.json_text import as_json
-from continuair.studies.sensitivity_claims import CLAIMS, combined, verdicts
-from continuair.studies.sensitivity_findings import NOT_REPRODUCED, REPRODUCED, UNDECIDED
-from continuair.studies.sensitivity_measures import (
+from continuair.flight.simulate import simulate
+from continuair.studies.results import ResultFolder, as_json
+from continuair.studies.sensitivity import report as sensitivity_output
+from continuair.studies.sensitivity.claims import CLAIMS, combined, verdicts
+from continuair.studies.sensitivity.findings import NOT_REPRODUCED, REPRODUCED, UNDECIDED
+from continuair.studies.sensitivity.measures import (
     VARIABLES,
     backbone_point,
     centre_of_mass,
     mass_distribution,
 )
-from continuair.studies.sensitivity_task import PARAMETERS, batch, flight, two_phase_force
+from continuair.studies.sensitivity.task import PARAMETERS, batch, flight, two_phase_force
 from continuair.sweeps import run_pairs
-from continuair.vehicle import load_vehicle
+from continuair.vehicle.vehicle import load_vehicle
 
 PAPER = load_vehicle("paper")
 DISK = {"position": 0.8, "mass": 0.3, "inertia": (1e-4, 2e-4)}

@@ -9,21 +9,21 @@ import pytest
 import xarray as xr
 
 import continuair as ca
-from continuair.camera import interaction_matrix
 from continuair.controllers.gain_files import Gains, gain_presets, load_gains
 from continuair.controllers.gains import camera_inertia, design
+from continuair.equations.camera import interaction_matrix
 from continuair.figures import tracking as figures
-from continuair.studies import tracking_output
-from continuair.studies.json_text import as_json
-from continuair.studies.law_variants import law_variants
-from continuair.studies.tracking import (
+from continuair.studies.results import as_json
+from continuair.studies.tracking import report as tracking_output
+from continuair.studies.tracking.law_variants import law_variants
+from continuair.studies.tracking.study import (
     Tracking,
     ds_extremes,
     norm_difference,
     tracking,
 )
-from continuair.studies.tracking_task import SETTINGS, chosen_letters, equipped, task
-from continuair.studies.tuning import as_toml, tune
+from continuair.studies.tracking.task import SETTINGS, chosen_letters, equipped, task
+from continuair.studies.tracking.tuning import as_toml, tune
 
 IMAGE = np.array([1, -1, -1, -1, -1, 1, 1, 1]) * 0.125
 
@@ -194,7 +194,7 @@ def test_the_preset_is_reproduced_by_its_record(vehicle: ca.Vehicle) -> None:
     stored = tomllib.loads(
         (Path(home.__file__).parent / "presets" / "paper.toml").read_text(encoding="utf-8")
     )
-    from continuair.studies.tuning import fly
+    from continuair.studies.tracking.tuning import fly
 
     row = {k: v for k, v in stored.items() if k != "record"}
     for setting, plants in stored["record"]["rms_px"].items():

@@ -84,8 +84,8 @@ def batch(model: str, dtype: str = "float64") -> Builder:
 def servo(setup: Setup) -> Case:
     import continuair as ca
     from continuair.controllers.classic import classic
-    from continuair.paths import circle
-    from continuair.targets import Target
+    from continuair.scenario.paths import circle
+    from continuair.scenario.targets import Target
 
     vehicle = ca.load_vehicle("paper").replace({"arm.damping_ratio": 0.05})
     scenario = ca.Scenario(

@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     __version__: str
-    from continuair import paths as paths
-    from continuair.beam import curvature_error as curvature_error
+    from continuair.analysis.beam import curvature_error as curvature_error
+    from continuair.analysis.linear import linearize as linearize
+    from continuair.analysis.linear import modes as modes
+    from continuair.analysis.linear import trim as trim
+    from continuair.analysis.metrics import compare as compare
     from continuair.controllers.classic import classic as classic
     from continuair.controllers.controller import Controller as Controller
     from continuair.controllers.controller import stack as stack
@@ -19,44 +22,41 @@ if TYPE_CHECKING:
     from continuair.controllers.servoing import servoing as servoing
     from continuair.errors import ContinuairWarning as ContinuairWarning
     from continuair.errors import InputError as InputError
-    from continuair.interactive import Simulation as Simulation
-    from continuair.linear import linearize as linearize
-    from continuair.linear import modes as modes
-    from continuair.linear import trim as trim
-    from continuair.metrics import compare as compare
-    from continuair.scenarios import Scenario as Scenario
-    from continuair.scenarios import open_loop_test as open_loop_test
-    from continuair.simulation import MODELS as MODELS
-    from continuair.simulation import forward_dynamics as forward_dynamics
-    from continuair.simulation import simulate as simulate
+    from continuair.flight.live import Simulation as Simulation
+    from continuair.flight.simulate import MODELS as MODELS
+    from continuair.flight.simulate import forward_dynamics as forward_dynamics
+    from continuair.flight.simulate import simulate as simulate
+    from continuair.scenario import paths as paths
+    from continuair.scenario.scenarios import Scenario as Scenario
+    from continuair.scenario.scenarios import open_loop_test as open_loop_test
+    from continuair.scenario.targets import Target as Target
+    from continuair.scenario.targets import square as square
     from continuair.sweeps import open_sweep as open_sweep
     from continuair.sweeps import run_pairs as run_pairs
     from continuair.sweeps import sweep as sweep
-    from continuair.targets import Target as Target
-    from continuair.targets import square as square
-    from continuair.vehicle import Vehicle as Vehicle
-    from continuair.vehicle import load_vehicle as load_vehicle
-    from continuair.vehicle import preset_names as preset_names
+    from continuair.vehicle.vehicle import Vehicle as Vehicle
+    from continuair.vehicle.vehicle import load_vehicle as load_vehicle
+    from continuair.vehicle.vehicle import preset_names as preset_names
 
 _HOME = {
     "ContinuairWarning": "errors",
     "InputError": "errors",
-    "Vehicle": "vehicle",
-    "load_vehicle": "vehicle",
-    "preset_names": "vehicle",
-    "Scenario": "scenarios",
-    "open_loop_test": "scenarios",
-    "simulate": "simulation",
-    "forward_dynamics": "simulation",
-    "MODELS": "simulation",
-    "curvature_error": "beam",
-    "linearize": "linear",
-    "modes": "linear",
-    "trim": "linear",
-    "compare": "metrics",
-    "Simulation": "interactive",
-    "Target": "targets",
-    "square": "targets",
+    "Vehicle": "vehicle.vehicle",
+    "load_vehicle": "vehicle.vehicle",
+    "preset_names": "vehicle.vehicle",
+    "Scenario": "scenario.scenarios",
+    "open_loop_test": "scenario.scenarios",
+    "simulate": "flight.simulate",
+    "forward_dynamics": "flight.simulate",
+    "MODELS": "flight.simulate",
+    "curvature_error": "analysis.beam",
+    "linearize": "analysis.linear",
+    "modes": "analysis.linear",
+    "trim": "analysis.linear",
+    "compare": "analysis.metrics",
+    "Simulation": "flight.live",
+    "Target": "scenario.targets",
+    "square": "scenario.targets",
     "Controller": "controllers.controller",
     "stack": "controllers.controller",
     "servoing": "controllers.servoing",
@@ -74,7 +74,7 @@ __all__ = sorted([*_HOME, "paths"])
 def __getattr__(name: str) -> Any:
     # Names load on first use: the import itself stays light and compiles nothing.
     if name == "paths":
-        return import_module("continuair.paths")
+        return import_module("continuair.scenario.paths")
     if name == "__version__":
         return import_module("importlib.metadata").version("continuair")
     if name not in _HOME:

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuair.errors import InputError, shown
-from continuair.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
@@ -73,20 +72,3 @@ def rows(name: str, value: Any, width: int) -> Array:
             f"{name} is {shown(value)}; give {width} finite numbers, or one or more rows of them."
         )
     return np.atleast_2d(found)
-
-
-def vehicle(value: Any) -> Vehicle:
-    """Return a vehicle, plain or batched."""
-    if not isinstance(value, Vehicle):
-        raise InputError(f"vehicle is {shown(value)}; load one with continuair.load_vehicle.")
-    return value
-
-
-def single_vehicle(value: Any) -> Vehicle:
-    """Return a vehicle that must be of one run."""
-    if vehicle(value).runs is not None:
-        raise InputError(
-            f"vehicle {shown(value.name)} holds {value.runs} runs, but must be of one run; choose "
-            "one with vehicle.select(run)."
-        )
-    return value

@@ -1,11 +1,14 @@
-"""Paths that a user names."""
+"""Files that a user names: paths, and TOML by a preset's name or by their path."""
 
 from __future__ import annotations
 
 import os
+import tomllib
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from continuair.errors import InputError, shown
+from continuair.errors import InputError, nearest, shown
 
 _LONGEST_PATH = 240
 
@@ -46,3 +49,62 @@ def reason(error: OSError | ValueError) -> str:
     number = getattr(error, "errno", None)
     # Libraries put their own story into `strerror`; only the number is to the point.
     return os.strerror(number) if number else " ".join(str(error).split()) or "no reason given"
+
+
+@dataclass(frozen=True)
+class Presets:
+    """The TOML files of a folder of this package; kind: what they are called in messages."""
+
+    kind: str
+    folder: Path
+
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the files."""
+        return tuple(sorted(path.stem for path in self.folder.glob("*.toml")))
+
+    def read(self, name_or_path: str | os.PathLike[str]) -> tuple[str, dict[str, Any]]:
+        """Return what to call the file in messages, and its fields.
+
+        Raises InputError if there is no such preset or file, or it is not TOML.
+        """
+        path = self._path(name_or_path)
+        text = self._text(path)
+        try:
+            return printed(path), tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            last_line = f"at line {text.count(chr(10)) + 1}, the end of the file"
+            problem = str(error).replace("at end of document", last_line)
+            raise InputError(
+                f"{printed(path)}: not valid TOML: {problem}; correct that line."
+            ) from None
+
+    def _path(self, name_or_path: str | os.PathLike[str]) -> Path:
+        if isinstance(name_or_path, str) and name_or_path in self.names():
+            return self.folder / f"{name_or_path}.toml"
+        if not isinstance(name_or_path, (str, os.PathLike)):
+            raise InputError(
+                f"{self.kind} is {shown(name_or_path)}, but must be the name of a preset or a "
+                f"path; {nearest('', self.names())}."
+            )
+        path = user_path(self.kind, name_or_path)
+        is_name = isinstance(name_or_path, str) and path.suffix != ".toml"
+        if is_name and path.name == name_or_path and not os.path.isfile(path):
+            raise InputError(
+                f"{self.kind} is {shown(name_or_path)}, but there is no preset of that name; "
+                f"{nearest(str(name_or_path), self.names())}, or give the path of a .toml file."
+            )
+        return path
+
+    def _text(self, path: Path) -> str:
+        try:
+            return path.read_bytes().decode("utf-8-sig")
+        except FileNotFoundError:
+            presets = ", ".join(self.names())
+            problem = f"no such file; correct the path, or use a preset ({presets})"
+        except IsADirectoryError:
+            problem = "is a directory; give the path of a .toml file in it"
+        except UnicodeDecodeError as error:
+            problem = f"byte {error.start} is not UTF-8 text; save the file as UTF-8"
+        except (OSError, ValueError) as error:
+            problem = f"cannot be read ({reason(error)}); correct the path or its permissions"
+        raise InputError(f"{printed(path)}: {problem}.") from None

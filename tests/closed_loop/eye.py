@@ -4,10 +4,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
-from continuair import equations, paths
-from continuair.coordinates import euler_to_body_rates
+from continuair import equations
 from continuair.equations.kinematics import skew
-from continuair.targets import Target
+from continuair.scenario import paths
+from continuair.scenario.targets import Target
+from continuair.vehicle.coordinates import euler_to_body_rates
 
 # Remark 1 off, so that these tests see the kinematics and not the threshold.
 PLAIN = ca.load_vehicle("paper").replace({"arm.kappa_s": 0.0})

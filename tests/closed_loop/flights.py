@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 import continuair as ca
-from continuair import paths
+from continuair.scenario import paths
 
 VEHICLE = ca.load_vehicle("paper").replace({"arm.damping_ratio": 0.03})
 STILL = ca.Target(paths.hold())

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import continuair as ca
-from continuair import simulation
+from continuair.flight import simulate as simulation
 from tests.closed_loop import flights
 
 NAMES = ("q", "command", "features", "feature_error", "target_position", "status", "end_time")

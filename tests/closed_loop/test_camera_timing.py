@@ -106,7 +106,7 @@ def test_a_frame_keeps_its_noise_until_the_next_has_arrived() -> None:
 
 def test_one_second_of_latency_at_1_khz_takes_what_memory_a_second_of_frames_does() -> None:
     """Steps between control instants must not count as frames on their way."""
-    from continuair.kernels.loop import ClosedLoop
+    from continuair.engine.loop import ClosedLoop
 
     seen: list[int] = []
     scene_of = ClosedLoop._scene

@@ -7,7 +7,7 @@ import pytest
 
 import continuair as ca
 from continuair import equations
-from continuair.camera import interaction_matrix
+from continuair.equations.camera import interaction_matrix
 from tests.closed_loop import eye, flights
 
 NAMES = ("Kp", "Kd", "Cp", "Cd", "Cs")

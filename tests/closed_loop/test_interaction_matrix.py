@@ -4,8 +4,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from continuair.camera import interaction_matrix, interaction_matrix_in_pixels, project, to_pixels
-from continuair.vehicle import Camera
+from continuair.equations.camera import (
+    interaction_matrix,
+    interaction_matrix_in_pixels,
+    project,
+    to_pixels,
+)
+from continuair.vehicle.vehicle import Camera
 
 CAMERA = Camera(focal_length=(800.0, 800.0), principal_point=(500.0, 500.0))
 

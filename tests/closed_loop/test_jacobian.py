@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 import continuair as ca
 from continuair import equations
-from continuair.camera import interaction_matrix, to_pixels
+from continuair.equations.camera import interaction_matrix, to_pixels
 from tests.closed_loop import eye, probes
 
 STATES = 1000

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from continuair.camera import interaction_matrix, project
+from continuair.equations.camera import interaction_matrix, project
 
 POINTS = np.array([[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0]])
 GAIN, PERIOD = 0.5, 0.04

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import continuair as ca
-from continuair import paths
-from continuair.paths import Path
+from continuair.scenario import paths
+from continuair.scenario.paths import Path
 from tests.test_errors import assert_one_plain_sentence
 
 ZIGZAG = [[0.0, 0.0, 0.0], [0.5, 0.2, 0.1], [0.3, 0.6, 0.1], [0.9, 0.6, -0.2]]

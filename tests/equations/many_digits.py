@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from mpmath import mp, mpc, mpf
 
-from continuair.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle
 
 _DIGITS = 120
 _STEP = mpf(10) ** -100

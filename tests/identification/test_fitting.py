@@ -14,7 +14,7 @@ import continuair as ca
 import continuair.cli as cli
 from continuair.identification import Fit, fit, load_recording
 from continuair.identification.recording import MEASURED
-from continuair.identification.vehicle_file import as_toml, write_vehicle
+from continuair.vehicle.vehicle_file import as_toml, write_vehicle
 from tests.identification.flights import NOISE, record, true_vehicle
 
 FIELDS = ("arm.youngs_modulus", "arm.damping_ratio", "uav.mass", "arm.disks.0.mass")

@@ -16,9 +16,8 @@ from typer.testing import CliRunner
 
 import continuair as ca
 import continuair.cli as cli
-from continuair import vehicle as vehicle_module
 from continuair.equations import forward_dynamics
-from continuair.grid import make_grid, sample_inputs, stage_times
+from continuair.flight.time_grid import make_grid, sample_inputs, stage_times
 from continuair.identification import search as search_module
 from continuair.identification.diagonal import DiagonalEngine
 from continuair.identification.evolution import adapt
@@ -28,9 +27,10 @@ from continuair.identification.readings import READINGS, TIP_FORCES, Flight, Rea
 from continuair.identification.search import Effort, search
 from continuair.identification.space import PARAMETERS, held, values, vehicles
 from continuair.identification.table import CAUTION, as_table, numbers_of, sentence, summarise
-from continuair.layout import ONE_SECTION
-from continuair.scenarios import bend_torques, tip_chirp
-from continuair.studies.open_loop import open_loop
+from continuair.scenario.scenarios import bend_torques, tip_chirp
+from continuair.studies.open_loop.study import open_loop
+from continuair.vehicle import vehicle as vehicle_module
+from continuair.vehicle.layout import ONE_SECTION
 
 PRINTED_WAY = Flight("block", "down", 1, "reversed")
 

@@ -8,8 +8,8 @@ import pytest
 import warp as wp
 
 from continuair.controllers.servoing import law
-from continuair.kernels.engine import start_warp
-from continuair.kernels.factory import closed_loop, kernels, watch_kernel
+from continuair.engine.engine import start_warp
+from continuair.engine.factory import closed_loop, kernels, watch_kernel
 
 HOPPER = 90
 """Compute capability 9.0, of the H100 and H200."""

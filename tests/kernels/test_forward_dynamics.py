@@ -5,7 +5,7 @@ import pytest
 
 import continuair as ca
 from continuair import equations
-from continuair.kernels import arc
+from continuair.engine import moments as arc
 from tests.kernels.conftest import Place
 
 PLAIN = ca.load_vehicle("paper").replace({"arm.kappa_s": 0.0})

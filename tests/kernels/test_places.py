@@ -14,9 +14,9 @@ import warp as wp
 import xarray as xr
 
 import continuair as ca
-from continuair import paths
 from continuair.controllers.classic import classic
-from continuair.kernels import engine
+from continuair.engine import engine
+from continuair.scenario import paths
 from tests.kernels.conftest import Place
 
 VEHICLES = ca.load_vehicle("paper").replace(

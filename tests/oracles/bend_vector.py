@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from mpmath import mp, mpf
 
-from continuair.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle
 
 _NODES = 32
 _DIGITS = 40

@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 from scipy.linalg import eigvalsh
 
-from continuair.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle
 
 SOURCE = f"MuJoCo {mujoco.__version__}"
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import continuair as ca
-from continuair.kernels.engine import Engine
+from continuair.engine.engine import Engine
 from tests.oracles.bend_vector import accelerations
 
 FURNISHED = ca.load_vehicle("paper").replace(

@@ -8,12 +8,12 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
-from continuair.camera import interaction_matrix_in_pixels, to_pixels
 from continuair.controllers.classic import classic
 from continuair.controllers.gains import camera_inertia
-from continuair.paths import circle
-from continuair.targets import Target
-from continuair.vehicle import Camera
+from continuair.equations.camera import interaction_matrix_in_pixels, to_pixels
+from continuair.scenario.paths import circle
+from continuair.scenario.targets import Target
+from continuair.vehicle.vehicle import Camera
 from tests.oracles.conftest import Claim
 
 pytest.importorskip("machinevisiontoolbox", exc_type=ImportError)

@@ -9,10 +9,10 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
-from continuair.coordinates import state_from_paper
-from continuair.kernels.engine import Engine
-from continuair.kernels.loads import GENERAL, TIP
-from continuair.layout import ONE_SECTION as LAYOUT
+from continuair.engine.engine import Engine
+from continuair.kernels.forces.inputs import GENERAL, TIP
+from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.layout import ONE_SECTION as LAYOUT
 from tests.oracles.conftest import Claim
 
 pytest.importorskip("mujoco", exc_type=ImportError)

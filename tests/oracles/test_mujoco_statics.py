@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 import continuair as ca
-from continuair.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle
 from tests.oracles.conftest import Claim
 
 mujoco = pytest.importorskip("mujoco", exc_type=ImportError)

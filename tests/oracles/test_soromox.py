@@ -9,10 +9,10 @@ from scipy.spatial.transform import Rotation
 
 import continuair as ca
 from continuair import equations as eq
-from continuair.coordinates import state_from_paper
-from continuair.kernels.engine import Engine
-from continuair.kernels.loads import GENERAL
-from continuair.layout import ONE_SECTION as LAYOUT
+from continuair.engine.engine import Engine
+from continuair.kernels.forces.inputs import GENERAL
+from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.layout import ONE_SECTION as LAYOUT
 from tests.oracles.conftest import Claim
 
 pytest.importorskip("soromox", exc_type=ImportError)

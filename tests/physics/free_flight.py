@@ -3,7 +3,7 @@
 import numpy as np
 
 import continuair as ca
-from continuair.coordinates import euler_to_body_rates
+from continuair.vehicle.coordinates import euler_to_body_rates
 
 
 def tumbling(duration: float = 10.0, gravity: float = 0.0) -> ca.Scenario:

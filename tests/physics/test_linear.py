@@ -8,8 +8,9 @@ import pytest
 from scipy.linalg import expm
 
 import continuair as ca
-from continuair.kernels.engine import Engine
-from continuair.linear import bending_frequencies, fastest_rate
+from continuair.analysis.linear import bending_frequencies
+from continuair.engine.engine import Engine
+from continuair.flight.steps import fastest_rate
 
 VEHICLE = ca.load_vehicle("paper")
 

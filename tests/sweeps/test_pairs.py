@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import continuair as ca
-from continuair import paths
+from continuair.analysis.metrics import tip_euler
 from continuair.controllers.controller import Controller, stack
 from continuair.controllers.gains import design
 from continuair.controllers.servoing import servoing
-from continuair.kernels.tip import DEVIATIONS
-from continuair.metrics import tip_euler
-from continuair.targets import Target
+from continuair.kernels.deviations import DEVIATIONS
+from continuair.scenario import paths
+from continuair.scenario.targets import Target
 
 STEP = 5e-4
 

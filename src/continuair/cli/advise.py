@@ -34,15 +34,15 @@ def advise(
     With --out, writes a table, JSON and figures (errors; its place on the atlas) to that folder.
     """
     from continuair.controllers.gain_files import load_gains
-    from continuair.studies.folder import ResultFolder
-    from continuair.vehicle import load_vehicle
+    from continuair.studies.results import ResultFolder
+    from continuair.vehicle.vehicle import load_vehicle
 
     check_json(json)
     loaded, law = load_vehicle(vehicle), load_gains(gains)
     with progress_bar() as progress:
-        from continuair.studies import advise as study
-        from continuair.studies.advise_output import as_table
-        from continuair.studies.json_text import as_json
+        from continuair.studies.advise import study as study
+        from continuair.studies.advise.report import as_table
+        from continuair.studies.results import as_json
 
         tasks = study.chosen_tasks(task or [])
         good = study.Tolerance(tolerance, pixels)
@@ -52,7 +52,7 @@ def advise(
                 from continuair.figures import advise as figures
                 from continuair.figures import style
                 from continuair.figures.atlas import validity_map
-                from continuair.studies.atlas_summary import load
+                from continuair.studies.atlas.summary import load
 
                 folder.write_text("advise.json", as_json(results))
                 folder.write_text("table.md", as_table(results))

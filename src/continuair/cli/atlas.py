@@ -29,10 +29,10 @@ def atlas(
     """
     with progress_bar() as progress:
         from continuair.figures import atlas as figures
-        from continuair.studies import atlas as study
-        from continuair.studies.atlas_collapse import curves
-        from continuair.studies.atlas_summary import save
-        from continuair.studies.folder import ResultFolder
+        from continuair.studies.atlas import study as study
+        from continuair.studies.atlas.collapse import curves
+        from continuair.studies.atlas.summary import save
+        from continuair.studies.results import ResultFolder
 
         study.check(runs, seed)
         with ResultFolder(out, "atlas") as folder:

@@ -16,7 +16,7 @@ from continuair.cli.terminal import progress_bar
 @app.command()
 def cost(vehicle: VehicleOption = "paper", out: OutOption = None, json: JsonOption = None) -> None:
     """Time a sample of control and dynamics with each model, and where the time goes."""
-    from continuair.studies.json_text import as_json
+    from continuair.studies.results import as_json
 
     check_json(json)
     results = run_cost(vehicle, out)
@@ -25,13 +25,13 @@ def cost(vehicle: VehicleOption = "paper", out: OutOption = None, json: JsonOpti
 
 def run_cost(vehicle: str, out: Path | None) -> dict[str, Any]:
     """Run the study, store it, and show its table."""
-    from continuair.studies.folder import ResultFolder
-    from continuair.vehicle import load_vehicle
+    from continuair.studies.results import ResultFolder
+    from continuair.vehicle.vehicle import load_vehicle
 
     loaded = load_vehicle(vehicle)
     with progress_bar() as progress:
         from continuair.studies import cost as study
-        from continuair.studies.json_text import as_json
+        from continuair.studies.results import as_json
 
         with nullcontext() if out is None else ResultFolder(out, "cost") as folder:
             results = study.cost(loaded, progress=progress)

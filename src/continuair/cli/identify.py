@@ -71,7 +71,7 @@ def _refuse(needed: str, given: dict[str, Any]) -> None:
 
 
 def _search(effort: int, seed: int, out: Path | None, json: str | None) -> None:
-    from continuair.studies.folder import ResultFolder
+    from continuair.studies.results import ResultFolder
 
     # Folder and file are checked before the flights: a wrong one is told at once.
     check_json(json)
@@ -79,7 +79,7 @@ def _search(effort: int, seed: int, out: Path | None, json: str | None) -> None:
     with progress_bar() as progress:
         from continuair.identification.search import Effort
         from continuair.identification.table import as_table, identify_table, write
-        from continuair.studies.json_text import as_json
+        from continuair.studies.results import as_json
 
         results = identify_table(Effort.times(effort), seed, progress)
     if folder is not None:
@@ -94,13 +94,13 @@ def _fit(
     data: Path, vehicle: str, fields: str | None, test: str | None, out: Path | None,
     json: str | None,
 ) -> None:  # fmt: skip
-    from continuair.vehicle import load_vehicle
+    from continuair.vehicle.vehicle import load_vehicle
 
     start = load_vehicle(vehicle)
     with progress_bar() as progress:
         from continuair.identification import fit, load_recording
-        from continuair.identification.vehicle_file import check_file, write_vehicle
-        from continuair.studies.json_text import as_json
+        from continuair.studies.results import as_json
+        from continuair.vehicle.vehicle_file import check_file, write_vehicle
 
         if out is not None:
             check_file(out)

@@ -14,8 +14,8 @@ from continuair.cli.terminal import print_table, progress_bar
 
 # Everything else is imported inside the commands, so that --help answers at once.
 if TYPE_CHECKING:
-    from continuair.studies.folder import ResultFolder
-    from continuair.studies.open_loop import OpenLoop
+    from continuair.studies.open_loop.study import OpenLoop
+    from continuair.studies.results import ResultFolder
 
 
 @app.command("open-loop")
@@ -33,7 +33,7 @@ def open_loop(
 
     With --out, writes a table, JSON, CSV, trajectories (netCDF) and figures to that folder.
     """
-    from continuair.studies.json_text import as_json
+    from continuair.studies.results import as_json
 
     check_json(json)
     study = run_open_loop(vehicle, tests, model, out)
@@ -42,14 +42,14 @@ def open_loop(
 
 def run_open_loop(vehicle: str, tests: str, models: list[str] | None, out: Path | None) -> OpenLoop:
     """Run the study, store it and its figures, and show its table."""
-    from continuair.studies.folder import ResultFolder
-    from continuair.vehicle import load_vehicle
+    from continuair.studies.results import ResultFolder
+    from continuair.vehicle.vehicle import load_vehicle
 
     loaded = load_vehicle(vehicle)
     with progress_bar() as progress:
-        from continuair.simulation import MODELS
-        from continuair.studies.open_loop import choose
-        from continuair.studies.open_loop import open_loop as run
+        from continuair.flight.simulate import MODELS
+        from continuair.studies.open_loop.study import choose
+        from continuair.studies.open_loop.study import open_loop as run
 
         choose(tests, models or MODELS)
         # The folder is claimed before the flights: a wrong one is told at once.
@@ -64,7 +64,7 @@ def run_open_loop(vehicle: str, tests: str, models: list[str] | None, out: Path 
 
 def _store(study: OpenLoop, folder: ResultFolder) -> None:
     from continuair.figures import open_loop as figures
-    from continuair.studies import open_loop_output
+    from continuair.studies.open_loop import report as open_loop_output
 
     open_loop_output.write(study, folder)
     figures.write(study.results, study.datasets, folder.file)
@@ -73,7 +73,7 @@ def _store(study: OpenLoop, folder: ResultFolder) -> None:
 
 def _show_open_loop(study: OpenLoop, path: Path | None) -> None:
     """Show the table on standard error: standard output is for the JSON alone."""
-    from continuair.studies.open_loop_output import METRICS, number, remarks, rows
+    from continuair.studies.open_loop.report import METRICS, number, remarks, rows
 
     columns = ["test", "model", "NRMSE\nT", "NRMSE\nR", "RMSE T\n[m]", "RMSE R\n[rad]"]
     columns += ["angle\n[rad]", "step\nerror"]

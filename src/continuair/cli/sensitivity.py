@@ -13,7 +13,7 @@ from continuair.cli.terminal import print_table, progress_bar
 
 # Everything else is imported inside the commands, so that --help answers at once.
 if TYPE_CHECKING:
-    from continuair.studies.sensitivity import Sensitivity
+    from continuair.studies.sensitivity.study import Sensitivity
 
 
 @app.command()
@@ -30,7 +30,7 @@ def sensitivity(
     With --out, writes tables, verdicts, JSON, CSV, trajectories (netCDF) and figures to that
     folder.
     """
-    from continuair.studies.json_text import as_json
+    from continuair.studies.results import as_json
 
     study = run_sensitivity(vehicle, hertz, out)
     write_json(as_json(study.results), json)
@@ -38,18 +38,18 @@ def sensitivity(
 
 def run_sensitivity(vehicle: str, hertz: bool, out: Path | None) -> Sensitivity:
     """Run the study, store it and its figures, and show its table and verdicts."""
-    from continuair.studies.folder import ResultFolder
-    from continuair.vehicle import load_vehicle
+    from continuair.studies.results import ResultFolder
+    from continuair.vehicle.vehicle import load_vehicle
 
     loaded = load_vehicle(vehicle)
     with progress_bar() as progress:
-        from continuair.studies.sensitivity import sensitivity as run
+        from continuair.studies.sensitivity.study import sensitivity as run
 
         folder = None if out is None else ResultFolder(out, "sensitivity")
         study = run(loaded, hertz=hertz, progress=progress)
         if folder is not None:
             from continuair.figures import sensitivity as figures
-            from continuair.studies import sensitivity_output
+            from continuair.studies.sensitivity import report as sensitivity_output
 
             progress(1, 1, "writing results and figures")
             sensitivity_output.write(study, folder)
@@ -61,9 +61,9 @@ def run_sensitivity(vehicle: str, hertz: bool, out: Path | None) -> Sensitivity:
 
 def _show(study: Sensitivity, path: Path | None) -> None:
     """Show errors and verdicts on standard error: standard output is for the JSON alone."""
-    from continuair.studies.open_loop_output import number
-    from continuair.studies.sensitivity_claims import NO_CLAIM
-    from continuair.studies.sensitivity_output import COLUMNS, remarks, rows
+    from continuair.studies.open_loop.report import number
+    from continuair.studies.sensitivity.claims import NO_CLAIM
+    from continuair.studies.sensitivity.report import COLUMNS, remarks, rows
 
     shown = ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_xy_m", "angle_rad", "step_halving_error")
     # The other model is in table.md: a terminal of 80 columns has no room for both.

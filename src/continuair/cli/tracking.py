@@ -15,9 +15,9 @@ from continuair.cli.terminal import Progress, print_table, progress_bar
 # Everything else is imported inside the commands, so that --help answers at once.
 if TYPE_CHECKING:
     from continuair.controllers.gain_files import Gains
-    from continuair.studies.folder import ResultFolder
-    from continuair.studies.tracking import Tracking
-    from continuair.vehicle import Vehicle
+    from continuair.studies.results import ResultFolder
+    from continuair.studies.tracking.study import Tracking
+    from continuair.vehicle.vehicle import Vehicle
 
 GainsOption = Annotated[
     str, typer.Option("--gains", help="Gains: a preset's name, or the path of a .toml file.")
@@ -40,7 +40,7 @@ def tracking(
 
     With --out, writes a table, JSON, CSV, trajectories (netCDF) and figures to that folder.
     """
-    from continuair.studies.json_text import as_json
+    from continuair.studies.results import as_json
 
     check_json(json)
     study = run_tracking(vehicle, letters, gains, model, out)
@@ -57,9 +57,9 @@ def tune(
 ) -> None:
     """Search gains for a vehicle: a batch of candidates flies letters in every setting."""
     from continuair.files import new_file
-    from continuair.studies.tuning import as_toml
-    from continuair.studies.tuning import tune as search
-    from continuair.vehicle import load_vehicle
+    from continuair.studies.tracking.tuning import as_toml
+    from continuair.studies.tracking.tuning import tune as search
+    from continuair.vehicle.vehicle import load_vehicle
 
     path = new_file("out", out)
     with progress_bar() as progress:
@@ -76,15 +76,15 @@ def run_tracking(
 ) -> Tracking:
     """Run the study, store it and its figures, and show its table."""
     from continuair.controllers.gain_files import load_gains
-    from continuair.studies.folder import ResultFolder
-    from continuair.studies.tracking_task import chosen_letters
-    from continuair.vehicle import load_vehicle
+    from continuair.studies.results import ResultFolder
+    from continuair.studies.tracking.task import chosen_letters
+    from continuair.vehicle.vehicle import load_vehicle
 
     loaded, law = load_vehicle(vehicle), load_gains(gains)
     chosen_letters(letters)
     with progress_bar() as progress:
-        from continuair.simulation import MODELS
-        from continuair.studies.tracking import tracking as run
+        from continuair.flight.simulate import MODELS
+        from continuair.studies.tracking.study import tracking as run
 
         with nullcontext() if out is None else ResultFolder(out, "tracking") as folder:
             study = run(loaded, letters, law, models or MODELS, progress=progress)
@@ -103,8 +103,8 @@ def _store(
     progress: Progress,
 ) -> None:
     from continuair.figures import tracking as figures
-    from continuair.studies import tracking_output
-    from continuair.studies.law_variants import law_variants
+    from continuair.studies.tracking import report as tracking_output
+    from continuair.studies.tracking.law_variants import law_variants
 
     study.results["variants"] = law_variants(vehicle, gains, letter, progress=progress)
     progress(1, 1, "writing results and figures")
@@ -114,7 +114,7 @@ def _store(
 
 
 def _show(study: Tracking, path: Path | None) -> None:
-    from continuair.studies.tracking_output import COLUMNS, number, remarks, rows
+    from continuair.studies.tracking.report import COLUMNS, number, remarks, rows
 
     shown = ("rms_px", "max_px", "tip_rms_m", "ds_max_px_before_2s", "ds_max_px_after_2s")
     columns = ["setting", "letter", "model", *(COLUMNS[key].replace(" [", "\n[") for key in shown)]

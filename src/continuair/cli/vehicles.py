@@ -11,13 +11,13 @@ from continuair.cli.terminal import print_table
 
 # Everything else is imported inside the commands, so that --help answers at once.
 if TYPE_CHECKING:
-    from continuair.vehicle import Vehicle
+    from continuair.vehicle.vehicle import Vehicle
 
 
 @app.command()
 def vehicles() -> None:
     """List the vehicles that come with the package."""
-    from continuair.vehicle import load_vehicle, preset_names
+    from continuair.vehicle.vehicle import load_vehicle, preset_names
 
     rows = []
     for name in preset_names():
@@ -39,7 +39,7 @@ def check(
 
     The lines "beam" are those of an Euler-Bernoulli beam, with the error of constant curvature.
     """
-    from continuair.vehicle import load_vehicle
+    from continuair.vehicle.vehicle import load_vehicle
 
     vehicle = load_vehicle(file)
     rows = [[name, value] for name, value in _derived(vehicle)]
@@ -50,10 +50,11 @@ def _derived(vehicle: Vehicle) -> list[tuple[str, str]]:
     """Return names and values of what a vehicle's parameters imply."""
     from math import pi
 
-    from continuair.beam import curvature_error
-    from continuair.kernels.engine import Engine
-    from continuair.layout import Layout
-    from continuair.linear import STEP_PHASE, automatic_step, bending_frequencies
+    from continuair.analysis.beam import curvature_error
+    from continuair.analysis.linear import bending_frequencies
+    from continuair.engine.engine import Engine
+    from continuair.flight.steps import STEP_PHASE, automatic_step
+    from continuair.vehicle.layout import Layout
 
     arm = vehicle.arm
     clamped, free = (float(value) for value in bending_frequencies(vehicle))

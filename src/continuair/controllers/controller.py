@@ -16,10 +16,10 @@ from continuair.errors import InputError, shown
 class Controller:
     """A control law for `Scenario(controller=…)`.
 
-    law: a function of the device code (kernels/control.py) that returns a namespace with `Gains`, a
-    Warp struct, and `control(sense, gains) -> Push`, a Warp function; the same function object is
-    compiled once. gains: the value of every field of `Gains`, for one run; `stack` makes a batch.
-    looks: whether it needs the camera and a target. settings: what to keep as provenance.
+    law: a function of the device code (kernels/sensing/sense.py) that returns a namespace with
+    `Gains`, a Warp struct, and `control(sense, gains) -> Push`, a Warp function; the same function
+    object is compiled once. gains: the value of every field of `Gains`, for one run; `stack` makes
+    a batch. looks: whether it needs the camera and a target. settings: kept as provenance.
     """
 
     name: str

@@ -12,8 +12,8 @@ from continuair.controllers.controller import Controller
 from continuair.controllers.gains import design
 from continuair.controllers.servoing import servoing
 from continuair.errors import InputError, nearest
-from continuair.toml_files import Presets
-from continuair.vehicle import Vehicle
+from continuair.files import Presets
+from continuair.vehicle.vehicle import Vehicle
 
 _PRESETS = Presets("gains", Path(__file__).parent / "presets")
 _DESIGN = {

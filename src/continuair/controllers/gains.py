@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from continuair.camera import TIP_OF_STRAIGHT_ARM, interaction_matrix, on_body
 from continuair.controllers.controller import number
 from continuair.equations import mass_matrix
+from continuair.equations.camera import TIP_OF_STRAIGHT_ARM, interaction_matrix, on_body
 from continuair.errors import InputError, shown
-from continuair.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle
 
 _FLOOR = 1e-6
 """What makes W definite in the 2n - 6 directions that no camera motion reaches."""

@@ -7,63 +7,18 @@ belongs. Named choices, with what is printed last: damping "camera" (on J_L q̇ 
 "feature" (on -ė); feed_forward False or True (printed); compensation "gravity_only" or "literal".
 """
 
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-import warp as wp
 
 from continuair.controllers.controller import Controller, gain_matrix, number
 from continuair.errors import InputError, shown
+from continuair.kernels.laws.servoing import law
 
 CHOICES = {
     "damping": ("camera", "feature"),
     "compensation": ("gravity_only", "literal"),
 }
-
-
-def law(code: SimpleNamespace) -> SimpleNamespace:
-    """The law on the device."""
-    Real, Image, ImageGain = code.Real, code.Image, code.ImageGain
-    Sense, interaction, camera_push, rows = (
-        code.Sense,
-        code.interaction,
-        code.camera_push,
-        2 * code.points,
-    )
-
-    @wp.struct
-    class Gains:
-        Kp: ImageGain
-        Kd: ImageGain
-        Cp: ImageGain
-        Cd: ImageGain
-        Cs: ImageGain
-        sigma: Real
-        feed_forward: Real
-        on_feature_rate: Real
-        spring: Real
-        posture: Real
-
-    @wp.func
-    def control(sense: Sense, gains: Gains):
-        L = interaction(sense.sight)
-        e = wp.cw_mul(sense.sight.seen, sense.desired - sense.sight.image)
-        target_rate = L * sense.target_twist
-        camera_rate = L * sense.camera_twist
-        e_dot = gains.feed_forward * target_rate - camera_rate
-        sliding = Image()
-        for i in range(rows):
-            sliding[i] = wp.tanh(e[i] / gains.sigma)
-        e_a = gains.Cd * e_dot + gains.Cp * e + gains.Cs * sliding
-        damped = camera_rate - gains.on_feature_rate * target_rate
-        push = sense.weight + gains.spring * sense.spring
-        push += camera_push(sense, wp.transpose(L) * (gains.Kp * e_a - gains.Kd * damped))
-        push[6] -= gains.posture * sense.bend_rate[0]
-        push[7] -= gains.posture * sense.bend_rate[1]
-        return push
-
-    return SimpleNamespace(Gains=Gains, control=control)
 
 
 def servoing(

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from continuair.equations.kinematics import Array, bend_of, rotation
-from continuair.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle
 
 
 def appendix_b(vehicle: Vehicle, q: Array, s: float) -> tuple[Any, Any]:

@@ -20,7 +20,7 @@ from continuair.equations.kinematics import (
     rotation,
 )
 from continuair.errors import InputError, shown
-from continuair.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle
 
 _OF_UAV = np.arange(8) < 6
 _BLOCKS = (_OF_UAV[:, None] == _OF_UAV).astype(float)

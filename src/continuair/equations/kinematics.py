@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from continuair.errors import InputError, shown
-from continuair.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray[Any, np.dtype[Any]]
 TIP_FRAMES = ("untwisted", "frenet")

@@ -11,8 +11,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from continuair.analysis.metrics import geodesic_angle, tip_euler
 from continuair.figures import style
-from continuair.metrics import geodesic_angle, tip_euler
 
 
 def motion(dataset: xr.Dataset, title: str = "") -> Figure:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from continuair.figures import style
-from continuair.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 

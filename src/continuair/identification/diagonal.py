@@ -12,11 +12,11 @@ from types import SimpleNamespace
 import numpy as np
 import warp as wp
 
-from continuair.grid import Grid
-from continuair.kernels.engine import start_warp
-from continuair.kernels.plant import per_run
-from continuair.kernels.stepping import OPTIONS
-from continuair.vehicle import Vehicle
+from continuair.engine.engine import start_warp
+from continuair.engine.pack import per_run
+from continuair.flight.time_grid import Grid
+from continuair.kernels.step import OPTIONS
+from continuair.vehicle.vehicle import Vehicle
 
 NODES = 10
 """Gauss nodes on the backbone; one more holds a tip mass. 3e-10 off at a full circle."""
@@ -295,7 +295,7 @@ class DiagonalEngine:
         gravity: float,
     ) -> np.ndarray:
         """Logged states (runs, samples, 16) from start (runs, 16); inputs: table (rows, 11) and
-        its rows-per-time flag, as of `continuair.grid.sample_inputs`."""
+        its rows-per-time flag, as of `continuair.flight.time_grid.sample_inputs`."""
         log = np.full((len(start), len(grid.samples), STATE), np.nan)
         table, stride = inputs
         steps, after = np.ascontiguousarray(grid.steps), np.ascontiguousarray(grid.sample_after)

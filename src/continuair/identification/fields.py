@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from continuair.errors import ContinuairWarning, InputError, nearest
-from continuair.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 

@@ -13,7 +13,7 @@ from scipy.stats import qmc
 from continuair.identification.fields import Fitted, fitted_fields
 from continuair.identification.recording import Recording
 from continuair.identification.replay import START, Replay, first_start
-from continuair.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 Progress = Callable[[int, int, str], None]

@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from continuair.coordinates import state_from_paper
-from continuair.grid import Grid, groups_in_use, make_grid, sample_inputs, stage_times
+from continuair.engine.engine import Engine
+from continuair.engine.pack import per_run
+from continuair.flight.steps import fastest_frequency
+from continuair.flight.time_grid import Grid, groups_in_use, make_grid, sample_inputs, stage_times
 from continuair.identification.diagonal import DiagonalEngine
 from continuair.identification.readings import Flight, Tips
-from continuair.kernels.engine import Engine
-from continuair.kernels.plant import per_run
-from continuair.layout import ONE_SECTION
-from continuair.linear import fastest_frequency
-from continuair.scenarios import Scenario, open_loop_test
-from continuair.vehicle import Vehicle
+from continuair.scenario.scenarios import Scenario, open_loop_test
+from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.layout import ONE_SECTION
+from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 

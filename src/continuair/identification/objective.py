@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from continuair import batch
 from continuair.identification.flights import Accuracy, Flights, step_groups
 from continuair.identification.readings import Flight, Reading, rotation, translation
 from continuair.identification.space import vehicles
-from continuair.scenarios import OPEN_LOOP_TESTS
-from continuair.studies.open_loop import PRINTED
-from continuair.vehicle import Vehicle
+from continuair.scenario.scenarios import OPEN_LOOP_TESTS
+from continuair.studies.open_loop.study import PRINTED
+from continuair.vehicle import runs as batch
+from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 

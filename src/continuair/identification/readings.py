@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from continuair.coordinates import continuous_euler
+from continuair.vehicle.coordinates import continuous_euler
 
 Array = np.ndarray
 

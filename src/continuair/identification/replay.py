@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from continuair.coordinates import state_from_paper
+from continuair.engine.engine import Engine
 from continuair.errors import InputError
-from continuair.grid import Grid, groups_in_use, sample_inputs, stage_times
+from continuair.flight.steps import automatic_step
+from continuair.flight.time_grid import Grid, groups_in_use, sample_inputs, stage_times
 from continuair.identification.recording import INPUTS, Recording
-from continuair.kernels.engine import Engine
-from continuair.kernels.loads import GENERAL
-from continuair.layout import ONE_SECTION
-from continuair.linear import automatic_step
-from continuair.scenarios import open_loop_test
-from continuair.vehicle import Vehicle
+from continuair.kernels.forces.inputs import GENERAL
+from continuair.scenario.scenarios import open_loop_test
+from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.layout import ONE_SECTION
+from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 

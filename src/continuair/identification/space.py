@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from continuair.vehicle import Arm, Uav, Vehicle
+from continuair.vehicle.vehicle import Arm, Uav, Vehicle
 
 Array = np.ndarray
 

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from continuair.kernels.stepping import OPTIONS, UNSEEN
+from continuair.kernels.step import OPTIONS, UNSEEN
 
 
 def controlled(code: SimpleNamespace, law: SimpleNamespace, every_stage: bool):

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from continuair.kernels.loads import load_code
-from continuair.kernels.section import section_code
+from continuair.kernels.arm.one_section import section_code
+from continuair.kernels.forces.inputs import load_code
 
 
 @cache

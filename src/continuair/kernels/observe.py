@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from continuair.kernels.loads import TIP
-from continuair.kernels.stepping import OPTIONS
+from continuair.kernels.forces.inputs import TIP
+from continuair.kernels.step import OPTIONS
 
 OBSERVED = 22
 """Observed columns: tip position 3, tip attitude 4, energies 3, momenta 6, base reaction 6."""

@@ -4,11 +4,11 @@ from types import SimpleNamespace
 
 import warp as wp
 
-from continuair.kernels.stepping import OPTIONS
+from continuair.kernels.step import OPTIONS
 
 
 def integrator(code: SimpleNamespace, log_row: wp.Function):
-    """The kernel `rollout` of a model; log_row, as in kernels/stepping.py, writes its log."""
+    """The kernel `rollout` of a model; log_row, as in kernels/step.py, writes its log."""
     Real, Row, Plant, Push = code.Real, code.Row, code.Plant, code.Push
     rate_of, freeze, load_state = code.rate_of, code.freeze, code.load_state
     branch_at, followed = code.branch_at, code.followed

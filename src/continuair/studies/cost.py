@@ -10,18 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from continuair import checks, paths
-from continuair.closing import close_loop
+from continuair.controllers.controller import Controller
 from continuair.controllers.gain_files import Gains, load_gains
-from continuair.coordinates import state_from_paper
-from continuair.grid import groups_in_use, make_grid, sample_inputs, stage_times
-from continuair.kernels.loads import COMMAND
-from continuair.scenarios import Scenario
-from continuair.simulation import MODELS
-from continuair.studies.cost_laws import CARRY, LOOK
-from continuair.studies.tracking_task import SETTINGS, equipped, task
-from continuair.targets import Target
-from continuair.vehicle import Vehicle
+from continuair.flight.camera_timing import close_loop
+from continuair.flight.simulate import MODELS
+from continuair.flight.time_grid import groups_in_use, make_grid, sample_inputs, stage_times
+from continuair.kernels.forces.inputs import COMMAND
+from continuair.kernels.laws.probes import carry, look
+from continuair.scenario import paths
+from continuair.scenario.scenarios import Scenario
+from continuair.scenario.targets import Target
+from continuair.studies.tracking.task import SETTINGS, equipped, task
+from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 PRINTED_MS = {"coupled": 32.0, "decoupled": 22.0}
 """Time per sampling instant that Amiri et al. print, of Simulink's profiler [ms]."""
@@ -30,6 +31,13 @@ PERIOD, DURATION, REPEATS = 1e-3, 5.0, 25
 """Control period and length of the flight that is timed [s], and how often."""
 
 Progress = Callable[[int, int, str], None]
+
+
+CARRY = Controller("carry the weight", carry, {"nothing": 0.0}, looks=False)
+"""Carries the weight and sees nothing."""
+
+LOOK = Controller("look", look, {"nothing": 0.0})
+"""Carries the weight and has the camera's image, which it does not use."""
 
 
 def cost(
@@ -46,7 +54,7 @@ def cost(
     of the target; control adds the law. The flights alternate, so that noise of the machine hits
     all alike. Raises InputError.
     """
-    checks.single_vehicle(vehicle)
+    check_single_vehicle(vehicle)
     flown = equipped(vehicle, SETTINGS["nominal"])
     law = (gains or load_gains("paper")).controller(flown)
     letter = task(flown, ["M"], law, 50.0)

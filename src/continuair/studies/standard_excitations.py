@@ -17,13 +17,13 @@ from typing import Any
 
 import numpy as np
 
-from continuair.coordinates import state_from_paper
+from continuair.engine.engine import Engine
 from continuair.errors import InputError, nearest
-from continuair.kernels.engine import Engine
-from continuair.kernels.loads import GENERAL
-from continuair.scenarios import Scenario
-from continuair.sweeps.excitations import Wave
-from continuair.vehicle import Vehicle
+from continuair.kernels.forces.inputs import GENERAL
+from continuair.scenario.excitations import Wave
+from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 

@@ -7,18 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from continuair import paths
 from continuair.controllers.classic import classic
 from continuair.controllers.controller import Controller, stack
 from continuair.controllers.gains import design as design_gains
 from continuair.controllers.servoing import servoing
 from continuair.errors import InputError
-from continuair.scenarios import Scenario
+from continuair.scenario import paths
+from continuair.scenario.excitations import inputs
+from continuair.scenario.scenarios import Scenario
+from continuair.scenario.targets import Target, square
 from continuair.sweeps.design import Design
-from continuair.sweeps.excitations import inputs
 from continuair.sweeps.tables import STATE, TABLES, ControllerTable, TargetTable, changed
-from continuair.targets import Target, square
-from continuair.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 

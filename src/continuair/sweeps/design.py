@@ -19,7 +19,7 @@ from continuair.errors import InputError, shown
 from continuair.sweeps.pairs import METRICS
 from continuair.sweeps.sampling import flat, values, values_along
 from continuair.sweeps.tables import Base, changed, check_field
-from continuair.vehicle import Vehicle, load_vehicle
+from continuair.vehicle.vehicle import Vehicle, load_vehicle
 
 Array = np.ndarray
 

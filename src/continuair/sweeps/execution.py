@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from continuair.engine.engine import check_device
 from continuair.errors import InputError, shown
-from continuair.kernels.engine import check_device
 from continuair.sweeps.design import Design, load_design
 from continuair.sweeps.results import open_sweep, require_zarr
 from continuair.sweeps.units import check, compute, unit_size

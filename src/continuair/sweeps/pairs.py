@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from continuair.coordinates import state_from_paper
+from continuair.engine.engine import Engine, check_device
+from continuair.engine.pairs import Flight, Pairs
 from continuair.errors import ContinuairWarning, InputError, shown
-from continuair.grid import groups_in_use, make_grid, sample_inputs, stage_times
-from continuair.kernels.engine import Engine, check_device
-from continuair.kernels.pairs import Flight, Pairs
-from continuair.kernels.stepping import STATUS
-from continuair.kernels.tip import DEVIATIONS
-from continuair.linear import STEP_PHASE, fastest_frequency
-from continuair.scenarios import Scenario
-from continuair.simulation import MODELS
-from continuair.sweeps.tracking import Reduced, track
-from continuair.vehicle import Vehicle
+from continuair.flight.simulate import MODELS
+from continuair.flight.steps import STEP_PHASE, fastest_frequency
+from continuair.flight.time_grid import groups_in_use, make_grid, sample_inputs, stage_times
+from continuair.kernels.deviations import DEVIATIONS
+from continuair.kernels.step import STATUS
+from continuair.scenario.scenarios import Scenario
+from continuair.sweeps.closed_pairs import Reduced, track
+from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.vehicle import Vehicle
 
 REFERENCE = "coupled"
 """The model that the others are compared with."""

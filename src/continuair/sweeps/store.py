@@ -24,7 +24,7 @@ from continuair.errors import InputError
 from continuair.sweeps.design import Design, Variable
 from continuair.sweeps.tables import Base
 from continuair.sweeps.units import quantities, unit_size
-from continuair.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 

@@ -8,13 +8,9 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, model_validator
 
 from continuair.errors import InputError, nearest
-from continuair.parameters import Count, Finite, NotNegative, Part, Positive
-from continuair.vehicle import Vehicle
-
-Channel = Literal[
-    "force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z", "bend_x", "bend_y",
-    "tip_force_x", "tip_force_y", "tip_force_z", "tip_moment_x", "tip_moment_y", "tip_moment_z",
-]  # fmt: skip
+from continuair.scenario.excitations import Channel
+from continuair.vehicle.fields import Count, Finite, NotNegative, Part, Positive
+from continuair.vehicle.vehicle import Vehicle
 
 
 def _positive_or_auto(value: Any) -> float | str:

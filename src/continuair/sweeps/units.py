@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from continuair.errors import ContinuairWarning, InputError
-from continuair.kernels.stepping import STATUS
-from continuair.scenarios import Scenario
+from continuair.kernels.step import STATUS
+from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.assembly import batches
 from continuair.sweeps.design import Design
 from continuair.sweeps.pairs import run_pairs
-from continuair.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 

@@ -1,0 +1,105 @@
+"""Dimensionless groups: what a vehicle is, but for its scale of length, mass and time.
+
+The scales are the arm's length l, its mass m_arm and 1 / ω_c, ω_c its clamped frequency. Divided by
+them, the equations of motion hold nothing but the groups below, the load and the start: vehicles
+with the same groups fly alike (docs/decouple.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from continuair.engine.engine import Engine
+from continuair.flight.steps import fastest_frequency
+from continuair.vehicle.vehicle import Arm, Uav, Vehicle
+
+Array = np.ndarray
+
+GROUPS = {
+    "mass_ratio": "mass of the arm over that of the UAV",
+    "inertia_ratio": "arm's mass times its length squared, over the UAV's pitch inertia",
+    "gravity_number": "gravity over the arm's length and clamped frequency squared",
+    "slenderness": "radius over length of the arm",
+    "damping_ratio": "damping ratio of the clamped arm",
+    "coupling": "share of the arm's modal inertia that a free base takes away, 1 - (ω_c / ω_f)²",
+}
+"""Groups of a vehicle; the coupling follows from the others."""
+
+PERIOD = 0.1
+"""Clamped period of the vehicles that `vehicle_of` makes [s]."""
+
+YAW_TO_PITCH = 1.9
+"""Ratio of the UAV's moments of inertia of those vehicles, as of a flat multirotor."""
+
+GRAVITY = 9.81
+
+
+def place(vehicle: Vehicle, gravity: float = GRAVITY) -> dict[str, Any]:
+    """Return the groups of a vehicle, numbers, or arrays over the runs of a batch.
+
+    Disks count as mass of the arm. Of a UAV of unequal moments, the pitch inertia counts.
+    """
+    arm, uav = vehicle.arm, vehicle.uav
+    clamped = np.asarray(arm.clamped_frequency)
+    critical = 2.0 * np.asarray(arm.bending_stiffness) / clamped
+    found = {
+        "mass_ratio": np.asarray(arm.mass) / uav.mass,
+        "inertia_ratio": arm.mass
+        * np.asarray(arm.length) ** 2
+        / np.asarray(uav.inertia)[..., 1, 1],
+        "gravity_number": gravity / (arm.length * clamped**2),
+        "slenderness": np.asarray(arm.radius) / arm.length,
+        "damping_ratio": np.asarray(arm.structural_damping) / critical,
+        "coupling": coupling(vehicle),
+    }
+    return found if vehicle.runs else {name: float(np.squeeze(v)) for name, v in found.items()}
+
+
+def coupling(vehicle: Vehicle) -> Array:
+    """Return 1 - (ω_c / ω_f)² (runs,): how much of the arm's inertia the straight arm's base takes.
+
+    It is the largest eigenvalue of M_aa⁻¹ M_au M_uu⁻¹ M_ua, 0 for a base that cannot move, below 1.
+    """
+    straight = np.zeros((1, 8))
+    free, clamped = (
+        fastest_frequency(Engine(vehicle, model), straight) for model in ("coupled", "independent")
+    )
+    return 1.0 - (clamped / free) ** 2
+
+
+def vehicle_of(groups: Mapping[str, Any], period: Any = PERIOD, uav_mass: Any = 2.0) -> Vehicle:
+    """Return a batch of vehicles with given groups, arrays (runs,), of a clamped period [s].
+
+    groups: those of GROUPS but for the coupling. The length follows from the gravity number, and
+    uav_mass [kg] sets the scale of masses. Scaled by l, m_arm and ω_c, no scale matters.
+    """
+    g = {name: np.asarray(groups[name], float) for name in GROUPS if name != "coupling"}
+    frequency = 2.0 * np.pi / period
+    length = GRAVITY / (g["gravity_number"] * frequency**2)
+    radius = g["slenderness"] * length
+    mass = g["mass_ratio"] * uav_mass
+    density = mass / (np.pi * radius**2 * length)
+    modulus = frequency**2 * density * (length**4 / (5.0 * radius**2) + length**2 / 3.0)
+    pitch = mass * length**2 / g["inertia_ratio"]
+    template = Vehicle(
+        name="atlas",
+        uav=Uav(mass=1.0, inertia=(1.0, 1.0, YAW_TO_PITCH)),
+        arm=Arm(length=1.0, radius=0.01, density=1e3, youngs_modulus=1e9, damping_ratio=0.0),
+    )
+    inertia = np.zeros((len(length), 3, 3))
+    for axis, ratio in enumerate((1.0, 1.0, YAW_TO_PITCH)):
+        inertia[:, axis, axis] = ratio * pitch
+    return template.replace(
+        {
+            "uav.mass": mass / g["mass_ratio"],
+            "arm.density": density,
+            "uav.inertia": inertia,
+            "arm.length": length,
+            "arm.radius": radius,
+            "arm.youngs_modulus": modulus,
+            "arm.damping_ratio": g["damping_ratio"],
+        }
+    )

@@ -1,0 +1,265 @@
+"""Trim, linearisation, bending frequencies and modes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from continuair import checks
+from continuair.engine.engine import Engine
+from continuair.errors import InputError, shown
+from continuair.flight.steps import bend_compliance, fastest_frequency
+from continuair.kernels.forces.inputs import GENERAL, TIP
+from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.layout import Layout
+from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+
+
+def bending_frequencies(vehicle: Vehicle, q: Any = None) -> tuple[float, float]:
+    """Highest bending frequency [rad/s] of the arm, clamped and on the free vehicle.
+
+    q: paper coordinates (8,), the straight arm by default. Raises InputError.
+    """
+    at = _configuration("q", q, check_single_vehicle(vehicle))
+    clamped, free = (
+        float(fastest_frequency(Engine(vehicle, model), at).max())
+        for model in ("independent", "coupled")
+    )
+    return clamped, free
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Vibration about a configuration: frequencies [rad/s] ascending, damping ratios, shapes.
+
+    shapes: (coordinates, modes) in (body translation 3, body rotation 3, bend) for a free base,
+    rigid-body modes left out; (bends, modes) for a clamped one. Columns have unit norm.
+    """
+
+    frequencies: np.ndarray
+    damping: np.ndarray
+    shapes: np.ndarray
+
+
+def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float = 9.81) -> Modes:
+    """Bending modes of the arm at rest in the configuration q, on a free or clamped base.
+
+    q: paper coordinates (8,), the straight arm by default. The stiffness is that of the arm and,
+    for a clamped base, of gravity, which a free base in free fall does not feel. Raises InputError,
+    also where the arm is out of balance so far, or buckled, that it does not vibrate about q.
+    """
+    check_single_vehicle(vehicle)
+    checks.choice("base", base, ("free", "clamped"))
+    gravity = checks.gravity(gravity)
+    at = _configuration("q", q, vehicle)
+    free = base == "free"
+    A, _ = linearize(
+        vehicle, at, model="coupled" if free else "independent", gravity=0.0 if free else gravity
+    )
+    n = len(A) // 2
+    base_rate, bend, rate = slice(n, n + 6), slice(6, n), slice(n + 6, 2 * n)
+    compliance = bend_compliance(Engine(vehicle, "coupled" if free else "independent"), at)[0]
+    stiffness = -A[rate, bend]
+    eigenvalues, vectors = np.linalg.eig(stiffness)
+    if not (eigenvalues.real > 0.0).all():
+        raise InputError(
+            f"q is {shown(at)}, about which the arm does not vibrate but buckles; give a "
+            "configuration near a stable balance (a hanging arm, less gravity or a stiffer arm)."
+        )
+    order = np.argsort(eigenvalues.real)
+    frequencies = np.sqrt(eigenvalues.real[order])
+    shapes = vectors.real[:, order]
+    d = vehicle.arm.structural_damping * vehicle.arm.length
+    modal = np.linalg.solve(compliance, shapes)
+    mass = np.einsum("im,im->m", shapes, modal)
+    damping = d * np.einsum("im,im->m", shapes, shapes) / (2.0 * frequencies * mass)
+    if free:
+        # The base follows the bend: its accelerations per acceleration of the bend.
+        base_rows = A[base_rate, bend] @ np.linalg.solve(A[rate, bend], shapes)
+        shapes = np.vstack([base_rows, shapes])
+    return Modes(frequencies, damping, shapes / np.linalg.norm(shapes, axis=0))
+
+
+def linearize(
+    vehicle: Vehicle,
+    q: Any = None,
+    qd: Any = None,
+    *,
+    force: Any = 0.0,
+    moment: Any = 0.0,
+    bend_moment: Any = 0.0,
+    tip_wrench: Any = 0.0,
+    model: str = "coupled",
+    gravity: float = 9.81,
+) -> tuple[np.ndarray, np.ndarray]:
+    """A (16, 16) and B (16, 8) of the dynamics about a configuration and its rates.
+
+    Perturbations: position 3 (world), rotation 3 (body axes), bend 2, velocity 3 (world), angular
+    velocity 3 (body), bend rate 2; inputs: world force 3, body moment 3, bend moment 2. The four
+    inputs given, a hover's from `trim`, hold at the operating point. Central differences of fourth
+    order: about 1e-9 relative. The bend must leave room for them below a full circle, 0.005 1/m.
+    Raises InputError.
+    """
+    check_single_vehicle(vehicle)
+    checks.choice("model", model, ("coupled", "decoupled", "independent"))
+    gravity = checks.gravity(gravity)
+    layout = Layout(vehicle.sections)
+    n = layout.coordinates
+    at = _configuration("q", q, vehicle)
+    rates = np.zeros(n) if qd is None else checks.row("qd", qd, n)
+    centre = state_from_paper(at[None], rates[None])[0]
+    steps = np.array([-2.0, -1.0, 1.0, 2.0]) * _DIFFERENCE
+    weights = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * _DIFFERENCE)
+    inputs = np.zeros(layout.inputs)
+    inputs[layout.force] = checks.row("force", force, 3)
+    inputs[layout.moment] = checks.row("moment", moment, 3)
+    inputs[layout.bend_moment] = checks.row("bend_moment", bend_moment, layout.bends)
+    inputs[layout.tip_wrench] = checks.row("tip_wrench", tip_wrench, 6)
+    states = np.array([_perturbed(centre, i, h) for i in range(2 * n) for h in steps])
+    engine = Engine(vehicle, model)
+
+    def differences(states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        rate = engine.derivative(
+            states,
+            np.full(len(states), at[-1]),
+            inputs,
+            gravity,
+            GENERAL + TIP,
+            np.broadcast_to(centre, states.shape),
+        )
+        return np.einsum("h,ihk->ki", weights, _tangent(rate, states, layout).reshape(-1, 4, 2 * n))
+
+    A = differences(states, inputs[None, None])
+    # A rotation perturbation is carried round by the body's own spin.
+    A[3:6, 3:6] -= _skew(centre[layout.angular_velocity])
+    pushed = np.tile(inputs, (n, 4, 1))
+    for i in range(n):
+        pushed[i, :, i] += steps
+    B = differences(np.tile(centre, (4 * n, 1)), pushed.reshape(1, 4 * n, -1))
+    return A, B
+
+
+@dataclass(frozen=True)
+class Trim:
+    """A hovering equilibrium: paper coordinates q (8,) and the inputs that hold it.
+
+    force [N, world], moment [N m, body, about B's origin], bend_moment [N m²].
+    """
+
+    q: np.ndarray
+    force: np.ndarray
+    moment: np.ndarray
+    bend_moment: np.ndarray
+
+
+def trim(
+    vehicle: Vehicle,
+    *,
+    bend: Any = None,
+    yaw: float = 0.0,
+    position: Any = (0.0, 0.0, 0.0),
+    tip_wrench: Any = 0.0,
+    gravity: float = 9.81,
+) -> Trim:
+    """Hover with level base: the inputs that make every acceleration zero.
+
+    bend: bend vector (2,) [1/m] to hold, or None for the bend that the arm takes by itself under
+    gravity and tip_wrench (6,) [N, N m, world axes], with no bend moment. Raises InputError.
+    """
+    check_single_vehicle(vehicle)
+    gravity = checks.gravity(gravity)
+    yaw, position = float(checks.row("yaw", yaw, 1)[0]), checks.row("position", position, 3)
+    tip_wrench = checks.row("tip_wrench", tip_wrench, 6)
+    engine = Engine(vehicle, "decoupled")
+    layout = engine.layout
+
+    def residual(k: np.ndarray) -> np.ndarray:
+        """Force on each bend coordinate, world force and body moment left over at bend k."""
+        state = np.zeros((1, layout.state))
+        state[0, layout.attitude] = 0.0, 0.0, np.sin(yaw / 2), np.cos(yaw / 2)
+        state[0, layout.bend] = k
+        inputs = np.zeros((1 + layout.bends, 1, 1, layout.inputs))
+        inputs[..., layout.tip_wrench] = tip_wrench
+        inputs[1:, 0, 0, layout.bend_moment] = np.eye(layout.bends)
+        rows = [
+            engine.derivative(state, np.zeros(1), row, gravity, GENERAL + TIP)[0, layout.bend_rate]
+            for row in inputs
+        ]
+        compliance = np.column_stack([row - rows[0] for row in rows[1:]])
+        return np.linalg.solve(compliance, rows[0])
+
+    if bend is None:
+        # Slow to import, and every simulation imports this module.
+        from scipy.optimize import root
+
+        solution = root(residual, np.zeros(layout.bends), tol=1e-13)
+        k = solution.x
+        if np.abs(residual(k)).max() > 1e-8 * max(1.0, np.abs(tip_wrench).max()):
+            raise InputError(
+                "tip_wrench leaves the arm no equilibrium below a full circle; give "
+                "a smaller wrench, or the bend to hold."
+            )
+    else:
+        k = checks.row("bend", bend, layout.bends)
+        _check_bend("bend", bend, float(np.hypot(*k)), vehicle)
+    q = np.concatenate([position, [0.0, 0.0, yaw], [np.hypot(*k), np.arctan2(k[1], k[0])]])
+    A_force = _balance(engine, q, tip_wrench, gravity)
+    return Trim(q, A_force[:3], A_force[3:], -residual(k) if bend is not None else 0.0 * k)
+
+
+def _balance(engine: Engine, q: np.ndarray, tip_wrench: Any, gravity: float) -> np.ndarray:
+    """World force and body moment that leave the base without acceleration."""
+    layout = engine.layout
+    state = np.repeat(state_from_paper(q[None], np.zeros((1, len(q)))), 7, axis=0)
+    inputs = np.zeros((1, 7, layout.inputs))
+    inputs[..., layout.tip_wrench] = tip_wrench
+    inputs[0, 1:, :6] = np.eye(6)
+    rate = engine.derivative(state, np.full(7, q[-1]), inputs, gravity, GENERAL + TIP)
+    rate = np.hstack([rate[:, layout.velocity], rate[:, layout.angular_velocity]])
+    return np.linalg.solve((rate[1:] - rate[0]).T, -rate[0])
+
+
+_DIFFERENCE = 2e-3
+_ROOM = 2.5 * _DIFFERENCE
+"""What a bend leaves below a full circle [1/m], so that its differences are still inside."""
+
+
+def _configuration(name: str, q: Any, vehicle: Vehicle) -> np.ndarray:
+    width = Layout(vehicle.sections).coordinates
+    at = np.zeros(width) if q is None else checks.row(name, q, width)
+    _check_bend(name, at, abs(float(at[6])), vehicle)
+    return at
+
+
+def _check_bend(name: str, value: Any, kappa: float, vehicle: Vehicle) -> None:
+    largest = 2.0 * np.pi / vehicle.arm.length - _ROOM
+    if kappa > largest:
+        raise InputError(
+            f"{name} is {shown(value)}, which bends the arm to {kappa:g} 1/m; give a bend of at "
+            f"most {largest:.4g} 1/m, just below a full circle."
+        )
+
+
+def _skew(w: np.ndarray) -> np.ndarray:
+    return np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
+
+
+def _perturbed(centre: np.ndarray, index: int, h: float) -> np.ndarray:
+    """The state moved by h along one of the perturbations."""
+    state = centre.copy()
+    if 3 <= index < 6:
+        turn = Rotation.from_rotvec(h * np.eye(3)[index - 3])
+        attitude = Rotation.from_quat(centre[Layout.attitude])
+        state[Layout.attitude] = (attitude * turn).as_quat()
+    else:
+        state[index if index < 3 else index + 1] += h
+    return state
+
+
+def _tangent(rate: np.ndarray, states: np.ndarray, layout: Layout) -> np.ndarray:
+    """Rates (n, 2 coordinates) of the perturbations from rates (n, state) of the states."""
+    spin = states[:, layout.angular_velocity]
+    return np.hstack([rate[:, layout.position], spin, rate[:, layout.attitude.stop :]])

@@ -1,0 +1,170 @@
+"""How far apart two flights are: the paper's metric as printed, and readings with a unit.
+
+Arrays hold samples and components on their last two axes (..., samples, components); leading axes
+are runs, and results then hold one number per run.
+"""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from continuair.errors import ContinuairWarning, InputError, shown
+from continuair.vehicle.coordinates import continuous_euler
+
+Array = NDArray[np.float64]
+
+_TIP = ("tip_position", "tip_attitude")
+
+AXES = ("x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_rad")
+"""Axes in the order in which `compare` reports them, with their units."""
+
+
+def nrmse(reference: ArrayLike, other: ArrayLike) -> Any:
+    """Return the normalised root mean square error as the paper prints it, dimensionless.
+
+    reference, other: (..., samples, components), same unit in both. Both sums run over components
+    and samples; the range of each component is that of the reference. 0 if the two agree, inf if
+    they differ and the reference does not move. "NRMSE_W", Amiri et al.
+    """
+    reference, other = np.asarray(reference, float), np.asarray(other, float)
+    squares = np.sum((reference - other) ** 2, axis=(-2, -1))
+    ranges = np.ptp(reference, axis=-2)
+    normal = reference.shape[-2] * np.sum(ranges**2, axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.sqrt(squares / normal)
+    return _per_run(np.where(squares == 0, 0.0, ratio))
+
+
+def rmse(reference: ArrayLike, other: ArrayLike) -> Any:
+    """Return the root mean square over samples of the length of the difference, unit of the input.
+
+    reference, other: (..., samples, components). Its square is the sum of the squares of the axes.
+    """
+    difference = np.asarray(reference, float) - np.asarray(other, float)
+    return _per_run(np.sqrt(np.mean(np.sum(difference**2, axis=-1), axis=-1)))
+
+
+def tip_euler(dataset: xr.Dataset) -> Array:
+    """Return continuous ZYX Euler angles of the tip, (..., samples, 3): roll, pitch, yaw [rad].
+
+    The angles are those of R_tip diag(1, -1, -1), which is 1 when nothing is bent or turned. Of
+    the two triples that describe an attitude, and their whole turns, the one next to the previous
+    sample is taken, so that a tumble through pitch = pi/2 does not jump. Flights that pass that
+    attitude on different sides may end whole turns apart; `geodesic_angle` does not see those.
+    """
+    return euler_angles(_components(dataset, "tip_attitude"))
+
+
+def euler_angles(tip_attitude: ArrayLike) -> Array:
+    """Return the angles of `tip_euler` from quaternions x y z w, shape (..., samples, 4)."""
+    x, y, z, w = np.moveaxis(np.asarray(tip_attitude, float), -1, 0)
+    # The product with the half turn about x, (1, 0, 0, 0).
+    angles: Array = continuous_euler(np.stack([w, z, -y, -x], axis=-1))
+    return angles
+
+
+def geodesic_angle(q1: ArrayLike, q2: ArrayLike) -> Array:
+    """Return the angle [rad], 0 to pi, of the rotation between attitudes; shape (...).
+
+    q1, q2: unit quaternions x y z w, shape (..., 4); q and -q are the same attitude.
+    """
+    q1, q2 = np.asarray(q1, float), np.asarray(q2, float)
+    v1, w1, v2, w2 = q1[..., :3], q1[..., 3:], q2[..., :3], q2[..., 3:]
+    vector = w1 * v2 - w2 * v1 - np.cross(v1, v2)
+    scalar = np.sum(q1 * q2, axis=-1)
+    # Exact for small angles, where the arc cosine of the scalar part would lose half the digits.
+    angle: Array = 2.0 * np.arctan2(np.linalg.norm(vector, axis=-1), np.abs(scalar))
+    return angle
+
+
+def compare(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
+    """Return how far the tip of `other` is from that of the coupled flight, sampled alike.
+
+    nrmse_t, nrmse_r: as printed, of tip position and continuous Euler angles [-]; rmse_t_m [m] and
+    rmse_r_rad [rad]: the same differences, not normalised; angle_rad: RMS of the geodesic angle,
+    the one rotational reading that needs no choice of angles [rad]; rmse_x_m ... rmse_yaw_rad.
+    Numbers, or arrays over runs; NaN, with a warning, for a run that ended early. Raises
+    InputError if the two are not flights of the same runs sampled at the same times.
+    """
+    flights = {"coupled": coupled, "other": other}
+    for name, flight in flights.items():
+        _check_flight(name, flight)
+    _check_alike(coupled, other)
+    for name, flight in flights.items():
+        _warn_of_ended(name, flight)
+    return _differences(coupled, other)
+
+
+def _check_flight(name: str, flight: Any) -> None:
+    if not isinstance(flight, xr.Dataset):
+        raise InputError(f"{name} is {shown(flight)}; give a Dataset that simulate returned.")
+    missing = [part for part in ("time", *_TIP) if part not in flight.variables]
+    if missing:
+        raise InputError(
+            f"{name} has no {' and no '.join(missing)}; simulate it with variables "
+            f"{' and '.join(_TIP)}."
+        )
+
+
+def _check_alike(coupled: xr.Dataset, other: xr.Dataset) -> None:
+    if not np.array_equal(coupled["time"], other["time"]):
+        raise InputError(
+            f"other has {other.sizes['time']} samples that are not those of coupled "
+            f"({coupled.sizes['time']}); simulate both with the same sample and duration."
+        )
+    shapes = [_components(flight, "tip_position").shape[:-2] for flight in (coupled, other)]
+    if shapes[0] != shapes[1]:
+        runs = ["a single run" if not shape else f"{shape[0]} runs" for shape in shapes]
+        raise InputError(
+            f"other holds {runs[1]}, but coupled {runs[0]}; give the same runs, as in "
+            "coupled.isel(run=0)."
+        )
+
+
+def _warn_of_ended(name: str, flight: xr.Dataset) -> None:
+    if "status" not in flight.variables or not np.any(flight["status"]):
+        return
+    status = np.ravel(flight["status"])
+    run = int(np.flatnonzero(status)[0])
+    which = f"run {run} of {name}" if status.size > 1 else name
+    end = f" at {np.ravel(flight['end_time'])[run]:g} s" if "end_time" in flight.variables else ""
+    warnings.warn(
+        f"{which} ended early{end} with status {status[run]}, and its differences are NaN; compare "
+        "runs that reach their end.",
+        ContinuairWarning,
+        stacklevel=3,
+    )
+
+
+def _differences(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
+    positions = [_components(dataset, "tip_position") for dataset in (coupled, other)]
+    attitudes = [_components(dataset, "tip_attitude") for dataset in (coupled, other)]
+    angles = [euler_angles(attitude) for attitude in attitudes]
+    result = {
+        "nrmse_t": nrmse(*positions),
+        "nrmse_r": nrmse(*angles),
+        "rmse_t_m": rmse(*positions),
+        "rmse_r_rad": rmse(*angles),
+        "angle_rad": _per_run(np.sqrt(np.mean(geodesic_angle(*attitudes) ** 2, axis=-1))),
+    }
+    both = [np.concatenate(pair, axis=-1) for pair in zip(positions, angles, strict=True)]
+    for index, axis in enumerate(AXES):
+        result[f"rmse_{axis}"] = rmse(*(values[..., index : index + 1] for values in both))
+    return result
+
+
+def _components(dataset: xr.Dataset, name: str) -> Array:
+    """Values with time and components on the last two axes, whatever the dataset's order."""
+    variable = dataset[name]
+    component = next(dim for dim in variable.dims if dim in ("axis", "quaternion"))
+    values: Array = variable.transpose(..., "time", component).to_numpy()
+    return values
+
+
+def _per_run(value: Array) -> Any:
+    return float(value) if np.ndim(value) == 0 else value

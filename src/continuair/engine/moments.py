@@ -1,0 +1,205 @@
+"""Moments of a bent arm as polynomials in the squared bend: the host side of the fast dynamics.
+
+All that the dynamics need of a constant-curvature section is smooth in u = |k|², because the
+backbone point is r(s) = (k A, -B) and the tangent (k B, -C) with A, B, C entire in u. The moments
+are integrated over the backbone (Gauss-Legendre) and summed over the disks at Chebyshev nodes of u
+and interpolated there; the device evaluates one Horner loop, exact through the straight arm.
+
+Inside the kernels lengths along the arc are measured in λ = l / (π √2), so that the bend b = k λ is
+dimensionless and w = |b|² - 1 runs over [-1, 1] up to the full circle |k| l = 2π.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from math import factorial
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from continuair.kernels.arm.one_section import MAX_BEND_ANGLE, NAMES
+
+TERMS = 16
+"""Polynomial terms; with these the interpolation error is below 1e-13 of each moment's range."""
+
+# Derivatives of high order amplify rounding of the samples near the full circle, so the host side
+# works in extended precision where the platform has it.
+_Fine = np.longdouble
+
+_FULL_LENGTH = MAX_BEND_ANGLE / np.sqrt(2.0)
+_SAMPLES = TERMS + 4
+_QUADRATURE = 40
+
+
+class Moments(NamedTuple):
+    """Moment functions of a batch of arms at the Chebyshev nodes, arrays (runs, samples).
+
+    value: name -> function; slope: alpha and beta -> derivative in |b|². The inertia of the arm is
+    d 1 - [P bbᵀ - Q(bẑᵀ + ẑbᵀ) + S ẑẑᵀ] with d = |b|² P + S + ∫(axial section inertia) ds.
+    """
+
+    value: dict[str, np.ndarray]
+    slope: dict[str, np.ndarray]
+
+
+def length_unit(length):
+    """λ [m]: the bend vector k [1/m] times λ is the kernels' dimensionless bend b."""
+    return np.asarray(length) / _FULL_LENGTH
+
+
+@cache
+def _nodes() -> np.ndarray:
+    angles = (np.arange(_SAMPLES, dtype=_Fine) + _Fine(0.5)) * (4 * np.arctan(_Fine(1.0)))
+    return np.cos(angles / _SAMPLES)
+
+
+@cache
+def squared_bends() -> np.ndarray:
+    """|b|² at the Chebyshev nodes, shape (samples,)."""
+    return _Fine(1.0) + _nodes()
+
+
+@cache
+def _interpolation() -> np.ndarray:
+    nodes = _nodes()
+    orders = np.arange(TERMS)
+    to_chebyshev = chebyshev.chebvander(nodes, TERMS - 1).T * 2.0 / _SAMPLES
+    to_chebyshev[0] *= 0.5
+    to_powers = np.array(
+        [np.pad(p := chebyshev.cheb2poly(np.eye(TERMS)[n]), (0, TERMS - len(p))) for n in orders]
+    )
+    return to_chebyshev.T @ to_powers[:, ::-1]
+
+
+def interpolate(samples: np.ndarray) -> np.ndarray:
+    """Coefficients of powers of w = |b|² - 1, highest first, from samples on the last axis."""
+    return (samples @ _interpolation()).astype(float)
+
+
+def _stumpff(z):
+    """c_0 … c_4 with c_m(z) = Σ (-z)^j / (2j + m)!, z >= 0; c₀ = cos √z, c₁ = sin √z / √z."""
+    x, far = np.sqrt(z), np.maximum(z, 1.0)
+    c0, c1 = np.cos(x), _sinc(x)
+    c2 = 0.5 * _sinc(0.5 * x) ** 2
+    c3 = np.where(z > 1.0, (1.0 - c1) / far, _series(3, z))
+    c4 = np.where(z > 1.0, (0.5 - c2) / far, _series(4, z))
+    return c0, c1, c2, c3, c4
+
+
+def _sinc(x):
+    return np.sin(x) / np.where(x == 0.0, 1.0, x) + (x == 0.0)
+
+
+def _series(order: int, z):
+    """Power series of c_order, to full precision for z <= 1."""
+    total = 0.0
+    for j in reversed(range(12)):
+        total = _Fine(1.0) / factorial(2 * j + order) - z * total
+    return total
+
+
+def integrands(
+    s: np.ndarray, u: np.ndarray
+) -> tuple[dict[str, tuple[Any, ...]], dict[str, np.ndarray]]:
+    """Contribution of the section at arc length s to every moment, with s and 1/√u in units of λ.
+
+    Returns name -> (per mass, per transverse inertia, per axial minus transverse inertia), and the
+    slopes of alpha and beta in u per mass. Primes are d/du; c' of a Stumpff function needs no
+    division: c_m' = (m c_{m+2} - c_{m+1}) / 2.
+    """
+    s, u = np.broadcast_arrays(np.asarray(s, _Fine), u)
+    c0, c1, c2, c3, c4 = _stumpff(s**2 * u)
+    A, B, C, Γ = s**2 * c2, s * c1, c0, s**3 * c3
+    dA, dB = s**4 * (c4 - 0.5 * c3), s**3 * 0.5 * (c3 - c2)
+    none = np.zeros_like(A)
+    by_density = {
+        "alpha": (A, none, none),
+        "beta": (B, none, none),
+        "P": (A**2, none, -(B**2)),
+        "Q": (A * B, none, -B * C),
+        "S": (B**2, none, -(C**2)),
+        "KP": (A**2, A, -A * C),
+        "KQ": (A * B, B, u * A * B),
+        "KW": (dA * B - A * dB, 0.5 * Γ, -0.5 * A * B),
+        "NP": (A**2, B**2 + u * A**2, u * A**2),
+        "ND": (4.0 * (A * dA + u * dA**2 + dB**2), Γ * (s + B) - A**2, -(A**2)),
+    }
+    return by_density, {"alpha": dA, "beta": dB}
+
+
+def _gauss_legendre():
+    """Nodes and weights, polished by Newton steps in extended precision."""
+    x = np.polynomial.legendre.leggauss(_QUADRATURE)[0].astype(_Fine)
+    for _ in range(2):
+        previous: np.ndarray = np.ones_like(x)
+        current: np.ndarray = x
+        for n in range(2, _QUADRATURE + 1):
+            previous, current = current, ((2 * n - 1) * x * current - (n - 1) * previous) / n
+        slope = _QUADRATURE * (x * current - previous) / (x**2 - 1.0)
+        x = x - current / slope
+    return x, 2.0 / ((1.0 - x**2) * slope**2)
+
+
+@cache
+def _uniform_rod():
+    """Integrals of the integrands over σ = s / l in [0, 1], for unit density."""
+    x, weight = _gauss_legendre()
+    s = _FULL_LENGTH * 0.5 * (1.0 + x)
+    by_density, slopes = integrands(s, squared_bends()[:, None])
+    integrate = 0.5 * weight
+    return (
+        {name: tuple(f @ integrate for f in parts) for name, parts in by_density.items()},
+        {name: f @ integrate for name, f in slopes.items()},
+    )
+
+
+def moments(length, backbone, disks, names=NAMES) -> Moments:
+    """Moments of uniform backbones with disks, about the arm's base.
+
+    length: (runs,) [m]. backbone: (mass, transverse, axial inertia) of the whole backbone, each
+    (runs,) [kg, kg m², kg m²]. disks: (position, mass, transverse, axial) each, of (runs,). names:
+    the functions that are wanted.
+    """
+    unit = length_unit(length)[:, None]
+    rods = [(*backbone, *_uniform_rod())]
+    for position, *inertia in disks:
+        s = np.asarray(position)[:, None] / unit
+        rods.append((*inertia, *integrands(s, squared_bends())))
+    value = {name: np.zeros((len(unit), _SAMPLES), _Fine) for name in names}
+    slope = {name: np.zeros((len(unit), _SAMPLES), _Fine) for name in ("alpha", "beta")}
+    for mass, transverse, axial, by_density, by_mass in rods:
+        for name in names:
+            per_mass, per_transverse, per_difference = by_density[name]
+            power = 1 if name in slope else 2
+            value[name] += (
+                mass[:, None] * per_mass * unit**power
+                + transverse[:, None] * per_transverse
+                + (axial - transverse)[:, None] * per_difference
+            )
+        for name, per_mass in by_mass.items():
+            slope[name] += mass[:, None] * per_mass * unit
+    return Moments(value, slope)
+
+
+def about_common_centre(arm: Moments, total_mass, height) -> Moments:
+    """Moments about the common centre of mass of UAV and arm.
+
+    total_mass: (runs,) [kg]. height: (runs,) effective vertical offset of the mount,
+    z_mount times UAV mass over total mass [m]; the horizontal offset is left to the device.
+    """
+    u, m, z = squared_bends(), total_mass[:, None], height[:, None]
+    f, α, β = arm.value, arm.value["alpha"], arm.value["beta"]
+    dα, dβ = arm.slope["alpha"], arm.slope["beta"]
+    reduced = dict(
+        f,
+        P=f["P"] - α**2 / m,
+        KP=f["KP"] - α**2 / m,
+        NP=f["NP"] - α**2 / m,
+        Q=f["Q"] - α * β / m - z * α,
+        KQ=f["KQ"] - α * β / m - z * α,
+        S=f["S"] - β**2 / m - 2.0 * z * β,
+        KW=f["KW"] - (dα * β - α * dβ) / m - z * dα,
+        ND=f["ND"] - 4.0 * (α * dα + u * dα**2 + dβ**2) / m,
+    )
+    return Moments(reduced, arm.slope)

@@ -1,0 +1,85 @@
+"""The pinhole camera in plain NumPy, Eqs. (13) and (14): projection and interaction matrix."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from continuair.errors import InputError, shown
+from continuair.vehicle.vehicle import Camera, Vehicle
+
+Array = np.ndarray
+
+TIP_OF_STRAIGHT_ARM = np.diag([1.0, -1.0, -1.0])
+"""Axes of the straight arm's tip frame in body axes."""
+
+
+def on_body(vehicle: Vehicle) -> Array:
+    """Position (3,) of the camera in body axes with the arm straight [m]."""
+    tip = np.asarray(vehicle.uav.mount) + [0.0, 0.0, -vehicle.arm.length]
+    return np.asarray(tip + TIP_OF_STRAIGHT_ARM @ vehicle.camera.position)
+
+
+def over(vehicle: Vehicle, point: Any, distance: float) -> Array:
+    """UAV position (3,) that puts the camera `distance` above a point, arm straight, level [m]."""
+    return np.asarray(np.asarray(point) + [0.0, 0.0, distance] - on_body(vehicle))
+
+
+def project(points: Any) -> Array:
+    """Normalised image (2n,) of points (n, 3) [m] in camera axes, Eq. (13): X/Z and Y/Z in turn.
+
+    Raises InputError for a point that is not in front of the camera.
+    """
+    rows = np.asarray(points, float)
+    if rows.ndim != 2 or rows.shape[1] != 3:
+        raise InputError(f"points has shape {rows.shape}; give (n, 3) coordinates in camera axes.")
+    if not (rows[:, 2] > 0.0).all():
+        raise InputError(
+            f"points holds the depth {shown(float(rows[:, 2].min()))} m; give points in front of "
+            "the camera."
+        )
+    return (rows[:, :2] / rows[:, 2:]).ravel()
+
+
+def to_pixels(camera: Camera, image: Any) -> Array:
+    """Pixels (..., 2n) from a normalised image (..., 2n), Eq. (13)."""
+    image = np.asarray(image, float)
+    n = image.shape[-1] // 2
+    return image * np.tile(camera.focal_length, n) + np.tile(camera.principal_point, n)
+
+
+def to_normalised(camera: Camera, pixels: Any) -> Array:
+    """Normalised image (..., 2n) from pixels (..., 2n), Eq. (13)."""
+    pixels = np.asarray(pixels, float)
+    n = pixels.shape[-1] // 2
+    return (pixels - np.tile(camera.principal_point, n)) / np.tile(camera.focal_length, n)
+
+
+def in_view(camera: Camera, image: Any, depth: Any) -> Array:
+    """Whether each point (..., n) lies in the image and in front of the camera."""
+    pixels = to_pixels(camera, image)
+    pairs = pixels.reshape(*pixels.shape[:-1], -1, 2)
+    inside = ((pairs >= 0.0) & (pairs <= np.asarray(camera.image_size, float))).all(-1)
+    return inside & (np.asarray(depth) > 0.0)
+
+
+def interaction_matrix(image: Any, depth: Any) -> Array:
+    """L (..., 2n, 6) in normalised coordinates, Eq. (14): the image's rate per camera twist.
+
+    image: (..., 2n); depth: (..., n) or one for all [m]. The twist is (v, ω) in camera axes.
+    """
+    image = np.asarray(image, float)
+    pairs = image.reshape(*image.shape[:-1], -1, 2)
+    x, y = pairs[..., 0], pairs[..., 1]
+    inverse = 1.0 / np.broadcast_to(np.asarray(depth, float), x.shape)
+    nil = np.zeros_like(x)
+    u = np.stack([-inverse, nil, x * inverse, x * y, -(1.0 + x**2), y], axis=-1)
+    v = np.stack([nil, -inverse, y * inverse, 1.0 + y**2, -x * y, -x], axis=-1)
+    return np.stack([u, v], axis=-2).reshape(*image.shape, 6)
+
+
+def interaction_matrix_in_pixels(camera: Camera, pixels: Any, depth: Any) -> Array:
+    """L (..., 2n, 6) in pixels: the normalised one with each row times its focal length."""
+    L = interaction_matrix(to_normalised(camera, pixels), depth)
+    return np.tile(camera.focal_length, L.shape[-2] // 2)[:, None] * L

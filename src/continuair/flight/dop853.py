@@ -1,0 +1,95 @@
+"""The reference integrator: SciPy's DOP853 driving the kernels' derivative, one run at a time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.integrate import DOP853
+
+from continuair.engine.engine import Engine, Logs
+from continuair.flight.time_grid import Grid, groups_in_use, sample_inputs
+from continuair.kernels.step import NOT_FINITE, OK, OVERBENT
+from continuair.vehicle.layout import Layout
+
+# With a relative tolerance alone, components that pass through zero would stall the step.
+_ABSOLUTE = 1e-2
+
+# Points per step at which the signed branch of the bend is followed: its steps are long.
+_FOLLOWED = 16
+
+
+def integrate_reference(
+    engine: Engine,
+    start: np.ndarray,
+    angle: np.ndarray,
+    grid: Grid,
+    scenario: Any,
+    tolerance: float,
+    at_samples: tuple[np.ndarray, int],
+) -> Logs:
+    """Integrate one run piece by piece between input jumps; inputs are called at its own stages."""
+    groups, layout = groups_in_use(scenario), engine.layout
+    log = np.full((1, len(grid.samples), layout.log), np.nan)
+    branch = [float(angle[0])]
+    y = start[0].copy()
+    log[0, 0] = _row(y, branch[0], layout)
+    edges = [0.0, *grid.starts[grid.opens], float(grid.samples[-1])]
+    overbent: list[float] = []
+    status, reached = OK, grid.samples[-1]
+    for left, right in zip(edges[:-1], edges[1:], strict=True):
+        inside = np.nextafter(left, np.inf), np.nextafter(right, -np.inf)
+
+        def rate(
+            t: float, state: np.ndarray, inside: Any = inside, branch: Any = branch
+        ) -> np.ndarray:
+            # The polar torques act along the branch followed so far.
+            table, _ = sample_inputs(scenario, np.clip([t], *inside), layout)
+            angle = np.array([_follow(state, branch[0], layout)])
+            found = engine.derivative(state[None], angle, table, scenario.gravity, groups, start)[0]
+            if np.isnan(found).any() and np.isfinite(state).all():
+                overbent.append(t)
+            return found
+
+        if not np.isfinite(rate(left, y)).all():
+            status, reached = OVERBENT, left
+            break
+        solver = DOP853(rate, left, y, right, rtol=tolerance, atol=_ABSOLUTE * tolerance)
+        while solver.status == "running":
+            solver.step()
+            if solver.status == "failed" or not np.isfinite(solver.y).all():
+                status, reached = (OVERBENT if overbent else NOT_FINITE), solver.t
+                break
+            dense = solver.dense_output()
+            covered = grid.samples[(grid.samples > solver.t_old) & (grid.samples <= solver.t)]
+            between = np.linspace(solver.t_old, solver.t, _FOLLOWED + 1)[1:]
+            for t in np.union1d(covered, between):
+                state = _unit(dense(t), layout)
+                branch[0] = _follow(state, branch[0], layout)
+                log[0, np.flatnonzero(grid.samples == t)] = _row(state, branch[0], layout)
+        y = _unit(solver.y, layout)
+        if status != OK:
+            break
+    last = np.searchsorted(grid.starts, reached)
+    observed = engine.observe(log, at_samples, scenario.gravity, groups)
+    return Logs(log, np.array([status], np.int32), np.array([last], np.int32), observed)
+
+
+def _unit(state: np.ndarray, layout: Layout) -> np.ndarray:
+    state = state.copy()
+    state[layout.attitude] /= np.linalg.norm(state[layout.attitude])
+    return state
+
+
+def _follow(state: np.ndarray, branch: float, layout: Layout) -> float:
+    """ψa of the bend on the signed branch nearest to the one followed so far."""
+    x, y = state[layout.bend]
+    if x == y == 0.0:
+        return branch
+    angle = np.arctan2(y, x)
+    return float(angle + np.pi * np.round((branch - angle) / np.pi))
+
+
+def _row(state: np.ndarray, branch: float, layout: Layout) -> np.ndarray:
+    kappa = state[layout.bend] @ [np.cos(branch), np.sin(branch)]
+    return np.concatenate([state, [kappa, branch], np.zeros(layout.coordinates)])

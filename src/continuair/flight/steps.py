@@ -1,0 +1,95 @@
+"""The one automatic step: of the fastest rate of a vehicle and its start."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from continuair.engine.engine import Engine
+from continuair.errors import InputError
+from continuair.kernels.forces.inputs import GENERAL
+from continuair.vehicle.coordinates import state_from_paper
+
+STEP_PHASE = 0.2
+"""Largest product of the automatic step and the fastest rate: RK4 then keeps the amplitude of the
+stiffest mode, and follows the fastest decay."""
+
+
+def bend_compliance(engine: Engine, q: Any) -> np.ndarray:
+    """Bend block of M⁻¹, (runs, bends, bends) [1/(kg m⁴)], at rest in the configurations q.
+
+    It is the acceleration of the bend under a unit bend moment: for an engine of `coupled` on the
+    free base, for one of `independent` on a clamped one.
+    """
+    q = np.atleast_2d(q)
+    runs = max(len(q), engine.vehicle.runs or 1)
+    layout = engine.layout
+    q = np.broadcast_to(q, (runs, layout.coordinates))
+    states = state_from_paper(q, np.zeros(q.shape))
+
+    def pushed(bend_moment: Any) -> np.ndarray:
+        inputs = np.zeros((1, 1, layout.inputs))
+        inputs[..., layout.bend_moment] = bend_moment
+        return engine.derivative(states, q[:, -1], inputs, 0.0, GENERAL)[:, layout.bend_rate]
+
+    still = pushed(0.0)
+    return np.stack([pushed(unit) - still for unit in np.eye(layout.bends)], axis=-1)
+
+
+def fastest_frequency(engine: Engine, q: Any) -> np.ndarray:
+    """ω_max (runs,) [rad/s] from the pencil (K, M) at q: the largest √eig(E I l [M⁻¹]_bend)."""
+    arm = engine.vehicle.arm
+    return np.sqrt(_largest_compliance(engine, q) * arm.bending_stiffness * arm.length)
+
+
+def fastest_rate(engine: Engine, q: Any) -> np.ndarray:
+    """Largest |λ| (runs,) [1/s] of λ² + 2 γ λ + ω² = 0, the stiffest mode damped, at q.
+
+    It is ω while the mode oscillates, and the decay γ + √(γ² - ω²) when it is overdamped.
+    """
+    arm = engine.vehicle.arm
+    compliance = _largest_compliance(engine, q)
+    decay = 0.5 * compliance * arm.structural_damping * arm.length
+    frequency = np.sqrt(compliance * arm.bending_stiffness * arm.length)
+    over = np.sqrt(np.maximum(decay**2 - frequency**2, 0.0))
+    return np.where(decay > frequency, decay + over, frequency)
+
+
+def _largest_compliance(engine: Engine, q: Any) -> np.ndarray:
+    compliance = bend_compliance(engine, q)
+    # A configuration past a full circle has none.
+    known = np.isfinite(compliance).all((1, 2))
+    symmetric = np.where(known[:, None, None], compliance + compliance.swapaxes(1, 2), 0.0)
+    largest: np.ndarray = np.where(known, 0.5 * np.linalg.eigvalsh(symmetric)[:, -1], np.nan)
+    return largest
+
+
+def automatic_step(coupled: Engine, q: Any, qd: Any = None) -> float:
+    """Step [s] of which the fastest rate of any run makes at most 0.2.
+
+    That rate is the spin |ω| at the start, plus what is faster seen from the turning body: the
+    stiffest mode (straight or at the initial bend, with its damping), or the tip's turning |k̇| l.
+    coupled: an engine of the coupled model, whose free base raises the rates most. q, qd: (runs or
+    1, 8) paper coordinates and rates, at rest by default.
+    """
+    q = np.atleast_2d(q)
+    qd = np.zeros_like(q) if qd is None else np.atleast_2d(qd)
+    straight = np.array(q)
+    straight[:, 6::2] = 0.0
+    modes = np.stack([fastest_rate(coupled, at) for at in (straight, q)])
+    q, qd = np.broadcast_arrays(q, qd)
+    layout = coupled.layout
+    # Rates near the largest number there is make the step 0, which the time grid refuses.
+    with np.errstate(over="ignore"):
+        state = state_from_paper(q, qd)
+        spin = np.linalg.norm(state[:, layout.angular_velocity], axis=1)
+        turning = np.linalg.norm(state[:, layout.bend_rate], axis=1) * coupled.vehicle.arm.length
+    # A run that starts bent past a full circle has no frequency; it ends with a status.
+    rates = np.fmax(modes, turning) + spin
+    if not np.isfinite(modes).any():
+        raise InputError(
+            "vehicle has no finite bending frequency: its arm is too heavy or too "
+            "soft beside its UAV; check arm.length, arm.radius and uav.mass."
+        )
+    return float(STEP_PHASE / np.nanmax(rates))

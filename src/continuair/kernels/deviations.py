@@ -1,0 +1,172 @@
+"""Device code for comparing flights by their tip alone: its log, and how far two logs are apart."""
+
+from types import SimpleNamespace
+
+import warp as wp
+
+from continuair.kernels.step import OPTIONS
+
+POSE = 7
+"""Columns of a logged tip: position 3 and attitude 4 (x y z w), tip frame to world."""
+
+DEVIATIONS = ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_r_rad", "angle_rad")
+"""Columns of what two logs are compared by, as `continuair.analysis.metrics.compare` names them."""
+
+
+def tip_logger(code: SimpleNamespace):
+    """A function of the signature of `log_row` that writes a POSE."""
+    Real, State, Plant, Push, Branch = code.Real, code.State, code.Plant, code.Push, code.Branch
+    vec2, vec3, quat = code.vec2, code.vec3, code.quat
+    tip_of, tip_attitude = code.tip_of, code.tip_attitude
+
+    @wp.func
+    def log_tip(
+        log: wp.array3d(dtype=Real),
+        run: int,
+        sample: int,
+        y: State,
+        plant: Plant,
+        branch: Branch,
+        push: Push,
+    ):
+        q = quat(y[3], y[4], y[5], y[6])
+        b = vec2(y[7], y[8])
+        tip = tip_of(b)
+        at = vec3(y[0], y[1], y[2]) + wp.quat_rotate(q, plant.mount + plant.unit * tip.point)
+        turn = q * tip_attitude(b)
+        for j in range(3):
+            log[run, sample, j] = at[j]
+        for j in range(4):
+            log[run, sample, 3 + j] = turn[j]
+
+    return log_tip
+
+
+def deviation_kernel(Real):
+    """The kernel `deviate`: the metrics of continuair/metrics.py, one run per thread."""
+    vec3 = wp.types.vector(3, Real)
+    quat = wp.types.quaternion(Real)
+    zero, one, two = Real(0.0), Real(1.0), Real(2.0)
+    pi = Real(3.141592653589793)
+
+    @wp.struct
+    class Angles:
+        """Continuous ZYX angles: principal ones, which triple is followed, and whole turns."""
+
+        principal: vec3
+        chosen: vec3
+        turns: vec3
+        other: wp.bool
+
+    @wp.func
+    def attitude(log: wp.array3d(dtype=Real), run: int, sample: int):
+        return quat(
+            log[run, sample, 3], log[run, sample, 4], log[run, sample, 5], log[run, sample, 6]
+        )
+
+    @wp.func
+    def euler(tip: quat):
+        """Principal roll, pitch, yaw of R_tip diag(1, -1, -1)."""
+        x, y, z, w = tip[3], tip[2], -tip[1], -tip[0]
+        return vec3(
+            wp.atan2(two * (y * z + w * x), one - two * (x * x + y * y)),
+            wp.asin(wp.clamp(two * (w * y - x * z), -one, one)),
+            wp.atan2(two * (x * y + w * z), one - two * (y * y + z * z)),
+        )
+
+    @wp.func
+    def turned(a: vec3):
+        """The other triple of the same attitude."""
+        return vec3(a[0] + pi, pi - a[1], a[2] + pi)
+
+    @wp.func
+    def gap_on_circle(a: Real):
+        """|a| wrapped to at most π, for |a| up to 3π."""
+        size = wp.abs(a)
+        return wp.min(size, wp.abs(size - two * pi))
+
+    @wp.func
+    def wrapped_square(a: vec3):
+        gap = vec3(gap_on_circle(a[0]), gap_on_circle(a[1]), gap_on_circle(a[2]))
+        return wp.length_sq(gap)
+
+    @wp.func
+    def turn_of(a: Real):
+        """The whole turn, -1, 0 or 1, that a step by a holds, for |a| up to 3π."""
+        return wp.where(a > pi, one, wp.where(a < -pi, -one, zero))
+
+    @wp.func
+    def begin(tip: quat):
+        out = Angles()
+        out.principal = euler(tip)
+        out.chosen = out.principal
+        return out
+
+    @wp.func
+    def follow(angles: Angles, tip: quat):
+        """The next sample's angles on the branch nearest to those before; see tip_euler."""
+        a = euler(tip)
+        b = turned(a)
+        change = wrapped_square(b - angles.principal) < wrapped_square(a - angles.principal)
+        out = Angles()
+        out.principal = a
+        out.other = angles.other != change
+        out.chosen = wp.where(out.other, b, a)
+        step = out.chosen - angles.chosen
+        out.turns = angles.turns - vec3(turn_of(step[0]), turn_of(step[1]), turn_of(step[2]))
+        return out
+
+    @wp.func
+    def ratio(squares: Real, spread: vec3, samples: Real):
+        """The paper's NRMSE, Amiri et al.: 0 if nothing differs."""
+        if squares == zero:
+            return zero
+        return wp.sqrt(squares / (samples * wp.length_sq(spread)))
+
+    @wp.func
+    def angle_between(a: quat, b: quat):
+        turn = wp.quat_inverse(a) * b
+        return two * wp.atan2(wp.length(vec3(turn[0], turn[1], turn[2])), wp.abs(turn[3]))
+
+    @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
+    def deviate(
+        reference: wp.array3d(dtype=Real),
+        other: wp.array3d(dtype=Real),
+        out: wp.array2d(dtype=Real),
+    ):
+        run = wp.tid()
+        samples = reference.shape[1]
+        at = vec3(reference[run, 0, 0], reference[run, 0, 1], reference[run, 0, 2])
+        least = at
+        most = at
+        ours = begin(attitude(reference, run, 0))
+        theirs = begin(attitude(other, run, 0))
+        least_angle = ours.chosen
+        most_angle = ours.chosen
+        moved = zero
+        rotated = zero
+        apart = zero
+        for i in range(samples):
+            r, s = attitude(reference, run, i), attitude(other, run, i)
+            if i > 0:
+                ours = follow(ours, r)
+                theirs = follow(theirs, s)
+            for j in range(3):
+                x = reference[run, i, j]
+                least[j] = wp.min(least[j], x)
+                most[j] = wp.max(most[j], x)
+                moved += (x - other[run, i, j]) * (x - other[run, i, j])
+            angles = ours.chosen + two * pi * ours.turns
+            least_angle = wp.min(least_angle, angles)
+            most_angle = wp.max(most_angle, angles)
+            rotated += wp.length_sq(angles - theirs.chosen - two * pi * theirs.turns)
+            gap = angle_between(r, s)
+            apart += gap * gap
+        n = Real(samples)
+        out[run, 0] = ratio(moved, most - least, n)
+        out[run, 1] = ratio(rotated, most_angle - least_angle, n)
+        out[run, 2] = wp.sqrt(moved / n)
+        out[run, 3] = wp.sqrt(rotated / n)
+        out[run, 4] = wp.sqrt(apart / n)
+
+    return deviate

@@ -1,0 +1,272 @@
+"""Paths of a target's centroid: position, velocity and acceleration, all bounded and continuous."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from continuair.errors import InputError, shown
+from continuair.scenario.letters import LETTERS, strokes
+
+Array = np.ndarray
+
+SMOOTHING = 0.04
+"""Time spent in each rounded corner, as a share of the duration."""
+
+_CORNERS_PER_ARC = 48
+
+
+@dataclass(frozen=True)
+class Path:
+    """A motion over `duration` [s]; calling it with times (n,) gives three arrays (n, 3).
+
+    They are position [m], velocity [m/s] and acceleration [m/s²] in world axes.
+    """
+
+    name: str
+    duration: float
+    motion: Callable[[Array], tuple[Array, Array, Array]]
+
+    def __call__(self, times: Any) -> tuple[Array, Array, Array]:
+        return self.motion(np.atleast_1d(np.asarray(times, float)))
+
+
+def hold(position: Any = (0.0, 0.0, 0.0), duration: float = 50.0) -> Path:
+    """Stay at a position (3,) [m]."""
+    at = _point("position", position)
+
+    def motion(t: Array) -> tuple[Array, Array, Array]:
+        still = np.zeros((len(t), 3))
+        return at + still, still, still.copy()
+
+    return Path("hold", _duration(duration), motion)
+
+
+def circle(
+    radius: float = 0.4, period: float = 20.0, centre: Any = (0.0, 0.0, 0.0), duration: float = 50.0
+) -> Path:
+    """Run round a horizontal circle [m] once per period [s], anticlockwise from +x."""
+    radius = _positive("radius", radius)
+    found = lissajous((radius, radius), (1, 1), (np.pi / 2, 0.0), period, centre, duration)
+    return Path("circle", found.duration, found.motion)
+
+
+def lissajous(
+    amplitudes: Any = (0.4, 0.4),
+    ratios: Any = (1, 2),
+    phases: Any = (0.0, 0.0),
+    period: float = 20.0,
+    centre: Any = (0.0, 0.0, 0.0),
+    duration: float = 50.0,
+) -> Path:
+    """x and y oscillate with amplitudes [m], `ratios` times per period [s], from phases [rad]."""
+    a, n, phase = (
+        _numbers(name, value, 2)
+        for name, value in (("amplitudes", amplitudes), ("ratios", ratios), ("phases", phases))
+    )
+    w, at = 2.0 * np.pi * n / _positive("period", period), _point("centre", centre)
+
+    def motion(t: Array) -> tuple[Array, Array, Array]:
+        angle = np.outer(t, w) + phase
+        level = np.zeros((len(t), 1))
+        waves = (a * np.sin(angle), a * w * np.cos(angle), -a * w**2 * np.sin(angle))
+        position, velocity, acceleration = (np.hstack([wave, level]) for wave in waves)
+        return at + position, velocity, acceleration
+
+    return Path("lissajous", _duration(duration), motion)
+
+
+def line(start: Any, end: Any, duration: float = 50.0, smoothing: float = SMOOTHING) -> Path:
+    """Go from start to end (3,) [m], from rest to rest."""
+    found = polyline([_point("start", start), _point("end", end)], duration, smoothing)
+    return Path("line", found.duration, found.motion)
+
+
+def polyline(points: Any, duration: float = 50.0, smoothing: float = SMOOTHING) -> Path:
+    """Go along points (n, 2 or 3) [m] at constant speed, corners rounded, from rest to rest.
+
+    smoothing: time spent in each corner, as a share of the duration. The velocity along the corners
+    is convolved with a quadratic B-spline, so that the acceleration has a bounded slope.
+    """
+    corners = _points(points)
+    duration, smoothing = _duration(duration), _smoothing(smoothing)
+    width = smoothing * duration
+    lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+    if not (lengths > 0.0).all():
+        raise InputError(
+            f"points repeats the point {corners[1:][lengths == 0.0][0].tolist()}; leave out "
+            "points that are the same as the one before."
+        )
+    times = width / 2 + np.append(0.0, np.cumsum(lengths) / lengths.sum()) * (duration - width)
+    velocities = np.diff(corners, axis=0) / np.diff(times)[:, None]
+    rest = np.zeros((1, 3))
+    jumps = np.diff(np.vstack([rest, velocities, rest]), axis=0)
+    # Corners closer together than the smoothing are one smooth curve.
+    return Path("polyline", duration, lambda t: _rounded(t, corners, times, jumps, width))
+
+
+def letter(
+    name: str,
+    height: float = 0.8,
+    duration: float = 50.0,
+    centre: Any = (0.0, 0.0, 0.0),
+    smoothing: float = SMOOTHING,
+) -> Path:
+    """Write one of the letters M, R, A, L, `height` [m] high, in the world's xy plane."""
+    if not isinstance(name, str) or len(name) != 1 or name.upper() not in LETTERS:
+        raise InputError(
+            f"letter is {shown(name)}; give one of the letters {', '.join(LETTERS)} (paths.word "
+            "writes several)."
+        )
+    return word(name, height, duration, centre, smoothing)
+
+
+def word(
+    text: str,
+    height: float = 0.8,
+    duration: float = 50.0,
+    centre: Any = (0.0, 0.0, 0.0),
+    smoothing: float = SMOOTHING,
+) -> Path:
+    """Write letters in a row, duration [s] and the rest as in `letter`, centred in the plane."""
+    corners = _positive("height", height) * strokes(text, _CORNERS_PER_ARC)
+    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    flat = np.column_stack([corners - middle, np.zeros(len(corners))])
+    found = polyline(flat + _point("centre", centre), duration, smoothing)
+    return Path(text.upper(), found.duration, found.motion)
+
+
+def from_function(
+    position: Callable[[float], Sequence[float]], duration: float, name: str = "function"
+) -> Path:
+    """Follow a function of time [s] that returns a position (3,) [m]; slopes by differences.
+
+    Raises InputError if the acceleration has no bound: where second differences grow as they
+    become finer, the path has a corner or a jump.
+    """
+    duration = _duration(duration)
+    h = 1e-4 * min(1.0, duration)
+    if not callable(position):
+        raise InputError(f"position is {shown(position)}; give a function of the time alone.")
+
+    def at(t: Array) -> Array:
+        rows = []
+        for x in t.tolist():
+            try:
+                found = position(x)
+            except Exception as error:  # whatever a user's function raises
+                reason = " ".join(f"{type(error).__name__}: {error}".split())
+                raise InputError(
+                    f"position cannot be evaluated at t = {x:g} ({reason}); give a function of the "
+                    "time alone."
+                ) from error
+            rows.append(_point("position", found))
+        return np.array(rows)
+
+    def motion(t: Array) -> tuple[Array, Array, Array]:
+        # At the edges the differences are taken inside, where the function has values.
+        c = np.where(t <= duration, np.clip(t, h, duration - h), t)
+        before, here, after = at(c - h), at(c), at(c + h)
+        velocity, acceleration = (after - before) / (2 * h), (after - 2 * here + before) / h**2
+        return at(t), velocity + acceleration * (t - c)[:, None], acceleration
+
+    # At a corner they double each time the step halves; one that is resolved keeps its value.
+    sharpest = []
+    for count in (2000, 4000, 8000):
+        t = np.linspace(0.0, duration, count)
+        rows = at(t)
+        second = np.diff(rows, 2, axis=0) / (t[1] - t[0]) ** 2
+        sharpest.append(np.abs(second).max())
+    if sharpest[2] > 1e-6 and sharpest[2] > 1.8 * sharpest[0]:
+        raise InputError(
+            f"position has an acceleration without bound (it reaches {sharpest[2]:.3g} m/s² and "
+            "grows as the time steps shrink); round the path's corners."
+        )
+    return Path(name, duration, motion)
+
+
+def _rounded(
+    t: Array, corners: Array, times: Array, jumps: Array, width: float
+) -> tuple[Array, Array, Array]:
+    """The piecewise linear motion, and near every corner what the B-spline adds to it."""
+    order = np.argsort(t, kind="stable")
+    t = t[order]
+    at = np.column_stack([np.interp(t, times, column) for column in corners.T])
+    # np.interp has no slope: the velocity is the sum of the jumps so far.
+    velocity = np.vstack([np.zeros(3), np.cumsum(jumps, axis=0)])[np.searchsorted(times, t)]
+    acceleration = np.zeros_like(at)
+    first, last = np.searchsorted(t, times - width / 2), np.searchsorted(t, times + width / 2)
+    for corner, jump, begin, end in zip(times, jumps, first, last, strict=True):
+        x = t[begin:end] - corner
+        ramp, step, bump = _smooth_ramp(x, width)
+        at[begin:end] += np.outer(ramp - np.maximum(x, 0.0), jump)
+        velocity[begin:end] += np.outer(step - (x > 0.0), jump)
+        acceleration[begin:end] += np.outer(bump, jump)
+    back = np.argsort(order, kind="stable")
+    return at[back], velocity[back], acceleration[back]
+
+
+def _smooth_ramp(x: Array, width: float) -> tuple[Array, Array, Array]:
+    """max(x, 0) convolved with a quadratic B-spline of that width, and its two derivatives."""
+    h = width / 3.0
+    parts = [
+        (sign, np.maximum(x - (j - 1.5) * h, 0.0)) for j, sign in enumerate((1.0, -3.0, 3.0, -1.0))
+    ]
+    ramp, step, bump = (
+        sum(sign * part**power for sign, part in parts) / (factor * h**3)
+        for power, factor in ((4, 24.0), (3, 6.0), (2, 2.0))
+    )
+    return np.asarray(ramp), np.asarray(step), np.asarray(bump)
+
+
+def _points(points: Any) -> Array:
+    try:
+        rows = np.array(points, float)
+    except (TypeError, ValueError):
+        rows = np.empty(0)
+    if (
+        rows.ndim != 2
+        or rows.shape[1] not in (2, 3)
+        or len(rows) < 2
+        or not np.isfinite(rows).all()
+    ):
+        raise InputError(f"points is {shown(points)}; give 2 or more points of 2 or 3 numbers [m].")
+    return np.hstack([rows, np.zeros((len(rows), 3 - rows.shape[1]))])
+
+
+def _point(name: str, value: Any) -> Array:
+    return _numbers(name, value, 3)
+
+
+def _numbers(name: str, value: Any, size: int) -> Array:
+    try:
+        array = np.array(value, float)
+    except (TypeError, ValueError):
+        array = np.empty(0)
+    if array.shape != (size,) or not np.isfinite(array).all():
+        raise InputError(f"{name} is {shown(value)}; give {size} finite numbers.")
+    return array
+
+
+def _positive(name: str, value: Any) -> float:
+    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+    if not number or not 0.0 < value < np.inf:
+        raise InputError(f"{name} is {shown(value)}; give a finite number above 0.")
+    return float(value)
+
+
+def _duration(value: Any) -> float:
+    return _positive("duration", value)
+
+
+def _smoothing(value: Any) -> float:
+    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+    if not number or not 0.0 < value < 1.0:
+        raise InputError(
+            f"smoothing is {shown(value)}, but must lie between 0 and 1: sharp corners would need "
+            f"unbounded acceleration; give a share of the duration, such as {SMOOTHING}."
+        )
+    return float(value)

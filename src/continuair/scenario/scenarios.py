@@ -1,0 +1,332 @@
+"""Scenarios: how a flight starts, what acts on the vehicle over time, and for how long.
+
+Paper coordinates are q = [x y z roll pitch yaw kappa psi_a]: position [m], ZYX Euler angles [rad],
+bend [1/m] and its direction [rad]. An input is None, a constant or a function of the time [s];
+one row of it acts in all runs, and a leading dimension (runs,) gives each run its own.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import inspect
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from continuair import checks
+from continuair.controllers.controller import Controller
+from continuair.errors import InputError, nearest, shown
+from continuair.scenario.targets import Target
+from continuair.vehicle.fields import is_title
+from continuair.vehicle.layout import ONE_SECTION
+
+Array = NDArray[np.float64]
+Input = ArrayLike | Callable[[float], ArrayLike] | None
+
+OPEN_LOOP_TESTS = ("A", "B", "C", "D")
+"""The names of the open-loop tests of Amiri et al."""
+
+_Record = TypeVar("_Record")
+
+_COORDINATES = ONE_SECTION.coordinates
+_INPUTS = {
+    "tau": (8, "forces in world axes [N], Euler torques [N m], Q_kappa [N m²] and Q_psi_a [N m]"),
+    "force": (3, "a force at the UAV's centre of mass in world axes [N]"),
+    "moment": (3, "a moment on the UAV in body axes [N m]"),
+    "bend_moment": (2, "the generalised forces of the bend vector [N m²]"),
+    "tip_wrench": (6, "a force [N] and a moment [N m] at the tip in world axes"),
+}
+
+
+def _with_known_fields(record: type[_Record]) -> type[_Record]:
+    """Let a dataclass refuse unknown, missing and doubled fields by an InputError."""
+    signature = inspect.signature(record)
+    create = record.__init__
+
+    @functools.wraps(create)
+    def checked(self: _Record, *values: Any, **fields: Any) -> None:
+        for name in fields:
+            if name not in signature.parameters:
+                remedy = nearest(name, signature.parameters)
+                raise InputError(f"{name} is not a field of a scenario; {remedy}.")
+        try:
+            signature.bind(*values, **fields)
+        except TypeError as error:
+            raise InputError(
+                f"a scenario cannot be made ({error}); give a name, q and fields by name."
+            ) from None
+        create(self, *values, **fields)
+
+    record.__init__ = checked  # type: ignore[assignment, method-assign]
+    return record
+
+
+@_with_known_fields
+@dataclass(frozen=True, eq=False)
+class Scenario:
+    """The initial state, the inputs and the duration of a flight; all are immutable.
+
+    Raises InputError, in one sentence, if a field cannot be used. Functions of time are evaluated
+    at t = 0 to see that they return finite numbers of the right shape.
+    """
+
+    name: str
+    """the name of the scenario, for titles and provenance"""
+
+    q: ArrayLike
+    """initial paper coordinates, shape (8,), or (runs, 8) for a batch [m, rad, 1/m, rad]"""
+
+    qd: ArrayLike = (0.0,) * _COORDINATES
+    """initial rates of the paper coordinates, shape (8,) or (runs, 8) [per s]"""
+
+    tau: Input = None
+    """generalised forces conjugate to q, shape (8,) [N, N m, N m², N m]; Eq. of motion, Amiri et
+    al.: world axes for the force, Euler-angle torques, Q_kappa and Q_psi_a"""
+
+    force: Input = None
+    """force at the UAV's centre of mass in world axes, shape (3,) [N]"""
+
+    moment: Input = None
+    """moment on the UAV in body axes, shape (3,) [N m]"""
+
+    bend_moment: Input = None
+    """generalised forces of the bend vector, shape (2,) [N m²]"""
+
+    tip_wrench: Input = None
+    """force and moment at the tip in world axes, shape (6,) [N, N m]"""
+
+    tip_wrench_sign: int = 1
+    """1: the wrench acts on the tip; -1: as the paper's equations write it, it acts reversed"""
+
+    duration: float = 1.0
+    """duration of the flight [s]"""
+
+    jumps: tuple[float, ...] = ()
+    """times inside the flight at which an input jumps; integration steps end there [s]"""
+
+    gravity: float = 9.81
+    """acceleration of gravity, along -z of the world [m/s²]"""
+
+    controller: Controller | None = None
+    """closes the loop; the inputs above then disturb it. See continuair.controllers"""
+
+    control_period: float | None = 1e-3
+    """the controller acts this often [s], its push held between; None: at every stage of a step"""
+
+    target: Target | Sequence[Target] | None = None
+    """what the camera looks at: a Target, or one per run with as many points"""
+
+    seed: int = 0
+    """seed of the camera's noise"""
+
+    def __post_init__(self) -> None:
+        if not is_title(self.name):
+            raise InputError(f"name is {shown(self.name)}, but must be text; give a name.")
+        checked: dict[str, Any] = {name: _state(name, getattr(self, name)) for name in ("q", "qd")}
+        checked |= {name: _input(name, getattr(self, name)) for name in _INPUTS}
+        _check_runs(checked)
+        if not checks.is_number(self.tip_wrench_sign) or self.tip_wrench_sign not in (1, -1):
+            problem = f"tip_wrench_sign is {shown(self.tip_wrench_sign)}, but must be 1 or -1"
+            raise InputError(f"{problem}; give 1 for a wrench that acts on the tip.")
+        checked["duration"] = _duration(self.duration)
+        checked["jumps"] = _jumps(self.jumps, checked["duration"])
+        checked["gravity"] = checks.gravity(self.gravity)
+        self._check_loop()
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+
+    def _check_loop(self) -> None:
+        if self.controller is not None and not isinstance(self.controller, Controller):
+            raise InputError(
+                f"controller is {shown(self.controller)}; give one of continuair.controllers, such "
+                "as servoing(...) or hold(...)."
+            )
+        period = self.control_period
+        if period is not None and not (checks.is_number(period) and period > 0):
+            raise InputError(
+                f"control_period is {shown(period)}; give a finite number above 0 [s], or None to "
+                "evaluate the controller at every stage."
+            )
+        if self.target is not None:
+            _check_targets(self.target)
+        if self.controller is not None and self.controller.looks and not self.targets:
+            raise InputError(
+                f"target is None, but the controller {self.controller.name} looks at one; give a "
+                "continuair.Target."
+            )
+        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
+            raise InputError(f"seed is {shown(self.seed)}; give a whole number of 0 or more.")
+
+    @property
+    def targets(self) -> tuple[Target, ...]:
+        """The targets, one for all runs or one per run; none without a target."""
+        if self.target is None:
+            return ()
+        return (self.target,) if isinstance(self.target, Target) else tuple(self.target)
+
+    @property
+    def runs(self) -> int | None:
+        """The number of runs if a state or a constant input holds a row per run, else None."""
+        values = [getattr(self, name) for name in ("q", "qd", *_INPUTS)]
+        arrays = [value for value in values if isinstance(value, np.ndarray)]
+        return next((len(array) for array in arrays if array.ndim == 2), None)
+
+    def replace(self, **changes: Any) -> Scenario:
+        """Return a copy with some fields changed; raises InputError as the constructor does."""
+        return dataclasses.replace(self, **changes)
+
+    def describe(self) -> dict[str, Any]:
+        """Return all fields as JSON can hold them, functions of time by their name."""
+        fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        return {name: _plain(value) for name, value in fields.items()}
+
+
+def open_loop_test(name: str, f1: float = 1.0) -> Scenario:
+    """Return one of the open-loop tests "A" to "D" of Amiri et al. (section on open-loop response).
+
+    A: 100 N in world x. B: free fall. C: Q_kappa and Q_psi_a oscillate at 20 rad/s. D: a wrench at
+    the tip, a chirp from 1 Hz to f1 [Hz] at 10 s; the paper prints f1 = 1, which is no chirp.
+    All last 1 s and start at rest, 5 m high, with a bend of 0.1 1/m; no lift acts.
+    """
+    key = name.strip().upper() if isinstance(name, str) else name
+    if not isinstance(key, str) or key not in OPEN_LOOP_TESTS:
+        problem = f"test is {shown(name)}, but must be a letter from A to D"
+        raise InputError(f"{problem}; use one of: {', '.join(OPEN_LOOP_TESTS)}.")
+    if not checks.is_number(f1) or f1 < 0:
+        problem = f"f1 is {shown(f1)}, but must be a finite number of 0 or more"
+        raise InputError(f"{problem}; give the chirp's final frequency [Hz].")
+    inputs: dict[str, dict[str, Any]] = {
+        "A": {"tau": (100.0, 0, 0, 0, 0, 0, 0, 0)},
+        "B": {},
+        "C": {"tau": bend_torques},
+        "D": {"tip_wrench": functools.partial(tip_chirp, f1=float(f1)), "tip_wrench_sign": -1},
+    }
+    q = (0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.1, 0.0)
+    return Scenario(f"Test {key}", q, duration=1.0, **inputs[key])
+
+
+# The models of a comparison all ask for the same times.
+@functools.lru_cache(maxsize=1 << 16)
+def bend_torques(t: float) -> tuple[float, ...]:
+    """Generalised forces of Test C at time t [s], shape (8,) [N m², N m]; Amiri et al."""
+    return 0, 0, 0, 0, 0, 0, 0.1 * math.sin(20 * t + math.pi / 4), 0.1 * math.cos(20 * t)
+
+
+def tip_chirp(t: float, f1: float = 1.0) -> tuple[float, ...]:
+    """Tip wrench of Test D at time t [s], shape (6,), world axes [N, N m]; Amiri et al."""
+    f0, T = 1.0, 10.0
+    angle = 2 * math.pi * (f0 * t + (f1 - f0) / (2 * T) * t**2)
+    return 10 * math.sin(angle + math.pi / 4), 10 * math.sin(angle), 25, 0, 0, 0
+
+
+def _finite_array(value: object) -> Array | None:
+    """Return finite numbers as a read-only array, and None for anything else."""
+    array = checks.finite_array(value)
+    if array is not None:
+        array.flags.writeable = False
+    return array
+
+
+def _is_rows(array: Array, width: int) -> bool:
+    """Tell whether an array is one row, or a row per run, of that width."""
+    return array.ndim in (1, 2) and array.shape[-1] == width and array.size > 0
+
+
+def _state(field: str, value: object) -> Array:
+    array = _finite_array(value)
+    if (
+        array is not None
+        and array.ndim in (1, 2)
+        and array.shape[-1] == _COORDINATES
+        and array.size
+    ):
+        return array
+    rates = " (rates)" if field == "qd" else ""
+    raise InputError(
+        f"{field} is {shown(value)}, but must be 8 finite numbers or a row of 8 per run; "
+        f"give [x y z roll pitch yaw kappa psi_a]{rates}."
+    )
+
+
+def _check_runs(fields: dict[str, Any]) -> None:
+    """Refuse arrays over runs of unequal length; functions of time tell theirs only when called."""
+    lengths = {
+        name: len(value)
+        for name, value in fields.items()
+        if isinstance(value, np.ndarray) and value.ndim == 2
+    }
+    if len(set(lengths.values())) > 1:
+        found = " and ".join(f"{name} holds {runs}" for name, runs in lengths.items())
+        raise InputError(f"{found} runs; give as many rows in each, or one row for all runs.")
+
+
+def _input(field: str, value: Any) -> Array | Callable[[float], ArrayLike] | None:
+    if value is None:
+        return None
+    size, meaning = _INPUTS[field]
+    given, at = value, ""
+    if callable(value):
+        at = " at t = 0"
+        try:
+            given = value(0.0)
+        except Exception as error:  # whatever a user's function raises
+            reason = " ".join(f"{type(error).__name__}: {error}".split())
+            problem = f"{field} cannot be evaluated at t = 0 ({reason})"
+            raise InputError(f"{problem}; give a function of the time alone.") from error
+    array = _finite_array(given)
+    if array is None or not _is_rows(array, size):
+        numbers = f"{size} finite numbers or a row of {size} per run"
+        problem = f"{field} is {shown(given)}{at}, but must be {numbers}"
+        raise InputError(f"{problem}; give {meaning}.")
+    result: Array | Callable[[float], ArrayLike] = value if at else array
+    return result
+
+
+def _duration(value: Any) -> float:
+    if not checks.is_number(value) or not value > 0:
+        problem = f"duration is {shown(value)}, but must be a finite number above 0"
+        raise InputError(f"{problem}; give the duration of the flight [s].")
+    return float(value)
+
+
+def _jumps(value: Any, duration: float) -> tuple[float, ...]:
+    array = _finite_array(np.empty(0) if isinstance(value, tuple) and not value else value)
+    if array is None or array.ndim != 1 or not ((array > 0) & (array < duration)).all():
+        problem = (
+            f"jumps is {shown(value)}, but must be a list of times above 0 and below {duration:g} s"
+        )
+        raise InputError(f"{problem}; leave out those at the start or the end.")
+    return tuple(np.unique(array).tolist())
+
+
+def _check_targets(given: Any) -> None:
+    targets = given if isinstance(given, (list, tuple)) and given else [given]
+    if any(not isinstance(target, Target) for target in targets):
+        raise InputError(f"target is {shown(given)}; give a continuair.Target, or one per run.")
+    counts = sorted({len(target.points) for target in targets}, reverse=True)
+    if len(counts) > 1:
+        raise InputError(
+            f"target holds targets of {counts[0]} and {counts[1]} points; give all runs the same "
+            "points."
+        )
+    if any(not np.array_equal(target.points, targets[0].points) for target in targets):
+        raise InputError("target holds targets of different points; give all runs the same points.")
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, functools.partial):
+        given = [repr(item) for item in value.args]
+        given += [f"{name}={item!r}" for name, item in value.keywords.items()]
+        return f"{_plain(value.func)}({', '.join(given)})"
+    if callable(value):
+        return getattr(value, "__qualname__", type(value).__qualname__)
+    if hasattr(value, "describe"):
+        return value.describe()
+    return [_plain(item) for item in value] if isinstance(value, (tuple, list)) else value

@@ -1,0 +1,104 @@
+"""Targets: feature points on a rigid body whose centroid follows a path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from continuair.errors import InputError, shown
+from continuair.scenario.paths import Path
+
+_CHECKED = 4001
+
+DISTANCE = 2.0
+"""Distance Z_d of the paper at which the camera is to stay [m]."""
+
+# A camera at the tip of a straight arm under a level UAV, looking down: its axes in the world.
+_DOWN = np.diag([1.0, -1.0, -1.0])
+
+
+@dataclass(frozen=True)
+class Target:
+    """Feature points about the centroid (n, 3) [m, world axes], and the centroid's path.
+
+    distance: where the camera is to be, above the centroid [m]; from it follows the desired image.
+    Raises InputError.
+    """
+
+    path: Path
+    points: Any = None
+    distance: float = DISTANCE
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.path, Path):
+            raise InputError(f"path is {shown(self.path)}; give one, such as paths.letter('M').")
+        _check_motion(self.path)
+        points = square() if self.points is None else self.points
+        try:
+            rows = np.array(points, float)
+        except (TypeError, ValueError):
+            rows = np.empty(0)
+        if rows.ndim != 2 or rows.shape[1] != 3 or len(rows) < 3 or not np.isfinite(rows).all():
+            raise InputError(
+                f"points is {shown(points)}; give at least 3 points of 3 finite numbers [m]."
+            )
+        number = isinstance(self.distance, (int, float, np.number))
+        number = number and not isinstance(self.distance, bool)
+        if not number or not rows[:, 2].max() < self.distance < np.inf:
+            raise InputError(
+                f"distance is {shown(self.distance)}; give one [m] that leaves all points of the "
+                f"target below the camera (above {rows[:, 2].max():g})."
+            )
+        object.__setattr__(self, "points", rows)
+
+    @property
+    def desired(self) -> np.ndarray:
+        """The desired image (2n,), normalised, from straight above the centroid."""
+        seen = (self.points - [0.0, 0.0, self.distance]) @ _DOWN
+        return (seen[:, :2] / seen[:, 2:]).ravel()
+
+    def describe(self) -> dict[str, Any]:
+        """The target as JSON can hold it."""
+        return {
+            "path": self.path.name,
+            "duration": self.path.duration,
+            "points": self.points.tolist(),
+            "distance": self.distance,
+        }
+
+
+def _check_motion(path: Path) -> None:
+    """Raise InputError unless the path moves on without jumps, as fast as it says."""
+    times = np.linspace(0.0, path.duration, _CHECKED)
+    try:
+        position, velocity, acceleration = (np.asarray(a, float) for a in path(times))
+        shapes = {position.shape, velocity.shape, acceleration.shape}
+    except (TypeError, ValueError):
+        shapes = set()
+    if shapes != {(_CHECKED, 3)}:
+        raise InputError(
+            f"path {path.name} does not return three arrays (n, 3) for n times; let its motion "
+            "return position, velocity and acceleration."
+        )
+    if not np.isfinite([position, velocity, acceleration]).all():
+        raise InputError(f"path {path.name} is not finite; correct its motion.")
+    moved = np.diff(position, axis=0)
+    meant = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(times)[:, None]
+    off = np.linalg.norm(moved - meant, axis=1)
+    if off.max() > 1e-6 + 1e-2 * np.linalg.norm(moved, axis=1).max():
+        at = times[int(np.argmax(off))]
+        raise InputError(
+            f"path {path.name} jumps, or its velocity is not its position's, near t = {at:.3g} s; "
+            "give a path with a bounded acceleration."
+        )
+
+
+def square(side: float = 0.5) -> np.ndarray:
+    """Corners (4, 3) of a horizontal square about its centre, side [m]. Raises InputError."""
+    number = isinstance(side, (int, float, np.integer, np.floating)) and not isinstance(side, bool)
+    if not number or not 0.0 < side < np.inf:
+        raise InputError(f"side is {shown(side)}; give a finite length above 0 [m].")
+    half = side / 2
+    return np.array([[half, half, 0], [-half, half, 0], [-half, -half, 0], [half, -half, 0.0]])

@@ -1,0 +1,129 @@
+"""Paired flights of the standard excitations over the dimensionless groups."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from continuair.analysis.groups import GROUPS, coupling, vehicle_of
+from continuair.errors import InputError, shown
+from continuair.studies.standard_excitations import EXCITATIONS, sample_time, standard_scenario
+from continuair.sweeps import run_pairs
+from continuair.vehicle.runs import take
+from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
+
+RANGES = {
+    "mass_ratio": (0.01, 2.0),
+    "inertia_ratio": (0.05, 50.0),
+    "gravity_number": (1e-3, 0.3),
+    "slenderness": (1e-3, 0.03),
+    "damping_ratio": (1e-3, 0.1),
+    "bend": (0.02, 1.2),
+    "load": (0.02, 0.6),
+    "frequency": (0.1, 4.0),
+}
+"""Ends of what each group is sampled from, evenly in its logarithm."""
+
+FREE = ("mass_ratio", "inertia_ratio", "gravity_number", "slenderness", "damping_ratio", "bend")
+"""Groups of a flight on which nothing oscillates."""
+
+MODELS = ("decoupled", "independent")
+ERRORS = {
+    "nrmse": "NRMSE of the tip's position",
+    "error": "RMSE of the tip's position over the arm's length",
+    "angle": "RMS of the angle between the tips [rad]",
+}
+"""What is kept of a pair."""
+
+_CHUNK = 256
+Progress = Callable[[int, int, str], None]
+
+
+def varied(excitation: str) -> tuple[str, ...]:
+    """Return the groups that matter in an excitation."""
+    return FREE if EXCITATIONS[excitation].on is None else tuple(RANGES)
+
+
+def sample(excitation: str, runs: int, seed: int) -> dict[str, Array]:
+    """Return values (runs,) of the groups of an excitation: a Sobol sequence, scrambled by a seed.
+
+    Raises InputError.
+    """
+    from scipy.stats import qmc
+
+    if runs < 1:
+        raise InputError(f"runs is {shown(runs)}; give a whole number above 0.")
+    names = varied(excitation)
+    stream = np.random.default_rng([seed, list(EXCITATIONS).index(excitation)])
+    points = qmc.Sobol(len(names), rng=stream).random_base2(int(np.ceil(np.log2(runs))))[:runs]
+    return {
+        name: RANGES[name][0] * (RANGES[name][1] / RANGES[name][0]) ** column
+        for name, column in zip(names, points.T, strict=True)
+    }
+
+
+def fly(
+    excitation: str, groups: dict[str, Array], progress: Progress | None = None, step: Any = "auto"
+) -> xr.Dataset:
+    """Fly every run with each model beside the coupled one; step: as `run_pairs` takes it.
+
+    Returns nrmse, error, angle over (run, model), NaN where a flight left the model's range, and
+    the groups (run), with the coupling.
+    """
+    vehicle = vehicle_of(groups)
+    strength = coupling(vehicle)
+    # Runs that need one step fly together: their inputs are sampled once.
+    order = np.argsort(strength)
+    runs = len(order)
+    errors = np.full((len(ERRORS), runs, len(MODELS)), np.nan)
+    for first in range(0, runs, _CHUNK):
+        if progress:
+            progress(first, runs, excitation)
+        at = order[first : first + _CHUNK]
+        errors[:, at] = run_errors(
+            excitation, take(vehicle, at), {name: v[at] for name, v in groups.items()}, step
+        )
+    data: dict[str, Any] = {
+        name: (("run", "model"), values, {"long_name": ERRORS[name]})
+        for name, values in zip(ERRORS, errors, strict=True)
+    }
+    data |= {name: ("run", values) for name, values in groups.items()}
+    data["coupling"] = ("run", strength, {"long_name": GROUPS["coupling"]})
+    return xr.Dataset(data, {"model": list(MODELS)})
+
+
+def load_angle(excitation: str, groups: Any) -> Any:
+    """Return the angle (runs,) [rad] by which the load or the release bends or turns something.
+
+    Errors grow with it in proportion while it is small. A UAV that accelerates by a times gravity
+    bends its arm by 10/3 a g / (l ω_c²) at rest, to first order.
+    """
+    if EXCITATIONS[excitation].on is None:
+        return groups["bend"]
+    lateral = groups["gravity_number"] * 10.0 / 3.0 if excitation == "force" else 1.0
+    return groups["load"] * lateral
+
+
+def scenario_of(excitation: str, vehicle: Vehicle, groups: dict[str, Array]) -> Any:
+    """Return the standard excitation with the groups of each run."""
+    flown: dict[str, Any] = {n: groups[n] for n in ("load", "frequency", "bend") if n in groups}
+    return standard_scenario(excitation, vehicle, **flown)
+
+
+def run_errors(
+    excitation: str, vehicle: Vehicle, groups: dict[str, Array], step: Any = "auto"
+) -> Array:
+    """Return ERRORS (3, runs, models) of vehicles of one clamped period."""
+    scenario = scenario_of(excitation, vehicle, groups)
+    # Periods that agree but for rounding are one.
+    time = round(sample_time(vehicle), 12)
+    found = run_pairs(vehicle, scenario, MODELS, step=step, sample=time)
+    found = found.sel(model=list(MODELS))
+    length = np.asarray(vehicle.arm.length)[:, None]
+    rows = found["nrmse_t"], found["rmse_t_m"] / length, found["angle_rad"]
+    return np.stack([row.to_numpy() for row in rows])

@@ -1,0 +1,152 @@
+"""Paired closed loops over dimensionless groups: vehicles of all kinds write letters."""
+
+from __future__ import annotations
+
+import functools
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+import xarray as xr
+
+from continuair.analysis.groups import GRAVITY, coupling, vehicle_of
+from continuair.controllers.controller import stack
+from continuair.controllers.gains import design
+from continuair.controllers.servoing import servoing
+from continuair.equations.camera import over
+from continuair.errors import ContinuairWarning
+from continuair.scenario import paths
+from continuair.scenario.letters import LETTERS
+from continuair.scenario.scenarios import Scenario
+from continuair.scenario.targets import Target
+from continuair.sweeps import run_pairs
+from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
+
+LOOP_RANGES = {
+    "mass_ratio": (0.01, 1.0),
+    "inertia_ratio": (0.05, 30.0),
+    "stiffness": (3.0, 30.0),
+    "speed": (0.002, 0.03),
+    "damping_ratio": (0.01, 0.1),
+    "bandwidth": (1.5, 6.0),
+    "length": (0.4, 1.2),
+}
+"""Ends of what is sampled, evenly in its logarithm.
+
+stiffness: clamped frequency over the loop's bandwidth; speed: the target's, over bandwidth times
+the camera's distance; bandwidth [rad/s] and length [m] set the scales.
+"""
+
+DISTANCE = 2.0
+"""Distance of the camera from the target [m]."""
+
+DURATION, SETTLE = 5.0, 1.0
+"""Duration of a loop, and from when the image counts [s]."""
+
+SLENDERNESS = 0.01
+LOOP_ERRORS = {
+    "ds_px": "largest difference of the feature error's norm between the models [px]",
+    "rms_px": "RMS of the decoupled model's feature error [px]",
+    "coupled_rms_px": "RMS of the coupled model's feature error [px]",
+    "error": "RMSE of the tip's position over the arm's length",
+    "angle": "RMS of the angle between the tips [rad]",
+    "lost_coupled": "1 if the coupled loop lost its target or left the model's range",
+    "lost_decoupled": "1 if the decoupled loop did",
+}
+"""What is kept of a pair."""
+
+_CHUNK, _SAMPLE = 64, 0.01
+Progress = Callable[[int, int, str], None]
+
+
+def sample_loops(runs: int, seed: int) -> dict[str, Array]:
+    """Return values (runs,) of LOOP_RANGES, a Sobol sequence scrambled by a seed."""
+    from scipy.stats import qmc
+
+    stream = np.random.default_rng([seed, 100])
+    points = qmc.Sobol(len(LOOP_RANGES), rng=stream)
+    rows = points.random_base2(int(np.ceil(np.log2(runs))))[:runs].T
+    return {
+        name: low * (high / low) ** row
+        for (name, (low, high)), row in zip(LOOP_RANGES.items(), rows, strict=True)
+    }
+
+
+def fly_loops(groups: dict[str, Array], progress: Progress | None = None) -> xr.Dataset:
+    """Track letters with the coupled and the decoupled plant under the paper's law, designed gains.
+
+    Returns LOOP_ERRORS and the groups over (run), NaN where a flight ended early.
+    """
+    runs = len(groups["speed"])
+    kept = {name: np.full(runs, np.nan) for name in LOOP_ERRORS}
+    strength = np.empty(runs)
+    for first in range(0, runs, _CHUNK):
+        if progress:
+            progress(first, runs, "closed loop")
+        part = slice(first, min(first + _CHUNK, runs))
+        vehicle = loop_vehicle({name: values[part] for name, values in groups.items()})
+        found = _flown(vehicle, {name: values[part] for name, values in groups.items()}, first)
+        for name, values in found.items():
+            kept[name][part] = values
+        strength[part] = coupling(vehicle)
+    data = {
+        name: ("run", values, {"long_name": LOOP_ERRORS[name]}) for name, values in kept.items()
+    }
+    plain = {name: ("run", values) for name, values in groups.items()}
+    return xr.Dataset({**data, **plain, "coupling": ("run", strength)})
+
+
+def loop_vehicle(groups: dict[str, Array]) -> Vehicle:
+    """Return the batch of vehicles of closed loops."""
+    frequency = groups["stiffness"] * groups["bandwidth"]
+    shape = {name: groups[name] for name in ("mass_ratio", "inertia_ratio", "damping_ratio")}
+    shape["gravity_number"] = GRAVITY / (groups["length"] * frequency**2)
+    shape["slenderness"] = np.full(len(frequency), SLENDERNESS)
+    return vehicle_of(shape, 2.0 * np.pi / frequency)
+
+
+def loop_scenario(vehicle: Vehicle, groups: dict[str, Array], first: int = 0) -> Scenario:
+    """Return the loops of a batch: run i writes the letter of place first + i in turn.
+
+    The camera starts where the image is the desired one, the arm straight.
+    """
+    names = list(LETTERS)
+    speeds = groups["speed"] * groups["bandwidth"] * DISTANCE
+    controllers, targets, q = [], [], np.zeros((len(speeds), 8))
+    for run, speed in enumerate(speeds):
+        one = vehicle.select(run)
+        letter = names[(first + run) % len(names)]
+        path = paths.letter(letter, speed * DURATION / _length(letter), DURATION)
+        targets.append(Target(path, distance=DISTANCE))
+        controllers.append(servoing(**design(one, groups["bandwidth"][run], distance=DISTANCE)))
+        q[run, :3] = over(one, path([0.0])[0][0], DISTANCE)
+    return Scenario(
+        "closed loop", q, controller=stack(controllers), target=targets, duration=DURATION
+    )
+
+
+def _flown(vehicle: Vehicle, groups: dict[str, Array], first: int) -> dict[str, Array]:
+    scenario = loop_scenario(vehicle, groups, first)
+    with warnings.catch_warnings():
+        # Loops that are lost are counted, not told one by one.
+        warnings.simplefilter("ignore", ContinuairWarning)
+        pair = run_pairs(vehicle, scenario, ["decoupled"], sample=_SAMPLE, settle=SETTLE)
+    other = pair.sel(model="decoupled")
+    return {
+        "ds_px": other["ds_max_px"].to_numpy(),
+        "rms_px": other["rms_px"].to_numpy(),
+        "coupled_rms_px": pair["rms_px"].sel(model="coupled").to_numpy(),
+        "error": other["rmse_t_m"].to_numpy() / vehicle.arm.length,
+        "angle": other["angle_rad"].to_numpy(),
+        "lost_coupled": (pair["status"].sel(model="coupled") != 0).to_numpy().astype(float),
+        "lost_decoupled": (other["status"] != 0).to_numpy().astype(float),
+    }
+
+
+@functools.cache
+def _length(letter: str) -> float:
+    """Length of a letter's path, of height 1."""
+    position = paths.letter(letter, 1.0, 1.0)(np.linspace(0.0, 1.0, 2001))[0]
+    return float(np.linalg.norm(np.diff(position, axis=0), axis=1).sum())

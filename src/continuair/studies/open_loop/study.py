@@ -1,0 +1,242 @@
+"""The open-loop tests A to D of Amiri et al.: how far simpler models are from the coupled one.
+
+Every flight is simulated with the automatic step h and with h/2, so that a difference between
+models can be told from an error of the integration; where it cannot, the step is halved further.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from continuair.analysis.convergence import (
+    REFERENCE,
+    SAMPLE,
+    Flown,
+    settled,
+    step_errors,
+    step_of,
+)
+from continuair.analysis.metrics import compare
+from continuair.errors import ContinuairWarning, InputError, nearest, shown
+from continuair.flight.simulate import MODELS, simulate
+from continuair.scenario.scenarios import OPEN_LOOP_TESTS, Scenario, open_loop_test
+from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+
+PRINTED = {
+    "A": {"nrmse_t": 0.0124, "nrmse_r": 1.0404},
+    "B": {"nrmse_t": 0.2378, "nrmse_r": 0.2751},
+    "C": {"nrmse_t": 0.3576, "nrmse_r": 0.5369},
+    "D": {"nrmse_t": 0.2464, "nrmse_r": 0.3002},
+}
+"""What Amiri et al. print for coupled against decoupled; the vehicle's parameters are not."""
+
+NOTE = (
+    "Amiri et al. print neither the vehicle's parameters nor the reading of the metric behind "
+    "their table, so no match with it is claimed."
+)
+
+MAX_HALVINGS = 4
+"""Steps tried at most in search of a converged one; the last of 1 ms is 0.125 ms."""
+
+KAPPA_S_FACTORS = (0.5, 2.0)
+"""Factors on the arm's kappa_s with which Test C is repeated."""
+
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class OpenLoop:
+    """Results of the study.
+
+    results: JSON-able; results["tests"][test][model] holds the metrics against the coupled run.
+    datasets: test -> trajectories of all models at the step reported, leading dimension `model`.
+    """
+
+    results: dict[str, Any]
+    datasets: dict[str, xr.Dataset]
+
+
+def open_loop(
+    vehicle: Vehicle,
+    tests: Iterable[str] = OPEN_LOOP_TESTS,
+    models: Iterable[str] = MODELS,
+    *,
+    f1: float = 1.0,
+    progress: Progress | None = None,
+) -> OpenLoop:
+    """Run open-loop tests with several models and compare them with the coupled one.
+
+    tests: letters A to D, e.g. "AC". models: names; `coupled` is added as the reference. f1: final
+    frequency of Test D's chirp [Hz]. progress: called with (done, total, what) before each flight.
+    Raises InputError for unknown tests or models, and for a batched vehicle.
+    """
+    check_single_vehicle(vehicle)
+    letters, chosen = choose(tests, models)
+    scenarios = {letter: open_loop_test(letter, f1) for letter in letters}
+    flights = _Flights(progress, chosen, 2 * len(scenarios))
+    results: dict[str, Any] = {
+        "study": "open_loop",
+        "vehicle": vehicle.describe(),
+        "f1_hz": f1,
+        "reference": REFERENCE,
+        "printed": PRINTED,
+        "note": NOTE,
+        "tests": {},
+        "coarser_steps": {},
+        "kappa_s": [],
+    }
+    datasets = {}
+    for letter, scenario in scenarios.items():
+        flown, entries, coarser = _converge(flights, vehicle, scenario)
+        results["tests"][letter] = entries
+        results["coarser_steps"][letter] = coarser
+        if letter == "C":
+            step = step_of(flown[REFERENCE])
+            results["kappa_s"] = _other_kappa_s(flights, vehicle, scenario, step)
+        datasets[letter] = xr.concat(
+            [flown[model].expand_dims(model=[model]) for model in chosen],
+            dim="model",
+            combine_attrs="drop_conflicts",
+        )
+    return OpenLoop(results, datasets)
+
+
+def choose(tests: Iterable[str], models: Iterable[str]) -> tuple[list[str], list[str]]:
+    """Return the tests and models to run, in the study's order, or raise InputError."""
+    letters = [str(letter).strip().upper() for letter in tests]
+    known = ", ".join(OPEN_LOOP_TESTS)
+    if not letters:
+        raise InputError(f"tests is empty, but must name at least one test; use some of: {known}.")
+    for letter in letters:
+        if letter not in OPEN_LOOP_TESTS:
+            raise InputError(f"tests holds {letter!r}, which is not a test; use some of: {known}.")
+    names = [models] if isinstance(models, str) else list(models)
+    for name in names:
+        if name not in MODELS:
+            problem = f"model is {shown(name)}, which is not known"
+            raise InputError(f"{problem}; {nearest(str(name), MODELS)}.")
+    return (
+        [letter for letter in OPEN_LOOP_TESTS if letter in letters],
+        [model for model in MODELS if model in names or model == REFERENCE],
+    )
+
+
+class _Flights:
+    """Simulates all chosen models, and tells how many of the flights are done."""
+
+    def __init__(self, progress: Progress | None, models: Sequence[str], rounds: int) -> None:
+        self.models = models
+        self.rounds = rounds
+        self._progress = progress
+        self._done = 0
+
+    def fly(self, vehicle: Vehicle, scenario: Scenario, note: str, **policy: Any) -> Flown:
+        flown = {}
+        for model in self.models:
+            if self._progress is not None:
+                total = max(self.rounds * len(self.models), self._done + 1)
+                self._progress(self._done, total, f"{scenario.name}, {note}, {model}")
+            flown[model] = simulate(vehicle, scenario, model=model, sample=SAMPLE, **policy)
+            self._done += 1
+        return flown
+
+
+def _converge(
+    flights: _Flights, vehicle: Vehicle, scenario: Scenario
+) -> tuple[Flown, dict[str, Any], list[dict[str, Any]]]:
+    """Halve the step until the results have converged; return flights, entries, coarser entries."""
+    coarse = flights.fly(vehicle, scenario, "automatic step")
+    levels: list[dict[str, Any]] = []
+    while True:
+        half = step_of(coarse[REFERENCE]) / 2
+        fine = flights.fly(vehicle, scenario, f"step {1e3 * half:.2g} ms", step=half)
+        entries = {model: _entry(model, coarse, fine) for model in flights.models}
+        levels.append(entries)
+        for model, entry in entries.items():
+            errors = [level[model]["step_halving_error"] for level in levels]
+            entry["converged"] = entry["status"] == 0 and settled(errors, _is_singular(scenario))
+        failed = any(entry["status"] for entry in entries.values())
+        done = all(entry["converged"] for entry in entries.values())
+        if done or failed or len(levels) == MAX_HALVINGS:
+            for model, entry in entries.items():
+                history = [level[model] for level in levels]
+                entry["reason"] = _reason(history, scenario, vehicle, coarse[model])
+            return coarse, entries, levels[:-1]
+        flights.rounds += 1
+        coarse = fine
+
+
+def _entry(model: str, coarse: Flown, fine: Flown) -> dict[str, Any]:
+    """Metrics of one model against the coupled one, and what share of them is the step's."""
+    with warnings.catch_warnings():
+        # The entry has its own word, and its reason, for a run that ended early.
+        warnings.simplefilter("ignore", ContinuairWarning)
+        metrics = compare(coarse[REFERENCE], coarse[model])
+    error_t, error_r = step_errors(model, coarse, fine, metrics)
+    return metrics | {
+        "step_s": step_of(coarse[model]),
+        "step_halving_error_t": error_t,
+        "step_halving_error_r": error_r,
+        "step_halving_error": max(error_t, error_r),
+        "status": int(coarse[model]["status"]),
+    }
+
+
+def _is_singular(scenario: Scenario) -> bool:
+    """Tell whether Q_psi_a acts, which is divided by the bend."""
+    return callable(scenario.tau)
+
+
+def _reason(
+    history: list[dict[str, Any]], scenario: Scenario, vehicle: Vehicle, dataset: xr.Dataset
+) -> str:
+    """Say why a flight has not converged; nothing if it has. history: from the coarsest step."""
+    entry = history[-1]
+    if entry["converged"]:
+        return ""
+    if entry["status"]:
+        end = float(dataset["end_time"])
+        return f"the run ended at {end:g} s with status {entry['status']}"
+    largest = max(level["step_halving_error"] for level in history)
+    text = (
+        f"halving the step changes it by {percent(entry['step_halving_error'])}, at the steps "
+        f"tried by up to {percent(largest)}, and that does not fall with the step"
+    )
+    if _is_singular(scenario):
+        closest = np.linalg.norm(dataset["bend"].transpose("time", ...).to_numpy(), axis=-1).min()
+        text += (
+            "; Q_psi_a is divided by the bend (by kappa_s = "
+            f"{vehicle.arm.kappa_s:g} 1/m below it) and is nearly singular where the arm passes "
+            f"straight, here at {closest:.2g} 1/m or less"
+        )
+    lowest, highest = (f([level["rmse_t_m"] for level in history]) for f in (min, max))
+    if highest > 0:
+        text += f"; its RMSE_T at these steps is {lowest:.4g} to {highest:.4g} m"
+    return text
+
+
+def percent(share: float) -> str:
+    """Return a share as texts print it."""
+    return f"{100 * share:.0f} %" if share >= 0.1 else f"{100 * share:.2g} %"
+
+
+def _other_kappa_s(
+    flights: _Flights, vehicle: Vehicle, scenario: Scenario, step: float
+) -> list[dict[str, Any]]:
+    """Metrics with other thresholds kappa_s, below which Q_psi_a is divided by kappa_s instead."""
+    rows = []
+    factors = KAPPA_S_FACTORS if vehicle.arm.kappa_s > 0 else ()
+    flights.rounds += len(factors)
+    for factor in factors:
+        kappa_s = factor * vehicle.arm.kappa_s
+        changed = vehicle.replace({"arm.kappa_s": kappa_s})
+        flown = flights.fly(changed, scenario, f"kappa_s {kappa_s:g} 1/m", step=step)
+        metrics = {model: compare(flown[REFERENCE], flown[model]) for model in flights.models}
+        rows.append({"kappa_s": kappa_s, "step_s": step, "models": metrics})
+    return rows

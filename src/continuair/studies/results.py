@@ -1,0 +1,195 @@
+"""Results of studies: as JSON, and the folder that holds them; nothing outside is touched."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+from continuair.errors import InputError
+from continuair.files import printed, reason, user_path
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_MARKER = ".continuair"
+
+UNFINISHED = "INCOMPLETE.txt"
+"""The file that a folder holds from its first result until all are written."""
+
+_WARNING = "Writing these results was interrupted: some are missing. Run the study again.\n"
+
+
+class ResultFolder:
+    """A folder that holds the results of one study, and of nobody else.
+
+    A new or empty folder is taken, and one that this study has written to before. A marker in it
+    lists the files of the study: only those are replaced or removed. The first file written removes
+    those of the run before, so that a folder never mixes two runs, and until `finish` the folder
+    says that it is incomplete. As a context manager it gives up a folder that it has newly taken if
+    an error comes before the first file, and tells one of writing. Raises InputError if the folder
+    holds other things or cannot be written to.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], study: str) -> None:
+        if not os.fspath(path):
+            raise InputError("out is empty; name a folder, such as results (. is this one).")
+        self.path = user_path("out", path)
+        self.study = study
+        self._stale: set[str] = set()
+        self._written: set[str] = set()
+        try:
+            self._made = self._make()
+            self._take()
+        except InputError:
+            raise
+        except (OSError, ValueError) as error:
+            raise self.unusable(error) from None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
+        if error is not None and self._new and not self._written:
+            self._give_up()
+        if isinstance(error, OSError) and self._written:
+            raise self.unusable(error) from None
+
+    def file(self, name: str) -> Path:
+        """Return the path of a file of the study, which is now the study's to replace."""
+        if not self._written:
+            self._start()
+        self._claim(name)
+        return self.path / name
+
+    def write_text(self, name: str, text: str) -> None:
+        """Write a text file of the study."""
+        try:
+            self.file(name).write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise self.unusable(error) from None
+
+    def write_dataset(self, name: str, dataset: xr.Dataset) -> None:
+        """Write a dataset of the study as netCDF."""
+        try:
+            dataset.to_netcdf(self.file(name), engine="h5netcdf")
+        except OSError as error:
+            raise self.unusable(error) from None
+
+    def finish(self) -> None:
+        """Say that all results are written; a run without any removes those of the run before."""
+        self._remove(self._stale)
+        self._remove({UNFINISHED} & self._written)
+        self._stale = set()
+        self._written -= {UNFINISHED}
+        self._mark(self._written)
+
+    def _start(self) -> None:
+        """Replace the results of the run before by the word that these are incomplete."""
+        self._claim(UNFINISHED)
+        try:
+            (self.path / UNFINISHED).write_text(_WARNING, encoding="utf-8")
+        except OSError as error:
+            raise self.unusable(error) from None
+        self._remove(self._stale - {UNFINISHED})
+        self._stale = set()
+        self._mark(self._written)
+
+    def _claim(self, name: str) -> None:
+        self._check_file(name)
+        if os.path.lexists(self.path / name) and name not in self._stale | self._written:
+            raise InputError(
+                f"out is {printed(self.path)}, which holds {name} that this study has not written; "
+                "remove that file or name another folder."
+            )
+        self._written.add(name)
+        self._mark(self._stale | self._written)
+
+    def _check_file(self, name: str) -> None:
+        if (self.path / name).is_dir():
+            raise InputError(
+                f"out is {printed(self.path)}, in which {name} is a folder; move it away, or name "
+                "another folder for the results."
+            )
+
+    def _remove(self, names: Iterable[str]) -> None:
+        try:
+            for name in names:
+                if not (self.path / name).is_dir():
+                    (self.path / name).unlink(missing_ok=True)
+        except OSError as error:
+            raise self.unusable(error) from None
+
+    def _make(self) -> list[Path]:
+        """Make the folder; return the folders made, outermost first."""
+        if os.path.lexists(self.path) and not self.path.is_dir():
+            raise InputError(f"out is {printed(self.path)}, which is a file; name a folder.")
+        missing = [path for path in (self.path, *self.path.parents) if not path.exists()]
+        self.path.mkdir(parents=True, exist_ok=True)
+        return missing[::-1]
+
+    def _give_up(self) -> None:
+        try:
+            (self.path / _MARKER).unlink(missing_ok=True)
+            for path in reversed(self._made):
+                path.rmdir()
+        except OSError:
+            pass  # somebody else uses the folder by now
+
+    def _take(self) -> None:
+        marker = self.path / _MARKER
+        self._new = not marker.is_file()
+        if not self._new:
+            study, files = _read(marker)
+            if study != self.study:
+                raise InputError(
+                    f"out is {printed(self.path)}, which holds results of another study ({study}); "
+                    "name another folder."
+                )
+            for name in files:
+                self._check_file(name)
+            self._stale = files
+        elif any(self.path.iterdir()):
+            raise InputError(
+                f"out is {printed(self.path)}, which holds files that are not results of this "
+                "study; name a new or empty folder."
+            )
+        self._mark(self._stale)
+
+    def _mark(self, files: Iterable[str]) -> None:
+        content = {"study": self.study, "files": sorted(files)}
+        try:
+            (self.path / _MARKER).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+        except OSError as error:
+            raise self.unusable(error) from None
+
+    def unusable(self, error: OSError | ValueError) -> InputError:
+        """Return what to tell about an error of writing to the folder."""
+        problem = f"out is {printed(self.path)}, which cannot be written to ({reason(error)})"
+        return InputError(f"{problem}; name a folder that you may write to.")
+
+
+def _read(marker: Path) -> tuple[str, set[str]]:
+    try:
+        content = json.loads(marker.read_text(encoding="utf-8"))
+        # Bare names only: a marker cannot make a study remove files elsewhere.
+        files = {name for name in content["files"] if Path(name).name == name}
+        return str(content["study"]), files
+    except (ValueError, KeyError, TypeError):
+        return "unknown", set()
+
+
+def as_json(results: dict[str, Any]) -> str:
+    """Return the results as JSON; a number that is not finite becomes null."""
+    return json.dumps(_finite(results), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(child) for key, child in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(child) for child in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

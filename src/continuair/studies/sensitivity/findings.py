@@ -1,0 +1,234 @@
+"""How a claim about a sweep is judged: verdicts with the numbers behind them.
+
+A trend is judged twice: on the few values that the paper compares, and by Spearman's rank
+correlation over many values between them, because a few values may show a trend by chance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.stats import spearmanr
+
+from continuair.studies.sensitivity.task import PARAMETERS
+
+REPRODUCED, NOT_REPRODUCED, UNDECIDED = "reproduced", "not reproduced", "cannot be decided"
+
+STRONG, WEAK = 0.5, 0.2
+"""A rank correlation in the claimed sense supports it from STRONG on, and does not up to WEAK."""
+
+TIE = 0.01
+"""Values that differ by less than this share count as equal."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A verdict and the numbers behind it, in words."""
+
+    verdict: str
+    evidence: str
+
+
+Check = Callable[[dict[str, Any]], Finding]
+"""From the results' sweeps to a finding; KeyError where a sweep was not flown."""
+
+
+def trend(sweep: str, measure: str, sense: int) -> Check:
+    """Return the check that a measure rises (sense 1) or falls (-1) with the parameter.
+
+    measure: of MEASURES, a column of a row, or "error", the horizontal RMSE of the tip, decoupled.
+    """
+
+    def check(sweeps: dict[str, Any]) -> Finding:
+        few = column(sweeps[sweep]["rows"], measure)
+        rho = correlation(sweeps, sweep, measure)
+        pairs = zip(few, few[1:], strict=False)
+        steps = [sense * (b - a) > -TIE * max(abs(a), abs(b)) for a, b in pairs]
+        ends = sense * (few[-1] - few[0]) > TIE * max(abs(few[0]), abs(few[-1]))
+        holds = all(steps) and ends
+        labels = [row["label"] for row in sweeps[sweep]["rows"]]
+        many = len(sweeps[sweep]["between"]["value"])
+        evidence = (
+            f"{NAMES[measure]} {listed(few)} {UNITS[measure]} at {', '.join(labels)}; "
+            f"rank correlation {rho:+.2f} over {many} values"
+        )
+        return Finding(_trend_verdict(sweeps[sweep], holds, sense * rho), evidence)
+
+    return check
+
+
+def _trend_verdict(sweep: dict[str, Any], holds: bool, rho: float) -> str:
+    if not converged(sweep):
+        return UNDECIDED
+    if holds and rho >= STRONG:
+        return REPRODUCED
+    return NOT_REPRODUCED if not holds and rho <= WEAK else UNDECIDED
+
+
+def largest_at_the_end(sweep: str) -> Check:
+    """Return the check that the error is largest at the largest value."""
+
+    def check(sweeps: dict[str, Any]) -> Finding:
+        rows = sweeps[sweep]["rows"]
+        few = column(rows, "error")
+        between = sweeps[sweep]["between"]
+        many = column_between(between, "error")
+        where = rows[int(np.argmax(few))]["label"]
+        peak = sweeps[sweep]["scale"] * between["value"][int(np.argmax(many))]
+        ends = (np.argmax(few) == len(few) - 1, np.argmax(many) >= 0.9 * (len(many) - 1))
+        evidence = (
+            f"error {listed(few)} m, the largest at {where}; over {len(many)} values the largest, "
+            f"{max(many):.3g} m, is at {peak:.3g} {sweeps[sweep]['units']}"
+        )
+        return Finding(_agreed(converged(sweeps[sweep]), ends), evidence)
+
+    return check
+
+
+def at_most(
+    value: Callable[[dict[str, Any]], tuple[Sequence[float], bool]], limit: float, text: str
+) -> Check:
+    """Return the check that all numbers that `value` gives are at most `limit`.
+
+    value: from the sweeps to numbers, and whether the rows that they come from have converged.
+    text: what they are, with {} for the numbers.
+    """
+    return _bounded(value, lambda number: number <= limit, f"{text} (limit {limit:g})")
+
+
+def at_least(
+    value: Callable[[dict[str, Any]], tuple[Sequence[float], bool]], limit: float, text: str
+) -> Check:
+    """Return the check that all numbers that `value` gives are at least `limit`; as `at_most`."""
+    return _bounded(value, lambda number: number >= limit, f"{text} (limit {limit:g})")
+
+
+def _bounded(value: Any, holds: Callable[[float], bool], text: str) -> Check:
+    def check(sweeps: dict[str, Any]) -> Finding:
+        numbers, usable = value(sweeps)
+        verdict = _agreed(usable, [all(holds(number) for number in numbers)])
+        return Finding(verdict, text.format(listed(numbers)))
+
+    return check
+
+
+def least_spread(sweep: str) -> Check:
+    """Return the check that the error varies less over this sweep than over every other one."""
+
+    def check(sweeps: dict[str, Any]) -> Finding:
+        every = {name: sweeps[name] for name in PARAMETERS}
+        few = {name: np.ptp(column(part["rows"], "error")) for name, part in every.items()}
+        many = {
+            name: np.ptp(np.quantile(column_between(part["between"], "error"), (0.1, 0.9)))
+            for name, part in every.items()
+        }
+        ranks = [1 + sorted(found.values()).index(found[sweep]) for found in (few, many)]
+        evidence = (
+            f"the error varies by {few[sweep]:.3g} m, rank {ranks[0]} of {len(few)} from the least "
+            f"(least: {min(few, key=lambda name: few[name])}); over many values, from the 10th to "
+            f"the 90th percentile, by {many[sweep]:.3g} m, rank {ranks[1]} "
+            f"(least: {min(many, key=lambda name: many[name])})"
+        )
+        usable = all(converged(part) for part in every.values())
+        return Finding(_agreed(usable, [rank == 1 for rank in ranks]), evidence)
+
+    return check
+
+
+def goes_with(measure: str) -> Check:
+    """Return the check that over all sweeps the error goes with a measure of the flight."""
+
+    def check(sweeps: dict[str, Any]) -> Finding:
+        every = [sweeps[name]["between"] for name in PARAMETERS]
+        x = [value for between in every for value in column_between(between, measure)]
+        y = [value for between in every for value in column_between(between, "error")]
+        rho = rank_correlation(x, y)
+        verdict = REPRODUCED if rho >= STRONG else NOT_REPRODUCED if rho <= WEAK else UNDECIDED
+        return Finding(
+            verdict,
+            f"rank correlation of the error with the {NAMES[measure]} {rho:+.2f} over {len(x)} "
+            "flights of all sweeps",
+        )
+
+    return check
+
+
+def unexamined(reason: str) -> Check:
+    """Return the check of a part that these flights say nothing about."""
+    return lambda sweeps: Finding(UNDECIDED, reason)
+
+
+def _agreed(usable: bool, holds: Sequence[Any]) -> str:
+    """Verdict of several views of one claim, which may disagree."""
+    if not usable or any(holds) != all(holds):
+        return UNDECIDED
+    return REPRODUCED if all(holds) else NOT_REPRODUCED
+
+
+def correlation(sweeps: dict[str, Any], sweep: str, measure: str) -> float:
+    """Return the rank correlation of a measure with the parameter over many values."""
+    between = sweeps[sweep]["between"]
+    return rank_correlation(between["value"], column_between(between, measure))
+
+
+def rank_correlation(x: Sequence[float], y: Sequence[float]) -> float:
+    """Return Spearman's rank correlation; 0 where one of the two does not vary."""
+    if np.ptp(x) == 0 or np.ptp(y) == 0:
+        return 0.0
+    return float(spearmanr(x, y).statistic)
+
+
+def converged(sweep: dict[str, Any]) -> bool:
+    """Tell whether no row of a sweep is an error of the integration."""
+    return all(
+        row["models"][model]["converged"]
+        for row in sweep["rows"]
+        for model in ("coupled", "decoupled")
+    )
+
+
+def column(rows: list[dict[str, Any]], measure: str) -> list[float]:
+    """Return a measure of every row."""
+    if measure == "error":
+        return [row["models"]["decoupled"]["rmse_xy_m"] for row in rows]
+    return [row[measure] for row in rows]
+
+
+def column_between(between: dict[str, Any], measure: str) -> list[float]:
+    """Return a measure of every value between."""
+    found: list[float] = (
+        between["rmse_xy_m"]["decoupled"] if measure == "error" else between[measure]
+    )
+    return found
+
+
+def listed(numbers: Sequence[float]) -> str:
+    """Return numbers as evidence prints them."""
+    return ", ".join(f"{number:.3g}" for number in numbers)
+
+
+NAMES = {
+    "error": "error",
+    "mass_kg": "mass of the vehicle",
+    "arm_inertia_kg_m2": "arm's inertia",
+    "displacement_m": "displacement",
+    "oscillation_m": "oscillation",
+    "largest_bend_1_m": "largest bend",
+    "com_travel_m": "travel of the centre of mass",
+    "inertia_change": "change of the inertia",
+}
+"""Measure -> what evidence calls it; "error" is the horizontal RMSE of the tip, decoupled."""
+
+UNITS = {
+    "error": "m",
+    "mass_kg": "kg",
+    "arm_inertia_kg_m2": "kg m²",
+    "displacement_m": "m",
+    "oscillation_m": "m",
+    "largest_bend_1_m": "1/m",
+    "com_travel_m": "m",
+    "inertia_change": "(share)",
+}

@@ -1,0 +1,184 @@
+"""Storing the sensitivity study: JSON, CSV, tables and verdicts in Markdown, and trajectories."""
+
+from __future__ import annotations
+
+import csv
+import io
+from typing import Any
+
+from continuair.analysis.convergence import CONVERGED, REFERENCE
+from continuair.studies.open_loop.report import number
+from continuair.studies.open_loop.study import percent
+from continuair.studies.results import ResultFolder, as_json
+from continuair.studies.sensitivity.claims import NO_CLAIM
+from continuair.studies.sensitivity.measures import MEASURES
+from continuair.studies.sensitivity.study import OTHERS, Sensitivity
+
+COLUMNS = {
+    "nrmse_t": "NRMSE_T",
+    "nrmse_r": "NRMSE_R",
+    "rmse_t_m": "RMSE_T [m]",
+    "rmse_r_rad": "RMSE_R [rad]",
+    "angle_rad": "angle [rad]",
+    "rmse_xy_m": "RMSE xy [m]",
+    "step_halving_error": "step error",
+}
+"""Columns of the tables, as keys of a model's entry."""
+
+
+def write(study: Sensitivity, folder: ResultFolder) -> None:
+    """Write sensitivity.json, two CSV files, table.md and sensitivity_<parameter>.nc."""
+    folder.write_text("sensitivity.json", as_json(study.results))
+    folder.write_text("sensitivity.csv", as_csv(study.results))
+    folder.write_text("sensitivity_between.csv", between_as_csv(study.results))
+    folder.write_text("table.md", as_table(study.results))
+    for name, dataset in study.datasets.items():
+        plain = "".join(c for c in name.lower().replace(" ", "_") if c.isalnum() or c == "_")
+        folder.write_dataset(f"sensitivity_{plain}.nc", dataset)
+
+
+def rows(results: dict[str, Any]) -> list[tuple[str, dict[str, Any], str, dict[str, Any]]]:
+    """Return (parameter, row, model, entry) of every flight compared, in the order of the study."""
+    return [
+        (name, row, model, row["models"][model])
+        for name, sweep in results["sweeps"].items()
+        for row in sweep["rows"]
+        for model in OTHERS
+    ]
+
+
+def as_csv(results: dict[str, Any]) -> str:
+    """Return one line per parameter, value and model, with every number of it."""
+    return _csv(
+        {"parameter": name, "model": model}
+        | {key: value for key, value in row.items() if key != "models"}
+        | {key: value for key, value in entry.items() if not isinstance(value, list)}
+        for name, row, model, entry in rows(results)
+    )
+
+
+def between_as_csv(results: dict[str, Any]) -> str:
+    """Return one line per parameter and value between, with measures and differences."""
+    apart = ("rmse_xy_m", "ended_early")
+    return _csv(
+        {"parameter": name}
+        | {key: column[i] for key, column in between.items() if key not in apart}
+        | {f"rmse_xy_m_{model}": column[i] for model, column in between["rmse_xy_m"].items()}
+        for name, between in ((n, sweep["between"]) for n, sweep in results["sweeps"].items())
+        for i in range(len(between["value"]))
+    )
+
+
+def _csv(lines: Any) -> str:
+    lines = list(lines)
+    stream = io.StringIO()
+    writer = csv.DictWriter(stream, list(lines[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(lines)
+    return stream.getvalue()
+
+
+def as_table(results: dict[str, Any]) -> str:
+    """Return the results in Markdown: verdicts on the paper's sentences, then the numbers."""
+    lines = [
+        f"# Parameter sensitivity, vehicle {results['vehicle']['name']}",
+        "",
+        f"Force of 100 N with {results['reading_of_f']}, f = 10, 5 s; each model against the",
+        "coupled one. The paper prints neither its vehicle nor numbers in this section: a verdict",
+        "holds for this vehicle.",
+        "",
+        "## The paper's sentences",
+        "",
+        *verdict_table(results),
+        "",
+        *reading(results),
+        "",
+        "## Values compared",
+        "",
+        "| parameter | value | model | " + " | ".join(COLUMNS.values()) + " |",
+        "|---|---:|---|" + "---:|" * len(COLUMNS),
+    ]
+    for name, row, model, entry in rows(results):
+        cells = " | ".join(number(entry[key]) for key in COLUMNS)
+        lines.append(f"| {name} | {row['label']} | {model} | {cells} |")
+    lines += ["", *remarks(results), "", "## The coupled flights", "", *_measures_table(results)]
+    return "\n".join(lines) + "\n"
+
+
+def verdict_table(results: dict[str, Any]) -> list[str]:
+    """Return the lines of a table of sentences, verdicts and numbers."""
+    lines = ["| about | sentence | verdict | numbers |", "|---|---|---|---|"]
+    for claim in results["claims"]:
+        verdict = claim["verdict"] if claim["verdict"] == NO_CLAIM else f"**{claim['verdict']}**"
+        cells = (claim["about"], claim["sentence"], verdict, claim["evidence"])
+        lines.append(f"| {' | '.join(cells)} |")
+    return lines
+
+
+def reading(results: dict[str, Any]) -> list[str]:
+    """Return how to read the verdicts, with how far the error scatters between the values."""
+    ratios = ", ".join(
+        f"{name} {neighbour_ratio(sweep):.2g}" for name, sweep in results["sweeps"].items()
+    )
+    shares = ", ".join(
+        f"{name} {percent(closer_share(sweep))}" for name, sweep in results["sweeps"].items()
+    )
+    return [
+        "Error: RMS horizontal distance of the decoupled model's tip from the coupled one's. A",
+        "trend counts if the values compared show it and the rank correlation over many values",
+        "between is 0.5 or more; it is not reproduced if neither holds (0.2 or less), and cannot",
+        "be decided in between. From one of the many values to the next the error changes by",
+        f"factors of up to: {ratios}. Share of these values at which `independent` is closer to",
+        f"coupled than `decoupled` is: {shares}.",
+    ]
+
+
+def neighbour_ratio(sweep: dict[str, Any]) -> float:
+    """Return the largest factor between the errors at neighbouring values of a parameter."""
+    errors = sweep["between"]["rmse_xy_m"]["decoupled"]
+    ratios = [b / a for a, b in zip(errors, errors[1:], strict=False) if a > 0 and b > 0]
+    return max((max(ratio, 1 / ratio) for ratio in ratios), default=1.0)
+
+
+def closer_share(sweep: dict[str, Any]) -> float:
+    """Return the share of values at which `independent` is closer to coupled than `decoupled`."""
+    errors = sweep["between"]["rmse_xy_m"]
+    pairs = list(zip(errors["independent"], errors["decoupled"], strict=True))
+    return sum(independent < decoupled for independent, decoupled in pairs) / max(len(pairs), 1)
+
+
+def remarks(results: dict[str, Any]) -> list[str]:
+    """Return what the step-halving errors say of every row."""
+    lines = [
+        f"Step error: what halving the step changes, as a share of the difference; up to "
+        f"{percent(CONVERGED)} counts as converged."
+    ]
+    unsettled = []
+    for name, sweep in results["sweeps"].items():
+        for row in sweep["rows"]:
+            for model, entry in row["models"].items():
+                if not entry["converged"]:
+                    share = percent(entry["step_halving_error"])
+                    why = f"status {entry['status']}" if entry["status"] else f"step error {share}"
+                    unsettled.append(f"* {name} {row['label']}, {model}, has not converged: {why}.")
+        if early := len(sweep["between"]["ended_early"]):
+            unsettled.append(
+                f"* {name}: {early} of the values between are left out, as a flight ended early."
+            )
+    return [*lines, *(unsettled or ["Every row has converged."])]
+
+
+def _measures_table(results: dict[str, Any]) -> list[str]:
+    columns = {"mass_kg": "mass of the vehicle", "arm_inertia_kg_m2": "inertia of the arm"}
+    columns |= MEASURES
+    lines = [
+        "| parameter | value | step [ms] | " + " | ".join(columns) + " |",
+        "|---|---:|---:|" + "---:|" * len(columns),
+    ]
+    for name, sweep in results["sweeps"].items():
+        for row in sweep["rows"]:
+            cells = " | ".join(f"{row[key]:.4g}" for key in columns)
+            step = 1e3 * row["models"][REFERENCE]["step_s"]
+            lines.append(f"| {name} | {row['label']} | {step:.3g} | {cells} |")
+    meaning = "; ".join(f"{key}: {text}" for key, text in columns.items())
+    return [*lines, "", f"{meaning}."]

@@ -1,0 +1,108 @@
+"""What the sensitivity study flies: six parameters of Amiri et al., and one two-phase force."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from continuair.errors import InputError
+from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+
+AMPLITUDE = 100.0
+"""a_m of the paper's force [N]."""
+
+FREQUENCY = 10.0
+"""f of the paper's force; the paper calls it Hz and writes sin(f t)."""
+
+SWITCH = 2.5
+"""The force changes its phase after this time [s]."""
+
+DURATION = 5.0
+"""Duration of a flight [s]."""
+
+BETWEEN = 41
+"""Values flown from the least to the largest of a parameter, beside the paper's own few."""
+
+_Q = (0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.1, 0.0)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter that the paper varies, with the values compared.
+
+    field: of a vehicle, or the index of a paper coordinate of the start. values: in SI units,
+    ascending. scale, units: what tables multiply the values with, and the unit that results.
+    """
+
+    name: str
+    field: str | int
+    values: tuple[float, ...]
+    scale: float
+    units: str
+    chosen: bool = False
+    """some values were chosen here: the paper does not print them"""
+
+    def label(self, value: float) -> str:
+        """Return a value as tables and legends print it."""
+        return f"{self.scale * value:.4g} {self.units}"
+
+    def between(self) -> Array:
+        """Return values over the whole range, the paper's among them."""
+        return np.union1d(np.linspace(self.values[0], self.values[-1], BETWEEN), self.values)
+
+
+_ROLLS = tuple(math.radians(degrees) for degrees in (0, 15, 30, 45))
+
+PARAMETERS = {
+    parameter.name: parameter
+    for parameter in (
+        Parameter("arm radius", "arm.radius", (1e-3, 5e-3, 10e-3), 1e3, "mm"),
+        Parameter("UAV mass", "uav.mass", (1.0, 2.0, 3.0), 1.0, "kg"),
+        Parameter("arm length", "arm.length", (0.5, 1.0, 1.5), 1.0, "m", chosen=True),
+        Parameter("Young's modulus", "arm.youngs_modulus", (40e9, 120e9, 207e9), 1e-9, "GPa"),
+        Parameter("initial bend", 6, (0.1, 0.5, 1.0), 1.0, "1/m", chosen=True),
+        Parameter("initial roll", 3, _ROLLS, 180 / math.pi, "deg", chosen=True),
+    )
+}
+"""Name -> parameter, in the order of the paper's figure."""
+
+
+# Every model and every parameter asks for the same times.
+@functools.lru_cache(maxsize=1 << 17)
+def two_phase_force(t: float, hertz: bool = False) -> tuple[float, float, float]:
+    """Force at time t [s], world axes [N]: a (sin ft, -cos ft), and after 2.5 s a (cos ft, sin ft).
+
+    f t is 10 t as the paper prints it, and with `hertz` 2 pi 10 t, as the unit it names would have
+    it. Section on parameter sensitivity, Amiri et al.
+    """
+    angle = FREQUENCY * t * (2 * math.pi if hertz else 1.0)
+    across, along = AMPLITUDE * math.sin(angle), AMPLITUDE * math.cos(angle)
+    return (across, -along, 0.0) if t <= SWITCH else (along, across, 0.0)
+
+
+def flight(hertz: bool = False) -> Scenario:
+    """Return the scenario at the nominal start: 5 m high, at rest, with a bend of 0.1 1/m."""
+    force = functools.partial(two_phase_force, hertz=hertz)
+    return Scenario("two-phase force", _Q, force=force, duration=DURATION, jumps=(SWITCH,))
+
+
+def batch(
+    vehicle: Vehicle, scenario: Scenario, parameter: Parameter, values: Sequence[float] | Array
+) -> tuple[Vehicle, Scenario]:
+    """Return vehicle and scenario with one run per value. Raises InputError if one cannot be."""
+    if isinstance(parameter.field, str):
+        try:
+            return vehicle.replace({parameter.field: np.asarray(values)}), scenario
+        except InputError as error:
+            raise error.within(f"{parameter.name} sweep: ") from None
+    q = np.tile(np.asarray(scenario.q), (len(values), 1))
+    q[:, parameter.field] = values
+    return vehicle, scenario.replace(q=q)

@@ -1,0 +1,151 @@
+"""What the choices within the paper's law do: one letter, each variant on two plants."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from continuair.controllers.classic import classic
+from continuair.controllers.controller import Controller, stack
+from continuair.controllers.gain_files import Gains
+from continuair.controllers.servoing import servoing
+from continuair.flight.simulate import simulate
+from continuair.studies.tracking.task import SETTINGS, equipped, task
+from continuair.vehicle.vehicle import Vehicle
+
+PLANTS = ("coupled", "decoupled")
+STIFFNESS = np.geomspace(1.0, 1000.0, 10)
+LEAD = np.geomspace(0.03, 3.0, 8)
+"""Scalar gains that are tried: K_p, and C_d [s]; K_d = K_p / 1000, C_p = 1."""
+
+POSTURE = 0.3
+"""Posture damping that is tried [N m² s]: 10 1/s of the straight arm of the preset `paper`."""
+
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A law and whether the arm has the structural damping of the task."""
+
+    name: str
+    controller: Controller
+    damped: bool = True
+
+
+def law_variants(
+    vehicle: Vehicle, gains: Gains, letter: str = "M", *, progress: Progress | None = None
+) -> list[dict[str, Any]]:
+    """RMS and largest feature error, bend, tilt and DS of each variant. Raises InputError."""
+    setting = SETTINGS["nominal"]
+    damped = equipped(vehicle, setting)
+    bare = damped.replace({"arm.damping_ratio": 0.0})
+    if progress:
+        progress(0, 3, "scalar gains")
+    scalar = {c: best_scalar(damped, letter, c) for c in ("gravity_only", "literal")}
+    rows = []
+    if progress:
+        progress(1, 3, "variants of the law")
+    chosen = _variants(damped, gains, scalar)
+    for of_damped, flown in ((True, damped), (False, bare)):
+        same = [v for v in chosen if v.damped is of_damped]
+        rows += _fly(flown, same, stack([v.controller for v in same]), letter)
+    if progress:
+        progress(2, 3, "classic image-based servoing")
+    baseline = Variant("classic IBVS, v = λ L⁺ e, rate 1.5 /s", classic(damped, 1.5, 6.0))
+    return rows + _fly(damped, [baseline], stack([baseline.controller]), letter)
+
+
+def best_scalar(vehicle: Vehicle, letter: str, compensation: str) -> dict[str, Any]:
+    """Scalar gains with the least RMS error of a grid on the coupled plant."""
+    grid: list[dict[str, Any]] = [
+        {"Kp": float(k), "Kd": 1e-3 * float(k), "Cd": float(lead)}
+        for k in STIFFNESS
+        for lead in LEAD
+    ]
+    laws = stack([servoing(**gains, compensation=compensation) for gains in grid])
+    scenario = task(vehicle, [letter], laws, SETTINGS["nominal"].duration)
+    data = simulate(vehicle, scenario, sample=5e-2, variables=["feature_error"])
+    return grid[int(np.argmin(np.nan_to_num(_rms(data), nan=np.inf)))]
+
+
+def _variants(vehicle: Vehicle, gains: Gains, scalar: dict[str, dict[str, Any]]) -> list[Variant]:
+    def law(**changed: Any) -> Controller:
+        return Gains("variant", {**gains.settings, **changed}).controller(vehicle)
+
+    named = {c: f"K_p {g['Kp']:.3g}, C_d {g['Cd']:.3g} s" for c, g in scalar.items()}
+    return [
+        Variant("as flown: matrix gains, gravity only", law()),
+        Variant("without target feed-forward", law(feed_forward=False)),
+        Variant("damping on -ė instead of J_L q̇", law(damping="feature")),
+        Variant("literal G (elasticity cancelled)", law(compensation="literal")),
+        Variant(
+            f"literal G, posture damping {POSTURE:g} N m² s",
+            law(compensation="literal", posture_damping=POSTURE),
+        ),
+        Variant(
+            "literal G, no posture nor structural damping",
+            law(compensation="literal", posture_damping=0.0),
+            damped=False,
+        ),
+        Variant(
+            "gravity only, no posture nor structural damping",
+            law(posture_damping=0.0),
+            damped=False,
+        ),
+        Variant(
+            f"scalar gains, gravity only: {named['gravity_only']}",
+            servoing(**scalar["gravity_only"]),
+        ),
+        Variant(
+            f"scalar gains, literal G: {named['literal']}",
+            servoing(**scalar["literal"], compensation="literal"),
+        ),
+        Variant(
+            "scalar gains, literal G, no structural damping",
+            servoing(**scalar["literal"], compensation="literal"),
+            damped=False,
+        ),
+    ]
+
+
+def _fly(
+    vehicle: Vehicle, variants: list[Variant], laws: Controller, letter: str
+) -> list[dict[str, Any]]:
+    scenario = task(vehicle, [letter], laws, SETTINGS["nominal"].duration)
+    coupled, decoupled = (
+        simulate(
+            vehicle, scenario, model=plant, sample=1e-2, variables=["feature_error", "bend", "q"]
+        )
+        for plant in PLANTS
+    )
+    norms = [np.linalg.norm(d["feature_error"].to_numpy(), axis=2) for d in (coupled, decoupled)]
+    late = coupled["time"].to_numpy() >= 2.0
+    rms, bend = _rms(coupled), np.linalg.norm(coupled["bend"].to_numpy(), axis=2)
+    settled = coupled["time"].to_numpy() >= SETTINGS["nominal"].settled
+    worst = np.abs(coupled["feature_error"].to_numpy()[:, settled]).max(axis=(1, 2))
+    tilt = np.abs(coupled["q"].sel(coordinate=["roll", "pitch"]).to_numpy()).max(axis=2)
+    return [
+        {
+            "variant": variant.name,
+            "damping_ratio": vehicle.arm.damping_ratio,
+            "status": int(coupled["status"].to_numpy()[row]),
+            "end_time_s": float(coupled["end_time"].to_numpy()[row]),
+            "rms_px": float(rms[row]),
+            "max_px": float(worst[row]),
+            "largest_bend_1_m": float(np.nanmax(bend[row])),
+            "largest_tilt_rad": float(np.nanmax(tilt[row])),
+            "ds_max_px_after_2s": float(np.abs(norms[0] - norms[1])[row, late].max()),
+        }
+        for row, variant in enumerate(variants)
+    ]
+
+
+def _rms(data: xr.Dataset) -> np.ndarray:
+    """RMS feature error by run [px]; NaN for a run that ended early."""
+    error = data["feature_error"].sel(time=slice(SETTINGS["nominal"].settled, None)).to_numpy()
+    return np.asarray(np.sqrt(np.mean(error**2, axis=(1, 2))))

@@ -1,0 +1,145 @@
+"""Storing the tracking study: JSON, CSV, a table, and the trajectories."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from typing import Any
+
+from continuair.analysis.convergence import CONVERGED
+from continuair.kernels.step import STATUS
+from continuair.studies.results import ResultFolder, as_json
+from continuair.studies.tracking.study import Tracking
+
+COLUMNS = {
+    "rms_px": "RMS [px]",
+    "max_px": "max [px]",
+    "tip_rms_m": "tip RMS [m]",
+    "ds_max_px_before_2s": "DS < 2 s [px]",
+    "ds_max_px_after_2s": "DS > 2 s [px]",
+    "converged_s": "converged [s]",
+    "force_rms_n": "force [N]",
+    "out_of_view_samples": "out of view",
+    "step_halving_error": "step error",
+}
+"""Columns of the tables, as keys of the results."""
+
+
+def write(study: Tracking, folder: ResultFolder) -> None:
+    """Write tracking.json, tracking.csv, table.md and tracking_<setting>.nc to the folder."""
+    folder.write_text("tracking.json", as_json(study.results))
+    folder.write_text("tracking.csv", as_csv(study.results))
+    folder.write_text("table.md", as_table(study.results))
+    for setting, dataset in study.datasets.items():
+        folder.write_dataset(f"tracking_{setting}.nc", dataset)
+
+
+def rows(results: dict[str, Any]) -> list[tuple[str, str, str, dict[str, Any]]]:
+    """Return (setting, letter, model, entry) of every flight, in the order of the results."""
+    settings = {results["setting"]: results, **results["settings"]}
+    return [
+        (setting, letter, model, entry)
+        for setting, part in settings.items()
+        for letter, entries in part["letters"].items()
+        for model, entry in entries.items()
+        if isinstance(entry, dict)
+    ]
+
+
+def as_csv(results: dict[str, Any]) -> str:
+    """Return one line per setting, letter and model with every number of the entry."""
+    flights = rows(results)
+    names = list(dict.fromkeys(name for *_, entry in flights for name in entry))
+    stream = io.StringIO()
+    writer = csv.DictWriter(stream, ["setting", "letter", "model", *names], lineterminator="\n")
+    writer.writeheader()
+    for setting, letter, model, entry in flights:
+        writer.writerow({"setting": setting, "letter": letter, "model": model, **entry})
+    return stream.getvalue()
+
+
+def as_table(results: dict[str, Any]) -> str:
+    """Return the results in Markdown, with what they rest on."""
+    ratio = results["damping_ratio"]
+    damping = "as in its file" if ratio is None else f"of ratio {ratio:g}"
+    lines = [
+        f"# Visual tracking of letters, vehicle {results['vehicle']['name']}",
+        "",
+        f"One law (gains {results['gains']['name']}) on each plant; structural damping of the arm",
+        f"{damping}. Errors count from 5 s on. DS is the difference of the norms of the feature",
+        "error from the coupled plant; the paper prints |DS| below "
+        f"{results['printed']['ds_max_px']:g} px.",
+    ]
+    settings = {results["setting"]: results, **results["settings"]}
+    for setting, part in settings.items():
+        lines += ["", f"## {setting}: {part['setting_meaning']}", ""]
+        lines += ["| letter | model | " + " | ".join(COLUMNS.values()) + " |"]
+        lines += ["|---|---|" + "---:|" * len(COLUMNS)]
+        for name, letter, model, entry in rows(results):
+            if name == setting:
+                cells = " | ".join(number(entry.get(key)) for key in COLUMNS)
+                lines.append(f"| {letter} | {model} | {cells} |")
+    lines += ["", *remarks(results)]
+    bound = results["ultimate_bound"]
+    lines += [
+        "",
+        "## Stability",
+        "",
+        f"The target moves with at most {bound['target_speed_m_s']:.3g} m/s, "
+        f"{bound['target_acceleration_m_s2']:.3g} m/s² and {bound['target_jerk_m_s3']:.3g} m/s³.",
+        f"The proof bounds ‖e_a‖ by {bound['radius_least']:.3g} with the largest λ that it could "
+        f"mean and by {bound['radius_provable']:.3g} with λ = λ_min(K_p); ‖e_a‖ after the "
+        f"transient stays below {bound['reached']:.3g}.",
+    ]
+    return "\n".join([*lines, *_variants(results)]) + "\n"
+
+
+def remarks(results: dict[str, Any]) -> list[str]:
+    """Return a sentence for every flight that ended early or that the step has not settled."""
+    lines = []
+    for setting, letter, model, entry in rows(results):
+        if entry["status"]:
+            lines.append(
+                f"* {setting}, {letter}, {model}: ended at {entry['end_time_s']:.3g} s, "
+                f"{STATUS[entry['status']]}."
+            )
+        elif not entry["step_halving_error"] < CONVERGED:
+            lines.append(
+                f"* {setting}, {letter}, {model}: not converged, half the step changes the error "
+                f"by {entry['step_halving_error']:.1%} of its RMS."
+            )
+    return lines
+
+
+def _variants(results: dict[str, Any]) -> list[str]:
+    """The table of the law's variants, if they were flown."""
+    if "variants" not in results:
+        return []
+    columns = ("rms_px", "max_px", "largest_bend_1_m", "largest_tilt_rad", "ds_max_px_after_2s")
+    headings = ("RMS [px]", "max [px]", "bend [1/m]", "tilt [rad]", "DS > 2 s [px]")
+    lines = [
+        "",
+        "## Variants of the law",
+        "",
+        "One letter on the coupled plant, nominal camera; DS against the decoupled plant.",
+        "",
+        "| variant | structural damping ratio | ended | " + " | ".join(headings) + " |",
+        "|---|---:|---|" + "---:|" * len(columns),
+    ]
+    for row in results["variants"]:
+        ended = "at the end" if row["status"] == 0 else f"at {row['end_time_s']:.3g} s"
+        cells = " | ".join(number(row[key]) for key in columns)
+        lines.append(f"| {row['variant']} | {number(row['damping_ratio'])} | {ended} | {cells} |")
+    return lines
+
+
+def number(value: Any) -> str:
+    """Return a metric as the tables print it: nothing if there is none, - if it is not finite."""
+    if value is None:
+        return ""
+    if isinstance(value, int):
+        return str(value)
+    if not math.isfinite(value):
+        return "-"
+    return f"{value:.1e}" if value != 0 and abs(value) < 1e-3 else f"{value:.4g}"

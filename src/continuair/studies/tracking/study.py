@@ -1,0 +1,277 @@
+"""The closed-loop study: letters tracked by one law on the coupled and on the simpler plants."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from continuair.analysis.convergence import REFERENCE
+from continuair.analysis.lyapunov import lyapunov, ultimate_bound
+from continuair.controllers.gain_files import Gains, load_gains
+from continuair.errors import InputError, nearest, shown
+from continuair.flight.simulate import MODELS, simulate
+from continuair.scenario.letters import LETTERS
+from continuair.studies.tracking.task import SETTINGS, Setting, chosen_letters, equipped, task
+from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+
+PRINTED = {"ds_max_px": 0.7}
+"""What Amiri et al. print of the closed loop: |DS| stays below it "across all four" letters."""
+
+TRANSIENT = 2.0
+"""|DS| is judged before and after this time apart [s]."""
+
+CONVERGED = 5.0
+"""A run has converged once the norm of its feature error stays below this [px]."""
+
+_TURNING = 0.05
+"""Share of its largest acceleration above which the target counts as turning."""
+
+SAMPLE = 1e-2
+"""Time between samples [s]."""
+
+_VARIABLES = (
+    "features",
+    "feature_error",
+    "in_view",
+    "target_position",
+    "camera_position",
+    "tip_position",
+    "q",
+    "bend",
+    "velocity",
+    "angular_velocity",
+    "bend_rate",
+    "command",
+    "kinetic_energy",
+    "elastic_energy",
+    "camera_twist",
+    "camera_attitude",
+    "target_velocity",
+    "depth",
+)
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """Results of the study.
+
+    results: JSON-able; results["letters"][letter][model] holds the metrics of the nominal setting,
+    results["settings"][setting] the same of every other one. datasets: setting -> trajectories,
+    leading dimensions `model` and `letter`.
+    """
+
+    results: dict[str, Any]
+    datasets: dict[str, xr.Dataset]
+
+
+def tracking(
+    vehicle: Vehicle,
+    letters: str = "".join(LETTERS),
+    gains: Gains | None = None,
+    models: Iterable[str] = MODELS,
+    settings: Iterable[str] = tuple(SETTINGS),
+    *,
+    progress: Progress | None = None,
+) -> Tracking:
+    """Track letters in every setting with each model as the plant, under one law.
+
+    gains: of `load_gains`, the preset `paper` by default. models: `coupled` is added as the
+    reference. progress: called with (done, total, what) before each batch. Raises InputError.
+    """
+    check_single_vehicle(vehicle)
+    written, plants = chosen_letters(letters), _plants(models)
+    names = [*settings]
+    gains = gains or load_gains("paper")
+    total, done = 2 * len(names) * len(plants), 0
+    found: dict[str, Any] = {}
+    datasets = {}
+
+    def tell(what: str) -> None:
+        nonlocal done
+        if progress:
+            progress(done, total, what)
+        done += 1
+
+    for name in names:
+        setting = SETTINGS[name]
+        flown = equipped(vehicle, setting)
+        controller = gains.controller(flown)
+        scenario = task(flown, written, controller, setting.duration)
+        runs: dict[str, xr.Dataset] = {}
+        for model in plants:
+            tell(f"{name}, {model}")
+            data = simulate(flown, scenario, model=model, sample=SAMPLE, variables=_VARIABLES)
+            data = data.rename(run="letter").assign_coords(letter=written)
+            runs[model] = data.assign(lyapunov(data, flown, controller))
+        entries = _entries(runs, written, setting.settled)
+        for model in plants:
+            tell(f"{name}, {model}, half the step")
+            fine = simulate(
+                flown,
+                scenario,
+                model=model,
+                sample=SAMPLE,
+                step=float(runs[model].attrs["step"]) / 2,
+                variables=["feature_error"],
+            )
+            _step_errors(entries, runs[model], fine, model, written)
+        found[name] = {
+            "setting_meaning": setting.meaning,
+            "duration_s": setting.duration,
+            "damping_ratio": flown.arm.damping_ratio,
+            "letters": entries,
+            "ultimate_bound": ultimate_bound(scenario) | {"reached": _reached(runs, setting)},
+        }
+        datasets[name] = xr.concat(
+            [data.expand_dims(model=[model]) for model, data in runs.items()],
+            dim="model",
+            combine_attrs="drop_conflicts",
+        )
+    first = names[0]
+    results = {
+        "study": "tracking",
+        "vehicle": vehicle.describe(),
+        "gains": {"name": gains.name, **gains.settings},
+        "reference": REFERENCE,
+        "printed": PRINTED,
+        "setting": first,
+        **found[first],
+        "settings": {name: found[name] for name in names[1:]},
+    }
+    return Tracking(results, datasets)
+
+
+def _plants(models: Iterable[str]) -> list[str]:
+    chosen = [models] if isinstance(models, str) else list(models)
+    for name in chosen:
+        if name not in MODELS:
+            raise InputError(f"model is {shown(name)}; {nearest(str(name), MODELS)}.")
+    return [model for model in MODELS if model in chosen or model == REFERENCE]
+
+
+def _entries(
+    runs: dict[str, xr.Dataset], letters: Sequence[str], settled: float
+) -> dict[str, dict[str, Any]]:
+    """Metrics by letter and model, and by letter the largest |DS| of the decoupled plant."""
+    entries: dict[str, dict[str, Any]] = {}
+    for letter in letters:
+        flights = {model: data.sel(letter=letter) for model, data in runs.items()}
+        entry: dict[str, Any] = {
+            model: metrics(flight, settled) for model, flight in flights.items()
+        }
+        for model in flights:
+            if model != REFERENCE:
+                early, late = ds_extremes(flights[REFERENCE], flights[model])
+                corners, straight = ds_by_corner(flights[REFERENCE], flights[model])
+                entry[model] |= {
+                    "ds_max_px_before_2s": early,
+                    "ds_max_px_after_2s": late,
+                    "ds_rms_px_corners": corners,
+                    "ds_rms_px_straight": straight,
+                }
+        simpler = entry.get("decoupled", {})
+        for key in ("ds_max_px_before_2s", "ds_max_px_after_2s"):
+            if key in simpler:
+                entry[key] = simpler[key]
+        entries[letter] = entry
+    return entries
+
+
+def norm_difference(coupled: xr.Dataset, other: xr.Dataset) -> xr.DataArray:
+    """DS = ‖e‖_c - ‖e‖_d of the stacked feature errors over time [px], Amiri et al."""
+    norms = [
+        (data["feature_error"] ** 2).sum("pixel", skipna=False) ** 0.5 for data in (coupled, other)
+    ]
+    return norms[0] - norms[1]
+
+
+def ds_extremes(coupled: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
+    """Largest |DS| before and after the transient [px]."""
+    size = abs(norm_difference(coupled, other))
+    early = size["time"] < TRANSIENT
+    # A flight that ended early has no largest difference in a part that it has not flown through.
+    parts = (size.isel(time=early.to_numpy()), size.isel(time=~early.to_numpy()))
+    largest = [float(part.max(skipna=False)) for part in parts]
+    return largest[0], largest[1]
+
+
+def ds_by_corner(coupled: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
+    """RMS of DS after the transient where the target accelerates, and where it does not [px]."""
+    ds = norm_difference(coupled, other)
+    velocity = coupled["target_velocity"].transpose("time", "axis").to_numpy()
+    acceleration = np.linalg.norm(np.gradient(velocity, SAMPLE, axis=0), axis=1)
+    turning = acceleration > _TURNING * acceleration.max()
+    late = (ds["time"] >= TRANSIENT).to_numpy()
+    parts = (ds.to_numpy()[late & turning], ds.to_numpy()[late & ~turning])
+    corners, straight = (float(np.sqrt(np.mean(part**2))) for part in parts)
+    return corners, straight
+
+
+def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
+    """Feature error, tip error, convergence, effort and field of view of one flight.
+
+    Errors count from `settled` [s] on; a run that ended early has NaN there.
+    """
+    late = flight.sel(time=slice(settled, None))
+    error = late["feature_error"].to_numpy()
+    norm = np.linalg.norm(flight["feature_error"].to_numpy(), axis=1)
+    off = tip_error(late)
+    push = flight["command"].to_numpy()
+    rest = np.array([0.0, 0.0, float(np.nanmean(push[:, 2])), 0, 0, 0, 0, 0])
+    effort = np.sqrt(np.nanmean((push - rest) ** 2, axis=0))
+    out = flight["in_view"].to_numpy() < 0.5
+    return {
+        "status": int(flight["status"]),
+        "end_time_s": float(flight["end_time"]),
+        "rms_px": float(np.sqrt(np.mean(error**2))),
+        "max_px": float(np.abs(error).max()),
+        "tip_rms_m": float(np.sqrt(np.mean(np.sum(off**2, axis=1)))),
+        "tip_max_m": float(np.linalg.norm(off, axis=1).max()),
+        "converged_s": _converged(flight["time"].to_numpy(), norm),
+        "force_rms_n": float(np.linalg.norm(effort[:3])),
+        "moment_rms_nm": float(np.linalg.norm(effort[3:6])),
+        "bend_moment_rms_nm2": float(np.linalg.norm(effort[6:])),
+        "out_of_view_samples": int(out.sum()),
+        "largest_bend_1_m": float(np.nanmax(np.linalg.norm(flight["bend"].to_numpy(), axis=1))),
+    }
+
+
+def tip_error(flight: xr.Dataset) -> np.ndarray:
+    """Horizontal distance (time, 2) of the camera from above the target's centroid [m]."""
+    difference = flight["camera_position"] - flight["target_position"]
+    return np.asarray(difference.sel(axis=["x", "y"]).transpose("time", "axis"))
+
+
+def _reached(runs: dict[str, xr.Dataset], setting: Setting) -> float:
+    """Largest ‖e_a‖ on the coupled plant once settled."""
+    return float(runs[REFERENCE]["servo_error"].sel(time=slice(setting.settled, None)).max())
+
+
+def _converged(time: np.ndarray, norm: np.ndarray) -> float:
+    """First time after which the norm of the feature error stays below CONVERGED, or NaN."""
+    above = np.flatnonzero(~(norm < CONVERGED))
+    if not above.size:
+        return float(time[0])
+    return float(time[above[-1] + 1]) if above[-1] + 1 < len(time) else float("nan")
+
+
+def _step_errors(
+    entries: dict[str, dict[str, Any]],
+    coarse: xr.Dataset,
+    fine: xr.Dataset,
+    model: str,
+    letters: Sequence[str],
+) -> None:
+    """Add what halving the step changes: the feature error, as a share of its RMS."""
+    for row, letter in enumerate(letters):
+        late = coarse["time"].to_numpy() >= TRANSIENT
+        change = fine["feature_error"].to_numpy()[row] - coarse["feature_error"].to_numpy()[row]
+        entry = entries[letter][model]
+        entry["step_s"] = float(coarse.attrs["step"])
+        entry["step_change_px"] = float(np.abs(change[late]).max())
+        entry["step_halving_error"] = entry["step_change_px"] / entry["rms_px"]

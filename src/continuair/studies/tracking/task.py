@@ -1,0 +1,105 @@
+"""The paper's closed-loop task: a square whose centroid writes letters, seen from the arm's tip."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from continuair.controllers.controller import Controller
+from continuair.equations.camera import over
+from continuair.errors import InputError, shown
+from continuair.scenario import paths
+from continuair.scenario.letters import LETTERS
+from continuair.scenario.scenarios import Scenario
+from continuair.scenario.targets import Target
+from continuair.vehicle.vehicle import Vehicle
+
+LETTER_HEIGHT = 0.8
+"""Height of a letter [m]."""
+
+START_OFFSET = (0.1, 0.0, 0.1)
+"""How far off the camera starts: 0.1 m in x and z, Amiri et al. [m]."""
+
+START_BEND = 0.1
+"""Curvature at the start [1/m]."""
+
+STRUCTURAL_DAMPING = 0.03
+"""Damping ratio that the task gives to an arm whose file has none: undamped arms ring for ever."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A variant of the task: how long a letter takes [s], from when errors count [s], the camera.
+
+    camera: fields of the vehicle's camera that this setting replaces.
+    """
+
+    duration: float
+    settled: float
+    camera: dict[str, float]
+    meaning: str
+
+
+SETTINGS = {
+    "nominal": Setting(50.0, 5.0, {}, "50 s a letter, a perfect camera at the control rate"),
+    "camera": Setting(
+        50.0,
+        5.0,
+        {"noise": 0.5, "frame_rate": 30.0, "latency": 1.0 / 30.0},
+        "50 s a letter, 0.5 px noise, 30 frames a second that arrive one frame late",
+    ),
+    "fast": Setting(10.0, 5.0, {}, "10 s a letter, a perfect camera"),
+}
+"""The paper's task, the same through a real camera, and with a fast target."""
+
+
+def chosen_letters(letters: Any) -> list[str]:
+    """The letters of a string, once each and in its order, or InputError."""
+    if not isinstance(letters, str) or not letters:
+        raise InputError(f"letters is {shown(letters)}; use some of {''.join(LETTERS)}.")
+    found = list(dict.fromkeys(letters.upper()))
+    for letter in found:
+        if letter not in LETTERS:
+            raise InputError(f"letters holds {letter!r}; use some of {''.join(LETTERS)}.")
+    return found
+
+
+def equipped(vehicle: Vehicle, setting: Setting) -> Vehicle:
+    """The vehicle with the setting's camera, and with some damping if its arm has none."""
+    changes: dict[str, Any] = {f"camera.{name}": value for name, value in setting.camera.items()}
+    if not np.any(vehicle.arm.structural_damping):
+        changes["arm.damping_ratio"] = STRUCTURAL_DAMPING
+    return vehicle.replace(changes) if changes else vehicle
+
+
+def task(
+    vehicle: Vehicle,
+    letters: Sequence[str],
+    controller: Controller,
+    duration: float | Sequence[float],
+) -> Scenario:
+    """A batch that flies each letter once with its own row of the controller's gains, or one.
+
+    duration: of a letter [s], one for all or one each; the target rests at the end of its own.
+    Raises InputError.
+    """
+    durations = np.broadcast_to(duration, len(letters)).tolist()
+    targets = [
+        Target(paths.letter(name, LETTER_HEIGHT, each))
+        for name, each in zip(letters, durations, strict=True)
+    ]
+    q = np.zeros((len(letters), 8))
+    for row, target in zip(q, targets, strict=True):
+        centroid = target.path([0.0])[0][0]
+        row[:3] = over(vehicle, centroid, target.distance) + START_OFFSET
+        row[6] = START_BEND
+    return Scenario(
+        f"tracking {''.join(letters)}",
+        q,
+        controller=controller,
+        target=targets,
+        duration=max(durations),
+    )

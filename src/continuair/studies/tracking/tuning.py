@@ -1,0 +1,164 @@
+"""A search for gains of the paper's law: every candidate flies every letter in every setting.
+
+Candidates are a scrambled Sobol set over `RANGES`, refined by smaller sets about the best so far.
+The objective is the mean over the runs of log(RMS feature error [px]) + log(RMS tip error [mm]) +
+log(1 + effort): settings whose errors differ by orders of magnitude weigh alike. The image may be
+right and the tip not above the target, so both count. Effort, the RMS of the force beyond the
+weight as a share of it, keeps the law from chattering. No run may end early.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from itertools import product
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.stats import qmc
+
+from continuair.controllers.controller import stack
+from continuair.controllers.gain_files import Gains
+from continuair.errors import InputError, shown
+from continuair.flight.simulate import simulate
+from continuair.studies.tracking.task import SETTINGS, equipped, task
+from continuair.vehicle.vehicle import Vehicle
+
+RANGES = {
+    "bandwidth": (4.0, 16.0),
+    "damping_ratio": (0.5, 1.2),
+    "conditioning": (3e-4, 6e-3),
+    "sliding": (1e-6, 1e-2),
+    "sigma": (1e-4, 1e-1),
+}
+"""What is searched, on a logarithmic scale; `design` and `servoing` say what each one is."""
+
+PLANTS = ("coupled", "decoupled")
+"""The plants that have to be tracked with: gains on the brink for one are lost on the other."""
+
+HORIZON = 20.0
+"""How much of a letter is flown at most [s]; the first corner of a 50 s M comes after 15 s."""
+
+SETTLED = 2.0
+"""Errors count from this time on [s]: what DS is judged from."""
+
+_VARIABLES = ("feature_error", "camera_position", "target_position", "command")
+
+LOST = 1e6
+"""RMS errors that a run which ends early counts as [px, mm]: losing one outweighs everything."""
+
+MARGINS = {"bandwidth": 1.15, "conditioning": 0.75}
+"""The candidates fly with these times what is returned, nearer to where a law chatters."""
+
+SHRINK = 0.4
+"""Each round's box about the best candidate, as a share of the one before."""
+
+
+def tune(
+    vehicle: Vehicle,
+    letters: Sequence[str] = ("M",),
+    settings: Sequence[str] = tuple(SETTINGS),
+    *,
+    candidates: int = 128,
+    rounds: int = 4,
+    seed: int = 0,
+    progress: Callable[[int, int, str], None] | None = None,
+) -> dict[str, Any]:
+    """The best gains found, with the objective, its parts and what it takes to find them again.
+
+    candidates: per round, a power of two. letters: M has the sharpest corners. Raises
+    InputError.
+    """
+    for name, value, least in (
+        ("candidates", candidates, 2),
+        ("rounds", rounds, 1),
+        ("seed", seed, 0),
+    ):
+        if isinstance(value, bool) or not isinstance(value, int) or value < least:
+            raise InputError(f"{name} is {shown(value)}; give a whole number of at least {least}.")
+    if candidates & (candidates - 1):
+        raise InputError(f"candidates is {candidates}; give a power of two, such as 128.")
+    lows, highs = np.log([list(r) for r in RANGES.values()]).T
+    best: dict[str, float] = {}
+    score, runs = np.inf, list(product(settings, PLANTS))
+    centre, half = (lows + highs) / 2, (highs - lows) / 2
+    for turn in range(rounds):
+        sample = qmc.Sobol(len(RANGES), seed=np.random.default_rng([seed, turn])).random(candidates)
+        points = np.clip(centre + (2.0 * sample - 1.0) * half, lows, highs)
+        rows = [dict(zip(RANGES, map(float, np.exp(p)), strict=True)) for p in points]
+        costs: list[np.ndarray] = []
+        for name, plant in runs:
+            if progress:
+                done = turn * len(runs) + len(costs)
+                progress(done, rounds * len(runs), f"round {turn + 1}, {name}, {plant}")
+            error, tip, effort = fly(vehicle, rows, letters, name, plant)
+            costs.append(np.log(error) + np.log(tip) + np.log1p(effort))
+        scores = np.mean(costs, axis=(0, 2))
+        leader = int(np.argmin(scores))
+        if scores[leader] < score:
+            best, score, centre = rows[leader], float(scores[leader]), points[leader]
+        half = half * SHRINK
+    best = best | {name: best[name] / margin for name, margin in MARGINS.items()}
+    if score >= np.log(LOST) / len(runs):
+        raise InputError(
+            f"candidates is {candidates}, of which none keeps its target in every setting (rounds "
+            f"{rounds}, vehicle {vehicle.name}); try more, or check where the camera looks."
+        )
+    parts = {}
+    for name, plant in runs:
+        error = fly(vehicle, [best], letters, name, plant)[0]
+        parts[f"{name}.{plant}"] = dict(zip(letters, error[0].tolist(), strict=True))
+    search = {"vehicle": vehicle.name, "candidates": candidates, "rounds": rounds, "seed": seed}
+    return {"gains": best, "record": {**search, "objective": score, "rms_px": parts}}
+
+
+def as_toml(found: dict[str, Any]) -> str:
+    """What `tune` found as a file for `load_gains`."""
+    record = found["record"]
+    lines = ["# DPD-SM-IBVS gains, in normalised image coordinates; found by continuair tune."]
+    lines += [f"{name} = {value!r}" for name, value in found["gains"].items()]
+    lines += ["", "[record]"]
+    lines += [f"{name} = {json.dumps(value)}" for name, value in record.items() if name != "rms_px"]
+    for setting, parts in record["rms_px"].items():
+        lines += ["", f"[record.rms_px.{setting}]"]
+        lines += [f"{letter} = {value:.6g}" for letter, value in parts.items()]
+    return "\n".join(lines) + "\n"
+
+
+def fly(
+    vehicle: Vehicle,
+    rows: Sequence[dict[str, float]],
+    letters: Sequence[str],
+    setting: str,
+    plant: str,
+) -> list[np.ndarray]:
+    """RMS feature error [px] and tip error [mm], and effort, by candidate (rows) and letter."""
+    flown = equipped(vehicle, SETTINGS[setting])
+    weight = 9.81 * float(flown.mass)
+    gains = stack([Gains("candidate", row).controller(flown) for row in rows])
+    found: list[list[np.ndarray]] = []
+    for letter in letters:
+        scenario = task(flown, [letter], gains, SETTINGS[setting].duration)
+        data = simulate(
+            flown,
+            scenario,
+            model=plant,
+            duration=min(scenario.duration, HORIZON),
+            sample=2e-2,
+            variables=_VARIABLES,
+        )
+        force = data["command"].isel(actuator=slice(3)) - [0.0, 0.0, weight]
+        effort = _root((force**2).sum("actuator").mean("time")) / weight
+        data = data.sel(time=slice(SETTLED, None))
+        lost = data["status"] != 0
+        pixels = _root((data["feature_error"] ** 2).mean(("time", "pixel"), skipna=False))
+        off = (data["camera_position"] - data["target_position"]).isel(axis=slice(2))
+        metres = _root((off**2).sum("axis", skipna=False).mean("time", skipna=False))
+        errors = [e.where(~lost, LOST).clip(max=LOST) for e in (pixels, 1e3 * metres)]
+        found.append([e.to_numpy() for e in (*errors, effort.where(~lost, 0.0))])
+    return [np.stack(columns, axis=1) for columns in zip(*found, strict=True)]
+
+
+def _root(squares: xr.DataArray) -> xr.DataArray:
+    return squares**0.5
