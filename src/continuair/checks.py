@@ -72,3 +72,11 @@ def rows(name: str, value: Any, width: int) -> Array:
             f"{name} is {shown(value)}; give {width} finite numbers, or one or more rows of them."
         )
     return np.atleast_2d(found)
+
+
+def whole(name: str, value: Any, least: int = 1) -> int:
+    """Return a whole number of at least `least`."""
+    number = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not number or value < least:
+        raise InputError(f"{name} is {shown(value)}; give a whole number, {least} or more.")
+    return int(value)

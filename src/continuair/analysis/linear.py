@@ -9,12 +9,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from continuair import checks
-from continuair.engine.engine import Engine
+from continuair.engine.engine import Drive, Engine, Start
 from continuair.errors import InputError, shown
 from continuair.flight.steps import bend_compliance, fastest_frequency
-from continuair.kernels.forces.inputs import GENERAL, TIP
+from continuair.kernels.dynamics import MODELS
 from continuair.vehicle.coordinates import state_from_paper
-from continuair.vehicle.layout import Layout
+from continuair.vehicle.layout import GENERAL, TIP, Layout
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 
@@ -104,7 +104,7 @@ def linearize(
     Raises InputError.
     """
     check_single_vehicle(vehicle)
-    checks.choice("model", model, ("coupled", "decoupled", "independent"))
+    checks.choice("model", model, MODELS)
     gravity = checks.gravity(gravity)
     layout = Layout(vehicle.sections)
     n = layout.coordinates
@@ -122,14 +122,9 @@ def linearize(
     engine = Engine(vehicle, model)
 
     def differences(states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-        rate = engine.derivative(
-            states,
-            np.full(len(states), at[-1]),
-            inputs,
-            gravity,
-            GENERAL + TIP,
-            np.broadcast_to(centre, states.shape),
-        )
+        frozen = np.broadcast_to(centre, states.shape)
+        start = Start(states, np.full(len(states), at[-1]), frozen)
+        rate = engine.derivative(start, Drive(inputs, False, GENERAL + TIP, gravity))
         return np.einsum("h,ihk->ki", weights, _tangent(rate, states, layout).reshape(-1, 4, 2 * n))
 
     A = differences(states, inputs[None, None])
@@ -185,7 +180,9 @@ def trim(
         inputs[..., layout.tip_wrench] = tip_wrench
         inputs[1:, 0, 0, layout.bend_moment] = np.eye(layout.bends)
         rows = [
-            engine.derivative(state, np.zeros(1), row, gravity, GENERAL + TIP)[0, layout.bend_rate]
+            engine.derivative(Start(state, np.zeros(1)), Drive(row, False, GENERAL + TIP, gravity))[
+                0, layout.bend_rate
+            ]
             for row in inputs
         ]
         compliance = np.column_stack([row - rows[0] for row in rows[1:]])
@@ -216,8 +213,9 @@ def _balance(engine: Engine, q: np.ndarray, tip_wrench: Any, gravity: float) -> 
     state = np.repeat(state_from_paper(q[None], np.zeros((1, len(q)))), 7, axis=0)
     inputs = np.zeros((1, 7, layout.inputs))
     inputs[..., layout.tip_wrench] = tip_wrench
-    inputs[0, 1:, :6] = np.eye(6)
-    rate = engine.derivative(state, np.full(7, q[-1]), inputs, gravity, GENERAL + TIP)
+    inputs[0, 1:, layout.force.start : layout.moment.stop] = np.eye(6)
+    acting = Drive(inputs, False, GENERAL + TIP, gravity)
+    rate = engine.derivative(Start(state, np.full(7, q[-1])), acting)
     rate = np.hstack([rate[:, layout.velocity], rate[:, layout.angular_velocity]])
     return np.linalg.solve((rate[1:] - rate[0]).T, -rate[0])
 

@@ -83,7 +83,7 @@ def run_tracking(
     loaded, law = load_vehicle(vehicle), load_gains(gains)
     chosen_letters(letters)
     with progress_bar() as progress:
-        from continuair.flight.simulate import MODELS
+        from continuair.kernels.dynamics import MODELS
         from continuair.studies.tracking.study import tracking as run
 
         with nullcontext() if out is None else ResultFolder(out, "tracking") as folder:

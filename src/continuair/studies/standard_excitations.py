@@ -17,12 +17,12 @@ from typing import Any
 
 import numpy as np
 
-from continuair.engine.engine import Engine
+from continuair.engine.engine import Drive, Engine, Start
 from continuair.errors import InputError, nearest
-from continuair.kernels.forces.inputs import GENERAL
 from continuair.scenario.excitations import Wave
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.layout import GENERAL
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -176,7 +176,8 @@ def held_hover(vehicle: Vehicle, q: Array, gravity: float = 9.81) -> dict[str, A
     def pushed(push: Array) -> Array:
         inputs = np.zeros((1, len(rows), layout.inputs))
         inputs[0, :, layout.push] = scale * push
-        rate = engine.derivative(state, rows[:, -1], inputs, gravity, GENERAL)
+        start = Start(state, rows[:, -1])
+        rate = engine.derivative(start, Drive(inputs, False, GENERAL, gravity))
         found: Array = rate[:, layout.velocity.start :]
         return found
 

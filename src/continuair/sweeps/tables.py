@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, model_validator
 
 from continuair.errors import InputError, nearest
-from continuair.scenario.excitations import Channel
 from continuair.vehicle.fields import Count, Finite, NotNegative, Part, Positive
+from continuair.vehicle.layout import CHANNELS
 from continuair.vehicle.vehicle import Vehicle
 
 
@@ -21,6 +21,15 @@ def _positive_or_auto(value: Any) -> float | str:
 
 
 Step = Annotated[float | str, BeforeValidator(_positive_or_auto)]
+
+
+def _channel(value: Any) -> str:
+    if not isinstance(value, str) or value not in CHANNELS:
+        raise ValueError(f"must be one of {', '.join(CHANNELS)}")
+    return value
+
+
+Channel = Annotated[str, BeforeValidator(_channel)]
 
 STATE = ("x", "y", "z", "roll", "pitch", "yaw", "kappa", "psi_a")
 """The paper's coordinates, in order."""

@@ -16,12 +16,13 @@ import numpy as np
 
 from continuair.analysis.beam import curvature_error
 from continuair.analysis.convergence import REFERENCE
-from continuair.analysis.couplings import COUPLINGS, fly_without
+from continuair.analysis.couplings import fly_without
 from continuair.analysis.groups import place
 from continuair.analysis.metrics import geodesic_angle, rmse
 from continuair.controllers.gain_files import Gains, load_gains
 from continuair.errors import InputError, nearest, shown
 from continuair.flight.simulate import simulate
+from continuair.kernels.dynamics import COUPLINGS
 from continuair.scenario.letters import LETTERS
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.advise.tracking import tracking_limit

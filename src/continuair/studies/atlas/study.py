@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from continuair.analysis.attribution import attribution, responsible
-from continuair.analysis.couplings import COUPLINGS
+from continuair.analysis.couplings import attribution, responsible
 from continuair.analysis.groups import PERIOD, vehicle_of
 from continuair.errors import InputError, shown
+from continuair.kernels.dynamics import COUPLINGS
 from continuair.studies.atlas.flights import fly, sample, scenario_of
 from continuair.studies.atlas.loops import fly_loops, sample_loops
 from continuair.studies.atlas.summary import summarise, summarise_loops

@@ -24,7 +24,8 @@ from continuair.analysis.convergence import (
 )
 from continuair.analysis.metrics import compare
 from continuair.errors import ContinuairWarning, InputError, nearest, shown
-from continuair.flight.simulate import MODELS, simulate
+from continuair.flight.simulate import simulate
+from continuair.kernels.dynamics import MODELS
 from continuair.scenario.scenarios import OPEN_LOOP_TESTS, Scenario, open_loop_test
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 

@@ -25,7 +25,8 @@ from continuair.analysis.convergence import (
 )
 from continuair.analysis.metrics import compare
 from continuair.errors import ContinuairWarning, InputError, nearest, shown
-from continuair.flight.simulate import MODELS, simulate
+from continuair.flight.simulate import simulate
+from continuair.kernels.dynamics import MODELS
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.sensitivity.claims import verdicts
 from continuair.studies.sensitivity.measures import VARIABLES, apart, measures

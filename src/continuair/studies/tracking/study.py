@@ -13,7 +13,8 @@ from continuair.analysis.convergence import REFERENCE
 from continuair.analysis.lyapunov import lyapunov, ultimate_bound
 from continuair.controllers.gain_files import Gains, load_gains
 from continuair.errors import InputError, nearest, shown
-from continuair.flight.simulate import MODELS, simulate
+from continuair.flight.simulate import simulate
+from continuair.kernels.dynamics import MODELS
 from continuair.scenario.letters import LETTERS
 from continuair.studies.tracking.task import SETTINGS, Setting, chosen_letters, equipped, task
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
