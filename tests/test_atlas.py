@@ -8,8 +8,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import continuair as ca
-from continuair.analysis.couplings import attribution
-from continuair.analysis.couplings import COUPLINGS
+from continuair.analysis.couplings import COUPLINGS, attribution
 from continuair.analysis.groups import PERIOD, coupling, place, vehicle_of
 from continuair.analysis.importance import importance
 from continuair.cli import app

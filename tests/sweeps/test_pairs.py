@@ -8,7 +8,7 @@ from continuair.analysis.metrics import tip_euler
 from continuair.controllers.controller import Controller, stack
 from continuair.controllers.gains import design
 from continuair.controllers.servoing import servoing
-from continuair.kernels.deviations import DEVIATIONS
+from continuair.engine.pairs import DEVIATIONS
 from continuair.scenario import paths
 from continuair.scenario.targets import Target
 

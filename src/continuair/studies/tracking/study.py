@@ -117,7 +117,7 @@ def tracking(
                 scenario,
                 model=model,
                 sample=SAMPLE,
-                step=float(runs[model].attrs["step"]) / 2,
+                step=float(runs[model]["step"].min()) / 2,
                 variables=["feature_error"],
             )
             _step_errors(entries, runs[model], fine, model, written)
@@ -273,6 +273,6 @@ def _step_errors(
         late = coarse["time"].to_numpy() >= TRANSIENT
         change = fine["feature_error"].to_numpy()[row] - coarse["feature_error"].to_numpy()[row]
         entry = entries[letter][model]
-        entry["step_s"] = float(coarse.attrs["step"])
+        entry["step_s"] = float(coarse["step"][row])
         entry["step_change_px"] = float(np.abs(change[late]).max())
         entry["step_halving_error"] = entry["step_change_px"] / entry["rms_px"]
