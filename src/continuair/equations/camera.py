@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from continuair.errors import InputError, shown
-from continuair.vehicle.vehicle import Camera, Vehicle
+from continuair.vehicle.camera import Camera
+from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 

@@ -7,16 +7,20 @@ from __future__ import annotations
 
 import math
 import numbers
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, get_args
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
-from continuair.errors import InputError, input_error, nearest, shown
+from continuair.errors import ContinuairWarning, InputError, input_error, nearest, shown
 
-# Entries across the diagonal may differ by this much of the largest entry.
-_ASYMMETRY = 1e-9
+ROUNDING = 1e-9
+"""Share by which numbers that are meant to be equal may differ."""
+
+# No rigid body exceeds the triangle inequality of its moments; rounded or measured data may.
+_TRIANGLE_EXCESS = 0.05
 
 
 def _real(value: object) -> float:
@@ -120,10 +124,24 @@ def symmetric_matrix(value: object) -> Matrix:
         xx, yy, zz = entries
         return (xx, 0.0, 0.0), (0.0, yy, 0.0), (0.0, 0.0, zz)
     xx, xy, xz, yx, yy, yz, zx, zy, zz = entries
-    tolerance = _ASYMMETRY * max(map(abs, entries))
+    tolerance = ROUNDING * max(map(abs, entries))
     if max(abs(xy - yx), abs(xz - zx), abs(yz - zy)) > tolerance:
         raise ValueError("must be symmetric")
     return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
+
+
+def check_moments(field: str, smallest: float, middle: float, largest: float) -> None:
+    """Refuse, or warn about, principal moments that no distribution of mass can have."""
+    if largest <= (smallest + middle) * (1 + ROUNDING):
+        return
+    text = (
+        f"the largest principal moment {largest:.6g} kg m² exceeds the sum "
+        f"{smallest + middle:.6g} kg m² of the other two"
+    )
+    if largest > (smallest + middle) * (1 + _TRIANGLE_EXCESS):
+        raise ValueError(f"belongs to no rigid body: {text} by more than 5 %")
+    text = f"{field} belongs to no rigid body: {text} by less than 5 %, and is used as given."
+    warnings.warn(text, ContinuairWarning, stacklevel=2)
 
 
 class _Shape(str):
