@@ -7,7 +7,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from continuair.scenario.scenarios import open_loop_test
+from continuair.scenario.paper_tests import open_loop_test
 
 Array = np.ndarray
 

@@ -25,7 +25,8 @@ from continuair.analysis.convergence import (
 from continuair.analysis.metrics import compare
 from continuair.errors import ContinuairWarning, InputError, nearest, shown
 from continuair.flight.simulate import MODELS, simulate
-from continuair.scenario.scenarios import OPEN_LOOP_TESTS, Scenario, open_loop_test
+from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, open_loop_test
+from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 PRINTED = {
