@@ -202,7 +202,7 @@ def test_ctrl_c_while_anything_loads_is_told_without_a_traceback(module: str) ->
         "main()\n"
     )
     # The package that is tested, whichever is installed.
-    environment = os.environ | {"PYTHONPATH": str(Path(study.__file__).parents[2])}
+    environment = os.environ | {"PYTHONPATH": str(Path(study.__file__).parents[3])}
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, env=environment
     )
