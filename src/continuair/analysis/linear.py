@@ -210,6 +210,40 @@ def trim(
     return Trim(q, A_force[:3], A_force[3:], -residual(k) if bend is not None else 0.0 * k)
 
 
+def held_hover(vehicle: Vehicle, q: np.ndarray, gravity: float = 9.81) -> dict[str, Any]:
+    """Return force, moment and bend_moment that keep vehicles at rest, level, at a bend.
+
+    vehicle: plain or batched; q: (8,) or (runs, 8) paper coordinates. As `trim`, for a batch.
+    """
+    engine = Engine(vehicle, "decoupled")
+    layout, rows = engine.layout, np.atleast_2d(q)
+    rows = np.broadcast_to(rows, (max(len(rows), vehicle.runs or 1), layout.coordinates))
+    state = state_from_paper(rows, np.zeros(rows.shape))
+    # Unit pushes would be lost in the rounding of a large vehicle's accelerations.
+    arm = vehicle.arm
+    inertial = np.asarray(vehicle.mass * arm.length * np.square(arm.clamped_frequency))
+    powers = np.array([1.0] * 3 + [2.0] * 3 + [3.0] * layout.bends)
+    scale = inertial[..., None] * np.asarray(arm.length)[..., None] ** (powers - 1.0)
+    scale = np.broadcast_to(scale, (len(rows), layout.coordinates))
+
+    def pushed(push: np.ndarray) -> np.ndarray:
+        inputs = np.zeros((1, len(rows), layout.inputs))
+        inputs[0, :, layout.push] = scale * push
+        rate = engine.derivative(state, rows[:, -1], inputs, gravity, GENERAL)
+        found: np.ndarray = rate[:, layout.velocity.start :]
+        return found
+
+    still = pushed(np.zeros(layout.coordinates))
+    answers = [pushed(unit) - still for unit in np.eye(layout.coordinates)]
+    held = scale * np.linalg.solve(np.stack(answers, axis=-1), -still[..., None])[..., 0]
+    held = held[0] if np.ndim(q) == 1 and vehicle.runs is None else held
+    return {
+        "force": held[..., layout.force],
+        "moment": held[..., layout.moment],
+        "bend_moment": held[..., layout.bend_moment],
+    }
+
+
 def _balance(engine: Engine, q: np.ndarray, tip_wrench: Any, gravity: float) -> np.ndarray:
     """World force and body moment that leave the base without acceleration."""
     layout = engine.layout
