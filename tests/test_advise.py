@@ -108,7 +108,7 @@ def test_advice_is_stored_as_strict_json_a_table_and_a_figure(
     ("arguments", "parts"),
     [
         (("papre",), ("vehicle is 'papre'", "use paper")),
-        (("paper", "--task", "hoover"), ("task is 'hoover'", "use hover")),
+        (("paper", "--task", "hoover"), ("task holds 'hoover'", "use hover")),
         (("paper", "--tolerance", "-1"), ("tolerance is -1.0",)),
         (("paper", "--pixels", "nan"), ("pixels is nan",)),
         (("paper", "--gains", "none"), ("gains is 'none'",)),

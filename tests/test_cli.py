@@ -58,7 +58,7 @@ def assert_refused(result: Any, *parts: str) -> None:
         (("--vehicle", "no/such.toml"), ("no/such.toml: no such file",)),
         (("--tests", "ABX"), ("tests holds 'X'", "A, B, C, D")),
         (("--tests", ""), ("tests is empty",)),
-        (("--model", "copled"), ("model is 'copled'", "use coupled")),
+        (("--model", "copled"), ("model holds 'copled'", "use coupled")),
     ],
 )
 def test_unusable_input_is_refused_in_one_sentence_and_writes_nothing(

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from continuair import checks
 from continuair.analysis.metrics import geodesic_angle
+from continuair.flight.simulate import MODELS
 
 Array = NDArray[np.float64]
 Flown = dict[str, xr.Dataset]
@@ -26,6 +28,13 @@ CONVERGED = 0.01
 
 FALL = 2.0
 """Least ratio of successive step-halving errors that shows convergence; RK4 alone has 16."""
+
+
+def compared_models(models: Iterable[str]) -> list[str]:
+    """Return models and the reference in the order of MODELS, or raise InputError."""
+    given = [models] if isinstance(models, str) else models
+    chosen = checks.choices("model", [REFERENCE, *given], MODELS)
+    return [model for model in MODELS if model in chosen]
 
 
 def settled(errors: Sequence[float], singular: bool) -> bool:

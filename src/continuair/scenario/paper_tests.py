@@ -25,14 +25,12 @@ def open_loop_test(name: str, f1: float = 1.0) -> Scenario:
     if not isinstance(key, str) or key not in OPEN_LOOP_TESTS:
         problem = f"test is {shown(name)}, but must be a letter from A to D"
         raise InputError(f"{problem}; use one of: {', '.join(OPEN_LOOP_TESTS)}.")
-    if not checks.is_number(f1) or f1 < 0:
-        problem = f"f1 is {shown(f1)}, but must be a finite number of 0 or more"
-        raise InputError(f"{problem}; give the chirp's final frequency [Hz].")
+    f1 = checks.number("f1", f1, least=0.0, otherwise=" [Hz]")
     inputs: dict[str, dict[str, Any]] = {
         "A": {"tau": (100.0, 0, 0, 0, 0, 0, 0, 0)},
         "B": {},
         "C": {"tau": bend_torques},
-        "D": {"tip_wrench": functools.partial(tip_chirp, f1=float(f1)), "tip_wrench_sign": -1},
+        "D": {"tip_wrench": functools.partial(tip_chirp, f1=f1), "tip_wrench_sign": -1},
     }
     q = (0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.1, 0.0)
     return Scenario(f"Test {key}", q, duration=1.0, **inputs[key])

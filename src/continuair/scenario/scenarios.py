@@ -129,9 +129,14 @@ class Scenario:
         if not checks.is_number(self.tip_wrench_sign) or self.tip_wrench_sign not in (1, -1):
             problem = f"tip_wrench_sign is {shown(self.tip_wrench_sign)}, but must be 1 or -1"
             raise InputError(f"{problem}; give 1 for a wrench that acts on the tip.")
-        checked["duration"] = _duration(self.duration)
+        checked["duration"] = checks.positive("duration", self.duration, " [s]")
         checked["jumps"] = _jumps(self.jumps, checked["duration"])
         checked["gravity"] = checks.gravity(self.gravity)
+        checked["seed"] = checks.whole("seed", self.seed, 0)
+        if self.control_period is not None:
+            otherwise = " [s], or None to evaluate the controller at every stage"
+            period = checks.positive("control_period", self.control_period, otherwise)
+            checked["control_period"] = period
         self._check_loop()
         for name, value in checked.items():
             object.__setattr__(self, name, value)
@@ -142,12 +147,6 @@ class Scenario:
                 f"controller is {shown(self.controller)}; give one of continuair.controllers, such "
                 "as servoing(...) or hold(...)."
             )
-        period = self.control_period
-        if period is not None and not (checks.is_number(period) and period > 0):
-            raise InputError(
-                f"control_period is {shown(period)}; give a finite number above 0 [s], or None to "
-                "evaluate the controller at every stage."
-            )
         if self.target is not None:
             _check_targets(self.target)
         if self.controller is not None and self.controller.looks and not self.targets:
@@ -155,8 +154,6 @@ class Scenario:
                 f"target is None, but the controller {self.controller.name} looks at one; give a "
                 "continuair.Target."
             )
-        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
-            raise InputError(f"seed is {shown(self.seed)}; give a whole number of 0 or more.")
 
     @property
     def targets(self) -> tuple[Target, ...]:
@@ -243,13 +240,6 @@ def _input(field: str, value: Any) -> Array | Callable[[float], ArrayLike] | Non
         raise InputError(f"{problem}; give {meaning}.")
     result: Array | Callable[[float], ArrayLike] = value if at else array
     return result
-
-
-def _duration(value: Any) -> float:
-    if not checks.is_number(value) or not value > 0:
-        problem = f"duration is {shown(value)}, but must be a finite number above 0"
-        raise InputError(f"{problem}; give the duration of the flight [s].")
-    return float(value)
 
 
 def _jumps(value: Any, duration: float) -> tuple[float, ...]:

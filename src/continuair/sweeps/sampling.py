@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from continuair import checks
 from continuair.errors import InputError, nearest, shown
 
 SAMPLINGS = ("sobol", "latin-hypercube")
@@ -57,7 +58,7 @@ def flat(fields: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 def _listed(field: str, value: Any) -> Array:
     if isinstance(value, Mapping):
         low, high, log = _range(field, value)
-        count = _count(f"{field}.count", value.get("count"))
+        count = checks.whole(f"{field}.count", value.get("count"), 1)
         return np.geomspace(low, high, count) if log else np.linspace(low, high, count)
     return values(field, value)
 
@@ -78,9 +79,8 @@ def _sampled(fields: dict[str, Any], sampling: Any, count: Any, seed: Any) -> di
     # SciPy's statistics are slow to import.
     from scipy.stats import qmc
 
-    if sampling not in SAMPLINGS:
-        raise InputError(f"sampling is {shown(sampling)}; {nearest(str(sampling), SAMPLINGS)}.")
-    count = _count("count", count)
+    checks.choice("sampling", sampling, SAMPLINGS)
+    count = checks.whole("count", count, 1)
     for name, value in fields.items():
         if not isinstance(value, Mapping) or "count" in value:
             raise InputError(
@@ -105,23 +105,8 @@ def _range(field: str, value: Mapping[str, Any]) -> tuple[float, float, bool]:
     for key in value:
         if key not in _RANGE_KEYS:
             raise InputError(f"{field}.{key} is not part of a range; {nearest(key, _RANGE_KEYS)}.")
-    low, high = (_number(f"{field}.{key}", value.get(key)) for key in ("from", "to"))
-    spacing = value.get("spacing", "linear")
-    if spacing not in _SPACINGS:
-        raise InputError(f"{field}.spacing is {shown(spacing)}; use one of linear, log.")
+    low, high = (checks.number(f"{field}.{key}", value.get(key)) for key in ("from", "to"))
+    spacing = checks.choice(f"{field}.spacing", value.get("spacing", "linear"), _SPACINGS)
     if spacing == "log" and not (low > 0.0 and high > 0.0):
         raise InputError(f"{field} has spacing 'log' from {low} to {high}; give ends above 0.")
     return low, high, spacing == "log"
-
-
-def _count(what: str, count: Any) -> int:
-    if not isinstance(count, int) or isinstance(count, bool) or count < 1:
-        raise InputError(f"{what} is {shown(count)}; give a whole number above 0.")
-    return count
-
-
-def _number(what: str, value: Any) -> float:
-    real = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not real or not np.isfinite(value):
-        raise InputError(f"{what} is {shown(value)}; give a finite number.")
-    return float(value)

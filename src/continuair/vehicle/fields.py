@@ -6,7 +6,6 @@ Fields accept Python and NumPy numbers, lists, tuples and arrays, and hold plain
 from __future__ import annotations
 
 import math
-import numbers
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, get_args
@@ -14,6 +13,7 @@ from typing import Annotated, Any, get_args
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
+from continuair import checks
 from continuair.errors import ContinuairWarning, InputError, input_error, nearest, shown
 
 ROUNDING = 1e-9
@@ -24,17 +24,12 @@ _TRIANGLE_EXCESS = 0.05
 
 
 def _real(value: object) -> float:
-    """Return a number as float; NaN, which no field accepts, for what is not a number."""
+    """Return a number as float; NaN, which no field accepts, for what is no finite number."""
     if type(value) is float:
         return value
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value.item()
-    if isinstance(value, bool) or not isinstance(value, numbers.Real):
-        return math.nan
-    try:
-        return float(value)
-    except OverflowError:
-        return math.inf
+    return float(value) if checks.is_number(value) else math.nan
 
 
 def _finite(value: object) -> float:
@@ -62,6 +57,13 @@ def _count(value: object) -> int:
     number = _real(value)
     if not 0 < number < math.inf or not number.is_integer():
         raise ValueError("must be a whole number above 0")
+    return int(number)
+
+
+def _whole(value: object) -> int:
+    number = _real(value)
+    if not 0 <= number < math.inf or not number.is_integer():
+        raise ValueError("must be a whole number, 0 or above")
     return int(number)
 
 
@@ -100,6 +102,7 @@ PositivePair = Annotated[tuple[float, float], _entries(2, _positive)]
 NotNegativePair = Annotated[tuple[float, float], _entries(2, _not_negative)]
 Pair = Annotated[tuple[float, float], _entries(2, _finite)]
 Count = Annotated[int, BeforeValidator(_count)]
+Whole = Annotated[int, BeforeValidator(_whole)]
 CountPair = Annotated[tuple[int, int], _entries(2, _count)]
 Vector = Annotated[tuple[float, float, float], _entries(3, _finite)]
 Quaternion = Annotated[tuple[float, float, float, float], _entries(4, _finite)]

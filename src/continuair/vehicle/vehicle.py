@@ -12,9 +12,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from pydantic import field_validator
 
+from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.files import Presets
 from continuair.vehicle import runs as batch
@@ -80,8 +80,7 @@ class Vehicle(Part):
         """Return the plain vehicle of one run; a plain vehicle is the same in every run."""
         if self.runs is None:
             return self
-        whole = isinstance(run, (int, np.integer)) and not isinstance(run, bool)
-        if not whole or not 0 <= run < self.runs:
+        if not checks.is_whole(run) or not 0 <= run < self.runs:
             valid = f"give a whole number from 0 to {self.runs - 1}"
             raise InputError(f"run is {shown(run)}, but the vehicle has {self.runs} runs; {valid}.")
         selected: Vehicle = batch.pick(self, int(run))

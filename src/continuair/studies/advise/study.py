@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
+from continuair import checks
 from continuair.analysis.beam import curvature_error
 from continuair.analysis.convergence import REFERENCE
 from continuair.analysis.couplings import COUPLINGS, fly_without
 from continuair.analysis.groups import place
 from continuair.analysis.metrics import geodesic_angle, rmse
 from continuair.controllers.gain_files import Gains, load_gains
-from continuair.errors import InputError, nearest, shown
 from continuair.flight.simulate import simulate
 from continuair.scenario.letters import LETTERS
 from continuair.scenario.scenarios import Scenario
@@ -65,19 +65,14 @@ class Tolerance:
     pixels: float = 0.7
 
     def __post_init__(self) -> None:
-        for name, value in (("tolerance", self.tip), ("pixels", self.pixels)):
-            number = isinstance(value, (int, float)) and not isinstance(value, bool)
-            if not number or not 0.0 < value < np.inf:
-                raise InputError(f"{name} is {shown(value)}; give a finite number above 0.")
+        checks.positive("tolerance", self.tip)
+        checks.positive("pixels", self.pixels)
 
 
 def chosen_tasks(tasks: Sequence[str]) -> list[str]:
     """The tasks asked for, all by default, or InputError."""
     known = [*TASKS, *(f"track:{letter}" for letter in LETTERS)]
-    for task in tasks:
-        if task not in known:
-            raise InputError(f"task is {shown(task)}; {nearest(str(task), known)}.")
-    return list(dict.fromkeys(tasks)) or [*TASKS, "track:M"]
+    return checks.choices("task", tasks or [*TASKS, "track:M"], known)
 
 
 def advise(

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from continuair import checks
 from continuair.analysis.groups import GROUPS, coupling, vehicle_of
-from continuair.errors import InputError, shown
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time, standard_scenario
 from continuair.sweeps import run_pairs
 from continuair.vehicle.runs import take
@@ -56,8 +56,7 @@ def sample(excitation: str, runs: int, seed: int) -> dict[str, Array]:
     """
     from scipy.stats import qmc
 
-    if runs < 1:
-        raise InputError(f"runs is {shown(runs)}; give a whole number above 0.")
+    checks.whole("runs", runs, 1)
     names = varied(excitation)
     stream = np.random.default_rng([seed, list(EXCITATIONS).index(excitation)])
     points = qmc.Sobol(len(names), rng=stream).random_base2(int(np.ceil(np.log2(runs))))[:runs]

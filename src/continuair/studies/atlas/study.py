@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from continuair import checks
 from continuair.analysis.attribution import attribution, responsible
 from continuair.analysis.couplings import COUPLINGS
 from continuair.analysis.groups import PERIOD, vehicle_of
-from continuair.errors import InputError, shown
 from continuair.studies.atlas.flights import fly, sample, scenario_of
 from continuair.studies.atlas.loops import fly_loops, sample_loops
 from continuair.studies.atlas.summary import summarise, summarise_loops
@@ -64,9 +64,8 @@ def atlas(runs: int = RUNS, seed: int = 0, *, progress: Progress | None = None) 
 
 def check(runs: int, seed: int) -> None:
     """Raise InputError unless an atlas can be made of that many runs."""
-    for name, value, least in (("runs", runs, LEAST), ("seed", seed, 0)):
-        if isinstance(value, bool) or not isinstance(value, int) or value < least:
-            raise InputError(f"{name} is {shown(value)}; give a whole number of {least} or more.")
+    checks.whole("runs", runs, LEAST)
+    checks.whole("seed", seed, 0)
 
 
 def _attributed(name: str, runs: int, seed: int) -> dict[str, Any]:

@@ -14,16 +14,18 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from continuair import checks
 from continuair.analysis.convergence import (
     REFERENCE,
     SAMPLE,
     Flown,
+    compared_models,
     settled,
     step_errors,
     step_of,
 )
 from continuair.analysis.metrics import compare
-from continuair.errors import ContinuairWarning, InputError, nearest, shown
+from continuair.errors import ContinuairWarning
 from continuair.flight.simulate import MODELS, simulate
 from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, open_loop_test
 from continuair.scenario.scenarios import Scenario
@@ -110,22 +112,9 @@ def open_loop(
 
 def choose(tests: Iterable[str], models: Iterable[str]) -> tuple[list[str], list[str]]:
     """Return the tests and models to run, in the study's order, or raise InputError."""
-    letters = [str(letter).strip().upper() for letter in tests]
-    known = ", ".join(OPEN_LOOP_TESTS)
-    if not letters:
-        raise InputError(f"tests is empty, but must name at least one test; use some of: {known}.")
-    for letter in letters:
-        if letter not in OPEN_LOOP_TESTS:
-            raise InputError(f"tests holds {letter!r}, which is not a test; use some of: {known}.")
-    names = [models] if isinstance(models, str) else list(models)
-    for name in names:
-        if name not in MODELS:
-            problem = f"model is {shown(name)}, which is not known"
-            raise InputError(f"{problem}; {nearest(str(name), MODELS)}.")
-    return (
-        [letter for letter in OPEN_LOOP_TESTS if letter in letters],
-        [model for model in MODELS if model in names or model == REFERENCE],
-    )
+    given = [str(letter).strip().upper() for letter in tests]
+    letters = checks.choices("tests", given, OPEN_LOOP_TESTS)
+    return sorted(letters), compared_models(models)
 
 
 class _Flights:

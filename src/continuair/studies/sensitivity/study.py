@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from continuair import checks
 from continuair.analysis.convergence import (
     REFERENCE,
     SAMPLE,
@@ -24,7 +25,7 @@ from continuair.analysis.convergence import (
     step_of,
 )
 from continuair.analysis.metrics import compare
-from continuair.errors import ContinuairWarning, InputError, nearest, shown
+from continuair.errors import ContinuairWarning
 from continuair.flight.simulate import MODELS, simulate
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.sensitivity.claims import verdicts
@@ -101,14 +102,7 @@ def sensitivity(
 
 
 def _chosen(parameters: Iterable[str]) -> list[Parameter]:
-    names = [parameters] if isinstance(parameters, str) else list(parameters)
-    if not names:
-        known = ", ".join(PARAMETERS)
-        raise InputError(f"parameters is empty, but must name at least one; use some of: {known}.")
-    for name in names:
-        if name not in PARAMETERS:
-            problem = f"parameters holds {shown(name)}, which is not known"
-            raise InputError(f"{problem}; {nearest(str(name), PARAMETERS)}.")
+    names = checks.choices("parameters", parameters, PARAMETERS)
     return [PARAMETERS[name] for name in PARAMETERS if name in names]
 
 

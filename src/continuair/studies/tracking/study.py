@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from continuair.analysis.convergence import REFERENCE
+from continuair import checks
+from continuair.analysis.convergence import REFERENCE, compared_models
 from continuair.analysis.lyapunov import lyapunov, ultimate_bound
 from continuair.controllers.gain_files import Gains, load_gains
-from continuair.errors import InputError, nearest, shown
 from continuair.flight.simulate import MODELS, simulate
 from continuair.scenario.letters import LETTERS
 from continuair.studies.tracking.task import SETTINGS, Setting, chosen_letters, equipped, task
@@ -84,8 +84,8 @@ def tracking(
     reference. progress: called with (done, total, what) before each batch. Raises InputError.
     """
     check_single_vehicle(vehicle)
-    written, plants = chosen_letters(letters), _plants(models)
-    names = [*settings]
+    written, plants = chosen_letters(letters), compared_models(models)
+    names = checks.choices("settings", settings, SETTINGS)
     gains = gains or load_gains("paper")
     total, done = 2 * len(names) * len(plants), 0
     found: dict[str, Any] = {}
@@ -144,14 +144,6 @@ def tracking(
         "settings": {name: found[name] for name in names[1:]},
     }
     return Tracking(results, datasets)
-
-
-def _plants(models: Iterable[str]) -> list[str]:
-    chosen = [models] if isinstance(models, str) else list(models)
-    for name in chosen:
-        if name not in MODELS:
-            raise InputError(f"model is {shown(name)}; {nearest(str(name), MODELS)}.")
-    return [model for model in MODELS if model in chosen or model == REFERENCE]
 
 
 def _entries(

@@ -18,9 +18,10 @@ import numpy as np
 import xarray as xr
 from scipy.stats import qmc
 
+from continuair import checks
 from continuair.controllers.controller import stack
 from continuair.controllers.gain_files import Gains
-from continuair.errors import InputError, shown
+from continuair.errors import InputError
 from continuair.flight.simulate import simulate
 from continuair.studies.tracking.task import SETTINGS, equipped, task
 from continuair.vehicle.vehicle import Vehicle
@@ -70,13 +71,9 @@ def tune(
     candidates: per round, a power of two. letters: M has the sharpest corners. Raises
     InputError.
     """
-    for name, value, least in (
-        ("candidates", candidates, 2),
-        ("rounds", rounds, 1),
-        ("seed", seed, 0),
-    ):
-        if isinstance(value, bool) or not isinstance(value, int) or value < least:
-            raise InputError(f"{name} is {shown(value)}; give a whole number of at least {least}.")
+    checks.whole("candidates", candidates, 2)
+    checks.whole("rounds", rounds, 1)
+    checks.whole("seed", seed, 0)
     if candidates & (candidates - 1):
         raise InputError(f"candidates is {candidates}; give a power of two, such as 128.")
     lows, highs = np.log([list(r) for r in RANGES.values()]).T
