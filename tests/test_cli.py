@@ -23,7 +23,7 @@ from continuair.cli.terminal import print_table
 from continuair.errors import ContinuairWarning, InputError
 from continuair.figures import open_loop as figures
 from continuair.flight.simulate import simulate
-from continuair.studies.open_loop.report import number
+from continuair.studies.tables import number
 from continuair.vehicle.vehicle import load_vehicle
 from tests.synthetic import flight
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import os
-import platform
 import shutil
 import uuid
 from dataclasses import dataclass
@@ -22,6 +21,7 @@ import zarr
 
 from continuair.errors import InputError
 from continuair.sweeps.design import Design, Variable
+from continuair.sweeps.machine import machine
 from continuair.sweeps.tables import Base
 from continuair.sweeps.units import quantities, unit_size
 from continuair.vehicle.vehicle import Vehicle
@@ -259,19 +259,6 @@ def _design_of(group: Any, attributes: dict[str, Any]) -> Design:
     return Design(
         Base(**described["base"]), Vehicle(**described["vehicle"]), variables, attributes["sizes"]
     )
-
-
-def machine() -> str:
-    """The kind of machine: what results to the last bit depend on, beside the versions."""
-    return f"{platform.system()} {platform.machine()}, {_processor()}"
-
-
-def _processor() -> str:
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return platform.processor()
-    return next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), "")
 
 
 def _versions() -> dict[str, str]:

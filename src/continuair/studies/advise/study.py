@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from time import perf_counter
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,17 +19,20 @@ from continuair.analysis.beam import curvature_error
 from continuair.analysis.convergence import REFERENCE
 from continuair.analysis.couplings import COUPLINGS, fly_without
 from continuair.analysis.groups import place
+from continuair.analysis.limits import find_limits
 from continuair.analysis.metrics import geodesic_angle, rmse
 from continuair.controllers.gain_files import Gains, load_gains
 from continuair.flight.simulate import simulate
 from continuair.scenario.letters import LETTERS
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.advise.tracking import tracking_limit
+from continuair.studies.progress import Progress, Steps
 from continuair.studies.standard_excitations import (
     EXCITATIONS,
     sample_time,
     standard_scenario,
 )
+from continuair.studies.timing import median_times
 from continuair.sweeps import run_pairs
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
@@ -53,8 +56,6 @@ _STEPS, _REPEATS = 50_000, 5
 
 REFINED = 8
 """Frequencies of the round that halves in on a limit."""
-
-Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
@@ -88,21 +89,13 @@ def advise(
     chosen = chosen_tasks(tasks)
     flown = [task for task in chosen if task in TASKS]
     names = list(dict.fromkeys(name for task in flown for name in TASKS[task]))
-    total = len(names) + len(chosen) - len(flown) + 1 + bool(names)
-    done = 0
-
-    def tell(what: str) -> None:
-        nonlocal done
-        if progress:
-            progress(done, total, what)
-        done += 1
-
+    steps = Steps(progress, len(names) + len(chosen) - len(flown) + 1 + bool(names))
     excitations: dict[str, Any] = {}
     for name in names:
-        tell(f"excitation {name}")
+        steps.begin(f"excitation {name}")
         excitations[name] = excite(vehicle, name, tolerance.tip)
     if names:
-        tell("couplings, one at a time")
+        steps.begin("couplings, one at a time")
         for name, found in attribute(vehicle, names).items():
             excitations[name]["couplings"] = found
             error = excitations[name]["models"]["decoupled"]["error"]
@@ -110,11 +103,11 @@ def advise(
     tracked = {}
     for task in chosen:
         if task not in TASKS:
-            tell(task)
+            steps.begin(task)
             letter = task.split(":")[1]
             law = gains or load_gains("paper")
             tracked[task] = tracking_limit(vehicle, letter, law, MODELS, tolerance.pixels)
-    tell("cost of a step")
+    steps.begin("cost of a step")
     results: dict[str, Any] = {
         "study": "advise",
         "vehicle": vehicle.describe(),
@@ -141,47 +134,36 @@ def excite(vehicle: Vehicle, name: str, tolerance: float) -> dict[str, Any]:
 
     limit_hz: NaN where no frequency tried is, inf where all are, None for a release or a fall.
     """
-    clamped = float(vehicle.arm.clamped_frequency) / (2.0 * np.pi)
-    errors = _errors(vehicle, name, np.array([MODERATE]))
-    found: dict[str, Any] = {
-        "meaning": EXCITATIONS[name].meaning,
-        "load": EXCITATIONS[name].load,
-        "load_ratio": EXCITATIONS[name].moderate,
-        "models": {},
+    excitation = EXCITATIONS[name]
+    errors = {model: float(e[0]) for model, e in _errors(vehicle, name, [MODERATE]).items()}
+    models: dict[str, dict[str, Any]] = {
+        model: {"error": error, "tolerable": error <= tolerance, "limit_hz": None}
+        for model, error in errors.items()
     }
-    for model in MODELS:
-        error = float(errors[model][0])
-        found["models"][model] = {
-            "error": error,
-            "tolerable": error <= tolerance,
-            "limit_hz": None,
-        }
-    if EXCITATIONS[name].on is None:
-        return found
-    scanned = _errors(vehicle, name, SCAN)
-    for model in MODELS:
-        ratios, values = SCAN, scanned[model]
-        within = values <= tolerance
-        if within[0] and not within.all():
-            first = int(np.argmin(within))
-            between = np.geomspace(SCAN[first - 1], SCAN[first], REFINED + 2)[1:-1]
-            more = _errors(vehicle, name, between)[model]
-            order = np.argsort(np.append(SCAN, between))
-            ratios, values = np.append(SCAN, between)[order], np.append(values, more)[order]
-            within = values <= tolerance
-        last = int(np.argmin(within))
-        limit = np.inf if within.all() else ratios[last - 1] * clamped if last else np.nan
-        found["models"][model] |= {
-            "limit_hz": float(limit),
-            "hz": (ratios * clamped).tolist(),
-            "errors": values.tolist(),
-        }
-    return found
+    if excitation.on is not None:
+        clamped = float(vehicle.arm.clamped_frequency) / (2.0 * np.pi)
+
+        def finer(ratios: np.ndarray, model: str) -> np.ndarray:
+            return _errors(vehicle, name, ratios)[model]
+
+        scanned = _errors(vehicle, name, SCAN)
+        for model, found in find_limits(SCAN, scanned, tolerance, finer, REFINED).items():
+            models[model] |= {
+                "limit_hz": found.last * clamped,
+                "hz": (found.places * clamped).tolist(),
+                "errors": found.errors.tolist(),
+            }
+    return {
+        "meaning": excitation.meaning,
+        "load": excitation.load,
+        "load_ratio": excitation.moderate,
+        "models": models,
+    }
 
 
-def _errors(vehicle: Vehicle, name: str, frequencies: np.ndarray) -> dict[str, np.ndarray]:
+def _errors(vehicle: Vehicle, name: str, frequencies: Any) -> dict[str, np.ndarray]:
     """Error of each model at each frequency; infinite where a flight ended early."""
-    scenario = standard_scenario(name, vehicle, frequency=frequencies)
+    scenario = standard_scenario(name, vehicle, frequency=np.asarray(frequencies))
     found = run_pairs(vehicle, scenario, MODELS, sample=sample_time(vehicle))
     errors = {}
     for model in MODELS:
@@ -238,23 +220,17 @@ def _together(scenarios: Sequence[Scenario]) -> Scenario:
 def step_cost(vehicle: Vehicle) -> dict[str, float]:
     """Median time of a model's step over that of the coupled one's, flown in turns."""
     scenario = standard_scenario("release", vehicle)
-    times: dict[str, list[float]] = {model: [] for model in (REFERENCE, *MODELS)}
-    for repeat in range(_REPEATS + 1):
-        for model, values in times.items():
-            start = perf_counter()
-            simulate(
-                vehicle,
-                scenario,
-                model=model,
-                step=scenario.duration / _STEPS,
-                sample=scenario.duration,
-                variables=["position"],
-            )
-            # The first round loads the kernels.
-            if repeat:
-                values.append(perf_counter() - start)
-    medians = {model: float(np.median(values)) for model, values in times.items()}
-    return {model: medians[model] / medians[REFERENCE] for model in MODELS}
+    options: dict[str, Any] = {
+        "step": scenario.duration / _STEPS,
+        "sample": scenario.duration,
+        "variables": ["position"],
+    }
+    flights = {
+        model: partial(simulate, vehicle, scenario, model=model, **options)
+        for model in (REFERENCE, *MODELS)
+    }
+    times = median_times(flights, _REPEATS)
+    return {model: times[model] / times[REFERENCE] for model in MODELS}
 
 
 def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,6 +9,7 @@ import xarray as xr
 
 from continuair import checks
 from continuair.analysis.groups import GROUPS, coupling, vehicle_of
+from continuair.studies.progress import Progress
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time, standard_scenario
 from continuair.sweeps import run_pairs
 from continuair.vehicle.runs import take
@@ -41,7 +41,6 @@ ERRORS = {
 """What is kept of a pair."""
 
 _CHUNK = 256
-Progress = Callable[[int, int, str], None]
 
 
 def varied(excitation: str) -> tuple[str, ...]:

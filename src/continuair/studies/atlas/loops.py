@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import warnings
-from collections.abc import Callable
 
 import numpy as np
 import xarray as xr
@@ -19,6 +18,7 @@ from continuair.scenario import paths
 from continuair.scenario.letters import LETTERS
 from continuair.scenario.scenarios import Scenario
 from continuair.scenario.targets import Target
+from continuair.studies.progress import Progress
 from continuair.sweeps import run_pairs
 from continuair.vehicle.vehicle import Vehicle
 
@@ -58,7 +58,6 @@ LOOP_ERRORS = {
 """What is kept of a pair."""
 
 _CHUNK, _SAMPLE = 64, 0.01
-Progress = Callable[[int, int, str], None]
 
 
 def sample_loops(runs: int, seed: int) -> dict[str, Array]:

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from continuair.analysis.metrics import samples
 from continuair.vehicle.vehicle import Vehicle
 
 Array = NDArray[np.float64]
@@ -32,11 +33,11 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 def measures(vehicle: Vehicle, flown: xr.Dataset) -> dict[str, Array]:
     """Return the measures of every run, each (runs,). vehicle: plain, or batched alike."""
-    tip = _values(flown, "tip_position", "axis")
-    com, inertia = mass_distribution(vehicle, _values(flown, "bend", "bend_axis"))
+    tip = samples(flown, "tip_position", "axis")
+    com, inertia = mass_distribution(vehicle, samples(flown, "bend", "bend_axis"))
     swing = (tip - centre_of_mass(flown, com))[..., :2]
     moved = (tip - tip[:, :1])[..., :2]
-    bend = np.linalg.norm(_values(flown, "bend", "bend_axis"), axis=-1)
+    bend = np.linalg.norm(samples(flown, "bend", "bend_axis"), axis=-1)
     changed = np.linalg.norm(inertia - inertia[:, :1], axis=(-2, -1))
     return {
         "displacement_m": np.linalg.norm(moved, axis=-1).max(-1),
@@ -49,11 +50,11 @@ def measures(vehicle: Vehicle, flown: xr.Dataset) -> dict[str, Array]:
 
 def centre_of_mass(flown: xr.Dataset, com: Array) -> Array:
     """Return the centre of mass in world axes (runs, time, 3) from that in body axes [m]."""
-    x, y, z, w = np.moveaxis(_values(flown, "attitude", "quaternion"), -1, 0)
+    x, y, z, w = np.moveaxis(samples(flown, "attitude", "quaternion"), -1, 0)
     # Unlike SciPy's rotations this lets the rows of a flight that ended early be NaN.
     axis = np.stack([x, y, z], axis=-1)
     turned = com + 2 * np.cross(axis, np.cross(axis, com) + w[..., None] * com)
-    position: Array = _values(flown, "position", "axis") + turned
+    position: Array = samples(flown, "position", "axis") + turned
     return position
 
 
@@ -99,7 +100,7 @@ def backbone_point(bend: Array, s: Array) -> Array:
 
 def apart(coupled: xr.Dataset, other: xr.Dataset) -> Array:
     """Return the distance of the tips in xy, the plane of the paper's figure, (runs, time) [m]."""
-    tips = [_values(flown, "tip_position", "axis")[..., :2] for flown in (coupled, other)]
+    tips = [samples(flown, "tip_position", "axis")[..., :2] for flown in (coupled, other)]
     distance: Array = np.linalg.norm(tips[0] - tips[1], axis=-1)
     return distance
 
@@ -107,8 +108,3 @@ def apart(coupled: xr.Dataset, other: xr.Dataset) -> Array:
 def _column(value: Any) -> Array:
     """A number or an array over runs, to multiply arrays over (runs, time)."""
     return np.atleast_1d(np.asarray(value, float))[:, None]
-
-
-def _values(flown: xr.Dataset, name: str, component: str) -> Array:
-    values: Array = flown[name].transpose("run", "time", component).to_numpy()
-    return values
