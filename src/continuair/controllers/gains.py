@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from continuair import checks
 from continuair.equations import mass_matrix
@@ -91,20 +92,9 @@ def straight_bend_inertia(vehicle: Vehicle) -> float:
 def camera_inertia(vehicle: Vehicle) -> np.ndarray:
     """Λ (6, 6): inertia that a camera at the tip of the straight, frozen arm feels, in its axes."""
     check_single_vehicle(vehicle)
-    R = (TIP_OF_STRAIGHT_ARM @ _rotation(vehicle.camera.attitude)).T
+    R = (TIP_OF_STRAIGHT_ARM @ Rotation.from_quat(vehicle.camera.attitude).as_matrix()).T
     x, y, z = on_body(vehicle)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     J = np.block([[R, -R @ cross], [np.zeros((3, 3)), R]])
     inverse = np.linalg.inv(J)
     return np.asarray(inverse.T @ rigid_inertia(vehicle) @ inverse)
-
-
-def _rotation(attitude: Any) -> np.ndarray:
-    x, y, z, w = attitude
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )

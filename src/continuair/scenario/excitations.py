@@ -66,6 +66,13 @@ class Scaled:
         return np.asarray(self.amplitude)[..., None] * np.asarray(self.function(t))
 
 
+def plus(excitation: Any, constant: Any) -> Any:
+    """Return the sum of an input of a scenario and a constant; None is none."""
+    if excitation is None or constant is None:
+        return constant if excitation is None else excitation
+    return (lambda t: excitation(t) + constant) if callable(excitation) else excitation + constant
+
+
 def inputs(fields: dict[str, Any]) -> dict[str, Any]:
     """Fields of a `Scenario` that excite it, from those of a scenario table over runs."""
     if fields["test"] is not None:

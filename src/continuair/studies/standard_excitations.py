@@ -19,7 +19,7 @@ import numpy as np
 
 from continuair.analysis.linear import held_hover
 from continuair.errors import InputError, nearest
-from continuair.scenario.excitations import Wave
+from continuair.scenario.excitations import Wave, plus
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.vehicle import Vehicle
 
@@ -139,7 +139,7 @@ def standard_scenario(
         hertz = np.asarray(frequency) * clamped / (2.0 * np.pi)
         wave = Wave(width, component, amplitude, hertz, hertz, 0.0, duration)
         inputs = held_hover(vehicle, q, gravity)
-        inputs[channel] = _sum(wave, inputs.get(channel))
+        inputs[channel] = plus(wave, inputs.get(channel))
     elif name == "release":
         inputs["force"] = np.multiply.outer(np.asarray(vehicle.mass) * gravity, [0.0, 0.0, 1.0])
     return Scenario(name, q, duration=duration, gravity=gravity, **inputs)
@@ -153,10 +153,6 @@ def standard_scenarios(vehicle: Vehicle, **options: Any) -> dict[str, Scenario]:
 def sample_time(vehicle: Vehicle) -> float:
     """Return the time between the samples of a standard flight [s], the shortest of a batch's."""
     return float(2.0 * np.pi / np.max(vehicle.arm.clamped_frequency) / SAMPLES_PER_PERIOD)
-
-
-def _sum(wave: Wave, held: Any) -> Any:
-    return wave if held is None else lambda t: wave(t) + held
 
 
 def _pitch_inertia(vehicle: Vehicle) -> Array:

@@ -76,9 +76,6 @@ def values(field: str, value: Any) -> Array:
 
 
 def _sampled(fields: dict[str, Any], sampling: Any, count: Any, seed: Any) -> dict[str, Array]:
-    # SciPy's statistics are slow to import.
-    from scipy.stats import qmc
-
     checks.choice("sampling", sampling, SAMPLINGS)
     count = checks.whole("count", count, 1)
     for name, value in fields.items():
@@ -88,17 +85,36 @@ def _sampled(fields: dict[str, Any], sampling: Any, count: Any, seed: Any) -> di
                 "it to a table of its own."
             )
     ranges = {name: _range(name, value) for name, value in fields.items()}
-    generator = np.random.default_rng(seed)
     if sampling == "sobol":
-        # Balanced at powers of two: what is beyond the count is left out.
-        sampler = qmc.Sobol(len(ranges), rng=generator)
-        points = sampler.random_base2(int(np.ceil(np.log2(count))))[:count]
+        points = sobol(len(ranges), count, seed)
     else:
-        points = qmc.LatinHypercube(len(ranges), rng=generator).random(count)
+        # SciPy's statistics are slow to import.
+        from scipy.stats import qmc
+
+        points = qmc.LatinHypercube(len(ranges), rng=np.random.default_rng(seed)).random(count)
     found = {}
     for (name, (low, high, log)), column in zip(ranges.items(), points.T, strict=True):
         found[name] = low * (high / low) ** column if log else low + (high - low) * column
     return found
+
+
+def sobol(dimensions: int, count: int, seed: Any) -> Array:
+    """Return a Sobol sequence (count, dimensions) in the unit cube, scrambled by a seed."""
+    from scipy.stats import qmc
+
+    # Balanced at powers of two: what is beyond the count is left out.
+    sampler = qmc.Sobol(dimensions, rng=np.random.default_rng(seed))
+    points: Array = sampler.random_base2(int(np.ceil(np.log2(count))))[:count]
+    return points
+
+
+def sobol_box(ranges: Mapping[str, tuple[float, float]], count: int, seed: Any) -> dict[str, Array]:
+    """Return values (count,) by name, evenly in the logarithm between the ends of each range."""
+    points = sobol(len(ranges), count, seed)
+    return {
+        name: low * (high / low) ** column
+        for (name, (low, high)), column in zip(ranges.items(), points.T, strict=True)
+    }
 
 
 def _range(field: str, value: Mapping[str, Any]) -> tuple[float, float, bool]:

@@ -12,6 +12,7 @@ from continuair.analysis.groups import GROUPS, coupling, vehicle_of
 from continuair.studies.progress import Progress
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time, standard_scenario
 from continuair.sweeps import run_pairs
+from continuair.sweeps.sampling import sobol_box
 from continuair.vehicle.runs import take
 from continuair.vehicle.vehicle import Vehicle
 
@@ -53,16 +54,9 @@ def sample(excitation: str, runs: int, seed: int) -> dict[str, Array]:
 
     Raises InputError.
     """
-    from scipy.stats import qmc
-
     checks.whole("runs", runs, 1)
-    names = varied(excitation)
-    stream = np.random.default_rng([seed, list(EXCITATIONS).index(excitation)])
-    points = qmc.Sobol(len(names), rng=stream).random_base2(int(np.ceil(np.log2(runs))))[:runs]
-    return {
-        name: RANGES[name][0] * (RANGES[name][1] / RANGES[name][0]) ** column
-        for name, column in zip(names, points.T, strict=True)
-    }
+    ranges = {name: RANGES[name] for name in varied(excitation)}
+    return sobol_box(ranges, runs, [seed, list(EXCITATIONS).index(excitation)])
 
 
 def fly(

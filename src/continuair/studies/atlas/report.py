@@ -50,8 +50,9 @@ def _by_excitation(
 def _errors(one: xr.Dataset) -> list[str]:
     one = one.sel(model="decoupled")
     spreads = (one[f"{error}_spread"].to_numpy()[1:] for error in ("nrmse", "error", "angle"))
-    shares = (one["lost"], one["step_error"], one["by_map"].sel(error="angle"))
-    return [_pair(*spread) for spread in spreads] + [percent(float(share)) for share in shares]
+    lost, steps, by_map = one["lost"], one["step_error"], one["by_map"].sel(error="angle")
+    shares = [percent(float(lost)), number(float(steps)), percent(float(by_map))]
+    return [_pair(*spread) for spread in spreads] + shares
 
 
 def _importance(one: xr.Dataset) -> list[str]:
