@@ -43,7 +43,24 @@ def design(
     ω = checks.positive("bandwidth", bandwidth)
     ζ = checks.positive("damping_ratio", damping_ratio)
     μ = checks.number("conditioning", conditioning, least=0.0)
-    distance = checks.positive("distance", distance)
+    L = _seen(desired, checks.positive("distance", distance))
+    inertia, axes = np.linalg.eigh(camera_inertia(vehicle))
+    u, s, _ = np.linalg.svd(L @ (axes / np.sqrt(inertia)) @ axes.T, full_matrices=False)
+    ω_i = ω * s**2 / (s**2 + (μ * s[0]) ** 2)
+    unseen = np.eye(len(L)) - u @ u.T
+    W = (u * (ω_i / (ω * s)) ** 2) @ u.T + _FLOOR * np.eye(len(L))
+    return {
+        "Kp": ω**2 * (W + W.T) / 2,
+        "Kd": checks.positive("rate_gain", rate_gain) * (W + W.T) / 2,
+        "Cp": 1.0,
+        "Cd": (u * (2.0 * ζ / ω_i)) @ u.T + 2.0 * ζ / ω * unseen,
+        "Cs": checks.positive("sliding", sliding),
+        "points": len(L) // 2,
+    }
+
+
+def _seen(desired: Any, distance: float) -> np.ndarray:
+    """The interaction matrix (2n, 6) at the desired image, or InputError if it hides a motion."""
     if desired is None:
         half = 0.25 / distance
         desired = [half, -half, -half, -half, -half, half, half, half]
@@ -59,19 +76,7 @@ def design(
             f"desired is {shown(desired)}, which does not determine the camera's pose; give at "
             "least 4 points that are not on a line (3 suffice only off the singular cylinder)."
         )
-    inertia, axes = np.linalg.eigh(camera_inertia(vehicle))
-    u, s, _ = np.linalg.svd(L @ (axes / np.sqrt(inertia)) @ axes.T, full_matrices=False)
-    ω_i = ω * s**2 / (s**2 + (μ * s[0]) ** 2)
-    unseen = np.eye(len(image)) - u @ u.T
-    W = (u * (ω_i / (ω * s)) ** 2) @ u.T + _FLOOR * np.eye(len(image))
-    return {
-        "Kp": ω**2 * (W + W.T) / 2,
-        "Kd": checks.positive("rate_gain", rate_gain) * (W + W.T) / 2,
-        "Cp": 1.0,
-        "Cd": (u * (2.0 * ζ / ω_i)) @ u.T + 2.0 * ζ / ω * unseen,
-        "Cs": checks.positive("sliding", sliding),
-        "points": len(image) // 2,
-    }
+    return L
 
 
 def rigid_inertia(vehicle: Vehicle) -> np.ndarray:

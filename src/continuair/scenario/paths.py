@@ -155,23 +155,13 @@ def from_function(
     become finer, the path has a corner or a jump.
     """
     duration = checks.positive("duration", duration)
-    h = 1e-4 * min(1.0, duration)
     if not callable(position):
         raise InputError(f"position is {shown(position)}; give a function of the time alone.")
 
     def at(t: Array) -> Array:
-        rows = []
-        for x in t.tolist():
-            try:
-                found = position(x)
-            except Exception as error:  # whatever a user's function raises
-                reason = " ".join(f"{type(error).__name__}: {error}".split())
-                raise InputError(
-                    f"position cannot be evaluated at t = {x:g} ({reason}); give a function of the "
-                    "time alone."
-                ) from error
-            rows.append(checks.vector("position", found, 3))
-        return np.array(rows)
+        return np.array([_evaluated(position, x) for x in t.tolist()])
+
+    h = 1e-4 * min(1.0, duration)
 
     def motion(t: Array) -> tuple[Array, Array, Array]:
         # At the edges the differences are taken inside, where the function has values.
@@ -180,19 +170,35 @@ def from_function(
         velocity, acceleration = (after - before) / (2 * h), (after - 2 * here + before) / h**2
         return at(t), velocity + acceleration * (t - c)[:, None], acceleration
 
+    _check_bounded(at, duration)
+    return Path(name, duration, motion)
+
+
+def _evaluated(position: Callable[[float], Any], t: float) -> Array:
+    try:
+        found = position(t)
+    except Exception as error:  # whatever a user's function raises
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        raise InputError(
+            f"position cannot be evaluated at t = {t:g} ({reason}); give a function of the time "
+            "alone."
+        ) from error
+    return checks.vector("position", found, 3)
+
+
+def _check_bounded(position: Callable[[Array], Array], duration: float) -> None:
+    """Raise InputError if accelerations grow as the times at which they are taken get closer."""
     # At a corner they double each time the step halves; one that is resolved keeps its value.
     sharpest = []
     for count in (2000, 4000, 8000):
         t = np.linspace(0.0, duration, count)
-        rows = at(t)
-        second = np.diff(rows, 2, axis=0) / (t[1] - t[0]) ** 2
+        second = np.diff(position(t), 2, axis=0) / (t[1] - t[0]) ** 2
         sharpest.append(np.abs(second).max())
     if sharpest[2] > 1e-6 and sharpest[2] > 1.8 * sharpest[0]:
         raise InputError(
             f"position has an acceleration without bound (it reaches {sharpest[2]:.3g} m/s² and "
             "grows as the time steps shrink); round the path's corners."
         )
-    return Path(name, duration, motion)
 
 
 def _rounded(

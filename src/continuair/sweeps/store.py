@@ -160,6 +160,20 @@ def open_store(
         raise InputError(
             f"out is {path}, which holds no sweep of this version; name another folder."
         )
+    _check_continued(path, attributes, design, device, any_version)
+    found = _design_of(group, attributes) if design is None else design
+    size, kind = attributes["unit_size"], attributes["device"]
+    return Store(path, found, kind, size, group["results"], group["done"], attributes)
+
+
+def _check_continued(
+    path: Path,
+    attributes: dict[str, Any],
+    design: Design | None,
+    device: str | None,
+    any_version: bool,
+) -> None:
+    """Raise InputError unless a store is that of the design, the versions and the device."""
     if design is not None and attributes["design_hash"] != design.digest:
         raise InputError(
             f"out is {path}, which holds the sweep of another design "
@@ -177,9 +191,6 @@ def open_store(
             f"out is {path}, which was begun with device {attributes['device']}, but device is "
             f"{device}; use the same, or name another folder."
         )
-    found = _design_of(group, attributes) if design is None else design
-    size, kind = attributes["unit_size"], attributes["device"]
-    return Store(path, found, kind, size, group["results"], group["done"], attributes)
 
 
 def _fill(new: Path, design: Design, device: str, size: int) -> None:

@@ -84,14 +84,7 @@ def sensitivity(
         steps.begin(f"{parameter.name}, the values compared")
         flown, entries = _converge(vehicle, scenario, parameter)
         steps.begin(f"{parameter.name}, values between")
-        step = step_of(flown[REFERENCE])
-        results["sweeps"][parameter.name] = {
-            "units": parameter.units,
-            "scale": parameter.scale,
-            "values_chosen_here": parameter.chosen,
-            "rows": _rows(vehicle, scenario, parameter, flown, entries),
-            "between": _between(vehicle, scenario, parameter, step),
-        }
+        results["sweeps"][parameter.name] = _sweep(vehicle, scenario, parameter, flown, entries)
         values = ("run", np.array(parameter.values))
         datasets[parameter.name] = by_model(flown).assign_coords(value=values)
     results["claims"] = verdicts(results)
@@ -133,6 +126,18 @@ def _converge(
 
     flown, levels = halve(fly, early)
     return flown, levels[-1]
+
+
+def _sweep(
+    vehicle: Vehicle, scenario: Scenario, parameter: Parameter, flown: Flown, entries: list[Entries]
+) -> dict[str, Any]:
+    return {
+        "units": parameter.units,
+        "scale": parameter.scale,
+        "values_chosen_here": parameter.chosen,
+        "rows": _rows(vehicle, scenario, parameter, flown, entries),
+        "between": _between(vehicle, scenario, parameter, step_of(flown[REFERENCE])),
+    }
 
 
 def _rows(
