@@ -16,7 +16,8 @@ from continuair.errors import InputError
 from continuair.figures import atlas as figures
 from continuair.studies.atlas.collapse import inertia_for
 from continuair.studies.atlas.flights import RANGES, fly, load_angle, sample, varied
-from continuair.studies.atlas.study import as_table, atlas
+from continuair.studies.atlas.report import as_table
+from continuair.studies.atlas.study import atlas
 from continuair.studies.atlas.summary import load, save
 from continuair.studies.standard_excitations import EXCITATIONS, standard_scenario
 

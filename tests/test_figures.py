@@ -63,10 +63,7 @@ def test_equal_results_give_equal_files_and_leave_the_settings_alone(
 ) -> None:
     before = dict(matplotlib.rcParams)
     for name in ("a", "b"):
-        style.save(
-            figures.differences(result.datasets["B"]),
-            [tmp_path / f"{name}.png", tmp_path / f"{name}.pdf"],
-        )
+        style.save(figures.differences(result.datasets["B"]), name, tmp_path.joinpath)
     for suffix in ("png", "pdf"):
         assert (tmp_path / f"a.{suffix}").read_bytes() == (tmp_path / f"b.{suffix}").read_bytes()
     assert dict(matplotlib.rcParams) == before

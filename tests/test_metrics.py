@@ -19,7 +19,7 @@ from continuair.analysis.metrics import (
     tip_euler,
 )
 from continuair.errors import ContinuairWarning, InputError
-from continuair.scenario.scenarios import open_loop_test
+from continuair.scenario.paper_tests import open_loop_test
 from continuair.vehicle.vehicle import load_vehicle
 from tests.synthetic import flight
 

@@ -11,10 +11,10 @@ import pytest
 import xarray as xr
 
 import continuair.studies.open_loop.study as study
-from continuair.analysis.convergence import settled
+from continuair.analysis.convergence import MAX_HALVINGS, settled
 from continuair.errors import InputError
 from continuair.studies.open_loop import report as open_loop_output
-from continuair.studies.open_loop.study import MAX_HALVINGS, open_loop
+from continuair.studies.open_loop.study import open_loop
 from continuair.studies.results import ResultFolder, as_json
 from continuair.vehicle.vehicle import load_vehicle
 from tests.synthetic import OFFSETS, flight

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from continuair.errors import InputError
-from continuair.scenario.scenarios import Scenario, open_loop_test
+from continuair.scenario.paper_tests import open_loop_test
+from continuair.scenario.scenarios import Scenario
 
 Q = (0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.1, 0.0)
 

@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 import continuair.studies.sensitivity.findings as findings
 import continuair.studies.sensitivity.study as study
+from continuair.analysis.mass import backbone_point, centre_of_mass, mass_distribution
 from continuair.cli import app
 from continuair.errors import InputError
 from continuair.figures import sensitivity as figures
@@ -21,12 +22,7 @@ from continuair.studies.results import ResultFolder, as_json
 from continuair.studies.sensitivity import report as sensitivity_output
 from continuair.studies.sensitivity.claims import CLAIMS, combined, verdicts
 from continuair.studies.sensitivity.findings import NOT_REPRODUCED, REPRODUCED, UNDECIDED
-from continuair.studies.sensitivity.measures import (
-    VARIABLES,
-    backbone_point,
-    centre_of_mass,
-    mass_distribution,
-)
+from continuair.studies.sensitivity.measures import VARIABLES
 from continuair.studies.sensitivity.task import PARAMETERS, batch, flight, two_phase_force
 from continuair.sweeps import run_pairs
 from continuair.vehicle.vehicle import load_vehicle

@@ -147,7 +147,7 @@ def test_the_study_is_stored_as_strict_json_csv_and_table(study: Tracking) -> No
     stored = json.loads(text, parse_constant=lambda name: pytest.fail(name))
     assert {"rms_px", "max_px", "tip_rms_m"} <= set(stored["letters"]["L"]["coupled"])
     assert {"ds_max_px_before_2s", "ds_max_px_after_2s"} <= set(stored["letters"]["L"])
-    assert len(tracking_output.as_csv(study.results).splitlines()) == 1 + 2 * 2
+    assert len(list(tracking_output.records(study.results))) == 2 * 2
     assert "| L | decoupled |" in tracking_output.as_table(study.results)
 
 

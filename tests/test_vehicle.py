@@ -11,7 +11,10 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from continuair.errors import ContinuairWarning, InputError
-from continuair.vehicle.vehicle import Arm, Camera, Disk, Uav, load_vehicle, preset_names
+from continuair.vehicle.arm import Arm, Disk
+from continuair.vehicle.camera import Camera
+from continuair.vehicle.uav import Uav
+from continuair.vehicle.vehicle import load_vehicle, preset_names
 
 PAPER = load_vehicle("paper")
 PAPER_TOML = Path(__file__).parents[1] / "src/continuair/presets/paper.toml"

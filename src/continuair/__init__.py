@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from continuair.flight.simulate import simulate as simulate
     from continuair.kernels.dynamics import MODELS as MODELS
     from continuair.scenario import paths as paths
+    from continuair.scenario.paper_tests import open_loop_test as open_loop_test
     from continuair.scenario.scenarios import Scenario as Scenario
-    from continuair.scenario.scenarios import open_loop_test as open_loop_test
     from continuair.scenario.targets import Target as Target
     from continuair.scenario.targets import square as square
     from continuair.sweeps import open_sweep as open_sweep
@@ -45,7 +45,7 @@ _HOME = {
     "load_vehicle": "vehicle.vehicle",
     "preset_names": "vehicle.vehicle",
     "Scenario": "scenario.scenarios",
-    "open_loop_test": "scenario.scenarios",
+    "open_loop_test": "scenario.paper_tests",
     "simulate": "flight.simulate",
     "forward_dynamics": "analysis.accelerations",
     "MODELS": "kernels.dynamics",

@@ -54,7 +54,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     "gain text": (lambda: gains(Kp="high"), "Kp is 'high'", "finite"),
     "sigma": (lambda: gains(sigma=0.0), "sigma is 0.0", "above 0"),
     "points": (lambda: gains(points=2), "points is 2", "3 or more"),
-    "damping": (lambda: gains(damping="image"), "damping is 'image'", "camera or feature"),
+    "damping": (lambda: gains(damping="image"), "damping is 'image'", "camera, feature"),
     "posture": (lambda: gains(posture_damping=-1), "posture_damping is -1", "of at least 0"),
     "gains for other points": (
         lambda: fly(gains(points=3)),
@@ -194,9 +194,21 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "desired is [-0.1, 0, 0.0, 0, 0.1, 0, ...], which does not determine the camera's pose",
         "4 points that are not on a line",
     ),
-    "design of a batch": (lambda: ca.design(BATCH, 1.0), "vehicle holds 2 runs", "one at a time"),
-    "hold of a batch": (lambda: ca.hold(BATCH, [0, 0, 3]), "vehicle holds 2 runs", "one at a time"),
-    "classic of a batch": (lambda: ca.classic(BATCH), "vehicle holds 2 runs", "one at a time"),
+    "design of a batch": (
+        lambda: ca.design(BATCH, 1.0),
+        "vehicle 'paper' holds 2 runs",
+        "vehicle.select",
+    ),
+    "hold of a batch": (
+        lambda: ca.hold(BATCH, [0, 0, 3]),
+        "vehicle 'paper' holds 2 runs",
+        "vehicle.select",
+    ),
+    "classic of a batch": (
+        lambda: ca.classic(BATCH),
+        "vehicle 'paper' holds 2 runs",
+        "vehicle.select",
+    ),
     "classic of nothing": (lambda: ca.classic("paper"), "vehicle is 'paper'", "load_vehicle"),
     "hold position": (lambda: ca.hold(flights.VEHICLE, [0, 1]), "position is [0, 1]", "3 finite"),
     "hold attitude": (

@@ -10,7 +10,7 @@ from continuair.equations.camera import (
     project,
     to_pixels,
 )
-from continuair.vehicle.vehicle import Camera
+from continuair.vehicle.camera import Camera
 
 CAMERA = Camera(focal_length=(800.0, 800.0), principal_point=(500.0, 500.0))
 

@@ -27,7 +27,7 @@ from continuair.identification.readings import READINGS, TIP_FORCES, Flight, Rea
 from continuair.identification.search import Effort, search
 from continuair.identification.space import PARAMETERS, held, values, vehicles
 from continuair.identification.table import CAUTION, as_table, numbers_of, sentence, summarise
-from continuair.scenario.scenarios import bend_torques, tip_chirp
+from continuair.scenario.paper_tests import bend_torques, tip_chirp
 from continuair.studies.open_loop.study import open_loop
 from continuair.vehicle import vehicle as vehicle_module
 from continuair.vehicle.layout import ONE_SECTION

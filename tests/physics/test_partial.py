@@ -6,7 +6,8 @@ from scipy.integrate import solve_ivp
 
 import continuair as ca
 from continuair import equations
-from continuair.analysis.couplings import COUPLINGS, fly_without
+from continuair.analysis.couplings import fly_without
+from continuair.kernels.dynamics import COUPLINGS
 
 VEHICLE = ca.load_vehicle("paper").replace({"arm.length": 0.6, "arm.kappa_s": 0.0})
 START = np.array([0.0, 0.0, 5.0, 0.0, 0.3, 0.0, 0.8, 0.0])

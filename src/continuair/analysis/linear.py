@@ -17,6 +17,14 @@ from continuair.vehicle.coordinates import state_from_paper
 from continuair.vehicle.layout import GENERAL, TIP, Layout
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
+_DIFFERENCE = 2e-3
+_STEPS = np.array([-2.0, -1.0, 1.0, 2.0]) * _DIFFERENCE
+_WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * _DIFFERENCE)
+"""Central differences of fourth order."""
+
+_ROOM = 2.5 * _DIFFERENCE
+"""What a bend leaves below a full circle [1/m], so that its differences are still inside."""
+
 
 def bending_frequencies(vehicle: Vehicle, q: Any = None) -> tuple[float, float]:
     """Highest bending frequency [rad/s] of the arm, clamped and on the free vehicle.
@@ -106,35 +114,39 @@ def linearize(
     check_single_vehicle(vehicle)
     checks.choice("model", model, MODELS)
     gravity = checks.gravity(gravity)
-    layout = Layout(vehicle.sections)
-    n = layout.coordinates
+    engine = Engine(vehicle, model)
+    n = engine.layout.coordinates
     at = _configuration("q", q, vehicle)
     rates = np.zeros(n) if qd is None else checks.row("qd", qd, n)
     centre = state_from_paper(at[None], rates[None])[0]
-    steps = np.array([-2.0, -1.0, 1.0, 2.0]) * _DIFFERENCE
-    weights = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * _DIFFERENCE)
+    held = _held(engine.layout, force, moment, bend_moment, tip_wrench)
+
+    def slopes(states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        frozen, angles = np.broadcast_to(centre, states.shape), np.full(len(states), at[-1])
+        acting = Drive(inputs, False, GENERAL + TIP, gravity)
+        rate = engine.derivative(Start(states, angles, frozen), acting)
+        tangent = _tangent(rate, states, engine.layout).reshape(-1, len(_STEPS), 2 * n)
+        return np.einsum("h,ihk->ki", _WEIGHTS, tangent)
+
+    states = np.array([_perturbed(centre, i, h) for i in range(2 * n) for h in _STEPS])
+    A = slopes(states, held[None, None])
+    # A rotation perturbation is carried round by the body's own spin.
+    A[3:6, 3:6] -= _skew(centre[engine.layout.angular_velocity])
+    pushed = np.tile(held, (n, len(_STEPS), 1))
+    for i in range(n):
+        pushed[i, :, i] += _STEPS
+    B = slopes(np.tile(centre, (len(_STEPS) * n, 1)), pushed.reshape(1, len(_STEPS) * n, -1))
+    return A, B
+
+
+def _held(layout: Layout, force: Any, moment: Any, bend_moment: Any, tip_wrench: Any) -> np.ndarray:
+    """A row of inputs, or InputError."""
     inputs = np.zeros(layout.inputs)
     inputs[layout.force] = checks.row("force", force, 3)
     inputs[layout.moment] = checks.row("moment", moment, 3)
     inputs[layout.bend_moment] = checks.row("bend_moment", bend_moment, layout.bends)
     inputs[layout.tip_wrench] = checks.row("tip_wrench", tip_wrench, 6)
-    states = np.array([_perturbed(centre, i, h) for i in range(2 * n) for h in steps])
-    engine = Engine(vehicle, model)
-
-    def differences(states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-        frozen = np.broadcast_to(centre, states.shape)
-        start = Start(states, np.full(len(states), at[-1]), frozen)
-        rate = engine.derivative(start, Drive(inputs, False, GENERAL + TIP, gravity))
-        return np.einsum("h,ihk->ki", weights, _tangent(rate, states, layout).reshape(-1, 4, 2 * n))
-
-    A = differences(states, inputs[None, None])
-    # A rotation perturbation is carried round by the body's own spin.
-    A[3:6, 3:6] -= _skew(centre[layout.angular_velocity])
-    pushed = np.tile(inputs, (n, 4, 1))
-    for i in range(n):
-        pushed[i, :, i] += steps
-    B = differences(np.tile(centre, (4 * n, 1)), pushed.reshape(1, 4 * n, -1))
-    return A, B
+    return inputs
 
 
 @dataclass(frozen=True)
@@ -172,28 +184,13 @@ def trim(
     layout = engine.layout
 
     def residual(k: np.ndarray) -> np.ndarray:
-        """Force on each bend coordinate, world force and body moment left over at bend k."""
-        state = np.zeros((1, layout.state))
-        state[0, layout.attitude] = 0.0, 0.0, np.sin(yaw / 2), np.cos(yaw / 2)
-        state[0, layout.bend] = k
-        inputs = np.zeros((1 + layout.bends, 1, 1, layout.inputs))
-        inputs[..., layout.tip_wrench] = tip_wrench
-        inputs[1:, 0, 0, layout.bend_moment] = np.eye(layout.bends)
-        rows = [
-            engine.derivative(Start(state, np.zeros(1)), Drive(row, False, GENERAL + TIP, gravity))[
-                0, layout.bend_rate
-            ]
-            for row in inputs
-        ]
-        compliance = np.column_stack([row - rows[0] for row in rows[1:]])
-        return np.linalg.solve(compliance, rows[0])
+        return _left_over(engine, k, yaw, tip_wrench, gravity)
 
     if bend is None:
         # Slow to import, and every simulation imports this module.
         from scipy.optimize import root
 
-        solution = root(residual, np.zeros(layout.bends), tol=1e-13)
-        k = solution.x
+        k = root(residual, np.zeros(layout.bends), tol=1e-13).x
         if np.abs(residual(k)).max() > 1e-8 * max(1.0, np.abs(tip_wrench).max()):
             raise InputError(
                 "tip_wrench leaves the arm no equilibrium below a full circle; give "
@@ -207,6 +204,59 @@ def trim(
     return Trim(q, A_force[:3], A_force[3:], -residual(k) if bend is not None else 0.0 * k)
 
 
+def _left_over(
+    engine: Engine, k: np.ndarray, yaw: float, tip_wrench: np.ndarray, gravity: float
+) -> np.ndarray:
+    """Force on each bend coordinate (bends,) of the level vehicle at rest at bend k."""
+    layout = engine.layout
+    state = np.zeros((1, layout.state))
+    state[0, layout.attitude] = 0.0, 0.0, np.sin(yaw / 2), np.cos(yaw / 2)
+    state[0, layout.bend] = k
+    inputs = np.zeros((1 + layout.bends, 1, 1, layout.inputs))
+    inputs[..., layout.tip_wrench] = tip_wrench
+    inputs[1:, 0, 0, layout.bend_moment] = np.eye(layout.bends)
+    drives = [Drive(row, False, GENERAL + TIP, gravity) for row in inputs]
+    start = Start(state, np.zeros(1))
+    rows = [engine.derivative(start, drive)[0, layout.bend_rate] for drive in drives]
+    compliance = np.column_stack([row - rows[0] for row in rows[1:]])
+    return np.linalg.solve(compliance, rows[0])
+
+
+def held_hover(vehicle: Vehicle, q: np.ndarray, gravity: float = 9.81) -> dict[str, Any]:
+    """Return force, moment and bend_moment that keep vehicles at rest, level, at a bend.
+
+    vehicle: plain or batched; q: (8,) or (runs, 8) paper coordinates. As `trim`, for a batch.
+    """
+    engine = Engine(vehicle, "decoupled")
+    layout, rows = engine.layout, np.atleast_2d(q)
+    rows = np.broadcast_to(rows, (max(len(rows), vehicle.runs or 1), layout.coordinates))
+    state = state_from_paper(rows, np.zeros(rows.shape))
+    # Unit pushes would be lost in the rounding of a large vehicle's accelerations.
+    arm = vehicle.arm
+    inertial = np.asarray(vehicle.mass * arm.length * np.square(arm.clamped_frequency))
+    powers = np.array([1.0] * 3 + [2.0] * 3 + [3.0] * layout.bends)
+    scale = inertial[..., None] * np.asarray(arm.length)[..., None] ** (powers - 1.0)
+    scale = np.broadcast_to(scale, (len(rows), layout.coordinates))
+
+    def pushed(push: np.ndarray) -> np.ndarray:
+        inputs = np.zeros((1, len(rows), layout.inputs))
+        inputs[0, :, layout.push] = scale * push
+        acting = Drive(inputs, False, GENERAL, gravity)
+        rate = engine.derivative(Start(state, rows[:, -1]), acting)
+        found: np.ndarray = rate[:, layout.velocity.start :]
+        return found
+
+    still = pushed(np.zeros(layout.coordinates))
+    answers = [pushed(unit) - still for unit in np.eye(layout.coordinates)]
+    held = scale * np.linalg.solve(np.stack(answers, axis=-1), -still[..., None])[..., 0]
+    held = held[0] if np.ndim(q) == 1 and vehicle.runs is None else held
+    return {
+        "force": held[..., layout.force],
+        "moment": held[..., layout.moment],
+        "bend_moment": held[..., layout.bend_moment],
+    }
+
+
 def _balance(engine: Engine, q: np.ndarray, tip_wrench: Any, gravity: float) -> np.ndarray:
     """World force and body moment that leave the base without acceleration."""
     layout = engine.layout
@@ -218,11 +268,6 @@ def _balance(engine: Engine, q: np.ndarray, tip_wrench: Any, gravity: float) -> 
     rate = engine.derivative(Start(state, np.full(7, q[-1])), acting)
     rate = np.hstack([rate[:, layout.velocity], rate[:, layout.angular_velocity]])
     return np.linalg.solve((rate[1:] - rate[0]).T, -rate[0])
-
-
-_DIFFERENCE = 2e-3
-_ROOM = 2.5 * _DIFFERENCE
-"""What a bend leaves below a full circle [1/m], so that its differences are still inside."""
 
 
 def _configuration(name: str, q: Any, vehicle: Vehicle) -> np.ndarray:

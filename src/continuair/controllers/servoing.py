@@ -2,10 +2,8 @@
 
 from typing import Any
 
-import numpy as np
-
-from continuair.controllers.controller import Controller, gain_matrix, number
-from continuair.errors import InputError, shown
+from continuair import checks
+from continuair.controllers.controller import Controller, gain_matrix
 from continuair.kernels.laws.servoing import law
 
 CHOICES = {
@@ -38,23 +36,23 @@ def servoing(
     """
     chosen = {"damping": damping, "compensation": compensation}
     for name, value in chosen.items():
-        if not isinstance(value, str) or value not in CHOICES[name]:
-            raise InputError(f"{name} is {shown(value)}; use {' or '.join(CHOICES[name])}.")
-    if isinstance(points, bool) or not isinstance(points, int) or points < 3:
-        raise InputError(f"points is {shown(points)}; give a whole number of points, 3 or more.")
-    if not isinstance(feed_forward, (bool, np.bool_)):
-        raise InputError(f"feed_forward is {shown(feed_forward)}; give True or False.")
-    matrices = {
-        name: gain_matrix(name, value, 2 * points)
-        for name, value in (("Kp", Kp), ("Kd", Kd), ("Cp", Cp), ("Cd", Cd), ("Cs", Cs))
+        checks.choice(name, value, CHOICES[name])
+    size = 2 * checks.whole("points", points, 3)
+    given = {"Kp": Kp, "Kd": Kd, "Cp": Cp, "Cd": Cd, "Cs": Cs}
+    matrices = {name: gain_matrix(name, value, size) for name, value in given.items()}
+    settings: dict[str, Any] = {
+        **matrices,
+        **chosen,
+        "sigma": checks.positive("sigma", sigma),
+        "feed_forward": checks.flag("feed_forward", feed_forward),
+        "posture_damping": checks.number("posture_damping", posture_damping, least=0.0),
     }
-    numbers = {
-        "sigma": number("sigma", sigma, 0.0, above=True),
-        "feed_forward": float(bool(feed_forward)),
+    gains = {
+        **matrices,
+        "sigma": settings["sigma"],
+        "feed_forward": float(settings["feed_forward"]),
         "on_feature_rate": float(damping == "feature"),
         "spring": float(compensation == "literal"),
-        "posture": number("posture_damping", posture_damping, 0.0),
+        "posture": settings["posture_damping"],
     }
-    settings = {**matrices, "sigma": sigma, **chosen, "feed_forward": bool(feed_forward)}
-    settings["posture_damping"] = posture_damping
-    return Controller("DPD-SM-IBVS", law, {**matrices, **numbers}, settings=settings)
+    return Controller("DPD-SM-IBVS", law, gains, settings=settings)

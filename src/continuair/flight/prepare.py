@@ -145,7 +145,7 @@ def prepare(
     duration, sample = _times(scenario, duration, sample)
     check_device(device)
     if threads is not None:
-        checks.whole("threads", threads)
+        checks.whole("threads", threads, 1)
     coupled = Engine(vehicle, "coupled", device=device, threads=threads)
     q, qd = np.atleast_2d(scenario.q), np.atleast_2d(scenario.qd)
     runs, batched = _runs(vehicle, scenario, coupled)

@@ -17,7 +17,8 @@ from continuair.flight.steps import fastest_frequency
 from continuair.flight.time_grid import Grid, groups_in_use, make_grid, sample_inputs, stage_times
 from continuair.identification.diagonal import DiagonalEngine
 from continuair.identification.readings import Flight, Tips
-from continuair.scenario.scenarios import Scenario, open_loop_test
+from continuair.scenario.paper_tests import open_loop_test
+from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import state_from_paper
 from continuair.vehicle.layout import ONE_SECTION
 from continuair.vehicle.vehicle import Vehicle

@@ -9,7 +9,7 @@ import numpy as np
 from continuair.identification.flights import Accuracy, Flights, step_groups
 from continuair.identification.readings import Flight, Reading, rotation, translation
 from continuair.identification.space import vehicles
-from continuair.scenario.scenarios import OPEN_LOOP_TESTS
+from continuair.scenario.paper_tests import OPEN_LOOP_TESTS
 from continuair.studies.open_loop.study import PRINTED
 from continuair.vehicle import runs as batch
 from continuair.vehicle.vehicle import Vehicle

@@ -11,7 +11,7 @@ from continuair.flight.inputs import groups_in_use, sample_inputs
 from continuair.flight.steps import automatic_step
 from continuair.flight.time_grid import Grid, Marks, grid_of, stage_times
 from continuair.identification.recording import INPUTS, Recording
-from continuair.scenario.scenarios import open_loop_test
+from continuair.scenario.paper_tests import open_loop_test
 from continuair.vehicle.coordinates import state_from_paper
 from continuair.vehicle.layout import GENERAL, ONE_SECTION
 from continuair.vehicle.vehicle import Vehicle

@@ -13,7 +13,7 @@ from continuair.identification.objective import TABLE, log_ratios, objective, re
 from continuair.identification.readings import AS_PRINTED, READINGS, Reading
 from continuair.identification.search import Candidate, Effort, Search, confirm, search
 from continuair.identification.space import PARAMETERS, held, values, vehicles
-from continuair.scenario.scenarios import OPEN_LOOP_TESTS
+from continuair.scenario.paper_tests import OPEN_LOOP_TESTS
 from continuair.studies.results import ResultFolder, as_json
 from continuair.vehicle.vehicle import Vehicle
 from continuair.vehicle.vehicle_file import as_toml

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from continuair.scenario.scenarios import open_loop_test
+from continuair.scenario.paper_tests import open_loop_test
 from continuair.vehicle.layout import CHANNELS, OF_NAME
 
 Array = np.ndarray
@@ -45,6 +45,13 @@ class Scaled:
 
     def __call__(self, t: float) -> Array:
         return np.asarray(self.amplitude)[..., None] * np.asarray(self.function(t))
+
+
+def plus(excitation: Any, constant: Any) -> Any:
+    """Return the sum of an input of a scenario and a constant; None is none."""
+    if excitation is None or constant is None:
+        return constant if excitation is None else excitation
+    return (lambda t: excitation(t) + constant) if callable(excitation) else excitation + constant
 
 
 def inputs(fields: dict[str, Any]) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +13,7 @@ from continuair.controllers.controller import Controller, stack
 from continuair.controllers.gain_files import Gains
 from continuair.controllers.servoing import servoing
 from continuair.flight.simulate import simulate
+from continuair.studies.progress import Progress, Steps
 from continuair.studies.tracking.task import SETTINGS, equipped, task
 from continuair.vehicle.vehicle import Vehicle
 
@@ -24,8 +24,6 @@ LEAD = np.geomspace(0.03, 3.0, 8)
 
 POSTURE = 0.3
 """Posture damping that is tried [N m² s]: 10 1/s of the straight arm of the preset `paper`."""
-
-Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
@@ -44,18 +42,16 @@ def law_variants(
     setting = SETTINGS["nominal"]
     damped = equipped(vehicle, setting)
     bare = damped.replace({"arm.damping_ratio": 0.0})
-    if progress:
-        progress(0, 3, "scalar gains")
+    steps = Steps(progress, 3)
+    steps.begin("scalar gains")
     scalar = {c: best_scalar(damped, letter, c) for c in ("gravity_only", "literal")}
     rows = []
-    if progress:
-        progress(1, 3, "variants of the law")
+    steps.begin("variants of the law")
     chosen = _variants(damped, gains, scalar)
     for of_damped, flown in ((True, damped), (False, bare)):
         same = [v for v in chosen if v.damped is of_damped]
         rows += _fly(flown, same, stack([v.controller for v in same]), letter)
-    if progress:
-        progress(2, 3, "classic image-based servoing")
+    steps.begin("classic image-based servoing")
     baseline = Variant("classic IBVS, v = λ L⁺ e, rate 1.5 /s", classic(damped, 1.5, 6.0))
     return rows + _fly(damped, [baseline], stack([baseline.controller]), letter)
 
