@@ -1,5 +1,7 @@
 """The standard excitations mean the same for every vehicle."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -25,7 +27,7 @@ def test_without_a_load_the_bent_arm_is_held_still(model: str) -> None:
 
 def test_a_held_hover_is_the_trim_of_each_vehicle_of_a_batch() -> None:
     vehicle = ca.load_vehicle("paper").replace(HEAVY).replace({"uav.mass": [1.0, 3.0]})
-    scenario = standard_scenario("bend", vehicle, bend=0.4)
+    scenario: Any = standard_scenario("bend", vehicle, bend=0.4)
     q = np.broadcast_to(scenario.q, (2, 8))
     for run in range(2):
         kappa = q[run, 6] * np.array([1.0, 1.0]) / np.sqrt(2.0)

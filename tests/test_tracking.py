@@ -244,7 +244,7 @@ def test_unknown_letters_are_refused(letters: str) -> None:
     ],
 )
 def test_a_search_of_no_size_is_refused(
-    options: dict[str, int], part: str, vehicle: ca.Vehicle
+    options: dict[str, Any], part: str, vehicle: ca.Vehicle
 ) -> None:
     with pytest.raises(ca.InputError, match=part):
         tune(vehicle, **options)

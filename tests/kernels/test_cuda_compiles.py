@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 import warp as wp
 
-from continuair.controllers.servoing import law
 from continuair.engine.engine import start_warp
 from continuair.engine.factory import closed_loop, kernels, watch_kernel
+from continuair.kernels.laws.servoing import law
 
 HOPPER = 90
 """Compute capability 9.0, of the H100 and H200."""
