@@ -47,7 +47,7 @@ def test_vehicles_with_the_same_groups_have_the_same_scaled_error(excitation: st
         one = pair.sel(model="decoupled")
         found.append([one["nrmse_t"], one["rmse_t_m"] / vehicle.arm.length, one["angle_rad"]])
     # Equal steps in periods: what is left is rounding, grown along the flight.
-    np.testing.assert_allclose(found[0], found[1], rtol=1e-9)
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-10)
 
 
 def test_a_vehicle_is_placed_where_its_groups_say() -> None:
@@ -69,7 +69,7 @@ def test_the_coupling_is_what_the_modes_show() -> None:
     vehicle = ca.load_vehicle("slender").replace({"arm.disks": [{"position": 1.0, "mass": 0.05}]})
     clamped = ca.modes(vehicle, base="clamped", gravity=0.0).frequencies[-1]
     free = ca.modes(vehicle).frequencies[-1]
-    assert place(vehicle)["coupling"] == pytest.approx(1 - (clamped / free) ** 2, rel=1e-6)
+    assert place(vehicle)["coupling"] == pytest.approx(1 - (clamped / free) ** 2, rel=2e-11)
 
 
 @pytest.mark.parametrize("excitation", ["bend", "tip", "release"])
@@ -120,9 +120,9 @@ def test_importance_of_a_known_function_is_that_of_its_terms() -> None:
     found = importance(points, 2 * a + b + a * b)
     whole = 5 / 12 + 1 / 144
     first = np.array([4 / 12, 1 / 12, 0.0, 0.0]) / whole
-    assert found.first == pytest.approx(first, abs=1e-6)
-    assert found.total[:2] == pytest.approx(first[:2] + 1 / 144 / whole, abs=1e-6)
-    assert found.explained == pytest.approx(1.0, abs=1e-9)
+    assert found.first == pytest.approx(first, abs=1e-12)
+    assert found.total[:2] == pytest.approx(first[:2] + 1 / 144 / whole, abs=1e-12)
+    assert found.explained == pytest.approx(1.0, abs=1e-12)
 
 
 def test_importance_of_noise_is_not_explained() -> None:
@@ -194,7 +194,7 @@ def test_a_map_marks_a_vehicle_at_its_coupling() -> None:
     axes = figure.axes[0]
     height = np.log(groups["coupling"] / (1 - groups["coupling"]))
     lines = [np.asarray(line.get_ydata())[0] for line in axes.lines]
-    assert lines == pytest.approx([height, height])
+    assert lines == pytest.approx([height, height], rel=1e-12)
     assert "mine" in [text.get_text() for text in axes.texts]
 
 

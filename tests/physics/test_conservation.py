@@ -27,13 +27,18 @@ def flight() -> xr.Dataset:
     return ca.simulate(vehicle, tumbling(), step=1e-4, sample=1e-2)
 
 
+# Steps of 0.1 ms lose 2e-11 of energy and linear momentum in 10 s, and 3e-10 of angular momentum.
 def test_coupled_free_flight_conserves_energy(flight: xr.Dataset) -> None:
-    assert drift(energy(flight)[:, None]) < 1e-8
+    assert drift(energy(flight)[:, None]) < 5e-10
 
 
-@pytest.mark.parametrize("name", ["linear_momentum", "angular_momentum"])
-def test_coupled_free_flight_conserves_momentum(flight: xr.Dataset, name: str) -> None:
-    assert drift(flight[name].to_numpy()) < 1e-8
+@pytest.mark.parametrize(
+    ("name", "tolerance"), [("linear_momentum", 5e-10), ("angular_momentum", 5e-9)]
+)
+def test_coupled_free_flight_conserves_momentum(
+    flight: xr.Dataset, name: str, tolerance: float
+) -> None:
+    assert drift(flight[name].to_numpy()) < tolerance
 
 
 @pytest.mark.parametrize("model", ["decoupled", "independent"])
@@ -41,7 +46,8 @@ def test_decoupled_models_conserve_their_own_energy_under_gravity(model: str) ->
     run = ca.simulate(
         ca.load_vehicle("slender"), tumbling(2.0, gravity=9.81), model=model, step=1e-4, sample=1e-2
     )
-    assert drift(energy(run)[:, None]) < 1e-8
+    # Reached in 2 s: 1e-12.
+    assert drift(energy(run)[:, None]) < 5e-11
 
 
 def test_drift_of_energy_and_momentum_shrinks_at_fourth_order_or_better() -> None:
@@ -66,8 +72,9 @@ def test_structural_damping_takes_exactly_the_energy_that_is_lost() -> None:
         h / 3.0 * (power[0] + power[-1] + 4.0 * power[1:-1:2].sum() + 2.0 * power[2:-1:2].sum())
     )
     assert lost > 0.0
-    # Simpson's rule over a vibration of 200 rad/s at 1 ms.
-    assert lost == pytest.approx(simpson, rel=1e-4)
+    # Simpson's rule over a vibration of ω = 48 rad/s at h = 1 ms, whose power has twice the ω:
+    # (2 ω h)⁴/180 = 5e-7 of what oscillates, which sums to less.
+    assert lost == pytest.approx(simpson, rel=5e-7)
 
 
 def test_inputs_do_exactly_the_work_that_energy_gains() -> None:
