@@ -6,7 +6,7 @@ import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 import warp as wp
@@ -17,9 +17,6 @@ from continuair.errors import InputError, shown
 from continuair.kernels.dynamics import OWN_BASE
 from continuair.vehicle.layout import OBSERVED, Layout, width_of
 from continuair.vehicle.vehicle import Vehicle
-
-if TYPE_CHECKING:
-    from continuair.engine.loop import Loop, Scene
 
 Array = np.ndarray
 
@@ -81,7 +78,21 @@ class Logs:
     last_step: Array
     observed: Array | None = None
     watched: Array | None = None
-    scene: Scene | None = None
+    scene: Any = None
+
+
+class Closing(Protocol):
+    """What closes the loop of a roll-out: a `Loop` of engine/loop.py."""
+
+    @property
+    def scene(self) -> Any:
+        """What is looked at, or None."""
+
+    def on(self, engine: Any) -> Any:
+        """Packed for an engine."""
+
+    def watch(self, engine: Any, log: Array, runs: Array) -> Array | None:
+        """What is watched along logged rows of some runs."""
 
 
 class Engine:
@@ -123,7 +134,7 @@ class Engine:
         drive: Drive,
         *,
         at_samples: Drive | None = None,
-        loop: Loop | None = None,
+        loop: Closing | None = None,
     ) -> Logs:
         """Fly some runs over a time grid, in open loop or under a law.
 
