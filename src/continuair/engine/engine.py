@@ -36,9 +36,13 @@ def start_warp() -> None:
             os.close(kept)
 
 
-def check_device(device: str) -> None:
+def check_device(device: Any) -> None:
     """Raise InputError unless the device can be launched on."""
+    if not isinstance(device, str):
+        raise InputError(f"device is {shown(device)}; give its name, such as 'cpu'.")
     start_warp()
+    if device.startswith("cuda") and not wp.is_cuda_available():
+        raise InputError(f"device is {shown(device)}, but no CUDA device was found; use 'cpu'.")
     cards = [found.alias for found in wp.get_cuda_devices()]
     valid = ["cpu", *(["cuda"] if cards else []), *cards]
     if device not in valid:

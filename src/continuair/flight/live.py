@@ -68,7 +68,7 @@ class Simulation:
     ) -> None:
         checks.choice("model", model, MODELS)
         _check_alone(vehicle, scenario)
-        period = checks.positive("control_period", control_period)
+        period = checks.positive("control_period", control_period, " [s]")
         if not (isinstance(step, str) and step == "auto"):
             check_divides(period, checked_step(step))
         self._flight = prepare(

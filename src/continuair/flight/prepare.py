@@ -149,6 +149,8 @@ def prepare(
     coupled = Engine(vehicle, "coupled", device=device, threads=threads)
     q, qd = np.atleast_2d(scenario.q), np.atleast_2d(scenario.qd)
     runs, batched = _runs(vehicle, scenario, coupled)
+    if asked is not None:
+        check_same_runs(runs, {"step": len(asked)})
     fine = np.broadcast_to(automatic_step(coupled, q, qd), runs)
     steps = steps_of(scenario, asked, fine, sample, None if adaptive else stacklevel + 1)
     check_steps(duration, min(float(steps.min()), sample))
@@ -169,9 +171,10 @@ def check_scenario(scenario: Any) -> None:
         )
 
 
-def checked_step(step: Any) -> float:
-    """Return a step that is not "auto" [s]."""
-    return checks.positive("step", step, " or 'auto'")
+def checked_step(step: Any) -> Array:
+    """Return steps (runs or 1,) [s] that are not "auto"."""
+    given = step if np.ndim(step) == 1 and len(step) else [step]
+    return np.array([checks.positive("step", each, " or 'auto'") for each in given])
 
 
 def _times(scenario: Scenario, duration: Any, sample: Any) -> tuple[float, float]:

@@ -37,7 +37,7 @@ def simulate(
     scenario: Scenario,
     *,
     model: str = "coupled",
-    step: float | str = "auto",
+    step: float | str | Array = "auto",
     duration: float | None = None,
     sample: float = 1e-3,
     variables: Iterable[str] | None = None,
@@ -50,15 +50,15 @@ def simulate(
     """Roll out one model of a vehicle through a scenario, one run or a batch.
 
     model: "coupled", "decoupled" (the paper's: UAV-arm blocks of M and C zero) or "independent".
-    step: seconds, or "auto": every run's own, of whose fastest rate, stiffest mode with its damping
-    or initial motion, it makes 0.2, and at most `sample`. duration: seconds, the scenario's by
-    default. sample: seconds between logged samples, the last interval shorter if need be; steps end
-    at samples. variables: names to keep, all by default. integrator: "rk4", or "dop853" with
-    relative `tolerance` (single runs, float64; `step` then only times the end of a run that ends
-    early). dtype: "float64" or "float32". device: "cpu" or a CUDA device. threads: CPU threads for
-    a batch. Returns a Dataset over time (and run, for a batch) with `status` and `end_time` per
-    run, and for a batch `step`; the variables, their axes and units are in its attributes. Raises
-    InputError.
+    step: seconds, one number or one per run, or "auto": every run's own, of whose fastest rate,
+    stiffest mode with its damping or initial motion, it makes 0.2, and at most `sample`. duration:
+    seconds, the scenario's by default. sample: seconds between logged samples, the last interval
+    shorter if need be; steps end at samples. variables: names to keep, all by default. integrator:
+    "rk4", or "dop853" with relative `tolerance` (single runs, float64; `step` then only times the
+    end of a run that ends early). dtype: "float64" or "float32". device: "cpu" or a CUDA device.
+    threads: CPU threads for a batch. Returns a Dataset over time (and run, for a batch) with
+    `status` and `end_time` per run, and for a batch `step`; the variables, their axes and units are
+    in its attributes. Raises InputError.
     """
     checks.choice("model", model, MODELS)
     names = _checked_names(scenario, variables)

@@ -106,13 +106,13 @@ def automatic_step(coupled: Engine, q: Any, qd: Any = None) -> Array:
 
 
 def steps_of(
-    scenario: Scenario, asked: float | None, fine: Array, sample: float, warn: int | None
+    scenario: Scenario, asked: Array | None, fine: Array, sample: float, warn: int | None
 ) -> Array:
     """The step (runs,) [s] that each run of a flight takes.
 
-    asked: the user's step, or None for the automatic one: `fine`, which vehicle and start allow, at
-    most `sample`; in a closed loop a whole part of the control period. warn: frames up to which to
-    warn of a step that is longer than `fine`, or None. Raises InputError.
+    asked: the user's steps (runs or 1,), or None for the automatic ones: `fine`, which vehicle and
+    start allow, at most `sample`; in a closed loop a whole part of the control period. warn: frames
+    up to which to warn of a step that is longer than `fine`, or None. Raises InputError.
     """
     period = scenario.control_period if scenario.controller is not None else None
     if asked is not None:
@@ -120,7 +120,7 @@ def steps_of(
             check_divides(period, asked)
         if warn is not None:
             _warn_if_coarse(asked, fine, warn + 1)
-        return np.full(len(fine), asked)
+        return np.broadcast_to(asked, len(fine))
     finest = np.minimum(fine, sample)
     if scenario.controller is None:
         return finest
@@ -129,24 +129,25 @@ def steps_of(
     return np.asarray(period / np.ceil(period / finest * (1.0 - 1e-12)))
 
 
-def check_divides(period: float, step: float) -> None:
-    """Raise InputError unless a control period is a multiple of the step, both [s]."""
-    parts = period / step
-    if round(parts) < 1 or abs(parts - round(parts)) > 1e-6:
+def check_divides(period: float, steps: Array) -> None:
+    """Raise InputError unless a control period is a multiple of every step (n,), all [s]."""
+    parts = period / steps
+    wrong = (np.round(parts) < 1) | (np.abs(parts - np.round(parts)) > 1e-6)
+    if wrong.any():
         raise InputError(
-            f"control_period is {period:g} s, which is not a multiple of the step, {step:g} s; "
-            "give one that is, or step='auto'."
+            f"control_period is {period:g} s, which is not a multiple of the step, "
+            f"{steps[wrong][0]:g} s; give one that is, or step='auto'."
         )
 
 
-def _warn_if_coarse(step: float, fine: Array, stacklevel: int) -> None:
-    coarse = step > fine * (1.0 + 1e-9)
+def _warn_if_coarse(steps: Array, fine: Array, stacklevel: int) -> None:
+    coarse = steps > fine * (1.0 + 1e-9)
     if coarse.any():
         of = "" if len(fine) == 1 else f" in {coarse.sum()} of {len(fine)} runs"
         warnings.warn(
-            f"step is {step:g} s, which is too coarse for the fastest motion of vehicle and start "
-            f"(stiffest bending mode, its damping, initial rates){of}: RK4 will distort it; use "
-            f"{fine.min():.3g} s or less, or step='auto'.",
+            f"step is {steps.max():g} s, which is too coarse for the fastest motion of vehicle and "
+            f"start (stiffest bending mode, its damping, initial rates){of}: RK4 will distort it; "
+            f"use {fine.min():.3g} s or less, or step='auto'.",
             ContinuairWarning,
             stacklevel=stacklevel,
         )

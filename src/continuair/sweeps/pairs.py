@@ -41,7 +41,7 @@ def run_pairs(
     scenario: Scenario,
     models: Sequence[str] = ("decoupled",),
     *,
-    step: float | str = "auto",
+    step: float | str | Array = "auto",
     sample: float = 1e-3,
     duration: float | None = None,
     settle: float = 0.0,

@@ -137,7 +137,7 @@ def _sweep(
         "scale": parameter.scale,
         "values_chosen_here": parameter.chosen,
         "rows": _rows(vehicle, scenario, parameter, flown, entries),
-        "between": _between(vehicle, scenario, parameter, step_of(flown[REFERENCE])),
+        "between": _between(vehicle, scenario, parameter, float(np.min(step_of(flown[REFERENCE])))),
     }
 
 

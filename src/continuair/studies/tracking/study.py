@@ -124,7 +124,7 @@ def _fly(
         data = data.rename(run="letter").assign_coords(letter=letters)
         runs[model] = data.assign(lyapunov(data, flown, controller))
         steps.begin(f"{name}, {model}, half the step")
-        half = float(runs[model]["step"].min()) / 2
+        half = runs[model]["step"].to_numpy() / 2
         data = simulate(
             flown, scenario, model=model, sample=SAMPLE, step=half, variables=["feature_error"]
         )

@@ -68,7 +68,7 @@ def test_a_flight_without_one_coupling_agrees_with_the_readable_form(
     coupling: str, scenario: ca.Scenario
 ) -> None:
     flight = fly_without(VEHICLE, scenario, sample=2.5e-4)
-    tip = flight["tip_position"].sel(coupling=coupling).isel(run=0, time=-1).to_numpy()
+    tip = flight["tip_position"].sel(coupling=coupling).isel(time=-1).to_numpy()
     assert np.abs(tip - readable(coupling)).max() < 1e-6
 
 
@@ -82,7 +82,7 @@ def test_free_fall_carries_the_arm_along_and_hovering_does_not() -> None:
     for scenario in (falling, held):
         coupled = ca.simulate(VEHICLE, scenario, sample=1e-2)["tip_position"]
         without = fly_without(VEHICLE, scenario)["tip_position"].sel(coupling="carriage")
-        shift.append(float(abs(without.isel(run=0) - coupled).max()))
+        shift.append(float(abs(without - coupled).max()))
     assert shift[0] > 1e-4
     assert shift[1] < 1e-13
 
@@ -93,7 +93,7 @@ def test_batches_fly_as_their_runs_do(scenario: ca.Scenario) -> None:
     together = fly_without(both, scenario, **options)["tip_position"]
     for run in range(2):
         alone = fly_without(both.select(run), scenario, **options)["tip_position"]
-        np.testing.assert_allclose(together.isel(run=run), alone.isel(run=0), rtol=0, atol=1e-13)
+        np.testing.assert_allclose(together.isel(run=run), alone, rtol=0, atol=1e-13)
 
 
 def test_closed_loops_are_refused() -> None:
