@@ -63,6 +63,23 @@ def test_a_free_vibration_rings_at_the_free_mode() -> None:
     np.testing.assert_allclose(bend, 1e-4 * np.cos(frequency * bend.time), rtol=0, atol=2e-10)
 
 
+@pytest.mark.parametrize("noise", [0.0, 1e-16, -3e-17])
+def test_an_arm_that_bends_alike_to_all_sides_has_a_mode_along_each_axis(noise: float) -> None:
+    """Products of inertia that are rounding tell no direction; neither does the attitude."""
+    around = VEHICLE.replace({"uav.inertia": [[0.02, noise, 0], [noise, 0.02, 0], [0, 0, 0.04]]})
+    found = ca.modes(around, [0, 0, 0, 0.1, 0.2, 0.3, 0, 0])
+    bends = found.shapes[6:]
+    np.testing.assert_allclose(bends, bends[0, 0] * np.eye(2), atol=1e-9)
+    assert bends[0, 0] > 0.0
+
+
+def test_the_first_bend_of_a_mode_is_positive() -> None:
+    """A mount off both axes alike: modes along the diagonals, the arm's lean not telling which."""
+    bends = ca.modes(VEHICLE.replace({"uav.mount": [0.1, 0.1, 0.0]})).shapes[6:]
+    np.testing.assert_allclose(bends / bends[0], [[1.0, 1.0], [1.0, -1.0]], rtol=1e-8)
+    assert (bends[0] > 0.0).all()
+
+
 def test_small_motions_follow_the_linear_system() -> None:
     hover = ca.trim(VEHICLE, bend=(0.5, -0.2), yaw=0.3)
     held: dict[str, Any] = {

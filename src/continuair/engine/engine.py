@@ -15,6 +15,7 @@ from continuair.engine.factory import kernels
 from continuair.engine.pack import pack
 from continuair.errors import InputError, shown
 from continuair.kernels.dynamics import OWN_BASE
+from continuair.kernels.options import check_cpu_target
 from continuair.vehicle.layout import OBSERVED, Layout, width_of
 from continuair.vehicle.vehicle import Vehicle
 
@@ -23,7 +24,10 @@ Array = np.ndarray
 
 @cache
 def start_warp() -> None:
-    """Initialise Warp without its banner, and without its warning that there is no CUDA driver."""
+    """Initialise Warp without its banner, and without its warning that there is no CUDA driver.
+
+    Raises InputError if CONTINUAIR_CPU_TARGET names no processor.
+    """
     wp.config.log_level = wp.LOG_ERROR
     # The native library warns on its own about a missing CUDA driver, past Warp's log level.
     kept = os.dup(2)
@@ -31,6 +35,7 @@ def start_warp() -> None:
         os.dup2(nowhere.fileno(), 2)
         try:
             wp.init()
+            check_cpu_target()
         finally:
             os.dup2(kept, 2)
             os.close(kept)

@@ -15,7 +15,7 @@ import warp as wp
 from continuair.engine.engine import start_warp
 from continuair.engine.pack import per_run
 from continuair.flight.time_grid import Grid
-from continuair.kernels.step import OPTIONS
+from continuair.kernels.options import OPTIONS
 from continuair.vehicle.vehicle import Vehicle
 
 NODES = 10

@@ -102,7 +102,7 @@ def _fly(
     scenario: Scenario,
     parameter: Parameter,
     values: Any,
-    step: float | str = "auto",
+    step: Any = "auto",
 ) -> Flown:
     vehicles, starts = batch(vehicle, scenario, parameter, values)
     return {
@@ -118,8 +118,9 @@ def _converge(
 ) -> tuple[Flown, list[Entries]]:
     """Halve the step until every run has converged; return flights and entries[run][model]."""
 
-    def fly(step: float | None) -> Flown:
-        return _fly(vehicle, scenario, parameter, parameter.values, step or "auto")
+    def fly(step: Any) -> Flown:
+        step = "auto" if step is None else step
+        return _fly(vehicle, scenario, parameter, parameter.values, step)
 
     def early(errors: Sequence[float]) -> bool:
         # A run that settled early is halved on with the others, down to its rounding.
