@@ -30,6 +30,12 @@ def samples(flight: xr.Dataset, name: str, component: str) -> Array:
     return values
 
 
+def feature_norm(flight: xr.Dataset) -> Array:
+    """Return ‖e‖ (..., time), the norm of the stacked errors of all feature points [px]."""
+    norm: Array = np.linalg.norm(samples(flight, "feature_error", "pixel"), axis=-1)
+    return norm
+
+
 def nrmse(reference: ArrayLike, other: ArrayLike) -> Any:
     """Return the normalised root mean square error as the paper prints it, dimensionless.
 

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from continuair.analysis.metrics import samples
+from continuair.analysis.metrics import feature_norm, samples
 from continuair.figures import style
 
 Array = np.ndarray
@@ -46,7 +46,7 @@ def deviations(dataset: xr.Dataset, title: str = "") -> Figure:
         for column, letter in enumerate(letters):
             for model in dataset["model"].to_numpy():
                 flight = dataset.sel(letter=letter, model=model)
-                norm = np.linalg.norm(samples(flight, "feature_error", "pixel"), axis=1)
+                norm = feature_norm(flight)
                 off = samples(flight, "camera_position", "axis")
                 off = off - samples(flight, "target_position", "axis")
                 style.line(grid[0, column], flight, norm, model)
@@ -73,7 +73,7 @@ def speed_and_difference(dataset: xr.Dataset, printed: float, title: str = "") -
             for model in dataset["model"].to_numpy():
                 flight = flights.sel(model=model)
                 style.line(grid[0, column], flight, joint_speed(flight), model)
-                errors[model] = np.linalg.norm(samples(flight, "feature_error", "pixel"), axis=1)
+                errors[model] = feature_norm(flight)
             time = dataset["time"].to_numpy()
             early = time <= 2.0
             for model, norm in errors.items():

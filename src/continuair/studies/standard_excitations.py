@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
+from continuair import checks
 from continuair.analysis.linear import held_hover
-from continuair.errors import InputError, nearest
 from continuair.scenario.excitations import Wave, plus
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.vehicle import Vehicle
@@ -123,9 +123,7 @@ def standard_scenario(
     longest of a batch's: give `duration` to `simulate` or `run_pairs` where they differ. Raises
     InputError.
     """
-    if name not in EXCITATIONS:
-        raise InputError(f"excitation is {name!r}; {nearest(str(name), EXCITATIONS)}.")
-    excitation, arm = EXCITATIONS[name], vehicle.arm
+    excitation, arm = EXCITATIONS[checks.choice("excitation", name, EXCITATIONS)], vehicle.arm
     load = excitation.moderate if load is None else load
     clamped = np.asarray(arm.clamped_frequency)
     duration = float(periods * 2.0 * np.pi / np.min(clamped))
@@ -143,11 +141,6 @@ def standard_scenario(
     elif name == "release":
         inputs["force"] = np.multiply.outer(np.asarray(vehicle.mass) * gravity, [0.0, 0.0, 1.0])
     return Scenario(name, q, duration=duration, gravity=gravity, **inputs)
-
-
-def standard_scenarios(vehicle: Vehicle, **options: Any) -> dict[str, Scenario]:
-    """Return every standard excitation of a vehicle; options are those of `standard_scenario`."""
-    return {name: standard_scenario(name, vehicle, **options) for name in EXCITATIONS}
 
 
 def sample_time(vehicle: Vehicle) -> float:

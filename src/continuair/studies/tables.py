@@ -8,6 +8,8 @@ import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
+_WIDEST = 8
+
 
 def as_csv(rows: Iterable[Mapping[str, Any]]) -> str:
     """Return a line per row below the names of all that any row holds."""
@@ -30,14 +32,18 @@ def as_markdown(
 
 
 def number(value: float | None, digits: int = 4) -> str:
-    """Return a number in eight characters at most: nothing if there is none, - if not finite."""
+    """Return a number as tables print it: nothing if there is none, - if it is not finite.
+
+    One that is not negative takes eight characters at most.
+    """
     if value is None:
         return ""
     if isinstance(value, int):
         return str(value)
     if not math.isfinite(value):
         return "-"
-    return f"{value:.1e}" if 0 < abs(value) < 1e-3 else f"{value:.{digits}g}"
+    text = f"{value:.{digits}g}"
+    return f"{value:.1e}" if 0 < abs(value) < 1e-3 or len(text) > _WIDEST else text
 
 
 def percent(share: float) -> str:

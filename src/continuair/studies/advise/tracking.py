@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from continuair.analysis.limits import find_limits
+from continuair.analysis.metrics import feature_norm
 from continuair.controllers.gain_files import Gains
 from continuair.flight.simulate import simulate
 from continuair.scenario import paths
@@ -65,21 +66,18 @@ def _fly(
 ) -> dict[str, np.ndarray]:
     """RMS error of the coupled plant, and |DS| of each model, by duration."""
     scenario = task(vehicle, [letter] * len(durations), law, durations.tolist())
-    norms = {}
-    for model in ("coupled", *models):
-        data = simulate(vehicle, scenario, model=model, sample=2e-2, variables=["feature_error"])
-        error = data["feature_error"].transpose("run", "time", "pixel").to_numpy()
-        norms[model] = np.linalg.norm(error, axis=2)
-    time, pixels = data["time"].to_numpy(), error.shape[2]
-    counts = [(time >= TRANSIENT) & (time <= end) for end in durations]
-    found = {
-        "rms": np.array(
-            [np.sqrt(np.mean(norms["coupled"][i][at] ** 2) / pixels) for i, at in enumerate(counts)]
-        ),
+    flights = {
+        model: simulate(vehicle, scenario, model=model, sample=2e-2, variables=["feature_error"])
+        for model in ("coupled", *models)
     }
+    norms = {model: feature_norm(flight) for model, flight in flights.items()}
+    time, pixels = flights["coupled"]["time"].to_numpy(), flights["coupled"].sizes["pixel"]
+    counts = [(time >= TRANSIENT) & (time <= end) for end in durations]
+    squares = [np.mean(row[at] ** 2) for row, at in zip(norms["coupled"], counts, strict=True)]
+    found = {"rms": np.sqrt(np.array(squares) / pixels)}
     for model in models:
         ds = np.abs(norms["coupled"] - norms[model])
-        found[model] = np.array([ds[i][at].max() for i, at in enumerate(counts)])
+        found[model] = np.array([row[at].max() for row, at in zip(ds, counts, strict=True)])
     return found
 
 

@@ -12,6 +12,7 @@ import xarray as xr
 from continuair import checks
 from continuair.analysis.convergence import REFERENCE, Flown, compared_models
 from continuair.analysis.lyapunov import lyapunov, ultimate_bound
+from continuair.analysis.metrics import feature_norm, samples
 from continuair.controllers.gain_files import Gains, load_gains
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import MODELS
@@ -180,34 +181,28 @@ def _step_error(coarse: xr.Dataset, fine: xr.Dataset, rms: float) -> dict[str, f
     }
 
 
-def norm_difference(coupled: xr.Dataset, other: xr.Dataset) -> xr.DataArray:
-    """DS = ‖e‖_c - ‖e‖_d of the stacked feature errors over time [px], Amiri et al."""
-    norms = [
-        (data["feature_error"] ** 2).sum("pixel", skipna=False) ** 0.5 for data in (coupled, other)
-    ]
-    return norms[0] - norms[1]
+def norm_difference(coupled: xr.Dataset, other: xr.Dataset) -> np.ndarray:
+    """DS = ‖e‖_c - ‖e‖_d (..., time) of the stacked feature errors [px], Amiri et al."""
+    return feature_norm(coupled) - feature_norm(other)
 
 
 def ds_extremes(coupled: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
     """Largest |DS| before and after the transient [px]."""
-    size = abs(norm_difference(coupled, other))
-    early = size["time"] < TRANSIENT
+    size = np.abs(norm_difference(coupled, other))
+    early = coupled["time"].to_numpy() < TRANSIENT
     # A flight that ended early has no largest difference in a part that it has not flown through.
-    parts = (size.isel(time=early.to_numpy()), size.isel(time=~early.to_numpy()))
-    largest = [float(part.max(skipna=False)) for part in parts]
-    return largest[0], largest[1]
+    return float(size[early].max()), float(size[~early].max())
 
 
 def ds_by_corner(coupled: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
     """RMS of DS after the transient where the target accelerates, and where it does not [px]."""
     ds = norm_difference(coupled, other)
-    velocity = coupled["target_velocity"].transpose("time", "axis").to_numpy()
+    velocity = samples(coupled, "target_velocity", "axis")
     acceleration = np.linalg.norm(np.gradient(velocity, SAMPLE, axis=0), axis=1)
     turning = acceleration > _TURNING * acceleration.max()
-    late = (ds["time"] >= TRANSIENT).to_numpy()
-    parts = (ds.to_numpy()[late & turning], ds.to_numpy()[late & ~turning])
-    corners, straight = (float(np.sqrt(np.mean(part**2))) for part in parts)
-    return corners, straight
+    late = coupled["time"].to_numpy() >= TRANSIENT
+    corners, straight = (np.sqrt(np.mean(ds[late & part] ** 2)) for part in (turning, ~turning))
+    return float(corners), float(straight)
 
 
 def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
@@ -217,7 +212,6 @@ def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
     """
     late = flight.sel(time=slice(settled, None))
     error = late["feature_error"].to_numpy()
-    norm = np.linalg.norm(flight["feature_error"].to_numpy(), axis=1)
     off = tip_error(late)
     push = flight["command"].to_numpy()
     rest = np.array([0.0, 0.0, float(np.nanmean(push[:, 2])), 0, 0, 0, 0, 0])
@@ -230,7 +224,7 @@ def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
         "max_px": float(np.abs(error).max()),
         "tip_rms_m": float(np.sqrt(np.mean(np.sum(off**2, axis=1)))),
         "tip_max_m": float(np.linalg.norm(off, axis=1).max()),
-        "converged_s": _converged(flight["time"].to_numpy(), norm),
+        "converged_s": _converged(flight["time"].to_numpy(), feature_norm(flight)),
         "force_rms_n": float(np.linalg.norm(effort[:3])),
         "moment_rms_nm": float(np.linalg.norm(effort[3:6])),
         "bend_moment_rms_nm2": float(np.linalg.norm(effort[6:])),
