@@ -5,6 +5,7 @@ import pytest
 import warp as wp
 
 import continuair as ca
+from continuair.scenario.excitations import Wave, plus
 from tests.physics.free_flight import tumbling
 
 VEHICLE = ca.load_vehicle("paper")
@@ -306,3 +307,17 @@ def test_inputs_for_different_numbers_of_runs_are_named() -> None:
     )
     with pytest.raises(ca.InputError, match="force has 2, moment has 3"):
         ca.simulate(VEHICLE, scenario, sample=0.1)
+
+
+def test_the_automatic_step_resolves_a_frequency_that_an_input_tells() -> None:
+    """Per run; a frequency below the arm's own changes nothing."""
+    slow, fast = 1.0, 2e3
+    wave = Wave(3, 0, np.ones(2), np.array([slow, fast]), np.array([slow, fast]), 0.0, 0.01)
+    steps = [
+        ca.simulate(VEHICLE, ca.Scenario("waves", np.zeros(8), force=force, duration=0.01))["step"]
+        for force in (wave, plus(wave, np.array([0.0, 0.0, 1.0])))
+    ]
+    plain = ca.simulate(VEHICLE, ca.Scenario("still", np.zeros(8), duration=0.01)).attrs["step"]
+    for step in steps:
+        assert step[0] == plain
+        assert float(step[1]) == pytest.approx(0.2 / (2.0 * np.pi * fast), rel=1e-12)

@@ -18,7 +18,7 @@ from continuair.engine.loop import Loop
 from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import check_view, loop_over
 from continuair.flight.inputs import groups_in_use, sample_inputs
-from continuair.flight.steps import automatic_step, steps_of
+from continuair.flight.steps import automatic_step, declared_rate, steps_of
 from continuair.flight.time_grid import (
     Grid,
     Marks,
@@ -151,7 +151,7 @@ def prepare(
     runs, batched = _runs(vehicle, scenario, coupled)
     if asked is not None:
         check_same_runs(runs, {"step": len(asked)})
-    fine = np.broadcast_to(automatic_step(coupled, q, qd), runs)
+    fine = np.broadcast_to(automatic_step(coupled, q, qd, declared_rate(scenario)), runs)
     steps = steps_of(scenario, asked, fine, sample, None if adaptive else stacklevel + 1)
     check_steps(duration, min(float(steps.min()), sample))
     q, qd = (np.broadcast_to(rows, (runs, rows.shape[1])) for rows in (q, qd))

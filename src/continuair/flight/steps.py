@@ -11,7 +11,7 @@ from continuair.engine.engine import Drive, Engine, Start
 from continuair.errors import ContinuairWarning, InputError
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import state_from_paper
-from continuair.vehicle.layout import GENERAL
+from continuair.vehicle.layout import FIELDS, GENERAL
 
 Array = np.ndarray
 
@@ -74,14 +74,21 @@ def _largest_compliance(engine: Engine, q: Any) -> np.ndarray:
     return largest
 
 
-def automatic_step(coupled: Engine, q: Any, qd: Any = None) -> Array:
+def declared_rate(scenario: Scenario) -> Any:
+    """Fastest rate (runs or 1) [rad/s] of inputs that tell theirs, by an attribute `fastest`."""
+    rates = [getattr(getattr(scenario, field), "fastest", 0.0) for field in FIELDS]
+    return np.max(np.broadcast_arrays(*rates), axis=0)
+
+
+def automatic_step(coupled: Engine, q: Any, qd: Any = None, driven: Any = 0.0) -> Array:
     """Step (runs,) [s] of which the fastest rate of a run makes at most 0.2.
 
-    That rate is the spin |ω| at the start, plus what is faster seen from the turning body: the
-    stiffest mode (straight or at the initial bend, with its damping), or the tip's turning |k̇| l.
-    coupled: an engine of the coupled model, whose free base raises the rates most. q, qd: (runs or
-    1, 8) paper coordinates and rates, at rest by default. A run that has no finite rate, as a bend
-    past a full circle has none, has the step inf. Raises InputError if no run has one.
+    That rate is `driven`, of its inputs, or the spin |ω| at the start, plus what is faster seen
+    from the turning body: the stiffest mode (straight or at the initial bend, with its damping), or
+    the tip's turning |k̇| l. coupled: an engine of the coupled model, whose free base raises the
+    rates most. q, qd: (runs or 1, 8) paper coordinates and rates, at rest by default. A run that
+    has no finite rate, as a bend past a full circle has none, has the step inf. Raises InputError
+    if no run has one.
     """
     q = np.atleast_2d(q)
     qd = np.zeros_like(q) if qd is None else np.atleast_2d(qd)
@@ -100,7 +107,7 @@ def automatic_step(coupled: Engine, q: Any, qd: Any = None) -> Array:
         state = state_from_paper(q, qd)
         spin = np.linalg.norm(state[:, layout.angular_velocity], axis=1)
         turning = np.linalg.norm(state[:, layout.bend_rate], axis=1) * coupled.vehicle.arm.length
-        step = STEP_PHASE / (np.fmax(modes, turning) + spin)
+        step = STEP_PHASE / np.fmax(np.fmax(modes, turning) + spin, driven)
     found: Array = np.where(np.isnan(step), np.inf, step)
     return found
 

@@ -35,6 +35,11 @@ class Wave:
         rows[..., self.component] = value
         return rows
 
+    @property
+    def fastest(self) -> Any:
+        """The highest frequency that it has [rad/s], which the automatic step resolves."""
+        return 2.0 * np.pi * np.maximum(np.abs(self.frequency), np.abs(self.end_frequency))
+
 
 @dataclass(frozen=True)
 class Scaled:
@@ -47,11 +52,27 @@ class Scaled:
         return np.asarray(self.amplitude)[..., None] * np.asarray(self.function(t))
 
 
+@dataclass(frozen=True)
+class Offset:
+    """A function of time plus a constant."""
+
+    function: Any
+    constant: Any
+
+    def __call__(self, t: float) -> Array:
+        return np.asarray(self.function(t)) + self.constant
+
+    @property
+    def fastest(self) -> Any:
+        """As the function's, 0 if it does not tell."""
+        return getattr(self.function, "fastest", 0.0)
+
+
 def plus(excitation: Any, constant: Any) -> Any:
     """Return the sum of an input of a scenario and a constant; None is none."""
     if excitation is None or constant is None:
         return constant if excitation is None else excitation
-    return (lambda t: excitation(t) + constant) if callable(excitation) else excitation + constant
+    return Offset(excitation, constant) if callable(excitation) else excitation + constant
 
 
 def inputs(fields: dict[str, Any]) -> dict[str, Any]:
