@@ -1,6 +1,7 @@
 """The Python in README.md and in the documentation runs as it is printed."""
 
 import os
+import pkgutil
 import re
 import subprocess
 import sys
@@ -42,6 +43,17 @@ def test_every_local_link_leads_to_a_file() -> None:
         for target in re.findall(r"\]\(([^)#\s]+)", page.read_text(encoding="utf-8")):
             if "://" not in target and not (page.parent / target).exists():
                 missing.append(f"{page.name}: {target}")
+    assert not missing, missing
+
+
+def test_every_name_of_the_package_on_the_pages_exists() -> None:
+    missing = []
+    for page in PAGES:
+        for name in re.findall(r"`(continuair(?:\.\w+)+)`", page.read_text(encoding="utf-8")):
+            try:
+                pkgutil.resolve_name(name)
+            except (ImportError, AttributeError):
+                missing.append(f"{page.name}: {name}")
     assert not missing, missing
 
 

@@ -203,18 +203,19 @@ def trim(
     gravity = checks.gravity(gravity)
     yaw, position = float(checks.row("yaw", yaw, 1)[0]), checks.row("position", position, 3)
     tip_wrench = checks.row("tip_wrench", tip_wrench, 6)
-    engine = Engine(vehicle, "decoupled")
-    layout = engine.layout
 
-    def residual(k: np.ndarray) -> np.ndarray:
-        return _left_over(engine, k, yaw, tip_wrench, gravity)
+    def held(k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Paper coordinates at bend k, and the push that holds the vehicle there."""
+        q = np.concatenate([position, [0.0, 0.0, yaw], [np.hypot(*k), np.arctan2(k[1], k[0])]])
+        return q, _holding(vehicle, q[None], gravity, tip_wrench)[0]
 
+    layout = Layout(vehicle.sections)
     if bend is None:
         # Slow to import, and every simulation imports this module.
         from scipy.optimize import root
 
-        k = root(residual, np.zeros(layout.bends), tol=1e-13).x
-        if np.abs(residual(k)).max() > 1e-8 * max(1.0, np.abs(tip_wrench).max()):
+        k = root(lambda k: held(k)[1][layout.bend_moment], np.zeros(layout.bends), tol=1e-13).x
+        if np.abs(held(k)[1][layout.bend_moment]).max() > 1e-8 * max(1.0, np.abs(tip_wrench).max()):
             raise InputError(
                 "tip_wrench leaves the arm no equilibrium below a full circle; give "
                 "a smaller wrench, or the bend to hold."
@@ -222,27 +223,9 @@ def trim(
     else:
         k = checks.row("bend", bend, layout.bends)
         _check_bend("bend", bend, float(np.hypot(*k)), vehicle)
-    q = np.concatenate([position, [0.0, 0.0, yaw], [np.hypot(*k), np.arctan2(k[1], k[0])]])
-    A_force = _balance(engine, q, tip_wrench, gravity)
-    return Trim(q, A_force[:3], A_force[3:], -residual(k) if bend is not None else 0.0 * k)
-
-
-def _left_over(
-    engine: Engine, k: np.ndarray, yaw: float, tip_wrench: np.ndarray, gravity: float
-) -> np.ndarray:
-    """Force on each bend coordinate (bends,) of the level vehicle at rest at bend k."""
-    layout = engine.layout
-    state = np.zeros((1, layout.state))
-    state[0, layout.attitude] = 0.0, 0.0, np.sin(yaw / 2), np.cos(yaw / 2)
-    state[0, layout.bend] = k
-    inputs = np.zeros((1 + layout.bends, 1, 1, layout.inputs))
-    inputs[..., layout.tip_wrench] = tip_wrench
-    inputs[1:, 0, 0, layout.bend_moment] = np.eye(layout.bends)
-    drives = [Drive(row, False, GENERAL + TIP, gravity) for row in inputs]
-    start = Start(state, np.zeros(1))
-    rows = [engine.derivative(start, drive)[0, layout.bend_rate] for drive in drives]
-    compliance = np.column_stack([row - rows[0] for row in rows[1:]])
-    return np.linalg.solve(compliance, rows[0])
+    q, push = held(k)
+    bend_moment = push[layout.bend_moment]
+    return Trim(q, push[layout.force], push[layout.moment], bend_moment * (bend is not None))
 
 
 def held_hover(vehicle: Vehicle, q: np.ndarray, gravity: float = 9.81) -> dict[str, Any]:
@@ -250,8 +233,22 @@ def held_hover(vehicle: Vehicle, q: np.ndarray, gravity: float = 9.81) -> dict[s
 
     vehicle: plain or batched; q: (8,) or (runs, 8) paper coordinates. As `trim`, for a batch.
     """
+    held = _holding(vehicle, np.atleast_2d(q), gravity)
+    held = held[0] if np.ndim(q) == 1 and vehicle.runs is None else held
+    layout = Layout(vehicle.sections)
+    return {
+        "force": held[..., layout.force],
+        "moment": held[..., layout.moment],
+        "bend_moment": held[..., layout.bend_moment],
+    }
+
+
+def _holding(
+    vehicle: Vehicle, rows: np.ndarray, gravity: float, tip_wrench: Any = 0.0
+) -> np.ndarray:
+    """Pushes (runs, coordinates) under which nothing accelerates at rest; rows: (runs, 8)."""
     engine = Engine(vehicle, "decoupled")
-    layout, rows = engine.layout, np.atleast_2d(q)
+    layout = engine.layout
     rows = np.broadcast_to(rows, (max(len(rows), vehicle.runs or 1), layout.coordinates))
     state = state_from_paper(rows, np.zeros(rows.shape))
     # Unit pushes would be lost in the rounding of a large vehicle's accelerations.
@@ -263,34 +260,15 @@ def held_hover(vehicle: Vehicle, q: np.ndarray, gravity: float = 9.81) -> dict[s
 
     def pushed(push: np.ndarray) -> np.ndarray:
         inputs = np.zeros((1, len(rows), layout.inputs))
+        inputs[..., layout.tip_wrench] = tip_wrench
         inputs[0, :, layout.push] = scale * push
-        acting = Drive(inputs, False, GENERAL, gravity)
+        acting = Drive(inputs, False, GENERAL + TIP, gravity)
         rate = engine.derivative(Start(state, rows[:, -1]), acting)
-        found: np.ndarray = rate[:, layout.velocity.start :]
-        return found
+        return rate[:, layout.velocity.start :]
 
     still = pushed(np.zeros(layout.coordinates))
     answers = [pushed(unit) - still for unit in np.eye(layout.coordinates)]
-    held = scale * np.linalg.solve(np.stack(answers, axis=-1), -still[..., None])[..., 0]
-    held = held[0] if np.ndim(q) == 1 and vehicle.runs is None else held
-    return {
-        "force": held[..., layout.force],
-        "moment": held[..., layout.moment],
-        "bend_moment": held[..., layout.bend_moment],
-    }
-
-
-def _balance(engine: Engine, q: np.ndarray, tip_wrench: Any, gravity: float) -> np.ndarray:
-    """World force and body moment that leave the base without acceleration."""
-    layout = engine.layout
-    state = np.repeat(state_from_paper(q[None], np.zeros((1, len(q)))), 7, axis=0)
-    inputs = np.zeros((1, 7, layout.inputs))
-    inputs[..., layout.tip_wrench] = tip_wrench
-    inputs[0, 1:, layout.force.start : layout.moment.stop] = np.eye(6)
-    acting = Drive(inputs, False, GENERAL + TIP, gravity)
-    rate = engine.derivative(Start(state, np.full(7, q[-1])), acting)
-    rate = np.hstack([rate[:, layout.velocity], rate[:, layout.angular_velocity]])
-    return np.linalg.solve((rate[1:] - rate[0]).T, -rate[0])
+    return scale * np.linalg.solve(np.stack(answers, axis=-1), -still[..., None])[..., 0]
 
 
 def _configuration(name: str, q: Any, vehicle: Vehicle) -> np.ndarray:

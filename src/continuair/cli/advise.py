@@ -41,10 +41,9 @@ def advise(
         from continuair.studies.advise import report, study
         from continuair.studies.results import as_json
 
-        tasks = study.chosen_tasks(task or [])
         good = study.Tolerance(tolerance, pixels)
         with results_in(out, "advise") as folder:
-            results = study.advise(loaded, tasks, good, law, progress=progress)
+            results = study.advise(loaded, task or (), good, law, progress=progress)
             if folder is not None:
                 from continuair.figures import advise as figures
                 from continuair.studies.atlas.summary import load

@@ -34,7 +34,6 @@ def atlas(
         from continuair.studies.atlas.report import as_table
         from continuair.studies.atlas.summary import save
 
-        study.check(runs, seed)
         with results_in(out, "atlas") as folder:
             assert folder is not None
             summary = study.atlas(runs, seed, progress=progress)

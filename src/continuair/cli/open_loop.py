@@ -51,10 +51,8 @@ def run_open_loop(vehicle: str, tests: str, models: list[str] | None, out: Path 
     loaded = load_vehicle(vehicle)
     with progress_bar() as progress:
         from continuair.kernels.dynamics import MODELS
-        from continuair.studies.open_loop.study import choose
         from continuair.studies.open_loop.study import open_loop as run
 
-        choose(tests, models or MODELS)
         with results_in(out, "open_loop") as folder:
             study = run(loaded, tests, models or MODELS, progress=progress)
             if folder is not None:

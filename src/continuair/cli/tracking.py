@@ -78,11 +78,9 @@ def run_tracking(
 ) -> Tracking:
     """Run the study, store it and its figures, and show its table."""
     from continuair.controllers.gain_files import load_gains
-    from continuair.studies.tracking.task import chosen_letters
     from continuair.vehicle.vehicle import load_vehicle
 
     loaded, law = load_vehicle(vehicle), load_gains(gains)
-    chosen_letters(letters)
     with progress_bar() as progress:
         from continuair.kernels.dynamics import MODELS
         from continuair.studies.tracking.study import tracking as run

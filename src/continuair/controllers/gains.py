@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from continuair import checks
 from continuair.equations import mass_matrix
 from continuair.equations.camera import TIP_OF_STRAIGHT_ARM, interaction_matrix, on_body
+from continuair.equations.kinematics import skew
 from continuair.errors import InputError, shown
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
@@ -98,8 +99,6 @@ def camera_inertia(vehicle: Vehicle) -> np.ndarray:
     """Λ (6, 6): inertia that a camera at the tip of the straight, frozen arm feels, in its axes."""
     check_single_vehicle(vehicle)
     R = (TIP_OF_STRAIGHT_ARM @ Rotation.from_quat(vehicle.camera.attitude).as_matrix()).T
-    x, y, z = on_body(vehicle)
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    J = np.block([[R, -R @ cross], [np.zeros((3, 3)), R]])
+    J = np.block([[R, -R @ skew(on_body(vehicle))], [np.zeros((3, 3)), R]])
     inverse = np.linalg.inv(J)
     return np.asarray(inverse.T @ rigid_inertia(vehicle) @ inverse)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -42,13 +43,9 @@ class ResultFolder:
         self.study = study
         self._stale: set[str] = set()
         self._written: set[str] = set()
-        try:
+        with self._writing():
             self._made = self._make()
             self._take()
-        except InputError:
-            raise
-        except (OSError, ValueError) as error:
-            raise self.unusable(error) from None
 
     def __enter__(self) -> Self:
         return self
@@ -57,7 +54,7 @@ class ResultFolder:
         if error is not None and self._new and not self._written:
             self._give_up()
         if isinstance(error, OSError) and self._written:
-            raise self.unusable(error) from None
+            raise self._unusable(error) from None
 
     def file(self, name: str) -> Path:
         """Return the path of a file of the study, which is now the study's to replace."""
@@ -68,17 +65,13 @@ class ResultFolder:
 
     def write_text(self, name: str, text: str) -> None:
         """Write a text file of the study."""
-        try:
+        with self._writing():
             self.file(name).write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise self.unusable(error) from None
 
     def write_dataset(self, name: str, dataset: xr.Dataset) -> None:
         """Write a dataset of the study as netCDF."""
-        try:
+        with self._writing():
             dataset.to_netcdf(self.file(name), engine="h5netcdf")
-        except OSError as error:
-            raise self.unusable(error) from None
 
     def store(
         self,
@@ -107,10 +100,8 @@ class ResultFolder:
     def _start(self) -> None:
         """Replace the results of the run before by the word that these are incomplete."""
         self._claim(UNFINISHED)
-        try:
+        with self._writing():
             (self.path / UNFINISHED).write_text(_WARNING, encoding="utf-8")
-        except OSError as error:
-            raise self.unusable(error) from None
         self._remove(self._stale - {UNFINISHED})
         self._stale = set()
         self._mark(self._written)
@@ -133,12 +124,10 @@ class ResultFolder:
             )
 
     def _remove(self, names: Iterable[str]) -> None:
-        try:
+        with self._writing():
             for name in names:
                 if not (self.path / name).is_dir():
                     (self.path / name).unlink(missing_ok=True)
-        except OSError as error:
-            raise self.unusable(error) from None
 
     def _make(self) -> list[Path]:
         """Make the folder; return the folders made, outermost first."""
@@ -178,13 +167,19 @@ class ResultFolder:
 
     def _mark(self, files: Iterable[str]) -> None:
         content = {"study": self.study, "files": sorted(files)}
-        try:
+        with self._writing():
             (self.path / _MARKER).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-        except OSError as error:
-            raise self.unusable(error) from None
 
-    def unusable(self, error: OSError | ValueError) -> InputError:
-        """Return what to tell about an error of writing to the folder."""
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        try:
+            yield
+        except InputError:
+            raise
+        except (OSError, ValueError) as error:
+            raise self._unusable(error) from None
+
+    def _unusable(self, error: OSError | ValueError) -> InputError:
         problem = f"out is {printed(self.path)}, which cannot be written to ({reason(error)})"
         return InputError(f"{problem}; name a folder that you may write to.")
 

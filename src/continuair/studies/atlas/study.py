@@ -34,7 +34,8 @@ def atlas(runs: int = RUNS, seed: int = 0, *, progress: Progress | None = None) 
     runs: in open loop, over all excitations, each of them with every model; one closed-loop pair
     for every fifty. The summary's attributes say how it was made. Raises InputError.
     """
-    check(runs, seed)
+    checks.whole("runs", runs, LEAST)
+    checks.whole("seed", seed, 0)
     each, loops = math.ceil(runs / len(EXCITATIONS)), math.ceil(runs * _LOOPS_PER_RUN)
     attributed = math.ceil(each * len(EXCITATIONS) * _ATTRIBUTED_PER_RUN / len(EXCITATIONS))
     names, flights, parts = list(EXCITATIONS), {}, []
@@ -59,12 +60,6 @@ def atlas(runs: int = RUNS, seed: int = 0, *, progress: Progress | None = None) 
         "attributed_runs": attributed * len(names),
     }
     return summary
-
-
-def check(runs: int, seed: int) -> None:
-    """Raise InputError unless an atlas can be made of that many runs."""
-    checks.whole("runs", runs, LEAST)
-    checks.whole("seed", seed, 0)
 
 
 def _attributed(name: str, runs: int, seed: int) -> dict[str, Any]:

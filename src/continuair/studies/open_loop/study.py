@@ -78,7 +78,9 @@ def open_loop(
     Raises InputError for unknown tests or models, and for a batched vehicle.
     """
     check_single_vehicle(vehicle)
-    letters, chosen = choose(tests, models)
+    given = [str(letter).strip().upper() for letter in tests]
+    letters = sorted(checks.choices("tests", given, OPEN_LOOP_TESTS))
+    chosen = compared_models(models)
     scenarios = {letter: open_loop_test(letter, f1) for letter in letters}
     flights = _Flights(progress, chosen, 2 * len(scenarios))
     results: dict[str, Any] = {
@@ -102,13 +104,6 @@ def open_loop(
             results["kappa_s"] = _other_kappa_s(flights, vehicle, scenario, step)
         datasets[letter] = by_model(flown)
     return OpenLoop(results, datasets)
-
-
-def choose(tests: Iterable[str], models: Iterable[str]) -> tuple[list[str], list[str]]:
-    """Return the tests and models to run, in the study's order, or raise InputError."""
-    given = [str(letter).strip().upper() for letter in tests]
-    letters = checks.choices("tests", given, OPEN_LOOP_TESTS)
-    return sorted(letters), compared_models(models)
 
 
 class _Flights:
