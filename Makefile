@@ -19,7 +19,8 @@ test: $(VENV)/installed-$(subst $(comma),-,$(EXTRAS))
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/pytest -q -m "not slow"
+	@# One thread of BLAS: matrices are small here, and threads would wait for each other.
+	OMP_NUM_THREADS=1 $(BIN)/pytest -q -m "not slow"
 
 # The page is written whatever was reached; a claim that misses without an explanation fails.
 verify: $(VENV)/installed-test-oracles

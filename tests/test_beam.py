@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -53,10 +54,9 @@ def by_transfer_matrices(vehicle: Vehicle, free: bool) -> float:
         return float(np.linalg.det(state[2:]))
 
     # From above the rigid-body modes at 0 in small steps to the first change of sign.
-    ladder = np.geomspace(1.0, 1e4, 2000)
-    values = [determinant(omega) for omega in ladder]
-    first = next(i for i in range(1999) if values[i] * values[i + 1] < 0)
-    return float(brentq(determinant, ladder[first], ladder[first + 1], xtol=1e-12, rtol=1e-14))
+    steps = pairwise(np.geomspace(1.0, 1e4, 500))
+    low, high = next((a, b) for a, b in steps if determinant(a) * determinant(b) < 0)
+    return float(brentq(determinant, low, high, xtol=1e-12, rtol=1e-14))
 
 
 # Polynomials reach the jump of the curvature at a disk with rotary inertia only slowly.

@@ -9,7 +9,7 @@ from continuair import equations
 from continuair.equations.camera import interaction_matrix, to_pixels
 from tests.closed_loop import eye, probes
 
-STATES = 1000
+STATES = 250
 FRAMES = ("untwisted", "frenet")
 # Of the largest element: central differences reach 1e-10.
 DIFFERENCES = 5e-9

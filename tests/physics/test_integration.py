@@ -14,12 +14,12 @@ VEHICLE = ca.load_vehicle("paper")
 def test_rk4_converges_with_slope_four() -> None:
     steps = [1e-3, 5e-4, 2.5e-4, 1.25e-4]
     reference = ca.simulate(
-        VEHICLE, tumbling(0.5), integrator="dop853", tolerance=1e-13, sample=0.1
+        VEHICLE, tumbling(0.2), integrator="dop853", tolerance=1e-13, sample=0.1
     ).tip_position
     errors = [
         float(
             np.abs(
-                ca.simulate(VEHICLE, tumbling(0.5), step=h, sample=0.1).tip_position - reference
+                ca.simulate(VEHICLE, tumbling(0.2), step=h, sample=0.1).tip_position - reference
             ).max()
         )
         for h in steps
@@ -31,11 +31,11 @@ def test_rk4_converges_with_slope_four() -> None:
 @pytest.mark.parametrize(
     "scenario",
     [
-        ca.open_loop_test("B"),
+        ca.open_loop_test("B").replace(duration=0.3),
         ca.Scenario(
             name="smooth",
             q=[0, 0, 5, 0, 0, 0, 0.3, 0.2],
-            duration=1.0,
+            duration=0.3,
             force=lambda t: [2 * np.sin(3 * t), 0, 25],
             bend_moment=lambda t: [5 * t, -3 * t],
         ),
@@ -244,7 +244,8 @@ def test_the_last_interval_is_the_short_one() -> None:
 
 
 def test_a_coarse_step_concerns_rk4_alone() -> None:
-    run = ca.simulate(VEHICLE, ca.open_loop_test("B"), step=0.01, sample=0.1, integrator="dop853")
+    scenario = ca.open_loop_test("B").replace(duration=0.1)
+    run = ca.simulate(VEHICLE, scenario, step=0.01, sample=0.1, integrator="dop853")
     assert int(run.status) == 0  # and no warning, which would be an error here
 
 

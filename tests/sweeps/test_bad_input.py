@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 import continuair as ca
 import continuair.cli as cli
+from continuair.sweeps import cluster
 
 pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
 
@@ -80,8 +81,9 @@ def test_options_that_cannot_be_used(tmp_path: Path, options: list[str], parts: 
     assert [path.name for path in tmp_path.iterdir()] == ["design.toml"]
 
 
-def test_a_scheduler_that_does_not_answer(tmp_path: Path) -> None:
+def test_a_scheduler_that_does_not_answer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed", reason="the extra 'cluster' installs Dask")
+    monkeypatch.setattr(cluster, "_ANSWER_WITHIN", 0.5)
     result = run(tmp_path, SMALL, "--scheduler", "tcp://127.0.0.1:9")
     assert_refused(result, "tcp://127.0.0.1:9", "does not answer")
     assert [path.name for path in tmp_path.iterdir()] == ["design.toml"]

@@ -19,6 +19,7 @@ import continuair as ca
 from tests.sweeps.lives import done_units, marks
 
 pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
+pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[2]
 UNITS = 120
 EARLY = 4
