@@ -15,7 +15,7 @@ from continuair.vehicle.vehicle import Vehicle, load_vehicle
 
 PAPER = load_vehicle("paper")
 # Arrays and single numbers may be rounded differently by some last places.
-ROUNDING = 1e-12
+ROUNDING = 1e-13
 
 
 def test_replace_leaves_the_vehicle_as_it_was() -> None:

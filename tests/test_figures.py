@@ -45,8 +45,8 @@ def test_differences_leave_out_the_reference_and_end_at_the_known_distance(
     left, right = figures.differences(result.datasets["A"]).axes
     assert [item.get_label() for item in left.get_lines()] == ["decoupled", "independent"]
     # The stand-in's models end 0.2 and 0.4 m, and as many radians, from the coupled one.
-    assert line(left, "decoupled").get_ydata()[-1] == pytest.approx(0.2)
-    assert line(right, "independent").get_ydata()[-1] == pytest.approx(np.degrees(0.4))
+    assert line(left, "decoupled").get_ydata()[-1] == pytest.approx(0.2, rel=1e-12)
+    assert line(right, "independent").get_ydata()[-1] == pytest.approx(np.degrees(0.4), rel=1e-12)
 
 
 def test_overview_bars_are_the_results_and_the_papers_numbers(result: study.OpenLoop) -> None:

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import continuair as ca
 from tests.closed_loop import flights, probes
@@ -14,9 +15,9 @@ WITH_NOISE = flights.VEHICLE.replace({"camera.noise": 0.5})
 BATCH = flights.VEHICLE.replace({"arm.radius": [0.004, 0.005]})
 
 
-def fly(controller: Any = SERVOING, vehicle: Any = flights.VEHICLE, **changes: Any) -> None:
+def fly(controller: Any = SERVOING, vehicle: Any = flights.VEHICLE, **changes: Any) -> xr.Dataset:
     options = {name: changes.pop(name) for name in ("step", "integrator") if name in changes}
-    ca.simulate(vehicle, flights.scenario(controller, 0.01, **changes), **options)
+    return ca.simulate(vehicle, flights.scenario(controller, 0.01, **changes), **options)
 
 
 def gains(**changes: Any) -> ca.Controller:
@@ -237,8 +238,18 @@ def test_what_cannot_be_flown_is_refused_in_one_sentence(case: str) -> None:
 
 
 def test_a_target_beyond_view_is_no_trouble_for_a_controller_that_does_not_look() -> None:
-    fly(ca.hold(flights.VEHICLE, [0, 0, 3.0]), target=still(1.5))
-    fly(ca.hold(flights.VEHICLE, [0, 0, 3.0]), vehicle=WITH_NOISE, control_period=None, target=None)
+    """Nor is noise that a push at every stage could not have; what it sees changes nothing."""
+    hold = ca.hold(flights.VEHICLE, [0, 0, 3.0])
+    beyond, before = (fly(hold, target=still(x)) for x in (1.6, 0.0))
+    assert beyond.status == 0 and not beyond.in_view.all()
+    assert before.in_view.all()
+    np.testing.assert_array_equal(beyond.command, before.command)
+    noisy, clean = (
+        fly(hold, vehicle=vehicle, control_period=None, target=None)
+        for vehicle in (WITH_NOISE, flights.VEHICLE)
+    )
+    assert noisy.status == 0
+    np.testing.assert_array_equal(noisy.command, clean.command)
 
 
 def test_a_path_that_jumps_is_refused() -> None:

@@ -149,7 +149,7 @@ def test_an_unusable_recording_is_refused_in_one_sentence(
         (("--fit", "arm.damping_ratio"), ("arm.damping_ratio is 0", "a start above 0")),
         (("--fit", "uav.mass,uav.mass"), ("uav.mass twice",)),
         (("--test", "X"), ("test is 'X'", "A, B, C, D")),
-        (("--seed", "1"), ("seed is given with data",)),
+        (("--json", "no/fit.json"), ("json is 'no/fit.json'", "cannot be written")),
         (("--out", "no/folder.toml"), ("out is no/folder.toml", "cannot be written")),
     ],
 )
@@ -161,10 +161,12 @@ def test_unusable_options_are_refused_in_one_sentence(
 
 
 def test_a_fit_needs_data_a_vehicle_and_inputs() -> None:
-    assert_refused(run("--vehicle", "paper"), "vehicle is 'paper'", "--data")
+    for given, missing in ((("--vehicle", "paper"), "--data"), (("--data", "a.csv"), "--vehicle")):
+        result = run(*given)
+        assert result.exit_code == 2
+        assert "Missing option" in result.stderr and missing in result.stderr
     assert_refused(run("--data", "no.csv", "--vehicle", "paper"), "data is no.csv")
     record(Path("flight.csv"), test="D")
-    assert_refused(run("--data", "flight.csv"), "vehicle is missing")
     assert_refused(run("--data", "flight.csv", "--vehicle", "paper"), "no column of inputs")
     Path("empty.csv").write_text("")
     assert_refused(run("--data", "empty.csv", "--vehicle", "paper"), "column time is missing")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from continuair import checks
 from continuair.analysis.metrics import compare, geodesic_angle, samples
 from continuair.errors import ContinuairWarning
-from continuair.flight.simulate import MODELS
+from continuair.kernels.dynamics import MODELS
 
 Array = NDArray[np.float64]
 Flown = dict[str, xr.Dataset]
@@ -59,13 +59,14 @@ def settled(errors: Sequence[float], singular: bool) -> bool:
 
 
 def halve(
-    fly: Callable[[float | None], Flown], settles: Callable[[Sequence[float]], bool]
+    fly: Callable[[Any], Flown], settles: Callable[[Sequence[float]], bool]
 ) -> tuple[Flown, list[list[Entries]]]:
     """Halve the step until every flight has converged or ended early, MAX_HALVINGS times at most.
 
-    fly: flies all models with a step [s], None for the automatic one. settles: tells of successive
-    step-halving errors whether they can be used, as `settled`. Returns the flights at the last step
-    whose error is known, and the entries of all steps from the coarsest, per step and run.
+    fly: flies all models with a step [s] or one per run, None for the automatic one. settles: tells
+    of successive step-halving errors whether they can be used, as `settled`. Returns the flights at
+    the last step whose error is known, and the entries of all steps from the coarsest, per step and
+    run.
     """
     coarse, levels = fly(None), list[list[Entries]]()
     while True:
@@ -100,7 +101,7 @@ def _entries(coarse: Flown, fine: Flown) -> Entries:
             metrics = compare(coarse[REFERENCE], data)
         error_t, error_r = step_errors(model, coarse, fine, metrics)
         entries[model] = metrics | {
-            "step_s": step_of(data),
+            "step_s": float(step_of(data)),
             "step_halving_error_t": error_t,
             "step_halving_error_r": error_r,
             "step_halving_error": max(error_t, error_r),
@@ -109,10 +110,10 @@ def _entries(coarse: Flown, fine: Flown) -> Entries:
     return entries
 
 
-def step_of(dataset: xr.Dataset) -> float:
-    """Return the integration step [s]: at most the one asked for, and whole within a sample."""
-    pieces = np.ceil(SAMPLE / float(dataset.attrs["step"]) * (1 - 1e-12))
-    return float(SAMPLE / max(pieces, 1))
+def step_of(dataset: xr.Dataset) -> Any:
+    """Return the integration step [s], or one per run: whole within a sample, at most as asked."""
+    asked = dataset["step"].to_numpy() if "step" in dataset else dataset.attrs["step"]
+    return SAMPLE / np.maximum(np.ceil(SAMPLE / asked * (1 - 1e-12)), 1)
 
 
 def step_errors(

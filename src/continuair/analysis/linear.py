@@ -10,12 +10,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from continuair import checks
-from continuair.engine.engine import Engine
+from continuair.engine.engine import Drive, Engine, Start
 from continuair.errors import InputError, shown
 from continuair.flight.steps import bend_compliance, fastest_frequency
-from continuair.kernels.forces.inputs import GENERAL, TIP
+from continuair.kernels.dynamics import MODELS
 from continuair.vehicle.coordinates import state_from_paper
-from continuair.vehicle.layout import Layout
+from continuair.vehicle.layout import GENERAL, TIP, Layout
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 _DIFFERENCE = 2e-3
@@ -25,6 +25,10 @@ _WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * _DIFFERENCE)
 
 _ROOM = 2.5 * _DIFFERENCE
 """What a bend leaves below a full circle [1/m], so that its differences are still inside."""
+_EQUAL = 1e-6
+"""Squares of frequencies that differ by less than this share are those of modes alike."""
+_COUNTS = 0.1
+"""A bend of a mode counts from this share of its largest; no symmetry makes just this share."""
 
 
 def bending_frequencies(vehicle: Vehicle, q: Any = None) -> tuple[float, float]:
@@ -45,7 +49,8 @@ class Modes:
     """Vibration about a configuration: frequencies [rad/s] ascending, damping ratios, shapes.
 
     shapes: (coordinates, modes) in (body translation 3, body rotation 3, bend) for a free base,
-    rigid-body modes left out; (bends, modes) for a clamped one. Columns have unit norm.
+    rigid-body modes left out; (bends, modes) for a clamped one. Columns have unit norm; the first
+    bend that counts is positive, and of modes of one frequency the first bends most along x.
     """
 
     frequencies: np.ndarray
@@ -72,15 +77,13 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
     base_rate, bend, rate = slice(n, n + 6), slice(6, n), slice(n + 6, 2 * n)
     compliance = bend_compliance(Engine(vehicle, "coupled" if free else "independent"), at)[0]
     stiffness = -A[rate, bend]
-    eigenvalues, vectors = np.linalg.eig(stiffness)
-    if not (eigenvalues.real > 0.0).all():
+    squares, shapes = _eigenmodes(stiffness)
+    if not (squares > 0.0).all():
         raise InputError(
             f"q is {shown(at)}, about which the arm does not vibrate but buckles; give a "
             "configuration near a stable balance (a hanging arm, less gravity or a stiffer arm)."
         )
-    order = np.argsort(eigenvalues.real)
-    frequencies = np.sqrt(eigenvalues.real[order])
-    shapes = vectors.real[:, order]
+    frequencies = np.sqrt(squares)
     d = vehicle.arm.structural_damping * vehicle.arm.length
     modal = np.linalg.solve(compliance, shapes)
     mass = np.einsum("im,im->m", shapes, modal)
@@ -90,6 +93,26 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
         base_rows = A[base_rate, bend] @ np.linalg.solve(A[rate, bend], shapes)
         shapes = np.vstack([base_rows, shapes])
     return Modes(frequencies, damping, shapes / np.linalg.norm(shapes, axis=0))
+
+
+def _eigenmodes(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (bends,) ascending and eigenvectors (bends, bends) in columns.
+
+    A solver leaves signs, and the vectors of equal eigenvalues, to rounding: they are chosen here.
+    """
+    values, vectors = np.linalg.eig(stiffness)
+    order = np.argsort(values.real)
+    values, vectors = values.real[order], vectors.real[:, order]
+    apart = np.flatnonzero(np.diff(values) > _EQUAL * np.abs(values[1:])) + 1
+    for equal in np.split(np.arange(len(values)), apart):
+        if len(equal) > 1:
+            shifted = stiffness - values[equal].mean() * np.eye(len(values))
+            space = np.linalg.svd(shifted)[2][-len(equal) :].T
+            along_x = space[::2]
+            vectors[:, equal] = space @ np.linalg.eigh(-along_x.T @ along_x)[1]
+    counts = np.abs(vectors) > _COUNTS * np.abs(vectors).max(axis=0)
+    first = np.take_along_axis(vectors, counts.argmax(axis=0)[None], axis=0)
+    return values, vectors * np.sign(first)
 
 
 def linearize(
@@ -113,7 +136,7 @@ def linearize(
     Raises InputError.
     """
     check_single_vehicle(vehicle)
-    checks.choice("model", model, ("coupled", "decoupled", "independent"))
+    checks.choice("model", model, MODELS)
     gravity = checks.gravity(gravity)
     engine = Engine(vehicle, model)
     n = engine.layout.coordinates
@@ -123,8 +146,9 @@ def linearize(
     held = _held(engine.layout, force, moment, bend_moment, tip_wrench)
 
     def slopes(states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-        start, angles = np.broadcast_to(centre, states.shape), np.full(len(states), at[-1])
-        rate = engine.derivative(states, angles, inputs, gravity, GENERAL + TIP, start)
+        frozen, angles = np.broadcast_to(centre, states.shape), np.full(len(states), at[-1])
+        acting = Drive(inputs, False, GENERAL + TIP, gravity)
+        rate = engine.derivative(Start(states, angles, frozen), acting)
         tangent = _tangent(rate, states, engine.layout).reshape(-1, len(_STEPS), 2 * n)
         return np.einsum("h,ihk->ki", _WEIGHTS, tangent)
 
@@ -247,8 +271,8 @@ def _holding(
         inputs = np.zeros((1, len(rows), layout.inputs))
         inputs[..., layout.tip_wrench] = tip_wrench
         inputs[0, :, layout.push] = scale * push
-        rate = engine.derivative(state, rows[:, -1], inputs, gravity, GENERAL + TIP)
-        return rate[:, layout.velocity.start :]
+        acting = Drive(inputs, False, GENERAL + TIP, gravity)
+        return engine.derivative(Start(state, rows[:, -1]), acting)[:, layout.velocity.start :]
 
     still = pushed(np.zeros(layout.coordinates))
     answers = [pushed(unit) - still for unit in np.eye(layout.coordinates)]

@@ -26,19 +26,26 @@ class Reporting(TyperGroup):
     """Tells a user's error in its own sentence, and no traceback."""
 
     def invoke(self, ctx: Any) -> Any:
-        with _interruptible() as interrupts:
-            try:
-                with _plain_warnings():
-                    return super().invoke(ctx)
-            except (Exception, KeyboardInterrupt) as error:
-                # An import that is interrupted may report that as a failure of its own.
-                if interrupts or isinstance(error, KeyboardInterrupt):
-                    typer.echo(_INTERRUPTION, err=True)
-                    raise typer.Exit(INTERRUPTED) from None
-                if isinstance(error, InputError):
-                    typer.echo(str(error), err=True)
-                    raise typer.Exit(_UNUSABLE_INPUT) from None
-                raise
+        with reporting():
+            return super().invoke(ctx)
+
+
+@contextmanager
+def reporting() -> Iterator[None]:
+    """Inside the block, tell errors, warnings and Ctrl-C in sentences, and end with their codes."""
+    with _interruptible() as interrupts:
+        try:
+            with _plain_warnings():
+                yield
+        except (Exception, KeyboardInterrupt) as error:
+            # An import that is interrupted may report that as a failure of its own.
+            if interrupts or isinstance(error, KeyboardInterrupt):
+                typer.echo(_INTERRUPTION, err=True)
+                raise typer.Exit(INTERRUPTED) from None
+            if isinstance(error, InputError):
+                typer.echo(str(error), err=True)
+                raise typer.Exit(_UNUSABLE_INPUT) from None
+            raise
 
 
 @contextmanager

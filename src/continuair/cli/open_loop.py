@@ -50,7 +50,7 @@ def run_open_loop(vehicle: str, tests: str, models: list[str] | None, out: Path 
 
     loaded = load_vehicle(vehicle)
     with progress_bar() as progress:
-        from continuair.flight.simulate import MODELS
+        from continuair.kernels.dynamics import MODELS
         from continuair.studies.open_loop.study import open_loop as run
 
         with results_in(out, "open_loop") as folder:

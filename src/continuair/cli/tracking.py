@@ -82,7 +82,7 @@ def run_tracking(
 
     loaded, law = load_vehicle(vehicle), load_gains(gains)
     with progress_bar() as progress:
-        from continuair.flight.simulate import MODELS
+        from continuair.kernels.dynamics import MODELS
         from continuair.studies.tracking.study import tracking as run
 
         with results_in(out, "tracking") as folder:

@@ -1,8 +1,4 @@
-"""Classic image-based visual servoing, v = λ L⁺ e, with an inner loop on the camera's twist.
-
-The inner loop is a wrench on the camera, Λ k (v - v_c), Λ the inertia that the camera feels with
-the arm frozen straight; the arm keeps its spring, and the weight is carried.
-"""
+"""Classic image-based visual servoing with its gains; kernels/laws/classic.py writes the law."""
 
 from typing import Any
 

@@ -17,7 +17,7 @@ from continuair.errors import InputError, shown
 class Controller:
     """A control law for `Scenario(controller=…)`.
 
-    law: a function of the device code (kernels/sensing/sense.py) that returns a namespace with
+    law: a function of a `LawCode` (kernels/sensing/sense.py) that returns a namespace with
     `Gains`, a Warp struct, and `control(sense, gains) -> Push`, a Warp function; the same function
     object is compiled once. gains: the value of every field of `Gains`, for one run; `stack` makes
     a batch. looks: whether it needs the camera and a target. settings: kept as provenance.

@@ -1,4 +1,4 @@
-"""Hold a position, an attitude and a bend: PD loops on each, with weight and spring carried."""
+"""Hold a position, an attitude and a bend; kernels/laws/hold.py writes the law."""
 
 from typing import Any
 

@@ -1,11 +1,4 @@
-"""DPD-SM-IBVS, the paper's law, Eqs. (15) and (16): τ = G + J_Lᵀ (K_p e_a - K_d J_L q̇).
-
-e_a = C_d ė + C_p e + C_s tanh(e/σ), e = s_d - s, ė = -L (v_c - v_t), J_L = L J_c. The image is in
-normalised coordinates, L at the image and the depths that the camera reports, v_t the target's
-true twist in camera axes. Where the paper prints T_a⁻¹ in J_L, the rotation into camera axes
-belongs. Named choices, with what is printed last: damping "camera" (on J_L q̇ = L v_c, printed) or
-"feature" (on -ė); feed_forward False or True (printed); compensation "gravity_only" or "literal".
-"""
+"""The paper's law, DPD-SM-IBVS, with its gains and choices; kernels/laws/servoing.py writes it."""
 
 from typing import Any
 

@@ -1,8 +1,6 @@
-"""Which vehicle flew: the search behind the paper's table, and fits to recorded flights."""
+"""Which vehicle flew: fits of a vehicle to a recorded flight."""
 
 from continuair.identification.fitting import Fit, fit
 from continuair.identification.recording import Recording, load_recording
-from continuair.identification.search import Effort
-from continuair.identification.table import identify_table
 
-__all__ = ["Effort", "Fit", "Recording", "fit", "identify_table", "load_recording"]
+__all__ = ["Fit", "Recording", "fit", "load_recording"]

@@ -22,7 +22,7 @@ from continuair.controllers.controller import Controller
 from continuair.errors import InputError, nearest, shown
 from continuair.scenario.targets import Target
 from continuair.vehicle.fields import is_title
-from continuair.vehicle.layout import ONE_SECTION
+from continuair.vehicle.layout import FIELDS, OF_NAME, ONE_SECTION
 
 Array = NDArray[np.float64]
 Input = ArrayLike | Callable[[float], ArrayLike] | None
@@ -31,12 +31,13 @@ _Record = TypeVar("_Record")
 
 _COORDINATES = ONE_SECTION.coordinates
 _INPUTS = {
-    "tau": (8, "forces in world axes [N], Euler torques [N m], Q_kappa [N m²] and Q_psi_a [N m]"),
-    "force": (3, "a force at the UAV's centre of mass in world axes [N]"),
-    "moment": (3, "a moment on the UAV in body axes [N m]"),
-    "bend_moment": (2, "the generalised forces of the bend vector [N m²]"),
-    "tip_wrench": (6, "a force [N] and a moment [N m] at the tip in world axes"),
+    field: (
+        sum(OF_NAME[name].width(sections=1) for name in given),
+        ", ".join(OF_NAME[name].meaning for name in given),
+    )
+    for field, given in FIELDS.items()
 }
+"""Field -> how many numbers it holds, and which."""
 
 
 def _with_known_fields(record: type[_Record]) -> type[_Record]:

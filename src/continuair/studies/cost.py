@@ -9,10 +9,8 @@ import numpy as np
 
 from continuair.controllers.controller import Controller
 from continuair.controllers.gain_files import Gains, load_gains
-from continuair.flight.camera_timing import close_loop
-from continuair.flight.simulate import MODELS
-from continuair.flight.time_grid import groups_in_use, make_grid, sample_inputs, stage_times
-from continuair.kernels.forces.inputs import COMMAND
+from continuair.flight.prepare import prepare
+from continuair.kernels.dynamics import MODELS
 from continuair.kernels.laws.probes import carry, look
 from continuair.scenario import paths
 from continuair.scenario.scenarios import Scenario
@@ -22,7 +20,6 @@ from continuair.studies.tables import as_markdown, number
 from continuair.studies.timing import median_times
 from continuair.studies.tracking.task import SETTINGS, equipped, task
 from continuair.sweeps.machine import machine
-from continuair.vehicle.coordinates import state_from_paper
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 PRINTED_MS = {"coupled": 32.0, "decoupled": 22.0}
@@ -124,20 +121,11 @@ def ratios(results: dict[str, Any]) -> tuple[float, float] | None:
 
 def _flight(vehicle: Vehicle, scenario: Scenario, model: str) -> Callable[[], None]:
     """A roll-out alone: everything that can be prepared is."""
-    grid = make_grid(DURATION, PERIOD, DURATION, scenario.jumps, PERIOD)
-    q = np.atleast_2d(scenario.q)
-    start, angle = state_from_paper(q, np.zeros_like(q)), q[:, -1]
-    engine = close_loop(
-        vehicle, scenario, model, grid, start, angle, precision="float64", threads=1
-    )
-    inputs = sample_inputs(scenario, stage_times(grid), engine.layout)
-    at_samples = sample_inputs(scenario, grid.samples, engine.layout)
+    flight = prepare(vehicle, scenario, step=PERIOD, sample=DURATION, duration=DURATION, threads=1)
+    engine, cohort = flight.engine(model), next(flight.cohorts())
 
     def fly() -> None:
-        logs = engine.roll_out(
-            start, angle, grid, inputs, at_samples, scenario.gravity,
-            groups_in_use(scenario) | COMMAND, False,
-        )  # fmt: skip
+        logs = cohort.fly(engine, observe=False)
         assert not logs.status.any(), "a flight that ends early cannot be timed"
 
     return fly

@@ -8,8 +8,8 @@ from pydantic import BeforeValidator, model_validator
 
 from continuair import checks
 from continuair.errors import InputError, nearest
-from continuair.scenario.excitations import Channel
 from continuair.vehicle.fields import Count, Finite, NotNegative, Part, Positive, Whole
+from continuair.vehicle.layout import CHANNELS
 from continuair.vehicle.vehicle import Vehicle
 
 
@@ -22,6 +22,15 @@ def _positive_or_auto(value: Any) -> float | str:
 
 
 Step = Annotated[float | str, BeforeValidator(_positive_or_auto)]
+
+
+def _channel(value: Any) -> str:
+    if not isinstance(value, str) or value not in CHANNELS:
+        raise ValueError(f"must be one of {', '.join(CHANNELS)}")
+    return value
+
+
+Channel = Annotated[str, BeforeValidator(_channel)]
 
 STATE = ("x", "y", "z", "roll", "pitch", "yaw", "kappa", "psi_a")
 """The paper's coordinates, in order."""

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from continuair.analysis.couplings import COUPLINGS, fly_without
+from continuair.analysis.couplings import fly_without
 from continuair.analysis.limits import find_limits
 from continuair.analysis.metrics import geodesic_angle, rmse
 from continuair.flight.simulate import simulate
+from continuair.kernels.dynamics import COUPLINGS
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time, standard_scenario
 from continuair.sweeps import run_pairs

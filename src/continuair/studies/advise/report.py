@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from continuair.analysis.couplings import COUPLINGS
+from continuair.kernels.dynamics import COUPLINGS
 from continuair.studies.tables import as_markdown, number
 
 

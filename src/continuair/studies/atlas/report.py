@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import xarray as xr
 
-from continuair.analysis.couplings import COUPLINGS
+from continuair.kernels.dynamics import COUPLINGS
 from continuair.studies.tables import as_markdown, number, percent
 
 

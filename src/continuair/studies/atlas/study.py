@@ -10,14 +10,15 @@ import numpy as np
 import xarray as xr
 
 from continuair import checks
-from continuair.analysis.attribution import attribution, responsible
-from continuair.analysis.couplings import COUPLINGS
-from continuair.analysis.groups import PERIOD, vehicle_of
+from continuair.analysis.couplings import attribution, responsible
+from continuair.analysis.groups import vehicle_of
+from continuair.kernels.dynamics import COUPLINGS
 from continuair.studies.atlas.flights import fly, sample, scenario_of
 from continuair.studies.atlas.loops import fly_loops, sample_loops
 from continuair.studies.atlas.summary import summarise, summarise_loops
 from continuair.studies.progress import Progress
-from continuair.studies.standard_excitations import EXCITATIONS, SAMPLES_PER_PERIOD, sample_time
+from continuair.studies.standard_excitations import EXCITATIONS, sample_time
+from continuair.sweeps import run_pairs
 
 RUNS, LEAST = 100_000, 600
 """Open-loop runs by default, and the fewest that say anything."""
@@ -81,12 +82,12 @@ def _attributed(name: str, runs: int, seed: int) -> dict[str, Any]:
 def _step_error(name: str, groups: dict[str, Any]) -> float:
     """Largest relative change of a decoupled model's error, for 9 of 10 flights, at half a step."""
     some = {group: values[:_HALVED] for group, values in groups.items()}
-    # Of a third of a sample's time, which is what the automatic step is at most here.
-    whole, half = (
-        fly(name, some, step=PERIOD / SAMPLES_PER_PERIOD / pieces)["error"][:, 0]
-        for pieces in (3, 6)
-    )
-    return float(np.nanquantile(np.abs(whole / half - 1.0), 0.9))
+    vehicle = vehicle_of(some)
+    flight, time = scenario_of(name, vehicle, some), round(sample_time(vehicle), 12)
+    whole = run_pairs(vehicle, flight, sample=time)
+    half = run_pairs(vehicle, flight, sample=time, step=whole["step"].to_numpy() / 2)
+    errors, finer = (found["rmse_t_m"].sel(model="decoupled") for found in (whole, half))
+    return float(np.nanquantile(np.abs(errors / finer - 1.0), 0.9))
 
 
 def _told(progress: Progress | None, before: int, total: int) -> Progress | None:

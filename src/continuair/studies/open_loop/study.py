@@ -25,7 +25,8 @@ from continuair.analysis.convergence import (
     step_of,
 )
 from continuair.analysis.metrics import compare
-from continuair.flight.simulate import MODELS, simulate
+from continuair.flight.simulate import simulate
+from continuair.kernels.dynamics import MODELS
 from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, open_loop_test
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.progress import Progress, Steps

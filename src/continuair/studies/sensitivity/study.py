@@ -24,7 +24,8 @@ from continuair.analysis.convergence import (
     settled,
     step_of,
 )
-from continuair.flight.simulate import MODELS, simulate
+from continuair.flight.simulate import simulate
+from continuair.kernels.dynamics import MODELS
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.progress import Progress, Steps
 from continuair.studies.results import by_model
@@ -101,7 +102,7 @@ def _fly(
     scenario: Scenario,
     parameter: Parameter,
     values: Any,
-    step: float | str = "auto",
+    step: Any = "auto",
 ) -> Flown:
     vehicles, starts = batch(vehicle, scenario, parameter, values)
     return {
@@ -117,8 +118,9 @@ def _converge(
 ) -> tuple[Flown, list[Entries]]:
     """Halve the step until every run has converged; return flights and entries[run][model]."""
 
-    def fly(step: float | None) -> Flown:
-        return _fly(vehicle, scenario, parameter, parameter.values, step or "auto")
+    def fly(step: Any) -> Flown:
+        step = "auto" if step is None else step
+        return _fly(vehicle, scenario, parameter, parameter.values, step)
 
     def early(errors: Sequence[float]) -> bool:
         # A run that settled early is halved on with the others, down to its rounding.
@@ -136,7 +138,7 @@ def _sweep(
         "scale": parameter.scale,
         "values_chosen_here": parameter.chosen,
         "rows": _rows(vehicle, scenario, parameter, flown, entries),
-        "between": _between(vehicle, scenario, parameter, step_of(flown[REFERENCE])),
+        "between": _between(vehicle, scenario, parameter, float(np.min(step_of(flown[REFERENCE])))),
     }
 
 

@@ -14,7 +14,8 @@ from continuair.analysis.convergence import REFERENCE, Flown, compared_models
 from continuair.analysis.lyapunov import lyapunov, ultimate_bound
 from continuair.analysis.metrics import feature_norm, samples
 from continuair.controllers.gain_files import Gains, load_gains
-from continuair.flight.simulate import MODELS, simulate
+from continuair.flight.simulate import simulate
+from continuair.kernels.dynamics import MODELS
 from continuair.scenario.letters import LETTERS
 from continuair.studies.progress import Progress, Steps
 from continuair.studies.results import by_model
@@ -124,7 +125,7 @@ def _fly(
         data = data.rename(run="letter").assign_coords(letter=letters)
         runs[model] = data.assign(lyapunov(data, flown, controller))
         steps.begin(f"{name}, {model}, half the step")
-        half = float(data.attrs["step"]) / 2
+        half = runs[model]["step"].to_numpy() / 2
         data = simulate(
             flown, scenario, model=model, sample=SAMPLE, step=half, variables=["feature_error"]
         )
@@ -174,7 +175,7 @@ def _step_error(coarse: xr.Dataset, fine: xr.Dataset, rms: float) -> dict[str, f
     change = fine["feature_error"].to_numpy() - coarse["feature_error"].to_numpy()
     largest = float(np.abs(change[late]).max())
     return {
-        "step_s": float(coarse.attrs["step"]),
+        "step_s": float(coarse["step"]),
         "step_change_px": largest,
         "step_halving_error": largest / rms,
     }

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from continuair.identification.flights import FINAL
-from continuair.identification.objective import TABLE, log_ratios, objective, read
-from continuair.identification.readings import AS_PRINTED, READINGS, Reading
-from continuair.identification.search import Candidate, Effort, Search, confirm, search
-from continuair.identification.space import PARAMETERS, held, values, vehicles
 from continuair.scenario.paper_tests import OPEN_LOOP_TESTS
 from continuair.studies.results import ResultFolder, as_json
 from continuair.vehicle.vehicle import Vehicle
 from continuair.vehicle.vehicle_file import as_toml
-
-Progress = Callable[[int, int, str], None]
+from research.paper_table.flights import FINAL
+from research.paper_table.objective import TABLE, log_ratios, objective, read
+from research.paper_table.readings import AS_PRINTED, READINGS, Reading
+from research.paper_table.search import Candidate, Search, confirm
+from research.paper_table.space import PARAMETERS, held, values, vehicles
 
 _ROWS = ("T", "R")
 
@@ -36,16 +33,11 @@ LEFT_OUT = (
 )
 
 
-def identify_table(effort: Effort, seed: int, progress: Progress | None = None) -> dict[str, Any]:
-    """Search, and return results that JSON can hold; see `search`."""
-    return summarise(search(effort, seed, progress))
-
-
 def summarise(found: Search) -> dict[str, Any]:
     """Results of a search: the best vehicle flown accurately, and the ranking of readings."""
     best, numbers = confirm(found, FINAL)
     return {
-        "study": "identify",
+        "study": "paper_table",
         "seed": found.seed,
         "effort": vars(found.effort),
         "interrupted": found.interrupted,
@@ -67,8 +59,8 @@ def numbers_of(vehicle: Vehicle, reading: Reading) -> np.ndarray:
 
 
 def write(results: dict[str, Any], folder: ResultFolder) -> None:
-    """Write identify.json, table.md and table1.toml to the folder."""
-    folder.write_text("identify.json", as_json(results))
+    """Write paper_table.json, table.md and table1.toml to the folder."""
+    folder.write_text("paper_table.json", as_json(results))
     folder.write_text("table.md", as_table(results))
     share = np.array(results["best"]["share"])
     vehicle = vehicles(share[None]).select(0)
@@ -81,7 +73,7 @@ def comment(results: dict[str, Any]) -> list[str]:
     best, effort = results["best"], results["effort"]
     lines = [
         "The vehicle that comes nearest to the eight numbers of the open-loop table of Amiri et",
-        "al. (arXiv 2602.18684), found by `continuair identify`; not known to be theirs.",
+        "al. (arXiv 2602.18684), found by research/paper_table; not known to be theirs.",
         f"Reading: {sentence(best['reading'])}.",
         f"Seed {results['seed']}; effort: "
         + ", ".join(f"{k} {v}" for k, v in effort.items())

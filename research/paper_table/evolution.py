@@ -43,17 +43,15 @@ def adapt(
     mean, sigma = start.copy(), spread
     covariance, path, path_sigma = np.eye(n), np.zeros(n), np.zeros(n)
     for generation in range(1, generations + 1):
-        scales, axes = np.linalg.eigh(covariance)
-        scales = np.sqrt(np.maximum(scales, 1e-20))
-        steps = (rng.normal(size=(population, n)) * scales) @ axes.T
+        root, inverse = _symmetric_roots(covariance)
+        steps = rng.normal(size=(population, n)) @ root
         rows = np.clip(mean + sigma * steps, 0.0, 1.0)
         steps = (rows - mean) / sigma
         best = steps[np.argsort(cost(rows), kind="stable")[:parents]]
         moved = weights @ best
         mean = mean + sigma * moved
-        whitened = axes @ ((axes.T @ moved) / scales)
         path_sigma *= 1.0 - c_sigma
-        path_sigma += np.sqrt(c_sigma * (2.0 - c_sigma) * effective) * whitened
+        path_sigma += np.sqrt(c_sigma * (2.0 - c_sigma) * effective) * (inverse @ moved)
         length = np.linalg.norm(path_sigma) / np.sqrt(1.0 - (1.0 - c_sigma) ** (2 * generation))
         short = length < (1.4 + 2.0 / (n + 1.0)) * usual
         path = (1.0 - c_path) * path + short * np.sqrt(c_path * (2.0 - c_path) * effective) * moved
@@ -63,3 +61,10 @@ def adapt(
             + c_rank * np.einsum("i,ij,ik->jk", weights, best, best)
         )
         sigma *= float(np.exp(c_sigma / damp * (np.linalg.norm(path_sigma) / usual - 1.0)))
+
+
+def _symmetric_roots(covariance: Array) -> tuple[Array, Array]:
+    """C^(1/2) and C^(-1/2), which do not depend on the signs and order of the axes of C."""
+    scales, axes = np.linalg.eigh(covariance)
+    scales = np.sqrt(np.maximum(scales, 1e-20))
+    return (axes * scales) @ axes.T, (axes / scales) @ axes.T

@@ -6,13 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from continuair.identification.flights import Accuracy, Flights, step_groups
-from continuair.identification.readings import Flight, Reading, rotation, translation
-from continuair.identification.space import vehicles
 from continuair.scenario.paper_tests import OPEN_LOOP_TESTS
 from continuair.studies.open_loop.study import PRINTED
-from continuair.vehicle import runs as batch
 from continuair.vehicle.vehicle import Vehicle
+from research.paper_table.flights import Accuracy, Flights, step_groups
+from research.paper_table.readings import Flight, Reading, rotation, translation
+from research.paper_table.space import vehicles
 
 Array = np.ndarray
 
@@ -31,8 +30,8 @@ def read(vehicle: Vehicle, readings: Sequence[Reading], accuracy: Accuracy) -> A
     flown: dict[Flight, list[int]] = {}
     for index, reading in enumerate(readings):
         flown.setdefault(reading.flight, []).append(index)
-    for runs, step in step_groups(vehicle, accuracy):
-        flights = Flights(_of(vehicle, runs), step, accuracy.sample)
+    for runs, part, step in step_groups(vehicle, accuracy):
+        flights = Flights(part, step, accuracy.sample)
         known: dict[object, tuple[dict[str, Array], dict[tuple[str, str], Array]]] = {}
         for flight, indices in flown.items():
             for column, test in enumerate(OPEN_LOOP_TESTS):
@@ -58,16 +57,15 @@ def log_ratios(numbers: Array) -> Array:
 
 
 def objective(numbers: Array) -> Array:
-    """RMS over the eight numbers (..., 2, 4) of ln(ours / printed); inf where one is missing."""
+    """RMS over the eight numbers (..., 2, 4) of ln(ours / printed); inf where one is missing.
+
+    To nine decimals, so that readings which differ in no digit of meaning tie on every machine.
+    """
     value = np.sqrt(np.mean(log_ratios(numbers) ** 2, axis=(-2, -1)))
-    return np.where(np.isfinite(value), value, np.inf)
+    return np.where(np.isfinite(value), np.round(value, 9), np.inf)
 
 
 def evaluate(shares: Array, readings: Sequence[Reading], accuracy: Accuracy) -> Array:
     """`objective` (runs, readings) of rows of shares (runs, parameters) in [0, 1]."""
     values: Array = objective(read(vehicles(shares), readings, accuracy))
     return values
-
-
-def _of(vehicle: Vehicle, runs: Array) -> Vehicle:
-    return vehicle if vehicle.runs is None else batch.take(vehicle, runs)

@@ -11,12 +11,11 @@ import numpy as np
 from scipy.optimize import differential_evolution
 from scipy.stats import qmc
 
-from continuair.errors import InputError, shown
-from continuair.identification.evolution import adapt
-from continuair.identification.flights import SEARCH, Accuracy
-from continuair.identification.objective import evaluate, objective, read
-from continuair.identification.readings import AS_PRINTED, READINGS, Reading
-from continuair.identification.space import PARAMETERS, vehicles
+from research.paper_table.evolution import adapt
+from research.paper_table.flights import SEARCH, Accuracy
+from research.paper_table.objective import evaluate, objective, read
+from research.paper_table.readings import AS_PRINTED, READINGS, Reading
+from research.paper_table.space import PARAMETERS, vehicles
 
 Array = np.ndarray
 Progress = Callable[[int, int, str], None]
@@ -25,13 +24,14 @@ Group = tuple[str, str, int]
 _CHUNK = 128
 _NEAR = 0.03
 _FAR = 1e3
+_CONFIRMED = 20
 
 
 @dataclass(frozen=True)
 class Effort:
     """How long to search.
 
-    samples: Sobol points flown under every reading. evolved: how many of the twelve kinds of
+    samples: Sobol points flown under every reading. evolved: how many of the eight kinds of
     flight (decoupled, arm, bend) to evolve. population and generations: of each. refined: how many
     readings to refine, each with half the population for twice the generations; the one as printed
     is refined in any case.
@@ -42,13 +42,6 @@ class Effort:
     population: int = 64
     generations: int = 30
     refined: int = 4
-
-    def __post_init__(self) -> None:
-        for name in ("samples", "evolved", "population", "generations", "refined"):
-            value = getattr(self, name)
-            least = 5 if name == "population" else 1
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise InputError(f"{name} is {shown(value)}; give a whole number from {least} on.")
 
     @classmethod
     def times(cls, factor: int) -> Effort:
@@ -102,7 +95,8 @@ class Search:
 def search(effort: Effort, seed: int, progress: Progress | None = None) -> Search:
     """Search for the vehicle and the reading; an interruption (Ctrl-C) returns what was found.
 
-    The same seed and effort give the same result on the same kind of machine.
+    The same seed and effort give the same result on every machine: what rounding moves, some 1e-12
+    of a number, decides nothing but by rare chance.
     """
     found = Search(seed, effort)
     tell = progress or (lambda done, total, what: None)
@@ -130,7 +124,7 @@ def group_of(reading: Reading) -> Group:
 def _sample(found: Search, tell: Progress) -> Array:
     """Fly Sobol points under all readings; return them."""
     sampler = qmc.Sobol(len(PARAMETERS), seed=found.seed)
-    points = sampler.random(2 ** int(np.ceil(np.log2(found.effort.samples))))
+    points = sampler.random(1 << (found.effort.samples - 1).bit_length())
     points = points[: found.effort.samples]
     groups = {group_of(reading) for reading in READINGS}
     for first in range(0, len(points), _CHUNK):
@@ -227,7 +221,7 @@ def _refine(found: Search, candidate: Candidate, tell: Progress) -> None:
 
 def confirm(found: Search, accuracy: Accuracy) -> tuple[Candidate, Array]:
     """The best candidate when flown accurately, and its numbers (2, 4)."""
-    top = found.ranking[:20]
+    top = found.ranking[:_CONFIRMED]
     numbers = [read(vehicles(c.share[None]), [c.reading], accuracy)[0, 0] for c in top]
     values = [float(objective(n)) for n in numbers]
     best = int(np.argmin(values))

@@ -4,34 +4,33 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.stats import qmc
 from typer.testing import CliRunner
 
 import continuair as ca
-import continuair.cli as cli
-from continuair.equations import forward_dynamics
-from continuair.flight.time_grid import make_grid, sample_inputs, stage_times
-from continuair.identification import search as search_module
-from continuair.identification.diagonal import DiagonalEngine
-from continuair.identification.evolution import adapt
-from continuair.identification.flights import FINAL, SEARCH
-from continuair.identification.objective import TABLE, evaluate, objective, read
-from continuair.identification.readings import READINGS, TIP_FORCES, Flight, Reading
-from continuair.identification.search import Effort, search
-from continuair.identification.space import PARAMETERS, held, values, vehicles
-from continuair.identification.table import CAUTION, as_table, numbers_of, sentence, summarise
-from continuair.scenario.paper_tests import bend_torques, tip_chirp
+from continuair.scenario.paper_tests import bend_torques
 from continuair.studies.open_loop.study import open_loop
 from continuair.vehicle import vehicle as vehicle_module
-from continuair.vehicle.layout import ONE_SECTION
+from research.paper_table import objective as objective_module
+from research.paper_table import search as search_module
+from research.paper_table.__main__ import app
+from research.paper_table.evolution import adapt
+from research.paper_table.flights import FINAL, SEARCH
+from research.paper_table.objective import TABLE, evaluate, objective, read
+from research.paper_table.readings import ANGLES, READINGS, TIP_FORCES, Flight, Reading
+from research.paper_table.search import Effort, search
+from research.paper_table.space import PARAMETERS, held, values, vehicles
+from research.paper_table.study import CAUTION, as_table, numbers_of, sentence
 
+ROOT = Path(__file__).parents[2]
 PRINTED_WAY = Flight("block", "down", 1, "reversed")
 
 
@@ -42,44 +41,6 @@ def batch_of(vehicle: ca.Vehicle, runs: int = 1) -> ca.Vehicle:
 def some_shares(runs: int, seed: int = 0) -> np.ndarray:
     """Vehicles away from the corners of the bounds."""
     return 0.3 + 0.4 * np.random.default_rng(seed).random((runs, len(PARAMETERS)))
-
-
-def test_the_diagonal_reading_is_that_of_the_readable_form() -> None:
-    disk = {"position": 0.9, "mass": 0.1, "inertia": [1e-4, 5e-5]}
-    changes: dict[str, Any] = {"arm.disks": [disk], "uav.mount": [0.01, 0.02, -0.1]}
-    vehicle = ca.load_vehicle("paper").replace(changes | {"arm.damping": 0.3})
-    rng = np.random.default_rng(0)
-    states, inputs = rng.normal(size=(6, 16)), rng.normal(size=(6, 11))
-    states[:, 6] = 1.5, -2.0, 0.4, 0.02, -3.0, 4e-4  # the last is below kappa_s
-    found = DiagonalEngine(batch_of(vehicle, 6), 1).accelerations(states, inputs, 9.81)
-    for state, row, ours in zip(states, inputs, found, strict=True):
-        wrench = np.append(row[8:], np.zeros(3))
-        theirs = forward_dynamics(
-            vehicle, state[:8], state[8:], row[:8], wrench, mask="diagonal", nodes=24
-        )
-        # Ten Gauss nodes against 24, and Appendix A, which cancels at small bends.
-        np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9 * np.abs(theirs).max())
-
-
-def test_the_diagonal_roll_out_is_the_readable_form_integrated() -> None:
-    vehicle, until = ca.load_vehicle("paper"), 0.02
-    scenario = ca.open_loop_test("D")
-    grid = make_grid(until, 2.5e-4, 0.01)
-    table, stride = sample_inputs(scenario, stage_times(grid), ONE_SECTION)
-    inputs = np.zeros((len(table), 11))
-    inputs[:, 8:] = table[:, 0, ONE_SECTION.tip_wrench][:, :3]
-    start = np.append(scenario.q, np.zeros(8))
-    # Away from straight, where M_88 vanishes and κ_s makes the rates jump.
-    start[6] = 1.5
-    found = DiagonalEngine(vehicle, 1).roll_out(start[None], grid, (inputs, stride), 9.81)
-
-    def rate(t: float, y: np.ndarray) -> np.ndarray:
-        wrench = -np.array(tip_chirp(t))
-        a = forward_dynamics(vehicle, y[:8], y[8:], 0.0, wrench, mask="diagonal", nodes=12)
-        return np.append(y[8:], a)
-
-    exact = solve_ivp(rate, (0.0, until), start, "DOP853", rtol=1e-9, atol=1e-11)
-    np.testing.assert_allclose(found[0, -1], exact.y[:, -1], rtol=1e-6, atol=1e-7)
 
 
 @pytest.mark.parametrize("metric", ["nrmse", "rmse"])
@@ -154,6 +115,16 @@ def test_no_number_depends_on_the_batch_it_was_flown_in() -> None:
     np.testing.assert_allclose(together[4], alone[0], rtol=1e-9)
 
 
+def test_no_number_hangs_on_the_last_bits_of_a_flight() -> None:
+    # One whose Frenet frame rolls by half a turn in Test C, to which rounding alone gives a sign.
+    vehicle = vehicles(np.random.default_rng(0).random((2, len(PARAMETERS)))[1:])
+    nearly = vehicle.replace({"arm.youngs_modulus": vehicle.arm.youngs_modulus * (1.0 + 1e-15)})
+    chosen = [Reading(PRINTED_WAY, "rmse", angles) for angles in ANGLES]
+    found, again = (read(v, chosen, SEARCH) for v in (vehicle, nearly))
+    # A second of flight grows 1e-15 some thousandfold.
+    np.testing.assert_allclose(again, found, rtol=1e-10)
+
+
 def test_a_parameter_at_a_bound_is_reported() -> None:
     share = np.full(len(PARAMETERS), 0.5)
     share[0], share[4] = 0.0, 0.999
@@ -161,20 +132,15 @@ def test_a_parameter_at_a_bound_is_reported() -> None:
     assert values(share[None])["uav_mass"][0] == PARAMETERS[0].lower
 
 
-QUICK = Effort(samples=8, evolved=1, population=6, generations=1, refined=1)
+QUICK = Effort(samples=4, evolved=1, population=6, generations=1, refined=1)
 
 
 @pytest.fixture
 def few_readings(monkeypatch: pytest.MonkeyPatch) -> tuple[Reading, ...]:
-    """Two kinds of flight instead of twelve."""
-    few = tuple(
-        reading
-        for reading in READINGS
-        if reading.flight.decoupled != "diagonal"
-        and (reading.flight.arm, reading.flight.bend) == ("down", 1)
-        and reading.flight.tip_force == "reversed"
-    )
+    """One kind of flight instead of eight, and fewer to be flown accurately."""
+    few = tuple(reading for reading in READINGS if reading.flight == PRINTED_WAY)
     monkeypatch.setattr(search_module, "READINGS", few)
+    monkeypatch.setattr(search_module, "_CONFIRMED", 2)
     return few
 
 
@@ -185,21 +151,56 @@ def test_the_search_improves_on_its_samples_and_repeats_itself(
     assert first.ranking[0].objective == again.ranking[0].objective
     assert first.ranking[0].reading == again.ranking[0].reading
     np.testing.assert_array_equal(first.ranking[0].share, again.ranking[0].share)
-    points = qmc.Sobol(len(PARAMETERS), seed=3).random(8)
+    points = qmc.Sobol(len(PARAMETERS), seed=3).random(4)
     assert first.ranking[0].objective < evaluate(points, few_readings, SEARCH).min()
 
 
-def test_refinement_finds_the_vehicle_that_made_a_table(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_refinement_comes_near_the_vehicle_that_made_a_table(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     reading = Reading(PRINTED_WAY, "rmse", "geodesic")
     share = some_shares(1, seed=6)[0]
     table = read(vehicles(share[None]), [reading], SEARCH)[0, 0]
-    monkeypatch.setattr("continuair.identification.objective.TABLE", table)
+    monkeypatch.setattr(objective_module, "TABLE", table)
     near = np.clip(share + 0.02 * np.random.default_rng(1).normal(size=len(share)), 0.0, 1.0)
-    found = search_module.Search(0, Effort(population=24, generations=20))
+    found = search_module.Search(0, Effort(population=24, generations=6))
     found.note(near[None], evaluate(near[None], [reading], SEARCH), [reading])
     before = found.ranking[0].objective
     search_module._refine(found, found.ranking[0], lambda *_: None)
-    assert found.ranking[0].objective < 0.1 * before
+    # 144 flights; with seeds 0 to 7 they end at 0.15 to 0.32 of where they began.
+    assert found.ranking[0].objective < 0.6 * before
+
+
+DESCENT = """
+import numpy as np
+from research.paper_table.evolution import adapt
+
+best = np.full(1, np.inf)
+
+def valley(rows):
+    scaled = (rows - 0.4) * 10.0 ** np.linspace(0.0, 3.0, rows.shape[1])
+    values = np.sum((scaled + 0.5 * np.roll(scaled, 1, axis=1)) ** 2, axis=1)
+    best[0] = min(best[0], values.min())
+    return values
+
+adapt(valley, np.full(11, 0.5), spread=0.1, population=16, generations=150, seed=0)
+print(best[0])
+"""
+
+
+def descent(processor: str) -> float:
+    """Where the adaptation ends when BLAS works as on a processor."""
+    settings = os.environ | {"OPENBLAS_CORETYPE": processor, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [sys.executable, "-c", DESCENT], env=settings, capture_output=True, text=True, check=True
+    )
+    return float(done.stdout)
+
+
+def test_covariance_adaptation_is_the_same_whatever_the_processor_of_blas() -> None:
+    # All of x86-64; elsewhere the names are not known, and nothing changes.
+    ends = [descent(processor) for processor in ("Prescott", "Nehalem", "Haswell")]
+    np.testing.assert_allclose(ends, ends[0], rtol=1e-6)
 
 
 def test_covariance_adaptation_descends_a_narrow_valley() -> None:
@@ -218,15 +219,12 @@ def test_covariance_adaptation_descends_a_narrow_valley() -> None:
 @pytest.mark.usefixtures("few_readings")
 def test_an_interrupted_search_reports_the_best_it_has_found() -> None:
     def stop(done: int, total: int, what: str) -> None:
-        if what.startswith(("block", "independent", "diagonal")):
+        if what.startswith(("block", "independent")):
             raise KeyboardInterrupt
 
     found = search(QUICK, seed=0, progress=stop)
     assert found.interrupted
-    results = summarise(found)
-    text = as_table(results)
-    assert "interrupted" in text and CAUTION in text
-    assert results["best"]["objective"] < np.inf
+    assert found.ranking[0].objective < np.inf
 
 
 @pytest.mark.usefixtures("few_readings")
@@ -235,10 +233,13 @@ def test_the_command_writes_table_json_and_the_vehicle_that_gives_them(
 ) -> None:
     monkeypatch.setattr(Effort, "times", lambda factor: QUICK)
     out = tmp_path / "out"
-    result = CliRunner().invoke(cli.app, ["identify", "--seed", "1", "--out", str(out)])
+    result = CliRunner().invoke(app, ["--seed", "1", "--out", str(out)])
     assert result.exit_code == 0, result.output
-    results = json.loads((out / "identify.json").read_text("utf-8"))
-    assert (out / "table.md").read_text("utf-8") in result.stderr
+    results = json.loads((out / "paper_table.json").read_text("utf-8"))
+    table = (out / "table.md").read_text("utf-8")
+    assert table in result.stderr
+    assert CAUTION in table and "interrupted" not in table
+    assert "interrupted" in as_table(results | {"interrupted": True})
     reading = results["best"]["reading"]
     flight = Flight(*(reading[key] for key in ("decoupled", "arm", "bend", "tip_force")))
     chosen = Reading(flight, reading["metric"], reading["angles"])
@@ -247,13 +248,22 @@ def test_the_command_writes_table_json_and_the_vehicle_that_gives_them(
     assert results["best"]["objective"] == pytest.approx(objective(found))
 
 
+def test_the_command_refuses_what_it_cannot_write_in_one_sentence(tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("mine")
+    for arguments, part in ((["--out", str(tmp_path)], "out is "), (["--json", ""], "json is ")):
+        result = CliRunner().invoke(app, arguments)
+        assert result.exit_code == 2
+        assert result.stderr.startswith(part)
+        assert len(result.stderr.strip().splitlines()) == 1
+
+
 def test_the_preset_table1_gives_the_numbers_that_its_file_states() -> None:
-    path = Path(vehicle_module.__file__).parent / "presets" / "table1.toml"
+    path = Path(vehicle_module.__file__).parents[1] / "presets" / "table1.toml"
     text = path.read_text(encoding="utf-8")
     chosen = next(r for r in READINGS if f"Reading: {sentence(r.describe())}.\n" in text)
     found = numbers_of(ca.load_vehicle("table1"), chosen)
     stated = [float(number) for number in re.findall(r"[ABCD] ([0-9.]+) \(printed", text)]
-    # The file rounds to 4 digits; Test C divides by the bend and feels the last bit of rounding.
-    np.testing.assert_allclose(found, np.reshape(stated, (2, 4)), rtol=2e-2, atol=1e-4)
+    # The file rounds to 4 decimals, and the objective to 3.
+    np.testing.assert_allclose(found, np.reshape(stated, (2, 4)), rtol=0.0, atol=5.01e-5)
     total = float(re.findall(r"eight numbers: ([0-9.]+)\.\n", text)[0])
-    assert objective(found) == pytest.approx(total, abs=0.01)
+    assert objective(found) == pytest.approx(total, abs=5.01e-4)

@@ -1,0 +1,52 @@
+"""`python -m research.paper_table`, from the root of a clone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from continuair.cli.application import reporting
+from continuair.cli.options import JsonOption, OutOption, check_json, write_json
+from continuair.cli.terminal import progress_bar
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+
+@app.command()
+def paper_table(
+    effort: Annotated[int, typer.Option(min=1, help="How long to search.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the search.")] = 0,
+    out: OutOption = None,
+    json: JsonOption = None,
+) -> None:
+    """Search for the vehicle behind the paper's table.
+
+    The search may be interrupted (Ctrl-C): it then reports the best that it has found.
+    """
+    with reporting():
+        _search(effort, seed, out, json)
+
+
+def _search(effort: int, seed: int, out: Path | None, json: str | None) -> None:
+    from continuair.studies.results import ResultFolder, as_json
+
+    # Folder and file are checked before the flights: a wrong one is told at once.
+    check_json(json)
+    folder = None if out is None else ResultFolder(out, "paper_table")
+    with progress_bar() as progress:
+        from research.paper_table.search import Effort, search
+        from research.paper_table.study import as_table, summarise, write
+
+        results = summarise(search(Effort.times(effort), seed, progress))
+    if folder is not None:
+        write(results, folder)
+    typer.echo(as_table(results), err=True, nl=False)
+    where = f"Results are in {folder.path}." if folder else "Name a folder with --out to keep them."
+    typer.echo(where, err=True)
+    write_json(as_json(results), json)
+
+
+if __name__ == "__main__":
+    app(prog_name="python -m research.paper_table")
