@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -211,21 +212,29 @@ def trim(
 
     layout = Layout(vehicle.sections)
     if bend is None:
-        # Slow to import, and every simulation imports this module.
-        from scipy.optimize import root
-
-        k = root(lambda k: held(k)[1][layout.bend_moment], np.zeros(layout.bends), tol=1e-13).x
-        if np.abs(held(k)[1][layout.bend_moment]).max() > 1e-8 * max(1.0, np.abs(tip_wrench).max()):
-            raise InputError(
-                "tip_wrench leaves the arm no equilibrium below a full circle; give "
-                "a smaller wrench, or the bend to hold."
-            )
+        k = _free_bend(lambda k: held(k)[1][layout.bend_moment], layout.bends, tip_wrench)
     else:
         k = checks.row("bend", bend, layout.bends)
         _check_bend("bend", bend, float(np.hypot(*k)), vehicle)
     q, push = held(k)
-    bend_moment = push[layout.bend_moment]
-    return Trim(q, push[layout.force], push[layout.moment], bend_moment * (bend is not None))
+    bend_moment = np.zeros(layout.bends) if bend is None else push[layout.bend_moment]
+    return Trim(q, push[layout.force], push[layout.moment], bend_moment)
+
+
+def _free_bend(
+    needed: Callable[[np.ndarray], np.ndarray], bends: int, tip_wrench: np.ndarray
+) -> np.ndarray:
+    """The bend (bends,) that needs no bend moment to be held."""
+    # Slow to import.
+    from scipy.optimize import root
+
+    k: np.ndarray = root(needed, np.zeros(bends), tol=1e-13).x
+    if np.abs(needed(k)).max() > 1e-8 * max(1.0, np.abs(tip_wrench).max()):
+        raise InputError(
+            "tip_wrench leaves the arm no equilibrium below a full circle; give a smaller wrench, "
+            "or the bend to hold."
+        )
+    return k
 
 
 def held_hover(vehicle: Vehicle, q: np.ndarray, gravity: float = 9.81) -> dict[str, Any]:
@@ -263,8 +272,7 @@ def _holding(
         inputs[..., layout.tip_wrench] = tip_wrench
         inputs[0, :, layout.push] = scale * push
         acting = Drive(inputs, False, GENERAL + TIP, gravity)
-        rate = engine.derivative(Start(state, rows[:, -1]), acting)
-        return rate[:, layout.velocity.start :]
+        return engine.derivative(Start(state, rows[:, -1]), acting)[:, layout.velocity.start :]
 
     still = pushed(np.zeros(layout.coordinates))
     answers = [pushed(unit) - still for unit in np.eye(layout.coordinates)]

@@ -82,7 +82,8 @@ def open_loop(
     letters = sorted(checks.choices("tests", given, OPEN_LOOP_TESTS))
     chosen = compared_models(models)
     scenarios = {letter: open_loop_test(letter, f1) for letter in letters}
-    flights = _Flights(progress, chosen, 2 * len(scenarios))
+    others = _other_kappa_s(vehicle) if "C" in letters else []
+    flights = _Flights(progress, chosen, 2 * len(scenarios) + len(others))
     results: dict[str, Any] = {
         "study": "open_loop",
         "vehicle": vehicle.describe(),
@@ -97,11 +98,9 @@ def open_loop(
     datasets = {}
     for letter, scenario in scenarios.items():
         flown, entries, coarser = _converge(flights, vehicle, scenario)
-        results["tests"][letter] = entries
-        results["coarser_steps"][letter] = coarser
+        results["tests"][letter], results["coarser_steps"][letter] = entries, coarser
         if letter == "C":
-            step = step_of(flown[REFERENCE])
-            results["kappa_s"] = _other_kappa_s(flights, vehicle, scenario, step)
+            results["kappa_s"] = _vary_kappa_s(others, flights, vehicle, scenario, flown)
         datasets[letter] = by_model(flown)
     return OpenLoop(results, datasets)
 
@@ -112,10 +111,6 @@ class _Flights:
     def __init__(self, progress: Progress | None, models: Sequence[str], rounds: int) -> None:
         self.models = models
         self._steps = Steps(progress, rounds * len(models))
-
-    def expect(self, rounds: int) -> None:
-        """Say that all models will be flown that many times more than was known before."""
-        self._steps.total += rounds * len(self.models)
 
     def fly(self, vehicle: Vehicle, scenario: Scenario, note: str, **policy: Any) -> Flown:
         """Trajectories of all models."""
@@ -130,13 +125,8 @@ def _converge(
     flights: _Flights, vehicle: Vehicle, scenario: Scenario
 ) -> tuple[Flown, Entries, list[Entries]]:
     """Halve the step until the results have converged; return flights, entries, coarser entries."""
-    rounds = 0
 
     def fly(step: float | None) -> Flown:
-        nonlocal rounds
-        rounds += 1
-        if rounds > 2:
-            flights.expect(1)
         if step is None:
             return flights.fly(vehicle, scenario, "automatic step")
         return flights.fly(vehicle, scenario, f"step {1e3 * step:.2g} ms", step=step)
@@ -182,17 +172,19 @@ def _reason(
     return text
 
 
-def _other_kappa_s(
-    flights: _Flights, vehicle: Vehicle, scenario: Scenario, step: float
+def _other_kappa_s(vehicle: Vehicle) -> list[float]:
+    """Thresholds kappa_s beside the arm's, below which Q_psi_a is divided by kappa_s instead."""
+    return [factor * vehicle.arm.kappa_s for factor in KAPPA_S_FACTORS if vehicle.arm.kappa_s > 0]
+
+
+def _vary_kappa_s(
+    values: Sequence[float], flights: _Flights, vehicle: Vehicle, scenario: Scenario, flown: Flown
 ) -> list[dict[str, Any]]:
-    """Metrics with other thresholds kappa_s, below which Q_psi_a is divided by kappa_s instead."""
-    rows = []
-    factors = KAPPA_S_FACTORS if vehicle.arm.kappa_s > 0 else ()
-    flights.expect(len(factors))
-    for factor in factors:
-        kappa_s = factor * vehicle.arm.kappa_s
+    """Metrics with other thresholds kappa_s, at the step of the flights reported."""
+    rows, step = [], step_of(flown[REFERENCE])
+    for kappa_s in values:
         changed = vehicle.replace({"arm.kappa_s": kappa_s})
-        flown = flights.fly(changed, scenario, f"kappa_s {kappa_s:g} 1/m", step=step)
-        metrics = {model: compare(flown[REFERENCE], flown[model]) for model in flights.models}
+        varied = flights.fly(changed, scenario, f"kappa_s {kappa_s:g} 1/m", step=step)
+        metrics = {model: compare(varied[REFERENCE], varied[model]) for model in flights.models}
         rows.append({"kappa_s": kappa_s, "step_s": step, "models": metrics})
     return rows
