@@ -17,8 +17,9 @@ paper: $(VENV)/installed
 
 test: $(VENV)/installed-$(subst $(comma),-,$(EXTRAS))
 	$(BIN)/ruff check .
-	$(BIN)/mypy src
-	$(BIN)/pytest -q
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/pytest -q -m "not slow"
 
 # The page is written whatever was reached; a claim that misses without an explanation fails.
 verify: $(VENV)/installed-test-oracles

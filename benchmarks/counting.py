@@ -308,6 +308,7 @@ def stand_in() -> ModuleType:
     module.__dict__.update(
         float64=Number,
         int32=int,
+        bool=bool,
         types=SimpleNamespace(vector=vector, matrix=matrix, quaternion=lambda _: Quaternion),
         struct=struct,
         func=function,
@@ -377,39 +378,52 @@ def fly(model: str, steps: int) -> tuple[Tally, np.ndarray]:
     TALLY = Tally()
     import continuair as ca
     from continuair.engine.pack import pack
-    from continuair.kernels.dynamics import device_code
-    from continuair.kernels.forces.inputs import GENERAL
-    from continuair.kernels.rollout import integrator
-    from continuair.kernels.step import stepping_code
+    from continuair.kernels.dynamics import OWN_BASE, dynamics_code
+    from continuair.kernels.flight import flight_code
+    from continuair.kernels.logs import state_logger
+    from continuair.kernels.rollout import arguments, rollout_kernel
+    from continuair.kernels.sensing.pilot import no_pilot
+    from continuair.kernels.types import device_types
     from continuair.vehicle.coordinates import state_from_paper
+    from continuair.vehicle.layout import GENERAL
 
-    plant_code = device_code("float64", 1, model)
-    code = SimpleNamespace(**vars(plant_code), **vars(stepping_code(plant_code)))
-    vehicle = ca.load_vehicle("paper")
-    plants, table = pack(vehicle, code, 1)
+    of = "float64", 1
+    types, structs, begins, pilot = (
+        device_types(*of),
+        flight_code(*of),
+        arguments(of[0]),
+        no_pilot(*of),
+    )
+    layout, vehicle = types.layout, ca.load_vehicle("paper")
+    plants, table = pack(vehicle, types.Plant, 1, model in OWN_BASE)
     q, qd = np.array([[0, 0, 5, 0, 0, 0, 0.1, 0]]), np.array([[0, 0, 0, 0.1, 0.1, 0.1, 0, 0]])
-    start, inputs = state_from_paper(q, qd), np.zeros((1, 1, code.layout.inputs))
+    states, inputs = Array(state_from_paper(q, qd)), np.zeros((1, 1, layout.inputs))
     inputs[0, 0, 2] = 9.81 * vehicle.mass
     after = np.full(steps, -1)
     after[-1] = 1
-    log = np.zeros((1, 2, code.layout.log))
-    integrator(code, code.log_row)(
-        Array(plants, code.Plant),
-        Array(table, code.Row),
-        Array(start),
-        Array(start),
-        Array(np.zeros(1)),
-        Array(inputs),
-        0,
-        GENERAL,
-        number(9.81),
-        Array(np.full(steps, 1e-4)),
-        Array(after, int),
+    log, lengths = np.zeros((1, 2, layout.log)), np.full(steps, 1e-4)
+    ends = [Array(np.zeros(1, int), int) for _ in range(2)]
+    rate_of = dynamics_code(*of, model).rate_of
+    rollout_kernel(*of, rate_of, pilot, state_logger(*of))(
+        filled(structs.Vehicles, plants=Array(plants, types.Plant),
+               coefficients=Array(table, types.Row)),
+        filled(begins.Start, states=states, frozen=states, angle=Array(np.zeros(1))),
+        filled(structs.Drive, inputs=Array(inputs), groups=GENERAL, gravity=number(9.81)),
+        filled(begins.Steps, starts=Array(1e-4 * np.arange(steps)), lengths=Array(lengths),
+               sample_after=Array(after, int)),
+        pilot.Loop(),
         Array(log, int),
-        Array(np.zeros(1, int), int),
-        Array(np.zeros(1, int), int),
-    )
+        *ends,
+    )  # fmt: skip
     return TALLY, log[0, 1]
+
+
+def filled(kind: Any, **fields: Any) -> Any:
+    """A struct with those fields."""
+    made = kind()
+    for name, value in fields.items():
+        setattr(made, name, value)
+    return made
 
 
 def counted(model: str) -> dict[str, Any]:

@@ -20,11 +20,11 @@ from counting import counted
 from peaks import flops_per_second, shortest
 
 import continuair as ca
-from continuair.engine.engine import Engine, check_device
+from continuair.engine.engine import Drive, Engine, Start, check_device
 from continuair.errors import InputError
-from continuair.flight.time_grid import make_grid
-from continuair.kernels.forces.inputs import GENERAL
+from continuair.flight.time_grid import grid_of, marks_of
 from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.layout import GENERAL
 
 STEP = 1e-4
 RUNS = (1, 10, 100, 1_000, 10_000, 100_000, 1_000_000)
@@ -35,23 +35,22 @@ def roll_out(engine: Engine, runs: int, steps: int) -> Any:
     bend = np.random.default_rng(0).uniform(0.05, 0.5, runs)
     q, qd = np.zeros((runs, 8)), np.zeros((runs, 8))
     q[:, 6], qd[:, 3:6] = bend, 0.1
-    grid = make_grid(STEP * steps, STEP, STEP * steps)
+    grid = grid_of(marks_of(STEP * steps, STEP * steps), STEP)
     inputs = np.zeros((1, 1, engine.layout.inputs))
     inputs[0, 0, 2] = 9.81 * float(engine.vehicle.mass)
     real = getattr(wp, engine.dtype.name)
-    start = engine._upload(state_from_paper(q, qd))
+    begin = Start(state_from_paper(q, qd), np.zeros(runs))
     status, last = (wp.zeros(runs, wp.int32, device=engine.device) for _ in range(2))
     log = wp.zeros((runs, 2, engine.layout.log), real, device=engine.device)
-    plants, table = engine._vehicles(slice(None))
+    everything = slice(None)
     arguments = [
-        *(plants, table, start, start, engine._upload(np.zeros(runs))),
-        *(engine._upload(inputs), 0, GENERAL, 9.81),
-        *(engine._upload(grid.steps), engine._upload(grid.sample_after, wp.int32)),
-        *(log, status, last),
+        *(engine.vehicles(everything), engine.start(begin, everything)),
+        *(engine.drive(Drive(inputs, False, GENERAL, 9.81), everything, 3), engine.steps(grid)),
+        *(engine.no_loop(), log, status, last),
     ]
 
     def fly() -> None:
-        wp.launch(engine.kernels.rollout, dim=runs, inputs=arguments, device=engine.device)
+        engine.launch(engine.kernels.rollout, runs, arguments)
 
     return fly, status, log
 

@@ -18,9 +18,7 @@ import numpy as np
 import xarray as xr
 
 import continuair as ca
-from continuair.engine.engine import Engine
-from continuair.flight.time_grid import groups_in_use, make_grid, sample_inputs, stage_times
-from continuair.vehicle.coordinates import state_from_paper
+from continuair.flight.prepare import prepare
 
 STEP = 1e-3
 BLOCK = 1000
@@ -44,17 +42,14 @@ def kernel_seconds(runs: int) -> np.ndarray:
     varied = design(block)
     fields = {str(name).removeprefix("vehicle."): varied[name].to_numpy() for name in varied}
     vehicle, scenario = ca.load_vehicle("paper").replace(fields), ca.open_loop_test("A")
-    start = np.broadcast_to(state_from_paper(scenario.q[None], scenario.qd[None]), (block, 17))
-    grid = make_grid(scenario.duration, STEP, scenario.duration)
+    flight = prepare(vehicle, scenario, step=STEP, sample=scenario.duration)
+    (cohort,) = flight.cohorts()
     seconds = np.zeros(2)
     for model in ("coupled", "decoupled"):
-        engine = Engine(vehicle, model)
-        inputs = [sample_inputs(scenario, t, engine.layout) for t in (stage_times(grid), [0.0])]
+        engine = flight.engine(model)
         begin = now()
         for _ in range(runs // block):
-            engine.roll_out(
-                start, np.zeros(block), grid, *inputs, 9.81, groups_in_use(scenario), False
-            )
+            cohort.fly(engine, observe=False)
         seconds += now() - begin
     return seconds
 

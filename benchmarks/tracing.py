@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import sys
-from types import SimpleNamespace
 from typing import Any
 
 import counting
@@ -19,11 +18,13 @@ SIGNS = {"add": "+", "mul": "*", "div": "/"}
 
 
 def trace(model: str) -> dict[str, Any]:
-    from continuair.kernels.dynamics import device_code
-    from continuair.kernels.step import stepping_code
+    from continuair.kernels.dynamics import dynamics_code
+    from continuair.kernels.flight import flight_code
+    from continuair.kernels.types import device_types
+    from continuair.vehicle.layout import COMMAND
 
-    plant_code = device_code("float64", 1, model)
-    code = SimpleNamespace(**vars(plant_code), **vars(stepping_code(plant_code)))
+    code, flight = device_types("float64", 1), flight_code("float64", 1).Flight()
+    rate_of = dynamics_code("float64", 1, model).rate_of
     names: dict[int, str] = {}
 
     def leaf(name: str, value: float = 0.5) -> counting.Number:
@@ -51,9 +52,9 @@ def trace(model: str) -> dict[str, Any]:
             return rows[index[1]]
 
     # A command needs no inputs; the frozen state belongs to the independent model.
-    rate = code.rate_of(
-        y, code.vec2(), plant, None, Rows(), 0, None, 0, 0, 8, push, gravity
-    )  # fmt: skip
+    flight.plant, flight.coefficients, flight.gravity = plant, Rows(), gravity
+    flight.groups = COMMAND
+    rate = rate_of(y, code.vec2(), flight, 0, push)
     known = counting.TALLY.known
     lines = []
     for key, identity in known.items():

@@ -15,7 +15,7 @@ def main() -> None:
     figure = pictogram.snapshots(dataset, vehicle, [0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
     path = Path(__file__).parent / "images" / "hero.png"
     path.parent.mkdir(exist_ok=True)
-    style.save(figure, [path])
+    style.save_as(figure, path)
 
 
 if __name__ == "__main__":

@@ -186,7 +186,7 @@ def draw(entries: list[dict[str, Any]], path: Path) -> None:
             axes.set_xticks(ticks, labels=[f"{tick:g}" for tick in ticks])
             axes.minorticks_off()
             axes.legend()
-        style.save(figure, [path])
+        style.save_as(figure, path)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ import continuair as ca
 
 def law(code: Any) -> SimpleNamespace:
     """What the controller does; `code` names the types and functions of the device."""
-    Real, Push, Sense, vec3, two = code.Real, code.Push, code.Sense, code.vec3, code.Real(2.0)
+    Real, Sense, vec3, push, two = code.Real, code.Sense, code.vec3, code.push, code.Real(2.0)
 
     @wp.struct
     class Gains:
@@ -30,7 +30,7 @@ def law(code: Any) -> SimpleNamespace:
         tilt = two * vec3(sense.attitude[0], sense.attitude[1], sense.attitude[2])
         m = -w * wp.cw_mul(gains.inertia, w * tilt + two * sense.angular_velocity)
         b = -gains.brake * sense.bend_rate
-        return sense.weight + Push(f[0], f[1], f[2], m[0], m[1], m[2], b[0], b[1])
+        return sense.weight + push(f, m, b)
 
     return SimpleNamespace(Gains=Gains, control=control)
 

@@ -10,11 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from continuair.errors import ContinuairWarning, InputError
-from continuair.vehicle.vehicle import Arm, Disk, Vehicle, load_vehicle
+from continuair.vehicle.arm import Arm, Disk
+from continuair.vehicle.vehicle import Vehicle, load_vehicle
 
 PAPER = load_vehicle("paper")
 # Arrays and single numbers may be rounded differently by some last places.
-ROUNDING = 1e-12
+ROUNDING = 1e-13
 
 
 def test_replace_leaves_the_vehicle_as_it_was() -> None:

@@ -23,7 +23,7 @@ from continuair.cli.terminal import print_table
 from continuair.errors import ContinuairWarning, InputError
 from continuair.figures import open_loop as figures
 from continuair.flight.simulate import simulate
-from continuair.studies.open_loop.report import number
+from continuair.studies.tables import number
 from continuair.vehicle.vehicle import load_vehicle
 from tests.synthetic import flight
 
@@ -58,7 +58,7 @@ def assert_refused(result: Any, *parts: str) -> None:
         (("--vehicle", "no/such.toml"), ("no/such.toml: no such file",)),
         (("--tests", "ABX"), ("tests holds 'X'", "A, B, C, D")),
         (("--tests", ""), ("tests is empty",)),
-        (("--model", "copled"), ("model is 'copled'", "use coupled")),
+        (("--model", "copled"), ("model holds 'copled'", "use coupled")),
     ],
 )
 def test_unusable_input_is_refused_in_one_sentence_and_writes_nothing(
@@ -202,7 +202,7 @@ def test_ctrl_c_while_anything_loads_is_told_without_a_traceback(module: str) ->
         "main()\n"
     )
     # The package that is tested, whichever is installed.
-    environment = os.environ | {"PYTHONPATH": str(Path(study.__file__).parents[2])}
+    environment = os.environ | {"PYTHONPATH": str(Path(study.__file__).parents[3])}
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, env=environment
     )

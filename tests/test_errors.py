@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from continuair.errors import InputError, shown
-from continuair.vehicle.vehicle import Disk, Vehicle, load_vehicle
+from continuair.vehicle.arm import Disk
+from continuair.vehicle.vehicle import Vehicle, load_vehicle
 
 PAPER = load_vehicle("paper")
 PAPER_TOML = Path(__file__).parents[1] / "src/continuair/presets/paper.toml"

@@ -1,35 +1,79 @@
-"""The package is built in layers, and imports point one way."""
+"""The package is built in layers, and so are its rooms: imports point one way."""
 
 import ast
+from collections.abc import Iterator
 from pathlib import Path
+
+import pytest
 
 import continuair
 import continuair.errors
 
 PACKAGE = Path(continuair.errors.__file__).parent
-# A module may import from earlier layers only; a folder counts as one module.
-LAYERS = [
-    {"errors"},
-    {"files", "checks"},
-    {"vehicle"},
-    {"equations"},
-    {"kernels"},
-    {"controllers"},
-    {"scenario"},
-    {"engine"},
-    {"flight"},
-    {"analysis"},
-    {"sweeps"},
-    {"studies", "figures"},
-    {"identification"},
-    {"cli"},
-]
-RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
+# Folder -> layers of what is in it, by name. A module may import from earlier layers only, and from
+# what it is in itself: a folder counts as one, but for a file in it that is named with it.
+ROOMS = {
+    "": [
+        {"errors"},
+        {"files", "checks"},
+        {"vehicle"},
+        {"equations"},
+        {"kernels"},
+        {"controllers"},
+        {"scenario"},
+        {"engine"},
+        {"flight"},
+        {"analysis"},
+        {"sweeps"},
+        {"studies", "figures"},
+        {"identification"},
+        {"cli"},
+    ],
+    "vehicle": [
+        {"fields", "runs", "layout"},
+        {"arm", "camera", "uav", "coordinates"},
+        {"vehicle"},
+        {"vehicle_file"},
+    ],
+    "kernels": [
+        {"options", "types"},
+        {"arm"},
+        {"flight", "bias"},
+        {"forces"},
+        {"dynamics"},
+        {"sensing.eye"},
+        {"sensing.sense"},
+        {"laws", "sensing.pilot"},
+        {"step"},
+        {"logs"},
+        {"rollout", "observe", "deviations"},
+    ],
+    "engine": [{"moments", "factory"}, {"pack"}, {"engine"}, {"loop"}, {"pairs"}],
+    "flight": [
+        {"time_grid", "inputs", "steps"},
+        {"camera_timing"},
+        {"prepare"},
+        {"dop853", "trajectory"},
+        {"simulate", "live"},
+    ],
+    "studies": [
+        {"progress", "tables", "timing", "standard_excitations"},
+        {"results"},
+        {"tracking.task"},
+        {"open_loop", "sensitivity", "tracking", "advise", "atlas", "cost"},
+    ],
+    "studies.open_loop": [{"study"}, {"report"}],
+    "studies.sensitivity": [{"task"}, {"findings", "measures"}, {"claims"}, {"study"}, {"report"}],
+    "studies.tracking": [{"task"}, {"law_variants", "tuning", "study"}, {"report"}],
+    "studies.advise": [{"excitations", "tracking", "verdicts"}, {"study"}, {"report"}],
+    "studies.atlas": [{"flights", "loops"}, {"summary", "collapse"}, {"study"}, {"report"}],
+}
 # The readable form is the oracle of the fast one, so that form must not be built on it.
-INDEPENDENT_OF_EQUATIONS = {"kernels", "linear", "simulation"}
+INDEPENDENT_OF_EQUATIONS = ("kernels", "engine", "flight", "analysis.linear")
 
 
-def imported_modules(path: Path) -> set[str]:
+def imports(path: Path) -> set[str]:
+    """What a file imports of the package, by dotted names inside it."""
     names = []
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
@@ -37,7 +81,32 @@ def imported_modules(path: Path) -> set[str]:
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path.name} uses a relative import; write continuair.<module>"
             names += [f"{node.module}.{alias.name}" for alias in node.names]
-    return {name.split(".")[1] for name in names if name.startswith("continuair.")} & set(RANK)
+    return {name.removeprefix("continuair.") for name in names if name.startswith("continuair.")}
+
+
+def files() -> Iterator[tuple[str, Path]]:
+    """Every file with its dotted name, but for those that open a folder, which are in no layer."""
+    for path in PACKAGE.rglob("*.py"):
+        if path.stem not in ("__init__", "__main__"):
+            yield ".".join(path.relative_to(PACKAGE).with_suffix("").parts), path
+
+
+def inside(folder: str, name: str) -> str | None:
+    """The rest of a dotted name in a folder, None for a name elsewhere."""
+    if not folder:
+        return name
+    return name.removeprefix(f"{folder}.") if name.startswith(f"{folder}.") else None
+
+
+def place(layers: list[set[str]], name: str) -> tuple[int, str] | None:
+    """Layer and name of the longest entry that a dotted name is, or is in."""
+    found = [
+        (rank, entry)
+        for rank, layer in enumerate(layers)
+        for entry in layer
+        if f"{name}.".startswith(f"{entry}.")
+    ]
+    return max(found, key=lambda match: len(match[1]), default=None)
 
 
 def test_every_public_name_can_be_reached() -> None:
@@ -46,15 +115,28 @@ def test_every_public_name_can_be_reached() -> None:
     assert set(continuair.__all__) <= set(dir(continuair))
 
 
-def test_imports_point_from_later_layers_to_earlier_ones() -> None:
+@pytest.mark.parametrize("folder", ROOMS)
+def test_imports_point_from_later_layers_to_earlier_ones(folder: str) -> None:
     wrong = []
-    for path in PACKAGE.rglob("*.py"):
-        module = path.relative_to(PACKAGE).with_suffix("").parts[0]
-        if module in ("__init__", "__main__"):
+    for name, path in files():
+        own = inside(folder, name)
+        if own is None:
             continue
-        assert module in RANK, f"give {module} its place in LAYERS"
-        for other in imported_modules(path) - {module}:
-            skips_oracle = other == "equations" and module in INDEPENDENT_OF_EQUATIONS
-            if RANK[other] >= RANK[module] or skips_oracle:
-                wrong.append(f"{path.relative_to(PACKAGE)} imports {other}")
+        here = place(ROOMS[folder], own)
+        assert here, f"give {name} its place in ROOMS"
+        for other in imports(path):
+            rest = inside(folder, other)
+            there = None if rest is None else place(ROOMS[folder], rest)
+            if there and there[1] != here[1] and there[0] >= here[0]:
+                wrong.append(f"{name} imports {other}")
+    assert not wrong, wrong
+
+
+def test_the_fast_form_is_not_built_on_the_readable_one() -> None:
+    wrong = [
+        name
+        for name, path in files()
+        if any(f"{name}.".startswith(f"{room}.") for room in INDEPENDENT_OF_EQUATIONS)
+        and any(f"{other}.".startswith("equations.") for other in imports(path))
+    ]
     assert not wrong, wrong

@@ -19,7 +19,7 @@ from continuair.analysis.metrics import (
     tip_euler,
 )
 from continuair.errors import ContinuairWarning, InputError
-from continuair.scenario.scenarios import open_loop_test
+from continuair.scenario.paper_tests import open_loop_test
 from continuair.vehicle.vehicle import load_vehicle
 from tests.synthetic import flight
 
@@ -59,13 +59,13 @@ def test_nrmse_is_the_printed_formula_worked_by_hand() -> None:
 def test_nrmse_depends_on_neither_unit_nor_origin(seed: int, scale: float, shift: float) -> None:
     a, b = paths(seed)
     changed = nrmse(scale * a + shift, scale * b + shift)
-    # A shift of 100 costs four digits of differences of order 0.1.
-    assert changed == pytest.approx(nrmse(a, b), rel=1e-10)
+    # A shift of 100 costs three or four digits of differences of order 0.1.
+    assert changed == pytest.approx(nrmse(a, b), rel=1e-12)
 
 
 def test_nrmse_takes_the_range_of_the_reference_alone() -> None:
     narrow, wide = np.array([[0.0], [1.0]]), np.array([[0.0], [2.0]])
-    assert nrmse(narrow, wide) == pytest.approx(2 * nrmse(wide, narrow))
+    assert nrmse(narrow, wide) == pytest.approx(2 * nrmse(wide, narrow), rel=ROUNDING)
 
 
 def test_nrmse_against_a_motionless_reference_is_infinite_unless_both_agree() -> None:
@@ -110,15 +110,15 @@ def test_geodesic_angle_is_symmetric_blind_to_sign_and_observer_and_at_most_a_ha
     a, b, observer = (rotations(seed) for seed in (first, second, third))
     angle = geodesic_angle(a.as_quat(), b.as_quat())
     assert (angle <= math.pi).all()
-    np.testing.assert_allclose(geodesic_angle(b.as_quat(), -a.as_quat()), angle, atol=1e-14)
+    np.testing.assert_allclose(geodesic_angle(b.as_quat(), -a.as_quat()), angle, rtol=0, atol=1e-14)
     seen = geodesic_angle((observer * a).as_quat(), (observer * b).as_quat())
     # Rounding of 1e-16 in the quaternions; near a half turn nothing amplifies it.
-    np.testing.assert_allclose(seen, angle, atol=1e-14)
-    np.testing.assert_allclose(angle, (a.inv() * b).magnitude(), atol=1e-7)
+    np.testing.assert_allclose(seen, angle, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(angle, (a.inv() * b).magnitude(), rtol=0, atol=5e-14)
 
 
 def test_a_straight_level_arm_has_zero_tip_angles() -> None:
-    np.testing.assert_allclose(euler_angles(np.tile(DOWN.as_quat(), (3, 1))), 0, atol=1e-15)
+    np.testing.assert_allclose(euler_angles(np.tile(DOWN.as_quat(), (3, 1))), 0, rtol=0, atol=1e-15)
 
 
 @given(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5), st.floats(-3, 3))
@@ -126,8 +126,10 @@ def test_tip_angles_are_roll_pitch_yaw_of_the_turned_tip(
     roll: float, pitch: float, yaw: float
 ) -> None:
     tip = Rotation.from_euler("ZYX", [yaw, pitch, roll]) * DOWN
-    # Near pitch = pi/2 the arc sine has half the digits.
-    np.testing.assert_allclose(euler_angles(tip.as_quat()[None])[0], [roll, pitch, yaw], atol=1e-7)
+    # At a pitch of 1.5 the arc sine multiplies roundings by 1/cos 1.5 = 14.
+    np.testing.assert_allclose(
+        euler_angles(tip.as_quat()[None])[0], [roll, pitch, yaw], rtol=0, atol=1e-13
+    )
 
 
 def test_a_tumble_and_a_spin_are_followed_without_jumps() -> None:
@@ -136,7 +138,7 @@ def test_a_tumble_and_a_spin_are_followed_without_jumps() -> None:
     for column in range(3):
         expected = np.column_stack([turns if i == column else zero for i in range(3)])
         tip = Rotation.from_euler("ZYX", expected[:, ::-1]) * DOWN
-        np.testing.assert_allclose(euler_angles(tip.as_quat()), expected, atol=1e-6)
+        np.testing.assert_allclose(euler_angles(tip.as_quat()), expected, rtol=0, atol=1e-7)
 
 
 def test_comparing_a_flight_with_itself_finds_nothing() -> None:
@@ -155,8 +157,8 @@ def test_comparison_finds_the_known_difference_of_two_flights() -> None:
     assert metrics["rmse_pitch_rad"] == expected
     assert metrics["angle_rad"] == expected
     for axis in ("y_m", "z_m", "roll_rad", "yaw_rad"):
-        assert metrics[f"rmse_{axis}"] == pytest.approx(0, abs=1e-12)
-    assert tip_euler(other)[-1] == pytest.approx([0, 0.5, 0], abs=1e-9)
+        assert metrics[f"rmse_{axis}"] == pytest.approx(0, abs=1e-14)
+    assert tip_euler(other)[-1] == pytest.approx([0, 0.5, 0], abs=1e-14)
 
 
 def test_position_and_geodesic_metrics_do_not_depend_on_the_observer() -> None:
@@ -166,7 +168,7 @@ def test_position_and_geodesic_metrics_do_not_depend_on_the_observer() -> None:
     seen = compare(*(moved(f, turn, [3.0, -2.0, 1.0]) for f in flights))
     metrics = compare(*flights)
     for name in ("rmse_t_m", "angle_rad", "rmse_z_m"):
-        assert seen[name] == pytest.approx(metrics[name], rel=1e-9, abs=1e-9)
+        assert seen[name] == pytest.approx(metrics[name], rel=ROUNDING, abs=0)
 
 
 FLIGHT = flight(load_vehicle("paper"), open_loop_test("B"))

@@ -51,7 +51,7 @@ def poles(vehicle: ca.Vehicle, **gains: Any) -> np.ndarray:
 def test_designed_gains_give_every_direction_the_poles_asked_for(vehicle: ca.Vehicle) -> None:
     found = poles(vehicle, bandwidth=5.0, damping_ratio=0.6, conditioning=0.0, rate_gain=1e-9)
     expected = 5.0 * (-0.6 + 0.8j)
-    assert np.abs(np.where(found.imag > 0, found, found.conj()) - expected).max() < 2e-2
+    assert np.abs(np.where(found.imag > 0, found, found.conj()) - expected).max() < 2e-3
 
 
 def test_conditioning_slows_the_directions_that_the_image_hardly_shows(
@@ -77,7 +77,7 @@ def test_ds_is_the_difference_of_the_norms_of_the_stacked_errors() -> None:
 
     coupled = flight([[3.0, 4.0], [0.0, 2.0], [1.0, 0.0]])
     other = flight([[0.0, 0.0], [5.0, 12.0], [0.0, 1.5]])
-    assert norm_difference(coupled, other).to_numpy().tolist() == [5.0, -11.0, -0.5]
+    assert norm_difference(coupled, other).tolist() == [5.0, -11.0, -0.5]
     assert ds_extremes(coupled, other) == (11.0, 0.5)
 
 
@@ -104,9 +104,9 @@ def test_metrics_agree_with_the_trajectory(study: Tracking) -> None:
     late = flight.sel(time=slice(5.0, None))
     entry = study.results["letters"]["L"]["coupled"]
     error = late["feature_error"].to_numpy()
-    assert entry["rms_px"] == pytest.approx(float(np.sqrt(np.mean(error**2))))
+    assert entry["rms_px"] == pytest.approx(float(np.sqrt(np.mean(error**2))), rel=1e-13)
     path = late["camera_position"] - late["target_position"]
-    assert np.allclose(path.sel(axis="z"), 2.0, atol=0.01)
+    np.testing.assert_allclose(path.sel(axis="z"), 2.0, rtol=0, atol=2e-4)
     assert entry["tip_max_m"] == pytest.approx(
         float(np.hypot(path.sel(axis="x"), path.sel(axis="y")).max())
     )
@@ -119,7 +119,7 @@ def test_the_start_is_a_decimetre_off_in_x_and_z(study: Tracking) -> None:
     flight = study.datasets["nominal"].isel(time=0).sel(model="coupled", letter="L")
     straight = ca.load_vehicle("paper").arm.length
     off = flight["q"].to_numpy()[:3] - flight["target_position"].to_numpy()
-    assert np.allclose(off, [0.1, 0.0, 2.0 + straight + 0.1])
+    np.testing.assert_allclose(off, [0.1, 0.0, 2.0 + straight + 0.1], rtol=0, atol=1e-14)
     assert float(flight["q"].sel(coordinate="kappa")) == 0.1
 
 
@@ -147,7 +147,7 @@ def test_the_study_is_stored_as_strict_json_csv_and_table(study: Tracking) -> No
     stored = json.loads(text, parse_constant=lambda name: pytest.fail(name))
     assert {"rms_px", "max_px", "tip_rms_m"} <= set(stored["letters"]["L"]["coupled"])
     assert {"ds_max_px_before_2s", "ds_max_px_after_2s"} <= set(stored["letters"]["L"])
-    assert len(tracking_output.as_csv(study.results).splitlines()) == 1 + 2 * 2
+    assert len(list(tracking_output.records(study.results))) == 2 * 2
     assert "| L | decoupled |" in tracking_output.as_table(study.results)
 
 
@@ -199,7 +199,7 @@ def test_the_preset_is_reproduced_by_its_record(vehicle: ca.Vehicle) -> None:
     row = {k: v for k, v in stored.items() if k != "record"}
     for setting, plants in stored["record"]["rms_px"].items():
         error, _, _ = fly(vehicle, [row], ["M"], setting, "coupled")
-        assert error[0, 0] == pytest.approx(plants["coupled"]["M"], rel=0.02)
+        assert error[0, 0] == pytest.approx(plants["coupled"]["M"], rel=5e-5)
 
 
 @pytest.mark.parametrize(
@@ -244,7 +244,7 @@ def test_unknown_letters_are_refused(letters: str) -> None:
     ],
 )
 def test_a_search_of_no_size_is_refused(
-    options: dict[str, int], part: str, vehicle: ca.Vehicle
+    options: dict[str, Any], part: str, vehicle: ca.Vehicle
 ) -> None:
     with pytest.raises(ca.InputError, match=part):
         tune(vehicle, **options)

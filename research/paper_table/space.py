@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from continuair.vehicle.vehicle import Arm, Uav, Vehicle
+from continuair.vehicle.arm import Arm
+from continuair.vehicle.uav import Uav
+from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 

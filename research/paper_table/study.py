@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from continuair.scenario.scenarios import OPEN_LOOP_TESTS
+from continuair.scenario.paper_tests import OPEN_LOOP_TESTS
 from continuair.studies.results import ResultFolder, as_json
 from continuair.vehicle.vehicle import Vehicle
 from continuair.vehicle.vehicle_file import as_toml

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     __version__: str
+    from continuair.analysis.accelerations import forward_dynamics as forward_dynamics
     from continuair.analysis.beam import curvature_error as curvature_error
     from continuair.analysis.linear import linearize as linearize
     from continuair.analysis.linear import modes as modes
@@ -23,12 +24,11 @@ if TYPE_CHECKING:
     from continuair.errors import ContinuairWarning as ContinuairWarning
     from continuair.errors import InputError as InputError
     from continuair.flight.live import Simulation as Simulation
-    from continuair.flight.simulate import MODELS as MODELS
-    from continuair.flight.simulate import forward_dynamics as forward_dynamics
     from continuair.flight.simulate import simulate as simulate
+    from continuair.kernels.dynamics import MODELS as MODELS
     from continuair.scenario import paths as paths
+    from continuair.scenario.paper_tests import open_loop_test as open_loop_test
     from continuair.scenario.scenarios import Scenario as Scenario
-    from continuair.scenario.scenarios import open_loop_test as open_loop_test
     from continuair.scenario.targets import Target as Target
     from continuair.scenario.targets import square as square
     from continuair.sweeps import open_sweep as open_sweep
@@ -45,10 +45,10 @@ _HOME = {
     "load_vehicle": "vehicle.vehicle",
     "preset_names": "vehicle.vehicle",
     "Scenario": "scenario.scenarios",
-    "open_loop_test": "scenario.scenarios",
+    "open_loop_test": "scenario.paper_tests",
     "simulate": "flight.simulate",
-    "forward_dynamics": "flight.simulate",
-    "MODELS": "flight.simulate",
+    "forward_dynamics": "analysis.accelerations",
+    "MODELS": "kernels.dynamics",
     "curvature_error": "analysis.beam",
     "linearize": "analysis.linear",
     "modes": "analysis.linear",

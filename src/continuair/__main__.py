@@ -5,7 +5,7 @@ import signal
 import sys
 from typing import Any
 
-INTERRUPTED = 130  # what shells report for a process ended by Ctrl-C
+from continuair.errors import INTERRUPTED
 
 
 def main() -> None:

@@ -3,21 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from numbers import Real
-from typing import Any
+from collections.abc import Iterable
+from numbers import Integral, Real
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
 
-from continuair.errors import InputError, shown
+from continuair.errors import InputError, nearest, shown
 
 Array = NDArray[np.float64]
 
 
-def is_number(value: object) -> bool:
+def is_number(value: object) -> TypeGuard[float]:
     """Tell whether a value is one finite number; an array or a truth value is none."""
-    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+    try:
+        return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+    except OverflowError:  # a whole number beyond the largest float
+        return False
+
+
+def is_whole(value: object) -> TypeGuard[int]:
+    """Tell whether a value is one whole number, of Python or NumPy; a truth value is none."""
+    return isinstance(value, Integral) and not isinstance(value, bool)
 
 
 def finite_array(value: object) -> Array | None:
@@ -31,11 +39,42 @@ def finite_array(value: object) -> Array | None:
     return np.array(given, dtype=np.float64)
 
 
-def positive(name: str, value: Any, otherwise: str = "") -> float:
-    """Return a finite number above 0; `otherwise` tells what else may be given."""
-    if not is_number(value) or not value > 0:
-        raise InputError(f"{name} is {shown(value)}; give a finite number above 0{otherwise}.")
+def number(
+    name: str,
+    value: Any,
+    *,
+    above: float = -math.inf,
+    least: float = -math.inf,
+    otherwise: str = "",
+) -> float:
+    """Return a finite number above or of at least a bound.
+
+    otherwise: what the message adds, such as the unit, or what else may be given.
+    """
+    if not is_number(value) or not (value > above and value >= least):
+        bound = f" above {above:g}" if above > -math.inf else ""
+        bound += f" of at least {least:g}" if least > -math.inf else ""
+        raise InputError(f"{name} is {shown(value)}; give a finite number{bound}{otherwise}.")
     return float(value)
+
+
+def positive(name: str, value: Any, otherwise: str = "") -> float:
+    """Return a finite number above 0; `otherwise` as in `number`."""
+    return number(name, value, above=0.0, otherwise=otherwise)
+
+
+def whole(name: str, value: Any, least: int) -> int:
+    """Return a whole number of at least a bound."""
+    if not is_whole(value) or value < least:
+        raise InputError(f"{name} is {shown(value)}; give a whole number, {least} or more.")
+    return int(value)
+
+
+def flag(name: str, value: Any) -> bool:
+    """Return a truth value, of Python or NumPy."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise InputError(f"{name} is {shown(value)}; give True or False.")
+    return bool(value)
 
 
 def gravity(value: Any) -> float:
@@ -46,11 +85,24 @@ def gravity(value: Any) -> float:
     return float(value)
 
 
-def choice(name: str, value: Any, valid: Sequence[str]) -> str:
+def choice(name: str, value: Any, valid: Iterable[str]) -> str:
     """Return a name that must be one of the valid ones."""
+    valid = list(valid)
     if not isinstance(value, str) or value not in valid:
-        raise InputError(f"{name} is {shown(value)}; use one of {', '.join(valid)}.")
+        raise InputError(f"{name} is {shown(value)}; {nearest(str(value), valid)}.")
     return value
+
+
+def choices(name: str, values: Any, valid: Iterable[str]) -> list[str]:
+    """Return one or more of the valid names, once each."""
+    valid = list(valid)
+    given = [values] if isinstance(values, str) else list(values)
+    if not given:
+        raise InputError(f"{name} is empty; name one or more of {', '.join(valid)}.")
+    for value in given:
+        if not isinstance(value, str) or value not in valid:
+            raise InputError(f"{name} holds {shown(value)}; {nearest(str(value), valid)}.")
+    return list(dict.fromkeys(given))
 
 
 def row(name: str, value: Any, width: int) -> Array:
@@ -60,6 +112,14 @@ def row(name: str, value: Any, width: int) -> Array:
         numbers = "a finite number" if width == 1 else f"{width} finite numbers"
         raise InputError(f"{name} is {shown(value)}; give {numbers}.")
     return np.broadcast_to(found, width).copy()
+
+
+def vector(name: str, value: Any, width: int) -> Array:
+    """Return `width` numbers as an array (width,); one number for all of them will not do."""
+    found = finite_array(value)
+    if found is None or found.shape != (width,):
+        raise InputError(f"{name} is {shown(value)}; give {width} finite numbers.")
+    return found
 
 
 def rows(name: str, value: Any, width: int) -> Array:

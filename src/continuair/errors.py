@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pydantic import BaseModel, ValidationError
 
+INTERRUPTED = 130
+"""What shells report for a process ended by Ctrl-C."""
+
 _LONGEST_VALUE = 80
 
 

@@ -51,6 +51,36 @@ def reason(error: OSError | ValueError) -> str:
     return os.strerror(number) if number else " ".join(str(error).split()) or "no reason given"
 
 
+def read_toml(path: Path, otherwise: str = "") -> dict[str, Any]:
+    """Return the fields of a TOML file; InputError if there is none, or it cannot be read.
+
+    otherwise: what a message adds that asks for another path.
+    """
+    text = _text(path, otherwise)
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        last_line = f"at line {text.count(chr(10)) + 1}, the end of the file"
+        problem = str(error).replace("at end of document", last_line)
+        raise InputError(
+            f"{printed(path)}: not valid TOML: {problem}; correct that line."
+        ) from None
+
+
+def _text(path: Path, otherwise: str) -> str:
+    try:
+        return path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        problem = f"no such file; correct the path{otherwise}"
+    except IsADirectoryError:
+        problem = "is a directory; give the path of a .toml file in it"
+    except UnicodeDecodeError as error:
+        problem = f"byte {error.start} is not UTF-8 text; save the file as UTF-8"
+    except (OSError, ValueError) as error:
+        problem = f"cannot be read ({reason(error)}); correct the path or its permissions"
+    raise InputError(f"{printed(path)}: {problem}.")
+
+
 @dataclass(frozen=True)
 class Presets:
     """The TOML files of a folder of this package; kind: what they are called in messages."""
@@ -68,15 +98,7 @@ class Presets:
         Raises InputError if there is no such preset or file, or it is not TOML.
         """
         path = self._path(name_or_path)
-        text = self._text(path)
-        try:
-            return printed(path), tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            last_line = f"at line {text.count(chr(10)) + 1}, the end of the file"
-            problem = str(error).replace("at end of document", last_line)
-            raise InputError(
-                f"{printed(path)}: not valid TOML: {problem}; correct that line."
-            ) from None
+        return printed(path), read_toml(path, f", or use a preset ({', '.join(self.names())})")
 
     def _path(self, name_or_path: str | os.PathLike[str]) -> Path:
         if isinstance(name_or_path, str) and name_or_path in self.names():
@@ -94,17 +116,3 @@ class Presets:
                 f"{nearest(str(name_or_path), self.names())}, or give the path of a .toml file."
             )
         return path
-
-    def _text(self, path: Path) -> str:
-        try:
-            return path.read_bytes().decode("utf-8-sig")
-        except FileNotFoundError:
-            presets = ", ".join(self.names())
-            problem = f"no such file; correct the path, or use a preset ({presets})"
-        except IsADirectoryError:
-            problem = "is a directory; give the path of a .toml file in it"
-        except UnicodeDecodeError as error:
-            problem = f"byte {error.start} is not UTF-8 text; save the file as UTF-8"
-        except (OSError, ValueError) as error:
-            problem = f"cannot be read ({reason(error)}); correct the path or its permissions"
-        raise InputError(f"{printed(path)}: {problem}.") from None

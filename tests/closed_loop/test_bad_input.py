@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import continuair as ca
 from tests.closed_loop import flights, probes
@@ -14,9 +15,9 @@ WITH_NOISE = flights.VEHICLE.replace({"camera.noise": 0.5})
 BATCH = flights.VEHICLE.replace({"arm.radius": [0.004, 0.005]})
 
 
-def fly(controller: Any = SERVOING, vehicle: Any = flights.VEHICLE, **changes: Any) -> None:
+def fly(controller: Any = SERVOING, vehicle: Any = flights.VEHICLE, **changes: Any) -> xr.Dataset:
     options = {name: changes.pop(name) for name in ("step", "integrator") if name in changes}
-    ca.simulate(vehicle, flights.scenario(controller, 0.01, **changes), **options)
+    return ca.simulate(vehicle, flights.scenario(controller, 0.01, **changes), **options)
 
 
 def gains(**changes: Any) -> ca.Controller:
@@ -54,7 +55,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     "gain text": (lambda: gains(Kp="high"), "Kp is 'high'", "finite"),
     "sigma": (lambda: gains(sigma=0.0), "sigma is 0.0", "above 0"),
     "points": (lambda: gains(points=2), "points is 2", "3 or more"),
-    "damping": (lambda: gains(damping="image"), "damping is 'image'", "camera or feature"),
+    "damping": (lambda: gains(damping="image"), "damping is 'image'", "camera, feature"),
     "posture": (lambda: gains(posture_damping=-1), "posture_damping is -1", "of at least 0"),
     "gains for other points": (
         lambda: fly(gains(points=3)),
@@ -194,9 +195,21 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "desired is [-0.1, 0, 0.0, 0, 0.1, 0, ...], which does not determine the camera's pose",
         "4 points that are not on a line",
     ),
-    "design of a batch": (lambda: ca.design(BATCH, 1.0), "vehicle holds 2 runs", "one at a time"),
-    "hold of a batch": (lambda: ca.hold(BATCH, [0, 0, 3]), "vehicle holds 2 runs", "one at a time"),
-    "classic of a batch": (lambda: ca.classic(BATCH), "vehicle holds 2 runs", "one at a time"),
+    "design of a batch": (
+        lambda: ca.design(BATCH, 1.0),
+        "vehicle 'paper' holds 2 runs",
+        "vehicle.select",
+    ),
+    "hold of a batch": (
+        lambda: ca.hold(BATCH, [0, 0, 3]),
+        "vehicle 'paper' holds 2 runs",
+        "vehicle.select",
+    ),
+    "classic of a batch": (
+        lambda: ca.classic(BATCH),
+        "vehicle 'paper' holds 2 runs",
+        "vehicle.select",
+    ),
     "classic of nothing": (lambda: ca.classic("paper"), "vehicle is 'paper'", "load_vehicle"),
     "hold position": (lambda: ca.hold(flights.VEHICLE, [0, 1]), "position is [0, 1]", "3 finite"),
     "hold attitude": (
@@ -225,8 +238,18 @@ def test_what_cannot_be_flown_is_refused_in_one_sentence(case: str) -> None:
 
 
 def test_a_target_beyond_view_is_no_trouble_for_a_controller_that_does_not_look() -> None:
-    fly(ca.hold(flights.VEHICLE, [0, 0, 3.0]), target=still(1.5))
-    fly(ca.hold(flights.VEHICLE, [0, 0, 3.0]), vehicle=WITH_NOISE, control_period=None, target=None)
+    """Nor is noise that a push at every stage could not have; what it sees changes nothing."""
+    hold = ca.hold(flights.VEHICLE, [0, 0, 3.0])
+    beyond, before = (fly(hold, target=still(x)) for x in (1.6, 0.0))
+    assert beyond.status == 0 and not beyond.in_view.all()
+    assert before.in_view.all()
+    np.testing.assert_array_equal(beyond.command, before.command)
+    noisy, clean = (
+        fly(hold, vehicle=vehicle, control_period=None, target=None)
+        for vehicle in (WITH_NOISE, flights.VEHICLE)
+    )
+    assert noisy.status == 0
+    np.testing.assert_array_equal(noisy.command, clean.command)
 
 
 def test_a_path_that_jumps_is_refused() -> None:

@@ -22,7 +22,8 @@ def test_the_papers_law_reaches_the_desired_image_on_every_plant(model: str) -> 
     scenario = flights.scenario(flights.designed(), duration=6.0, q=flights.start(kappa=0.0))
     run = ca.simulate(flights.VEHICLE, scenario, model=model)
     assert np.abs(run.feature_error[0]).max() > 40.0
-    assert largest_error(run) < 0.01
+    # Of 43 px, (1 + ω t) exp(-ω t) leaves 1e-5 px in 6 s at 3 rad/s; the arm, some more.
+    assert largest_error(run) < 1e-3
 
 
 @pytest.mark.parametrize(
@@ -64,8 +65,8 @@ def test_a_moving_target_is_followed_without_lag_only_with_feed_forward() -> Non
         run = ca.simulate(flights.VEHICLE, scenario)
         errors.append(float(np.abs(run.feature_error[-1, ::2]).mean()))
     lag = 2.0 / 3.0 * 800.0 / 2.0 * speed
-    assert errors[0] < 0.01 * lag
-    assert errors[1] == pytest.approx(lag, rel=0.05)
+    assert errors[0] < 1e-3 * lag
+    assert errors[1] == pytest.approx(lag, rel=2e-3)
 
 
 def test_float32_stays_close_to_float64() -> None:

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 import warp as wp
 
-from continuair.controllers.servoing import law
 from continuair.engine.engine import start_warp
-from continuair.engine.factory import closed_loop, kernels, watch_kernel
+from continuair.engine.factory import closed_loop, kernels, watching
+from continuair.kernels.laws.servoing import law
 
 HOPPER = 90
 """Compute capability 9.0, of the H100 and H200."""
@@ -21,7 +21,7 @@ KERNELS: dict[str, Callable[[], Any]] = {
     "independent rates": lambda: kernels("float64", 1, "independent").derivative,
     "observed quantities": lambda: kernels("float64", 1, "coupled").observe,
     "closed loop": lambda: closed_loop("float64", 1, "coupled", law, 4, False).rollout,
-    "what the camera sees": lambda: watch_kernel("float64", 1, 4).watch,
+    "what the camera sees": lambda: watching("float64", 1, 4)[0],
 }
 
 

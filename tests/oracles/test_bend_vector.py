@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import continuair as ca
-from continuair.engine.engine import Engine
+from continuair.engine.engine import Drive, Engine, Start
 from tests.oracles.bend_vector import accelerations
 
 FURNISHED = ca.load_vehicle("paper").replace(
@@ -21,9 +21,8 @@ def kernel(model: str, k: np.ndarray, kd: np.ndarray, omega: np.ndarray) -> np.n
     states = np.zeros((len(k), 17))
     states[:, 6] = 1.0
     states[:, 7:9], states[:, 12:15], states[:, 15:17] = k, omega, kd
-    rates = Engine(FURNISHED, model).derivative(
-        states, np.zeros(len(k)), np.zeros((1, 1, 19)), 9.81, 0
-    )
+    nothing = Drive(np.zeros((1, 1, 19)), False, 0, 9.81)
+    rates = Engine(FURNISHED, model).derivative(Start(states, np.zeros(len(k))), nothing)
     rates[:, 11] += 9.81
     return np.asarray(rates[:, 9:17])
 

@@ -13,7 +13,7 @@ from continuair.controllers.gains import camera_inertia
 from continuair.equations.camera import interaction_matrix_in_pixels, to_pixels
 from continuair.scenario.paths import circle
 from continuair.scenario.targets import Target
-from continuair.vehicle.vehicle import Camera
+from continuair.vehicle.camera import Camera
 from tests.oracles.conftest import Claim
 
 pytest.importorskip("machinevisiontoolbox", exc_type=ImportError)

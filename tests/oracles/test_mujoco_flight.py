@@ -9,9 +9,9 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
-from continuair.engine.engine import Engine
-from continuair.kernels.forces.inputs import GENERAL, TIP
+from continuair.engine.engine import Drive, Engine, Start
 from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.layout import GENERAL, TIP
 from continuair.vehicle.layout import ONE_SECTION as LAYOUT
 from tests.oracles.conftest import Claim
 
@@ -68,7 +68,8 @@ def test_accelerations_of_links_held_in_a_circular_arc(claim: Claim) -> None:
     inputs = np.zeros((1, 1, LAYOUT.inputs))
     inputs[..., LAYOUT.tip_wrench] = wrench
     engine = Engine(vehicle, "coupled")
-    ours = engine.derivative(states, np.zeros(n), inputs, 9.81, GENERAL + TIP)
+    acting = Drive(inputs, False, GENERAL + TIP, 9.81)
+    ours = engine.derivative(Start(states, np.zeros(n)), acting)
     ours = ours[:, LAYOUT.velocity.start :]
     errors = np.zeros((len(JOINTS) + 1, n))
     for i, state in enumerate(states):

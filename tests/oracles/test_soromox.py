@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 
 import continuair as ca
 from continuair import equations as eq
-from continuair.engine.engine import Engine
-from continuair.kernels.forces.inputs import GENERAL
+from continuair.engine.engine import Drive, Engine, Start
 from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.layout import GENERAL
 from continuair.vehicle.layout import ONE_SECTION as LAYOUT
 from tests.oracles.conftest import Claim
 
@@ -56,9 +56,8 @@ def kernel_accelerations(states: np.ndarray, push: np.ndarray) -> np.ndarray:
     """(v̇ world, ω̇ body, k̈) from the kernels, (n, 8), under pushes (8,)."""
     inputs = np.zeros((1, len(states), LAYOUT.inputs))
     inputs[..., LAYOUT.push] = push
-    rates = Engine(VEHICLE, "coupled").derivative(
-        states, np.zeros(len(states)), inputs, 9.81, GENERAL
-    )
+    acting = Drive(inputs, False, GENERAL, 9.81)
+    rates = Engine(VEHICLE, "coupled").derivative(Start(states, np.zeros(len(states))), acting)
     return np.asarray(rates[:, LAYOUT.velocity.start :])
 
 

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from continuair.equations.camera import interaction_matrix, interaction_matrix_in_pixels, project
-from continuair.vehicle.vehicle import Camera
+from continuair.vehicle.camera import Camera
 from tests.oracles.conftest import Claim
 
 SOURCE = "ViSP (recorded values)"

@@ -59,7 +59,8 @@ def test_dop853_agrees_with_rk4_across_an_input_jump() -> None:
     scenario = ca.Scenario(name="jump", q=np.zeros(8), force=force, duration=0.4, jumps=(0.1234,))
     fine = ca.simulate(VEHICLE, scenario, step=1e-4, sample=0.05)
     reference = ca.simulate(VEHICLE, scenario, integrator="dop853", tolerance=1e-12, sample=0.05)
-    assert float(np.abs(fine.tip_position - reference.tip_position).max()) < 1e-8
+    # The tolerance of the reference, times ten.
+    assert float(np.abs(fine.tip_position - reference.tip_position).max()) < 1e-11
 
 
 def test_a_declared_jump_keeps_fourth_order() -> None:
@@ -83,8 +84,10 @@ def test_a_declared_jump_keeps_fourth_order() -> None:
 def test_free_fall_is_exact() -> None:
     """A straight arm at rest falls as a point: z = -g t²/2 whatever the step."""
     run = ca.simulate(VEHICLE, ca.Scenario(name="fall", q=np.zeros(8)))
-    np.testing.assert_allclose(run.position.sel(axis="z"), -0.5 * 9.81 * run.time**2, atol=1e-12)
-    np.testing.assert_allclose(run.base_force, 0.0, atol=1e-10)
+    np.testing.assert_allclose(
+        run.position.sel(axis="z"), -0.5 * 9.81 * run.time**2, rtol=0, atol=1e-12
+    )
+    np.testing.assert_allclose(run.base_force, 0.0, rtol=0, atol=1e-12)
 
 
 def test_coupled_bending_in_free_fall_does_not_feel_gravity_and_decoupled_does() -> None:
@@ -110,10 +113,13 @@ def test_turning_the_world_turns_the_flight() -> None:
     )
     for model in ca.MODELS:
         a, b = (
-            ca.simulate(VEHICLE, x, model=model, sample=0.1).tip_position.to_numpy()
+            ca.simulate(VEHICLE, x, model=model, step=1e-4, sample=0.1).tip_position.to_numpy()
             for x in (plain, turned)
         )
-        np.testing.assert_allclose(a @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]), b, atol=1e-10)
+        # The attitude inside a step has a norm other than 1 by some (ω h)², so that it is no
+        # rotation; what that leaves goes with h⁴, and is 8e-13 here.
+        back = a @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+        np.testing.assert_allclose(back, b, rtol=0, atol=2e-11)
 
 
 def test_the_signed_branch_of_the_bend_passes_through_straight_without_a_jump() -> None:
@@ -121,7 +127,7 @@ def test_the_signed_branch_of_the_bend_passes_through_straight_without_a_jump() 
     run = ca.simulate(VEHICLE, scenario, model="independent")
     kappa, psi = run.q.sel(coordinate="kappa"), run.q.sel(coordinate="psi_a")
     assert float(kappa.min()) < -0.1 < 0.1 < float(kappa.max())
-    np.testing.assert_allclose(psi, 0.4, atol=1e-9)
+    np.testing.assert_allclose(psi, 0.4, rtol=0, atol=1e-11)
 
 
 def test_a_tumble_through_the_pitch_singularity_is_continuous() -> None:
@@ -148,12 +154,8 @@ def test_initial_states_and_inputs_may_vary_over_runs() -> None:
     forces = np.array([[1.0, 0, 0], [2.0, 0, 0], [3.0, 0, 0]])
     run = ca.simulate(VEHICLE, ca.Scenario(name="b", q=q, force=forces), sample=0.5)
     for i in range(3):
-        alone = ca.simulate(
-            VEHICLE,
-            ca.Scenario(name="a", q=q[i], force=forces[i]),
-            sample=0.5,
-            step=run.attrs["step"],
-        )
+        alone = ca.simulate(VEHICLE, ca.Scenario(name="a", q=q[i], force=forces[i]), sample=0.5)
+        assert run["step"][i] == alone.attrs["step"]
         np.testing.assert_array_equal(run.isel(run=i).position, alone.position)
 
 
@@ -171,8 +173,8 @@ def test_a_run_that_bends_past_a_full_circle_ends_with_a_status_and_spares_the_o
 def test_single_precision_follows_double() -> None:
     runs = [ca.simulate(VEHICLE, ca.open_loop_test("D"), dtype=d) for d in ("float64", "float32")]
     assert runs[1].tip_position.dtype == np.float32
-    # 1000 steps of single-precision rounding.
-    assert float(np.abs(runs[0].tip_position - runs[1].tip_position).max()) < 1e-3
+    # 1000 steps of single-precision rounding of 5 m, 3e-7 each, that mostly cancel.
+    assert float(np.abs(runs[0].tip_position - runs[1].tip_position).max()) < 1e-4
 
 
 @pytest.mark.parametrize(
@@ -190,7 +192,7 @@ def test_single_precision_follows_double() -> None:
         ({"device": ["cpu"]}, "device"),
         ({"dtype": np.float64}, "dtype is <class 'numpy.float64'>"),
         ({"model": np.array(["coupled", "decoupled"])}, "model"),
-        ({"step": np.array([1e-3, 1e-4])}, "step is .*; give a finite number above 0 or 'auto'"),
+        ({"step": np.array([1e-3, 1e-4])}, "step holds 2 runs, but the batch has 1"),
         ({"sample": [0.1]}, "sample"),
         ({"sample": 2.0}, "sample is 2.0 s, longer than the flight of 1 s"),
         ({"threads": True}, "threads is True"),
@@ -235,9 +237,9 @@ def test_the_automatic_step_follows_what_damping_and_start_make_fast(
 
 def test_the_last_interval_is_the_short_one() -> None:
     run = ca.simulate(VEHICLE, ca.open_loop_test("B"), duration=1.0, sample=0.3)
-    np.testing.assert_allclose(run.time, [0.0, 0.3, 0.6, 0.9, 1.0])
+    np.testing.assert_allclose(run.time, [0.0, 0.3, 0.6, 0.9, 1.0], rtol=1e-14)
     even = ca.simulate(VEHICLE, ca.open_loop_test("B"), duration=0.3, sample=0.1)
-    np.testing.assert_allclose(even.time, [0.0, 0.1, 0.2, 0.3])
+    np.testing.assert_allclose(even.time, [0.0, 0.1, 0.2, 0.3], rtol=1e-14)
 
 
 def test_a_coarse_step_concerns_rk4_alone() -> None:

@@ -16,7 +16,7 @@ from scipy.stats import qmc
 from typer.testing import CliRunner
 
 import continuair as ca
-from continuair.scenario.scenarios import bend_torques
+from continuair.scenario.paper_tests import bend_torques
 from continuair.studies.open_loop.study import open_loop
 from continuair.vehicle import vehicle as vehicle_module
 from research.paper_table import objective as objective_module

@@ -14,8 +14,8 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 from scipy.linalg import eigvalsh
 
-from continuair.errors import InputError, shown
-from continuair.vehicle.vehicle import Vehicle
+from continuair import checks
+from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 Array = NDArray[np.float64]
 
@@ -36,9 +36,8 @@ def curvature_error(vehicle: Vehicle, *, gravity: float = 9.81) -> dict[str, dic
     of constant curvature against its free one. Gravity [m/s²] acts in the sag alone.
     Raises InputError for a batched vehicle.
     """
-    if vehicle.runs is not None:
-        problem = f"vehicle {shown(vehicle.name)} holds {vehicle.runs} runs, but must be of one run"
-        raise InputError(f"{problem}; choose one with vehicle.select(run).")
+    check_single_vehicle(vehicle)
+    gravity = checks.gravity(gravity)
     arm = vehicle.arm
     L, EI = arm.length, arm.bending_stiffness
     clamped, free = (beam_frequency(vehicle, free=free) for free in (False, True))

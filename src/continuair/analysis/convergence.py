@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import warnings
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from continuair.analysis.metrics import geodesic_angle
+from continuair import checks
+from continuair.analysis.metrics import compare, geodesic_angle, samples
+from continuair.errors import ContinuairWarning
+from continuair.kernels.dynamics import MODELS
 
 Array = NDArray[np.float64]
 Flown = dict[str, xr.Dataset]
 """Trajectories of one scenario by model; the reference is among them."""
+
+Entries = dict[str, dict[str, Any]]
+"""Metrics of one run by model against the reference, and what share of them is the step's."""
 
 REFERENCE = "coupled"
 """The model that the others are compared with."""
@@ -24,8 +31,18 @@ SAMPLE = 1e-3
 CONVERGED = 0.01
 """Largest step-halving error, as a share of what is concluded from, that counts as converged."""
 
+MAX_HALVINGS = 4
+"""Steps tried at most in search of a converged one; the last of 1 ms is 0.125 ms."""
+
 FALL = 2.0
 """Least ratio of successive step-halving errors that shows convergence; RK4 alone has 16."""
+
+
+def compared_models(models: Iterable[str]) -> list[str]:
+    """Return models and the reference in the order of MODELS, or raise InputError."""
+    given = [models] if isinstance(models, str) else models
+    chosen = checks.choices("model", [REFERENCE, *given], MODELS)
+    return [model for model in MODELS if model in chosen]
 
 
 def settled(errors: Sequence[float], singular: bool) -> bool:
@@ -41,10 +58,62 @@ def settled(errors: Sequence[float], singular: bool) -> bool:
     return errors[-2] <= CONVERGED and errors[-1] <= errors[-2] / FALL
 
 
-def step_of(dataset: xr.Dataset) -> float:
-    """Return the integration step [s]: at most the one asked for, and whole within a sample."""
-    pieces = np.ceil(SAMPLE / float(dataset.attrs["step"]) * (1 - 1e-12))
-    return float(SAMPLE / max(pieces, 1))
+def halve(
+    fly: Callable[[Any], Flown], settles: Callable[[Sequence[float]], bool]
+) -> tuple[Flown, list[list[Entries]]]:
+    """Halve the step until every flight has converged or ended early, MAX_HALVINGS times at most.
+
+    fly: flies all models with a step [s] or one per run, None for the automatic one. settles: tells
+    of successive step-halving errors whether they can be used, as `settled`. Returns the flights at
+    the last step whose error is known, and the entries of all steps from the coarsest, per step and
+    run.
+    """
+    coarse, levels = fly(None), list[list[Entries]]()
+    while True:
+        fine = fly(step_of(coarse[REFERENCE]) / 2)
+        levels.append([_entries(*pair) for pair in zip(_runs(coarse), _runs(fine), strict=True)])
+        for run, entries in enumerate(levels[-1]):
+            for model, entry in entries.items():
+                errors = [level[run][model]["step_halving_error"] for level in levels]
+                entry["converged"] = entry["status"] == 0 and settles(errors)
+        every = [entry for entries in levels[-1] for entry in entries.values()]
+        done = all(entry["converged"] or entry["status"] for entry in every)
+        if done or len(levels) == MAX_HALVINGS:
+            return coarse, levels
+        coarse = fine
+
+
+def _runs(flown: Flown) -> list[Flown]:
+    """The flights of each run by itself."""
+    runs = flown[REFERENCE].sizes.get("run")
+    if runs is None:
+        return [flown]
+    return [{model: data.isel(run=run) for model, data in flown.items()} for run in range(runs)]
+
+
+def _entries(coarse: Flown, fine: Flown) -> Entries:
+    """Metrics of every model in one run at the coarse step, and what halving it changes."""
+    entries = {}
+    for model, data in coarse.items():
+        with warnings.catch_warnings():
+            # The entry has its own word for a run that ended early.
+            warnings.simplefilter("ignore", ContinuairWarning)
+            metrics = compare(coarse[REFERENCE], data)
+        error_t, error_r = step_errors(model, coarse, fine, metrics)
+        entries[model] = metrics | {
+            "step_s": float(step_of(data)),
+            "step_halving_error_t": error_t,
+            "step_halving_error_r": error_r,
+            "step_halving_error": max(error_t, error_r),
+            "status": int(data["status"]),
+        }
+    return entries
+
+
+def step_of(dataset: xr.Dataset) -> Any:
+    """Return the integration step [s], or one per run: whole within a sample, at most as asked."""
+    asked = dataset["step"].to_numpy() if "step" in dataset else dataset.attrs["step"]
+    return SAMPLE / np.maximum(np.ceil(SAMPLE / asked * (1 - 1e-12)), 1)
 
 
 def step_errors(
@@ -69,9 +138,9 @@ def _shift(model: str, coarse: Flown, fine: Flown) -> float:
     """Largest change of the tip's path, or of its difference from the reference [m]."""
 
     def path(flown: Flown) -> Array:
-        tip = _values(flown[model], "tip_position", "axis")
+        tip = samples(flown[model], "tip_position", "axis")
         return (
-            tip if model == REFERENCE else tip - _values(flown[REFERENCE], "tip_position", "axis")
+            tip if model == REFERENCE else tip - samples(flown[REFERENCE], "tip_position", "axis")
         )
 
     return float(np.max(np.linalg.norm(path(fine) - path(coarse), axis=-1)))
@@ -81,25 +150,20 @@ def _turn(model: str, coarse: Flown, fine: Flown) -> float:
     """Largest geodesic angle between h and h/2, of this model and the reference together [rad]."""
     total = 0.0
     for name in dict.fromkeys((REFERENCE, model)):
-        attitudes = [_values(flown[name], "tip_attitude", "quaternion") for flown in (coarse, fine)]
+        attitudes = [samples(flown[name], "tip_attitude", "quaternion") for flown in (coarse, fine)]
         total += float(np.max(geodesic_angle(*attitudes)))
     return total
 
 
 def _extent(dataset: xr.Dataset) -> tuple[float, float]:
     """Largest distance of the tip from free fall [m], and from its first attitude [rad]."""
-    tip = _values(dataset, "tip_position", "axis")
+    tip = samples(dataset, "tip_position", "axis")
     time = dataset["time"].to_numpy()
     gravity = float(dataset.attrs["gravity"])
     falling = tip[0] - 0.5 * gravity * time[:, None] ** 2 * np.array([0.0, 0.0, 1.0])
-    attitude = _values(dataset, "tip_attitude", "quaternion")
+    attitude = samples(dataset, "tip_attitude", "quaternion")
     turned = geodesic_angle(attitude, attitude[:1])
     return float(np.max(np.linalg.norm(tip - falling, axis=-1))), float(np.max(turned))
-
-
-def _values(dataset: xr.Dataset, name: str, component: str) -> Array:
-    values: Array = dataset[name].transpose("time", component).to_numpy()
-    return values
 
 
 def _share(change: float, scale: float) -> float:

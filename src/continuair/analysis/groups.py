@@ -14,7 +14,9 @@ import numpy as np
 
 from continuair.engine.engine import Engine
 from continuair.flight.steps import fastest_frequency
-from continuair.vehicle.vehicle import Arm, Uav, Vehicle
+from continuair.vehicle.arm import Arm
+from continuair.vehicle.uav import Uav
+from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 

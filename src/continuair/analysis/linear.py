@@ -9,13 +9,25 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from continuair import checks
-from continuair.engine.engine import Engine
+from continuair.engine.engine import Drive, Engine, Start
 from continuair.errors import InputError, shown
 from continuair.flight.steps import bend_compliance, fastest_frequency
-from continuair.kernels.forces.inputs import GENERAL, TIP
+from continuair.kernels.dynamics import MODELS
 from continuair.vehicle.coordinates import state_from_paper
-from continuair.vehicle.layout import Layout
+from continuair.vehicle.layout import GENERAL, TIP, Layout
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+
+_DIFFERENCE = 2e-3
+_STEPS = np.array([-2.0, -1.0, 1.0, 2.0]) * _DIFFERENCE
+_WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * _DIFFERENCE)
+"""Central differences of fourth order."""
+
+_ROOM = 2.5 * _DIFFERENCE
+"""What a bend leaves below a full circle [1/m], so that its differences are still inside."""
+_EQUAL = 1e-6
+"""Squares of frequencies that differ by less than this share are those of modes alike."""
+_COUNTS = 0.1
+"""A bend of a mode counts from this share of its largest; no symmetry makes just this share."""
 
 
 def bending_frequencies(vehicle: Vehicle, q: Any = None) -> tuple[float, float]:
@@ -36,7 +48,8 @@ class Modes:
     """Vibration about a configuration: frequencies [rad/s] ascending, damping ratios, shapes.
 
     shapes: (coordinates, modes) in (body translation 3, body rotation 3, bend) for a free base,
-    rigid-body modes left out; (bends, modes) for a clamped one. Columns have unit norm.
+    rigid-body modes left out; (bends, modes) for a clamped one. Columns have unit norm; the first
+    bend that counts is positive, and of modes of one frequency the first bends most along x.
     """
 
     frequencies: np.ndarray
@@ -63,15 +76,13 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
     base_rate, bend, rate = slice(n, n + 6), slice(6, n), slice(n + 6, 2 * n)
     compliance = bend_compliance(Engine(vehicle, "coupled" if free else "independent"), at)[0]
     stiffness = -A[rate, bend]
-    eigenvalues, vectors = np.linalg.eig(stiffness)
-    if not (eigenvalues.real > 0.0).all():
+    squares, shapes = _eigenmodes(stiffness)
+    if not (squares > 0.0).all():
         raise InputError(
             f"q is {shown(at)}, about which the arm does not vibrate but buckles; give a "
             "configuration near a stable balance (a hanging arm, less gravity or a stiffer arm)."
         )
-    order = np.argsort(eigenvalues.real)
-    frequencies = np.sqrt(eigenvalues.real[order])
-    shapes = vectors.real[:, order]
+    frequencies = np.sqrt(squares)
     d = vehicle.arm.structural_damping * vehicle.arm.length
     modal = np.linalg.solve(compliance, shapes)
     mass = np.einsum("im,im->m", shapes, modal)
@@ -81,6 +92,26 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
         base_rows = A[base_rate, bend] @ np.linalg.solve(A[rate, bend], shapes)
         shapes = np.vstack([base_rows, shapes])
     return Modes(frequencies, damping, shapes / np.linalg.norm(shapes, axis=0))
+
+
+def _eigenmodes(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (bends,) ascending and eigenvectors (bends, bends) in columns.
+
+    A solver leaves signs, and the vectors of equal eigenvalues, to rounding: they are chosen here.
+    """
+    values, vectors = np.linalg.eig(stiffness)
+    order = np.argsort(values.real)
+    values, vectors = values.real[order], vectors.real[:, order]
+    apart = np.flatnonzero(np.diff(values) > _EQUAL * np.abs(values[1:])) + 1
+    for equal in np.split(np.arange(len(values)), apart):
+        if len(equal) > 1:
+            shifted = stiffness - values[equal].mean() * np.eye(len(values))
+            space = np.linalg.svd(shifted)[2][-len(equal) :].T
+            along_x = space[::2]
+            vectors[:, equal] = space @ np.linalg.eigh(-along_x.T @ along_x)[1]
+    counts = np.abs(vectors) > _COUNTS * np.abs(vectors).max(axis=0)
+    first = np.take_along_axis(vectors, counts.argmax(axis=0)[None], axis=0)
+    return values, vectors * np.sign(first)
 
 
 def linearize(
@@ -104,42 +135,41 @@ def linearize(
     Raises InputError.
     """
     check_single_vehicle(vehicle)
-    checks.choice("model", model, ("coupled", "decoupled", "independent"))
+    checks.choice("model", model, MODELS)
     gravity = checks.gravity(gravity)
-    layout = Layout(vehicle.sections)
-    n = layout.coordinates
+    engine = Engine(vehicle, model)
+    n = engine.layout.coordinates
     at = _configuration("q", q, vehicle)
     rates = np.zeros(n) if qd is None else checks.row("qd", qd, n)
     centre = state_from_paper(at[None], rates[None])[0]
-    steps = np.array([-2.0, -1.0, 1.0, 2.0]) * _DIFFERENCE
-    weights = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * _DIFFERENCE)
+    held = _held(engine.layout, force, moment, bend_moment, tip_wrench)
+
+    def slopes(states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        frozen, angles = np.broadcast_to(centre, states.shape), np.full(len(states), at[-1])
+        acting = Drive(inputs, False, GENERAL + TIP, gravity)
+        rate = engine.derivative(Start(states, angles, frozen), acting)
+        tangent = _tangent(rate, states, engine.layout).reshape(-1, len(_STEPS), 2 * n)
+        return np.einsum("h,ihk->ki", _WEIGHTS, tangent)
+
+    states = np.array([_perturbed(centre, i, h) for i in range(2 * n) for h in _STEPS])
+    A = slopes(states, held[None, None])
+    # A rotation perturbation is carried round by the body's own spin.
+    A[3:6, 3:6] -= _skew(centre[engine.layout.angular_velocity])
+    pushed = np.tile(held, (n, len(_STEPS), 1))
+    for i in range(n):
+        pushed[i, :, i] += _STEPS
+    B = slopes(np.tile(centre, (len(_STEPS) * n, 1)), pushed.reshape(1, len(_STEPS) * n, -1))
+    return A, B
+
+
+def _held(layout: Layout, force: Any, moment: Any, bend_moment: Any, tip_wrench: Any) -> np.ndarray:
+    """A row of inputs, or InputError."""
     inputs = np.zeros(layout.inputs)
     inputs[layout.force] = checks.row("force", force, 3)
     inputs[layout.moment] = checks.row("moment", moment, 3)
     inputs[layout.bend_moment] = checks.row("bend_moment", bend_moment, layout.bends)
     inputs[layout.tip_wrench] = checks.row("tip_wrench", tip_wrench, 6)
-    states = np.array([_perturbed(centre, i, h) for i in range(2 * n) for h in steps])
-    engine = Engine(vehicle, model)
-
-    def differences(states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-        rate = engine.derivative(
-            states,
-            np.full(len(states), at[-1]),
-            inputs,
-            gravity,
-            GENERAL + TIP,
-            np.broadcast_to(centre, states.shape),
-        )
-        return np.einsum("h,ihk->ki", weights, _tangent(rate, states, layout).reshape(-1, 4, 2 * n))
-
-    A = differences(states, inputs[None, None])
-    # A rotation perturbation is carried round by the body's own spin.
-    A[3:6, 3:6] -= _skew(centre[layout.angular_velocity])
-    pushed = np.tile(inputs, (n, 4, 1))
-    for i in range(n):
-        pushed[i, :, i] += steps
-    B = differences(np.tile(centre, (4 * n, 1)), pushed.reshape(1, 4 * n, -1))
-    return A, B
+    return inputs
 
 
 @dataclass(frozen=True)
@@ -177,26 +207,13 @@ def trim(
     layout = engine.layout
 
     def residual(k: np.ndarray) -> np.ndarray:
-        """Force on each bend coordinate, world force and body moment left over at bend k."""
-        state = np.zeros((1, layout.state))
-        state[0, layout.attitude] = 0.0, 0.0, np.sin(yaw / 2), np.cos(yaw / 2)
-        state[0, layout.bend] = k
-        inputs = np.zeros((1 + layout.bends, 1, 1, layout.inputs))
-        inputs[..., layout.tip_wrench] = tip_wrench
-        inputs[1:, 0, 0, layout.bend_moment] = np.eye(layout.bends)
-        rows = [
-            engine.derivative(state, np.zeros(1), row, gravity, GENERAL + TIP)[0, layout.bend_rate]
-            for row in inputs
-        ]
-        compliance = np.column_stack([row - rows[0] for row in rows[1:]])
-        return np.linalg.solve(compliance, rows[0])
+        return _left_over(engine, k, yaw, tip_wrench, gravity)
 
     if bend is None:
         # Slow to import, and every simulation imports this module.
         from scipy.optimize import root
 
-        solution = root(residual, np.zeros(layout.bends), tol=1e-13)
-        k = solution.x
+        k = root(residual, np.zeros(layout.bends), tol=1e-13).x
         if np.abs(residual(k)).max() > 1e-8 * max(1.0, np.abs(tip_wrench).max()):
             raise InputError(
                 "tip_wrench leaves the arm no equilibrium below a full circle; give "
@@ -210,21 +227,70 @@ def trim(
     return Trim(q, A_force[:3], A_force[3:], -residual(k) if bend is not None else 0.0 * k)
 
 
+def _left_over(
+    engine: Engine, k: np.ndarray, yaw: float, tip_wrench: np.ndarray, gravity: float
+) -> np.ndarray:
+    """Force on each bend coordinate (bends,) of the level vehicle at rest at bend k."""
+    layout = engine.layout
+    state = np.zeros((1, layout.state))
+    state[0, layout.attitude] = 0.0, 0.0, np.sin(yaw / 2), np.cos(yaw / 2)
+    state[0, layout.bend] = k
+    inputs = np.zeros((1 + layout.bends, 1, 1, layout.inputs))
+    inputs[..., layout.tip_wrench] = tip_wrench
+    inputs[1:, 0, 0, layout.bend_moment] = np.eye(layout.bends)
+    drives = [Drive(row, False, GENERAL + TIP, gravity) for row in inputs]
+    start = Start(state, np.zeros(1))
+    rows = [engine.derivative(start, drive)[0, layout.bend_rate] for drive in drives]
+    compliance = np.column_stack([row - rows[0] for row in rows[1:]])
+    return np.linalg.solve(compliance, rows[0])
+
+
+def held_hover(vehicle: Vehicle, q: np.ndarray, gravity: float = 9.81) -> dict[str, Any]:
+    """Return force, moment and bend_moment that keep vehicles at rest, level, at a bend.
+
+    vehicle: plain or batched; q: (8,) or (runs, 8) paper coordinates. As `trim`, for a batch.
+    """
+    engine = Engine(vehicle, "decoupled")
+    layout, rows = engine.layout, np.atleast_2d(q)
+    rows = np.broadcast_to(rows, (max(len(rows), vehicle.runs or 1), layout.coordinates))
+    state = state_from_paper(rows, np.zeros(rows.shape))
+    # Unit pushes would be lost in the rounding of a large vehicle's accelerations.
+    arm = vehicle.arm
+    inertial = np.asarray(vehicle.mass * arm.length * np.square(arm.clamped_frequency))
+    powers = np.array([1.0] * 3 + [2.0] * 3 + [3.0] * layout.bends)
+    scale = inertial[..., None] * np.asarray(arm.length)[..., None] ** (powers - 1.0)
+    scale = np.broadcast_to(scale, (len(rows), layout.coordinates))
+
+    def pushed(push: np.ndarray) -> np.ndarray:
+        inputs = np.zeros((1, len(rows), layout.inputs))
+        inputs[0, :, layout.push] = scale * push
+        acting = Drive(inputs, False, GENERAL, gravity)
+        rate = engine.derivative(Start(state, rows[:, -1]), acting)
+        found: np.ndarray = rate[:, layout.velocity.start :]
+        return found
+
+    still = pushed(np.zeros(layout.coordinates))
+    answers = [pushed(unit) - still for unit in np.eye(layout.coordinates)]
+    held = scale * np.linalg.solve(np.stack(answers, axis=-1), -still[..., None])[..., 0]
+    held = held[0] if np.ndim(q) == 1 and vehicle.runs is None else held
+    return {
+        "force": held[..., layout.force],
+        "moment": held[..., layout.moment],
+        "bend_moment": held[..., layout.bend_moment],
+    }
+
+
 def _balance(engine: Engine, q: np.ndarray, tip_wrench: Any, gravity: float) -> np.ndarray:
     """World force and body moment that leave the base without acceleration."""
     layout = engine.layout
     state = np.repeat(state_from_paper(q[None], np.zeros((1, len(q)))), 7, axis=0)
     inputs = np.zeros((1, 7, layout.inputs))
     inputs[..., layout.tip_wrench] = tip_wrench
-    inputs[0, 1:, :6] = np.eye(6)
-    rate = engine.derivative(state, np.full(7, q[-1]), inputs, gravity, GENERAL + TIP)
+    inputs[0, 1:, layout.force.start : layout.moment.stop] = np.eye(6)
+    acting = Drive(inputs, False, GENERAL + TIP, gravity)
+    rate = engine.derivative(Start(state, np.full(7, q[-1])), acting)
     rate = np.hstack([rate[:, layout.velocity], rate[:, layout.angular_velocity]])
     return np.linalg.solve((rate[1:] - rate[0]).T, -rate[0])
-
-
-_DIFFERENCE = 2e-3
-_ROOM = 2.5 * _DIFFERENCE
-"""What a bend leaves below a full circle [1/m], so that its differences are still inside."""
 
 
 def _configuration(name: str, q: Any, vehicle: Vehicle) -> np.ndarray:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from continuair.analysis.metrics import samples
 from continuair.controllers.controller import Controller
 from continuair.equations.camera import interaction_matrix, to_normalised
 from continuair.scenario.scenarios import Scenario
@@ -46,18 +47,14 @@ def lyapunov(data: xr.Dataset, vehicle: Vehicle, controller: Controller) -> dict
 def errors(data: xr.Dataset, vehicle: Vehicle, gains: dict[str, Array]) -> tuple[Array, Array]:
     """e and e_a of Eq. (16), (..., time, 2n), in normalised coordinates, from a closed loop."""
 
-    def values(name: str, component: str) -> Array:
-        return data[name].transpose(..., "time", component).to_numpy()
-
-    e = values("feature_error", "pixel") / np.tile(
+    e = samples(data, "feature_error", "pixel") / np.tile(
         vehicle.camera.focal_length, data.sizes["pixel"] // 2
     )
-    L = interaction_matrix(
-        to_normalised(vehicle.camera, values("features", "pixel")), values("depth", "point")
-    )
-    twist = values("camera_twist", "twist").copy()
-    x, y, z, w = np.moveaxis(values("camera_attitude", "quaternion"), -1, 0)
-    axis, moving = np.stack([x, y, z], -1), values("target_velocity", "axis")
+    seen = to_normalised(vehicle.camera, samples(data, "features", "pixel"))
+    L = interaction_matrix(seen, samples(data, "depth", "point"))
+    twist = samples(data, "camera_twist", "twist").copy()
+    x, y, z, w = np.moveaxis(samples(data, "camera_attitude", "quaternion"), -1, 0)
+    axis, moving = np.stack([x, y, z], -1), samples(data, "target_velocity", "axis")
     # The target's velocity in camera axes: rotated by the inverse of the camera's attitude.
     t = 2.0 * np.cross(moving, axis)
     twist[..., :3] -= moving + w[..., None] * t + np.cross(t, axis)

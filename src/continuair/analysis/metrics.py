@@ -24,6 +24,18 @@ AXES = ("x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_rad")
 """Axes in the order in which `compare` reports them, with their units."""
 
 
+def samples(flight: xr.Dataset, name: str, component: str) -> Array:
+    """Return a variable as (..., time, component), whatever the order of its dimensions."""
+    values: Array = flight[name].transpose(..., "time", component).to_numpy()
+    return values
+
+
+def feature_norm(flight: xr.Dataset) -> Array:
+    """Return ‖e‖ (..., time), the norm of the stacked errors of all feature points [px]."""
+    norm: Array = np.linalg.norm(samples(flight, "feature_error", "pixel"), axis=-1)
+    return norm
+
+
 def nrmse(reference: ArrayLike, other: ArrayLike) -> Any:
     """Return the normalised root mean square error as the paper prints it, dimensionless.
 
@@ -57,7 +69,7 @@ def tip_euler(dataset: xr.Dataset) -> Array:
     sample is taken, so that a tumble through pitch = pi/2 does not jump. Flights that pass that
     attitude on different sides may end whole turns apart; `geodesic_angle` does not see those.
     """
-    return euler_angles(_components(dataset, "tip_attitude"))
+    return euler_angles(samples(dataset, "tip_attitude", "quaternion"))
 
 
 def euler_angles(tip_attitude: ArrayLike) -> Array:
@@ -117,7 +129,7 @@ def _check_alike(coupled: xr.Dataset, other: xr.Dataset) -> None:
             f"other has {other.sizes['time']} samples that are not those of coupled "
             f"({coupled.sizes['time']}); simulate both with the same sample and duration."
         )
-    shapes = [_components(flight, "tip_position").shape[:-2] for flight in (coupled, other)]
+    shapes = [samples(flight, "tip_position", "axis").shape[:-2] for flight in (coupled, other)]
     if shapes[0] != shapes[1]:
         runs = ["a single run" if not shape else f"{shape[0]} runs" for shape in shapes]
         raise InputError(
@@ -142,8 +154,8 @@ def _warn_of_ended(name: str, flight: xr.Dataset) -> None:
 
 
 def _differences(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
-    positions = [_components(dataset, "tip_position") for dataset in (coupled, other)]
-    attitudes = [_components(dataset, "tip_attitude") for dataset in (coupled, other)]
+    positions = [samples(dataset, "tip_position", "axis") for dataset in (coupled, other)]
+    attitudes = [samples(dataset, "tip_attitude", "quaternion") for dataset in (coupled, other)]
     angles = [euler_angles(attitude) for attitude in attitudes]
     result = {
         "nrmse_t": nrmse(*positions),
@@ -156,14 +168,6 @@ def _differences(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
     for index, axis in enumerate(AXES):
         result[f"rmse_{axis}"] = rmse(*(values[..., index : index + 1] for values in both))
     return result
-
-
-def _components(dataset: xr.Dataset, name: str) -> Array:
-    """Values with time and components on the last two axes, whatever the dataset's order."""
-    variable = dataset[name]
-    component = next(dim for dim in variable.dims if dim in ("axis", "quaternion"))
-    values: Array = variable.transpose(..., "time", component).to_numpy()
-    return values
 
 
 def _per_run(value: Array) -> Any:

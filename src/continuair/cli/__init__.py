@@ -13,7 +13,6 @@ from continuair.cli import (  # noqa: F401, I001
     vehicles,
     paper,
 )
-from continuair.__main__ import main
 from continuair.cli.application import app
 
-__all__ = ["app", "main"]
+__all__ = ["app"]

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from typing import Annotated
 
 import typer
 
 from continuair.cli.application import app
-from continuair.cli.options import JsonOption, OutOption, check_json, write_json
+from continuair.cli.options import JsonOption, OutOption, check_json, results_in, write_json
 from continuair.cli.terminal import print_table, progress_bar
 
 
@@ -34,40 +33,25 @@ def advise(
     With --out, writes a table, JSON and figures (errors; its place on the atlas) to that folder.
     """
     from continuair.controllers.gain_files import load_gains
-    from continuair.studies.results import ResultFolder
     from continuair.vehicle.vehicle import load_vehicle
 
     check_json(json)
     loaded, law = load_vehicle(vehicle), load_gains(gains)
     with progress_bar() as progress:
-        from continuair.studies.advise import study as study
-        from continuair.studies.advise.report import as_table
+        from continuair.studies.advise import report, study
         from continuair.studies.results import as_json
 
         tasks = study.chosen_tasks(task or [])
         good = study.Tolerance(tolerance, pixels)
-        with nullcontext() if out is None else ResultFolder(out, "advise") as folder:
+        with results_in(out, "advise") as folder:
             results = study.advise(loaded, tasks, good, law, progress=progress)
             if folder is not None:
                 from continuair.figures import advise as figures
-                from continuair.figures import style
-                from continuair.figures.atlas import validity_map
                 from continuair.studies.atlas.summary import load
 
-                folder.write_text("advise.json", as_json(results))
-                folder.write_text("table.md", as_table(results))
-                figure = figures.advice(results)
-                style.save(figure, [folder.file("advise.png"), folder.file("advise.pdf")])
-                figure = validity_map(load(), {loaded.name: results["groups"]})
-                style.save(figure, [folder.file("atlas.png"), folder.file("atlas.pdf")])
-                folder.finish()
-    rows = [
-        [name, model, entry["text"]]
-        for name, models in results["verdicts"].items()
-        for model, entry in models.items()
-    ]
-    print_table(["task", "model", "verdict"], rows, err=True)
+                folder.store(results, report.as_table(results))
+                figures.write(results, load(), folder.file)
+    print_table(["task", "model", "verdict"], report.verdicts(results), err=True)
     typer.echo(results["verdict"] + ".", err=True)
-    ratios = ", ".join(f"{m} {value:.2f}" for m, value in results["step_over_coupled"].items())
-    typer.echo(f"Time of a step over that of the coupled model: {ratios}.", err=True)
+    typer.echo(report.step_costs(results), err=True)
     write_json(as_json(results), json)

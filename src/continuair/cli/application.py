@@ -12,8 +12,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from continuair.__main__ import INTERRUPTED
-from continuair.errors import ContinuairWarning, InputError
+from continuair.errors import INTERRUPTED, ContinuairWarning, InputError
 
 _UNUSABLE_INPUT = 2
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from continuair.cli.application import app
-from continuair.cli.options import out_option
+from continuair.cli.options import out_option, results_in
 from continuair.cli.terminal import progress_bar
 
 
@@ -31,14 +31,14 @@ def atlas(
         from continuair.figures import atlas as figures
         from continuair.studies.atlas import study as study
         from continuair.studies.atlas.collapse import curves
+        from continuair.studies.atlas.report import as_table
         from continuair.studies.atlas.summary import save
-        from continuair.studies.results import ResultFolder
 
         study.check(runs, seed)
-        with ResultFolder(out, "atlas") as folder:
+        with results_in(out, "atlas") as folder:
+            assert folder is not None
             summary = study.atlas(runs, seed, progress=progress)
             save(summary, folder.file("atlas.npz"))
-            folder.write_text("table.md", study.as_table(summary))
+            folder.write_text("table.md", as_table(summary))
             figures.write(summary, curves(), folder.file)
-            folder.finish()
-    typer.echo(study.as_table(summary), err=True)
+    typer.echo(as_table(summary), err=True)

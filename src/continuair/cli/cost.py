@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import typer
 
 from continuair.cli.application import app
-from continuair.cli.options import JsonOption, OutOption, VehicleOption, check_json, write_json
+from continuair.cli.options import (
+    JsonOption,
+    OutOption,
+    VehicleOption,
+    check_json,
+    results_in,
+    write_json,
+)
 from continuair.cli.terminal import progress_bar
 
 
@@ -25,19 +31,15 @@ def cost(vehicle: VehicleOption = "paper", out: OutOption = None, json: JsonOpti
 
 def run_cost(vehicle: str, out: Path | None) -> dict[str, Any]:
     """Run the study, store it, and show its table."""
-    from continuair.studies.results import ResultFolder
     from continuair.vehicle.vehicle import load_vehicle
 
     loaded = load_vehicle(vehicle)
     with progress_bar() as progress:
         from continuair.studies import cost as study
-        from continuair.studies.results import as_json
 
-        with nullcontext() if out is None else ResultFolder(out, "cost") as folder:
+        with results_in(out, "cost") as folder:
             results = study.cost(loaded, progress=progress)
             if folder is not None:
-                folder.write_text("cost.json", as_json(results))
-                folder.write_text("table.md", study.as_table(results))
-                folder.finish()
+                folder.store(results, study.as_table(results))
     typer.echo(study.as_table(results), err=True)
     return results

@@ -2,30 +2,34 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from continuair.cli.application import app
-from continuair.cli.options import JsonOption, OutOption, VehicleOption, check_json, write_json
+from continuair.cli.options import (
+    JsonOption,
+    ModelOption,
+    OutOption,
+    VehicleOption,
+    check_json,
+    results_in,
+    tell_where,
+    write_json,
+)
 from continuair.cli.terminal import print_table, progress_bar
 
 # Everything else is imported inside the commands, so that --help answers at once.
 if TYPE_CHECKING:
     from continuair.studies.open_loop.study import OpenLoop
-    from continuair.studies.results import ResultFolder
 
 
 @app.command("open-loop")
 def open_loop(
     vehicle: VehicleOption = "paper",
     tests: Annotated[str, typer.Option(help="Letters of the tests to run.")] = "ABCD",
-    model: Annotated[
-        list[str] | None,
-        typer.Option(help="A model to compare with the coupled one; repeatable. Default: all."),
-    ] = None,
+    model: ModelOption = None,
     out: OutOption = None,
     json: JsonOption = None,
 ) -> None:
@@ -42,38 +46,33 @@ def open_loop(
 
 def run_open_loop(vehicle: str, tests: str, models: list[str] | None, out: Path | None) -> OpenLoop:
     """Run the study, store it and its figures, and show its table."""
-    from continuair.studies.results import ResultFolder
     from continuair.vehicle.vehicle import load_vehicle
 
     loaded = load_vehicle(vehicle)
     with progress_bar() as progress:
-        from continuair.flight.simulate import MODELS
+        from continuair.kernels.dynamics import MODELS
         from continuair.studies.open_loop.study import choose
         from continuair.studies.open_loop.study import open_loop as run
 
         choose(tests, models or MODELS)
-        # The folder is claimed before the flights: a wrong one is told at once.
-        with nullcontext() if out is None else ResultFolder(out, "open_loop") as folder:
+        with results_in(out, "open_loop") as folder:
             study = run(loaded, tests, models or MODELS, progress=progress)
             if folder is not None:
+                from continuair.figures import open_loop as figures
+                from continuair.studies.open_loop import report
+
                 progress(1, 1, "writing results and figures")
-                _store(study, folder)
-    _show_open_loop(study, folder.path if folder else None)
+                report.write(study, folder)
+                figures.write(study.results, study.datasets, folder.file)
+    _show(study)
+    tell_where(out)
     return study
 
 
-def _store(study: OpenLoop, folder: ResultFolder) -> None:
-    from continuair.figures import open_loop as figures
-    from continuair.studies.open_loop import report as open_loop_output
-
-    open_loop_output.write(study, folder)
-    figures.write(study.results, study.datasets, folder.file)
-    folder.finish()
-
-
-def _show_open_loop(study: OpenLoop, path: Path | None) -> None:
+def _show(study: OpenLoop) -> None:
     """Show the table on standard error: standard output is for the JSON alone."""
-    from continuair.studies.open_loop.report import METRICS, number, remarks, rows
+    from continuair.studies.open_loop.report import METRICS, remarks, rows
+    from continuair.studies.tables import number
 
     columns = ["test", "model", "NRMSE\nT", "NRMSE\nR", "RMSE T\n[m]", "RMSE R\n[rad]"]
     columns += ["angle\n[rad]", "step\nerror"]
@@ -82,6 +81,5 @@ def _show_open_loop(study: OpenLoop, path: Path | None) -> None:
         for test, model, entry in rows(study.results)
     ]
     print_table(columns, table, err=True)
-    where = f"Results are in {path}." if path else "Name a folder with --out to keep the results."
-    for line in [*remarks(study.results), study.results["note"], where]:
+    for line in [*remarks(study.results), study.results["note"]]:
         typer.echo(line, err=True)

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import json as json_format
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from continuair.errors import InputError
 from continuair.files import printed, reason, user_path
+
+if TYPE_CHECKING:
+    from continuair.studies.results import ResultFolder
 
 VehicleOption = Annotated[
     str, typer.Option("--vehicle", help="A preset's name, or the path of a .toml file.")
@@ -37,6 +42,31 @@ JsonOption = Annotated[
     str | None,
     typer.Option("--json", help="Also write the JSON here; - for standard output.", metavar="FILE"),
 ]
+
+
+ModelOption = Annotated[
+    list[str] | None,
+    typer.Option(help="A model to compare with the coupled one; repeatable. Default: all."),
+]
+
+
+@contextmanager
+def results_in(out: Path | None, study: str) -> Iterator[ResultFolder | None]:
+    """Claim the folder that --out names, before any work, and finish it when all is written."""
+    if out is None:
+        yield None
+        return
+    from continuair.studies.results import ResultFolder
+
+    with ResultFolder(out, study) as folder:
+        yield folder
+        folder.finish()
+
+
+def tell_where(out: Path | None) -> None:
+    """Say where results are, or how to keep them."""
+    where = "Name a folder with --out to keep the results."
+    typer.echo(where if out is None else f"Results are in {out}.", err=True)
 
 
 def check_json(json: str | None) -> None:

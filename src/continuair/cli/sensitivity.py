@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from continuair.cli.application import app
-from continuair.cli.options import JsonOption, OutOption, VehicleOption, write_json
+from continuair.cli.options import (
+    JsonOption,
+    OutOption,
+    VehicleOption,
+    check_json,
+    results_in,
+    tell_where,
+    write_json,
+)
 from continuair.cli.terminal import print_table, progress_bar
 
 # Everything else is imported inside the commands, so that --help answers at once.
@@ -32,38 +40,39 @@ def sensitivity(
     """
     from continuair.studies.results import as_json
 
+    check_json(json)
     study = run_sensitivity(vehicle, hertz, out)
     write_json(as_json(study.results), json)
 
 
 def run_sensitivity(vehicle: str, hertz: bool, out: Path | None) -> Sensitivity:
     """Run the study, store it and its figures, and show its table and verdicts."""
-    from continuair.studies.results import ResultFolder
     from continuair.vehicle.vehicle import load_vehicle
 
     loaded = load_vehicle(vehicle)
     with progress_bar() as progress:
         from continuair.studies.sensitivity.study import sensitivity as run
 
-        folder = None if out is None else ResultFolder(out, "sensitivity")
-        study = run(loaded, hertz=hertz, progress=progress)
-        if folder is not None:
-            from continuair.figures import sensitivity as figures
-            from continuair.studies.sensitivity import report as sensitivity_output
+        with results_in(out, "sensitivity") as folder:
+            study = run(loaded, hertz=hertz, progress=progress)
+            if folder is not None:
+                from continuair.figures import sensitivity as figures
+                from continuair.studies.sensitivity import report
 
-            progress(1, 1, "writing results and figures")
-            sensitivity_output.write(study, folder)
-            figures.write(study.results, study.datasets, folder.file)
-            folder.finish()
-    _show(study, folder.path if folder else None)
+                progress(1, 1, "writing results and figures")
+                report.write(study, folder)
+                figures.write(study.results, study.datasets, folder.file)
+    _show(study)
+    typer.echo(err=True)
+    tell_where(out)
     return study
 
 
-def _show(study: Sensitivity, path: Path | None) -> None:
+def _show(study: Sensitivity) -> None:
     """Show errors and verdicts on standard error: standard output is for the JSON alone."""
-    from continuair.studies.open_loop.report import number
     from continuair.studies.sensitivity.claims import NO_CLAIM
     from continuair.studies.sensitivity.report import COLUMNS, remarks, rows
+    from continuair.studies.tables import number
 
     shown = ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_xy_m", "angle_rad", "step_halving_error")
     # The other model is in table.md: a terminal of 80 columns has no room for both.
@@ -80,5 +89,3 @@ def _show(study: Sensitivity, path: Path | None) -> None:
         if claim["verdict"] != NO_CLAIM:
             typer.echo(f"\n{claim['about']}: “{claim['sentence']}”", err=True)
             typer.echo(f"  {claim['verdict']}: {claim['evidence']}.", err=True)
-    where = f"Results are in {path}." if path else "Name a folder with --out to keep the results."
-    typer.echo(f"\n{where}", err=True)

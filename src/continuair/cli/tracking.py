@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from continuair.cli.application import app
-from continuair.cli.options import JsonOption, OutOption, VehicleOption, check_json, write_json
-from continuair.cli.terminal import Progress, print_table, progress_bar
+from continuair.cli.options import (
+    JsonOption,
+    ModelOption,
+    OutOption,
+    VehicleOption,
+    check_json,
+    results_in,
+    tell_where,
+    write_json,
+)
+from continuair.cli.terminal import print_table, progress_bar
 
 # Everything else is imported inside the commands, so that --help answers at once.
 if TYPE_CHECKING:
-    from continuair.controllers.gain_files import Gains
-    from continuair.studies.results import ResultFolder
     from continuair.studies.tracking.study import Tracking
-    from continuair.vehicle.vehicle import Vehicle
 
 GainsOption = Annotated[
     str, typer.Option("--gains", help="Gains: a preset's name, or the path of a .toml file.")
@@ -29,10 +34,7 @@ def tracking(
     letters: Annotated[str, typer.Option(help="Letters to write.")] = "MRAL",
     vehicle: VehicleOption = "paper",
     gains: GainsOption = "paper",
-    model: Annotated[
-        list[str] | None,
-        typer.Option(help="A plant to compare with the coupled one; repeatable. Default: all."),
-    ] = None,
+    model: ModelOption = None,
     out: OutOption = None,
     json: JsonOption = None,
 ) -> None:
@@ -76,45 +78,35 @@ def run_tracking(
 ) -> Tracking:
     """Run the study, store it and its figures, and show its table."""
     from continuair.controllers.gain_files import load_gains
-    from continuair.studies.results import ResultFolder
     from continuair.studies.tracking.task import chosen_letters
     from continuair.vehicle.vehicle import load_vehicle
 
     loaded, law = load_vehicle(vehicle), load_gains(gains)
     chosen_letters(letters)
     with progress_bar() as progress:
-        from continuair.flight.simulate import MODELS
+        from continuair.kernels.dynamics import MODELS
         from continuair.studies.tracking.study import tracking as run
 
-        with nullcontext() if out is None else ResultFolder(out, "tracking") as folder:
+        with results_in(out, "tracking") as folder:
             study = run(loaded, letters, law, models or MODELS, progress=progress)
             if folder is not None:
-                _store(study, loaded, law, letters[0].upper(), folder, progress)
-    _show(study, folder.path if folder else None)
+                from continuair.figures import tracking as figures
+                from continuair.studies.tracking import report
+                from continuair.studies.tracking.law_variants import law_variants
+
+                first = letters[0].upper()
+                study.results["variants"] = law_variants(loaded, law, first, progress=progress)
+                progress(1, 1, "writing results and figures")
+                report.write(study, folder)
+                figures.write(study.results, study.datasets, loaded.camera, folder.file)
+    _show(study)
+    tell_where(out)
     return study
 
 
-def _store(
-    study: Tracking,
-    vehicle: Vehicle,
-    gains: Gains,
-    letter: str,
-    folder: ResultFolder,
-    progress: Progress,
-) -> None:
-    from continuair.figures import tracking as figures
-    from continuair.studies.tracking import report as tracking_output
-    from continuair.studies.tracking.law_variants import law_variants
-
-    study.results["variants"] = law_variants(vehicle, gains, letter, progress=progress)
-    progress(1, 1, "writing results and figures")
-    tracking_output.write(study, folder)
-    figures.write(study.results, study.datasets, vehicle.camera, folder.file)
-    folder.finish()
-
-
-def _show(study: Tracking, path: Path | None) -> None:
-    from continuair.studies.tracking.report import COLUMNS, number, remarks, rows
+def _show(study: Tracking) -> None:
+    from continuair.studies.tables import number
+    from continuair.studies.tracking.report import COLUMNS, remarks, rows
 
     shown = ("rms_px", "max_px", "tip_rms_m", "ds_max_px_before_2s", "ds_max_px_after_2s")
     columns = ["setting", "letter", "model", *(COLUMNS[key].replace(" [", "\n[") for key in shown)]
@@ -123,6 +115,5 @@ def _show(study: Tracking, path: Path | None) -> None:
         for setting, letter, model, entry in rows(study.results)
     ]
     print_table(columns, table, err=True)
-    where = f"Results are in {path}." if path else "Name a folder with --out to keep the results."
-    for line in [*remarks(study.results), where]:
+    for line in remarks(study.results):
         typer.echo(line, err=True)

@@ -1,14 +1,11 @@
-"""Classic image-based visual servoing, v = λ L⁺ e, with an inner loop on the camera's twist.
-
-The inner loop is a wrench on the camera, Λ k (v - v_c), Λ the inertia that the camera feels with
-the arm frozen straight; the arm keeps its spring, and the weight is carried.
-"""
+"""Classic image-based visual servoing with its gains; kernels/laws/classic.py writes the law."""
 
 from typing import Any
 
 import numpy as np
 
-from continuair.controllers.controller import Controller, number
+from continuair import checks
+from continuair.controllers.controller import Controller
 from continuair.controllers.gains import camera_inertia
 from continuair.kernels.laws.classic import law
 
@@ -21,13 +18,11 @@ def classic(
     rate: λ of v = λ L⁺ e [1/s]; inner: rate of the loop that makes the camera follow v [1/s], well
     above λ; feed_forward: add the target's twist to v. Raises InputError.
     """
-    gains = {
-        "inertia": camera_inertia(vehicle),
-        "rate": number("rate", rate, 0.0, above=True),
-        "inner": number("inner", inner, 0.0, above=True),
-        "feed_forward": float(bool(feed_forward)),
+    settings = {
+        "rate": checks.positive("rate", rate),
+        "inner": checks.positive("inner", inner),
+        "feed_forward": checks.flag("feed_forward", feed_forward),
     }
-    settings = {"rate": rate, "inner": inner, "feed_forward": bool(feed_forward)}
-    return Controller(
-        "classic IBVS", law, {k: np.asarray(v) for k, v in gains.items()}, True, settings
-    )
+    gains = {name: np.asarray(value, float) for name, value in settings.items()}
+    gains["inertia"] = camera_inertia(vehicle)
+    return Controller("classic IBVS", law, gains, True, settings)

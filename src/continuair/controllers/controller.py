@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from continuair import checks
 from continuair.errors import InputError, shown
 
 
@@ -16,7 +17,7 @@ from continuair.errors import InputError, shown
 class Controller:
     """A control law for `Scenario(controller=…)`.
 
-    law: a function of the device code (kernels/sensing/sense.py) that returns a namespace with
+    law: a function of a `LawCode` (kernels/sensing/sense.py) that returns a namespace with
     `Gains`, a Warp struct, and `control(sense, gains) -> Push`, a Warp function; the same function
     object is compiled once. gains: the value of every field of `Gains`, for one run; `stack` makes
     a batch. looks: whether it needs the camera and a target. settings: kept as provenance.
@@ -73,11 +74,8 @@ def stack(controllers: Sequence[Controller]) -> Controller:
 
 def gain_matrix(name: str, value: Any, size: int) -> np.ndarray:
     """A (size, size) gain from a scalar, a diagonal (size,) or a matrix; SPD, or InputError."""
-    try:
-        array = np.full(3, np.nan) if _is_no_real(value) else np.array(value, float)
-    except (TypeError, ValueError):
-        array = np.full(3, np.nan)
-    if array.shape not in ((), (size,), (size, size)) or not np.isfinite(array).all():
+    array = checks.finite_array(value)
+    if array is None or array.shape not in ((), (size,), (size, size)):
         raise InputError(
             f"{name} is {shown(value)}; give a finite number, {size} of them, or {size} rows of "
             f"{size} (twice the number of feature points)."
@@ -92,20 +90,6 @@ def gain_matrix(name: str, value: Any, size: int) -> np.ndarray:
             f"{name} has the eigenvalue {smallest:.6g}; give a symmetric positive definite gain."
         )
     return matrix
-
-
-def _is_no_real(value: Any) -> bool:
-    return np.asarray(value).dtype.kind in "bc"
-
-
-def number(name: str, value: Any, least: float, *, above: bool = False) -> float:
-    """A finite number of at least `least`, or above it, else InputError."""
-    fits = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
-    fits = fits and np.isfinite(value) and (value > least if above else value >= least)
-    if not fits:
-        bound = "above" if above else "of at least"
-        raise InputError(f"{name} is {shown(value)}; give a finite number {bound} {least:g}.")
-    return float(value)
 
 
 def _plain(value: Any) -> Any:

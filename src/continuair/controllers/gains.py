@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from continuair.controllers.controller import number
+from continuair import checks
 from continuair.equations import mass_matrix
 from continuair.equations.camera import TIP_OF_STRAIGHT_ARM, interaction_matrix, on_body
 from continuair.errors import InputError, shown
-from continuair.vehicle.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 _FLOOR = 1e-6
 """What makes W definite in the 2n - 6 directions that no camera motion reaches."""
@@ -39,38 +40,48 @@ def design(
     p² + 2 ζ ω_i p + ω_i², with ω_i = ω s_i² / (s_i² + μ² s_1²). μ = 0 makes them all equal, and
     K_p = ω² (L⁺)ᵀ Λ L⁺; noise in the image then moves the directions that it hardly determines.
     """
-    ω = number("bandwidth", bandwidth, 0.0, above=True)
-    ζ = number("damping_ratio", damping_ratio, 0.0, above=True)
-    μ = number("conditioning", conditioning, 0.0)
-    distance = number("distance", distance, 0.0, above=True)
+    ω = checks.positive("bandwidth", bandwidth)
+    ζ = checks.positive("damping_ratio", damping_ratio)
+    μ = checks.number("conditioning", conditioning, least=0.0)
+    L = _seen(desired, checks.positive("distance", distance))
+    inertia, axes = np.linalg.eigh(camera_inertia(vehicle))
+    u, s, _ = np.linalg.svd(L @ (axes / np.sqrt(inertia)) @ axes.T, full_matrices=False)
+    ω_i = ω * s**2 / (s**2 + (μ * s[0]) ** 2)
+    unseen = np.eye(len(L)) - u @ u.T
+    W = (u * (ω_i / (ω * s)) ** 2) @ u.T + _FLOOR * np.eye(len(L))
+    return {
+        "Kp": ω**2 * (W + W.T) / 2,
+        "Kd": checks.positive("rate_gain", rate_gain) * (W + W.T) / 2,
+        "Cp": 1.0,
+        "Cd": (u * (2.0 * ζ / ω_i)) @ u.T + 2.0 * ζ / ω * unseen,
+        "Cs": checks.positive("sliding", sliding),
+        "points": len(L) // 2,
+    }
+
+
+def _seen(desired: Any, distance: float) -> np.ndarray:
+    """The interaction matrix (2n, 6) at the desired image, or InputError if it hides a motion."""
     if desired is None:
         half = 0.25 / distance
         desired = [half, -half, -half, -half, -half, half, half, half]
-    image = _image(desired)
+    image = checks.finite_array(desired)
+    if image is None or image.ndim != 1 or len(image) < 6 or len(image) % 2:
+        raise InputError(
+            f"desired is {shown(desired)}; give finite x and y of each point in turn, normalised, "
+            "of 3 points or more."
+        )
     L = interaction_matrix(image, distance)
     if np.linalg.matrix_rank(L) < 6:
         raise InputError(
             f"desired is {shown(desired)}, which does not determine the camera's pose; give at "
             "least 4 points that are not on a line (3 suffice only off the singular cylinder)."
         )
-    inertia, axes = np.linalg.eigh(camera_inertia(vehicle))
-    u, s, _ = np.linalg.svd(L @ (axes / np.sqrt(inertia)) @ axes.T, full_matrices=False)
-    ω_i = ω * s**2 / (s**2 + (μ * s[0]) ** 2)
-    unseen = np.eye(len(image)) - u @ u.T
-    W = (u * (ω_i / (ω * s)) ** 2) @ u.T + _FLOOR * np.eye(len(image))
-    return {
-        "Kp": ω**2 * (W + W.T) / 2,
-        "Kd": number("rate_gain", rate_gain, 0.0, above=True) * (W + W.T) / 2,
-        "Cp": 1.0,
-        "Cd": (u * (2.0 * ζ / ω_i)) @ u.T + 2.0 * ζ / ω * unseen,
-        "Cs": number("sliding", sliding, 0.0, above=True),
-        "points": len(image) // 2,
-    }
+    return L
 
 
 def rigid_inertia(vehicle: Vehicle) -> np.ndarray:
     """Inertia (6, 6) of the vehicle with its arm frozen straight, about B's origin, body axes."""
-    check_single(vehicle)
+    check_single_vehicle(vehicle)
     # Polar coordinates have no straight arm: this bend moves the tip by 5e-7 of its length.
     plain, q = vehicle.replace({"arm.kappa_s": 0.0}), np.zeros(8)
     q[6] = 1e-6 / vehicle.arm.length
@@ -79,51 +90,16 @@ def rigid_inertia(vehicle: Vehicle) -> np.ndarray:
 
 def straight_bend_inertia(vehicle: Vehicle) -> float:
     """Inertia of the straight arm's bend about its fixed base, M₇₇ [kg m⁴]."""
-    check_single(vehicle)
+    check_single_vehicle(vehicle)
     return float(vehicle.arm.straight_modal_mass)
 
 
 def camera_inertia(vehicle: Vehicle) -> np.ndarray:
     """Λ (6, 6): inertia that a camera at the tip of the straight, frozen arm feels, in its axes."""
-    check_single(vehicle)
-    R = (TIP_OF_STRAIGHT_ARM @ _rotation(vehicle.camera.attitude)).T
+    check_single_vehicle(vehicle)
+    R = (TIP_OF_STRAIGHT_ARM @ Rotation.from_quat(vehicle.camera.attitude).as_matrix()).T
     x, y, z = on_body(vehicle)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     J = np.block([[R, -R @ cross], [np.zeros((3, 3)), R]])
     inverse = np.linalg.inv(J)
     return np.asarray(inverse.T @ rigid_inertia(vehicle) @ inverse)
-
-
-def check_single(vehicle: Any) -> None:
-    """Raise InputError unless the vehicle is one, and not a batch."""
-    if not isinstance(vehicle, Vehicle):
-        raise InputError(f"vehicle is {shown(vehicle)}; load one with continuair.load_vehicle.")
-    if vehicle.runs is not None:
-        raise InputError(
-            f"vehicle holds {vehicle.runs} runs, but gains follow from one; make them one at a "
-            "time, and stack the controllers."
-        )
-
-
-def _image(desired: Any) -> np.ndarray:
-    try:
-        image = np.array(desired, float)
-    except (TypeError, ValueError):
-        image = np.empty(0)
-    if image.ndim != 1 or len(image) < 6 or len(image) % 2 or not np.isfinite(image).all():
-        raise InputError(
-            f"desired is {shown(desired)}; give finite x and y of each point in turn, normalised, "
-            "of 3 points or more."
-        )
-    return image
-
-
-def _rotation(attitude: Any) -> np.ndarray:
-    x, y, z, w = attitude
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )

@@ -1,18 +1,9 @@
-"""DPD-SM-IBVS, the paper's law, Eqs. (15) and (16): τ = G + J_Lᵀ (K_p e_a - K_d J_L q̇).
-
-e_a = C_d ė + C_p e + C_s tanh(e/σ), e = s_d - s, ė = -L (v_c - v_t), J_L = L J_c. The image is in
-normalised coordinates, L at the image and the depths that the camera reports, v_t the target's
-true twist in camera axes. Where the paper prints T_a⁻¹ in J_L, the rotation into camera axes
-belongs. Named choices, with what is printed last: damping "camera" (on J_L q̇ = L v_c, printed) or
-"feature" (on -ė); feed_forward False or True (printed); compensation "gravity_only" or "literal".
-"""
+"""The paper's law, DPD-SM-IBVS, with its gains and choices; kernels/laws/servoing.py writes it."""
 
 from typing import Any
 
-import numpy as np
-
-from continuair.controllers.controller import Controller, gain_matrix, number
-from continuair.errors import InputError, shown
+from continuair import checks
+from continuair.controllers.controller import Controller, gain_matrix
 from continuair.kernels.laws.servoing import law
 
 CHOICES = {
@@ -45,23 +36,23 @@ def servoing(
     """
     chosen = {"damping": damping, "compensation": compensation}
     for name, value in chosen.items():
-        if not isinstance(value, str) or value not in CHOICES[name]:
-            raise InputError(f"{name} is {shown(value)}; use {' or '.join(CHOICES[name])}.")
-    if isinstance(points, bool) or not isinstance(points, int) or points < 3:
-        raise InputError(f"points is {shown(points)}; give a whole number of points, 3 or more.")
-    if not isinstance(feed_forward, (bool, np.bool_)):
-        raise InputError(f"feed_forward is {shown(feed_forward)}; give True or False.")
-    matrices = {
-        name: gain_matrix(name, value, 2 * points)
-        for name, value in (("Kp", Kp), ("Kd", Kd), ("Cp", Cp), ("Cd", Cd), ("Cs", Cs))
+        checks.choice(name, value, CHOICES[name])
+    size = 2 * checks.whole("points", points, 3)
+    given = {"Kp": Kp, "Kd": Kd, "Cp": Cp, "Cd": Cd, "Cs": Cs}
+    matrices = {name: gain_matrix(name, value, size) for name, value in given.items()}
+    settings: dict[str, Any] = {
+        **matrices,
+        **chosen,
+        "sigma": checks.positive("sigma", sigma),
+        "feed_forward": checks.flag("feed_forward", feed_forward),
+        "posture_damping": checks.number("posture_damping", posture_damping, least=0.0),
     }
-    numbers = {
-        "sigma": number("sigma", sigma, 0.0, above=True),
-        "feed_forward": float(bool(feed_forward)),
+    gains = {
+        **matrices,
+        "sigma": settings["sigma"],
+        "feed_forward": float(settings["feed_forward"]),
         "on_feature_rate": float(damping == "feature"),
         "spring": float(compensation == "literal"),
-        "posture": number("posture_damping", posture_damping, 0.0),
+        "posture": settings["posture_damping"],
     }
-    settings = {**matrices, "sigma": sigma, **chosen, "feed_forward": bool(feed_forward)}
-    settings["posture_damping"] = posture_damping
-    return Controller("DPD-SM-IBVS", law, {**matrices, **numbers}, settings=settings)
+    return Controller("DPD-SM-IBVS", law, gains, settings=settings)

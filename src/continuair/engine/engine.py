@@ -6,7 +6,7 @@ import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import warp as wp
@@ -14,13 +14,20 @@ import warp as wp
 from continuair.engine.factory import kernels
 from continuair.engine.pack import pack
 from continuair.errors import InputError, shown
-from continuair.kernels.observe import OBSERVED
-from continuair.vehicle.layout import Layout
+from continuair.kernels.dynamics import OWN_BASE
+from continuair.kernels.options import check_cpu_target
+from continuair.vehicle.layout import OBSERVED, Layout, width_of
+from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
 
 
 @cache
 def start_warp() -> None:
-    """Initialise Warp without its banner, and without its warning that there is no CUDA driver."""
+    """Initialise Warp without its banner, and without its warning that there is no CUDA driver.
+
+    Raises InputError if CONTINUAIR_CPU_TARGET names no processor.
+    """
     wp.config.log_level = wp.LOG_ERROR
     # The native library warns on its own about a missing CUDA driver, past Warp's log level.
     kept = os.dup(2)
@@ -28,14 +35,19 @@ def start_warp() -> None:
         os.dup2(nowhere.fileno(), 2)
         try:
             wp.init()
+            check_cpu_target()
         finally:
             os.dup2(kept, 2)
             os.close(kept)
 
 
-def check_device(device: str) -> None:
+def check_device(device: Any) -> None:
     """Raise InputError unless the device can be launched on."""
+    if not isinstance(device, str):
+        raise InputError(f"device is {shown(device)}; give its name, such as 'cpu'.")
     start_warp()
+    if device.startswith("cuda") and not wp.is_cuda_available():
+        raise InputError(f"device is {shown(device)}, but no CUDA device was found; use 'cpu'.")
     cards = [found.alias for found in wp.get_cuda_devices()]
     valid = ["cpu", *(["cuda"] if cards else []), *cards]
     if device not in valid:
@@ -43,15 +55,53 @@ def check_device(device: str) -> None:
 
 
 @dataclass(frozen=True)
+class Start:
+    """Where runs begin: states (runs, state), ψa (runs,) naming the signed branch of the bend; and
+    the states that `independent` freezes, if they are others."""
+
+    states: Array
+    angle: Array
+    frozen: Array | None = None
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What acts: a table of inputs (rows, runs or 1, inputs), bits of the groups in use, gravity.
+
+    The table holds one row for all times, or three per step (or one per sample): see `timed`.
+    """
+
+    table: Array
+    timed: bool
+    groups: int
+    gravity: float
+
+
+@dataclass(frozen=True)
 class Logs:
     """log, observed, watched (runs, samples, columns), the last two where asked for; status and
-    last_step (runs,)."""
+    last_step (runs,); scene: what was watched."""
 
-    log: np.ndarray
-    status: np.ndarray
-    last_step: np.ndarray
-    observed: np.ndarray | None = None
-    watched: np.ndarray | None = None
+    log: Array
+    status: Array
+    last_step: Array
+    observed: Array | None = None
+    watched: Array | None = None
+    scene: Any = None
+
+
+class Closing(Protocol):
+    """What closes the loop of a roll-out: a `Loop` of engine/loop.py."""
+
+    @property
+    def scene(self) -> Any:
+        """What is looked at, or None."""
+
+    def on(self, engine: Any) -> Any:
+        """Packed for an engine."""
+
+    def watch(self, engine: Any, log: Array, runs: Array) -> Array | None:
+        """What is watched along logged rows of some runs."""
 
 
 class Engine:
@@ -63,184 +113,165 @@ class Engine:
 
     def __init__(
         self,
-        vehicle,
+        vehicle: Vehicle,
         model: str,
-        precision="float64",
-        device="cpu",
-        threads=None,
+        precision: str = "float64",
+        device: str = "cpu",
+        threads: int | None = None,
         beside: Engine | None = None,
-    ):
+    ) -> None:
         start_warp()
-        self.vehicle = vehicle
+        self.vehicle, self.model = vehicle, model
         self.layout = Layout(vehicle.sections)
         self.kernels = kernels(precision, vehicle.sections, model)
-        self.dtype = np.dtype(precision)
+        self.dtype: np.dtype[Any] = np.dtype(precision)
         self.device = device
         self.threads = threads or os.cpu_count() or 1
-        coupled = None if beside is None else beside.table
-        self.plants, table = pack(vehicle, self.kernels.code, self.threads, coupled)
-        self.table: np.ndarray = table.astype(self.dtype)
+        coupled = None if beside is None else beside.full_table
+        own_base = model in OWN_BASE
+        Plant = self.kernels.types.Plant
+        self.plants: Array
+        self.full_table: Array
+        self.plants, self.full_table = pack(vehicle, Plant, self.threads, own_base, coupled)
+        self.table: Array = self.full_table.astype(self.dtype)
 
     def roll_out(
         self,
-        start,
-        angle,
-        grid,
-        inputs,
-        sample_inputs,
-        gravity,
-        groups,
-        observe,
-        first=0,
-        initial=None,
+        runs: Array,
+        start: Start,
+        grid: Any,
+        drive: Drive,
+        *,
+        at_samples: Drive | None = None,
+        loop: Closing | None = None,
     ) -> Logs:
-        """Roll out every run of `start` (runs, state); `inputs` is (table, rows-per-time flag).
+        """Fly some runs over a time grid, in open loop or under a law.
 
-        angle: (runs,) initial ψa [rad], naming the signed branch of the bend. sample_inputs: the
-        same pair at the sample times, for what is observed. first: index of the first run in the
-        batch of vehicles. initial: what `independent` freezes, if that is not the start.
+        runs: (n,) indices into the vehicles, and into the loop's runs; start, drive: of these runs.
+        at_samples: what acts at the samples, to log what is observed too.
         """
-        runs, samples = len(start), len(grid.samples)
-        log = np.full((runs, samples, self.layout.log), np.nan, self.dtype)
-        status, last = np.zeros(runs, np.int32), np.zeros(runs, np.int32)
-        observed = np.full((runs, samples, OBSERVED), np.nan, self.dtype) if observe else None
-        steps = self._upload(grid.steps)
-        after = self._upload(grid.sample_after, wp.int32)
+        n, samples = len(runs), len(grid.samples)
+        log = np.full((n, samples, self.layout.log), np.nan, self.dtype)
+        status, last = np.zeros(n, np.int32), np.zeros(n, np.int32)
+        observed = None
+        if at_samples is not None:
+            observed = np.full((n, samples, width_of(OBSERVED)), np.nan, self.dtype)
+        packed = None if loop is None else loop.on(self)
+        kernel = self.kernels.rollout if packed is None else packed.kernels.rollout
+        steps = self.steps(grid)
 
         def work(part: slice) -> None:
-            plants, table = self._vehicles(slice(first + part.start, first + part.stop))
-            out = self._upload(log[part])
-            ends = [self._upload(a[part], wp.int32) for a in (status, last)]
-            drive = [self._inputs(inputs[0], part), 3 * inputs[1], groups, gravity]
-            frozen = start if initial is None else initial
-            whence = [plants, table, *map(self._upload, (frozen[part], start[part], angle[part]))]
-            self._fly(part, first, [*whence, *drive], [steps, after], [out, *ends])
-            self._download(out, log[part])
+            vehicles = self.vehicles(runs[part])
+            out = self.upload(log[part])
+            ends = [self.upload(each[part], wp.int32) for each in (status, last)]
+            begin, acting = self.start(start, part), self.drive(drive, part, 3)
+            flown = self.no_loop() if packed is None else packed.struct(self, runs[part])
+            self.launch(kernel, len(out), [vehicles, begin, acting, steps, flown, out, *ends])
+            self.download(out, log[part])
             for source, target in zip(ends, (status, last), strict=True):
-                self._download(source, target[part])
-            if observed is not None:
-                seen = self._upload(observed[part])
-                wp.launch(
-                    self.kernels.observe,
-                    dim=seen.shape[:2],
-                    device=self.device,
-                    inputs=[
-                        plants,
-                        table,
-                        out,
-                        self._inputs(sample_inputs[0], part),
-                        sample_inputs[1],
-                        groups,
-                        gravity,
-                        seen,
-                    ],
-                )
-                self._download(seen, observed[part])
+                self.download(source, target[part])
+            if observed is not None and at_samples is not None:
+                seen, acting = self.upload(observed[part]), self.drive(at_samples, part, 1)
+                self.launch(self.kernels.observe, seen.shape[:2], [vehicles, acting, out, seen])
+                self.download(seen, observed[part])
 
-        self._split(runs, work)
-        return Logs(log, status, last, observed)
+        self._split(n, work, [kernel] + [self.kernels.observe] * (observed is not None))
+        if loop is None:
+            return Logs(log, status, last, observed)
+        return Logs(log, status, last, observed, loop.watch(self, log, runs), loop.scene)
 
-    def _fly(self, part: slice, first: int, start: list[Any], grid: list[Any], results: list[Any]):
-        """Launch the roll-out of a part of the runs: start and inputs, time grid, results."""
-        wp.launch(
-            self.kernels.rollout,
-            dim=results[0].shape[0],
-            device=self.device,
-            inputs=[*start, *grid, *results],
-        )
-
-    def _load_modules(self) -> None:
-        """Compile and load what a roll-out launches."""
-        for kernel in (self.kernels.rollout, self.kernels.observe):
-            kernel.module.load(self.device)
-
-    def observe(self, log, inputs, gravity, groups) -> np.ndarray:
+    def observe(self, log: Array, drive: Drive, runs: Array | slice = slice(None)) -> Array:
         """Observed columns (runs, samples, OBSERVED) of logged rows (runs, samples, log)."""
-        seen = np.full((*log.shape[:2], OBSERVED), np.nan, self.dtype)
-        plants, table = self._vehicles(slice(None))
-        out = self._upload(seen)
-        wp.launch(
-            self.kernels.observe,
-            dim=log.shape[:2],
-            device=self.device,
-            inputs=[
-                plants,
-                table,
-                self._upload(log),
-                self._upload(inputs[0]),
-                inputs[1],
-                groups,
-                gravity,
-                out,
-            ],
-        )
-        self._download(out, seen)
+        seen = np.full((*log.shape[:2], width_of(OBSERVED)), np.nan, self.dtype)
+        out, acting = self.upload(seen), self.drive(drive, slice(None), 1)
+        rows = [self.vehicles(runs), acting, self.upload(log), out]
+        self.launch(self.kernels.observe, log.shape[:2], rows)
+        self.download(out, seen)
         return seen
 
-    def derivative(self, states, angle, inputs, gravity, groups, initial=None) -> np.ndarray:
-        """Rates of states, both (runs, state), under one row of inputs (1, runs or 1, inputs)."""
-        states = np.ascontiguousarray(states, self.dtype)
-        rates = np.empty((len(states), self.layout.state), self.dtype)
-        plants, table = self._vehicles(slice(None))
-        out = self._upload(rates)
-        wp.launch(
-            self.kernels.derivative,
-            dim=len(states),
-            device=self.device,
-            inputs=[
-                plants,
-                table,
-                self._upload(states if initial is None else initial),
-                self._upload(states),
-                self._upload(angle),
-                self._upload(inputs),
-                groups,
-                gravity,
-                out,
-            ],
-        )
-        self._download(out, rates)
+    def derivative(self, start: Start, drive: Drive, runs: Array | slice = slice(None)) -> Array:
+        """Rates (runs, state) of the states of a start, under the first row of what acts."""
+        rates = np.empty((len(start.states), self.layout.state), self.dtype)
+        out, acting = self.upload(rates), self.drive(drive, slice(None), 0)
+        begin = self.start(start, slice(None))
+        self.launch(self.kernels.derivative, len(rates), [self.vehicles(runs), begin, acting, out])
+        self.download(out, rates)
         return rates
 
-    def _vehicles(self, part: slice | np.ndarray):
-        shared = len(self.plants) == 1
-        plants = self.plants if shared else self.plants[part]
-        table = self.table if shared else self.table[part]
-        code = self.kernels.code
-        return (
-            wp.array(plants, dtype=code.Plant, device=self.device),
-            wp.array(np.ascontiguousarray(table), dtype=code.Row, device=self.device),
-        )
+    def vehicles(self, runs: Array | slice) -> Any:
+        """The struct of some runs' vehicles."""
+        shared, types = len(self.plants) == 1, self.kernels.types
+        plants = self.plants if shared else self.plants[runs]
+        table = self.table if shared else self.table[runs]
+        found = self.kernels.structs.Vehicles()
+        found.plants = wp.array(plants, dtype=types.Plant, device=self.device)
+        table = np.ascontiguousarray(table)
+        found.coefficients = wp.array(table, dtype=types.Row, device=self.device)
+        return found
 
-    def _inputs(self, table, part: slice):
-        return self._upload(table if table.shape[1] == 1 else table[:, part])
+    def start(self, start: Start, part: slice | Array) -> Any:
+        """The struct of where a part of the runs begins."""
+        found = self.kernels.arguments.Start()
+        found.states = self.upload(start.states[part])
+        # Unless told otherwise, each model freezes what it does not integrate at the start.
+        frozen = start.frozen
+        found.frozen = found.states if frozen is None else self.upload(frozen[part])
+        found.angle = self.upload(start.angle[part])
+        return found
 
-    def _upload(self, array, dtype=None):
-        kind = dtype or (wp.float64 if self.dtype == np.float64 else wp.float32)
-        host = np.int32 if dtype else self.dtype
+    def drive(self, drive: Drive, part: slice | Array, rows: int) -> Any:
+        """The struct of what acts on a part of the runs; rows: of the table, per step or sample."""
+        table = drive.table if drive.table.shape[1] == 1 else drive.table[:, part]
+        found = self.kernels.structs.Drive()
+        found.inputs = self.upload(table)
+        found.stride = rows * drive.timed
+        found.groups, found.gravity = drive.groups, drive.gravity
+        return found
+
+    def steps(self, grid: Any) -> Any:
+        """The struct of a grid's steps."""
+        found = self.kernels.arguments.Steps()
+        found.starts, found.lengths = self.upload(grid.starts), self.upload(grid.steps)
+        found.sample_after = self.upload(grid.sample_after, wp.int32)
+        return found
+
+    def no_loop(self) -> Any:
+        """The struct of a loop without a law."""
+        return self.kernels.pilot.Loop()
+
+    def launch(self, kernel: wp.Kernel, size: Any, arguments: list[Any]) -> None:
+        """Launch a kernel on this engine's device."""
+        wp.launch(kernel, dim=size, device=self.device, inputs=arguments)
+
+    def upload(self, array: Any, kind: Any = None) -> Any:
+        """Numbers of this engine's precision, or of another kind, where the kernels read them."""
+        real = wp.float64 if self.dtype == np.float64 else wp.float32
+        host = np.int32 if kind else self.dtype
         return wp.array(
             np.ascontiguousarray(array, host),
-            dtype=kind,
+            dtype=kind or real,
             device=self.device,
             copy=self.device != "cpu",
         )
 
-    def upload_vectors(self, rows):
+    def upload_vectors(self, rows: Any) -> Any:
         """Vectors (n, 3) as the kernels take them."""
         rows = np.ascontiguousarray(rows, self.dtype)
-        return wp.array(rows, dtype=self.kernels.code.vec3, device=self.device)
+        return wp.array(rows, dtype=self.kernels.types.vec3, device=self.device)
 
-    def _download(self, source, target) -> None:
+    def download(self, source: Any, target: Array) -> None:
+        """Bring back what was uploaded; on the CPU it never left."""
         if self.device != "cpu":
             target[...] = source.numpy()
 
-    def _split(self, runs: int, work) -> None:
+    def _split(self, runs: int, work: Any, used: list[wp.Kernel]) -> None:
         parts = min(self.threads, runs) if self.device == "cpu" else 1
         if parts == 1:
             work(slice(0, runs))
             return
         edges = np.linspace(0, runs, parts + 1).astype(int)
         # Compiling is not thread-safe: load the modules before the threads start.
-        self._load_modules()
+        for kernel in used:
+            kernel.module.load(self.device)
         with ThreadPoolExecutor(parts) as pool:
             list(pool.map(work, map(slice, edges[:-1], edges[1:])))

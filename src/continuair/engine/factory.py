@@ -1,40 +1,70 @@
 """The factory of all kernels: from precision, number of sections, model and controller."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 from types import SimpleNamespace
+from typing import Any
 
 import warp as wp
 
 from continuair.errors import InputError
-from continuair.kernels.arm.one_section import section_code
-from continuair.kernels.closed_loop import controlled, watcher
-from continuair.kernels.deviations import deviation_kernel, tip_logger
-from continuair.kernels.dynamics import device_code
-from continuair.kernels.observe import observer
-from continuair.kernels.rollout import differentiator, integrator
-from continuair.kernels.sensing.eye import vision_code
-from continuair.kernels.sensing.sense import control_code
-from continuair.kernels.step import stepping_code
+from continuair.kernels.deviations import deviation_kernel
+from continuair.kernels.dynamics import dynamics_code
+from continuair.kernels.flight import FlightCode, flight_code
+from continuair.kernels.logs import state_logger, tip_logger
+from continuair.kernels.observe import observe_kernel, watch_kernel
+from continuair.kernels.rollout import Arguments, arguments, derivative_kernel, rollout_kernel
+from continuair.kernels.sensing.eye import Eye, eye_code
+from continuair.kernels.sensing.pilot import PilotCode, law_pilot, no_pilot
+from continuair.kernels.sensing.sense import law_code
+from continuair.kernels.types import Types, device_types
+
+
+@dataclass(frozen=True)
+class Kernels:
+    """Kernels of a model in open loop, and the structs of their arguments.
+
+    tip_rollout logs the tip's pose and nothing else.
+    """
+
+    types: Types
+    structs: FlightCode
+    arguments: Arguments
+    pilot: PilotCode
+    rollout: wp.Kernel
+    tip_rollout: wp.Kernel
+    derivative: wp.Kernel
+    observe: wp.Kernel
+
+
+@dataclass(frozen=True)
+class LoopKernels:
+    """The kernel `rollout` with a controller's law, and the types of its arguments."""
+
+    rollout: wp.Kernel
+    pilot: PilotCode
+    eye: Eye
+    Gains: Any
 
 
 @cache
-def kernels(precision: str, sections: int, model: str) -> SimpleNamespace:
-    """The kernels of a model in open loop; `tip_rollout` logs the tip's pose and nothing else."""
-    code = _plant_code(precision, sections, model)
-    return SimpleNamespace(
-        code=code,
-        rollout=integrator(code, code.log_row),
-        tip_rollout=integrator(code, tip_logger(code)),
-        derivative=differentiator(code),
-        observe=observer(code),
+def kernels(precision: str, sections: int, model: str) -> Kernels:
+    """The kernels of a model in open loop; each compiles when it is first launched."""
+    of = precision, sections
+    dynamics, pilot = dynamics_code(*of, model), no_pilot(*of)
+    return Kernels(
+        types=device_types(*of),
+        structs=flight_code(*of),
+        arguments=arguments(precision),
+        pilot=pilot,
+        rollout=rollout_kernel(*of, dynamics.rate_of, pilot, state_logger(*of)),
+        tip_rollout=rollout_kernel(*of, dynamics.rate_of, pilot, tip_logger(*of)),
+        derivative=derivative_kernel(*of, dynamics.rate_of),
+        observe=observe_kernel(*of, dynamics),
     )
-
-
-@cache
-def deviation(precision: str) -> wp.Kernel:
-    """The kernel that compares logged tips, the same for every model."""
-    return deviation_kernel(wp.float64 if precision == "float64" else wp.float32)
 
 
 @cache
@@ -45,41 +75,30 @@ def closed_loop(
     law: Callable[..., SimpleNamespace],
     points: int,
     every_stage: bool,
-) -> SimpleNamespace:
-    """The kernel `rollout` with a controller's law, and the types of its arguments."""
-    code = _seeing_code(precision, sections, model, points)
-    # Laws push with what they sense: control_code has its own camera_push.
-    code = SimpleNamespace(**{**vars(code), **vars(control_code(code))})
-    found = law(code)
+) -> LoopKernels:
+    """The roll-out with a controller's law; raises InputError for a law without its parts."""
+    of = precision, sections
+    found = law(law_code(*of, points))
     for name in ("Gains", "control"):
         if not hasattr(found, name):
             raise InputError(
                 f"law gives no {name}; return a namespace with Gains, a Warp struct, and control, "
                 "a Warp function."
             )
-    rollout, Scene = controlled(code, found, every_stage)
-    return SimpleNamespace(code=code, rollout=rollout, Scene=Scene, Gains=found.Gains)
+    pilot = law_pilot(*of, points, found, every_stage)
+    rate_of = dynamics_code(*of, model).rate_of
+    rollout = rollout_kernel(*of, rate_of, pilot, state_logger(*of))
+    return LoopKernels(rollout, pilot, eye_code(*of, points), found.Gains)
 
 
 @cache
-def watch_kernel(precision: str, sections: int, points: int) -> SimpleNamespace:
-    """The kernel `watch`, the same for every model."""
-    code = _seeing_code(precision, sections, "coupled", points)
-    return SimpleNamespace(code=code, watch=watcher(code))
+def deviation(precision: str) -> wp.Kernel:
+    """The kernel that compares logged tips, the same for every model."""
+    return deviation_kernel(getattr(wp, precision))
 
 
 @cache
-def _plant_code(precision: str, sections: int, model: str) -> SimpleNamespace:
-    code = device_code(precision, sections, model)
-    return SimpleNamespace(**vars(code), **vars(stepping_code(code)))
-
-
-@cache
-def _seeing_code(precision: str, sections: int, model: str, points: int) -> SimpleNamespace:
-    code, vision = _plant_code(precision, sections, model), _vision(precision, sections, points)
-    return SimpleNamespace(**{**vars(vision), **vars(code)})
-
-
-@cache
-def _vision(precision: str, sections: int, points: int) -> SimpleNamespace:
-    return vision_code(section_code(precision, sections), points)
+def watching(precision: str, sections: int, points: int) -> tuple[wp.Kernel, Eye]:
+    """The kernel `watch`, the same for every model, and its eye."""
+    eye = eye_code(precision, sections, points)
+    return watch_kernel(precision, sections, eye), eye

@@ -1,19 +1,22 @@
-"""Launches the closed loop over a batch: an engine with a controller, a target and a camera."""
+"""A controller with its target and camera, packed for the roll-outs of an engine."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
 
-from continuair.engine.engine import Engine, Logs
-from continuair.engine.factory import closed_loop, watch_kernel
+from continuair.controllers.controller import Controller
+from continuair.engine.engine import Engine
+from continuair.engine.factory import LoopKernels, closed_loop, watching
 from continuair.engine.pack import per_run
 from continuair.errors import InputError, shown
+from continuair.vehicle.layout import MOTION, frame_columns, watched_columns, width_of
+from continuair.vehicle.vehicle import Vehicle
 
-POSE_AND_TWIST = 13
-"""Columns of what is watched before the image: camera pose 7 (world), twist 6 (camera axes)."""
+Array = np.ndarray
 
 
 @dataclass(frozen=True)
@@ -22,9 +25,9 @@ class Timing:
     or -1; shown, the frame that the controller has then. every_stage: it acts at every stage too.
     """
 
-    acts: np.ndarray
-    exposed: np.ndarray
-    shown: np.ndarray
+    acts: Array
+    exposed: Array
+    shown: Array
     every_stage: bool
 
 
@@ -34,133 +37,115 @@ class Scene:
     its velocity, three rows per step if the controller acts at every stage, else one; and the same
     at the samples, motion_at_samples (samples, runs or 1, 6)."""
 
-    corners: np.ndarray
-    desired: np.ndarray
-    motion: np.ndarray
-    motion_at_samples: np.ndarray
+    corners: Array
+    desired: Array
+    motion: Array
+    motion_at_samples: Array
 
 
-class ClosedLoop(Engine):
-    """An engine whose roll-outs close the loop; the scene is None for a blind controller."""
+_NOTHING = Scene(
+    np.zeros((1, 3)), np.zeros((1, 2)), *(np.zeros((1, 1, width_of(MOTION))) for _ in range(2))
+)
 
-    def __init__(
-        self, vehicle, model: str, controller, scene: Scene | None, timing: Timing, seeds, **options
-    ) -> None:
-        super().__init__(vehicle, model, **options)
-        self.controller, self.scene, self.timing, self.seeds = controller, scene, timing, seeds
-        points = 0 if scene is None else len(scene.corners)
-        name, sections = self.dtype.name, vehicle.sections
-        self.loop = closed_loop(name, sections, model, controller.law, points, timing.every_stage)
-        self.cameras = _pack_cameras(vehicle, self.loop.code)
-        self.gains = _pack_gains(controller, self.loop.Gains, points)
 
-    def roll_out(
-        self,
-        start,
-        angle,
-        grid,
-        inputs,
-        sample_inputs,
-        gravity,
-        groups,
-        observe,
-        first=0,
-        initial=None,
-    ) -> Logs:
-        """As an engine's, and with a scene the logs hold what is watched."""
-        self.starts = self._upload(grid.starts)
-        logs = super().roll_out(
-            start, angle, grid, inputs, sample_inputs, gravity, groups, observe, first, initial
-        )
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """What closes a loop over one time grid: the controller, when it acts, and what it looks at.
+
+    scene: None for a controller without a target. seeds (runs,): of the camera's noise, per run.
+    """
+
+    controller: Controller
+    timing: Timing
+    scene: Scene | None
+    seeds: Array
+
+    @property
+    def points(self) -> int:
+        """The number of feature points."""
+        return 0 if self.scene is None else len(self.scene.corners)
+
+    def on(self, engine: Engine) -> PackedLoop:
+        """This loop packed for an engine; raises InputError if the gains do not fit the law."""
+        sections, every_stage = engine.vehicle.sections, self.timing.every_stage
+        of = engine.dtype.name, sections, engine.model
+        kernels = closed_loop(*of, self.controller.law, self.points, every_stage)
+        gains = pack_gains(self.controller, kernels.Gains, self.points)
+        return PackedLoop(self, kernels, pack_cameras(engine.vehicle, kernels.eye.Camera), gains)
+
+    def watch(self, engine: Engine, log: Array, runs: Array) -> Array | None:
+        """What the camera sees along logged rows of some runs; None without a target."""
         if self.scene is None:
-            return logs
-        watched = watch(self, logs.log, self.scene.corners, self.scene.motion_at_samples, first)
-        return Logs(logs.log, logs.status, logs.last_step, logs.observed, watched)
+            return None
+        return watch(engine, log, self.scene.corners, self.scene.motion_at_samples, runs)
 
-    def _fly(self, part, first, start, grid, results) -> None:
-        runs = results[0].shape[0]
-        at = slice(first + part.start, first + part.stop)
-        steps, after = grid
-        timing, code = self.timing, self.loop.code
-        wp.launch(
-            self.loop.rollout,
-            dim=runs,
-            device=self.device,
-            inputs=[
-                *start,
-                self.starts,
-                steps,
-                after,
-                *(self._upload(a, wp.int32) for a in (timing.acts, timing.exposed, timing.shown)),
-                self._upload(self.seeds[at], wp.int32),
-                wp.array(_rows(self.cameras, at), dtype=code.Camera, device=self.device),
-                self._scene(at, runs),
-                wp.array(_rows(self.gains, at), dtype=self.loop.Gains, device=self.device),
-                *results,
-            ],
-        )
 
-    def _load_modules(self) -> None:
-        for kernel in (self.loop.rollout, self.kernels.observe):
-            kernel.module.load(self.device)
+@dataclass(frozen=True, eq=False)
+class PackedLoop:
+    """A loop's kernels, and its cameras and gains as they take them (runs or 1,)."""
 
-    def _scene(self, at: slice, runs: int):
-        out = self.loop.Scene()
-        scene, timing = self.scene, self.timing
-        if scene is None:
-            nothing = np.zeros((1, 3))
-            scene = Scene(nothing, np.zeros((1, 2)), np.zeros((1, 1, 6)), np.zeros((1, 1, 6)))
+    loop: Loop
+    kernels: LoopKernels
+    cameras: Array
+    gains: Array
+
+    def struct(self, engine: Engine, runs: Array) -> Any:
+        """The struct of some runs."""
+        loop, kernels, timing = self.loop, self.kernels, self.loop.timing
+        scene = loop.scene or _NOTHING
         on_their_way = np.maximum.accumulate(timing.exposed) - timing.shown
         slots = 1 + int(on_their_way[timing.acts != 0].max(initial=0))
-        out.corners = self.upload_vectors(scene.corners)
-        out.desired = self._upload(_rows(scene.desired, at))
-        out.motion = self._upload(_columns(scene.motion, at))
-        out.frames = self._upload(np.zeros((runs, slots, 5 * len(scene.corners))))
-        out.needed = int(self.controller.looks)
-        return out
+        found = kernels.pilot.Loop()
+        for name in ("acts", "exposed", "shown"):
+            setattr(found, name, engine.upload(getattr(timing, name), wp.int32))
+        found.seeds = engine.upload(loop.seeds[runs], wp.int32)
+        cameras, gains = _rows(self.cameras, runs), _rows(self.gains, runs)
+        found.cameras = wp.array(cameras, dtype=kernels.eye.Camera, device=engine.device)
+        found.gains = wp.array(gains, dtype=kernels.Gains, device=engine.device)
+        found.corners = engine.upload_vectors(scene.corners)
+        found.motion = engine.upload(_columns(scene.motion, runs))
+        found.desired = engine.upload(_rows(scene.desired, runs))
+        columns = width_of(frame_columns(max(loop.points, 1)))
+        found.frames = engine.upload(np.zeros((len(runs), slots, columns)))
+        found.needed = int(loop.controller.looks)
+        return found
 
 
-def watch(engine: Engine, log: np.ndarray, corners, motion, first: int = 0) -> np.ndarray:
+def watch(
+    engine: Engine, log: Array, corners: Array, motion: Array, runs: Array | None = None
+) -> Array:
     """What is watched (runs, samples, columns) along logged rows (runs, samples, log).
 
-    corners: (points, 3); motion: (samples, runs or 1, 6) of the target's centroid, as in a Scene.
+    corners: (points, 3); motion: (samples, runs or 1, 6) of the target's centroid, as in a Scene;
+    runs: their indices into the vehicles and the motion, all by default.
     """
-    kernels = watch_kernel(engine.dtype.name, engine.vehicle.sections, len(corners))
-    runs, samples = log.shape[:2]
-    at = slice(first, first + runs)
-    watched = np.full((runs, samples, POSE_AND_TWIST + 4 * len(corners)), np.nan, engine.dtype)
-    out = engine._upload(watched)
-    plants, _ = engine._vehicles(at)
-    cameras = _rows(_pack_cameras(engine.vehicle, kernels.code), at)
-    wp.launch(
-        kernels.watch,
-        dim=(runs, samples),
-        device=engine.device,
-        inputs=[
-            plants,
-            wp.array(cameras, dtype=kernels.code.Camera, device=engine.device),
+    kernel, eye = watching(engine.dtype.name, engine.vehicle.sections, len(corners))
+    runs = np.arange(len(log)) if runs is None else runs
+    shape = (*log.shape[:2], width_of(watched_columns(len(corners))))
+    watched = np.full(shape, np.nan, engine.dtype)
+    out = engine.upload(watched)
+    cameras = _rows(pack_cameras(engine.vehicle, eye.Camera), runs)
+    engine.launch(
+        kernel,
+        log.shape[:2],
+        [
+            engine.vehicles(runs).plants,
+            wp.array(cameras, dtype=eye.Camera, device=engine.device),
             engine.upload_vectors(corners),
-            engine._upload(_columns(motion, at)),
-            engine._upload(log),
+            engine.upload(_columns(motion, runs)),
+            engine.upload(log),
             out,
         ],
     )
-    engine._download(out, watched)
+    engine.download(out, watched)
     watched[~np.isfinite(log[..., 0])] = np.nan
     return watched
 
 
-def _rows(array: np.ndarray, at: slice) -> np.ndarray:
-    return array if len(array) == 1 else array[at]
-
-
-def _columns(table: np.ndarray, at: slice) -> np.ndarray:
-    return table if table.shape[1] == 1 else table[:, at]
-
-
-def _pack_cameras(vehicle, code) -> np.ndarray:
+def pack_cameras(vehicle: Vehicle, Camera: Any) -> Array:
+    """Structured cameras (runs or 1,) of a vehicle."""
     runs, camera = vehicle.runs or 1, vehicle.camera
-    packed = np.zeros(runs, dtype=code.Camera.numpy_dtype())
+    packed = np.zeros(runs, dtype=Camera.numpy_dtype())
     packed["focal"] = per_run(camera.focal_length, runs, 2)
     packed["principal"] = per_run(camera.principal_point, runs, 2)
     packed["size"] = per_run(camera.image_size, runs, 2)
@@ -171,7 +156,8 @@ def _pack_cameras(vehicle, code) -> np.ndarray:
     return packed
 
 
-def _pack_gains(controller, Gains, points: int) -> np.ndarray:
+def pack_gains(controller: Controller, Gains: Any, points: int) -> Array:
+    """Structured gains (runs or 1,) of a controller; raises InputError if they do not fit."""
     packed = np.zeros(controller.runs or 1, dtype=Gains.numpy_dtype())
     expected = packed.dtype.names or ()
     given = {name: np.asarray(value) for name, value in controller.gains.items()}
@@ -195,3 +181,11 @@ def _pack_gains(controller, Gains, points: int) -> np.ndarray:
             )
         packed[name] = value
     return packed
+
+
+def _rows(array: Array, runs: Array) -> Array:
+    return array if len(array) == 1 else array[runs]
+
+
+def _columns(table: Array, runs: Array) -> Array:
+    return table if table.shape[1] == 1 else table[:, runs]

@@ -11,6 +11,7 @@ dimensionless and w = |b|² - 1 runs over [-1, 1] up to the full circle |k| l = 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from math import factorial
 from typing import Any, NamedTuple
@@ -18,7 +19,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from continuair.kernels.arm.one_section import MAX_BEND_ANGLE, NAMES
+from continuair.kernels.arm.one_section import MAX_BEND_ANGLE
+from continuair.kernels.types import MOMENTS
 
 TERMS = 16
 """Polynomial terms; with these the interpolation error is below 1e-13 of each moment's range."""
@@ -43,7 +45,7 @@ class Moments(NamedTuple):
     slope: dict[str, np.ndarray]
 
 
-def length_unit(length):
+def length_unit(length: Any) -> Any:
     """λ [m]: the bend vector k [1/m] times λ is the kernels' dimensionless bend b."""
     return np.asarray(length) / _FULL_LENGTH
 
@@ -77,7 +79,7 @@ def interpolate(samples: np.ndarray) -> np.ndarray:
     return (samples @ _interpolation()).astype(float)
 
 
-def _stumpff(z):
+def _stumpff(z: Any) -> tuple[Any, ...]:
     """c_0 … c_4 with c_m(z) = Σ (-z)^j / (2j + m)!, z >= 0; c₀ = cos √z, c₁ = sin √z / √z."""
     x, far = np.sqrt(z), np.maximum(z, 1.0)
     c0, c1 = np.cos(x), _sinc(x)
@@ -87,11 +89,11 @@ def _stumpff(z):
     return c0, c1, c2, c3, c4
 
 
-def _sinc(x):
+def _sinc(x: Any) -> Any:
     return np.sin(x) / np.where(x == 0.0, 1.0, x) + (x == 0.0)
 
 
-def _series(order: int, z):
+def _series(order: int, z: Any) -> Any:
     """Power series of c_order, to full precision for z <= 1."""
     total = 0.0
     for j in reversed(range(12)):
@@ -128,7 +130,7 @@ def integrands(
     return by_density, {"alpha": dA, "beta": dB}
 
 
-def _gauss_legendre():
+def _gauss_legendre() -> tuple[np.ndarray, np.ndarray]:
     """Nodes and weights, polished by Newton steps in extended precision."""
     x = np.polynomial.legendre.leggauss(_QUADRATURE)[0].astype(_Fine)
     for _ in range(2):
@@ -142,7 +144,7 @@ def _gauss_legendre():
 
 
 @cache
-def _uniform_rod():
+def _uniform_rod() -> tuple[dict[str, tuple[Any, ...]], dict[str, np.ndarray]]:
     """Integrals of the integrands over σ = s / l in [0, 1], for unit density."""
     x, weight = _gauss_legendre()
     s = _FULL_LENGTH * 0.5 * (1.0 + x)
@@ -154,7 +156,9 @@ def _uniform_rod():
     )
 
 
-def moments(length, backbone, disks, names=NAMES) -> Moments:
+def moments(
+    length: np.ndarray, backbone: Any, disks: Any, names: Sequence[str] = MOMENTS
+) -> Moments:
     """Moments of uniform backbones with disks, about the arm's base.
 
     length: (runs,) [m]. backbone: (mass, transverse, axial inertia) of the whole backbone, each
@@ -182,7 +186,7 @@ def moments(length, backbone, disks, names=NAMES) -> Moments:
     return Moments(value, slope)
 
 
-def about_common_centre(arm: Moments, total_mass, height) -> Moments:
+def about_common_centre(arm: Moments, total_mass: np.ndarray, height: np.ndarray) -> Moments:
     """Moments about the common centre of mass of UAV and arm.
 
     total_mass: (runs,) [kg]. height: (runs,) effective vertical offset of the mount,

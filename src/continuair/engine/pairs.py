@@ -4,32 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import warp as wp
 
-from continuair.engine.engine import Engine
+from continuair.engine.engine import Drive, Engine, Start
 from continuair.engine.factory import deviation
-from continuair.kernels.deviations import DEVIATIONS, POSE
+from continuair.vehicle.layout import TIP_POSE, width_of
+
+Array = np.ndarray
+
+DEVIATIONS = ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_r_rad", "angle_rad")
+"""Columns of what two logs are compared by, as `continuair.compare` names them."""
+
+POSE = width_of(TIP_POSE)
 
 # What the logged tips of one block of runs take at most: on the CPU they stay near the core.
 _BLOCK_BYTES = {"cpu": 1.6e7, "cuda": 4e9}
 _BLOCKS_PER_THREAD = 4
-
-
-@dataclass(frozen=True)
-class Flight:
-    """What a set of runs shares: their indices (n,), the time grid, and the inputs over it.
-
-    inputs: table (rows, n or 1, inputs), columns in the order of `runs`, and its rows-per-time
-    flag.
-    """
-
-    runs: np.ndarray
-    grid: Any
-    inputs: tuple[np.ndarray, int]
 
 
 class Pairs:
@@ -43,57 +36,41 @@ class Pairs:
         self.tip = np.full((*shape, POSE), np.nan)
         self.status, self.last_step = np.zeros(shape, np.int32), np.zeros(shape, np.int32)
 
-    def fly(self, flight: Flight, start, angle, gravity: float, groups: int) -> None:
-        """Fly the runs of a flight; start (runs, state) and angle (runs,) are of all runs."""
+    def fly(self, runs: Array, start: Start, grid: Any, drive: Drive) -> None:
+        """Fly some runs, by their indices, that share a time grid; start, drive: of these runs."""
         first = self.engines[0]
         for engine in self.engines:
             engine.kernels.tip_rollout.module.load(first.device)
         deviation(first.dtype.name).module.load(first.device)
-        table = flight.inputs[0]
 
         def work(part: slice) -> None:
-            runs = flight.runs[part]
-            columns = table if table.shape[1] == 1 else table[:, part]
-            drive = [first._upload(columns), 3 * flight.inputs[1], groups, gravity]
-            at = first._upload(start[runs])
-            # Each model freezes what it does not integrate at the start.
-            whence = [at, at, first._upload(angle[runs])]
-            self._fly_block(runs, flight.grid, whence, drive)
+            begin, acting = first.start(start, part), first.drive(drive, part, 3)
+            self._fly_block(runs[part], grid, begin, acting)
 
-        blocks = _blocks(len(flight.runs), flight.grid, len(self.engines), first)
+        blocks = _blocks(len(runs), grid, len(self.engines), first)
         if len(blocks) == 1:
             work(blocks[0])
             return
         with ThreadPoolExecutor(first.threads if first.device == "cpu" else 1) as pool:
             list(pool.map(work, blocks))
 
-    def _fly_block(self, runs: np.ndarray, grid, whence: list[Any], drive: list[Any]) -> None:
+    def _fly_block(self, runs: Array, grid: Any, start: Any, drive: Any) -> None:
         first = self.engines[0]
-        steps, after = first._upload(grid.steps), first._upload(grid.sample_after, wp.int32)
-        logs = []
+        steps, logs = first.steps(grid), []
         for column, engine in enumerate(self.engines):
             log = wp.empty((len(runs), len(grid.samples), POSE), wp.float64, device=first.device)
             ends = [wp.zeros(len(runs), wp.int32, device=first.device) for _ in range(2)]
-            wp.launch(
-                engine.kernels.tip_rollout,
-                dim=len(runs),
-                device=first.device,
-                inputs=[*engine._vehicles(runs), *whence, *drive, steps, after, log, *ends],
-            )
+            begins = [engine.vehicles(runs), start, drive, steps, engine.no_loop()]
+            engine.launch(engine.kernels.tip_rollout, len(runs), [*begins, log, *ends])
             logs.append(log)
             self.status[runs, column], self.last_step[runs, column] = (a.numpy() for a in ends)
             self._compare(runs, column, logs)
 
-    def _compare(self, runs: np.ndarray, column: int, logs: list[Any]) -> None:
+    def _compare(self, runs: Array, column: int, logs: list[Any]) -> None:
         first, log = self.engines[0], logs[column]
         found = wp.zeros((len(runs), len(DEVIATIONS)), wp.float64, device=first.device)
         if column > 0:
-            wp.launch(
-                deviation(first.dtype.name),
-                dim=len(runs),
-                device=first.device,
-                inputs=[logs[0], log, found],
-            )
+            first.launch(deviation(first.dtype.name), len(runs), [logs[0], log, found])
         # What a run has not reached, its log does not hold.
         flown = self.status[runs, column] == 0
         both = flown & (self.status[runs, 0] == 0)
@@ -101,7 +78,7 @@ class Pairs:
         self.tip[runs[flown], column] = log[:, log.shape[1] - 1].numpy()[flown]
 
 
-def _blocks(runs: int, grid, models: int, engine: Engine) -> list[slice]:
+def _blocks(runs: int, grid: Any, models: int, engine: Engine) -> list[slice]:
     """Parts of the runs that are flown at once: as many as fit, and some for every thread."""
     kind = engine.device.split(":")[0]
     most = int(_BLOCK_BYTES[kind] / (8 * POSE * models * len(grid.samples)))

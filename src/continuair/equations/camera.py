@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from continuair.errors import InputError, shown
-from continuair.vehicle.vehicle import Camera, Vehicle
+from continuair.vehicle.camera import Camera
+from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 
@@ -16,14 +17,15 @@ TIP_OF_STRAIGHT_ARM = np.diag([1.0, -1.0, -1.0])
 
 
 def on_body(vehicle: Vehicle) -> Array:
-    """Position (3,) of the camera in body axes with the arm straight [m]."""
-    tip = np.asarray(vehicle.uav.mount) + [0.0, 0.0, -vehicle.arm.length]
-    return np.asarray(tip + TIP_OF_STRAIGHT_ARM @ vehicle.camera.position)
+    """Position (..., 3) of the camera in body axes with the arm straight [m]."""
+    tip = np.multiply.outer(vehicle.arm.length, [0.0, 0.0, -1.0]) + vehicle.uav.mount
+    return np.asarray(tip + np.asarray(vehicle.camera.position) @ TIP_OF_STRAIGHT_ARM)
 
 
-def over(vehicle: Vehicle, point: Any, distance: float) -> Array:
-    """UAV position (3,) that puts the camera `distance` above a point, arm straight, level [m]."""
-    return np.asarray(np.asarray(point) + [0.0, 0.0, distance] - on_body(vehicle))
+def over(vehicle: Vehicle, point: Any, distance: Any) -> Array:
+    """UAV position (..., 3) with the camera `distance` above a point, arm straight, level [m]."""
+    above = np.multiply.outer(distance, [0.0, 0.0, 1.0])
+    return np.asarray(np.asarray(point) + above - on_body(vehicle))
 
 
 def project(points: Any) -> Array:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
+import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FixedLocator, NullFormatter
 
 from continuair.figures import style
+from continuair.figures.atlas import validity_map
 
 _SPEEDS = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
 _COLOURS = {"bend": "#0072B2", "moment": "#009E73", "force": "#000000", "tip": "#D55E00"}
@@ -32,6 +36,13 @@ def advice(results: dict[str, Any]) -> Figure:
             _tracking(axes.pop(0), results)
         figure.suptitle(f"Decoupling {results['vehicle']['name']}", fontsize=9, x=0.01, ha="left")
     return figure
+
+
+def write(results: dict[str, Any], atlas: xr.Dataset, file: Callable[[str], Path]) -> None:
+    """Write the advice, and the vehicle's place on an atlas, as PNG and PDF."""
+    style.save(advice(results), "advise", file)
+    place = {results["vehicle"]["name"]: results["groups"]}
+    style.save(validity_map(atlas, place), "atlas", file)
 
 
 def _errors(axes: Any, results: dict[str, Any], periodic: dict[str, Any]) -> None:

@@ -130,7 +130,7 @@ def write(summary: xr.Dataset, curves: xr.Dataset, file: Callable[[str], Path]) 
         "collapse": collapse(curves),
     }
     for name, figure in figures.items():
-        style.save(figure, [file(f"{name}.png"), file(f"{name}.pdf")])
+        style.save(figure, name, file)
 
 
 def _map(axes: Any, one: xr.Dataset, free: bool) -> Any:

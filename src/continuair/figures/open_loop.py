@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from continuair.analysis.metrics import geodesic_angle, tip_euler
+from continuair.analysis.metrics import geodesic_angle, samples, tip_euler
 from continuair.figures import style
 
 
@@ -22,21 +22,21 @@ def motion(dataset: xr.Dataset, title: str = "") -> Figure:
         grid = figure.subplots(3, 3, sharex=True)
         for model in dataset["model"].to_numpy():
             flight = dataset.sel(model=model)
-            tip = _values(flight, "tip_position", "axis")
+            tip = samples(flight, "tip_position", "axis")
             degrees = np.degrees(tip_euler(flight))
-            bend = _values(flight, "bend", "bend_axis")
+            bend = samples(flight, "bend", "bend_axis")
             for column in range(3):
-                _line(grid[0, column], flight, tip[:, column], model)
-                _line(grid[1, column], flight, degrees[:, column], model)
+                style.line(grid[0, column], flight, tip[:, column], model)
+                style.line(grid[1, column], flight, degrees[:, column], model)
             for column in range(2):
-                _line(grid[2, column], flight, bend[:, column], model)
-            _line(grid[2, 2], flight, np.linalg.norm(bend, axis=-1), model)
+                style.line(grid[2, column], flight, bend[:, column], model)
+            style.line(grid[2, 2], flight, np.linalg.norm(bend, axis=-1), model)
         for column, names in enumerate(_MOTION_LABELS):
             for row, name in enumerate(names):
                 grid[row, column].set_ylabel(name)
                 _widen_flat(grid[row, column])
             grid[2, column].set_xlabel("time [s]")
-        _finish(figure, grid[0, 0], title)
+        style.finish(figure, grid[0, 0], title)
     return figure
 
 
@@ -57,21 +57,21 @@ def differences(dataset: xr.Dataset, title: str = "") -> Figure:
             if model == "coupled":
                 continue
             flight = dataset.sel(model=model)
-            apart = _values(flight, "tip_position", "axis") - _values(
+            apart = samples(flight, "tip_position", "axis") - samples(
                 coupled, "tip_position", "axis"
             )
             angle = geodesic_angle(
-                _values(coupled, "tip_attitude", "quaternion"),
-                _values(flight, "tip_attitude", "quaternion"),
+                samples(coupled, "tip_attitude", "quaternion"),
+                samples(flight, "tip_attitude", "quaternion"),
             )
-            _line(left, flight, np.linalg.norm(apart, axis=-1), model)
-            _line(right, flight, np.degrees(angle), model)
+            style.line(left, flight, np.linalg.norm(apart, axis=-1), model)
+            style.line(right, flight, np.degrees(angle), model)
         left.set_ylabel("tip distance from coupled [m]")
         right.set_ylabel("tip angle from coupled [deg]")
         for axes in (left, right):
             axes.set_xlabel("time [s]")
             axes.set_ylim(bottom=0)
-        _finish(figure, left, title)
+        style.finish(figure, left, title)
     return figure
 
 
@@ -126,23 +126,11 @@ def write(
     name = results["vehicle"]["name"]
     for letter, dataset in datasets.items():
         title = f"Test {letter}, vehicle {name}"
-        _save(motion(dataset, title), f"test_{letter}_motion", file)
+        style.save(motion(dataset, title), f"test_{letter}_motion", file)
         if dataset.sizes["model"] > 1:
-            _save(differences(dataset, title), f"test_{letter}_differences", file)
+            style.save(differences(dataset, title), f"test_{letter}_differences", file)
     if any(model != "coupled" for model in next(iter(results["tests"].values()))):
-        _save(overview(results), "overview", file)
-
-
-def _save(figure: Figure, name: str, file: Callable[[str], Path]) -> None:
-    style.save(figure, [file(f"{name}.png"), file(f"{name}.pdf")])
-
-
-def _values(flight: xr.Dataset, name: str, component: str) -> Any:
-    return flight[name].transpose("time", component).to_numpy()
-
-
-def _line(axes: Any, flight: xr.Dataset, values: Any, model: str) -> None:
-    axes.plot(flight["time"].to_numpy(), values, label=model, **style.MODELS[model])
+        style.save(overview(results), "overview", file)
 
 
 def _widen_flat(axes: Any) -> None:
@@ -151,10 +139,3 @@ def _widen_flat(axes: Any) -> None:
     if high - low < 1e-6:
         middle = (low + high) / 2
         axes.set_ylim(middle - 0.5, middle + 0.5)
-
-
-def _finish(figure: Figure, axes: Any, title: str) -> None:
-    figure.align_ylabels()
-    style.model_legend(figure, axes)
-    if title:
-        figure.suptitle(title, fontsize=9, x=0.01, ha="left")

@@ -11,14 +11,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from continuair.analysis.mass import backbone_point
 from continuair.figures import style
 from continuair.vehicle.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
 _POINTS = 40
-# Below this bend angle the arc is the straight arm to a tenth of a line's width.
-_STRAIGHT = 1e-6
 
 
 def snapshots(
@@ -58,18 +57,8 @@ def snapshots(
 
 
 def backbone(bend: Array, length: float, mount: Sequence[float]) -> Array:
-    """Return points along the arm in body axes, shape (points, 3) [m].
-
-    bend: bend vector, shape (2,) [1/m]. r(s), Appendix A, Amiri et al.
-    """
-    s: Array = np.linspace(0.0, length, _POINTS)
-    base: Array = np.asarray(mount, float)
-    kappa = float(np.hypot(*bend))
-    if kappa * length < _STRAIGHT:
-        return base + np.outer(s, [0.0, 0.0, -1.0])
-    across = (1 - np.cos(kappa * s)) / kappa
-    direction = np.asarray(bend) / kappa
-    return base + np.column_stack([np.outer(across, direction), -np.sin(kappa * s) / kappa])
+    """Return points along the arm in body axes (points, 3) [m]; bend: bend vector (2,) [1/m]."""
+    return np.asarray(mount) + backbone_point(bend, np.linspace(0.0, length, _POINTS))
 
 
 def _draw(axes: Any, flight: xr.Dataset, vehicle: Vehicle, origin: Array, model: str) -> None:

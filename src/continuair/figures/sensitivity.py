@@ -94,4 +94,4 @@ def write(
 ) -> None:
     """Write both figures as PNG and PDF; `file` gives the path of a name."""
     for name, figure in (("paths", paths(results, datasets)), ("errors", errors(results))):
-        style.save(figure, [file(f"{name}.png"), file(f"{name}.pdf")])
+        style.save(figure, name, file)

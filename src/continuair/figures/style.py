@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import matplotlib
+import xarray as xr
 from matplotlib.figure import Figure
 
 COLUMN_WIDTH, PAGE_WIDTH = 3.5, 7.16
@@ -68,12 +69,30 @@ def model_legend(figure: Figure, axes: Any) -> None:
     figure.legend(handles, labels, loc="outside upper right", ncols=len(labels))
 
 
-def save(figure: Figure, paths: list[Path]) -> None:
-    """Write the figure to each path, in the format of its suffix."""
-    for path in paths:
-        with applied():
-            # Without a date, equal results give equal files.
-            metadata = {"CreationDate": None} if path.suffix == ".pdf" else None
-            figure.savefig(path, dpi=RESOLUTION, metadata=metadata)
-        # The layout is found once, by the first drawing.
-        figure.set_layout_engine("none")
+def line(axes: Any, flight: xr.Dataset, values: Any, model: str) -> None:
+    """Draw values over the time of a flight in the style of its model."""
+    axes.plot(flight["time"].to_numpy(), values, label=model, **MODELS[model])
+
+
+def finish(figure: Figure, axes: Any, title: str) -> None:
+    """Align labels, and add the legend of the given axes and a title."""
+    figure.align_ylabels()
+    model_legend(figure, axes)
+    if title:
+        figure.suptitle(title, fontsize=9, x=0.01, ha="left")
+
+
+def save(figure: Figure, name: str, file: Callable[[str], Path]) -> None:
+    """Write the figure as PNG and PDF; `file` gives the path of a name."""
+    for suffix in ("png", "pdf"):
+        save_as(figure, file(f"{name}.{suffix}"))
+
+
+def save_as(figure: Figure, path: Path) -> None:
+    """Write the figure to a path, in the format of its suffix."""
+    with applied():
+        # Without a date, equal results give equal files.
+        metadata = {"CreationDate": None} if path.suffix == ".pdf" else None
+        figure.savefig(path, dpi=RESOLUTION, metadata=metadata)
+    # The layout is found once, by the first drawing.
+    figure.set_layout_engine("none")

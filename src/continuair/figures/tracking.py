@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from continuair.analysis.metrics import feature_norm, samples
 from continuair.figures import style
 
 Array = np.ndarray
@@ -23,16 +24,16 @@ def traces(dataset: xr.Dataset, title: str = "") -> Figure:
         panels = figure.subplots(1, len(letters), squeeze=False, sharey=True)[0]
         for axes, letter in zip(panels, letters, strict=True):
             flights = dataset.sel(letter=letter)
-            target = _values(flights.isel(model=0), "target_position", "axis")
+            target = samples(flights.isel(model=0), "target_position", "axis")
             axes.plot(*target[:, :2].T, color="#bbbbbb", lw=3.0, label="target")
             for model in dataset["model"].to_numpy():
-                xy = _values(flights.sel(model=model), "camera_position", "axis")
+                xy = samples(flights.sel(model=model), "camera_position", "axis")
                 axes.plot(*xy[:, :2].T, label=model, **style.MODELS[model])
             axes.plot(*xy[0, :2], marker="o", ms=3, color="#333333")
             axes.set_aspect("equal")
             axes.set_xlabel("x [m]")
         panels[0].set_ylabel("y [m]")
-        _finish(figure, panels[0], title)
+        style.finish(figure, panels[0], title)
     return figure
 
 
@@ -45,18 +46,18 @@ def deviations(dataset: xr.Dataset, title: str = "") -> Figure:
         for column, letter in enumerate(letters):
             for model in dataset["model"].to_numpy():
                 flight = dataset.sel(letter=letter, model=model)
-                norm = np.linalg.norm(_values(flight, "feature_error", "pixel"), axis=1)
-                off = _values(flight, "camera_position", "axis")
-                off = off - _values(flight, "target_position", "axis")
-                _line(grid[0, column], flight, norm, model)
-                _line(grid[1, column], flight, 1e3 * np.linalg.norm(off[:, :2], axis=1), model)
+                norm = feature_norm(flight)
+                off = samples(flight, "camera_position", "axis")
+                off = off - samples(flight, "target_position", "axis")
+                style.line(grid[0, column], flight, norm, model)
+                style.line(grid[1, column], flight, 1e3 * np.linalg.norm(off[:, :2], axis=1), model)
             grid[0, column].set_title(str(letter))
             grid[1, column].set_xlabel("time [s]")
         for axes in grid.flat:
             axes.set_yscale("log")
         grid[0, 0].set_ylabel("feature error ‖e‖ [px]")
         grid[1, 0].set_ylabel("camera off target [mm]")
-        _finish(figure, grid[0, 0], title)
+        style.finish(figure, grid[0, 0], title)
     return figure
 
 
@@ -71,8 +72,8 @@ def speed_and_difference(dataset: xr.Dataset, printed: float, title: str = "") -
             errors = {}
             for model in dataset["model"].to_numpy():
                 flight = flights.sel(model=model)
-                _line(grid[0, column], flight, joint_speed(flight), model)
-                errors[model] = np.linalg.norm(_values(flight, "feature_error", "pixel"), axis=1)
+                style.line(grid[0, column], flight, joint_speed(flight), model)
+                errors[model] = feature_norm(flight)
             time = dataset["time"].to_numpy()
             early = time <= 2.0
             for model, norm in errors.items():
@@ -90,14 +91,14 @@ def speed_and_difference(dataset: xr.Dataset, printed: float, title: str = "") -
         grid[0, 0].set_ylabel("joint speed $\\Vert\\dot q\\Vert$\n[mixed units]")
         grid[1, 0].set_ylabel("DS up to 2 s [px]")
         grid[2, 0].set_ylabel("DS after 2 s [px]\n(dotted: paper)")
-        _finish(figure, grid[0, 0], title)
+        style.finish(figure, grid[0, 0], title)
     return figure
 
 
 def joint_speed(flight: xr.Dataset) -> Array:
     """‖q̇‖ over time: velocity, angular velocity and bend rate in one norm, as the paper plots."""
     parts = [
-        _values(flight, name, axis)
+        samples(flight, name, axis)
         for name, axis in (
             ("velocity", "axis"),
             ("angular_velocity", "axis"),
@@ -118,8 +119,8 @@ def image(dataset: xr.Dataset, vehicle_camera: Any, title: str = "", model: str 
         panels = figure.subplots(1, len(letters), squeeze=False, sharey=True)[0]
         for axes, letter in zip(panels, letters, strict=True):
             flight = dataset.sel(letter=letter, model=model)
-            pixels = _values(flight, "features", "pixel")
-            wanted = pixels[0] + _values(flight, "feature_error", "pixel")[0]
+            pixels = samples(flight, "features", "pixel")
+            wanted = pixels[0] + samples(flight, "feature_error", "pixel")[0]
             for point in range(pixels.shape[1] // 2):
                 colour = colours[point % len(colours)]
                 u, v = pixels[:, 2 * point], pixels[:, 2 * point + 1]
@@ -167,39 +168,20 @@ def write(
     name = results["vehicle"]["name"]
     for setting, dataset in datasets.items():
         title = f"{setting}, vehicle {name}"
-        _save(traces(dataset, f"Tip traces, {title}"), f"traces_{setting}", file)
-        _save(deviations(dataset, f"Errors, {title}"), f"errors_{setting}", file)
+        style.save(traces(dataset, f"Tip traces, {title}"), f"traces_{setting}", file)
+        style.save(deviations(dataset, f"Errors, {title}"), f"errors_{setting}", file)
         if dataset.sizes["model"] > 1:
             figure = speed_and_difference(
                 dataset, results["printed"]["ds_max_px"], f"Speed and DS, {title}"
             )
-            _save(figure, f"speed_ds_{setting}", file)
-        _save(image(dataset, camera, f"Image, {title}"), f"image_{setting}", file)
+            style.save(figure, f"speed_ds_{setting}", file)
+        style.save(image(dataset, camera, f"Image, {title}"), f"image_{setting}", file)
         bound = (results if setting == results["setting"] else results["settings"][setting])[
             "ultimate_bound"
         ]
         letter = dataset["letter"].to_numpy()[0]
-        _save(
+        style.save(
             stability(dataset, bound, f"Stability, letter {letter}, {title}"),
             f"stability_{setting}",
             file,
         )
-
-
-def _save(figure: Figure, name: str, file: Callable[[str], Path]) -> None:
-    style.save(figure, [file(f"{name}.png"), file(f"{name}.pdf")])
-
-
-def _values(flight: xr.Dataset, name: str, component: str) -> Array:
-    return flight[name].transpose("time", component).to_numpy()
-
-
-def _line(axes: Any, flight: xr.Dataset, values: Array, model: str) -> None:
-    axes.plot(flight["time"].to_numpy(), values, label=model, **style.MODELS[model])
-
-
-def _finish(figure: Figure, axes: Any, title: str) -> None:
-    figure.align_ylabels()
-    style.model_legend(figure, axes)
-    if title:
-        figure.suptitle(title, fontsize=9, x=0.01, ha="left")

@@ -6,58 +6,63 @@ from typing import Any
 
 import numpy as np
 
-from continuair.engine.loop import POSE_AND_TWIST, ClosedLoop, Scene, Timing, watch
+from continuair.engine.engine import Engine, Start
+from continuair.engine.loop import Loop, Scene, Timing, watch
 from continuair.engine.pack import per_run
 from continuair.errors import InputError, shown
 from continuair.flight.time_grid import Grid, stage_times
 from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.layout import watched_columns
 from continuair.vehicle.vehicle import Vehicle
 
-LOOP_STEP = 1e-4
-"""Largest automatic step of control at every stage: the loop may be faster than the arm [s]."""
+Array = np.ndarray
 
 
-def close_loop(
-    vehicle: Vehicle,
-    scenario: Scenario,
-    model: str,
-    grid: Grid,
-    start: np.ndarray,
-    angle: np.ndarray,
-    **options: Any,
-) -> ClosedLoop:
-    """The engine of a scenario's controller, over a grid; options are an Engine's.
-
-    start: states (runs, state); angle: ψa (runs,). Raises InputError.
-    """
+def loop_over(vehicle: Vehicle, scenario: Scenario, grid: Grid, runs: int) -> Loop:
+    """The loop of a scenario's controller over a time grid; raises InputError."""
+    assert scenario.controller is not None
     timing = _timing(vehicle, scenario, grid)
     scene = _scene(scenario, grid, timing.every_stage) if scenario.targets else None
     # One stream of noise per run, whatever the batch is split into.
-    seeds = np.random.SeedSequence(scenario.seed).generate_state(len(start)).view(np.int32)
-    engine = ClosedLoop(vehicle, model, scenario.controller, scene, timing, seeds, **options)
-    if scene is not None and engine.controller.looks:
-        _check_view(engine, scene, start, angle)
-    return engine
+    seeds = np.random.SeedSequence(scenario.seed).generate_state(runs).view(np.int32)
+    return Loop(scenario.controller, timing, scene, seeds)
 
 
-def control_step(scenario: Scenario, finest: float, step: float | None) -> float:
-    """The step [s] of a closed loop: the control period, or a whole part of it up to `finest`.
+def motion_of(scenario: Scenario, times: Array) -> Array:
+    """Centroids of the targets and their velocities (times, targets, MOTION), world axes."""
+    return np.stack([np.hstack(target.path(times)[:2]) for target in scenario.targets], axis=1)
 
-    step: the user's, which must divide the control period if there is one, or None. Raises
-    InputError.
-    """
-    period = scenario.control_period
-    if period is None:
-        return step or min(finest, LOOP_STEP)
-    if step is None:
-        return float(period / np.ceil(period / finest * (1.0 - 1e-12)))
-    parts = period / step
-    if round(parts) < 1 or abs(parts - round(parts)) > 1e-6:
+
+def check_view(engine: Engine, scenario: Scenario, start: Start) -> None:
+    """Refuse a start from which the camera of a controller that looks misses a point."""
+    if scenario.controller is None or not scenario.controller.looks:
+        return
+    layout, corners = engine.layout, scenario.targets[0].points
+    log = np.zeros((len(start.states), 1, layout.log))
+    log[:, 0, : layout.state] = start.states
+    log[:, 0, layout.branch.start + 1] = start.angle
+    watched = watch(engine, log, corners, motion_of(scenario, np.zeros(1)))[:, 0]
+    columns = watched_columns(len(corners))
+    image, depth, seen = (watched[:, columns[name]] for name in ("image", "depth", "in_view"))
+    if seen.all():
+        return
+    run, point = np.argwhere(seen == 0.0)[0]
+    named = f"target has point {point}" + (f" of run {run}" if len(log) > 1 else "")
+    if depth[run, point] <= 0.0:
         raise InputError(
-            f"control_period is {period:g} s, which is not a multiple of the step, {step:g} s; "
-            "give one that is, or step='auto'."
+            f"{named} behind the camera at the start (depth {depth[run, point]:.3g} m); start "
+            "above the target, with the camera turned to it."
         )
-    return step
+    camera = engine.vehicle.camera
+    focal, centre, size = (
+        per_run(value, engine.vehicle.runs or 1, 2)[run if engine.vehicle.runs else 0]
+        for value in (camera.focal_length, camera.principal_point, camera.image_size)
+    )
+    u, v = focal * image[run, 2 * point : 2 * point + 2] + centre
+    raise InputError(
+        f"{named} out of view at the start, at pixel ({u:.0f}, {v:.0f}) of an image of {size[0]:g} "
+        f"by {size[1]:g}; start nearer to where the camera is to be, or farther above."
+    )
 
 
 def _timing(vehicle: Vehicle, scenario: Scenario, grid: Grid) -> Timing:
@@ -93,41 +98,9 @@ def _timing(vehicle: Vehicle, scenario: Scenario, grid: Grid) -> Timing:
 def _scene(scenario: Scenario, grid: Grid, every_stage: bool) -> Scene:
     targets = scenario.targets
     times = stage_times(grid) if every_stage else grid.starts
-
-    def motion(at: np.ndarray) -> np.ndarray:
-        return np.stack([np.hstack(target.path(at)[:2]) for target in targets], axis=1)
-
     desired = np.stack([target.desired for target in targets])
-    return Scene(targets[0].points, desired, motion(times), motion(grid.samples))
-
-
-def _check_view(engine: ClosedLoop, scene: Scene, start: np.ndarray, angle: np.ndarray) -> None:
-    """Refuse a start from which the camera does not see every point."""
-    log = np.zeros((len(start), 1, engine.layout.log))
-    log[:, 0, : engine.layout.state] = start
-    log[:, 0, engine.layout.branch.start + 1] = angle
-    watched = watch(engine, log, scene.corners, scene.motion_at_samples[:1])[:, 0]
-    n = len(scene.corners)
-    image, depth, seen = np.split(watched[:, POSE_AND_TWIST:], [2 * n, 3 * n], axis=-1)
-    if seen.all():
-        return
-    run, point = np.argwhere(seen == 0.0)[0]
-    named = f"target has point {point}" + (f" of run {run}" if len(start) > 1 else "")
-    if depth[run, point] <= 0.0:
-        raise InputError(
-            f"{named} behind the camera at the start (depth {depth[run, point]:.3g} m); start "
-            "above the target, with the camera turned to it."
-        )
-    camera = engine.vehicle.camera
-    focal, centre, size = (
-        per_run(value, engine.vehicle.runs or 1, 2)[run if engine.vehicle.runs else 0]
-        for value in (camera.focal_length, camera.principal_point, camera.image_size)
-    )
-    u, v = focal * image[run, 2 * point : 2 * point + 2] + centre
-    raise InputError(
-        f"{named} out of view at the start, at pixel ({u:.0f}, {v:.0f}) of an image of {size[0]:g} "
-        f"by {size[1]:g}; start nearer to where the camera is to be, or farther above."
-    )
+    motion, at_samples = (motion_of(scenario, at) for at in (times, grid.samples))
+    return Scene(targets[0].points, desired, motion, at_samples)
 
 
 def _one(name: str, value: Any) -> float:

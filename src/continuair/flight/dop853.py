@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 from scipy.integrate import DOP853
 
-from continuair.engine.engine import Engine, Logs
-from continuair.flight.time_grid import Grid, groups_in_use, sample_inputs
+from continuair.engine.engine import Engine, Logs, Start
+from continuair.flight.prepare import Cohort, Flight
 from continuair.kernels.step import NOT_FINITE, OK, OVERBENT
 from continuair.vehicle.layout import Layout
+
+Array = np.ndarray
 
 # With a relative tolerance alone, components that pass through zero would stall the step.
 _ABSOLUTE = 1e-2
@@ -19,20 +21,12 @@ _ABSOLUTE = 1e-2
 _FOLLOWED = 16
 
 
-def integrate_reference(
-    engine: Engine,
-    start: np.ndarray,
-    angle: np.ndarray,
-    grid: Grid,
-    scenario: Any,
-    tolerance: float,
-    at_samples: tuple[np.ndarray, int],
-) -> Logs:
+def integrate_reference(flight: Flight, engine: Engine, cohort: Cohort, tolerance: float) -> Logs:
     """Integrate one run piece by piece between input jumps; inputs are called at its own stages."""
-    groups, layout = groups_in_use(scenario), engine.layout
+    grid, layout, start = cohort.grid, engine.layout, flight.start
     log = np.full((1, len(grid.samples), layout.log), np.nan)
-    branch = [float(angle[0])]
-    y = start[0].copy()
+    branch = [float(start.angle[0])]
+    y = start.states[0].copy()
     log[0, 0] = _row(y, branch[0], layout)
     edges = [0.0, *grid.starts[grid.opens], float(grid.samples[-1])]
     overbent: list[float] = []
@@ -40,13 +34,12 @@ def integrate_reference(
     for left, right in zip(edges[:-1], edges[1:], strict=True):
         inside = np.nextafter(left, np.inf), np.nextafter(right, -np.inf)
 
-        def rate(
-            t: float, state: np.ndarray, inside: Any = inside, branch: Any = branch
-        ) -> np.ndarray:
+        def rate(t: float, state: Array, inside: Any = inside, branch: Any = branch) -> np.ndarray:
             # The polar torques act along the branch followed so far.
-            table, _ = sample_inputs(scenario, np.clip([t], *inside), layout)
+            acting = flight.drive(np.clip([t], *inside), cohort.runs)
             angle = np.array([_follow(state, branch[0], layout)])
-            found = engine.derivative(state[None], angle, table, scenario.gravity, groups, start)[0]
+            at = Start(state[None], angle, start.states)
+            found: Array = engine.derivative(at, acting)[0]
             if np.isnan(found).any() and np.isfinite(state).all():
                 overbent.append(t)
             return found
@@ -71,7 +64,7 @@ def integrate_reference(
         if status != OK:
             break
     last = np.searchsorted(grid.starts, reached)
-    observed = engine.observe(log, at_samples, scenario.gravity, groups)
+    observed = engine.observe(log, cohort.at_samples)
     return Logs(log, np.array([status], np.int32), np.array([last], np.int32), observed)
 
 

@@ -10,20 +10,24 @@ import numpy as np
 import xarray as xr
 
 from continuair import checks
-from continuair.engine.engine import Engine, Logs
-from continuair.engine.loop import POSE_AND_TWIST, Scene, watch
+from continuair.engine.engine import Drive, Logs, Start
+from continuair.engine.loop import Scene, watch
 from continuair.errors import InputError, shown
-from continuair.flight.simulate import MODELS, warn_if_coarse
-from continuair.flight.steps import automatic_step
-from continuair.flight.time_grid import Grid, groups_in_use, make_grid, sample_inputs, stage_times
-from continuair.flight.trajectory import WATCHED_VARIABLES, assemble, default_variables
-from continuair.kernels.forces.inputs import GENERAL, PAPER
+from continuair.flight.camera_timing import motion_of
+from continuair.flight.prepare import Cohort, check_scenario, checked_step, prepare
+from continuair.flight.steps import check_divides
+from continuair.flight.time_grid import Grid, Marks, grid_of, marks_of, stage_times
+from continuair.flight.trajectory import WATCHED_VARIABLES, Recorder, default_variables
+from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import OK, STATUS
 from continuair.scenario.scenarios import Scenario
-from continuair.vehicle.coordinates import continuous_euler, paper_rates, state_from_paper
+from continuair.vehicle.coordinates import continuous_euler, paper_rates
+from continuair.vehicle.layout import GENERAL, PAPER, TAU, watched_columns
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
 Array = np.ndarray
+
+_ONE = np.zeros(1, int)  # the index of the only run
 
 
 @dataclass(frozen=True)
@@ -62,29 +66,21 @@ class Simulation:
         step: float | str = "auto",
         control_period: float = 1e-3,
     ) -> None:
-        _check(vehicle, scenario, control_period)
-        check_vehicle(vehicle)
         checks.choice("model", model, MODELS)
-        control_period = checks.positive("control_period", control_period)
+        _check_alone(vehicle, scenario)
+        period = checks.positive("control_period", control_period, " [s]")
         if not (isinstance(step, str) and step == "auto"):
-            step = checks.positive("step", step, " or 'auto'")
-            parts = control_period / step
-            if round(parts) < 1 or abs(parts - round(parts)) > 1e-6:
-                raise InputError(
-                    f"control_period is {control_period:g} s, which is not a multiple of the step, "
-                    f"{step:g} s; give one that is, or step='auto'."
-                )
-        q, qd = np.atleast_2d(scenario.q), np.atleast_2d(scenario.qd)
-        fine = automatic_step(Engine(vehicle, "coupled"), q, qd)
-        self._step = min(fine, control_period) if isinstance(step, str) else float(step)
-        warn_if_coarse(self._step, fine, stacklevel=3)
+            check_divides(period, checked_step(step))
+        self._flight = prepare(
+            vehicle, scenario, step=step, sample=period, duration=period, threads=1, stacklevel=3
+        )
         self._vehicle, self._scenario, self._model = vehicle, scenario, model
-        self._engine = Engine(vehicle, model, threads=1)
-        self._period, self._status, self._ended = float(control_period), OK, 0.0
+        self._engine, self._step = self._flight.engine(model), float(self._flight.steps[0])
+        self._period, self._status, self._ended = period, OK, 0.0
         layout = self._engine.layout
         row = np.zeros(layout.log)
-        row[: layout.state] = state_from_paper(q, qd)[0]
-        row[layout.branch] = q[0, 6:]
+        row[: layout.state] = self._flight.start.states[0]
+        row[layout.branch] = np.atleast_2d(scenario.q)[0, 6:]
         self._rows, self._taus = [row], [np.zeros(layout.coordinates)]
         self._euler = continuous_euler(row[None, layout.attitude])[0]
 
@@ -127,19 +123,11 @@ class Simulation:
                 f"step is not possible: the flight ended at {self._ended:g} s ({self.status}); "
                 "start a new Simulation."
             )
-        layout, row = self._engine.layout, self._rows[-1]
-        grid = self._grid()
-        logs = self._engine.roll_out(
-            row[None, : layout.state],
-            row[None, layout.branch.stop - 1],
-            grid,
-            self._inputs(stage_times(grid), push),
-            (np.zeros((1, 1, layout.inputs)), 0),
-            self._scenario.gravity,
-            self._groups,
-            observe=False,
-            initial=self._rows[0][None, : layout.state],
-        )
+        layout, row, grid = self._engine.layout, self._rows[-1], self._grid()
+        states, first = row[None, : layout.state], self._rows[0][None, : layout.state]
+        start = Start(states, row[None, layout.branch.stop - 1], frozen=first)
+        acting = self._drive(stage_times(grid), push)
+        logs = self._engine.roll_out(_ONE, start, grid, acting)
         self._taus[-1] = push
         self._status = int(logs.status[0])
         if self._status != OK:
@@ -156,101 +144,82 @@ class Simulation:
         n = len(target.points)
         scale = np.tile(camera.focal_length, n)
         centre = np.tile(camera.principal_point, n)
-        image, depth, seen = np.split(watched[POSE_AND_TWIST:], [2 * n, 3 * n])
+        seen = {name: watched[at] for name, at in watched_columns(n).items()}
         return Observation(
-            features=scale * image + centre,
+            features=scale * seen["image"] + centre,
             desired=scale * target.desired + centre,
-            depth=depth,
-            in_view=seen > 0.0,
-            camera_position=watched[:3],
-            camera_attitude=watched[3:7],
-            camera_twist=watched[7:POSE_AND_TWIST],
+            depth=seen["depth"],
+            in_view=seen["in_view"] > 0.0,
+            camera_position=seen["camera_position"],
+            camera_attitude=seen["camera_attitude"],
+            camera_twist=seen["camera_twist"],
             target_velocity=target.path(self.time)[1][0],
         )
 
     def trajectory(self) -> xr.Dataset:
         """The flight so far, a sample per control period, as `simulate` returns it."""
-        engine, scenario = self._engine, self._scenario
+        scenario, engine = self._scenario, self._engine
         times = self._period * np.arange(len(self._rows))
         log = np.stack(self._rows)[None]
-        inputs = self._inputs(times, np.stack(self._taus)[:, None])
-        observed = engine.observe(log, inputs, scenario.gravity, self._groups)
+        acting = self._drive(times, np.stack(self._taus)[:, None])
         names, scene, watched = default_variables(scenario), None, None
         if scenario.targets:
             names += tuple(sorted(WATCHED_VARIABLES))
-            motion = self._motion(times)
-            target = scenario.targets[0]
+            target, motion = scenario.targets[0], motion_of(scenario, times)
             scene = Scene(target.points, target.desired[None], motion, motion)
-            watched = self._watch(self._rows, times)
-        status = np.array([self._status], np.int32)
-        last = np.array([len(times) - 1])
+            watched = watch(engine, log, target.points, motion)
         # A flight that ended did so between its last sample and the next.
         starts = times[:-1] if self._status == OK else np.append(times[:-1], self._ended)
+        status, last = np.array([self._status], np.int32), np.array([len(times) - 1])
+        observed = engine.observe(log, acting)
         grid = Grid(times, starts, np.diff(times), *(np.empty(0),) * 3)
-        provenance = dict(
-            vehicle=self._vehicle,
-            scenario=scenario,
-            model=self._model,
-            step=self._step,
-            integrator="rk4",
-            dtype="float64",
-            gravity=scenario.gravity,
-            scene=scene,
-            part=slice(0, 1),
-        )
-        logs = Logs(log, status, last, observed, watched)
-        return assemble(grid, logs, engine.layout, names, False, provenance)
-
-    @property
-    def _groups(self) -> int:
-        return groups_in_use(self._scenario) | GENERAL | PAPER
+        flight = dataclasses.replace(self._flight, marks=Marks(times, times, times[:0]))
+        recorder = Recorder(flight, self._model, names, "float64")
+        logs = Logs(log, status, last, observed, watched, scene)
+        recorder.keep(Cohort(flight, _ONE, grid, acting, None), logs)
+        return recorder.dataset({"step": self._step})
 
     def _grid(self) -> Grid:
         """The steps of the next control period; input jumps at its edges are met from inside."""
         now, period, jumps = self.time, self._period, np.array(self._scenario.jumps)
         margin = 1e-9 * period
         inside = jumps[(jumps > now + margin) & (jumps < now + period - margin)] - now
-        grid = make_grid(period, min(self._step, period), period, inside)
+        grid = grid_of(marks_of(period, period, inside), self._step)
         grid.opens[0] |= bool((np.abs(jumps - now) <= margin).any())
         grid.closes[-1] |= bool((np.abs(jumps - now - period) <= margin).any())
         return dataclasses.replace(grid, samples=now + grid.samples, starts=now + grid.starts)
 
-    def _inputs(self, times: Array, tau: Array) -> tuple[Array, int]:
-        """Input table at times and its rows per time; tau (8,), or (n, 1, 8) at each time."""
-        layout = self._engine.layout
-        table, stride = sample_inputs(self._scenario, times, layout)
-        table = np.broadcast_to(table, np.broadcast_shapes(table.shape, (*tau.shape[:-1], 1)))
-        table = np.array(table)
-        table[..., layout.force] += tau[..., :3]
-        table[..., layout.euler_and_polar] += tau[..., 3:]
-        return table, int(len(table) > 1 and (stride or tau.ndim > 1))
-
-    def _motion(self, times: Array) -> Array:
-        """Centroid and its velocity (times, 1, 6) of the target."""
-        if not self._scenario.targets:
-            raise InputError("target of the scenario is None; give one to look at.")
-        return np.hstack(self._scenario.targets[0].path(times)[:2])[:, None]
+    def _drive(self, times: Array, tau: Array) -> Drive:
+        """What acts at times; tau (8,), or (n, 1, 8) at each time."""
+        drive = self._flight.drive(times, _ONE)
+        shape = np.broadcast_shapes(drive.table.shape, (*tau.shape[:-1], 1))
+        table, first = np.array(np.broadcast_to(drive.table, shape)), 0
+        for name in TAU:
+            where = self._engine.layout.of_input[name]
+            width = where.stop - where.start
+            table[..., where] += tau[..., first : first + width]
+            first += width
+        timed = len(table) > 1 and (drive.timed or tau.ndim > 1)
+        return Drive(table, timed, drive.groups | GENERAL | PAPER, drive.gravity)
 
     def _watch(self, rows: list[Array], times: Array) -> Array:
-        motion = self._motion(times)
+        if not self._scenario.targets:
+            raise InputError("target of the scenario is None; give one to look at.")
+        motion = motion_of(self._scenario, times)
         return watch(self._engine, np.stack(rows)[None], self._scenario.targets[0].points, motion)
 
 
-def _check(vehicle: Any, scenario: Any, control_period: Any) -> None:
-    if not isinstance(scenario, Scenario):
-        raise InputError(f"scenario is {shown(scenario)}; give a continuair.Scenario.")
+def _check_alone(vehicle: Any, scenario: Any) -> None:
+    """Raise InputError for a controller or a batch."""
+    check_vehicle(vehicle)
+    check_scenario(scenario)
     if scenario.controller is not None:
         raise InputError(
             f"controller of the scenario is {scenario.controller.name}, but a Simulation is pushed "
             "by step(tau); leave the controller out, or use continuair.simulate."
         )
-    number = isinstance(control_period, (int, float, np.number))
-    if not number or isinstance(control_period, bool) or not 0.0 < control_period < np.inf:
-        raise InputError(
-            f"control_period is {shown(control_period)}; give a finite number above 0 [s]."
-        )
     runs = {
-        "vehicle": getattr(vehicle, "runs", None),
+        "vehicle": vehicle.runs,
         "scenario": scenario.runs,
         "target": len(scenario.targets) if isinstance(scenario.target, (list, tuple)) else None,
     }

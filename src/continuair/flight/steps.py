@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
 
-from continuair.engine.engine import Engine
-from continuair.errors import InputError
-from continuair.kernels.forces.inputs import GENERAL
+from continuair.engine.engine import Drive, Engine, Start
+from continuair.errors import ContinuairWarning, InputError
+from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.layout import GENERAL
+
+Array = np.ndarray
 
 STEP_PHASE = 0.2
 """Largest product of the automatic step and the fastest rate: RK4 then keeps the amplitude of the
 stiffest mode, and follows the fastest decay."""
+
+LOOP_STEP = 1e-4
+"""Largest automatic step of control at every stage: the loop may be faster than the arm [s]."""
 
 
 def bend_compliance(engine: Engine, q: Any) -> np.ndarray:
@@ -31,7 +38,9 @@ def bend_compliance(engine: Engine, q: Any) -> np.ndarray:
     def pushed(bend_moment: Any) -> np.ndarray:
         inputs = np.zeros((1, 1, layout.inputs))
         inputs[..., layout.bend_moment] = bend_moment
-        return engine.derivative(states, q[:, -1], inputs, 0.0, GENERAL)[:, layout.bend_rate]
+        return engine.derivative(Start(states, q[:, -1]), Drive(inputs, False, GENERAL, 0.0))[
+            :, layout.bend_rate
+        ]
 
     still = pushed(0.0)
     return np.stack([pushed(unit) - still for unit in np.eye(layout.bends)], axis=-1)
@@ -65,31 +74,80 @@ def _largest_compliance(engine: Engine, q: Any) -> np.ndarray:
     return largest
 
 
-def automatic_step(coupled: Engine, q: Any, qd: Any = None) -> float:
-    """Step [s] of which the fastest rate of any run makes at most 0.2.
+def automatic_step(coupled: Engine, q: Any, qd: Any = None) -> Array:
+    """Step (runs,) [s] of which the fastest rate of a run makes at most 0.2.
 
     That rate is the spin |ω| at the start, plus what is faster seen from the turning body: the
     stiffest mode (straight or at the initial bend, with its damping), or the tip's turning |k̇| l.
     coupled: an engine of the coupled model, whose free base raises the rates most. q, qd: (runs or
-    1, 8) paper coordinates and rates, at rest by default.
+    1, 8) paper coordinates and rates, at rest by default. A run that has no finite rate, as a bend
+    past a full circle has none, has the step inf. Raises InputError if no run has one.
     """
     q = np.atleast_2d(q)
     qd = np.zeros_like(q) if qd is None else np.atleast_2d(qd)
     straight = np.array(q)
     straight[:, 6::2] = 0.0
-    modes = np.stack([fastest_rate(coupled, at) for at in (straight, q)])
-    q, qd = np.broadcast_arrays(q, qd)
-    layout = coupled.layout
-    # Rates near the largest number there is make the step 0, which the time grid refuses.
-    with np.errstate(over="ignore"):
-        state = state_from_paper(q, qd)
-        spin = np.linalg.norm(state[:, layout.angular_velocity], axis=1)
-        turning = np.linalg.norm(state[:, layout.bend_rate], axis=1) * coupled.vehicle.arm.length
-    # A run that starts bent past a full circle has no frequency; it ends with a status.
-    rates = np.fmax(modes, turning) + spin
+    modes = np.fmax(*(fastest_rate(coupled, at) for at in (straight, q)))
     if not np.isfinite(modes).any():
         raise InputError(
             "vehicle has no finite bending frequency: its arm is too heavy or too "
             "soft beside its UAV; check arm.length, arm.radius and uav.mass."
         )
-    return float(STEP_PHASE / np.nanmax(rates))
+    q, qd = np.broadcast_arrays(q, qd)
+    layout = coupled.layout
+    # Rates near the largest number there is make the step 0, which the time grid refuses.
+    with np.errstate(over="ignore", divide="ignore"):
+        state = state_from_paper(q, qd)
+        spin = np.linalg.norm(state[:, layout.angular_velocity], axis=1)
+        turning = np.linalg.norm(state[:, layout.bend_rate], axis=1) * coupled.vehicle.arm.length
+        step = STEP_PHASE / (np.fmax(modes, turning) + spin)
+    found: Array = np.where(np.isnan(step), np.inf, step)
+    return found
+
+
+def steps_of(
+    scenario: Scenario, asked: Array | None, fine: Array, sample: float, warn: int | None
+) -> Array:
+    """The step (runs,) [s] that each run of a flight takes.
+
+    asked: the user's steps (runs or 1,), or None for the automatic ones: `fine`, which vehicle and
+    start allow, at most `sample`; in a closed loop a whole part of the control period. warn: frames
+    up to which to warn of a step that is longer than `fine`, or None. Raises InputError.
+    """
+    period = scenario.control_period if scenario.controller is not None else None
+    if asked is not None:
+        if period is not None:
+            check_divides(period, asked)
+        if warn is not None:
+            _warn_if_coarse(asked, fine, warn + 1)
+        return np.broadcast_to(asked, len(fine))
+    finest = np.minimum(fine, sample)
+    if scenario.controller is None:
+        return finest
+    if period is None:
+        return np.minimum(finest, LOOP_STEP)
+    return np.asarray(period / np.ceil(period / finest * (1.0 - 1e-12)))
+
+
+def check_divides(period: float, steps: Array) -> None:
+    """Raise InputError unless a control period is a multiple of every step (n,), all [s]."""
+    parts = period / steps
+    wrong = (np.round(parts) < 1) | (np.abs(parts - np.round(parts)) > 1e-6)
+    if wrong.any():
+        raise InputError(
+            f"control_period is {period:g} s, which is not a multiple of the step, "
+            f"{steps[wrong][0]:g} s; give one that is, or step='auto'."
+        )
+
+
+def _warn_if_coarse(steps: Array, fine: Array, stacklevel: int) -> None:
+    coarse = steps > fine * (1.0 + 1e-9)
+    if coarse.any():
+        of = "" if len(fine) == 1 else f" in {coarse.sum()} of {len(fine)} runs"
+        warnings.warn(
+            f"step is {steps.max():g} s, which is too coarse for the fastest motion of vehicle and "
+            f"start (stiffest bending mode, its damping, initial rates){of}: RK4 will distort it; "
+            f"use {fine.min():.3g} s or less, or step='auto'.",
+            ContinuairWarning,
+            stacklevel=stacklevel,
+        )

@@ -1,25 +1,19 @@
-"""Time grid and inputs of a roll-out: steps that end at every sample and every input jump."""
+"""Time grids: steps that end at every sample, every input jump and every control instant."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from continuair.errors import InputError
-from continuair.kernels.forces.inputs import GENERAL, PAPER, TIP
-from continuair.vehicle.layout import Layout
 
 MOST_STEPS = 1e7
 """Steps of one run: their inputs are sampled beforehand, and would fill the memory."""
 
 _ROUNDING = 1e-6
 """Share of a sample that is left over by rounding alone."""
-
-_COLUMNS = ("force", "moment", "bend_moment", "tip_wrench")
-"""Inputs that are a slice of the table, by the name of that slice in `Layout`."""
 
 
 @dataclass(frozen=True)
@@ -35,22 +29,22 @@ class Grid:
     closes: np.ndarray
 
 
-def make_grid(
+@dataclass(frozen=True)
+class Marks:
+    """Times [s] that steps have to end at: samples (n,), all of them, and the jumps among them."""
+
+    samples: np.ndarray
+    times: np.ndarray
+    jumps: np.ndarray
+
+
+def marks_of(
     duration: float,
-    step: float,
     sample: float,
     jumps: Iterable[float] = (),
     control_period: float | None = None,
-) -> Grid:
-    """Split [0, duration] at samples, jumps and control instants, and those pieces into steps."""
-    finest = min(step, sample)
-    if duration > MOST_STEPS * finest:
-        raise InputError(
-            f"duration is {duration:g} s, which takes more than {MOST_STEPS:.0e} steps of "
-            f"{finest:.2g} s; shorten it, give a longer step or sample, or check arm.radius, "
-            "arm.length, arm.youngs_modulus, its damping and the initial rates, which make the "
-            "automatic step short."
-        )
+) -> Marks:
+    """The marks of a flight over [0, duration], with a sample at its end."""
     # The last interval is the shorter one; what is left of rounding is none.
     count = max(1, int(np.ceil(duration / sample - _ROUNDING)))
     samples = np.append(sample * np.arange(count), duration)
@@ -61,27 +55,62 @@ def make_grid(
         if abs(samples[near] - t) < 1e-9 * duration:
             samples[near] = t
         inside[i] = t
-    marks = np.union1d(samples, inside)
+    times = np.union1d(samples, inside)
     if control_period is not None:
-        marks = _merged(
-            marks, np.arange(control_instants(duration, control_period)), control_period
+        times = _merged(
+            times, np.arange(control_instants(duration, control_period)), control_period
         )
-    length = np.diff(marks)
-    pieces = np.maximum(1, np.ceil(length / step * (1.0 - 1e-12))).astype(int)
+    return Marks(samples, times, inside)
+
+
+def grid_of(marks: Marks, step: float) -> Grid:
+    """The intervals between marks in equal steps of at most `step` [s]."""
+    times, samples = marks.times, marks.samples
+    length = np.diff(times)
+    pieces = _pieces(length, step)
     last = np.cumsum(pieces) - 1
     within = np.arange(pieces.sum()) - np.repeat(last - pieces + 1, pieces)
     steps = np.repeat(length / pieces, pieces)
     sample_after = np.full(len(steps), -1, np.int32)
-    ends_at = np.searchsorted(samples, marks[1:])
-    is_sample = np.isin(marks[1:], samples)
-    sample_after[last[is_sample]] = ends_at[is_sample]
+    is_sample = np.isin(times[1:], samples)
+    sample_after[last[is_sample]] = np.searchsorted(samples, times[1:])[is_sample]
     opens, closes = np.zeros(len(steps), bool), np.zeros(len(steps), bool)
-    at_jump = np.isin(marks, inside)
+    at_jump = np.isin(times, marks.jumps)
     opens[(last - pieces + 1)[at_jump[:-1]]] = True
     closes[last[at_jump[1:]]] = True
-    return Grid(
-        samples, np.repeat(marks[:-1], pieces) + within * steps, steps, sample_after, opens, closes
-    )
+    starts = np.repeat(times[:-1], pieces) + within * steps
+    return Grid(samples, starts, steps, sample_after, opens, closes)
+
+
+def shared_grids(marks: Marks, steps: np.ndarray) -> list[tuple[np.ndarray, Grid]]:
+    """Runs, by their indices, whose steps (runs,) [s] give them the same grid, and that grid."""
+    distinct, which = np.unique(steps, return_inverse=True)
+    # Equal intervals differ by rounding, which must not tell grids apart.
+    lengths = np.unique(np.round(np.diff(marks.times), 12))
+    pieces = _pieces(lengths[None], distinct[:, None])
+    first, group = np.unique(pieces, axis=0, return_index=True, return_inverse=True)[1:]
+    of_run = group.ravel()[which]
+    return [
+        (np.flatnonzero(of_run == n), grid_of(marks, float(distinct[at])))
+        for n, at in enumerate(first)
+    ]
+
+
+def _pieces(length: np.ndarray, step: float | np.ndarray) -> np.ndarray:
+    """The number of steps in each interval [s]."""
+    found: np.ndarray = np.maximum(1, np.ceil(length / step * (1.0 - 1e-12))).astype(int)
+    return found
+
+
+def check_steps(duration: float, finest: float) -> None:
+    """Raise InputError if a flight takes more steps of a length [s] than fit into memory."""
+    if duration > MOST_STEPS * finest:
+        raise InputError(
+            f"duration is {duration:g} s, which takes more than {MOST_STEPS:.0e} steps of "
+            f"{finest:.2g} s; shorten it, give a longer step or sample, or check arm.radius, "
+            "arm.length, arm.youngs_modulus, its damping and the initial rates, which make the "
+            "automatic step short."
+        )
 
 
 def control_instants(duration: float, period: float) -> int:
@@ -104,71 +133,3 @@ def stage_times(grid: Grid) -> np.ndarray:
     start[grid.opens] = np.nextafter(start[grid.opens], np.inf)
     end[grid.closes] = np.nextafter(end[grid.closes], -np.inf)
     return np.column_stack([start, grid.starts + 0.5 * grid.steps, end]).ravel()
-
-
-def groups_in_use(scenario: Any) -> int:
-    """Bits of the input columns that a scenario uses."""
-    general = any(
-        getattr(scenario, name) is not None for name in ("force", "moment", "bend_moment", "tau")
-    )
-    groups = GENERAL * general + PAPER * (scenario.tau is not None)
-    return groups + TIP * (scenario.tip_wrench is not None)
-
-
-def sample_inputs(scenario: Any, times: np.ndarray, layout: Layout) -> tuple[np.ndarray, int]:
-    """Input table (rows, runs or 1, inputs) and its rows per time: 0 if all inputs are constant."""
-    parts: list[tuple[str, slice, np.ndarray]] = []
-    for name in _COLUMNS:
-        value, where = getattr(scenario, name), getattr(layout, name)
-        if value is not None:
-            sign = scenario.tip_wrench_sign if name == "tip_wrench" else 1.0
-            width = where.stop - where.start
-            parts.append((name, where, sign * _at(name, value, times, width)))
-    if scenario.tau is not None:
-        tau = _at("tau", scenario.tau, times, layout.coordinates)
-        parts.append(("tau", layout.force, tau[..., :3]))
-        parts.append(("tau", layout.euler_and_polar, tau[..., 3:]))
-    rows = max((v.shape[0] for _, _, v in parts), default=1)
-    runs = max((v.shape[1] for _, _, v in parts), default=1)
-    if any(v.shape[1] not in (1, runs) for _, _, v in parts):
-        held = {name: f"{name} has {v.shape[1]}" for name, _, v in parts}
-        raise InputError(
-            f"inputs hold rows for different numbers of runs ({', '.join(held.values())}); give "
-            "as many rows in each, or one row for all runs."
-        )
-    table = np.zeros((rows, runs, layout.inputs))
-    for _, where, value in parts:
-        table[..., where] += value
-    return table, int(rows > 1)
-
-
-def _at(name: str, value: Any, times: np.ndarray, width: int) -> np.ndarray:
-    """An input at every time: (times or 1, runs or 1, width)."""
-    if not callable(value):
-        constant = np.asarray(value, float)
-        return constant.reshape(1, -1, constant.shape[-1])
-    # Steps share their ends: each time is asked for once.
-    distinct, index = np.unique(times, return_inverse=True)
-    try:
-        given = [value(t) for t in distinct.tolist()]
-    except Exception as error:
-        raise InputError(
-            f"{name} raises {type(error).__name__} ({error}) during the flight; return {width} "
-            "numbers at every time of it."
-        ) from error
-    try:
-        rows = np.array(given, float)
-    except (TypeError, ValueError):
-        rows = np.empty((0, 0))
-    if rows.shape[-1] != width or rows.ndim not in (2, 3) or len(rows) != len(distinct):
-        raise InputError(
-            f"{name} returns values of changing or wrong shape over time; return {width} numbers, "
-            "or a row of them per run, at every time."
-        )
-    bad = ~np.isfinite(rows.reshape(len(rows), -1)).all(-1)
-    if bad.any():
-        raise InputError(
-            f"{name} is not finite at t = {distinct[bad][0]:g} s; return finite numbers at every "
-            "time of the flight."
-        )
-    return rows[index].reshape(len(times), -1, width)

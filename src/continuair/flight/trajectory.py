@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from functools import cache
 from importlib.metadata import version
 from typing import Any
 
@@ -12,11 +12,12 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 from continuair.engine.engine import Logs
-from continuair.engine.loop import POSE_AND_TWIST
-from continuair.flight.time_grid import Grid
+from continuair.flight.prepare import Cohort, Flight
 from continuair.kernels.step import STATUS
 from continuair.vehicle.coordinates import continuous_euler
-from continuair.vehicle.layout import Layout
+from continuair.vehicle.layout import ACTUATORS, MOTION, OBSERVED, watched_columns
+
+Array = np.ndarray
 
 _BENDING = {
     "coupled": "",
@@ -70,34 +71,13 @@ WATCHED_VARIABLES = frozenset(
 )
 """Variables of a closed loop with a target."""
 
-_OBSERVED: dict[str, Any] = {
-    "tip_position": slice(0, 3),
-    "tip_attitude": slice(3, 7),
-    "kinetic_energy": 7,
-    "gravity_energy": 8,
-    "elastic_energy": 9,
-    "linear_momentum": slice(10, 13),
-    "angular_momentum": slice(13, 16),
-    "base_force": slice(16, 19),
-    "base_moment": slice(19, 22),
-}
-OBSERVED_VARIABLES = frozenset(_OBSERVED)
-
-_CAMERA = {
-    "camera_position": slice(0, 3),
-    "camera_attitude": slice(3, 7),
-    "camera_twist": slice(7, POSE_AND_TWIST),
-}
+OBSERVED_VARIABLES = frozenset(OBSERVED)
 
 _LOGGED = ("position", "attitude", "bend", "angular_velocity", "bend_rate", "command")
 """Variables that are a slice of the log, by the name of that slice in `Layout`."""
 
-_RUNNING = ("scene", "part")
-"""What is known of a flight while it is assembled, and not kept."""
-
 _COORDINATES: dict[str, list[Any]] = {
-    "actuator": ["force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z"]
-    + ["bend_moment_x", "bend_moment_y"],
+    "actuator": list(ACTUATORS),
     "twist": ["vx", "vy", "vz", "wx", "wy", "wz"],
     "axis": list("xyz"),
     "quaternion": list("xyzw"),
@@ -106,68 +86,91 @@ _COORDINATES: dict[str, list[Any]] = {
 }
 
 
-def assemble(
-    grid: Grid,
-    logs: Logs,
-    layout: Layout,
-    names: Iterable[str],
-    batched: bool,
-    provenance: dict[str, Any],
-) -> xr.Dataset:
-    """Dataset of the named variables from the logs of a chunk of runs."""
-    data: dict[str, Any] = {}
-    model = provenance["model"]
-    for name in names:
-        dimension, units, meaning = VARIABLES[name]
-        if name in WATCHED_VARIABLES:
-            values = _watched(name, logs, provenance).astype(logs.log.dtype, copy=False)
-        else:
-            values = _values(name, logs, layout)
-        dims = ("run", "time", dimension) if dimension else ("run", "time")
-        if name == "kinetic_energy":
-            meaning = _BENDING[model] + meaning
-        data[name] = (dims, values, {"units": units, "long_name": meaning})
-    times = np.append(grid.starts, grid.samples[-1])
-    codes = ", ".join(f"{code} {text}" for code, text in STATUS.items())
-    data["status"] = (
-        "run",
-        logs.status.astype(np.int8),
-        {"long_name": f"how the run ended: {codes}"},
-    )
-    data["end_time"] = (
-        "run",
-        times[logs.last_step],
-        {"units": "s", "long_name": "time up to which the run is valid"},
-    )
-    used = {VARIABLES[name][0] for name in names} - {""}
-    coordinates: dict[str, Any] = {n: _COORDINATES[n] for n in sorted(used) if n in _COORDINATES}
-    coordinates["time"] = ("time", grid.samples, {"units": "s"})
-    dataset = xr.Dataset(data, coordinates, _attributes(provenance))
-    return dataset if batched else dataset.isel(run=0)
+class Recorder:
+    """Keeps variables of a flight's runs while they are flown, part by part.
+
+    names: of VARIABLES; runs: indices of the runs that are kept, all by default.
+    """
+
+    def __init__(
+        self,
+        flight: Flight,
+        model: str,
+        names: tuple[str, ...],
+        dtype: str,
+        runs: Array | None = None,
+    ) -> None:
+        self.flight, self.model, self.names, self.dtype = flight, model, names, dtype
+        self.runs = np.arange(flight.runs) if runs is None else runs
+        self._row = np.full(flight.runs, -1)
+        self._row[self.runs] = np.arange(len(self.runs))
+        self._values: dict[str, Array] = {}
+        self._status = np.zeros(len(self.runs), np.int8)
+        self._end_time = np.zeros(len(self.runs))
+
+    def keep(self, cohort: Cohort, logs: Logs) -> None:
+        """Keep what the logs of a cohort hold."""
+        at = self._row[cohort.runs]
+        for name in self.names:
+            values = values_of(name, logs, cohort)
+            if name not in self._values:
+                shape = (len(self.runs), *values.shape[1:])
+                self._values[name] = np.empty(shape, self.dtype)
+            self._values[name][at] = values
+        self._status[at] = logs.status
+        times = np.append(cohort.grid.starts, cohort.grid.samples[-1])
+        self._end_time[at] = times[logs.last_step]
+
+    def dataset(self, provenance: dict[str, Any]) -> xr.Dataset:
+        """All that was kept; provenance: attributes beside those that follow from the flight."""
+        data = {name: _variable(name, self._values[name], self.model) for name in self.names}
+        codes = ", ".join(f"{code} {text}" for code, text in STATUS.items())
+        data["status"] = ("run", self._status, {"long_name": f"how the run ended: {codes}"})
+        until = {"units": "s", "long_name": "time up to which the run is valid"}
+        data["end_time"] = ("run", self._end_time, until)
+        if self.flight.batched:
+            taken = {"units": "s", "long_name": "integration step"}
+            data["step"] = ("run", self.flight.steps[self.runs], taken)
+        used = {VARIABLES[name][0] for name in self.names} - {""}
+        coordinates: dict[str, Any] = {
+            n: _COORDINATES[n] for n in sorted(used) if n in _COORDINATES
+        }
+        coordinates["time"] = ("time", self.flight.marks.samples, {"units": "s"})
+        found = xr.Dataset(data, coordinates, self._attributes() | provenance)
+        return found if self.flight.batched else found.isel(run=0)
+
+    def _attributes(self) -> dict[str, Any]:
+        flight = self.flight
+        return {
+            "vehicle": json.dumps(flight.vehicle.describe()),
+            "scenario": json.dumps(flight.scenario.describe()),
+            "model": self.model,
+            "integrator": "rk4",
+            "dtype": self.dtype,
+            "gravity": flight.scenario.gravity,
+            "versions": versions(),
+        }
 
 
-def concatenate(parts: list[xr.Dataset]) -> xr.Dataset:
-    """Join chunks of one batch along `run`."""
-    if len(parts) == 1:
-        return parts[0]
-    return xr.concat(
-        parts,
-        "run",
-        data_vars="minimal",
-        coords="minimal",
-        compat="override",
-        join="override",
-        combine_attrs="override",
-    )
+@cache
+def versions() -> str:
+    """Versions of what computed a result, as JSON."""
+    names = ("continuair", "warp-lang", "numpy", "scipy")
+    return json.dumps({name: version(name) for name in names})
 
 
-def _values(name: str, logs: Logs, layout: Layout) -> np.ndarray:
-    if name in _OBSERVED:
+def values_of(name: str, logs: Logs, cohort: Cohort) -> Array:
+    """Values (runs, samples, …) of a variable of VARIABLES, from the logs of a cohort."""
+    layout = cohort.flight.coupled.layout
+    if name in WATCHED_VARIABLES:
+        return _watched(name, logs, cohort)
+    if name in OBSERVED:
         assert logs.observed is not None
-        return logs.observed[..., _OBSERVED[name]].copy()
+        values = logs.observed[..., OBSERVED[name]]
+        return values if VARIABLES[name][0] else values[..., 0]
     log = logs.log
     if name in _LOGGED:
-        return log[..., getattr(layout, name)].copy()
+        return log[..., getattr(layout, name)]
     if name == "q":
         euler = continuous_euler(log[..., layout.attitude])
         return np.concatenate([log[..., layout.position], euler, log[..., layout.branch]], -1)
@@ -181,31 +184,37 @@ def _values(name: str, logs: Logs, layout: Layout) -> np.ndarray:
     return turned.reshape(*log.shape[:-1], 3)
 
 
-def _watched(name: str, logs: Logs, provenance: dict[str, Any]) -> np.ndarray:
+def _variable(name: str, values: Array, model: str) -> tuple[Any, ...]:
+    """A variable of a Dataset: dimensions, values, attributes."""
+    dimension, units, meaning = VARIABLES[name]
+    dims = ("run", "time", dimension) if dimension else ("run", "time")
+    if name == "kinetic_energy":
+        meaning = _BENDING.get(model, "") + meaning
+    return dims, values, {"units": units, "long_name": meaning}
+
+
+def _watched(name: str, logs: Logs, cohort: Cohort) -> Array:
     """What the camera sees, in pixels, and where it and its target are."""
-    watched, scene, camera = logs.watched, provenance["scene"], provenance["vehicle"].camera
-    assert watched is not None
-
-    def of_part(rows: Any) -> np.ndarray:
-        rows = np.atleast_2d(rows)
-        return rows if len(rows) == 1 else rows[provenance["part"]]
-
+    assert logs.scene is not None and logs.watched is not None
+    watched, scene, camera = logs.watched, logs.scene, cohort.flight.vehicle.camera
     n = len(scene.corners)
+    columns = watched_columns(n)
+
+    def of_runs(rows: Any) -> Array:
+        rows = np.atleast_2d(rows)
+        return rows if len(rows) == 1 else rows[cohort.runs]
+
     if name in ("target_position", "target_velocity"):
-        part = slice(0, 3) if name == "target_position" else slice(3, 6)
-        rows = of_part(np.moveaxis(scene.motion_at_samples[..., part], 0, 1))
-        return np.broadcast_to(rows, (*watched.shape[:2], 3)).copy()
-    if name in _CAMERA:
-        return watched[..., _CAMERA[name]].copy()
-    image, depth, seen = np.split(watched[..., POSE_AND_TWIST:], [2 * n, 3 * n], axis=-1)
-    if name == "depth":
-        return depth.copy()
-    if name == "in_view":
-        return seen.copy()
-    scale = np.tile(of_part(camera.focal_length), n)[:, None]
+        of_motion = scene.motion_at_samples[..., MOTION[name.removeprefix("target_")]]
+        rows = of_runs(np.moveaxis(of_motion, 0, 1))
+        return np.broadcast_to(rows, (*watched.shape[:2], 3))
+    if name in columns:
+        return watched[..., columns[name]]
+    image = watched[..., columns["image"]]
+    scale = np.tile(of_runs(camera.focal_length), n)[:, None]
     if name == "feature_error":
-        return scale * (of_part(scene.desired)[:, None] - image)
-    return scale * image + np.tile(of_part(camera.principal_point), n)[:, None]
+        return scale * (of_runs(scene.desired)[:, None] - image)
+    return scale * image + np.tile(of_runs(camera.principal_point), n)[:, None]
 
 
 def default_variables(scenario: Any) -> tuple[str, ...]:
@@ -216,13 +225,3 @@ def default_variables(scenario: Any) -> tuple[str, ...]:
     if scenario.controller is None or not scenario.targets:
         absent |= WATCHED_VARIABLES
     return tuple(name for name in VARIABLES if name not in absent)
-
-
-def _attributes(provenance: dict[str, Any]) -> dict[str, Any]:
-    attributes = {name: value for name, value in provenance.items() if name not in _RUNNING}
-    attributes["vehicle"] = json.dumps(provenance["vehicle"].describe())
-    attributes["scenario"] = json.dumps(provenance["scenario"].describe())
-    attributes["versions"] = json.dumps(
-        {name: version(name) for name in ("continuair", "warp-lang", "numpy", "scipy")}
-    )
-    return attributes

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from continuair.engine.engine import Engine
+from continuair.engine.engine import Drive, Engine, Start
 from continuair.errors import InputError
+from continuair.flight.inputs import groups_in_use, sample_inputs
 from continuair.flight.steps import automatic_step
-from continuair.flight.time_grid import Grid, groups_in_use, sample_inputs, stage_times
+from continuair.flight.time_grid import Grid, Marks, grid_of, stage_times
 from continuair.identification.recording import INPUTS, Recording
-from continuair.kernels.forces.inputs import GENERAL
-from continuair.scenario.scenarios import open_loop_test
+from continuair.scenario.paper_tests import open_loop_test
 from continuair.vehicle.coordinates import state_from_paper
-from continuair.vehicle.layout import ONE_SECTION
+from continuair.vehicle.layout import GENERAL, ONE_SECTION
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -42,17 +42,17 @@ class Replay:
         start = first_start(recording)
         q = np.zeros(8)
         q[6] = float(np.hypot(*start[6:8]))
-        step = _FINER * automatic_step(Engine(vehicle, "coupled"), q)
-        self.grid = grid_through(recording.time, min(step, _LONGEST_STEP))
+        step = _FINER * float(automatic_step(Engine(vehicle, "coupled"), q).min())
+        times = recording.time
+        self.grid = grid_of(Marks(times, times, times[:0]), min(step, _LONGEST_STEP))
         scenario = open_loop_test(test) if test else None
         self._start = np.zeros((1, ONE_SECTION.state))
-        self._gravity = _GRAVITY
         if scenario is not None:
             self._start = state_from_paper(np.atleast_2d(scenario.q), np.atleast_2d(scenario.qd))
-            self._table = sample_inputs(scenario, stage_times(self.grid), ONE_SECTION)
-            self._groups = groups_in_use(scenario)
+            table, timed = sample_inputs(scenario, stage_times(self.grid), ONE_SECTION)
+            self._drive = Drive(table, timed, groups_in_use(scenario), _GRAVITY)
         else:
-            self._table, self._groups = _held(recording, self.grid), GENERAL
+            self._drive = Drive(_held(recording, self.grid), True, GENERAL, _GRAVITY)
 
     def residuals(self, vehicle: Vehicle, start: Array | None, runs: int) -> Array:
         """Simulated minus measured (runs, samples, 8): position, rotation, bend. NaN: it failed.
@@ -61,11 +61,8 @@ class Replay:
         """
         states = np.repeat(self._start, runs, 0) if start is None else _states(start)
         engine = Engine(vehicle, "coupled")
-        angle = np.zeros(runs)
-        table = self._table
-        logs = engine.roll_out(
-            states, angle, self.grid, table, table, self._gravity, self._groups, False
-        )
+        begin = Start(states, np.zeros(runs))
+        logs = engine.roll_out(np.arange(runs), begin, self.grid, self._drive)
         log = logs.log
         log[logs.status != 0] = np.nan
         layout, measured = ONE_SECTION, self.recording
@@ -74,19 +71,6 @@ class Replay:
         difference[..., 3:6] = _turn(measured.attitude, log[..., layout.attitude])
         difference[..., 6:] = log[..., layout.bend] - measured.bend
         return difference
-
-
-def grid_through(times: Array, step: float) -> Grid:
-    """Steps of at most `step` [s] that end at every time (n,); inputs may jump at each."""
-    length = np.diff(times)
-    pieces = np.maximum(1, np.ceil(length / step * (1.0 - 1e-12))).astype(int)
-    last = np.cumsum(pieces) - 1
-    within = np.arange(pieces.sum()) - np.repeat(last - pieces + 1, pieces)
-    steps = np.repeat(length / pieces, pieces)
-    after = np.full(len(steps), -1, np.int32)
-    after[last] = np.arange(1, len(times))
-    none = np.zeros(len(steps), bool)
-    return Grid(times, np.repeat(times[:-1], pieces) + within * steps, steps, after, none, none)
 
 
 def first_start(recording: Recording) -> Array:
@@ -107,14 +91,14 @@ def _states(start: Array) -> Array:
     return np.hstack([start[:, :3], attitude, start[:, 6:]])
 
 
-def _held(recording: Recording, grid: Grid) -> tuple[Array, int]:
+def _held(recording: Recording, grid: Grid) -> Array:
     """The input table: every stage of a step takes the row at or before the step's start."""
     assert recording.inputs is not None
     middle = grid.starts + 0.5 * grid.steps
     row = np.searchsorted(recording.time, middle, side="right") - 1
     table = np.zeros((3 * len(row), 1, ONE_SECTION.inputs))
     table[:, 0, ONE_SECTION.push] = np.repeat(recording.inputs[row], 3, axis=0)
-    return table, 1
+    return table
 
 
 def _turn(measured: Array, simulated: Array) -> Array:

@@ -1,52 +1,19 @@
-"""Device code for comparing flights by their tip alone: its log, and how far two logs are apart."""
+"""The kernel that tells how far two logs of the tip are apart."""
 
-from types import SimpleNamespace
+from typing import Any
 
 import warp as wp
 
-from continuair.kernels.step import OPTIONS
-
-POSE = 7
-"""Columns of a logged tip: position 3 and attitude 4 (x y z w), tip frame to world."""
-
-DEVIATIONS = ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_r_rad", "angle_rad")
-"""Columns of what two logs are compared by, as `continuair.analysis.metrics.compare` names them."""
+from continuair.kernels.options import OPTIONS
+from continuair.vehicle.layout import TIP_POSE
 
 
-def tip_logger(code: SimpleNamespace):
-    """A function of the signature of `log_row` that writes a POSE."""
-    Real, State, Plant, Push, Branch = code.Real, code.State, code.Plant, code.Push, code.Branch
-    vec2, vec3, quat = code.vec2, code.vec3, code.quat
-    tip_of, tip_attitude = code.tip_of, code.tip_attitude
-
-    @wp.func
-    def log_tip(
-        log: wp.array3d(dtype=Real),
-        run: int,
-        sample: int,
-        y: State,
-        plant: Plant,
-        branch: Branch,
-        push: Push,
-    ):
-        q = quat(y[3], y[4], y[5], y[6])
-        b = vec2(y[7], y[8])
-        tip = tip_of(b)
-        at = vec3(y[0], y[1], y[2]) + wp.quat_rotate(q, plant.mount + plant.unit * tip.point)
-        turn = q * tip_attitude(b)
-        for j in range(3):
-            log[run, sample, j] = at[j]
-        for j in range(4):
-            log[run, sample, 3 + j] = turn[j]
-
-    return log_tip
-
-
-def deviation_kernel(Real):
+def deviation_kernel(Real: Any) -> Any:
     """The kernel `deviate`: the metrics of continuair/metrics.py, one run per thread."""
     vec3 = wp.types.vector(3, Real)
     quat = wp.types.quaternion(Real)
     zero, one, two = Real(0.0), Real(1.0), Real(2.0)
+    P, Q = TIP_POSE["position"].start, TIP_POSE["attitude"].start
     pi = Real(3.141592653589793)
 
     @wp.struct
@@ -61,7 +28,10 @@ def deviation_kernel(Real):
     @wp.func
     def attitude(log: wp.array3d(dtype=Real), run: int, sample: int):
         return quat(
-            log[run, sample, 3], log[run, sample, 4], log[run, sample, 5], log[run, sample, 6]
+            log[run, sample, Q],
+            log[run, sample, Q + 1],
+            log[run, sample, Q + 2],
+            log[run, sample, Q + 3],
         )
 
     @wp.func
@@ -136,7 +106,7 @@ def deviation_kernel(Real):
     ):
         run = wp.tid()
         samples = reference.shape[1]
-        at = vec3(reference[run, 0, 0], reference[run, 0, 1], reference[run, 0, 2])
+        at = vec3(reference[run, 0, P], reference[run, 0, P + 1], reference[run, 0, P + 2])
         least = at
         most = at
         ours = begin(attitude(reference, run, 0))
@@ -152,16 +122,17 @@ def deviation_kernel(Real):
                 ours = follow(ours, r)
                 theirs = follow(theirs, s)
             for j in range(3):
-                x = reference[run, i, j]
+                x = reference[run, i, P + j]
                 least[j] = wp.min(least[j], x)
                 most[j] = wp.max(most[j], x)
-                moved += (x - other[run, i, j]) * (x - other[run, i, j])
+                gap = x - other[run, i, P + j]
+                moved += gap * gap
             angles = ours.chosen + two * pi * ours.turns
             least_angle = wp.min(least_angle, angles)
             most_angle = wp.max(most_angle, angles)
             rotated += wp.length_sq(angles - theirs.chosen - two * pi * theirs.turns)
-            gap = angle_between(r, s)
-            apart += gap * gap
+            turn = angle_between(r, s)
+            apart += turn * turn
         n = Real(samples)
         out[run, 0] = ratio(moved, most - least, n)
         out[run, 1] = ratio(rotated, most_angle - least_angle, n)

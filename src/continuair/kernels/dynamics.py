@@ -1,220 +1,178 @@
-"""Device code of the three models: the rate of the state of an aerial continuum manipulator."""
+"""Device code of the models: the rate of the state of an aerial continuum manipulator.
 
+With a' = a_o - g, what a body at B's origin feels, in body axes, and about the common centre of
+mass, the rows of the coupled system are
+
+    m a' + ω̇×c + J_c b̈ = F - force        I ω̇ + J b̈ = M - c×F/m - moment
+    Jᵀ ω̇ + N b̈ = Q - J_cᵀ F/m - bend
+
+with the bias (force, moment, bend) of what is quadratic in the rates. The decoupled model of Amiri
+et al. leaves out the blocks between UAV and arm; about the arm's own base, N is then N₀ = N +
+J_cᵀ J_c/m, and gravity acts on the bend. Models "without …" are coupled but for one part of what
+decoupling drops: see continuair/analysis/couplings.py.
+"""
+
+from dataclasses import dataclass
 from functools import cache
-from types import SimpleNamespace
+from typing import Any
 
 import warp as wp
 
 from continuair.kernels.arm.one_section import section_code
-from continuair.kernels.forces.inputs import load_code
+from continuair.kernels.bias import bias_code
+from continuair.kernels.flight import flight_code
+from continuair.kernels.forces.inputs import input_code
+from continuair.kernels.types import MOMENTS, device_types, holding
+
+MODELS = ("coupled", "decoupled", "independent")
+"""Models to simulate with."""
+
+COUPLINGS = ("carriage", "inertia", "coriolis")
+"""Couplings that a model "without …" lacks."""
+
+COUPLED = ("coupled", "without carriage", "without coriolis")
+"""Models whose mass matrix holds the blocks between UAV and arm."""
+
+BLOCK_BIASED = ("decoupled", "without coriolis")
+"""Models whose bias leaves out what UAV and arm do to one another."""
+
+CARRIED = ("decoupled", "without carriage")
+"""Models whose arm does not feel how the common centre of mass accelerates, but gravity."""
+
+OWN_BASE = ("decoupled", "independent")
+"""Models whose moment polynomials hold the inertia of bending about the arm's own base."""
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """rate_of(y, branch, flight, row, push) -> dy/dt of one model, and its loads."""
+
+    model: str
+    rate_of: Any
+    loads: Any
 
 
 @cache
-def device_code(precision: str, sections: int, model: str) -> SimpleNamespace:
-    """Warp types and functions for one precision, number of sections and model."""
-    coupled, independent = model == "coupled", model == "independent"
-    section = section_code(precision, sections)
-    loads = load_code(section, independent)
-    Real, Row, State, Plant = section.Real, section.Row, section.State, section.Plant
-    Shape, Push, vec2, vec3 = section.Shape, section.Push, section.vec2, section.vec3
-    Frozen, Load, load_of = loads.Frozen, loads.Load, loads.load_of
-    shape, attitude_of, bend_force = section.shape, section.attitude_of, section.bend_force
-    inertia_of, moment_of_arm = section.inertia_of, section.moment_of_arm
-    momentum_of_bending, own_bending = section.momentum_of_bending, section.own_bending
-    exchange_on_rotation, centrifugal = section.exchange_on_rotation, section.centrifugal
+def dynamics_code(precision: str, sections: int, model: str) -> Dynamics:
+    """The rate of the state for one precision, number of sections and model."""
+    types, section = device_types(precision, sections), section_code(precision, sections)
+    flight_structs, biases = flight_code(precision, sections), bias_code(precision, sections)
+    loads = input_code(precision, sections, frozen_arm=model == "independent")
+    Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
+    vec2, vec3, quat = types.vec2, types.vec3, types.quat
+    attitude_of, velocity_of, state_of = types.attitude_of, types.velocity_of, types.state_of
+    bend_of, shape, Flight = types.bend_of, section.shape, flight_structs.Flight
+    Load, load_of = loads.Load, loads.load_of
+    Motion, motion_of = biases.Motion, biases.motion_of
+    full_bias, block_bias, about_base = biases.full_bias, biases.block_bias, biases.about_base
+    bend_force, own_bending = section.bend_force, section.own_bending
     solve_bending, solve_symmetric = section.solve_bending, section.solve_symmetric
-    zero, half, one, two = Real(0.0), Real(0.5), Real(1.0), Real(2.0)
+    coupling_of, Shape = section.coupling_of, section.Shape
+    zero, half, one = Real(0.0), Real(0.5), Real(1.0)
+    NP, ND = MOMENTS.index("NP"), MOMENTS.index("ND")
+
+    @wp.struct
+    class Accelerations:
+        """a' in body axes, ω̇ and b̈."""
+
+        base: vec3
+        spin: vec3
+        bend: vec2
 
     @wp.func
-    def coupled_accelerations(
-        y: State,
-        plant: Plant,
-        s: Shape,
-        load: Load,
-        b: vec2,
-        db: vec2,
-        w: vec3,
-        hd: vec3,
-        du: Real,
-        ddu: Real,
-    ):
-        """(a_o - g in body axes, ω̇, b̈) of the full system; gravity cancels from ω̇ and b̈."""
-        e = plant.lever
-        u = wp.dot(b, b)
-        inertia = inertia_of(s, plant, b)
-        c = plant.arm_mass * plant.mount + moment_of_arm(s, b)
-        hb = momentum_of_bending(s, e, b, db, hd, du)
-        up = s.d[1] * ddu + s.dd_beta * du * du
-        out = s.d[0] * ddu + s.dd_alpha * du * du
-        hdd = vec3(
-            two * s.d[0] * du * db[0] + out * b[0], two * s.d[0] * du * db[1] + out * b[1], -up
-        )
-        turn = (s.d[6] + s.f[7]) * du
-        twist = s.d[7] * du * du + s.f[7] * ddu
-        own = vec3(
-            turn * db[1] + twist * b[1],
-            -turn * db[0] - twist * b[0],
-            s.d[5] * du * (b[0] * db[1] - b[1] * db[0]),
-        ) + wp.cross(e, hdd)
-        bias = wp.cross(w, inertia * w + hb) + own
-        bias += exchange_on_rotation(s, e, b, db, w, hd, du)
-        rhs_w = load.moment - wp.cross(c, load.force) / plant.mass - bias
-        rate = two * (
-            (s.d[6] - s.f[7]) * (b[0] * w[0] + b[1] * w[1]) + (s.f[5] + u * s.d[5]) * w[2]
-        )
-        rhs_b = (
-            load.bend
-            - plant.stiffness * b
-            - plant.damping * db
-            - bend_force(s.f[0], s.d[0], s.d[1], b, load.force) / plant.mass
-            - own_bending(s, b, db, du, ddu)
-            - rate * vec2(-db[1], db[0])
-            - centrifugal(s, e, b, u, w)
-        )
-        # Columns of J, the coupling of rotation and bending.
-        g00 = s.f[6] + two * s.f[7] * b[0] * b[0]
-        g01 = two * s.f[7] * b[0] * b[1]
-        g11 = s.f[6] + two * s.f[7] * b[1] * b[1]
-        ca = two * s.d[0]
-        cb = -two * s.d[1]
-        jc0 = vec3(s.f[0] + ca * b[0] * b[0], ca * b[0] * b[1], cb * b[0])
-        jc1 = vec3(ca * b[0] * b[1], s.f[0] + ca * b[1] * b[1], cb * b[1])
-        j0 = vec3(g01, -g00, -s.f[5] * b[1]) + wp.cross(e, jc0)
-        j1 = vec3(g11, -g01, s.f[5] * b[0]) + wp.cross(e, jc1)
-        # Schur complement on the rotation.
-        n = one / s.f[8]
-        k = n * s.f[9] / (s.f[8] + u * s.f[9])
-        jb = b[0] * j0 + b[1] * j1
-        y0 = n * j0 - (k * b[0]) * jb
-        y1 = n * j1 - (k * b[1]) * jb
-        schur = inertia - wp.outer(y0, j0) - wp.outer(y1, j1)
-        dw = solve_symmetric(schur, rhs_w - rhs_b[0] * y0 - rhs_b[1] * y1)
-        ddb = solve_bending(s, b, u, rhs_b - vec2(wp.dot(j0, dw), wp.dot(j1, dw)))
-        moved = wp.cross(dw, c) + wp.cross(w, wp.cross(w, c) + two * hd) + hdd
-        moved += ddb[0] * jc0 + ddb[1] * jc1
-        return (load.force - moved) / plant.mass, dw, ddb
+    def together(s: Shape, plant: Plant, m: Motion, force: vec3, moment: vec3, bend: vec2):
+        """Solve the coupled rows: a Schur complement on the rotation."""
+        c = coupling_of(s, plant.lever, m.b)
+        n = one / s.f[NP]
+        k = n * s.f[ND] / (s.f[NP] + m.u * s.f[ND])
+        along = m.b[0] * c.spin_x + m.b[1] * c.spin_y
+        x = n * c.spin_x - (k * m.b[0]) * along
+        y = n * c.spin_y - (k * m.b[1]) * along
+        schur = m.inertia - wp.outer(x, c.spin_x) - wp.outer(y, c.spin_y)
+        out = Accelerations()
+        out.spin = solve_symmetric(schur, moment - bend[0] * x - bend[1] * y)
+        turned = vec2(wp.dot(c.spin_x, out.spin), wp.dot(c.spin_y, out.spin))
+        out.bend = solve_bending(s, m.b, m.u, bend - turned)
+        moved = wp.cross(out.spin, m.c) + out.bend[0] * c.base_x + out.bend[1] * c.base_y
+        out.base = (force - moved) / plant.mass
+        return out
 
     @wp.func
-    def decoupled_accelerations(
-        y: State,
-        plant: Plant,
-        s: Shape,
-        load: Load,
-        b: vec2,
-        db: vec2,
-        w: vec3,
-        hd: vec3,
-        du: Real,
-        ddu: Real,
-        gravity: Real,
-    ):
-        """The same with the UAV-arm blocks of M and C zeroed: own terms and half the exchange."""
-        e = plant.lever
-        u = wp.dot(b, b)
-        alpha = s.f[0]
-        inertia = inertia_of(s, plant, b)
-        c = plant.arm_mass * plant.mount + moment_of_arm(s, b)
-        hb = momentum_of_bending(s, e, b, db, hd, du)
-        exchange = exchange_on_rotation(s, e, b, db, w, hd, du) + wp.cross(w, hb)
-        bias = wp.cross(w, inertia * w) + half * exchange
-        dw = solve_symmetric(inertia, load.moment - wp.cross(c, load.force) / plant.mass - bias)
-        moved = wp.cross(dw, c) + wp.cross(w, wp.cross(w, c) + hd)
-        # About the arm's own base, K differ from those about the common centre of mass.
-        across = s.d[6] - s.f[7] + two * alpha * s.d[1] / plant.mass
-        about = s.f[5] + u * s.d[5] + alpha * (alpha + two * u * s.d[0]) / plant.mass
-        rate = across * (b[0] * w[0] + b[1] * w[1]) + about * w[2]
-        weight = wp.quat_rotate_inv(attitude_of(y), vec3(zero, zero, -gravity))
-        rhs_b = (
-            load.bend
-            - plant.stiffness * b
-            - plant.damping * db
-            + bend_force(alpha, s.d[0], s.d[1], b, weight)
-            - own_bending(s, b, db, du, ddu)
-            - rate * vec2(-db[1], db[0])
-        )
-        return (load.force - moved) / plant.mass, dw, solve_bending(s, b, u, rhs_b)
+    def apart(s: Shape, plant: Plant, m: Motion, force: vec3, moment: vec3, bend: vec2):
+        """Solve the rows of the vehicle with its arm frozen, and those of the bend, each alone."""
+        out = Accelerations()
+        out.spin = solve_symmetric(m.inertia, moment)
+        out.bend = solve_bending(s, m.b, m.u, bend)
+        out.base = (force - wp.cross(out.spin, m.c)) / plant.mass
+        return out
 
     @wp.func
-    def independent_accelerations(
-        y: State,
-        plant: Plant,
-        frozen: Frozen,
-        s: Shape,
-        load: Load,
-        b: vec2,
-        db: vec2,
-        w: vec3,
-        du: Real,
-        ddu: Real,
-        gravity: Real,
-    ):
-        """A rigid vehicle with frozen payload, and the arm on a base fixed as it starts."""
-        c = frozen.moment
-        bias = wp.cross(w, frozen.inertia * w)
-        dw = frozen.inverse * (load.moment - wp.cross(c, load.force) / plant.mass - bias)
-        moved = wp.cross(dw, c) + wp.cross(w, wp.cross(w, c))
-        weight = wp.quat_rotate_inv(frozen.attitude, vec3(zero, zero, -gravity))
-        rhs_b = (
-            load.bend
-            - plant.stiffness * b
-            - plant.damping * db
-            + bend_force(s.f[0], s.d[0], s.d[1], b, weight)
-            - own_bending(s, b, db, du, ddu)
-        )
-        return ((load.force - moved) / plant.mass, dw, solve_bending(s, b, wp.dot(b, b), rhs_b))
-
-    @wp.func
-    def rate_of(
-        y: State,
-        branch: vec2,
-        plant: Plant,
-        frozen: Frozen,
-        coefficients: wp.array2d(dtype=Row),
-        vehicle: int,
-        inputs: wp.array3d(dtype=Real),
-        row: int,
-        run: int,
-        groups: int,
-        command: Push,
-        gravity: Real,
-    ):
-        """dy/dt."""
-        b = vec2(y[7], y[8])
-        db = vec2(y[15], y[16])
-        w = vec3(y[12], y[13], y[14])
-        du = two * wp.dot(b, db)
-        ddu = two * wp.dot(db, db)
-        s = shape(coefficients, vehicle, wp.dot(b, b))
-        load = load_of(y, b, branch, plant, frozen, inputs, row, run, groups, command)
-        lift = s.d[0] * du
-        hd = vec3(s.f[0] * db[0] + lift * b[0], s.f[0] * db[1] + lift * b[1], -s.d[1] * du)
-        if wp.static(coupled):
-            a, dw, ddb = coupled_accelerations(y, plant, s, load, b, db, w, hd, du, ddu)
-        elif wp.static(independent):
-            a, dw, ddb = independent_accelerations(
-                y, plant, frozen, s, load, b, db, w, du, ddu, gravity
-            )
+    def block_accelerations(y: State, flight: Flight, s: Shape, m: Motion, load: Load):
+        """Any model but `independent`."""
+        plant = flight.plant
+        if wp.static(model in BLOCK_BIASED):
+            if wp.static(model in COUPLED):
+                bias = block_bias(about_base(s, plant, m), plant, m)
+            else:
+                bias = block_bias(s, plant, m)
         else:
-            a, dw, ddb = decoupled_accelerations(y, plant, s, load, b, db, w, hd, du, ddu, gravity)
-        v = wp.quat_rotate(attitude_of(y), a)
-        return State(
-            y[9],
-            y[10],
-            y[11],
-            half * (y[6] * w[0] + y[4] * w[2] - y[5] * w[1]),
-            half * (y[6] * w[1] + y[5] * w[0] - y[3] * w[2]),
-            half * (y[6] * w[2] + y[3] * w[1] - y[4] * w[0]),
-            -half * (y[3] * w[0] + y[4] * w[1] + y[5] * w[2]),
-            db[0],
-            db[1],
-            v[0],
-            v[1],
-            v[2] - gravity,
-            dw[0],
-            dw[1],
-            dw[2],
-            ddb[0],
-            ddb[1],
-        )
+            bias = full_bias(s, plant, m)
+        # What pulls on every mass of the arm, per mass, in the axes of the body.
+        pull = -load.force / plant.mass
+        if wp.static(model in CARRIED):
+            pull = wp.quat_rotate_inv(attitude_of(y), vec3(zero, zero, -flight.gravity))
+        if wp.static(model == "without coriolis"):
+            pull += bias.force / plant.mass
+        if wp.static(model == "without inertia"):
+            pull -= bias.force / plant.mass
+        force = load.force - bias.force
+        moment = load.moment - wp.cross(m.c, load.force) / plant.mass - bias.moment
+        bend = load.bend - plant.stiffness * m.b - plant.damping * m.db
+        bend += bend_force(s, m.b, pull) - bias.bend
+        if wp.static(model in COUPLED):
+            return together(s, plant, m, force, moment, bend)
+        if wp.static(model == "without inertia"):
+            return apart(about_base(s, plant, m), plant, m, force, moment, bend)
+        return apart(s, plant, m, force, moment, bend)
 
-    return SimpleNamespace(**vars(section), **vars(loads), model=model, rate_of=rate_of)
+    @wp.func
+    def independent_accelerations(y: State, flight: Flight, s: Shape, m: Motion, load: Load):
+        """A rigid vehicle with frozen payload, and the arm on a base fixed as it starts."""
+        plant, frozen = flight.plant, flight.frozen
+        c = frozen.moment
+        out = Accelerations()
+        bias = wp.cross(m.w, frozen.inertia * m.w)
+        out.spin = frozen.inverse * (load.moment - wp.cross(c, load.force) / plant.mass - bias)
+        moved = wp.cross(out.spin, c) + wp.cross(m.w, wp.cross(m.w, c))
+        out.base = (load.force - moved) / plant.mass
+        weight = wp.quat_rotate_inv(frozen.attitude, vec3(zero, zero, -flight.gravity))
+        bend = load.bend - plant.stiffness * m.b - plant.damping * m.db
+        bend += bend_force(s, m.b, weight) - own_bending(s, m.b, m.db, m.du, m.ddu)
+        out.bend = solve_bending(s, m.b, m.u, bend)
+        return out
+
+    @wp.func
+    def rate_of(y: State, branch: vec2, flight: Flight, row: int, push: Push):
+        """dy/dt under the inputs of a row and a controller's push."""
+        b = bend_of(y)
+        s = shape(flight.coefficients, flight.vehicle, wp.dot(b, b))
+        load = load_of(y, branch, flight, row, push)
+        m = motion_of(y, s, flight.plant)
+        if wp.static(model == "independent"):
+            a = independent_accelerations(y, flight, s, m, load)
+        else:
+            a = block_accelerations(y, flight, s, m, load)
+        q = attitude_of(y)
+        v = wp.quat_rotate(q, a.base)
+        # half * q * (ω, 0), written out.
+        w = m.w
+        turn = quat(
+            half * (q[3] * w[0] + q[1] * w[2] - q[2] * w[1]),
+            half * (q[3] * w[1] + q[2] * w[0] - q[0] * w[2]),
+            half * (q[3] * w[2] + q[0] * w[1] - q[1] * w[0]),
+            -half * (q[0] * w[0] + q[1] * w[1] + q[2] * w[2]),
+        )
+        falling = vec3(v[0], v[1], v[2] - flight.gravity)
+        return state_of(velocity_of(y), turn, m.db, falling, a.spin, a.bend)
+
+    return holding(Dynamics, locals())

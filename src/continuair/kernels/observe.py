@@ -1,113 +1,110 @@
-"""The kernel that finds tip, energies, momenta and base reaction along logged runs."""
+"""Kernels that look back along a log: tip, energies, momenta and reaction; what the camera saw."""
 
-from types import SimpleNamespace
+from typing import Any
 
 import warp as wp
 
-from continuair.kernels.forces.inputs import TIP
-from continuair.kernels.step import OPTIONS
+from continuair.kernels.arm.one_section import section_code
+from continuair.kernels.bias import bias_code
+from continuair.kernels.dynamics import Dynamics
+from continuair.kernels.flight import flight_code
+from continuair.kernels.options import OPTIONS
+from continuair.kernels.sensing.eye import Eye
+from continuair.kernels.types import MOMENTS, device_types
+from continuair.vehicle.layout import OBSERVED, watched_columns
 
-OBSERVED = 22
-"""Observed columns: tip position 3, tip attitude 4, energies 3, momenta 6, base reaction 6."""
+
+def logged_state(precision: str, sections: int) -> Any:
+    """The function `state_at(log, run, sample, unit)`: the state of a log row."""
+    types = device_types(precision, sections)
+    Real, State, layout = types.Real, types.State, types.layout
+    width, bends, B, DB = layout.state, layout.bends, layout.bend.start, layout.bend_rate.start
+
+    @wp.func
+    def state_at(log: wp.array3d(dtype=Real), run: int, sample: int, unit: Real):
+        y = State()
+        for j in range(width):
+            y[j] = log[run, sample, j]
+        for j in range(bends):
+            y[B + j] = y[B + j] * unit
+            y[DB + j] = y[DB + j] * unit
+        return y
+
+    return state_at
 
 
-def observer(code: SimpleNamespace):
-    """The kernel `observe`: what follows from logged rows, for each run and sample."""
-    Real, State, Row, Plant, vec2, vec3 = (
-        code.Real,
-        code.State,
-        code.Row,
-        code.Plant,
-        code.vec2,
-        code.vec3,
+def observe_kernel(precision: str, sections: int, dynamics: Dynamics) -> Any:
+    """The kernel `observe` of a model: columns OBSERVED for each run and sample."""
+    types, section = device_types(precision, sections), section_code(precision, sections)
+    structs, motion_of = flight_code(precision, sections), bias_code(precision, sections).motion_of
+    Real, Push, layout = types.Real, types.Push, types.layout
+    vec2, vec3 = types.vec2, types.vec3
+    position_of, attitude_of, velocity_of = types.position_of, types.attitude_of, types.velocity_of
+    bend_of, spin_of = types.bend_of, types.spin_of
+    shape, tip_of, tip_attitude = section.shape, section.tip_of, section.tip_attitude
+    moment_of_arm, Vehicles, Drive = section.moment_of_arm, structs.Vehicles, structs.Drive
+    flight_of, freeze, state_at = (
+        structs.flight_of,
+        structs.freeze,
+        logged_state(precision, sections),
     )
-    quat, shape, tip_of, freeze = code.quat, code.shape, code.tip_of, code.freeze
-    tip_attitude, Push = code.tip_attitude, code.Push
-    inertia_of, moment_of_arm, momentum_of_bending, load_of, rate_of = (
-        code.inertia_of,
-        code.moment_of_arm,
-        code.momentum_of_bending,
-        code.load_of,
-        code.rate_of,
-    )
-    half, zero, one, two = Real(0.5), Real(0.0), Real(1.0), Real(2.0)
-    tip_group, width, first = TIP, code.layout.state, code.layout.command.start
-    coupled, independent = code.model == "coupled", code.model == "independent"
+    rate_of, load_on_uav = dynamics.rate_of, dynamics.loads.load_on_uav
+    half, zero, quarter = Real(0.5), Real(0.0), Real(0.25)
+    NP, ND = MOMENTS.index("NP"), MOMENTS.index("ND")
+    angle_at, pushes, command_at = layout.branch.start + 1, layout.push.stop, layout.command.start
+    at = {name: where.start for name, where in OBSERVED.items()}
+    position, attitude = at["tip_position"], at["tip_attitude"]
+    kinetic_energy, gravity_energy = at["kinetic_energy"], at["gravity_energy"]
+    elastic_energy = at["elastic_energy"]
+    linear_momentum, angular_momentum = at["linear_momentum"], at["angular_momentum"]
+    base_force, base_moment = at["base_force"], at["base_moment"]
+    coupled, independent = dynamics.model == "coupled", dynamics.model == "independent"
 
     @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
     def observe(
-        plants: wp.array(dtype=Plant),
-        coefficients: wp.array2d(dtype=Row),
+        vehicles: Vehicles,
+        drive: Drive,
         log: wp.array3d(dtype=Real),
-        inputs: wp.array3d(dtype=Real),
-        stride: int,
-        groups: int,
-        gravity: Real,
         out: wp.array3d(dtype=Real),
     ):
+        """drive: inputs at the samples, with one row per sample or one for all."""
         run, sample = wp.tid()
-        vehicle = wp.min(run, plants.shape[0] - 1)
-        column = wp.min(run, inputs.shape[1] - 1)
-        plant = plants[vehicle]
-        y = State()
-        y0 = State()
-        for j in range(width):
-            scale = wp.where(j == 7 or j == 8 or j >= 15, plant.unit, one)
-            y[j] = log[run, sample, j] * scale
-            y0[j] = log[run, 0, j] * scale
-        frozen = freeze(y0, plant, coefficients, vehicle)
-        row = sample * stride
-        direction = vec2(wp.cos(log[run, sample, width + 1]), wp.sin(log[run, sample, width + 1]))
-        command = Push()
-        for j in range(8):
-            command[j] = log[run, sample, first + j]
-        dy = rate_of(
-            y,
-            direction,
-            plant,
-            frozen,
-            coefficients,
-            vehicle,
-            inputs,
-            row,
-            column,
-            groups,
-            command,
-            gravity,
-        )
+        flight = flight_of(vehicles, drive, run)
+        plant = flight.plant
+        y = state_at(log, run, sample, plant.unit)
+        flight.frozen = freeze(flight, state_at(log, run, 0, plant.unit))
+        row = sample * flight.stride
+        angle = log[run, sample, angle_at]
+        along = vec2(wp.cos(angle), wp.sin(angle))
+        push = Push()
+        for j in range(pushes):
+            push[j] = log[run, sample, command_at + j]
+        dy = rate_of(y, along, flight, row, push)
 
-        q = quat(y[3], y[4], y[5], y[6])
-        p = vec3(y[0], y[1], y[2])
-        v = vec3(y[9], y[10], y[11])
-        w = vec3(y[12], y[13], y[14])
-        b = vec2(y[7], y[8])
-        db = vec2(y[15], y[16])
-        u = wp.dot(b, b)
-        du = two * wp.dot(b, db)
-        s = shape(coefficients, vehicle, u)
-        tip = tip_of(b)
-        at = p + wp.quat_rotate(q, plant.mount + plant.unit * tip.point)
+        p, q, v = position_of(y), attitude_of(y), velocity_of(y)
+        b, w = bend_of(y), spin_of(y)
+        s = shape(flight.coefficients, flight.vehicle, wp.dot(b, b))
+        m = motion_of(y, s, plant)
+        tip = p + wp.quat_rotate(q, plant.mount + plant.unit * tip_of(b).point)
         turn = q * tip_attitude(b)
 
-        h = moment_of_arm(s, b)
-        lift = s.d[0] * du
-        hd = vec3(s.f[0] * db[0] + lift * b[0], s.f[0] * db[1] + lift * b[1], -s.d[1] * du)
-        c = plant.arm_mass * plant.mount + h
-        inertia = inertia_of(s, plant, b)
-        hb = momentum_of_bending(s, plant.lever, b, db, hd, du)
-        bending = half * (s.f[8] * wp.dot(db, db) + Real(0.25) * s.f[9] * du * du)
-        swept = hd
         height = plant.mass * p[2]
         if wp.static(independent):
-            c = frozen.moment
-            inertia = frozen.inertia
+            c = flight.frozen.moment
+            inertia = flight.frozen.inertia
             hb = vec3(zero, zero, zero)
-            swept = hb
-            height += wp.quat_rotate(frozen.attitude, h)[2]
+            swept = vec3(zero, zero, zero)
+            height += wp.quat_rotate(flight.frozen.attitude, moment_of_arm(s, b))[2]
+        else:
+            c = m.c
+            inertia = m.inertia
+            hb = m.hb
+            swept = m.hd
         height += wp.quat_rotate(q, c)[2]
         moving = v + wp.quat_rotate(q, wp.cross(w, c) + swept) / plant.mass
         spin = inertia * w
-        kinetic = bending + half * wp.dot(w, spin)
+        kinetic = half * (s.f[NP] * wp.dot(m.db, m.db) + quarter * s.f[ND] * m.du * m.du)
+        kinetic += half * wp.dot(w, spin)
         if wp.static(coupled):
             kinetic += wp.dot(w, hb) + half * plant.mass * wp.dot(moving, moving)
         else:
@@ -117,32 +114,68 @@ def observer(code: SimpleNamespace):
         linear = plant.mass * moving
         angular = wp.quat_rotate(q, spin + hb) + wp.cross(centre, linear)
 
-        a = wp.quat_rotate_inv(q, vec3(dy[9], dy[10], dy[11] + gravity))
-        dw = vec3(dy[12], dy[13], dy[14])
-        on_uav = load_of(
-            y,
-            b,
-            direction,
-            plant,
-            frozen,
-            inputs,
-            row,
-            column,
-            groups - (groups & tip_group),
-            command,
-        )
+        falling = velocity_of(dy) + vec3(zero, zero, flight.gravity)
+        a = wp.quat_rotate_inv(q, falling)
+        on_uav = load_on_uav(y, along, flight, row, push)
         force = plant.uav_mass * a - on_uav.force
-        moment = plant.uav_inertia * dw + wp.cross(w, plant.uav_inertia * w) - on_uav.moment
+        moment = plant.uav_inertia * spin_of(dy) + wp.cross(w, plant.uav_inertia * w)
+        moment -= on_uav.moment
         for j in range(3):
-            out[run, sample, j] = at[j]
-            out[run, sample, 10 + j] = linear[j]
-            out[run, sample, 13 + j] = angular[j]
-            out[run, sample, 16 + j] = force[j]
-            out[run, sample, 19 + j] = moment[j]
+            out[run, sample, position + j] = tip[j]
+            out[run, sample, linear_momentum + j] = linear[j]
+            out[run, sample, angular_momentum + j] = angular[j]
+            out[run, sample, base_force + j] = force[j]
+            out[run, sample, base_moment + j] = moment[j]
         for j in range(4):
-            out[run, sample, 3 + j] = turn[j]
-        out[run, sample, 7] = kinetic
-        out[run, sample, 8] = gravity * height
-        out[run, sample, 9] = half * plant.stiffness * u
+            out[run, sample, attitude + j] = turn[j]
+        out[run, sample, kinetic_energy] = kinetic
+        out[run, sample, gravity_energy] = flight.gravity * height
+        out[run, sample, elastic_energy] = half * plant.stiffness * m.u
 
     return observe
+
+
+def watch_kernel(precision: str, sections: int, eye: Eye) -> Any:
+    """The kernel `watch`: the true image and the camera's pose and twist, columns watched_columns.
+
+    motion: of the target's centroid at the samples (samples, runs or 1, MOTION).
+    """
+    types, state_at = device_types(precision, sections), logged_state(precision, sections)
+    Real, Plant, Camera, points = types.Real, types.Plant, eye.Camera, eye.points
+    vec2, vec3, angle_at = types.vec2, types.vec3, types.layout.branch.start + 1
+    view_of, look, columns = eye.view_of, eye.look, watched_columns(points)
+    position, attitude = columns["camera_position"].start, columns["camera_attitude"].start
+    twist, image = columns["camera_twist"].start, columns["image"].start
+    depth, in_view = columns["depth"].start, columns["in_view"].start
+
+    @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
+    def watch(
+        plants: wp.array(dtype=Plant),
+        cameras: wp.array(dtype=Camera),
+        corners: wp.array(dtype=vec3),
+        motion: wp.array3d(dtype=Real),
+        log: wp.array3d(dtype=Real),
+        out: wp.array3d(dtype=Real),
+    ):
+        run, sample = wp.tid()
+        plant = plants[wp.min(run, plants.shape[0] - 1)]
+        camera = cameras[wp.min(run, cameras.shape[0] - 1)]
+        column = wp.min(run, motion.shape[1] - 1)
+        y = state_at(log, run, sample, plant.unit)
+        angle = log[run, sample, angle_at]
+        view = view_of(y, vec2(wp.cos(angle), wp.sin(angle)), plant, camera)
+        at = vec3(motion[sample, column, 0], motion[sample, column, 1], motion[sample, column, 2])
+        sight = look(view, camera, at, corners)
+        for j in range(3):
+            out[run, sample, position + j] = view.position[j]
+        for j in range(4):
+            out[run, sample, attitude + j] = view.attitude[j]
+        for j in range(6):
+            out[run, sample, twist + j] = view.twist[j]
+        for i in range(2 * points):
+            out[run, sample, image + i] = sight.image[i]
+        for i in range(points):
+            out[run, sample, depth + i] = sight.depth[i]
+            out[run, sample, in_view + i] = sight.seen[2 * i]
+
+    return watch

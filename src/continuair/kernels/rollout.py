@@ -1,121 +1,141 @@
-"""Kernels of the open loop: a whole roll-out per thread, and single derivatives."""
+"""Kernels that fly: a whole roll-out per thread, with a law or without one, and single rates."""
 
-from types import SimpleNamespace
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
 
 import warp as wp
 
-from continuair.kernels.step import OPTIONS
+from continuair.kernels.flight import flight_code
+from continuair.kernels.options import OPTIONS
+from continuair.kernels.sensing.pilot import PilotCode
+from continuair.kernels.step import OK, UNSEEN, step_code, stepping_code
+from continuair.kernels.types import device_types, holding
 
 
-def integrator(code: SimpleNamespace, log_row: wp.Function):
-    """The kernel `rollout` of a model; log_row, as in kernels/step.py, writes its log."""
-    Real, Row, Plant, Push = code.Real, code.Row, code.Plant, code.Push
-    rate_of, freeze, load_state = code.rate_of, code.freeze, code.load_state
-    branch_at, followed = code.branch_at, code.followed
-    unit_attitude, end_of = code.unit_attitude, code.end_of
-    half, sixth, two = Real(0.5), Real(1.0 / 6.0), Real(2.0)
+@dataclass(frozen=True)
+class Arguments:
+    """Structs of the kernels' arguments: where runs begin, and the steps that they take."""
+
+    Start: Any
+    Steps: Any
+
+
+@cache
+def arguments(precision: str) -> Arguments:
+    """The structs for one precision."""
+    Real = getattr(wp, precision)
+
+    @wp.struct
+    class Start:
+        """states (runs, state); frozen, the same or what `independent` freezes; ψa (runs,)."""
+
+        states: wp.array2d(dtype=Real)
+        frozen: wp.array2d(dtype=Real)
+        angle: wp.array(dtype=Real)
+
+    @wp.struct
+    class Steps:
+        """Starts and lengths of the steps, and the sample that a step ends at, or -1."""
+
+        starts: wp.array(dtype=Real)
+        lengths: wp.array(dtype=Real)
+        sample_after: wp.array(dtype=wp.int32)
+
+    return holding(Arguments, locals())
+
+
+def rollout_kernel(
+    precision: str, sections: int, rate_of: Any, pilot: PilotCode, log_row: Any
+) -> Any:
+    """The kernel `rollout` of a model, by its rate_of, under a pilot; log_row: of kernels/logs.py.
+
+    log: (runs, samples, columns). status, last_step: (runs,), how a run ended and at which step.
+    """
+    types, structs = device_types(precision, sections), flight_code(precision, sections)
+    stepping, begins = stepping_code(precision, sections), arguments(precision)
+    Real, Push, load_state = types.Real, types.Push, types.load_state
+    Vehicles, Drive, Start, Steps = structs.Vehicles, structs.Drive, begins.Start, begins.Steps
+    flight_of, freeze = structs.flight_of, structs.freeze
+    branch_at, followed, end_of = stepping.branch_at, stepping.followed, stepping.end_of
+    Loop, pilot_of, decide, push_at = pilot.Loop, pilot.pilot_of, pilot.decide, pilot.push_at
+    step = step_code(precision, sections, rate_of, pilot)
+    ok, unseen = OK, UNSEEN
 
     @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
     def rollout(
-        plants: wp.array(dtype=Plant),
-        coefficients: wp.array2d(dtype=Row),
-        initial: wp.array2d(dtype=Real),
-        start: wp.array2d(dtype=Real),
-        angle: wp.array(dtype=Real),
-        inputs: wp.array3d(dtype=Real),
-        stride: int,
-        groups: int,
-        gravity: Real,
-        steps: wp.array(dtype=Real),
-        sample_after: wp.array(dtype=wp.int32),
+        vehicles: Vehicles,
+        start: Start,
+        drive: Drive,
+        steps: Steps,
+        loop: Loop,
         log: wp.array3d(dtype=Real),
         status: wp.array(dtype=wp.int32),
         last_step: wp.array(dtype=wp.int32),
     ):
         run = wp.tid()
-        vehicle = wp.min(run, plants.shape[0] - 1)
-        column = wp.min(run, inputs.shape[1] - 1)
-        plant = plants[vehicle]
-        y = load_state(start, run, plant.unit)
-        frozen = freeze(load_state(initial, run, plant.unit), plant, coefficients, vehicle)
-        branch = branch_at(angle[run])
-        none = Push()
-        log_row(log, run, 0, y, plant, branch, none)
-        ended = wp.int32(0)
-        done = steps.shape[0]
-        for i in range(steps.shape[0]):
-            h = steps[i]
-            row = i * stride
-            mid = row + wp.min(stride, 1)
-            end = row + wp.min(stride, 2)
-            along = branch.direction
-            k1 = rate_of(
-                y, along, plant, frozen, coefficients, vehicle, inputs, row, column, groups, none,
-                gravity,
-            )  # fmt: skip
-            k2 = rate_of(
-                y + half * h * k1, along, plant, frozen, coefficients, vehicle, inputs, mid, column,
-                groups, none, gravity,
-            )  # fmt: skip
-            k3 = rate_of(
-                y + half * h * k2, along, plant, frozen, coefficients, vehicle, inputs, mid, column,
-                groups, none, gravity,
-            )  # fmt: skip
-            k4 = rate_of(
-                y + h * k3, along, plant, frozen, coefficients, vehicle, inputs, end, column,
-                groups, none, gravity,
-            )  # fmt: skip
-            y = unit_attitude(y + (h * sixth) * (k1 + two * (k2 + k3) + k4))
+        flight = flight_of(vehicles, drive, run)
+        flight.frozen = freeze(flight, load_state(start.frozen, run, flight.plant.unit))
+        y = load_state(start.states, run, flight.plant.unit)
+        branch = branch_at(start.angle[run])
+        pilot = pilot_of(loop, run)
+        push = Push()
+        ended = wp.int32(ok)
+        due = wp.int32(0)
+        count = steps.lengths.shape[0]
+        done = count
+        for i in range(count):
+            decision = decide(i, steps.starts[i], y, branch.direction, flight, pilot, push)
+            push = decision.push
+            if due >= 0:
+                log_row(log, run, due, y, flight, branch, push)
+            if decision.lost:
+                ended = wp.int32(unseen)
+                done = i
+                break
+            y = step(i, steps.starts[i], steps.lengths[i], y, branch.direction, flight, pilot, push)
             ended = end_of(y)
-            if ended != 0:
+            due = -1
+            if ended != ok:
                 done = i
                 break
             branch = followed(branch, y)
-            sample = sample_after[i]
-            if sample >= 0:
-                log_row(log, run, sample, y, plant, branch, none)
+            due = steps.sample_after[i]
+        if ended == ok and due >= 0:
+            last = count - 1
+            at = steps.starts[last] + steps.lengths[last]
+            push = push_at(3 * last + 2, at, y, branch.direction, flight, pilot, push)
+            log_row(log, run, due, y, flight, branch, push)
         status[run] = ended
         last_step[run] = done
 
     return rollout
 
 
-def differentiator(code: SimpleNamespace):
-    """The kernel `derivative` of a model."""
-    Real, Row, Plant, Push = code.Real, code.Row, code.Plant, code.Push
-    rate_of, freeze, load_state = code.rate_of, code.freeze, code.load_state
-    vec2, two, width = code.vec2, Real(2.0), code.layout.state
+def derivative_kernel(precision: str, sections: int, rate_of: Any) -> Any:
+    """The kernel `derivative` of a model: rates of states, under one row of inputs."""
+    types, structs = device_types(precision, sections), flight_code(precision, sections)
+    stepping, begins = stepping_code(precision, sections), arguments(precision)
+    Real, Push, load_state, bend_of = types.Real, types.Push, types.load_state, types.bend_of
+    Vehicles, Drive, Start = structs.Vehicles, structs.Drive, begins.Start
+    flight_of, freeze, branch_at = structs.flight_of, structs.freeze, stepping.branch_at
+    layout, two = types.layout, Real(2.0)
+    width, bends, B, DB = layout.state, layout.bends, layout.bend.start, layout.bend_rate.start
 
     @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
-    def derivative(
-        plants: wp.array(dtype=Plant),
-        coefficients: wp.array2d(dtype=Row),
-        initial: wp.array2d(dtype=Real),
-        states: wp.array2d(dtype=Real),
-        angle: wp.array(dtype=Real),
-        inputs: wp.array3d(dtype=Real),
-        groups: int,
-        gravity: Real,
-        rates: wp.array2d(dtype=Real),
-    ):
+    def derivative(vehicles: Vehicles, start: Start, drive: Drive, rates: wp.array2d(dtype=Real)):
         run = wp.tid()
-        vehicle = wp.min(run, plants.shape[0] - 1)
-        plant = plants[vehicle]
-        y = load_state(states, run, plant.unit)
-        frozen = freeze(load_state(initial, run, plant.unit), plant, coefficients, vehicle)
-        column = wp.min(run, inputs.shape[1] - 1)
-        along = vec2(wp.cos(angle[run]), wp.sin(angle[run]))
-        dy = rate_of(
-            y, along, plant, frozen, coefficients, vehicle, inputs, 0, column, groups, Push(),
-            gravity,
-        )  # fmt: skip
-        for j in range(2):
-            dy[7 + j] = dy[7 + j] / plant.unit
-            dy[15 + j] = dy[15 + j] / plant.unit
+        flight = flight_of(vehicles, drive, run)
+        unit = flight.plant.unit
+        flight.frozen = freeze(flight, load_state(start.frozen, run, unit))
+        y = load_state(start.states, run, unit)
+        dy = rate_of(y, branch_at(start.angle[run]).direction, flight, 0, Push())
+        for j in range(bends):
+            dy[B + j] = dy[B + j] / unit
+            dy[DB + j] = dy[DB + j] / unit
         for j in range(width):
             rates[run, j] = dy[j]
-        if y[7] * y[7] + y[8] * y[8] > two:
-            for j in range(width):
+            if wp.length_sq(bend_of(y)) > two:
                 rates[run, j] = Real(wp.nan)
 
     return derivative

@@ -3,33 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any
 
 import numpy as np
 
-from continuair.scenario.scenarios import open_loop_test
+from continuair.scenario.paper_tests import open_loop_test
+from continuair.vehicle.layout import CHANNELS, OF_NAME
 
 Array = np.ndarray
-
-Channel = Literal[
-    "force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z", "bend_x", "bend_y",
-    "tip_force_x", "tip_force_y", "tip_force_z", "tip_moment_x", "tip_moment_y", "tip_moment_z",
-]  # fmt: skip
-
-_INPUTS = {
-    "force": ("force", 0, 3),
-    "moment": ("moment", 0, 3),
-    "bend": ("bend_moment", 0, 2),
-    "tip_force": ("tip_wrench", 0, 6),
-    "tip_moment": ("tip_wrench", 3, 6),
-}
-CHANNELS = {
-    channel: (_INPUTS[channel[:-2]][0], _INPUTS[channel[:-2]][1] + "xyz".index(channel[-1]))
-    for channel in get_args(Channel)
-}
-"""Channel -> input of a scenario, and which component of it."""
-
-_WIDTH = {name: width for name, _, width in _INPUTS.values()}
 
 
 @dataclass(frozen=True)
@@ -66,6 +47,13 @@ class Scaled:
         return np.asarray(self.amplitude)[..., None] * np.asarray(self.function(t))
 
 
+def plus(excitation: Any, constant: Any) -> Any:
+    """Return the sum of an input of a scenario and a constant; None is none."""
+    if excitation is None or constant is None:
+        return constant if excitation is None else excitation
+    return (lambda t: excitation(t) + constant) if callable(excitation) else excitation + constant
+
+
 def inputs(fields: dict[str, Any]) -> dict[str, Any]:
     """Fields of a `Scenario` that excite it, from those of a scenario table over runs."""
     if fields["test"] is not None:
@@ -73,7 +61,7 @@ def inputs(fields: dict[str, Any]) -> dict[str, Any]:
     if fields["excitation"] == "none":
         return {}
     name, component = CHANNELS[fields["on"]]
-    width = _WIDTH[name]
+    width = OF_NAME[name].width(sections=1)
     amplitude = fields["amplitude"]
     if fields["excitation"] == "constant":
         rows = np.zeros((*np.shape(amplitude), width))

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.scenario.letters import LETTERS, strokes
 
@@ -36,20 +37,20 @@ class Path:
 
 def hold(position: Any = (0.0, 0.0, 0.0), duration: float = 50.0) -> Path:
     """Stay at a position (3,) [m]."""
-    at = _point("position", position)
+    at = checks.vector("position", position, 3)
 
     def motion(t: Array) -> tuple[Array, Array, Array]:
         still = np.zeros((len(t), 3))
         return at + still, still, still.copy()
 
-    return Path("hold", _duration(duration), motion)
+    return Path("hold", checks.positive("duration", duration), motion)
 
 
 def circle(
     radius: float = 0.4, period: float = 20.0, centre: Any = (0.0, 0.0, 0.0), duration: float = 50.0
 ) -> Path:
     """Run round a horizontal circle [m] once per period [s], anticlockwise from +x."""
-    radius = _positive("radius", radius)
+    radius = checks.positive("radius", radius)
     found = lissajous((radius, radius), (1, 1), (np.pi / 2, 0.0), period, centre, duration)
     return Path("circle", found.duration, found.motion)
 
@@ -64,10 +65,10 @@ def lissajous(
 ) -> Path:
     """x and y oscillate with amplitudes [m], `ratios` times per period [s], from phases [rad]."""
     a, n, phase = (
-        _numbers(name, value, 2)
+        checks.vector(name, value, 2)
         for name, value in (("amplitudes", amplitudes), ("ratios", ratios), ("phases", phases))
     )
-    w, at = 2.0 * np.pi * n / _positive("period", period), _point("centre", centre)
+    w, at = 2.0 * np.pi * n / checks.positive("period", period), checks.vector("centre", centre, 3)
 
     def motion(t: Array) -> tuple[Array, Array, Array]:
         angle = np.outer(t, w) + phase
@@ -76,12 +77,13 @@ def lissajous(
         position, velocity, acceleration = (np.hstack([wave, level]) for wave in waves)
         return at + position, velocity, acceleration
 
-    return Path("lissajous", _duration(duration), motion)
+    return Path("lissajous", checks.positive("duration", duration), motion)
 
 
 def line(start: Any, end: Any, duration: float = 50.0, smoothing: float = SMOOTHING) -> Path:
     """Go from start to end (3,) [m], from rest to rest."""
-    found = polyline([_point("start", start), _point("end", end)], duration, smoothing)
+    ends = [checks.vector("start", start, 3), checks.vector("end", end, 3)]
+    found = polyline(ends, duration, smoothing)
     return Path("line", found.duration, found.motion)
 
 
@@ -91,8 +93,13 @@ def polyline(points: Any, duration: float = 50.0, smoothing: float = SMOOTHING) 
     smoothing: time spent in each corner, as a share of the duration. The velocity along the corners
     is convolved with a quadratic B-spline, so that the acceleration has a bounded slope.
     """
-    corners = _points(points)
-    duration, smoothing = _duration(duration), _smoothing(smoothing)
+    corners, duration = _points(points), checks.positive("duration", duration)
+    if not checks.is_number(smoothing) or not 0.0 < smoothing < 1.0:
+        raise InputError(
+            f"smoothing is {shown(smoothing)}, but must lie between 0 and 1: sharp corners would "
+            "need unbounded acceleration; give a share of the duration, such as "
+            f"{SMOOTHING}."
+        )
     width = smoothing * duration
     lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
     if not (lengths > 0.0).all():
@@ -132,10 +139,10 @@ def word(
     smoothing: float = SMOOTHING,
 ) -> Path:
     """Write letters in a row, duration [s] and the rest as in `letter`, centred in the plane."""
-    corners = _positive("height", height) * strokes(text, _CORNERS_PER_ARC)
+    corners = checks.positive("height", height) * strokes(text, _CORNERS_PER_ARC)
     middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
     flat = np.column_stack([corners - middle, np.zeros(len(corners))])
-    found = polyline(flat + _point("centre", centre), duration, smoothing)
+    found = polyline(flat + checks.vector("centre", centre, 3), duration, smoothing)
     return Path(text.upper(), found.duration, found.motion)
 
 
@@ -147,24 +154,14 @@ def from_function(
     Raises InputError if the acceleration has no bound: where second differences grow as they
     become finer, the path has a corner or a jump.
     """
-    duration = _duration(duration)
-    h = 1e-4 * min(1.0, duration)
+    duration = checks.positive("duration", duration)
     if not callable(position):
         raise InputError(f"position is {shown(position)}; give a function of the time alone.")
 
     def at(t: Array) -> Array:
-        rows = []
-        for x in t.tolist():
-            try:
-                found = position(x)
-            except Exception as error:  # whatever a user's function raises
-                reason = " ".join(f"{type(error).__name__}: {error}".split())
-                raise InputError(
-                    f"position cannot be evaluated at t = {x:g} ({reason}); give a function of the "
-                    "time alone."
-                ) from error
-            rows.append(_point("position", found))
-        return np.array(rows)
+        return np.array([_evaluated(position, x) for x in t.tolist()])
+
+    h = 1e-4 * min(1.0, duration)
 
     def motion(t: Array) -> tuple[Array, Array, Array]:
         # At the edges the differences are taken inside, where the function has values.
@@ -173,19 +170,35 @@ def from_function(
         velocity, acceleration = (after - before) / (2 * h), (after - 2 * here + before) / h**2
         return at(t), velocity + acceleration * (t - c)[:, None], acceleration
 
+    _check_bounded(at, duration)
+    return Path(name, duration, motion)
+
+
+def _evaluated(position: Callable[[float], Any], t: float) -> Array:
+    try:
+        found = position(t)
+    except Exception as error:  # whatever a user's function raises
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        raise InputError(
+            f"position cannot be evaluated at t = {t:g} ({reason}); give a function of the time "
+            "alone."
+        ) from error
+    return checks.vector("position", found, 3)
+
+
+def _check_bounded(position: Callable[[Array], Array], duration: float) -> None:
+    """Raise InputError if accelerations grow as the times at which they are taken get closer."""
     # At a corner they double each time the step halves; one that is resolved keeps its value.
     sharpest = []
     for count in (2000, 4000, 8000):
         t = np.linspace(0.0, duration, count)
-        rows = at(t)
-        second = np.diff(rows, 2, axis=0) / (t[1] - t[0]) ** 2
+        second = np.diff(position(t), 2, axis=0) / (t[1] - t[0]) ** 2
         sharpest.append(np.abs(second).max())
     if sharpest[2] > 1e-6 and sharpest[2] > 1.8 * sharpest[0]:
         raise InputError(
             f"position has an acceleration without bound (it reaches {sharpest[2]:.3g} m/s² and "
             "grows as the time steps shrink); round the path's corners."
         )
-    return Path(name, duration, motion)
 
 
 def _rounded(
@@ -223,50 +236,7 @@ def _smooth_ramp(x: Array, width: float) -> tuple[Array, Array, Array]:
 
 
 def _points(points: Any) -> Array:
-    try:
-        rows = np.array(points, float)
-    except (TypeError, ValueError):
-        rows = np.empty(0)
-    if (
-        rows.ndim != 2
-        or rows.shape[1] not in (2, 3)
-        or len(rows) < 2
-        or not np.isfinite(rows).all()
-    ):
+    rows = checks.finite_array(points)
+    if rows is None or rows.ndim != 2 or rows.shape[1] not in (2, 3) or len(rows) < 2:
         raise InputError(f"points is {shown(points)}; give 2 or more points of 2 or 3 numbers [m].")
     return np.hstack([rows, np.zeros((len(rows), 3 - rows.shape[1]))])
-
-
-def _point(name: str, value: Any) -> Array:
-    return _numbers(name, value, 3)
-
-
-def _numbers(name: str, value: Any, size: int) -> Array:
-    try:
-        array = np.array(value, float)
-    except (TypeError, ValueError):
-        array = np.empty(0)
-    if array.shape != (size,) or not np.isfinite(array).all():
-        raise InputError(f"{name} is {shown(value)}; give {size} finite numbers.")
-    return array
-
-
-def _positive(name: str, value: Any) -> float:
-    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-    if not number or not 0.0 < value < np.inf:
-        raise InputError(f"{name} is {shown(value)}; give a finite number above 0.")
-    return float(value)
-
-
-def _duration(value: Any) -> float:
-    return _positive("duration", value)
-
-
-def _smoothing(value: Any) -> float:
-    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-    if not number or not 0.0 < value < 1.0:
-        raise InputError(
-            f"smoothing is {shown(value)}, but must lie between 0 and 1: sharp corners would need "
-            f"unbounded acceleration; give a share of the duration, such as {SMOOTHING}."
-        )
-    return float(value)

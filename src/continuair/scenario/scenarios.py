@@ -10,7 +10,6 @@ from __future__ import annotations
 import dataclasses
 import functools
 import inspect
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -23,24 +22,22 @@ from continuair.controllers.controller import Controller
 from continuair.errors import InputError, nearest, shown
 from continuair.scenario.targets import Target
 from continuair.vehicle.fields import is_title
-from continuair.vehicle.layout import ONE_SECTION
+from continuair.vehicle.layout import FIELDS, OF_NAME, ONE_SECTION
 
 Array = NDArray[np.float64]
 Input = ArrayLike | Callable[[float], ArrayLike] | None
-
-OPEN_LOOP_TESTS = ("A", "B", "C", "D")
-"""The names of the open-loop tests of Amiri et al."""
 
 _Record = TypeVar("_Record")
 
 _COORDINATES = ONE_SECTION.coordinates
 _INPUTS = {
-    "tau": (8, "forces in world axes [N], Euler torques [N m], Q_kappa [N m²] and Q_psi_a [N m]"),
-    "force": (3, "a force at the UAV's centre of mass in world axes [N]"),
-    "moment": (3, "a moment on the UAV in body axes [N m]"),
-    "bend_moment": (2, "the generalised forces of the bend vector [N m²]"),
-    "tip_wrench": (6, "a force [N] and a moment [N m] at the tip in world axes"),
+    field: (
+        sum(OF_NAME[name].width(sections=1) for name in given),
+        ", ".join(OF_NAME[name].meaning for name in given),
+    )
+    for field, given in FIELDS.items()
 }
+"""Field -> how many numbers it holds, and which."""
 
 
 def _with_known_fields(record: type[_Record]) -> type[_Record]:
@@ -133,9 +130,14 @@ class Scenario:
         if not checks.is_number(self.tip_wrench_sign) or self.tip_wrench_sign not in (1, -1):
             problem = f"tip_wrench_sign is {shown(self.tip_wrench_sign)}, but must be 1 or -1"
             raise InputError(f"{problem}; give 1 for a wrench that acts on the tip.")
-        checked["duration"] = _duration(self.duration)
+        checked["duration"] = checks.positive("duration", self.duration, " [s]")
         checked["jumps"] = _jumps(self.jumps, checked["duration"])
         checked["gravity"] = checks.gravity(self.gravity)
+        checked["seed"] = checks.whole("seed", self.seed, 0)
+        if self.control_period is not None:
+            otherwise = " [s], or None to evaluate the controller at every stage"
+            period = checks.positive("control_period", self.control_period, otherwise)
+            checked["control_period"] = period
         self._check_loop()
         for name, value in checked.items():
             object.__setattr__(self, name, value)
@@ -146,12 +148,6 @@ class Scenario:
                 f"controller is {shown(self.controller)}; give one of continuair.controllers, such "
                 "as servoing(...) or hold(...)."
             )
-        period = self.control_period
-        if period is not None and not (checks.is_number(period) and period > 0):
-            raise InputError(
-                f"control_period is {shown(period)}; give a finite number above 0 [s], or None to "
-                "evaluate the controller at every stage."
-            )
         if self.target is not None:
             _check_targets(self.target)
         if self.controller is not None and self.controller.looks and not self.targets:
@@ -159,8 +155,6 @@ class Scenario:
                 f"target is None, but the controller {self.controller.name} looks at one; give a "
                 "continuair.Target."
             )
-        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
-            raise InputError(f"seed is {shown(self.seed)}; give a whole number of 0 or more.")
 
     @property
     def targets(self) -> tuple[Target, ...]:
@@ -184,44 +178,6 @@ class Scenario:
         """Return all fields as JSON can hold them, functions of time by their name."""
         fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
         return {name: _plain(value) for name, value in fields.items()}
-
-
-def open_loop_test(name: str, f1: float = 1.0) -> Scenario:
-    """Return one of the open-loop tests "A" to "D" of Amiri et al. (section on open-loop response).
-
-    A: 100 N in world x. B: free fall. C: Q_kappa and Q_psi_a oscillate at 20 rad/s. D: a wrench at
-    the tip, a chirp from 1 Hz to f1 [Hz] at 10 s; the paper prints f1 = 1, which is no chirp.
-    All last 1 s and start at rest, 5 m high, with a bend of 0.1 1/m; no lift acts.
-    """
-    key = name.strip().upper() if isinstance(name, str) else name
-    if not isinstance(key, str) or key not in OPEN_LOOP_TESTS:
-        problem = f"test is {shown(name)}, but must be a letter from A to D"
-        raise InputError(f"{problem}; use one of: {', '.join(OPEN_LOOP_TESTS)}.")
-    if not checks.is_number(f1) or f1 < 0:
-        problem = f"f1 is {shown(f1)}, but must be a finite number of 0 or more"
-        raise InputError(f"{problem}; give the chirp's final frequency [Hz].")
-    inputs: dict[str, dict[str, Any]] = {
-        "A": {"tau": (100.0, 0, 0, 0, 0, 0, 0, 0)},
-        "B": {},
-        "C": {"tau": bend_torques},
-        "D": {"tip_wrench": functools.partial(tip_chirp, f1=float(f1)), "tip_wrench_sign": -1},
-    }
-    q = (0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.1, 0.0)
-    return Scenario(f"Test {key}", q, duration=1.0, **inputs[key])
-
-
-# The models of a comparison all ask for the same times.
-@functools.lru_cache(maxsize=1 << 16)
-def bend_torques(t: float) -> tuple[float, ...]:
-    """Generalised forces of Test C at time t [s], shape (8,) [N m², N m]; Amiri et al."""
-    return 0, 0, 0, 0, 0, 0, 0.1 * math.sin(20 * t + math.pi / 4), 0.1 * math.cos(20 * t)
-
-
-def tip_chirp(t: float, f1: float = 1.0) -> tuple[float, ...]:
-    """Tip wrench of Test D at time t [s], shape (6,), world axes [N, N m]; Amiri et al."""
-    f0, T = 1.0, 10.0
-    angle = 2 * math.pi * (f0 * t + (f1 - f0) / (2 * T) * t**2)
-    return 10 * math.sin(angle + math.pi / 4), 10 * math.sin(angle), 25, 0, 0, 0
 
 
 def _finite_array(value: object) -> Array | None:
@@ -285,13 +241,6 @@ def _input(field: str, value: Any) -> Array | Callable[[float], ArrayLike] | Non
         raise InputError(f"{problem}; give {meaning}.")
     result: Array | Callable[[float], ArrayLike] = value if at else array
     return result
-
-
-def _duration(value: Any) -> float:
-    if not checks.is_number(value) or not value > 0:
-        problem = f"duration is {shown(value)}, but must be a finite number above 0"
-        raise InputError(f"{problem}; give the duration of the flight [s].")
-    return float(value)
 
 
 def _jumps(value: Any, duration: float) -> tuple[float, ...]:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.scenario.paths import Path
 
@@ -36,17 +37,12 @@ class Target:
             raise InputError(f"path is {shown(self.path)}; give one, such as paths.letter('M').")
         _check_motion(self.path)
         points = square() if self.points is None else self.points
-        try:
-            rows = np.array(points, float)
-        except (TypeError, ValueError):
-            rows = np.empty(0)
-        if rows.ndim != 2 or rows.shape[1] != 3 or len(rows) < 3 or not np.isfinite(rows).all():
+        rows = checks.finite_array(points)
+        if rows is None or rows.ndim != 2 or rows.shape[1] != 3 or len(rows) < 3:
             raise InputError(
                 f"points is {shown(points)}; give at least 3 points of 3 finite numbers [m]."
             )
-        number = isinstance(self.distance, (int, float, np.number))
-        number = number and not isinstance(self.distance, bool)
-        if not number or not rows[:, 2].max() < self.distance < np.inf:
+        if not checks.is_number(self.distance) or not rows[:, 2].max() < self.distance:
             raise InputError(
                 f"distance is {shown(self.distance)}; give one [m] that leaves all points of the "
                 f"target below the camera (above {rows[:, 2].max():g})."
@@ -97,8 +93,5 @@ def _check_motion(path: Path) -> None:
 
 def square(side: float = 0.5) -> np.ndarray:
     """Corners (4, 3) of a horizontal square about its centre, side [m]. Raises InputError."""
-    number = isinstance(side, (int, float, np.integer, np.floating)) and not isinstance(side, bool)
-    if not number or not 0.0 < side < np.inf:
-        raise InputError(f"side is {shown(side)}; give a finite length above 0 [m].")
-    half = side / 2
+    half = checks.positive("side", side, " [m]") / 2
     return np.array([[half, half, 0], [-half, half, 0], [-half, -half, 0], [half, -half, 0.0]])

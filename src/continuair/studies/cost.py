@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-import dataclasses
-import platform
 from collections.abc import Callable, Iterable
-from time import perf_counter
 from typing import Any
 
 import numpy as np
 
 from continuair.controllers.controller import Controller
 from continuair.controllers.gain_files import Gains, load_gains
-from continuair.flight.camera_timing import close_loop
-from continuair.flight.simulate import MODELS
-from continuair.flight.time_grid import groups_in_use, make_grid, sample_inputs, stage_times
-from continuair.kernels.forces.inputs import COMMAND
+from continuair.flight.prepare import prepare
+from continuair.kernels.dynamics import MODELS
 from continuair.kernels.laws.probes import carry, look
 from continuair.scenario import paths
 from continuair.scenario.scenarios import Scenario
 from continuair.scenario.targets import Target
+from continuair.studies.progress import Progress, Steps
+from continuair.studies.tables import as_markdown, number
+from continuair.studies.timing import median_times
 from continuair.studies.tracking.task import SETTINGS, equipped, task
-from continuair.vehicle.coordinates import state_from_paper
+from continuair.sweeps.machine import machine
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 PRINTED_MS = {"coupled": 32.0, "decoupled": 22.0}
@@ -29,9 +27,6 @@ PRINTED_MS = {"coupled": 32.0, "decoupled": 22.0}
 
 PERIOD, DURATION, REPEATS = 1e-3, 5.0, 25
 """Control period and length of the flight that is timed [s], and how often."""
-
-Progress = Callable[[int, int, str], None]
-
 
 CARRY = Controller("carry the weight", carry, {"nothing": 0.0}, looks=False)
 """Carries the weight and sees nothing."""
@@ -55,61 +50,56 @@ def cost(
     all alike. Raises InputError.
     """
     check_single_vehicle(vehicle)
-    flown = equipped(vehicle, SETTINGS["nominal"])
-    law = (gains or load_gains("paper")).controller(flown)
-    letter = task(flown, ["M"], law, 50.0)
-    # Straight and at rest every model stays in place with its weight carried, and in view.
-    straight = np.where(np.arange(8) == 6, 0.0, letter.q)
-    still = [Target(paths.hold(letter.targets[0].path([0.0])[0][0], DURATION))]
-    rest = dataclasses.replace(letter, q=straight, target=still, duration=DURATION)
-    scenarios = {
-        "dynamics": dataclasses.replace(rest, controller=CARRY, target=None),
-        "camera": dataclasses.replace(rest, controller=LOOK),
-        "total": letter,
+    flown, plants = equipped(vehicle, SETTINGS["nominal"]), list(models)
+    scenarios = _scenarios(flown, (gains or load_gains("paper")).controller(flown))
+    flights = {
+        (model, part): _flight(flown, scenario, model)
+        for model in plants
+        for part, scenario in scenarios.items()
     }
-    flights: dict[tuple[str, str], Callable[[], None]] = {}
-    plants = list(models)
-    for model in plants:
-        for part, scenario in scenarios.items():
-            flights[model, part] = _flight(flown, scenario, model)
-    times: dict[tuple[str, str], list[float]] = {key: [] for key in flights}
-    for repeat in range(REPEATS + 1):
-        for done, (key, fly) in enumerate(flights.items()):
-            if progress:
-                progress(repeat * len(flights) + done, (REPEATS + 1) * len(flights), " ".join(key))
-            start = perf_counter()
-            fly()
-            # The first round compiles.
-            if repeat:
-                times[key].append((perf_counter() - start) / (DURATION / PERIOD))
-    medians = {key: float(np.median(values)) for key, values in times.items()}
+    steps = Steps(progress, (REPEATS + 1) * len(flights))
+    times = median_times(flights, REPEATS, lambda key: steps.begin(" ".join(key)))
     return {
         "study": "cost",
         "vehicle": vehicle.describe(),
         "printed_ms": PRINTED_MS,
-        "machine": f"{platform.machine()}, {platform.system()}, {_processor()}",
+        "machine": machine(),
         "dtype": "float64",
-        "models": {model: _split(model, medians) for model in plants},
+        "models": {model: _split(model, times) for model in plants},
+    }
+
+
+def _scenarios(vehicle: Vehicle, law: Controller) -> dict[str, Scenario]:
+    """What is flown to time the dynamics, those with the camera, and all together."""
+    letter = task(vehicle, ["M"], law, 50.0)
+    # Straight and at rest every model stays in place with its weight carried, and in view.
+    straight = np.where(np.arange(8) == 6, 0.0, letter.q)
+    still = [Target(paths.hold(letter.targets[0].path([0.0])[0][0], DURATION))]
+    rest = letter.replace(q=straight, target=still, duration=DURATION)
+    return {
+        "dynamics": rest.replace(controller=CARRY, target=None),
+        "camera": rest.replace(controller=LOOK),
+        "total": letter,
     }
 
 
 def as_table(results: dict[str, Any]) -> str:
     """Return the results in Markdown, beside what the paper prints."""
+    parts = ("dynamics", "camera", "control", "total")
+    cells = [
+        [model, *(number(1e6 * entry[f"{part}_s"], 3) for part in parts)]
+        + [number(results["printed_ms"].get(model))]
+        for model, entry in results["models"].items()
+    ]
+    headings = ["model", *(f"{part} [µs]" for part in parts), "paper [ms]"]
     lines = [
         f"# Cost of a sample of control and dynamics, vehicle {results['vehicle']['name']}",
         "",
         "One thread, float64, RK4 at 1 ms, medians of one run; the paper's are of Simulink.",
         f"Machine: {results['machine']}.",
         "",
-        "| model | dynamics [µs] | camera [µs] | control [µs] | total [µs] | paper [ms] |",
-        "|---|---:|---:|---:|---:|---:|",
+        *as_markdown(headings, cells, ("model",)),
     ]
-    for model, entry in results["models"].items():
-        printed = results["printed_ms"].get(model)
-        cells = " | ".join(
-            f"{1e6 * entry[f'{part}_s']:.2f}" for part in ("dynamics", "camera", "control", "total")
-        )
-        lines.append(f"| {model} | {cells} | {'' if printed is None else f'{printed:g}'} |")
     ratio = ratios(results)
     if ratio:
         lines += [
@@ -131,42 +121,24 @@ def ratios(results: dict[str, Any]) -> tuple[float, float] | None:
 
 def _flight(vehicle: Vehicle, scenario: Scenario, model: str) -> Callable[[], None]:
     """A roll-out alone: everything that can be prepared is."""
-    grid = make_grid(DURATION, PERIOD, DURATION, scenario.jumps, PERIOD)
-    q = np.atleast_2d(scenario.q)
-    start, angle = state_from_paper(q, np.zeros_like(q)), q[:, -1]
-    engine = close_loop(
-        vehicle, scenario, model, grid, start, angle, precision="float64", threads=1
-    )
-    inputs = sample_inputs(scenario, stage_times(grid), engine.layout)
-    at_samples = sample_inputs(scenario, grid.samples, engine.layout)
+    flight = prepare(vehicle, scenario, step=PERIOD, sample=DURATION, duration=DURATION, threads=1)
+    engine, cohort = flight.engine(model), next(flight.cohorts())
 
     def fly() -> None:
-        logs = engine.roll_out(
-            start, angle, grid, inputs, at_samples, scenario.gravity,
-            groups_in_use(scenario) | COMMAND, False,
-        )  # fmt: skip
+        logs = cohort.fly(engine, observe=False)
         assert not logs.status.any(), "a flight that ends early cannot be timed"
 
     return fly
 
 
-def _split(model: str, medians: dict[tuple[str, str], float]) -> dict[str, float]:
-    dynamics, camera, total = (medians[model, part] for part in ("dynamics", "camera", "total"))
+def _split(model: str, times: dict[tuple[str, str], float]) -> dict[str, float]:
+    """Time per sample of each part [s], from the times of flights that have more and more parts."""
+    samples = DURATION / PERIOD
+    parts = ("dynamics", "camera", "total")
+    dynamics, camera, total = (times[model, part] / samples for part in parts)
     return {
         "dynamics_s": dynamics,
         "camera_s": camera - dynamics,
         "control_s": total - camera,
         "total_s": total,
     }
-
-
-def _processor() -> str:
-    """The processor's name where the system tells it."""
-    try:
-        with open("/proc/cpuinfo", encoding="utf-8") as info:
-            for line in info:
-                if line.startswith("model name"):
-                    return line.split(":", 1)[1].strip()
-    except OSError:
-        pass
-    return platform.processor() or "processor unknown"

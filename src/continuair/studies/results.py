@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from continuair.errors import InputError
 from continuair.files import printed, reason, user_path
+from continuair.studies.tables import as_csv
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -78,6 +79,22 @@ class ResultFolder:
             dataset.to_netcdf(self.file(name), engine="h5netcdf")
         except OSError as error:
             raise self.unusable(error) from None
+
+    def store(
+        self,
+        results: dict[str, Any],
+        table: str,
+        rows: Iterable[Mapping[str, Any]] = (),
+        datasets: Mapping[str, xr.Dataset] | None = None,
+    ) -> None:
+        """Write results as <study>.json, the table as table.md, rows as <study>.csv if there are
+        any, and every dataset as <study>_<name>.nc."""
+        self.write_text(f"{self.study}.json", as_json(results))
+        self.write_text("table.md", table)
+        if rows := list(rows):
+            self.write_text(f"{self.study}.csv", as_csv(rows))
+        for name, dataset in (datasets or {}).items():
+            self.write_dataset(f"{self.study}_{name}.nc", dataset)
 
     def finish(self) -> None:
         """Say that all results are written; a run without any removes those of the run before."""
@@ -180,6 +197,17 @@ def _read(marker: Path) -> tuple[str, set[str]]:
         return str(content["study"]), files
     except (ValueError, KeyError, TypeError):
         return "unknown", set()
+
+
+def by_model(flights: Mapping[str, xr.Dataset]) -> xr.Dataset:
+    """Return the flights of one scenario as one dataset with the leading dimension `model`."""
+    import xarray as xr
+
+    return xr.concat(
+        [flight.expand_dims(model=[model]) for model, flight in flights.items()],
+        dim="model",
+        combine_attrs="drop_conflicts",
+    )
 
 
 def as_json(results: dict[str, Any]) -> str:

@@ -17,12 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from continuair.engine.engine import Engine
-from continuair.errors import InputError, nearest
-from continuair.kernels.forces.inputs import GENERAL
-from continuair.scenario.excitations import Wave
+from continuair import checks
+from continuair.analysis.linear import held_hover
+from continuair.scenario.excitations import Wave, plus
 from continuair.scenario.scenarios import Scenario
-from continuair.vehicle.coordinates import state_from_paper
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -125,9 +123,7 @@ def standard_scenario(
     longest of a batch's: give `duration` to `simulate` or `run_pairs` where they differ. Raises
     InputError.
     """
-    if name not in EXCITATIONS:
-        raise InputError(f"excitation is {name!r}; {nearest(str(name), EXCITATIONS)}.")
-    excitation, arm = EXCITATIONS[name], vehicle.arm
+    excitation, arm = EXCITATIONS[checks.choice("excitation", name, EXCITATIONS)], vehicle.arm
     load = excitation.moderate if load is None else load
     clamped = np.asarray(arm.clamped_frequency)
     duration = float(periods * 2.0 * np.pi / np.min(clamped))
@@ -141,58 +137,15 @@ def standard_scenario(
         hertz = np.asarray(frequency) * clamped / (2.0 * np.pi)
         wave = Wave(width, component, amplitude, hertz, hertz, 0.0, duration)
         inputs = held_hover(vehicle, q, gravity)
-        inputs[channel] = _sum(wave, inputs.get(channel))
+        inputs[channel] = plus(wave, inputs.get(channel))
     elif name == "release":
         inputs["force"] = np.multiply.outer(np.asarray(vehicle.mass) * gravity, [0.0, 0.0, 1.0])
     return Scenario(name, q, duration=duration, gravity=gravity, **inputs)
 
 
-def standard_scenarios(vehicle: Vehicle, **options: Any) -> dict[str, Scenario]:
-    """Return every standard excitation of a vehicle; options are those of `standard_scenario`."""
-    return {name: standard_scenario(name, vehicle, **options) for name in EXCITATIONS}
-
-
 def sample_time(vehicle: Vehicle) -> float:
     """Return the time between the samples of a standard flight [s], the shortest of a batch's."""
     return float(2.0 * np.pi / np.max(vehicle.arm.clamped_frequency) / SAMPLES_PER_PERIOD)
-
-
-def held_hover(vehicle: Vehicle, q: Array, gravity: float = 9.81) -> dict[str, Any]:
-    """Return force, moment and bend_moment that keep vehicles at rest, level, at a bend.
-
-    vehicle: plain or batched; q: (8,) or (runs, 8) paper coordinates. As `trim`, for a batch.
-    """
-    engine = Engine(vehicle, "decoupled")
-    layout, rows = engine.layout, np.atleast_2d(q)
-    rows = np.broadcast_to(rows, (max(len(rows), vehicle.runs or 1), layout.coordinates))
-    state = state_from_paper(rows, np.zeros(rows.shape))
-    # Unit pushes would be lost in the rounding of a large vehicle's accelerations.
-    arm = vehicle.arm
-    inertial = np.asarray(vehicle.mass * arm.length * np.square(arm.clamped_frequency))
-    powers = np.array([1.0] * 3 + [2.0] * 3 + [3.0] * layout.bends)
-    scale = inertial[..., None] * np.asarray(arm.length)[..., None] ** (powers - 1.0)
-    scale = np.broadcast_to(scale, (len(rows), layout.coordinates))
-
-    def pushed(push: Array) -> Array:
-        inputs = np.zeros((1, len(rows), layout.inputs))
-        inputs[0, :, layout.push] = scale * push
-        rate = engine.derivative(state, rows[:, -1], inputs, gravity, GENERAL)
-        found: Array = rate[:, layout.velocity.start :]
-        return found
-
-    still = pushed(np.zeros(layout.coordinates))
-    answers = [pushed(unit) - still for unit in np.eye(layout.coordinates)]
-    held = scale * np.linalg.solve(np.stack(answers, axis=-1), -still[..., None])[..., 0]
-    held = held[0] if np.ndim(q) == 1 and vehicle.runs is None else held
-    return {
-        "force": held[..., layout.force],
-        "moment": held[..., layout.moment],
-        "bend_moment": held[..., layout.bend_moment],
-    }
-
-
-def _sum(wave: Wave, held: Any) -> Any:
-    return wave if held is None else lambda t: wave(t) + held
 
 
 def _pitch_inertia(vehicle: Vehicle) -> Array:

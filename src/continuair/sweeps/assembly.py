@@ -11,9 +11,10 @@ from continuair.controllers.classic import classic
 from continuair.controllers.controller import Controller, stack
 from continuair.controllers.gains import design as design_gains
 from continuair.controllers.servoing import servoing
+from continuair.equations.camera import over
 from continuair.errors import InputError
 from continuair.scenario import paths
-from continuair.scenario.excitations import inputs
+from continuair.scenario.excitations import inputs, plus
 from continuair.scenario.scenarios import Scenario
 from continuair.scenario.targets import Target, square
 from continuair.sweeps.design import Design
@@ -112,16 +113,8 @@ def _open_loop(vehicle: Vehicle, fields: dict[str, Any]) -> Scenario:
         weight = np.asarray(fields["lift"]) * vehicle.mass * fields["gravity"]
         lift = np.zeros((*np.shape(weight), 3))
         lift[..., 2] = weight
-        excited["force"] = _sum(excited.get("force"), lift)
+        excited["force"] = plus(excited.get("force"), lift)
     return _scenario(fields, given, **excited)
-
-
-def _sum(excitation: Any, lift: Array) -> Any:
-    if excitation is None:
-        return lift
-    if not callable(excitation):
-        return excitation + lift
-    return lambda t: excitation(t) + lift
 
 
 def _scenario(fields: dict[str, Any], state: dict[str, Any], **rest: Any) -> Scenario:
@@ -141,13 +134,11 @@ def _closed_loop(
     scenario = fields["scenario"]
     targets = [_target(one) for one in _each(fields["target"], runs)]
     start = np.array([target.path(0.0)[0][0] for target in targets])
-    # The straight arm hangs from its mount, and the camera looks down from its end.
-    mount, length = np.transpose(vehicle.uav.mount), np.asarray(vehicle.arm.length)
-    height = np.array([target.distance for target in targets]) + length - mount[2]
-    above = {"x": start[:, 0] - mount[0], "y": start[:, 1] - mount[1], "z": start[:, 2] + height}
-    off = {name: _OFF[name] if scenario[name] is None else scenario[name] for name in _OFF}
+    above = over(vehicle, start, [target.distance for target in targets])
     state = {name: scenario[name] for name in STATE}
-    state |= {name: above[name] + off[name] for name in _OFF}
+    for axis, name in enumerate(_OFF):
+        off = _OFF[name] if scenario[name] is None else scenario[name]
+        state[name] = above[:, axis] + off
     controllers = [
         _controller(vehicle.select(run) if vehicle.runs else vehicle, one, targets[run])
         for run, one in enumerate(_each(fields["controller"], runs))

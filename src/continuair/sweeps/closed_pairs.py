@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from continuair.analysis.metrics import compare
-from continuair.controllers.controller import Controller
-from continuair.flight.simulate import simulate
-from continuair.kernels.deviations import DEVIATIONS
-from continuair.scenario.scenarios import Scenario
-from continuair.vehicle.runs import take
-from continuair.vehicle.vehicle import Vehicle
+from continuair.engine.pairs import DEVIATIONS
+from continuair.flight.prepare import Flight
+from continuair.flight.simulate import fly
+from continuair.flight.time_grid import shared_grids
 
 Array = np.ndarray
 
@@ -34,29 +31,18 @@ class Reduced:
     end_time: Array
 
 
-def track(
-    vehicle: Vehicle,
-    scenario: Scenario,
-    models: tuple[str, ...],
-    steps: Array,
-    settle: float,
-    **options: Any,
-) -> Reduced:
-    """Fly each model's closed loop; steps: of each run (runs,) [s]; options: `simulate`'s."""
-    samples = options["duration"] / options["sample"]
-    most = _BLOCK_BYTES[options["device"].split(":")[0]] / (_BYTES_PER_SAMPLE * samples)
+def track(flight: Flight, models: tuple[str, ...], settle: float) -> Reduced:
+    """Fly each model's closed loop, the runs in blocks that fit into memory."""
+    kind = flight.coupled.device.split(":")[0]
+    most = _BLOCK_BYTES[kind] / (_BYTES_PER_SAMPLE * len(flight.marks.samples))
     size = max(1, int(most))
+    names = ("tip_position", "tip_attitude") + ("feature_error",) * bool(flight.scenario.targets)
     parts, order = [], []
-    for step in np.unique(steps):
-        same = np.flatnonzero(steps == step)
-        for at in (same[first : first + size] for first in range(0, len(same), size)):
-            scene = _some_runs(scenario, at)
-            flights = [
-                _fly(take(vehicle, at), scene, model, step=float(step), **options)
-                for model in models
-            ]
+    for same, _ in shared_grids(flight.marks, flight.steps):
+        for runs in (same[first : first + size] for first in range(0, len(same), size)):
+            flights = [_with_runs(fly(flight, model, names, runs=runs)) for model in models]
             parts.append(_reduced(flights, settle))
-            order.append(at)
+            order.append(runs)
     back = np.argsort(np.concatenate(order))
 
     def joined(arrays: list[Array]) -> Array:
@@ -70,44 +56,8 @@ def track(
     )
 
 
-def _fly(vehicle: Vehicle, scenario: Scenario, model: str, **options: Any) -> xr.Dataset:
-    names = ["tip_position", "tip_attitude"] + ["feature_error"] * bool(scenario.targets)
-    flight = simulate(vehicle, scenario, model=model, variables=names, **options)
+def _with_runs(flight: xr.Dataset) -> xr.Dataset:
     return flight if "run" in flight.dims else flight.expand_dims("run")
-
-
-def _some_runs(scenario: Scenario, at: Array) -> Scenario:
-    """The scenario of some runs; each block of them has a stream of camera noise of its own."""
-    changes: dict[str, Any] = {}
-    for name in ("q", "qd", "tau", "force", "moment", "bend_moment", "tip_wrench"):
-        value = getattr(scenario, name)
-        if callable(value):
-            changes[name] = _SomeRows(value, at)
-        elif np.ndim(value) == 2 and len(value) > 1:
-            changes[name] = value[at]
-    controller, target = scenario.controller, scenario.target
-    if controller is not None and controller.runs not in (None, 1):
-        gains = {name: np.asarray(value)[at] for name, value in controller.gains.items()}
-        changes["controller"] = Controller(
-            controller.name, controller.law, gains, controller.looks, runs=len(at)
-        )
-    if isinstance(target, (list, tuple)) and len(target) > 1:
-        changes["target"] = [target[run] for run in at]
-    if at[0] > 0:
-        seed = np.random.SeedSequence([scenario.seed, int(at[0])]).generate_state(1)[0]
-        changes["seed"] = int(seed)
-    return scenario.replace(**changes)
-
-
-class _SomeRows:
-    """A function of time that returns some of the rows of another."""
-
-    def __init__(self, function: Any, at: Array) -> None:
-        self.function, self.at = function, at
-
-    def __call__(self, t: float) -> Array:
-        rows = np.asarray(self.function(t))
-        return rows[self.at] if rows.ndim == 2 and len(rows) > 1 else rows
 
 
 def _reduced(flights: list[xr.Dataset], settle: float) -> Reduced:

@@ -6,7 +6,6 @@ import hashlib
 import json
 import math
 import os
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ import numpy as np
 import xarray as xr
 
 from continuair.errors import InputError, shown
+from continuair.files import read_toml
 from continuair.sweeps.pairs import METRICS
 from continuair.sweeps.sampling import flat, values, values_along
 from continuair.sweeps.tables import Base, changed, check_field
@@ -136,14 +136,7 @@ def load_design(
 
 
 def _from_file(path: Path) -> Design:
-    try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(
-            f"design is {path}, which cannot be read ({error.strerror}); give a .toml file."
-        ) from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not valid TOML: {error}; correct that line.") from None
+    tables = read_toml(path)
     try:
         return _from_tables(tables, path.parent)
     except InputError as error:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from continuair import checks
 from continuair.engine.engine import check_device
 from continuair.errors import InputError, shown
 from continuair.sweeps.design import Design, load_design
@@ -130,7 +131,7 @@ def _compute_here(
 
 
 def _checked_shard(shard: Any) -> tuple[int, int]:
-    whole = isinstance(shard, tuple) and len(shard) == 2 and all(type(n) is int for n in shard)
-    if not whole or not 1 <= shard[0] <= shard[1]:
+    pair = isinstance(shard, tuple) and len(shard) == 2 and all(map(checks.is_whole, shard))
+    if not pair or not 1 <= shard[0] <= shard[1]:
         raise InputError(f"shard is {shown(shard)}; give (i, n) with i from 1 to n.")
     return shard[0], shard[1]

@@ -2,31 +2,24 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from continuair.engine.engine import Engine, check_device
-from continuair.engine.pairs import Flight, Pairs
-from continuair.errors import ContinuairWarning, InputError, shown
-from continuair.flight.simulate import MODELS
-from continuair.flight.steps import STEP_PHASE, fastest_frequency
-from continuair.flight.time_grid import groups_in_use, make_grid, sample_inputs, stage_times
-from continuair.kernels.deviations import DEVIATIONS
+from continuair import checks
+from continuair.engine.pairs import DEVIATIONS, Pairs
+from continuair.errors import InputError, shown
+from continuair.flight.prepare import Flight, prepare
+from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import STATUS
 from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.closed_pairs import Reduced, track
-from continuair.vehicle.coordinates import state_from_paper
 from continuair.vehicle.vehicle import Vehicle
 
 REFERENCE = "coupled"
 """The model that the others are compared with."""
-
-LARGEST_STEP = 1e-3
-"""The automatic step is at most this [s]."""
 
 METRICS: dict[str, tuple[str, str]] = {
     "nrmse_t": ("1", "NRMSE of the tip's position, as the paper prints it"),
@@ -48,7 +41,7 @@ def run_pairs(
     scenario: Scenario,
     models: Sequence[str] = ("decoupled",),
     *,
-    step: float | str = "auto",
+    step: float | str | Array = "auto",
     sample: float = 1e-3,
     duration: float | None = None,
     settle: float = 0.0,
@@ -59,8 +52,8 @@ def run_pairs(
 
     vehicle, scenario: plain, or batched over runs as for `continuair.simulate`; inputs may be
     functions of time that return a row per run. models: those compared with "coupled".
-    step: seconds, or "auto": for every run its own, ω_max h <= 0.2 and at most 1 ms, so that no
-    result depends on the batch it was in. sample: seconds between the samples that are compared.
+    step: seconds, or "auto": as for `simulate`, every run's own, so that no result depends on the
+    batch it was in. sample: seconds between the samples that are compared.
     duration: seconds, the scenario's by default. settle: seconds at the start that the metrics in
     pixels leave out. device: "cpu" or a CUDA device. threads: CPU threads, all by default.
 
@@ -71,43 +64,32 @@ def run_pairs(
     (0: ok; the meanings are in its attributes), end_time [s] and step [s]. A run of a status other
     than 0, or beside such a coupled run, has NaN metrics. Raises InputError.
     """
-    names = _checked(vehicle, scenario, models, step, sample, duration, settle)
-    check_device(device)
-    duration = scenario.duration if duration is None else float(duration)
-    coupled = Engine(vehicle, REFERENCE, device=device, threads=threads)
-    runs = _runs(vehicle, scenario, coupled)
-    # Steps divide the time between samples or, closed loops', between the controller's instants.
-    whole = sample if scenario.controller is None else scenario.control_period or sample
-    pieces = _pieces(coupled, scenario, runs, step, whole)
-    if scenario.controller is not None:
-        options = {"duration": duration, "sample": sample, "device": device, "threads": threads}
-        found = track(vehicle, scenario, names, whole / pieces, settle, **options)
-    else:
-        on: dict[str, Any] = {"device": device, "threads": threads, "beside": coupled}
-        engines = [coupled, *(Engine(vehicle, name, **on) for name in names[1:])]
-        found = _fly(engines, scenario, pieces, sample, duration)
-    data = _variables(found)
-    data["step"] = ("run", whole / pieces, {"units": "s", "long_name": "integration step"})
+    names = _checked_models(models)
+    flight = prepare(
+        vehicle,
+        scenario,
+        step=step,
+        sample=sample,
+        duration=duration,
+        device=device,
+        threads=threads,
+        stacklevel=3,
+    )
+    settle = _checked_settle(settle, flight)
+    closed = scenario.controller is not None
+    data = _variables(track(flight, names, settle) if closed else _fly(flight, names))
+    data["step"] = ("run", flight.steps, {"units": "s", "long_name": "integration step"})
     return xr.Dataset(data, {"model": list(names), "axis": list("xyz"), "quaternion": list("xyzw")})
 
 
-def _fly(
-    engines: list[Engine], scenario: Scenario, pieces: Array, sample: float, duration: float
-) -> Reduced:
-    """Fly in open loop: the runs of one step together."""
-    runs, layout = len(pieces), engines[0].layout
-    q, qd = (np.broadcast_to(rows, (runs, 8)) for rows in (scenario.q, scenario.qd))
-    start, groups = state_from_paper(q, qd), groups_in_use(scenario)
-    pairs, end_time = Pairs(engines, runs), np.zeros((runs, len(engines)))
-    for count in np.unique(pieces):
-        at = np.flatnonzero(pieces == count)
-        grid = make_grid(duration, sample / count, sample, scenario.jumps)
-        table, stride = sample_inputs(scenario, stage_times(grid), layout)
-        if table.shape[1] > 1 and len(at) < runs:
-            table = table[:, at]
-        flight = Flight(at, grid, (table, stride))
-        pairs.fly(flight, start, q[:, -1], scenario.gravity, groups)
-        end_time[at] = np.append(grid.starts, grid.samples[-1])[pairs.last_step[at]]
+def _fly(flight: Flight, models: tuple[str, ...]) -> Reduced:
+    """Fly in open loop: the runs of one time grid together."""
+    pairs = Pairs([flight.engine(model) for model in models], flight.runs)
+    end_time = np.zeros((flight.runs, len(models)))
+    for cohort in flight.cohorts():
+        runs, grid = cohort.runs, cohort.grid
+        pairs.fly(runs, cohort.start, grid, cohort.drive)
+        end_time[runs] = np.append(grid.starts, grid.samples[-1])[pairs.last_step[runs]]
     metrics = {name: pairs.deviations[..., i] for i, name in enumerate(DEVIATIONS)}
     return Reduced(metrics, pairs.tip, pairs.status, end_time)
 
@@ -134,82 +116,19 @@ def _variables(found: Reduced) -> dict[str, Any]:
     return data
 
 
-def _runs(vehicle: Vehicle, scenario: Scenario, engine: Engine) -> int:
-    """The number of runs of a batch, all parts of which agree on it."""
-    table, _ = sample_inputs(scenario, np.zeros(1), engine.layout)
-    listed = isinstance(scenario.target, (list, tuple))
-    sizes = {
-        "vehicle": vehicle.runs,
-        "scenario": scenario.runs,
-        "the scenario's inputs": table.shape[1],
-        "scenario.controller": scenario.controller.runs if scenario.controller else None,
-        "scenario.target": len(scenario.targets) if listed else None,
-    }
-    runs = max(size or 1 for size in sizes.values())
-    for name, size in sizes.items():
-        if size not in (None, 1, runs):
-            raise InputError(
-                f"{name} holds {size} runs, but the batch has {runs}; give every array one row "
-                "per run, or a single row."
-            )
-    return runs
-
-
-def _pieces(engine: Engine, scenario: Scenario, runs: int, step: Any, whole: float) -> Array:
-    """Steps in a whole time [s] (runs,), from the step asked for or each run's stiffness."""
-    q = np.atleast_2d(np.asarray(scenario.q, float))
-    straight = np.array(q)
-    straight[:, 6::2] = 0.0
-    fastest = np.fmax(*(fastest_frequency(engine, at) for at in (straight, q)))
-    # A run that starts bent past a full circle has no frequency; it ends with a status.
-    fine = STEP_PHASE / np.broadcast_to(np.nan_to_num(fastest, nan=1.0), runs)
-    largest = np.minimum(fine, LARGEST_STEP) if isinstance(step, str) else np.full(runs, step)
-    needed = np.ceil(whole / largest * (1.0 - 1e-9)).astype(int)
-    if isinstance(step, str):
-        return _few_values(needed)
-    coarse = largest > fine * (1.0 + 1e-9)
-    if coarse.any():
-        warnings.warn(
-            f"step is {step:g} s, which is too coarse for the stiffest bending mode of "
-            f"{coarse.sum()} of {runs} runs: RK4 will damp it; use {fine.min():.3g} s or less, or "
-            "step='auto'.",
-            ContinuairWarning,
-            stacklevel=3,
-        )
-    return needed
-
-
-def _few_values(needed: Array) -> Array:
-    """At least as many steps, from 1 to 8, 10, 12, 14, 16, 20, …: runs of one step fly together."""
-    grain = 2 ** np.maximum(np.floor(np.log2(needed)).astype(int) - 2, 0)
-    return -(-needed // grain) * grain
-
-
-def _checked(
-    vehicle: Any, scenario: Any, models: Any, step: Any, sample: Any, duration: Any, settle: Any
-) -> tuple[str, ...]:
-    """Validate the options; return the models to fly, the reference first."""
-    if not isinstance(vehicle, Vehicle):
-        raise InputError(f"vehicle is {shown(vehicle)}; load one with continuair.load_vehicle.")
-    if not isinstance(scenario, Scenario):
-        raise InputError(f"scenario is {shown(scenario)}; give a continuair.Scenario.")
-    known = [name for name in MODELS if name != REFERENCE]
-    if isinstance(models, str) or any(name not in MODELS for name in models):
-        raise InputError(f"models is {shown(models)}; give a list of {', '.join(known)}.")
-    positive = {"sample": sample, "duration": scenario.duration if duration is None else duration}
-    if step != "auto":
-        positive["step"] = step
-    for name, value in positive.items():
-        if not _number(value) or not 0.0 < value < np.inf:
-            remedy = " or 'auto'" if name == "step" else ""
-            raise InputError(f"{name} is {shown(value)}; give a finite number above 0{remedy} [s].")
-    if not _number(settle) or not 0.0 <= settle < positive["duration"]:
-        raise InputError(
-            f"settle is {shown(settle)}; give a time from 0 to below the duration "
-            f"{positive['duration']:g} s."
-        )
+def _checked_models(models: Any) -> tuple[str, ...]:
+    """The models to fly, the reference first."""
+    listed = isinstance(models, Sequence) and not isinstance(models, str)
+    if not listed or any(name not in MODELS for name in models):
+        others = ", ".join(name for name in MODELS if name != REFERENCE)
+        raise InputError(f"models is {shown(models)}; give a list of {others}.")
     return (REFERENCE, *(name for name in dict.fromkeys(models) if name != REFERENCE))
 
 
-def _number(value: Any) -> bool:
-    return isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+def _checked_settle(settle: Any, flight: Flight) -> float:
+    if not checks.is_number(settle) or not 0.0 <= settle < flight.duration:
+        raise InputError(
+            f"settle is {shown(settle)}; give a time from 0 to below the duration "
+            f"{flight.duration:g} s."
+        )
+    return float(settle)

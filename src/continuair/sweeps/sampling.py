@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from continuair import checks
 from continuair.errors import InputError, nearest, shown
 
 SAMPLINGS = ("sobol", "latin-hypercube")
@@ -57,7 +58,7 @@ def flat(fields: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 def _listed(field: str, value: Any) -> Array:
     if isinstance(value, Mapping):
         low, high, log = _range(field, value)
-        count = _count(f"{field}.count", value.get("count"))
+        count = checks.whole(f"{field}.count", value.get("count"), 1)
         return np.geomspace(low, high, count) if log else np.linspace(low, high, count)
     return values(field, value)
 
@@ -75,12 +76,8 @@ def values(field: str, value: Any) -> Array:
 
 
 def _sampled(fields: dict[str, Any], sampling: Any, count: Any, seed: Any) -> dict[str, Array]:
-    # SciPy's statistics are slow to import.
-    from scipy.stats import qmc
-
-    if sampling not in SAMPLINGS:
-        raise InputError(f"sampling is {shown(sampling)}; {nearest(str(sampling), SAMPLINGS)}.")
-    count = _count("count", count)
+    checks.choice("sampling", sampling, SAMPLINGS)
+    count = checks.whole("count", count, 1)
     for name, value in fields.items():
         if not isinstance(value, Mapping) or "count" in value:
             raise InputError(
@@ -88,40 +85,44 @@ def _sampled(fields: dict[str, Any], sampling: Any, count: Any, seed: Any) -> di
                 "it to a table of its own."
             )
     ranges = {name: _range(name, value) for name, value in fields.items()}
-    generator = np.random.default_rng(seed)
     if sampling == "sobol":
-        # Balanced at powers of two: what is beyond the count is left out.
-        sampler = qmc.Sobol(len(ranges), rng=generator)
-        points = sampler.random_base2(int(np.ceil(np.log2(count))))[:count]
+        points = sobol(len(ranges), count, seed)
     else:
-        points = qmc.LatinHypercube(len(ranges), rng=generator).random(count)
+        # SciPy's statistics are slow to import.
+        from scipy.stats import qmc
+
+        points = qmc.LatinHypercube(len(ranges), rng=np.random.default_rng(seed)).random(count)
     found = {}
     for (name, (low, high, log)), column in zip(ranges.items(), points.T, strict=True):
         found[name] = low * (high / low) ** column if log else low + (high - low) * column
     return found
 
 
+def sobol(dimensions: int, count: int, seed: Any) -> Array:
+    """Return a Sobol sequence (count, dimensions) in the unit cube, scrambled by a seed."""
+    from scipy.stats import qmc
+
+    # Balanced at powers of two: what is beyond the count is left out.
+    sampler = qmc.Sobol(dimensions, rng=np.random.default_rng(seed))
+    points: Array = sampler.random_base2(int(np.ceil(np.log2(count))))[:count]
+    return points
+
+
+def sobol_box(ranges: Mapping[str, tuple[float, float]], count: int, seed: Any) -> dict[str, Array]:
+    """Return values (count,) by name, evenly in the logarithm between the ends of each range."""
+    points = sobol(len(ranges), count, seed)
+    return {
+        name: low * (high / low) ** column
+        for (name, (low, high)), column in zip(ranges.items(), points.T, strict=True)
+    }
+
+
 def _range(field: str, value: Mapping[str, Any]) -> tuple[float, float, bool]:
     for key in value:
         if key not in _RANGE_KEYS:
             raise InputError(f"{field}.{key} is not part of a range; {nearest(key, _RANGE_KEYS)}.")
-    low, high = (_number(f"{field}.{key}", value.get(key)) for key in ("from", "to"))
-    spacing = value.get("spacing", "linear")
-    if spacing not in _SPACINGS:
-        raise InputError(f"{field}.spacing is {shown(spacing)}; use one of linear, log.")
+    low, high = (checks.number(f"{field}.{key}", value.get(key)) for key in ("from", "to"))
+    spacing = checks.choice(f"{field}.spacing", value.get("spacing", "linear"), _SPACINGS)
     if spacing == "log" and not (low > 0.0 and high > 0.0):
         raise InputError(f"{field} has spacing 'log' from {low} to {high}; give ends above 0.")
     return low, high, spacing == "log"
-
-
-def _count(what: str, count: Any) -> int:
-    if not isinstance(count, int) or isinstance(count, bool) or count < 1:
-        raise InputError(f"{what} is {shown(count)}; give a whole number above 0.")
-    return count
-
-
-def _number(what: str, value: Any) -> float:
-    real = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not real or not np.isfinite(value):
-        raise InputError(f"{what} is {shown(value)}; give a finite number.")
-    return float(value)

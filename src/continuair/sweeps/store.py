@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import os
-import platform
 import shutil
 import uuid
 from dataclasses import dataclass
@@ -22,6 +21,7 @@ import zarr
 
 from continuair.errors import InputError
 from continuair.sweeps.design import Design, Variable
+from continuair.sweeps.machine import machine
 from continuair.sweeps.tables import Base
 from continuair.sweeps.units import quantities, unit_size
 from continuair.vehicle.vehicle import Vehicle
@@ -160,6 +160,20 @@ def open_store(
         raise InputError(
             f"out is {path}, which holds no sweep of this version; name another folder."
         )
+    _check_continued(path, attributes, design, device, any_version)
+    found = _design_of(group, attributes) if design is None else design
+    size, kind = attributes["unit_size"], attributes["device"]
+    return Store(path, found, kind, size, group["results"], group["done"], attributes)
+
+
+def _check_continued(
+    path: Path,
+    attributes: dict[str, Any],
+    design: Design | None,
+    device: str | None,
+    any_version: bool,
+) -> None:
+    """Raise InputError unless a store is that of the design, the versions and the device."""
     if design is not None and attributes["design_hash"] != design.digest:
         raise InputError(
             f"out is {path}, which holds the sweep of another design "
@@ -177,9 +191,6 @@ def open_store(
             f"out is {path}, which was begun with device {attributes['device']}, but device is "
             f"{device}; use the same, or name another folder."
         )
-    found = _design_of(group, attributes) if design is None else design
-    size, kind = attributes["unit_size"], attributes["device"]
-    return Store(path, found, kind, size, group["results"], group["done"], attributes)
 
 
 def _fill(new: Path, design: Design, device: str, size: int) -> None:
@@ -259,19 +270,6 @@ def _design_of(group: Any, attributes: dict[str, Any]) -> Design:
     return Design(
         Base(**described["base"]), Vehicle(**described["vehicle"]), variables, attributes["sizes"]
     )
-
-
-def machine() -> str:
-    """The kind of machine: what results to the last bit depend on, beside the versions."""
-    return f"{platform.system()} {platform.machine()}, {_processor()}"
-
-
-def _processor() -> str:
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return platform.processor()
-    return next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), "")
 
 
 def _versions() -> dict[str, str]:

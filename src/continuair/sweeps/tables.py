@@ -2,25 +2,35 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, model_validator
 
+from continuair import checks
 from continuair.errors import InputError, nearest
-from continuair.scenario.excitations import Channel
-from continuair.vehicle.fields import Count, Finite, NotNegative, Part, Positive
+from continuair.vehicle.fields import Count, Finite, NotNegative, Part, Positive, Whole
+from continuair.vehicle.layout import CHANNELS
 from continuair.vehicle.vehicle import Vehicle
 
 
 def _positive_or_auto(value: Any) -> float | str:
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if value != "auto" and not (number and 0.0 < value < math.inf):
+    if isinstance(value, str) and value == "auto":
+        return value
+    if not checks.is_number(value) or not value > 0.0:
         raise ValueError("must be a finite number above 0, or 'auto'")
-    return "auto" if value == "auto" else float(value)
+    return float(value)
 
 
 Step = Annotated[float | str, BeforeValidator(_positive_or_auto)]
+
+
+def _channel(value: Any) -> str:
+    if not isinstance(value, str) or value not in CHANNELS:
+        raise ValueError(f"must be one of {', '.join(CHANNELS)}")
+    return value
+
+
+Channel = Annotated[str, BeforeValidator(_channel)]
 
 STATE = ("x", "y", "z", "roll", "pitch", "yaw", "kappa", "psi_a")
 """The paper's coordinates, in order."""
@@ -193,7 +203,7 @@ class Base(Part):
     settle: NotNegative = 0.0
     """the time at the start that metrics in pixels leave out [s]"""
 
-    seed: int = 0
+    seed: Whole = 0
     """the seed of sampled variables and of the camera's noise"""
 
     chunk: Count | None = None

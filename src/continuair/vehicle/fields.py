@@ -6,31 +6,30 @@ Fields accept Python and NumPy numbers, lists, tuples and arrays, and hold plain
 from __future__ import annotations
 
 import math
-import numbers
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, get_args
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
-from continuair.errors import InputError, input_error, nearest, shown
+from continuair import checks
+from continuair.errors import ContinuairWarning, InputError, input_error, nearest, shown
 
-# Entries across the diagonal may differ by this much of the largest entry.
-_ASYMMETRY = 1e-9
+ROUNDING = 1e-9
+"""Share by which numbers that are meant to be equal may differ."""
+
+# No rigid body exceeds the triangle inequality of its moments; rounded or measured data may.
+_TRIANGLE_EXCESS = 0.05
 
 
 def _real(value: object) -> float:
-    """Return a number as float; NaN, which no field accepts, for what is not a number."""
+    """Return a number as float; NaN, which no field accepts, for what is no finite number."""
     if type(value) is float:
         return value
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value.item()
-    if isinstance(value, bool) or not isinstance(value, numbers.Real):
-        return math.nan
-    try:
-        return float(value)
-    except OverflowError:
-        return math.inf
+    return float(value) if checks.is_number(value) else math.nan
 
 
 def _finite(value: object) -> float:
@@ -58,6 +57,13 @@ def _count(value: object) -> int:
     number = _real(value)
     if not 0 < number < math.inf or not number.is_integer():
         raise ValueError("must be a whole number above 0")
+    return int(number)
+
+
+def _whole(value: object) -> int:
+    number = _real(value)
+    if not 0 <= number < math.inf or not number.is_integer():
+        raise ValueError("must be a whole number, 0 or above")
     return int(number)
 
 
@@ -96,6 +102,7 @@ PositivePair = Annotated[tuple[float, float], _entries(2, _positive)]
 NotNegativePair = Annotated[tuple[float, float], _entries(2, _not_negative)]
 Pair = Annotated[tuple[float, float], _entries(2, _finite)]
 Count = Annotated[int, BeforeValidator(_count)]
+Whole = Annotated[int, BeforeValidator(_whole)]
 CountPair = Annotated[tuple[int, int], _entries(2, _count)]
 Vector = Annotated[tuple[float, float, float], _entries(3, _finite)]
 Quaternion = Annotated[tuple[float, float, float, float], _entries(4, _finite)]
@@ -120,10 +127,24 @@ def symmetric_matrix(value: object) -> Matrix:
         xx, yy, zz = entries
         return (xx, 0.0, 0.0), (0.0, yy, 0.0), (0.0, 0.0, zz)
     xx, xy, xz, yx, yy, yz, zx, zy, zz = entries
-    tolerance = _ASYMMETRY * max(map(abs, entries))
+    tolerance = ROUNDING * max(map(abs, entries))
     if max(abs(xy - yx), abs(xz - zx), abs(yz - zy)) > tolerance:
         raise ValueError("must be symmetric")
     return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
+
+
+def check_moments(field: str, smallest: float, middle: float, largest: float) -> None:
+    """Refuse, or warn about, principal moments that no distribution of mass can have."""
+    if largest <= (smallest + middle) * (1 + ROUNDING):
+        return
+    text = (
+        f"the largest principal moment {largest:.6g} kg m² exceeds the sum "
+        f"{smallest + middle:.6g} kg m² of the other two"
+    )
+    if largest > (smallest + middle) * (1 + _TRIANGLE_EXCESS):
+        raise ValueError(f"belongs to no rigid body: {text} by more than 5 %")
+    text = f"{field} belongs to no rigid body: {text} by less than 5 %, and is used as given."
+    warnings.warn(text, ContinuairWarning, stacklevel=2)
 
 
 class _Shape(str):

@@ -2,8 +2,87 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+
+GENERAL, PAPER, TIP, COMMAND = 1, 2, 4, 8
+"""What acts, as bits: inputs along the state's own axes, those along the paper's coordinates, the
+wrench at the tip; and a controller's push, which is no column of the inputs."""
+
+
+@dataclass(frozen=True)
+class Input:
+    """An input of a flight: its columns per vehicle, or per section, and what they mean.
+
+    axes: letters of the components. channel: what a design calls each run of components, if it has
+    names for them. bit: of the group that it belongs to.
+    """
+
+    name: str
+    axes: str
+    units: str
+    meaning: str
+    bit: int
+    channels: tuple[str, ...] = ()
+    per_section: bool = False
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """Names of the components for one section, as logs and recordings call them."""
+        return tuple(f"{self.name}_{axis}" for axis in self.axes)
+
+    def width(self, sections: int) -> int:
+        """Number of columns."""
+        return len(self.axes) * (sections if self.per_section else 1)
+
+
+INPUTS = (
+    Input("force", "xyz", "N", "a force at the UAV's centre of mass in world axes [N]", GENERAL,
+          ("force",)),
+    Input("moment", "xyz", "N m", "a moment on the UAV in body axes [N m]", GENERAL, ("moment",)),
+    Input("bend_moment", "xy", "N m²", "the generalised forces of the bend vector [N m²]", GENERAL,
+          ("bend",), per_section=True),
+    Input("euler_torque", "xyz", "N m", "Euler torques [N m]", PAPER),
+    Input("polar_torque", "κψ", "N m², N m", "Q_kappa [N m²] and Q_psi_a [N m]", PAPER,
+          per_section=True),
+    Input("tip_wrench", "xyzxyz", "N, N m",
+          "a force [N] and a moment [N m] at the tip in world axes", TIP,
+          ("tip_force", "tip_moment")),
+)  # fmt: skip
+"""The table of inputs, in the order of their columns; all that has inputs follows it."""
+
+OF_NAME = {each.name: each for each in INPUTS}
+
+PUSH = ("force", "moment", "bend_moment")
+"""Inputs that actuators can give too: those of a controller's push, in order."""
+
+ACTUATORS = tuple(name for each in PUSH for name in OF_NAME[each].components)
+"""Names of a push's components, for one section."""
+
+TAU = ("force", "euler_torque", "polar_torque")
+"""Inputs that the paper's generalised forces τ, conjugate to q, consist of, in order."""
+
+FIELDS = {"tau": TAU} | {name: (name,) for name in (*PUSH, "tip_wrench")}
+"""Field of a scenario -> the inputs that it gives."""
+
+CHANNELS = {
+    f"{channel}_{axis}": (each.name, len(each.axes) // len(each.channels) * n + k)
+    for each in INPUTS
+    for n, channel in enumerate(each.channels)
+    for k, axis in enumerate(each.axes[: len(each.axes) // len(each.channels)])
+}
+"""Channel of a design -> input, and which component of it."""
+
+
+def columns(widths: Iterable[tuple[str, int]]) -> dict[str, slice]:
+    """Slices of adjacent columns, by name, in the order given."""
+    found: dict[str, slice] = {}
+    first = 0
+    for name, width in widths:
+        found[name] = slice(first, first + width)
+        first += width
+    return found
 
 
 @dataclass(frozen=True)
@@ -12,8 +91,8 @@ class Layout:
 
     State: position (world), attitude (x y z w, body to world), bend vectors [1/m], velocity of B's
     origin (world axes), angular velocity (body axes), bend rates. A log row is a state, then
-    (κ, ψa) of each section on its signed branch, then a controller's push. Inputs: a push (world
-    force, body moment, bend moments); Euler torques and (Q_κ, Q_ψa); tip wrench (world axes).
+    (κ, ψa) of each section on its signed branch, then a controller's push. Inputs: those of the
+    table INPUTS. Attributes named after a quantity are the slice of its columns.
     """
 
     sections: int
@@ -34,7 +113,7 @@ class Layout:
     @cached_property
     def bend(self) -> slice:
         """Bend vectors in a state."""
-        return slice(7, 7 + self.bends)
+        return _after(self.attitude, self.bends)
 
     @cached_property
     def velocity(self) -> slice:
@@ -64,35 +143,47 @@ class Layout:
     @cached_property
     def command(self) -> slice:
         """A controller's push in a log row."""
-        return _after(self.branch, self.coordinates)
+        return _after(self.branch, self.push.stop)
 
     @cached_property
     def log(self) -> int:
         """Columns of a log row."""
         return self.command.stop
 
-    force = slice(0, 3)
-    moment = slice(3, 6)
-
     @cached_property
+    def of_input(self) -> dict[str, slice]:
+        """Columns of each input in a row of inputs."""
+        return columns((each.name, each.width(self.sections)) for each in INPUTS)
+
+    @property
+    def force(self) -> slice:
+        """World force in a row of inputs."""
+        return self.of_input["force"]
+
+    @property
+    def moment(self) -> slice:
+        """Body moment in a row of inputs."""
+        return self.of_input["moment"]
+
+    @property
     def bend_moment(self) -> slice:
         """Bend moments in a row of inputs."""
-        return _after(self.moment, self.bends)
+        return self.of_input["bend_moment"]
 
-    @cached_property
+    @property
     def push(self) -> slice:
         """World force, body moment and bend moments in a row of inputs."""
-        return slice(0, self.bend_moment.stop)
+        return _joined([self.of_input[name] for name in PUSH])
 
-    @cached_property
+    @property
     def euler_and_polar(self) -> slice:
         """Euler torques, then (Q_κ, Q_ψa) of each section, in a row of inputs."""
-        return _after(self.bend_moment, 3 + self.bends)
+        return _joined([self.of_input[name] for name in TAU[1:]])
 
-    @cached_property
+    @property
     def tip_wrench(self) -> slice:
         """Tip wrench in a row of inputs."""
-        return _after(self.euler_and_polar, 6)
+        return self.of_input["tip_wrench"]
 
     @cached_property
     def inputs(self) -> int:
@@ -104,5 +195,42 @@ def _after(previous: slice, width: int) -> slice:
     return slice(previous.stop, previous.stop + width)
 
 
+def _joined(parts: list[slice]) -> slice:
+    """The columns of adjacent parts together."""
+    return slice(parts[0].start, parts[-1].stop)
+
+
 ONE_SECTION = Layout(sections=1)
 """The layout of the paper's vehicle: eight coordinates, 17 numbers in a state."""
+
+OBSERVED = columns([
+    ("tip_position", 3), ("tip_attitude", 4), ("kinetic_energy", 1), ("gravity_energy", 1),
+    ("elastic_energy", 1), ("linear_momentum", 3), ("angular_momentum", 3), ("base_force", 3),
+    ("base_moment", 3),
+])  # fmt: skip
+"""Columns of what is observed along a log."""
+
+TIP_POSE = columns([("position", 3), ("attitude", 4)])
+"""Columns of a logged tip: tip frame to world, x y z w."""
+
+
+def watched_columns(points: int) -> dict[str, slice]:
+    """Columns of what is watched along a log: the camera, and the image of its feature points."""
+    return columns([
+        ("camera_position", 3), ("camera_attitude", 4), ("camera_twist", 6),
+        ("image", 2 * points), ("depth", points), ("in_view", points),
+    ])  # fmt: skip
+
+
+def frame_columns(points: int) -> dict[str, slice]:
+    """Columns of a camera's frame on its way to the controller."""
+    return columns([("image", 2 * points), ("seen", 2 * points), ("depth", points)])
+
+
+MOTION = columns([("position", 3), ("velocity", 3)])
+"""Columns of a target's motion: its centroid in world axes."""
+
+
+def width_of(named: dict[str, slice]) -> int:
+    """The number of columns that are named."""
+    return max(where.stop for where in named.values())

@@ -1,57 +1,57 @@
 """Device code of one bending section: its moments, inertia, momentum and tip at a given bend.
 
-Lengths along the arc are in units of λ (arc.py). The derivation of every term is in
+Lengths along the arc are in units of λ (engine/moments.py). The derivation of every term is in
 docs/numerics.md, and letters are those used there: c first moment, I inertia and J the coupling of
 bending and rotation about the common centre of mass, N the inertia of bending, hb the angular
 momentum of bending. Warp reads annotations as types, so they are not postponed here.
 """
 
+from dataclasses import dataclass
 from functools import cache
-from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import warp as wp
 
-from continuair.vehicle.layout import Layout
+from continuair.kernels.types import MOMENTS, device_types, holding
 
 MAX_BEND_ANGLE = 2.0 * np.pi
 """Largest |k| l [rad] for which the polynomials hold; beyond it a run ends with a status."""
 
-NAMES = ("alpha", "beta", "P", "Q", "S", "KP", "KQ", "KW", "NP", "ND")
-"""Moment functions, in the order in which the device code reads them."""
+
+@dataclass(frozen=True)
+class Section:
+    """Structs and functions of a section; each is defined, and said what it is, below."""
+
+    full: Any
+    Shape: Any
+    Tip: Any
+    shape: Any
+    tip_of: Any
+    tip_attitude: Any
+    moment_of_arm: Any
+    coupling_of: Any
+    bend_force: Any
+    wrench_on_bend: Any
+    inertia_of: Any
+    own_bending: Any
+    solve_bending: Any
+    solve_symmetric: Any
+    exchange_on_rotation: Any
+    momentum_of_bending: Any
+    centrifugal: Any
 
 
 @cache
-def section_code(precision: str, sections: int) -> SimpleNamespace:
-    """Warp types and functions for one precision, "float64" or "float32", and one section.
-
-    The state y holds, as `Layout` orders them, position, attitude, b, world velocity, ω and ḃ.
-    """
-    if sections != 1:
-        raise NotImplementedError(f"kernels for {sections} sections")
-    layout = Layout(sections)
-    Real = getattr(wp, precision)
-    vec2, vec3 = wp.types.vector(2, Real), wp.types.vector(3, Real)
-    vec4, mat33 = wp.types.vector(4, Real), wp.types.matrix((3, 3), Real)
-    quat = wp.types.quaternion(Real)
-    Row, State = wp.types.vector(len(NAMES), Real), wp.types.vector(layout.state, Real)
-    Push = wp.types.vector(layout.coordinates, Real)
+def section_code(precision: str, sections: int) -> Section:
+    """The functions for one precision, "float64" or "float32", and one section."""
+    types = device_types(precision, sections)
+    Real, Row, Plant = types.Real, types.Row, types.Plant
+    vec2, vec3, vec4 = types.vec2, types.vec3, types.vec4
+    mat33, quat = types.mat33, types.quat
     zero, half, one, two = Real(0.0), Real(0.5), Real(1.0), Real(2.0)
+    alpha, beta, P, Q, S, KP, KQ, KW, NP, ND = range(len(MOMENTS))
     quarter, full = Real(0.25), Real(MAX_BEND_ANGLE / np.sqrt(2.0))
-
-    @wp.struct
-    class Plant:
-        mass: Real
-        arm_mass: Real
-        uav_mass: Real
-        unit: Real
-        stiffness: Real
-        damping: Real
-        threshold: Real
-        mount: vec3
-        lever: vec3
-        inertia: mat33
-        uav_inertia: mat33
 
     @wp.struct
     class Shape:
@@ -73,10 +73,6 @@ def section_code(precision: str, sections: int) -> SimpleNamespace:
         Gamma: Real
 
     @wp.func
-    def attitude_of(y: State):
-        return quat(y[3], y[4], y[5], y[6])
-
-    @wp.func
     def shape(coefficients: wp.array2d(dtype=Row), i: int, u: Real):
         w = u - Real(1.0)
         out = Shape()
@@ -85,8 +81,8 @@ def section_code(precision: str, sections: int) -> SimpleNamespace:
         sa = Real(0.0)
         sb = Real(0.0)
         for j in range(coefficients.shape[1]):
-            sa = sa * w + d[0]
-            sb = sb * w + d[1]
+            sa = sa * w + d[alpha]
+            sb = sb * w + d[beta]
             d = d * w + f
             f = f * w + coefficients[i, j]
         out.f = f
@@ -139,51 +135,83 @@ def section_code(precision: str, sections: int) -> SimpleNamespace:
 
     @wp.func
     def moment_of_arm(s: Shape, b: vec2):
-        return vec3(s.f[0] * b[0], s.f[0] * b[1], -s.f[1])
+        return vec3(s.f[alpha] * b[0], s.f[alpha] * b[1], -s.f[beta])
+
+    @wp.struct
+    class Coupling:
+        """Columns of J_c, of the first moment, and of J, of rotation and bending, per bend."""
+
+        base_x: vec3
+        base_y: vec3
+        spin_x: vec3
+        spin_y: vec3
 
     @wp.func
-    def bend_force(alpha: Real, d_alpha: Real, d_beta: Real, b: vec2, force: vec3):
-        """J_cᵀ force: a force on every mass of the arm, as a force on the bend."""
+    def coupling_of(s: Shape, e: vec3, b: vec2):
+        """e: lever of the mount, horizontal part."""
+        g00 = s.f[KQ] + two * s.f[KW] * b[0] * b[0]
+        g01 = two * s.f[KW] * b[0] * b[1]
+        g11 = s.f[KQ] + two * s.f[KW] * b[1] * b[1]
+        ca = two * s.d[alpha]
+        cb = -two * s.d[beta]
+        out = Coupling()
+        out.base_x = vec3(s.f[alpha] + ca * b[0] * b[0], ca * b[0] * b[1], cb * b[0])
+        out.base_y = vec3(ca * b[0] * b[1], s.f[alpha] + ca * b[1] * b[1], cb * b[1])
+        out.spin_x = vec3(g01, -g00, -s.f[KP] * b[1]) + wp.cross(e, out.base_x)
+        out.spin_y = vec3(g11, -g01, s.f[KP] * b[0]) + wp.cross(e, out.base_y)
+        return out
+
+    @wp.func
+    def along_bend(a: Real, d_a: Real, d_beta: Real, b: vec2, force: vec3):
+        """Jᵀ force of a point at (a b, -β), whose derivatives in u are d_a and d_beta."""
         h = vec2(force[0], force[1])
-        return alpha * h + two * (d_alpha * wp.dot(b, h) - d_beta * force[2]) * b
+        return a * h + two * (d_a * wp.dot(b, h) - d_beta * force[2]) * b
+
+    @wp.func
+    def bend_force(s: Shape, b: vec2, field: vec3):
+        """J_cᵀ field: a force on every mass of the arm, per mass, as a force on the bend."""
+        return along_bend(s.f[alpha], s.d[alpha], s.d[beta], b, field)
+
+    @wp.func
+    def wrench_on_bend(tip: Tip, unit: Real, b: vec2, force: vec3, moment: vec3):
+        """Jᵀ (force, moment): a wrench on the tip, in body axes, as a force on the bend."""
+        twist = tip.A * moment[2] - tip.Gamma * (b[0] * moment[0] + b[1] * moment[1])
+        bend = unit * along_bend(tip.A, tip.dA, tip.dB, b, force)
+        return bend + full * vec2(-moment[1], moment[0]) + twist * vec2(-b[1], b[0])
 
     @wp.func
     def inertia_of(s: Shape, plant: Plant, b: vec2):
         """Inertia about the common centre of mass with the arm frozen; d = u P + S + axial."""
-        P = s.f[2]
-        Q = s.f[3]
-        S = s.f[4]
         h = moment_of_arm(s, b)
         e = plant.lever
         eh = e[0] * h[0] + e[1] * h[1]
-        d = wp.dot(b, b) * P + S + two * eh
-        xy = -P * b[0] * b[1] - e[0] * h[1] - e[1] * h[0]
-        xz = Q * b[0] - e[0] * h[2]
-        yz = Q * b[1] - e[1] * h[2]
+        d = wp.dot(b, b) * s.f[P] + s.f[S] + two * eh
+        xy = -s.f[P] * b[0] * b[1] - e[0] * h[1] - e[1] * h[0]
+        xz = s.f[Q] * b[0] - e[0] * h[2]
+        yz = s.f[Q] * b[1] - e[1] * h[2]
         return plant.inertia + mat33(
-            d - P * b[0] * b[0] - two * e[0] * h[0],
+            d - s.f[P] * b[0] * b[0] - two * e[0] * h[0],
             xy,
             xz,
             xy,
-            d - P * b[1] * b[1] - two * e[1] * h[1],
+            d - s.f[P] * b[1] * b[1] - two * e[1] * h[1],
             yz,
             xz,
             yz,
-            d - S,
+            d - s.f[S],
         )
 
     @wp.func
     def own_bending(s: Shape, b: vec2, db: vec2, du: Real, ddu: Real):
         """Ṅ ḃ - ½ ∂(ḃᵀ N ḃ)/∂b."""
-        along = quarter * s.d[9] * du * du + half * (s.f[9] - s.d[8]) * ddu
-        return s.d[8] * du * db + along * b
+        along = quarter * s.d[ND] * du * du + half * (s.f[ND] - s.d[NP]) * ddu
+        return s.d[NP] * du * db + along * b
 
     @wp.func
     def solve_bending(s: Shape, b: vec2, u: Real, rhs: vec2):
         """N⁻¹ rhs with N = NP 1 + ND b bᵀ."""
-        NP = s.f[8]
-        ND = s.f[9]
-        return (rhs - (ND * wp.dot(b, rhs) / (NP + u * ND)) * b) / NP
+        along = s.f[ND] * wp.dot(b, rhs) / (s.f[NP] + u * s.f[ND])
+        return (rhs - along * b) / s.f[NP]
 
     @wp.func
     def solve_symmetric(m: mat33, r: vec3):
@@ -204,15 +232,13 @@ def section_code(precision: str, sections: int) -> SimpleNamespace:
     @wp.func
     def exchange_on_rotation(s: Shape, e: vec3, b: vec2, db: vec2, w: vec3, hd: vec3, du: Real):
         """İ ω, the change of inertia as the arm bends."""
-        P = s.f[2]
-        Q = s.f[3]
         u = wp.dot(b, b)
         bw = b[0] * w[0] + b[1] * w[1]
         dbw = db[0] * w[0] + db[1] * w[1]
-        on_w = du * (P + u * s.d[2] + s.d[4]) + two * wp.dot(e, hd)
-        on_b = du * (s.d[3] * w[2] - s.d[2] * bw) - P * dbw
-        on_db = Q * w[2] - P * bw
-        on_z = du * (s.d[3] * bw - s.d[4] * w[2]) + Q * dbw
+        on_w = du * (s.f[P] + u * s.d[P] + s.d[S]) + two * wp.dot(e, hd)
+        on_b = du * (s.d[Q] * w[2] - s.d[P] * bw) - s.f[P] * dbw
+        on_db = s.f[Q] * w[2] - s.f[P] * bw
+        on_z = du * (s.d[Q] * bw - s.d[S] * w[2]) + s.f[Q] * dbw
         return (
             on_w * w
             + vec3(on_b * b[0] + on_db * db[0], on_b * b[1] + on_db * db[1], on_z)
@@ -223,21 +249,21 @@ def section_code(precision: str, sections: int) -> SimpleNamespace:
     @wp.func
     def momentum_of_bending(s: Shape, e: vec3, b: vec2, db: vec2, hd: vec3, du: Real):
         """hb: angular momentum of bending about the common centre of mass."""
-        x = s.f[6] * db[0] + s.f[7] * du * b[0]
-        y = s.f[6] * db[1] + s.f[7] * du * b[1]
-        return vec3(y, -x, s.f[5] * (b[0] * db[1] - b[1] * db[0])) + wp.cross(e, hd)
+        x = s.f[KQ] * db[0] + s.f[KW] * du * b[0]
+        y = s.f[KQ] * db[1] + s.f[KW] * du * b[1]
+        return vec3(y, -x, s.f[KP] * (b[0] * db[1] - b[1] * db[0])) + wp.cross(e, hd)
 
     @wp.func
     def centrifugal(s: Shape, e: vec3, b: vec2, u: Real, w: vec3):
         """-½ ∂(ωᵀ I ω)/∂b."""
         bw = b[0] * w[0] + b[1] * w[1]
         wz = w[2]
-        d_slope = s.f[2] + u * s.d[2] + s.d[4]
+        d_slope = s.f[P] + u * s.d[P] + s.d[S]
         along = (
-            d_slope * wp.dot(w, w) - s.d[2] * bw * bw + two * s.d[3] * bw * wz - s.d[4] * wz * wz
+            d_slope * wp.dot(w, w) - s.d[P] * bw * bw + two * s.d[Q] * bw * wz - s.d[S] * wz * wz
         )
-        across = s.f[2] * bw - s.f[3] * wz
+        across = s.f[P] * bw - s.f[Q] * wz
         spin = wp.cross(w, wp.cross(w, e))
-        return across * vec2(w[0], w[1]) - along * b + bend_force(s.f[0], s.d[0], s.d[1], b, spin)
+        return across * vec2(w[0], w[1]) - along * b + bend_force(s, b, spin)
 
-    return SimpleNamespace(**locals())
+    return holding(Section, locals())

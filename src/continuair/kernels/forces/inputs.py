@@ -1,33 +1,40 @@
-"""Device code of the inputs: from their columns to forces on the base and on the bend."""
+"""Device code of the inputs: forces that follow from their columns, each a Load of its own."""
 
-from types import SimpleNamespace
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
 
 import warp as wp
 
-GENERAL, PAPER, TIP, COMMAND = 1, 2, 4, 8
-"""What acts, as bits: the columns of inputs (layout.py) push, Euler and polar, and tip wrench,
-and a controller's push."""
+from continuair.kernels.arm.one_section import section_code
+from continuair.kernels.flight import flight_code
+from continuair.kernels.types import device_types, holding
+from continuair.vehicle.layout import COMMAND, PAPER, TIP
 
 
-def load_code(section: SimpleNamespace, independent: bool) -> SimpleNamespace:
-    """Warp functions on top of a section's, for the `independent` model or the others."""
-    Real, Row, State, Plant = section.Real, section.Row, section.State, section.Plant
-    Push = section.Push
-    vec2, vec3, mat33, quat = section.vec2, section.vec3, section.mat33, section.quat
-    shape, tip_of, bend_force = section.shape, section.tip_of, section.bend_force
-    attitude_of, inertia_of = section.attitude_of, section.inertia_of
-    moment_of_arm, full = section.moment_of_arm, section.full
+@dataclass(frozen=True)
+class InputCode:
+    """Load, a struct, and the loads by which inputs and a push act: on the UAV, and in all."""
+
+    Load: Any
+    load_on_uav: Any
+    load_of: Any
+
+
+@cache
+def input_code(precision: str, sections: int, frozen_arm: bool) -> InputCode:
+    """Forces of the inputs; frozen_arm: the tip pushes the base where it was at the start."""
+    types, section = device_types(precision, sections), section_code(precision, sections)
+    flight = flight_code(precision, sections)
+    Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
+    vec2, vec3, quat, layout = types.vec2, types.vec3, types.quat, types.layout
+    attitude_of, bend_of = types.attitude_of, types.bend_of
+    force_of, moment_of, bend_moment_of = types.force_of, types.moment_of, types.bend_moment_of
+    tip_of, wrench_on_bend, Flight = section.tip_of, section.wrench_on_bend, flight.Flight
+    pushes = layout.push.stop
+    euler, polar = layout.of_input["euler_torque"].start, layout.of_input["polar_torque"].start
+    tip_force, tip_moment = layout.tip_wrench.start, layout.tip_wrench.start + 3
     zero, one = Real(0.0), Real(1.0)
-
-    @wp.struct
-    class Frozen:
-        """What `independent` keeps from the initial state: payload, tip and attitude."""
-
-        moment: vec3
-        inertia: mat33
-        inverse: mat33
-        tip: vec3
-        attitude: quat
 
     @wp.struct
     class Load:
@@ -38,17 +45,22 @@ def load_code(section: SimpleNamespace, independent: bool) -> SimpleNamespace:
         bend: vec2
 
     @wp.func
-    def freeze(y: State, plant: Plant, coefficients: wp.array2d(dtype=Row), vehicle: int):
-        out = Frozen()
-        b = vec2(y[7], y[8])
-        s = shape(coefficients, vehicle, wp.dot(b, b))
-        tip = tip_of(b)
-        out.moment = plant.arm_mass * plant.mount + moment_of_arm(s, b)
-        out.inertia = inertia_of(s, plant, b)
-        out.inverse = wp.inverse(out.inertia)
-        out.tip = plant.mount + plant.unit * tip.point
-        out.attitude = attitude_of(y)
+    def plus(a: Load, b: Load):
+        out = Load()
+        out.force = a.force + b.force
+        out.moment = a.moment + b.moment
+        out.bend = a.bend + b.bend
         return out
+
+    @wp.func
+    def three(flight: Flight, row: int, first: int):
+        """Three adjacent columns of the inputs."""
+        at = flight.column
+        return vec3(
+            flight.inputs[row, at, first],
+            flight.inputs[row, at, first + 1],
+            flight.inputs[row, at, first + 2],
+        )
 
     @wp.func
     def euler_torque_to_body(q: quat, torque: vec3):
@@ -84,63 +96,69 @@ def load_code(section: SimpleNamespace, independent: bool) -> SimpleNamespace:
         return pushed + around / scaled * vec2(-direction[1], direction[0])
 
     @wp.func
-    def load_of(
-        y: State,
-        b: vec2,
-        branch: vec2,
-        plant: Plant,
-        frozen: Frozen,
-        inputs: wp.array3d(dtype=Real),
-        row: int,
-        run: int,
-        groups: int,
-        command: Push,
-    ):
-        """Sum the inputs in use, and a controller's push, into body axes and bend axes."""
-        out = Load()
-        if groups == 0:
-            return out
-        q = attitude_of(y)
+    def push_load(y: State, flight: Flight, row: int, command: Push):
+        """The inputs force, moment and bend moment, and a controller's push."""
         push = command
-        if groups != COMMAND:
-            for j in range(8):
-                push[j] = push[j] + inputs[row, run, j]
-        out.force = wp.quat_rotate_inv(q, vec3(push[0], push[1], push[2]))
-        out.moment = vec3(push[3], push[4], push[5])
-        bend = vec2(push[6], push[7]) / plant.unit
-        if (groups & PAPER) != 0:
-            torque = vec3(inputs[row, run, 8], inputs[row, run, 9], inputs[row, run, 10])
-            if wp.length_sq(torque) > zero:
-                out.moment += euler_torque_to_body(q, torque)
-            bend += (
-                polar_to_bend(
-                    b,
-                    branch,
-                    plant.threshold,
-                    inputs[row, run, 11],
-                    plant.unit * inputs[row, run, 12],
-                )
-                / plant.unit
-            )
-        if (groups & TIP) != 0:
-            f = vec3(inputs[row, run, 13], inputs[row, run, 14], inputs[row, run, 15])
-            t = vec3(inputs[row, run, 16], inputs[row, run, 17], inputs[row, run, 18])
-            tip = tip_of(b)
-            fb = wp.quat_rotate_inv(q, f)
-            tb = wp.quat_rotate_inv(q, t)
-            fa = fb
-            ta = tb
-            point = plant.mount + plant.unit * tip.point
-            if wp.static(independent):
-                point = frozen.tip
-                fa = wp.quat_rotate_inv(frozen.attitude, f)
-                ta = wp.quat_rotate_inv(frozen.attitude, t)
-            out.force += fb
-            out.moment += wp.cross(point, fb) + tb
-            twist = tip.A * ta[2] - tip.Gamma * (b[0] * ta[0] + b[1] * ta[1])
-            bend += plant.unit * bend_force(tip.A, tip.dA, tip.dB, b, fa)
-            bend += full * vec2(-ta[1], ta[0]) + twist * vec2(-b[1], b[0])
-        out.bend = bend
+        if flight.groups != COMMAND:
+            for j in range(pushes):
+                push[j] = push[j] + flight.inputs[row, flight.column, j]
+        out = Load()
+        out.force = wp.quat_rotate_inv(attitude_of(y), force_of(push))
+        out.moment = moment_of(push)
+        out.bend = bend_moment_of(push) / flight.plant.unit
         return out
 
-    return SimpleNamespace(Frozen=Frozen, Load=Load, freeze=freeze, load_of=load_of)
+    @wp.func
+    def paper_load(y: State, branch: vec2, flight: Flight, row: int):
+        """Torques conjugate to the paper's angles and bend; Eq. of motion, Amiri et al."""
+        out = Load()
+        unit = flight.plant.unit
+        torque = three(flight, row, euler)
+        if wp.length_sq(torque) > zero:
+            out.moment = euler_torque_to_body(attitude_of(y), torque)
+        along = flight.inputs[row, flight.column, polar]
+        around = unit * flight.inputs[row, flight.column, polar + 1]
+        out.bend = polar_to_bend(bend_of(y), branch, flight.plant.threshold, along, around) / unit
+        return out
+
+    @wp.func
+    def tip_load(y: State, flight: Flight, row: int):
+        """The wrench on the tip."""
+        out = Load()
+        plant, q, b = flight.plant, attitude_of(y), bend_of(y)
+        force = three(flight, row, tip_force)
+        moment = three(flight, row, tip_moment)
+        tip = tip_of(b)
+        out.force = wp.quat_rotate_inv(q, force)
+        on_arm = out.force
+        turning = wp.quat_rotate_inv(q, moment)
+        bending = turning
+        point = plant.mount + plant.unit * tip.point
+        if wp.static(frozen_arm):
+            point = flight.frozen.tip
+            on_arm = wp.quat_rotate_inv(flight.frozen.attitude, force)
+            bending = wp.quat_rotate_inv(flight.frozen.attitude, moment)
+        out.moment = wp.cross(point, out.force) + turning
+        out.bend = wrench_on_bend(tip, plant.unit, b, on_arm, bending)
+        return out
+
+    @wp.func
+    def load_on_uav(y: State, branch: vec2, flight: Flight, row: int, command: Push):
+        """What acts otherwise than at the tip."""
+        out = Load()
+        if flight.groups == 0:
+            return out
+        out = push_load(y, flight, row, command)
+        if (flight.groups & PAPER) != 0:
+            out = plus(out, paper_load(y, branch, flight, row))
+        return out
+
+    @wp.func
+    def load_of(y: State, branch: vec2, flight: Flight, row: int, command: Push):
+        """All that acts."""
+        out = load_on_uav(y, branch, flight, row, command)
+        if (flight.groups & TIP) != 0:
+            out = plus(out, tip_load(y, flight, row))
+        return out
+
+    return holding(InputCode, locals())

@@ -8,8 +8,10 @@ from types import SimpleNamespace
 
 import warp as wp
 
+from continuair.kernels.sensing.sense import LawCode
 
-def law(code: SimpleNamespace) -> SimpleNamespace:
+
+def law(code: LawCode) -> SimpleNamespace:
     """The law on the device."""
     Real, Twist, Sense, interaction = code.Real, code.Twist, code.Sense, code.interaction
     camera_push = code.camera_push

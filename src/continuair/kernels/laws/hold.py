@@ -4,10 +4,12 @@ from types import SimpleNamespace
 
 import warp as wp
 
+from continuair.kernels.sensing.sense import LawCode
 
-def law(code: SimpleNamespace) -> SimpleNamespace:
+
+def law(code: LawCode) -> SimpleNamespace:
     """The law on the device."""
-    Real, Push, Sense = code.Real, code.Push, code.Sense
+    Real, Sense, push = code.Real, code.Sense, code.push
     vec2, vec3, quat, mat33 = code.vec2, code.vec3, code.quat, code.mat33
     two, zero, one = Real(2.0), Real(0.0), Real(1.0)
 
@@ -36,6 +38,6 @@ def law(code: SimpleNamespace) -> SimpleNamespace:
         w = gains.bend_rate
         b = gains.stiffness * gains.bend
         b += gains.bend_inertia * w * (w * (gains.bend - sense.bend) - two * sense.bend_rate)
-        return sense.weight + Push(f[0], f[1], f[2], m[0], m[1], m[2], b[0], b[1])
+        return sense.weight + push(f, m, b)
 
     return SimpleNamespace(Gains=Gains, control=control)

@@ -4,8 +4,11 @@ from types import SimpleNamespace
 
 import warp as wp
 
+from continuair.kernels.sensing.sense import LawCode
 
-def carry(code: SimpleNamespace) -> SimpleNamespace:
+
+def carry(code: LawCode) -> SimpleNamespace:
+    """Carries the weight and sees nothing."""
     Sense = code.Sense
 
     @wp.struct
@@ -19,8 +22,9 @@ def carry(code: SimpleNamespace) -> SimpleNamespace:
     return SimpleNamespace(Gains=Gains, control=control)
 
 
-def look(code: SimpleNamespace) -> SimpleNamespace:
-    Sense = code.Sense
+def look(code: LawCode) -> SimpleNamespace:
+    """Carries the weight and has the camera's image, which it does not use."""
+    Sense, push, vec2, vec3 = code.Sense, code.push, code.vec2, code.vec3
 
     @wp.struct
     class Gains:
@@ -28,9 +32,8 @@ def look(code: SimpleNamespace) -> SimpleNamespace:
 
     @wp.func
     def control(sense: Sense, gains: Gains):
-        push = sense.weight
         # The image has to be computed, but must not act.
-        push[0] += gains.nothing * wp.dot(sense.sight.image, sense.desired)
-        return push
+        nothing = gains.nothing * wp.dot(sense.sight.image, sense.desired)
+        return sense.weight + nothing * push(vec3(), vec3(), vec2())
 
     return SimpleNamespace(Gains=Gains, control=control)

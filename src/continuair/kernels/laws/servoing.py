@@ -11,16 +11,14 @@ from types import SimpleNamespace
 
 import warp as wp
 
+from continuair.kernels.sensing.sense import LawCode
 
-def law(code: SimpleNamespace) -> SimpleNamespace:
+
+def law(code: LawCode) -> SimpleNamespace:
     """The law on the device."""
-    Real, Image, ImageGain = code.Real, code.Image, code.ImageGain
-    Sense, interaction, camera_push, rows = (
-        code.Sense,
-        code.interaction,
-        code.camera_push,
-        2 * code.points,
-    )
+    Real, vec3, Image, ImageGain = code.Real, code.vec3, code.Image, code.ImageGain
+    Sense, interaction, rows = code.Sense, code.interaction, 2 * code.points
+    push, camera_push = code.push, code.camera_push
 
     @wp.struct
     class Gains:
@@ -47,10 +45,8 @@ def law(code: SimpleNamespace) -> SimpleNamespace:
             sliding[i] = wp.tanh(e[i] / gains.sigma)
         e_a = gains.Cd * e_dot + gains.Cp * e + gains.Cs * sliding
         damped = camera_rate - gains.on_feature_rate * target_rate
-        push = sense.weight + gains.spring * sense.spring
-        push += camera_push(sense, wp.transpose(L) * (gains.Kp * e_a - gains.Kd * damped))
-        push[6] -= gains.posture * sense.bend_rate[0]
-        push[7] -= gains.posture * sense.bend_rate[1]
-        return push
+        tau = sense.weight + gains.spring * sense.spring
+        tau += camera_push(sense, wp.transpose(L) * (gains.Kp * e_a - gains.Kd * damped))
+        return tau + push(vec3(), vec3(), -gains.posture * sense.bend_rate)
 
     return SimpleNamespace(Gains=Gains, control=control)

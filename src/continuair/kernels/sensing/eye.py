@@ -4,25 +4,51 @@ Images are in normalised coordinates (x, y) = (X, Y)/Z, points in turn. The came
 of its own axes; a twist is (v, ω) of the camera in those axes, a wrench the same for forces.
 """
 
-from types import SimpleNamespace
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
 
 import warp as wp
 
+from continuair.kernels.arm.one_section import section_code
+from continuair.kernels.types import device_types, holding
 
-def vision_code(section: SimpleNamespace, points: int) -> SimpleNamespace:
-    """Warp types and functions for `points` feature points, on top of a section's."""
-    Real, Row, State, Plant = section.Real, section.Row, section.State, section.Plant
-    vec2, vec3, quat = section.vec2, section.vec3, section.quat
-    tip_of, shape, bend_force = section.tip_of, section.shape, section.bend_force
-    moment_of_arm, attitude_of = section.moment_of_arm, section.attitude_of
-    tip_attitude, full = section.tip_attitude, section.full
+
+@dataclass(frozen=True)
+class Eye:
+    """Types and functions for a number of feature points; 0 for what looks at nothing."""
+
+    points: int
+    Image: Any
+    ImageGain: Any
+    Twist: Any
+    Camera: Any
+    View: Any
+    Sight: Any
+    view_of: Any
+    look: Any
+    blur: Any
+    interaction: Any
+    camera_push: Any
+
+
+@cache
+def eye_code(precision: str, sections: int, points: int) -> Eye:
+    """The eye for one precision and numbers of sections and feature points."""
+    types, section = device_types(precision, sections), section_code(precision, sections)
+    Real, State, Plant, push_of = types.Real, types.State, types.Plant, types.push_of
+    vec2, vec3, quat = types.vec2, types.vec3, types.quat
+    position_of, attitude_of, velocity_of = types.position_of, types.attitude_of, types.velocity_of
+    bend_of, bend_rate_of, spin_of = types.bend_of, types.bend_rate_of, types.spin_of
+    tip_of, tip_attitude, full = section.tip_of, section.tip_attitude, section.full
+    wrench_on_bend = section.wrench_on_bend
     zero, half, one, two = Real(0.0), Real(0.5), Real(1.0), Real(2.0)
-    # A hold controller looks at nothing, but Warp has no vectors of length 0.
+    # A controller may look at nothing, but Warp has no vectors of length 0.
     count = max(points, 1)
     Image, Depth = wp.types.vector(2 * count, Real), wp.types.vector(count, Real)
     ImageGain = wp.types.matrix((2 * count, 2 * count), Real)
     Interaction = wp.types.matrix((2 * count, 6), Real)
-    Twist, Push = wp.types.vector(6, Real), section.Push
+    Twist = wp.types.vector(6, Real)
 
     @wp.struct
     class Camera:
@@ -68,9 +94,9 @@ def vision_code(section: SimpleNamespace, points: int) -> SimpleNamespace:
     def view_of(y: State, direction: vec2, plant: Plant, camera: Camera):
         """direction: (cos ψa, sin ψa) on the followed branch, which names the frenet frame."""
         out = View()
-        b = vec2(y[7], y[8])
-        db = vec2(y[15], y[16])
-        w = vec3(y[12], y[13], y[14])
+        b = bend_of(y)
+        db = bend_rate_of(y)
+        w = spin_of(y)
         tip = tip_of(b)
         turn = tip_attitude(b)
         size = wp.length(b)
@@ -99,12 +125,12 @@ def vision_code(section: SimpleNamespace, points: int) -> SimpleNamespace:
             -tip.dB * along,
         )
         q = attitude_of(y)
-        v = wp.quat_rotate_inv(q, vec3(y[9], y[10], y[11]))
+        v = wp.quat_rotate_inv(q, velocity_of(y))
         v += wp.cross(w, out.on_body - arm) + plant.unit * swept + wp.cross(spin, arm)
         v = wp.quat_rotate_inv(out.to_body, v)
         spin = wp.quat_rotate_inv(out.to_body, spin)
         out.twist = Twist(v[0], v[1], v[2], spin[0], spin[1], spin[2])
-        out.position = vec3(y[0], y[1], y[2]) + wp.quat_rotate(q, out.on_body)
+        out.position = position_of(y) + wp.quat_rotate(q, out.on_body)
         out.attitude = q * out.to_body
         return out
 
@@ -163,36 +189,16 @@ def vision_code(section: SimpleNamespace, points: int) -> SimpleNamespace:
     @wp.func
     def camera_push(y: State, view: View, plant: Plant, camera: Camera, wrench: Twist):
         """J_cᵀ wrench: a wrench on the camera, in its axes, as a push on the vehicle."""
-        b = vec2(y[7], y[8])
+        b = bend_of(y)
         tip = tip_of(b)
         f = wp.quat_rotate(view.to_body, vec3(wrench[0], wrench[1], wrench[2]))
         m = wp.quat_rotate(view.to_body, vec3(wrench[3], wrench[4], wrench[5]))
         point = plant.mount + plant.unit * tip.point
         t = m + wp.cross(view.on_body - point, f)
-        twist = tip.A * t[2] - tip.Gamma * (b[0] * t[0] + b[1] * t[1])
-        bend = plant.unit * bend_force(tip.A, tip.dA, tip.dB, b, f)
-        bend += full * vec2(-t[1], t[0]) + twist * vec2(-b[1], b[0])
+        bend = wrench_on_bend(tip, plant.unit, b, f, t)
         if camera.frenet != 0:
             bend -= wp.dot(view.axis, t) * spin_per_bend_rate(b, plant)
-        moment = wp.cross(point, f) + t
         force = wp.quat_rotate(attitude_of(y), f)
-        bend = plant.unit * bend
-        return Push(force[0], force[1], force[2], moment[0], moment[1], moment[2], bend[0], bend[1])
+        return push_of(force, wp.cross(point, f) + t, plant.unit * bend)
 
-    @wp.func
-    def weight_push(
-        y: State, plant: Plant, coefficients: wp.array2d(dtype=Row), vehicle: int, gravity: Real
-    ):
-        """The push that carries the weight of UAV and arm."""
-        b = vec2(y[7], y[8])
-        s = shape(coefficients, vehicle, wp.dot(b, b))
-        down = wp.quat_rotate_inv(attitude_of(y), vec3(zero, zero, -gravity))
-        moment = wp.cross(down, plant.arm_mass * plant.mount + moment_of_arm(s, b))
-        bend = -plant.unit * bend_force(s.f[0], s.d[0], s.d[1], b, down)
-        lift = plant.mass * gravity
-        return Push(zero, zero, lift, moment[0], moment[1], moment[2], bend[0], bend[1])
-
-    return SimpleNamespace(
-        **{name: value for name, value in locals().items() if name not in vars(section)},
-        in_use=points > 0,
-    )
+    return holding(Eye, locals())

@@ -1,22 +1,62 @@
 """What a controller senses on the device, and the laws' common ground.
 
-A controller gives a law: a function of this code that returns `Gains`, a Warp struct, and
+A controller gives a law: a function of a `LawCode` that returns `Gains`, a Warp struct, and
 `control(sense: Sense, gains: Gains) -> Push`, a Warp function. A push is what the actuators do:
-force on the UAV in world axes [N], moment on it in body axes [N m], bend moments [N m²].
+push(force, moment, bend), force on the UAV in world axes [N], moment on it in body axes [N m],
+bend moments [N m²].
 """
 
-from types import SimpleNamespace
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
 
 import warp as wp
 
+from continuair.kernels.arm.one_section import section_code
+from continuair.kernels.flight import flight_code
+from continuair.kernels.sensing.eye import eye_code
+from continuair.kernels.types import device_types, holding
 
-def control_code(code: SimpleNamespace) -> SimpleNamespace:
-    """The struct `Sense` and functions of it, on top of a model's code and its vision code."""
-    Real, State, Plant, Push = code.Real, code.State, code.Plant, code.Push
-    vec2, vec3, quat, attitude_of = code.vec2, code.vec3, code.quat, code.attitude_of
-    Camera, View, Sight, Image, Twist = code.Camera, code.View, code.Sight, code.Image, code.Twist
-    push_of_camera = code.camera_push
-    zero = Real(0.0)
+
+@dataclass(frozen=True)
+class LawCode:
+    """What a law is written with: types, and functions of what it senses.
+
+    push(force: vec3, moment: vec3, bend: vec2) -> Push, which adds up; camera_push(sense, wrench:
+    Twist) -> Push, J_cᵀ wrench; interaction(sight) -> L, Eq. (14), Amiri et al.; points: number of
+    feature points; Image, ImageGain, Twist: vectors and matrices for them; Sense: below.
+    """
+
+    points: int
+    Real: Any
+    vec2: Any
+    vec3: Any
+    quat: Any
+    mat33: Any
+    Push: Any
+    Image: Any
+    ImageGain: Any
+    Twist: Any
+    Sense: Any
+    push: Any
+    camera_push: Any
+    interaction: Any
+    proprioception: Any
+
+
+@cache
+def law_code(precision: str, sections: int, points: int) -> LawCode:
+    """The common ground for one precision and numbers of sections and feature points."""
+    types, section = device_types(precision, sections), section_code(precision, sections)
+    eye, Flight = eye_code(precision, sections, points), flight_code(precision, sections).Flight
+    Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
+    vec2, vec3, quat, mat33 = types.vec2, types.vec3, types.quat, types.mat33
+    position_of, attitude_of, velocity_of = types.position_of, types.attitude_of, types.velocity_of
+    bend_of, bend_rate_of, spin_of = types.bend_of, types.bend_rate_of, types.spin_of
+    shape, moment_of_arm, bend_force = section.shape, section.moment_of_arm, section.bend_force
+    Camera, View, Sight, Image, Twist = eye.Camera, eye.View, eye.Sight, eye.Image, eye.Twist
+    ImageGain, interaction, push_of_camera = eye.ImageGain, eye.interaction, eye.camera_push
+    push, zero = types.push_of, Real(0.0)
 
     @wp.struct
     class Sense:
@@ -47,18 +87,30 @@ def control_code(code: SimpleNamespace) -> SimpleNamespace:
         view: View
 
     @wp.func
-    def proprioception(time: Real, y: State, plant: Plant):
-        """The parts of a Sense that need no camera; weight is left to the caller."""
+    def weight_push(y: State, flight: Flight):
+        """The push that carries the weight of UAV and arm."""
+        plant, b = flight.plant, bend_of(y)
+        s = shape(flight.coefficients, flight.vehicle, wp.dot(b, b))
+        down = wp.quat_rotate_inv(attitude_of(y), vec3(zero, zero, -flight.gravity))
+        lift = vec3(zero, zero, plant.mass * flight.gravity)
+        moment = wp.cross(down, plant.arm_mass * plant.mount + moment_of_arm(s, b))
+        return push(lift, moment, -plant.unit * bend_force(s, b, down))
+
+    @wp.func
+    def proprioception(time: Real, y: State, flight: Flight):
+        """The parts of a Sense that need no camera."""
+        plant = flight.plant
+        nothing = vec3(zero, zero, zero)
         out = Sense()
         out.time = time
-        out.position = vec3(y[0], y[1], y[2])
+        out.position = position_of(y)
         out.attitude = attitude_of(y)
-        out.bend = vec2(y[7], y[8]) / plant.unit
-        out.velocity = vec3(y[9], y[10], y[11])
-        out.angular_velocity = vec3(y[12], y[13], y[14])
-        out.bend_rate = vec2(y[15], y[16]) / plant.unit
-        k = plant.unit * plant.stiffness
-        out.spring = Push(zero, zero, zero, zero, zero, zero, k * y[7], k * y[8])
+        out.bend = bend_of(y) / plant.unit
+        out.velocity = velocity_of(y)
+        out.angular_velocity = spin_of(y)
+        out.bend_rate = bend_rate_of(y) / plant.unit
+        out.weight = weight_push(y, flight)
+        out.spring = push(nothing, nothing, plant.unit * plant.stiffness * bend_of(y))
         out.state = y
         out.plant = plant
         return out
@@ -68,9 +120,4 @@ def control_code(code: SimpleNamespace) -> SimpleNamespace:
         """J_cᵀ wrench: the push that does what a wrench on the camera, in its axes, would do."""
         return push_of_camera(sense.state, sense.view, sense.plant, sense.camera, wrench)
 
-    return SimpleNamespace(
-        Sense=Sense,
-        proprioception=proprioception,
-        push_of_camera=push_of_camera,
-        camera_push=camera_push,
-    )
+    return holding(LawCode, locals())

@@ -5,52 +5,31 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from continuair.kernels.dynamics import COUPLINGS
+from continuair.studies.tables import as_markdown, number
+
 
 def as_table(results: dict[str, Any]) -> str:
     """Return verdicts, errors, couplings and costs."""
-    arm = results["vehicle"]["arm"]
     lines = [
         f"# May I decouple? Vehicle {results['vehicle']['name']}",
         "",
         results["verdict"] + ".",
         "",
-        f"Good enough is a tip within {results['tolerance']:g} of the arm's length "
-        f"({1e3 * results['tolerance'] * arm['length']:.3g} mm) and {results['tolerance']:g} rad, "
-        f"or |DS| up to {results['pixels']:g} px. Bending frequency of the clamped arm: "
-        f"{results['clamped_hz']:.3g} Hz.",
+        _scope(results),
         "",
         f"Coupling {results['groups']['coupling']:.2f}, from 0 (a UAV like a rock) to 1.",
         "",
-        "| task | model | verdict |",
-        "|---|---|---|",
+        *_verdicts(results),
+        *_errors(results),
     ]
-    for task, models in results["verdicts"].items():
-        lines += [f"| {task} | {model} | {entry['text']} |" for model, entry in models.items()]
-    if results["excitations"]:
-        lines += [
-            "",
-            "Errors at half the clamped frequency, and of the coupled model without one coupling:",
-            "",
-            "| excitation | load | decoupled | independent | up to, decoupled [Hz] | no carriage | "
-            "no inertia | no Coriolis |",
-            "|---|---|---:|---:|---:|---:|---:|---:|",
-        ]
-        for name, part in results["excitations"].items():
-            models, couplings = part["models"], part["couplings"]
-            load = f"{part['load_ratio']:g} ({part['load']})" if part["load_ratio"] else ""
-            cells = [
-                number(models["decoupled"]["error"]),
-                number(models["independent"]["error"]),
-                limit(models["decoupled"]["limit_hz"]),
-                *(number(couplings[key]) for key in ("carriage", "inertia", "coriolis")),
-            ]
-            lines.append(f"| {name}: {part['meaning']} | {load} | " + " | ".join(cells) + " |")
     for task, part in results["tracking"].items():
+        ds = part["models"]["decoupled"]["ds_max_px"]
         lines += [
             "",
             f"{task}, gains {part['gains']}: RMS feature error of the coupled plant "
-            f"{number(part['rms_px'])} px on the slowest letter; decoupled, |DS| up to "
-            f"{number(part['models']['decoupled']['ds_max_px'])} px there.",
+            f"{_error(part['rms_px'])} px on the slowest letter; decoupled, |DS| up to "
+            f"{_error(ds)} px there.",
         ]
     lines += ["", "The model itself, an arm of constant curvature, errs against a beam by:", ""]
     lines += [
@@ -58,22 +37,72 @@ def as_table(results: dict[str, Any]) -> str:
         for name, entry in results["curvature_error"].items()
         if entry["error"] and "decoupled" not in name
     ]
+    return "\n".join([*lines, "", step_costs(results)]) + "\n"
+
+
+def step_costs(results: dict[str, Any]) -> str:
+    """Return the sentence about the time of a step."""
     ratios = ", ".join(f"{m} {value:.2f}" for m, value in results["step_over_coupled"].items())
-    lines += ["", f"Time of a step over that of the coupled model: {ratios}."]
-    return "\n".join(lines) + "\n"
+    return f"Time of a step over that of the coupled model: {ratios}."
 
 
-def number(value: float) -> str:
-    """An error as the tables print it."""
+def verdicts(results: dict[str, Any]) -> list[list[str]]:
+    """Return task, model and verdict of every task and model."""
+    return [
+        [task, model, entry["text"]]
+        for task, models in results["verdicts"].items()
+        for model, entry in models.items()
+    ]
+
+
+def _scope(results: dict[str, Any]) -> str:
+    length, tolerance = results["vehicle"]["arm"]["length"], results["tolerance"]
+    return (
+        f"Good enough is a tip within {tolerance:g} of the arm's length "
+        f"({1e3 * tolerance * length:.3g} mm) and {tolerance:g} rad, "
+        f"or |DS| up to {results['pixels']:g} px. Bending frequency of the clamped arm: "
+        f"{results['clamped_hz']:.3g} Hz."
+    )
+
+
+def _verdicts(results: dict[str, Any]) -> list[str]:
+    headings = ("task", "model", "verdict")
+    return as_markdown(headings, verdicts(results), headings)
+
+
+def _errors(results: dict[str, Any]) -> list[str]:
+    if not results["excitations"]:
+        return []
+    headings = ["excitation", "load", "decoupled", "independent", "up to, decoupled [Hz]"]
+    headings += ["no carriage", "no inertia", "no Coriolis"]
+    cells = []
+    for name, part in results["excitations"].items():
+        decoupled, independent = (part["models"][m] for m in ("decoupled", "independent"))
+        cells.append(
+            [
+                f"{name}: {part['meaning']}",
+                f"{part['load_ratio']:g} ({part['load']})" if part["load_ratio"] else "",
+                _error(decoupled["error"]),
+                _error(independent["error"]),
+                _limit(decoupled["limit_hz"]),
+                *(_error(part["couplings"][coupling]) for coupling in COUPLINGS),
+            ]
+        )
+    return [
+        "",
+        "Errors at half the clamped frequency, and of the coupled model without one coupling:",
+        "",
+        *as_markdown(headings, cells, ("excitation", "load")),
+    ]
+
+
+def _error(value: float) -> str:
     if not math.isfinite(value):
         return "lost"
-    return "0" if abs(value) < 1e-9 else f"{value:.2g}"
+    return number(value, 2) if abs(value) >= 1e-9 else "0"
 
 
-def limit(value: float | None) -> str:
-    """A limit as the tables print it."""
-    if value is None:
-        return ""
-    if math.isnan(value):
-        return "none"
-    return "all" if math.isinf(value) else f"{value:.2g}"
+def _limit(value: float | None) -> str:
+    if value is None or math.isfinite(value):
+        return number(value, 2)
+    return "none" if math.isnan(value) else "all"

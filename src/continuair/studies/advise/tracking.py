@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from continuair.analysis.limits import find_limits
+from continuair.analysis.metrics import feature_norm
 from continuair.controllers.gain_files import Gains
 from continuair.flight.simulate import simulate
 from continuair.scenario import paths
@@ -33,58 +35,49 @@ def tracking_limit(
     """
     flown = equipped(vehicle, SETTINGS["nominal"])
     law = gains.controller(flown)
+
+    def fly(durations: np.ndarray, *models: str) -> dict[str, np.ndarray]:
+        return _fly(flown, letter, law, durations, models)
+
     durations = np.geomspace(SLOWEST, FASTEST, SCANNED)
-    found = _fly(flown, letter, law, durations, models)
-    results: dict[str, Any] = {"letter": letter, "gains": gains.name, "models": {}}
-    for model in models:
-        scan = {key: values.copy() for key, values in found.items()}
-        within = scan[model] <= pixels
-        if within[0] and not within.all():
-            first = int(np.argmin(within))
-            between = np.geomspace(durations[first - 1], durations[first], REFINED + 2)[1:-1]
-            more = _fly(flown, letter, law, between, (model,))
-            scan = {key: np.append(scan[key], values) for key, values in more.items()}
-            order = np.argsort(scan["speed"])
-            scan = {key: values[order] for key, values in scan.items()}
-        within = scan[model] <= pixels
-        last = len(within) if within.all() else int(np.argmin(within))
-        limit = np.inf if within.all() else (scan["speed"][last - 1] if last else np.nan)
-        results["models"][model] = {
-            "ds_max_px": float(found[model][0]),
-            "limit_m_s": float(limit),
-            "speed_m_s": scan["speed"].tolist(),
-            "ds_px": scan[model].tolist(),
-        }
-    results["rms_px"] = float(found["rms"][0])
-    results["lost_from_m_s"] = float(
-        found["speed"][np.argmax(np.isnan(found["rms"]))]
-        if np.isnan(found["rms"]).any()
-        else np.inf
-    )
-    return results
+    found = fly(durations, *models)
+    rms = found.pop("rms")
+    limits = find_limits(durations, found, pixels, lambda more, m: fly(more, m)[m], REFINED)
+    lost = np.isnan(rms)
+    return {
+        "letter": letter,
+        "gains": gains.name,
+        "models": {
+            model: {
+                "ds_max_px": float(limit.errors[0]),
+                "limit_m_s": _speed(letter, limit.last) if np.isfinite(limit.last) else limit.last,
+                "speed_m_s": [_speed(letter, each) for each in limit.places],
+                "ds_px": limit.errors.tolist(),
+            }
+            for model, limit in limits.items()
+        },
+        "rms_px": float(rms[0]),
+        "lost_from_m_s": _speed(letter, durations[np.argmax(lost)]) if lost.any() else np.inf,
+    }
 
 
 def _fly(
     vehicle: Vehicle, letter: str, law: Any, durations: np.ndarray, models: tuple[str, ...]
 ) -> dict[str, np.ndarray]:
-    """Speeds of the target, RMS error of the coupled plant and |DS| of each model, by duration."""
+    """RMS error of the coupled plant, and |DS| of each model, by duration."""
     scenario = task(vehicle, [letter] * len(durations), law, durations.tolist())
-    norms = {}
-    for model in ("coupled", *models):
-        data = simulate(vehicle, scenario, model=model, sample=2e-2, variables=["feature_error"])
-        error = data["feature_error"].transpose("run", "time", "pixel").to_numpy()
-        norms[model] = np.linalg.norm(error, axis=2)
-    time, pixels = data["time"].to_numpy(), error.shape[2]
-    counts = [(time >= TRANSIENT) & (time <= end) for end in durations]
-    found = {
-        "speed": np.array([_speed(letter, float(end)) for end in durations]),
-        "rms": np.array(
-            [np.sqrt(np.mean(norms["coupled"][i][at] ** 2) / pixels) for i, at in enumerate(counts)]
-        ),
+    flights = {
+        model: simulate(vehicle, scenario, model=model, sample=2e-2, variables=["feature_error"])
+        for model in ("coupled", *models)
     }
+    norms = {model: feature_norm(flight) for model, flight in flights.items()}
+    time, pixels = flights["coupled"]["time"].to_numpy(), flights["coupled"].sizes["pixel"]
+    counts = [(time >= TRANSIENT) & (time <= end) for end in durations]
+    squares = [np.mean(row[at] ** 2) for row, at in zip(norms["coupled"], counts, strict=True)]
+    found = {"rms": np.sqrt(np.array(squares) / pixels)}
     for model in models:
         ds = np.abs(norms["coupled"] - norms[model])
-        found[model] = np.array([ds[i][at].max() for i, at in enumerate(counts)])
+        found[model] = np.array([row[at].max() for row, at in zip(ds, counts, strict=True)])
     return found
 
 

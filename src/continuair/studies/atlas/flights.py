@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from continuair import checks
 from continuair.analysis.groups import GROUPS, coupling, vehicle_of
-from continuair.errors import InputError, shown
+from continuair.studies.progress import Progress
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time, standard_scenario
 from continuair.sweeps import run_pairs
+from continuair.sweeps.sampling import sobol_box
 from continuair.vehicle.runs import take
 from continuair.vehicle.vehicle import Vehicle
 
@@ -41,7 +42,6 @@ ERRORS = {
 """What is kept of a pair."""
 
 _CHUNK = 256
-Progress = Callable[[int, int, str], None]
 
 
 def varied(excitation: str) -> tuple[str, ...]:
@@ -54,17 +54,9 @@ def sample(excitation: str, runs: int, seed: int) -> dict[str, Array]:
 
     Raises InputError.
     """
-    from scipy.stats import qmc
-
-    if runs < 1:
-        raise InputError(f"runs is {shown(runs)}; give a whole number above 0.")
-    names = varied(excitation)
-    stream = np.random.default_rng([seed, list(EXCITATIONS).index(excitation)])
-    points = qmc.Sobol(len(names), rng=stream).random_base2(int(np.ceil(np.log2(runs))))[:runs]
-    return {
-        name: RANGES[name][0] * (RANGES[name][1] / RANGES[name][0]) ** column
-        for name, column in zip(names, points.T, strict=True)
-    }
+    checks.whole("runs", runs, 1)
+    ranges = {name: RANGES[name] for name in varied(excitation)}
+    return sobol_box(ranges, runs, [seed, list(EXCITATIONS).index(excitation)])
 
 
 def fly(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import warnings
-from collections.abc import Callable
 
 import numpy as np
 import xarray as xr
@@ -19,7 +18,9 @@ from continuair.scenario import paths
 from continuair.scenario.letters import LETTERS
 from continuair.scenario.scenarios import Scenario
 from continuair.scenario.targets import Target
+from continuair.studies.progress import Progress
 from continuair.sweeps import run_pairs
+from continuair.sweeps.sampling import sobol_box
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -58,20 +59,11 @@ LOOP_ERRORS = {
 """What is kept of a pair."""
 
 _CHUNK, _SAMPLE = 64, 0.01
-Progress = Callable[[int, int, str], None]
 
 
 def sample_loops(runs: int, seed: int) -> dict[str, Array]:
     """Return values (runs,) of LOOP_RANGES, a Sobol sequence scrambled by a seed."""
-    from scipy.stats import qmc
-
-    stream = np.random.default_rng([seed, 100])
-    points = qmc.Sobol(len(LOOP_RANGES), rng=stream)
-    rows = points.random_base2(int(np.ceil(np.log2(runs))))[:runs].T
-    return {
-        name: low * (high / low) ** row
-        for (name, (low, high)), row in zip(LOOP_RANGES.items(), rows, strict=True)
-    }
+    return sobol_box(LOOP_RANGES, runs, [seed, 100])
 
 
 def fly_loops(groups: dict[str, Array], progress: Progress | None = None) -> xr.Dataset:

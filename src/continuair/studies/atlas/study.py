@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from continuair.analysis.attribution import attribution, responsible
-from continuair.analysis.couplings import COUPLINGS
+from continuair import checks
+from continuair.analysis.couplings import attribution, responsible
 from continuair.analysis.groups import PERIOD, vehicle_of
-from continuair.errors import InputError, shown
+from continuair.kernels.dynamics import COUPLINGS
 from continuair.studies.atlas.flights import fly, sample, scenario_of
 from continuair.studies.atlas.loops import fly_loops, sample_loops
 from continuair.studies.atlas.summary import summarise, summarise_loops
+from continuair.studies.progress import Progress
 from continuair.studies.standard_excitations import EXCITATIONS, SAMPLES_PER_PERIOD, sample_time
 
 RUNS, LEAST = 100_000, 600
@@ -25,8 +25,6 @@ RUNS, LEAST = 100_000, 600
 _LOOPS_PER_RUN, _ATTRIBUTED_PER_RUN = 1 / 50, 1 / 250
 _HALVED = 64
 """Flights of each excitation that are flown again with half the step."""
-
-Progress = Callable[[int, int, str], None]
 
 
 def atlas(runs: int = RUNS, seed: int = 0, *, progress: Progress | None = None) -> xr.Dataset:
@@ -64,9 +62,8 @@ def atlas(runs: int = RUNS, seed: int = 0, *, progress: Progress | None = None) 
 
 def check(runs: int, seed: int) -> None:
     """Raise InputError unless an atlas can be made of that many runs."""
-    for name, value, least in (("runs", runs, LEAST), ("seed", seed, 0)):
-        if isinstance(value, bool) or not isinstance(value, int) or value < least:
-            raise InputError(f"{name} is {shown(value)}; give a whole number of {least} or more.")
+    checks.whole("runs", runs, LEAST)
+    checks.whole("seed", seed, 0)
 
 
 def _attributed(name: str, runs: int, seed: int) -> dict[str, Any]:
@@ -101,69 +98,3 @@ def _told(progress: Progress | None, before: int, total: int) -> Progress | None
     if progress is None:
         return None
     return lambda done, _, what: progress(before + done, total, what)
-
-
-def as_table(summary: xr.Dataset) -> str:
-    """Return the summary in Markdown."""
-    made = summary.attrs
-    lines = [
-        "# When may I decouple? The atlas",
-        "",
-        f"{made['runs']} paired flights in open loop, {made['closed_loop_runs']} in closed loop, "
-        f"seed {made['seed']}, continuair {made['version']}.",
-        "",
-        "Decoupled model, median (9 of 10 below) of all flights; steps: what half the step changes "
-        "in 9 of 10.",
-        "",
-        "| excitation | NRMSE | tip error / l | angle [rad] | lost | steps | map explains |",
-        "|---|---:|---:|---:|---:|---:|---:|",
-    ]
-    for name in summary["excitation"].to_numpy():
-        one = summary.sel(excitation=name, model="decoupled")
-        cells = [
-            "{:.3g} ({:.3g})".format(*one[f"{error}_spread"].to_numpy()[1:])
-            for error in ("nrmse", "error", "angle")
-        ]
-        cells += [f"{float(one['lost']):.1%}", f"{float(one['step_error']):.1g}"]
-        cells.append(f"{float(one['by_map'].sel(error='angle')):.0%}")
-        lines.append(f"| {name} | {' | '.join(cells)} |")
-    lines += ["", "Importance of each group for the decoupled NRMSE: alone (with others)", ""]
-    groups = list(summary["group"].to_numpy())
-    lines += [f"| excitation | {' | '.join(groups)} |", "|---|" + "---:|" * len(groups)]
-    for name in summary["excitation"].to_numpy():
-        one = summary.sel(excitation=name, model="decoupled", error="nrmse")
-        pairs = zip(one["first"].to_numpy(), one["total"].to_numpy(), strict=True)
-        cells = ["" if math.isnan(a) else f"{a:.2f} ({b:.2f})" for a, b in pairs]
-        lines.append(f"| {name} | {' | '.join(cells)} |")
-    lines += [
-        "",
-        "Share of flights for which the loss of one coupling alone errs most (and its median error "
-        "over that of decoupling)",
-        "",
-        f"| excitation | {' | '.join(COUPLINGS)} |",
-        "|---|" + "---:|" * len(COUPLINGS),
-    ]
-    for name in summary["excitation"].to_numpy():
-        one = summary.sel(excitation=name)
-        both = zip(one["responsible"].to_numpy(), one["alone"].to_numpy(), strict=True)
-        lines.append(f"| {name} | {' | '.join(f'{a:.0%} ({b:.2g})' for a, b in both)} |")
-    return "\n".join([*lines, "", *_loop_lines(summary)]) + "\n"
-
-
-def _loop_lines(summary: xr.Dataset) -> list[str]:
-    spread = summary["loop_spread"]
-    cells = [
-        f"{name} {float(spread.sel(loop_error=name, quantile=0.5)):.3g} "
-        f"({float(spread.sel(loop_error=name, quantile=0.9)):.3g})"
-        for name in ("ds_px", "rms_px", "coupled_rms_px")
-    ]
-    pairs = zip(summary["loop_first"].to_numpy(), summary["loop_total"].to_numpy(), strict=True)
-    names = summary["loop_group"].to_numpy()
-    shares = [f"{name} {a:.2f} ({b:.2f})" for name, (a, b) in zip(names, pairs, strict=True)]
-    lost = [f"{p} {float(summary['loop_lost'].sel(plant=p)):.1%}" for p in ("coupled", "decoupled")]
-    return [
-        f"Closed loop, median (9 of 10 below): {', '.join(cells)}. Lost: {', '.join(lost)}; both "
-        f"plants end alike in {float(summary['loop_alike']):.1%} of the pairs.",
-        "",
-        f"Importance for DS: {', '.join(shares)}.",
-    ]

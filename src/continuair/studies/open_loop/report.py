@@ -2,27 +2,35 @@
 
 from __future__ import annotations
 
-import csv
-import io
+from collections.abc import Iterator
 from typing import Any
 
 from continuair.analysis.convergence import CONVERGED, REFERENCE
-from continuair.studies.open_loop.study import PRINTED, OpenLoop, percent
-from continuair.studies.results import ResultFolder, as_json
+from continuair.studies.open_loop.study import PRINTED, OpenLoop
+from continuair.studies.results import ResultFolder
+from continuair.studies.tables import as_markdown, number, percent
 
-METRICS = ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_r_rad", "angle_rad", "step_halving_error")
+METRICS = {
+    "nrmse_t": "NRMSE_T",
+    "nrmse_r": "NRMSE_R",
+    "rmse_t_m": "RMSE_T [m]",
+    "rmse_r_rad": "RMSE_R [rad]",
+    "angle_rad": "angle [rad]",
+    "step_halving_error": "step error",
+}
 """The columns of the tables, as keys of the results."""
-
-_HEADINGS = ("NRMSE_T", "NRMSE_R", "RMSE_T [m]", "RMSE_R [rad]", "angle [rad]", "step error")
 
 
 def write(study: OpenLoop, folder: ResultFolder) -> None:
     """Write open_loop.json, open_loop.csv, table.md and open_loop_<test>.nc to the folder."""
-    folder.write_text("open_loop.json", as_json(study.results))
-    folder.write_text("open_loop.csv", as_csv(study.results))
-    folder.write_text("table.md", as_table(study.results))
-    for letter, dataset in study.datasets.items():
-        folder.write_dataset(f"open_loop_{letter}.nc", dataset)
+    results = study.results
+    folder.store(results, as_table(results), records(results), study.datasets)
+
+
+def records(results: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield a row per test and model with every number of the entry."""
+    for letter, model, entry in rows(results):
+        yield {"test": letter, "model": model, **entry}
 
 
 def rows(results: dict[str, Any]) -> list[tuple[str, str, dict[str, Any]]]:
@@ -32,18 +40,6 @@ def rows(results: dict[str, Any]) -> list[tuple[str, str, dict[str, Any]]]:
         for letter, entries in results["tests"].items()
         for model, entry in entries.items()
     ]
-
-
-def as_csv(results: dict[str, Any]) -> str:
-    """Return one line per test and model with every number of the entry."""
-    flights = rows(results)
-    stream = io.StringIO()
-    columns = ["test", "model", *flights[0][2]]
-    writer = csv.DictWriter(stream, columns, lineterminator="\n")
-    writer.writeheader()
-    for letter, model, entry in flights:
-        writer.writerow({"test": letter, "model": model, **entry})
-    return stream.getvalue()
 
 
 def as_table(results: dict[str, Any]) -> str:
@@ -56,15 +52,7 @@ def as_table(results: dict[str, Any]) -> str:
         "",
         results["note"],
         "",
-        "| test | model | paper NRMSE_T | paper NRMSE_R | " + " | ".join(_HEADINGS) + " |",
-        "|---|---|" + "---:|" * (2 + len(_HEADINGS)),
-    ]
-    for letter, model, entry in rows(results):
-        printed = PRINTED[letter] if model == "decoupled" else {}
-        cells = [f"{printed[key]:.4f}" if printed else "" for key in ("nrmse_t", "nrmse_r")]
-        cells += [number(entry[key]) for key in METRICS]
-        lines.append(f"| {letter} | {model} | " + " | ".join(cells) + " |")
-    lines += [
+        *_errors_table(results),
         "",
         "Step error: the change of the tip, or of its difference from the coupled one, when the",
         "step is halved, as a share of that difference (coupled: of the motion beyond free fall);",
@@ -74,6 +62,16 @@ def as_table(results: dict[str, Any]) -> str:
         *(remarks(results) or ["Every flight has converged at the automatic step."]),
     ]
     return "\n".join([*lines, *_kappa_s_table(results)]) + "\n"
+
+
+def _errors_table(results: dict[str, Any]) -> list[str]:
+    headings = ["test", "model", "paper NRMSE_T", "paper NRMSE_R", *METRICS.values()]
+    cells = []
+    for letter, model, entry in rows(results):
+        printed = PRINTED[letter] if model == "decoupled" else {}
+        paper = [f"{printed[key]:.4f}" if printed else "" for key in ("nrmse_t", "nrmse_r")]
+        cells.append([letter, model, *paper, *(number(entry[key]) for key in METRICS)])
+    return as_markdown(headings, cells, ("test", "model"))
 
 
 def remarks(results: dict[str, Any]) -> list[str]:
@@ -99,28 +97,23 @@ def _kappa_s_table(results: dict[str, Any]) -> list[str]:
     if not results["kappa_s"]:
         return []
     given = results["vehicle"]["arm"]["kappa_s"]
-    coarser = results["coarser_steps"]["C"]
-    variants = [(given, entries) for entries in [*coarser, results["tests"]["C"]]]
-    variants += [(row["kappa_s"], row["models"]) for row in results["kappa_s"]]
-    steps = [entries[REFERENCE]["step_s"] for _, entries in variants[: len(coarser) + 1]]
-    steps += [row["step_s"] for row in results["kappa_s"]]
-    lines = [
+    variants = [
+        (entries[REFERENCE]["step_s"], given, entries)
+        for entries in [*results["coarser_steps"]["C"], results["tests"]["C"]]
+    ]
+    variants += [(row["step_s"], row["kappa_s"], row["models"]) for row in results["kappa_s"]]
+    keys = [key for key in METRICS if key != "step_halving_error"]
+    headings = ["step [ms]", "kappa_s [1/m]", "model", *(METRICS[key] for key in keys)]
+    cells = [
+        [f"{1e3 * step:.3g}", f"{kappa_s:g}", model, *(number(metrics[key]) for key in keys)]
+        for step, kappa_s, models in variants
+        for model, metrics in models.items()
+        if model != REFERENCE
+    ]
+    return [
         "",
         "Test C divides Q_psi_a by the bend, and below kappa_s by kappa_s. How far the step and",
         "kappa_s move it:",
         "",
-        "| step [ms] | kappa_s [1/m] | model | " + " | ".join(_HEADINGS[:5]) + " |",
-        "|---:|---:|---|" + "---:|" * 5,
+        *as_markdown(headings, cells, ("model",)),
     ]
-    for step, (kappa_s, models) in zip(steps, variants, strict=True):
-        for model, metrics in models.items():
-            if model != REFERENCE:
-                cells = " | ".join(number(metrics[key]) for key in METRICS[:5])
-                lines.append(f"| {1e3 * step:.3g} | {kappa_s:g} | {model} | {cells} |")
-    return lines
-
-
-def number(value: float) -> str:
-    """Return a metric as the tables print it, in at most eight characters."""
-    plain = f"{value:.4f}"
-    return f"{value:.1e}" if 0 < abs(value) < 1e-3 or len(plain) > 8 else plain

@@ -6,26 +6,32 @@ models can be told from an error of the integration; where it cannot, the step i
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from continuair import checks
 from continuair.analysis.convergence import (
     REFERENCE,
     SAMPLE,
+    Entries,
     Flown,
+    compared_models,
+    halve,
     settled,
-    step_errors,
     step_of,
 )
 from continuair.analysis.metrics import compare
-from continuair.errors import ContinuairWarning, InputError, nearest, shown
-from continuair.flight.simulate import MODELS, simulate
-from continuair.scenario.scenarios import OPEN_LOOP_TESTS, Scenario, open_loop_test
+from continuair.flight.simulate import simulate
+from continuair.kernels.dynamics import MODELS
+from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, open_loop_test
+from continuair.scenario.scenarios import Scenario
+from continuair.studies.progress import Progress, Steps
+from continuair.studies.results import by_model
+from continuair.studies.tables import percent
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 PRINTED = {
@@ -41,13 +47,8 @@ NOTE = (
     "their table, so no match with it is claimed."
 )
 
-MAX_HALVINGS = 4
-"""Steps tried at most in search of a converged one; the last of 1 ms is 0.125 ms."""
-
 KAPPA_S_FACTORS = (0.5, 2.0)
 """Factors on the arm's kappa_s with which Test C is repeated."""
-
-Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
@@ -99,32 +100,15 @@ def open_loop(
         if letter == "C":
             step = step_of(flown[REFERENCE])
             results["kappa_s"] = _other_kappa_s(flights, vehicle, scenario, step)
-        datasets[letter] = xr.concat(
-            [flown[model].expand_dims(model=[model]) for model in chosen],
-            dim="model",
-            combine_attrs="drop_conflicts",
-        )
+        datasets[letter] = by_model(flown)
     return OpenLoop(results, datasets)
 
 
 def choose(tests: Iterable[str], models: Iterable[str]) -> tuple[list[str], list[str]]:
     """Return the tests and models to run, in the study's order, or raise InputError."""
-    letters = [str(letter).strip().upper() for letter in tests]
-    known = ", ".join(OPEN_LOOP_TESTS)
-    if not letters:
-        raise InputError(f"tests is empty, but must name at least one test; use some of: {known}.")
-    for letter in letters:
-        if letter not in OPEN_LOOP_TESTS:
-            raise InputError(f"tests holds {letter!r}, which is not a test; use some of: {known}.")
-    names = [models] if isinstance(models, str) else list(models)
-    for name in names:
-        if name not in MODELS:
-            problem = f"model is {shown(name)}, which is not known"
-            raise InputError(f"{problem}; {nearest(str(name), MODELS)}.")
-    return (
-        [letter for letter in OPEN_LOOP_TESTS if letter in letters],
-        [model for model in MODELS if model in names or model == REFERENCE],
-    )
+    given = [str(letter).strip().upper() for letter in tests]
+    letters = checks.choices("tests", given, OPEN_LOOP_TESTS)
+    return sorted(letters), compared_models(models)
 
 
 class _Flights:
@@ -132,60 +116,42 @@ class _Flights:
 
     def __init__(self, progress: Progress | None, models: Sequence[str], rounds: int) -> None:
         self.models = models
-        self.rounds = rounds
-        self._progress = progress
-        self._done = 0
+        self._steps = Steps(progress, rounds * len(models))
+
+    def expect(self, rounds: int) -> None:
+        """Say that all models will be flown that many times more than was known before."""
+        self._steps.total += rounds * len(self.models)
 
     def fly(self, vehicle: Vehicle, scenario: Scenario, note: str, **policy: Any) -> Flown:
+        """Trajectories of all models."""
         flown = {}
         for model in self.models:
-            if self._progress is not None:
-                total = max(self.rounds * len(self.models), self._done + 1)
-                self._progress(self._done, total, f"{scenario.name}, {note}, {model}")
+            self._steps.begin(f"{scenario.name}, {note}, {model}")
             flown[model] = simulate(vehicle, scenario, model=model, sample=SAMPLE, **policy)
-            self._done += 1
         return flown
 
 
 def _converge(
     flights: _Flights, vehicle: Vehicle, scenario: Scenario
-) -> tuple[Flown, dict[str, Any], list[dict[str, Any]]]:
+) -> tuple[Flown, Entries, list[Entries]]:
     """Halve the step until the results have converged; return flights, entries, coarser entries."""
-    coarse = flights.fly(vehicle, scenario, "automatic step")
-    levels: list[dict[str, Any]] = []
-    while True:
-        half = step_of(coarse[REFERENCE]) / 2
-        fine = flights.fly(vehicle, scenario, f"step {1e3 * half:.2g} ms", step=half)
-        entries = {model: _entry(model, coarse, fine) for model in flights.models}
-        levels.append(entries)
-        for model, entry in entries.items():
-            errors = [level[model]["step_halving_error"] for level in levels]
-            entry["converged"] = entry["status"] == 0 and settled(errors, _is_singular(scenario))
-        failed = any(entry["status"] for entry in entries.values())
-        done = all(entry["converged"] for entry in entries.values())
-        if done or failed or len(levels) == MAX_HALVINGS:
-            for model, entry in entries.items():
-                history = [level[model] for level in levels]
-                entry["reason"] = _reason(history, scenario, vehicle, coarse[model])
-            return coarse, entries, levels[:-1]
-        flights.rounds += 1
-        coarse = fine
+    rounds = 0
 
+    def fly(step: float | None) -> Flown:
+        nonlocal rounds
+        rounds += 1
+        if rounds > 2:
+            flights.expect(1)
+        if step is None:
+            return flights.fly(vehicle, scenario, "automatic step")
+        return flights.fly(vehicle, scenario, f"step {1e3 * step:.2g} ms", step=step)
 
-def _entry(model: str, coarse: Flown, fine: Flown) -> dict[str, Any]:
-    """Metrics of one model against the coupled one, and what share of them is the step's."""
-    with warnings.catch_warnings():
-        # The entry has its own word, and its reason, for a run that ended early.
-        warnings.simplefilter("ignore", ContinuairWarning)
-        metrics = compare(coarse[REFERENCE], coarse[model])
-    error_t, error_r = step_errors(model, coarse, fine, metrics)
-    return metrics | {
-        "step_s": step_of(coarse[model]),
-        "step_halving_error_t": error_t,
-        "step_halving_error_r": error_r,
-        "step_halving_error": max(error_t, error_r),
-        "status": int(coarse[model]["status"]),
-    }
+    flown, levels = halve(fly, lambda errors: settled(errors, _is_singular(scenario)))
+    history = [entries for (entries,) in levels]
+    for model, entry in history[-1].items():
+        errors = [entries[model] for entries in history]
+        entry["reason"] = _reason(errors, scenario, vehicle, flown[model])
+    return flown, history[-1], history[:-1]
 
 
 def _is_singular(scenario: Scenario) -> bool:
@@ -221,18 +187,13 @@ def _reason(
     return text
 
 
-def percent(share: float) -> str:
-    """Return a share as texts print it."""
-    return f"{100 * share:.0f} %" if share >= 0.1 else f"{100 * share:.2g} %"
-
-
 def _other_kappa_s(
     flights: _Flights, vehicle: Vehicle, scenario: Scenario, step: float
 ) -> list[dict[str, Any]]:
     """Metrics with other thresholds kappa_s, below which Q_psi_a is divided by kappa_s instead."""
     rows = []
     factors = KAPPA_S_FACTORS if vehicle.arm.kappa_s > 0 else ()
-    flights.rounds += len(factors)
+    flights.expect(len(factors))
     for factor in factors:
         kappa_s = factor * vehicle.arm.kappa_s
         changed = vehicle.replace({"arm.kappa_s": kappa_s})

@@ -5,12 +5,12 @@ Flights are batches: Datasets over (run, time).
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from continuair.analysis.mass import centre_of_mass, mass_distribution
+from continuair.analysis.metrics import samples
 from continuair.vehicle.vehicle import Vehicle
 
 Array = NDArray[np.float64]
@@ -27,16 +27,14 @@ MEASURES = {
 }
 """Measure of a flight of the coupled model -> what it is."""
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
-
 
 def measures(vehicle: Vehicle, flown: xr.Dataset) -> dict[str, Array]:
     """Return the measures of every run, each (runs,). vehicle: plain, or batched alike."""
-    tip = _values(flown, "tip_position", "axis")
-    com, inertia = mass_distribution(vehicle, _values(flown, "bend", "bend_axis"))
+    tip = samples(flown, "tip_position", "axis")
+    com, inertia = mass_distribution(vehicle, samples(flown, "bend", "bend_axis"))
     swing = (tip - centre_of_mass(flown, com))[..., :2]
     moved = (tip - tip[:, :1])[..., :2]
-    bend = np.linalg.norm(_values(flown, "bend", "bend_axis"), axis=-1)
+    bend = np.linalg.norm(samples(flown, "bend", "bend_axis"), axis=-1)
     changed = np.linalg.norm(inertia - inertia[:, :1], axis=(-2, -1))
     return {
         "displacement_m": np.linalg.norm(moved, axis=-1).max(-1),
@@ -47,68 +45,8 @@ def measures(vehicle: Vehicle, flown: xr.Dataset) -> dict[str, Array]:
     }
 
 
-def centre_of_mass(flown: xr.Dataset, com: Array) -> Array:
-    """Return the centre of mass in world axes (runs, time, 3) from that in body axes [m]."""
-    x, y, z, w = np.moveaxis(_values(flown, "attitude", "quaternion"), -1, 0)
-    # Unlike SciPy's rotations this lets the rows of a flight that ended early be NaN.
-    axis = np.stack([x, y, z], axis=-1)
-    turned = com + 2 * np.cross(axis, np.cross(axis, com) + w[..., None] * com)
-    position: Array = _values(flown, "position", "axis") + turned
-    return position
-
-
-def mass_distribution(vehicle: Vehicle, bend: Array) -> tuple[Array, Array]:
-    """Return the centre of mass (..., 3) [m] and the inertia about it (..., 3, 3) [kg m²].
-
-    bend: bend vectors (runs, time, 2). Body axes. Sections count as points of the backbone: their
-    own inertia does not depend on the bend to the order of the radius squared.
-    """
-    arm = vehicle.arm
-    points: list[tuple[Any, Any]] = [
-        (arm.backbone_mass * w / 2, np.asarray(arm.length) * (1 + x) / 2)
-        for x, w in zip(_NODES, _WEIGHTS, strict=True)
-    ]
-    points += [(disk.mass, disk.position) for disk in arm.disks]
-    mount = np.asarray(vehicle.uav.mount)[..., None, :]
-    first: Array = np.zeros((*bend.shape[:-1], 3))
-    second: Array = np.zeros((*first.shape, 3))
-    for mass, s in points:
-        r = mount + backbone_point(bend, _column(s))
-        first += _column(mass)[..., None] * r
-        second += _column(mass)[..., None, None] * r[..., :, None] * r[..., None, :]
-    total = _column(vehicle.mass)[..., None]
-    com: Array = first / total
-    second -= total[..., None] * com[..., :, None] * com[..., None, :]
-    own = np.asarray(vehicle.uav.inertia)
-    own = own[:, None] if own.ndim == 3 else own
-    trace = np.trace(second, axis1=-2, axis2=-1)[..., None, None]
-    return com, own + trace * np.eye(3) - second
-
-
-def backbone_point(bend: Array, s: Array) -> Array:
-    """Return r(s) (..., 3) [m] for bend vectors (..., 2); Appendix A, Amiri et al.
-
-    The sinc form has no singularity at bend 0.
-    """
-    angle = np.linalg.norm(bend, axis=-1) * s
-    # np.sinc(x) is sin(pi x) / (pi x).
-    across = 0.5 * s**2 * np.sinc(angle / (2 * np.pi)) ** 2
-    down = s * np.sinc(angle / np.pi)
-    return np.concatenate([bend * across[..., None], -down[..., None]], axis=-1)
-
-
 def apart(coupled: xr.Dataset, other: xr.Dataset) -> Array:
     """Return the distance of the tips in xy, the plane of the paper's figure, (runs, time) [m]."""
-    tips = [_values(flown, "tip_position", "axis")[..., :2] for flown in (coupled, other)]
+    tips = [samples(flown, "tip_position", "axis")[..., :2] for flown in (coupled, other)]
     distance: Array = np.linalg.norm(tips[0] - tips[1], axis=-1)
     return distance
-
-
-def _column(value: Any) -> Array:
-    """A number or an array over runs, to multiply arrays over (runs, time)."""
-    return np.atleast_1d(np.asarray(value, float))[:, None]
-
-
-def _values(flown: xr.Dataset, name: str, component: str) -> Array:
-    values: Array = flown[name].transpose("run", "time", component).to_numpy()
-    return values

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-import io
+from collections.abc import Iterator
 from typing import Any
 
 from continuair.analysis.convergence import CONVERGED, REFERENCE
-from continuair.studies.open_loop.report import number
-from continuair.studies.open_loop.study import percent
-from continuair.studies.results import ResultFolder, as_json
+from continuair.studies.results import ResultFolder
 from continuair.studies.sensitivity.claims import NO_CLAIM
 from continuair.studies.sensitivity.measures import MEASURES
 from continuair.studies.sensitivity.study import OTHERS, Sensitivity
+from continuair.studies.tables import as_csv, as_markdown, number, percent
 
 COLUMNS = {
     "nrmse_t": "NRMSE_T",
@@ -28,13 +26,13 @@ COLUMNS = {
 
 def write(study: Sensitivity, folder: ResultFolder) -> None:
     """Write sensitivity.json, two CSV files, table.md and sensitivity_<parameter>.nc."""
-    folder.write_text("sensitivity.json", as_json(study.results))
-    folder.write_text("sensitivity.csv", as_csv(study.results))
-    folder.write_text("sensitivity_between.csv", between_as_csv(study.results))
-    folder.write_text("table.md", as_table(study.results))
-    for name, dataset in study.datasets.items():
-        plain = "".join(c for c in name.lower().replace(" ", "_") if c.isalnum() or c == "_")
-        folder.write_dataset(f"sensitivity_{plain}.nc", dataset)
+    results = study.results
+    named = {
+        "".join(c for c in name.lower().replace(" ", "_") if c.isalnum() or c == "_"): dataset
+        for name, dataset in study.datasets.items()
+    }
+    folder.store(results, as_table(results), compared(results), named)
+    folder.write_text("sensitivity_between.csv", as_csv(between(results)))
 
 
 def rows(results: dict[str, Any]) -> list[tuple[str, dict[str, Any], str, dict[str, Any]]]:
@@ -47,35 +45,23 @@ def rows(results: dict[str, Any]) -> list[tuple[str, dict[str, Any], str, dict[s
     ]
 
 
-def as_csv(results: dict[str, Any]) -> str:
-    """Return one line per parameter, value and model, with every number of it."""
-    return _csv(
-        {"parameter": name, "model": model}
-        | {key: value for key, value in row.items() if key != "models"}
-        | {key: value for key, value in entry.items() if not isinstance(value, list)}
-        for name, row, model, entry in rows(results)
-    )
+def compared(results: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield a row per parameter, value and model, with every number of it."""
+    for name, row, model, entry in rows(results):
+        numbers = {key: value for key, value in row.items() if key != "models"}
+        numbers |= {key: value for key, value in entry.items() if not isinstance(value, list)}
+        yield {"parameter": name, "model": model} | numbers
 
 
-def between_as_csv(results: dict[str, Any]) -> str:
-    """Return one line per parameter and value between, with measures and differences."""
-    apart = ("rmse_xy_m", "ended_early")
-    return _csv(
-        {"parameter": name}
-        | {key: column[i] for key, column in between.items() if key not in apart}
-        | {f"rmse_xy_m_{model}": column[i] for model, column in between["rmse_xy_m"].items()}
-        for name, between in ((n, sweep["between"]) for n, sweep in results["sweeps"].items())
-        for i in range(len(between["value"]))
-    )
-
-
-def _csv(lines: Any) -> str:
-    lines = list(lines)
-    stream = io.StringIO()
-    writer = csv.DictWriter(stream, list(lines[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(lines)
-    return stream.getvalue()
+def between(results: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield a row per parameter and value between, with measures and differences."""
+    for name, sweep in results["sweeps"].items():
+        columns = dict(sweep["between"])
+        del columns["ended_early"]
+        for model, errors in columns.pop("rmse_xy_m").items():
+            columns[f"rmse_xy_m_{model}"] = errors
+        for row in zip(*columns.values(), strict=True):
+            yield {"parameter": name} | dict(zip(columns, row, strict=True))
 
 
 def as_table(results: dict[str, Any]) -> str:
@@ -95,24 +81,34 @@ def as_table(results: dict[str, Any]) -> str:
         "",
         "## Values compared",
         "",
-        "| parameter | value | model | " + " | ".join(COLUMNS.values()) + " |",
-        "|---|---:|---|" + "---:|" * len(COLUMNS),
+        *_errors_table(results),
+        "",
+        *remarks(results),
+        "",
+        "## The coupled flights",
+        "",
+        *_measures_table(results),
     ]
-    for name, row, model, entry in rows(results):
-        cells = " | ".join(number(entry[key]) for key in COLUMNS)
-        lines.append(f"| {name} | {row['label']} | {model} | {cells} |")
-    lines += ["", *remarks(results), "", "## The coupled flights", "", *_measures_table(results)]
     return "\n".join(lines) + "\n"
+
+
+def _errors_table(results: dict[str, Any]) -> list[str]:
+    cells = [
+        [name, row["label"], model, *(number(entry[key]) for key in COLUMNS)]
+        for name, row, model, entry in rows(results)
+    ]
+    headings = ["parameter", "value", "model", *COLUMNS.values()]
+    return as_markdown(headings, cells, ("parameter", "model"))
 
 
 def verdict_table(results: dict[str, Any]) -> list[str]:
     """Return the lines of a table of sentences, verdicts and numbers."""
-    lines = ["| about | sentence | verdict | numbers |", "|---|---|---|---|"]
+    headings = ("about", "sentence", "verdict", "numbers")
+    cells = []
     for claim in results["claims"]:
         verdict = claim["verdict"] if claim["verdict"] == NO_CLAIM else f"**{claim['verdict']}**"
-        cells = (claim["about"], claim["sentence"], verdict, claim["evidence"])
-        lines.append(f"| {' | '.join(cells)} |")
-    return lines
+        cells.append((claim["about"], claim["sentence"], verdict, claim["evidence"]))
+    return as_markdown(headings, cells, headings)
 
 
 def reading(results: dict[str, Any]) -> list[str]:
@@ -171,14 +167,11 @@ def remarks(results: dict[str, Any]) -> list[str]:
 def _measures_table(results: dict[str, Any]) -> list[str]:
     columns = {"mass_kg": "mass of the vehicle", "arm_inertia_kg_m2": "inertia of the arm"}
     columns |= MEASURES
-    lines = [
-        "| parameter | value | step [ms] | " + " | ".join(columns) + " |",
-        "|---|---:|---:|" + "---:|" * len(columns),
+    cells = [
+        [name, row["label"], f"{1e3 * row['models'][REFERENCE]['step_s']:.3g}"]
+        + [number(row[key]) for key in columns]
+        for name, sweep in results["sweeps"].items()
+        for row in sweep["rows"]
     ]
-    for name, sweep in results["sweeps"].items():
-        for row in sweep["rows"]:
-            cells = " | ".join(f"{row[key]:.4g}" for key in columns)
-            step = 1e3 * row["models"][REFERENCE]["step_s"]
-            lines.append(f"| {name} | {row['label']} | {step:.3g} | {cells} |")
-    meaning = "; ".join(f"{key}: {text}" for key, text in columns.items())
-    return [*lines, "", f"{meaning}."]
+    table = as_markdown(["parameter", "value", "step [ms]", *columns], cells, ("parameter",))
+    return [*table, "", "; ".join(f"{key}: {text}" for key, text in columns.items()) + "."]

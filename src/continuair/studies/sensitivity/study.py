@@ -6,8 +6,7 @@ many values between them too, because a few cannot tell a trend from scatter.
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,28 +14,27 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from continuair import checks
 from continuair.analysis.convergence import (
     REFERENCE,
     SAMPLE,
+    Entries,
     Flown,
+    halve,
     settled,
-    step_errors,
     step_of,
 )
-from continuair.analysis.metrics import compare
-from continuair.errors import ContinuairWarning, InputError, nearest, shown
-from continuair.flight.simulate import MODELS, simulate
+from continuair.flight.simulate import simulate
+from continuair.kernels.dynamics import MODELS
 from continuair.scenario.scenarios import Scenario
+from continuair.studies.progress import Progress, Steps
+from continuair.studies.results import by_model
 from continuair.studies.sensitivity.claims import verdicts
 from continuair.studies.sensitivity.measures import VARIABLES, apart, measures
 from continuair.studies.sensitivity.task import PARAMETERS, Parameter, batch, flight
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 Array = NDArray[np.float64]
-Progress = Callable[[int, int, str], None]
-
-MAX_HALVINGS = 4
-"""Steps tried at most in search of a converged one."""
 
 OTHERS = tuple(model for model in MODELS if model != REFERENCE)
 """The models that are compared with the coupled one."""
@@ -82,44 +80,21 @@ def sensitivity(
         "sweeps": {},
     }
     datasets = {}
-    for index, parameter in enumerate(chosen):
-        tell = _teller(progress, 2 * index, 2 * len(chosen), parameter.name)
-        tell("the values compared", 0)
+    steps = Steps(progress, 2 * len(chosen))
+    for parameter in chosen:
+        steps.begin(f"{parameter.name}, the values compared")
         flown, entries = _converge(vehicle, scenario, parameter)
-        tell("values between", 1)
-        step = step_of(flown[REFERENCE])
-        results["sweeps"][parameter.name] = {
-            "units": parameter.units,
-            "scale": parameter.scale,
-            "values_chosen_here": parameter.chosen,
-            "rows": _rows(vehicle, scenario, parameter, flown, entries),
-            "between": _between(vehicle, scenario, parameter, step),
-        }
-        datasets[parameter.name] = _joined(parameter, flown)
+        steps.begin(f"{parameter.name}, values between")
+        results["sweeps"][parameter.name] = _sweep(vehicle, scenario, parameter, flown, entries)
+        values = ("run", np.array(parameter.values))
+        datasets[parameter.name] = by_model(flown).assign_coords(value=values)
     results["claims"] = verdicts(results)
     return Sensitivity(results, datasets)
 
 
 def _chosen(parameters: Iterable[str]) -> list[Parameter]:
-    names = [parameters] if isinstance(parameters, str) else list(parameters)
-    if not names:
-        known = ", ".join(PARAMETERS)
-        raise InputError(f"parameters is empty, but must name at least one; use some of: {known}.")
-    for name in names:
-        if name not in PARAMETERS:
-            problem = f"parameters holds {shown(name)}, which is not known"
-            raise InputError(f"{problem}; {nearest(str(name), PARAMETERS)}.")
+    names = checks.choices("parameters", parameters, PARAMETERS)
     return [PARAMETERS[name] for name in PARAMETERS if name in names]
-
-
-def _teller(
-    progress: Progress | None, done: int, total: int, name: str
-) -> Callable[[str, int], None]:
-    def tell(what: str, more: int) -> None:
-        if progress is not None:
-            progress(done + more, total, f"{name}, {what}")
-
-    return tell
 
 
 def _fly(
@@ -127,7 +102,7 @@ def _fly(
     scenario: Scenario,
     parameter: Parameter,
     values: Any,
-    step: float | str = "auto",
+    step: Any = "auto",
 ) -> Flown:
     vehicles, starts = batch(vehicle, scenario, parameter, values)
     return {
@@ -140,48 +115,31 @@ def _fly(
 
 def _converge(
     vehicle: Vehicle, scenario: Scenario, parameter: Parameter
-) -> tuple[Flown, list[dict[str, dict[str, Any]]]]:
+) -> tuple[Flown, list[Entries]]:
     """Halve the step until every run has converged; return flights and entries[run][model]."""
-    coarse = _fly(vehicle, scenario, parameter, parameter.values)
-    histories: list[list[dict[str, dict[str, Any]]]] = []
-    while True:
-        fine = _fly(vehicle, scenario, parameter, parameter.values, step_of(coarse[REFERENCE]) / 2)
-        level = [_entries(coarse, fine, run) for run in range(len(parameter.values))]
-        histories.append(level)
-        for run, entries in enumerate(level):
-            for model, entry in entries.items():
-                errors = [before[run][model]["step_halving_error"] for before in histories]
-                # A run that settled early is halved on with the others, down to its rounding.
-                early = any(settled(errors[: n + 1], singular=False) for n in range(len(errors)))
-                entry["converged"] = entry["status"] == 0 and early
-        every = [entry for entries in level for entry in entries.values()]
-        done = all(entry["converged"] or entry["status"] for entry in every)
-        if done or len(histories) == MAX_HALVINGS:
-            return coarse, level
-        coarse = fine
+
+    def fly(step: Any) -> Flown:
+        step = "auto" if step is None else step
+        return _fly(vehicle, scenario, parameter, parameter.values, step)
+
+    def early(errors: Sequence[float]) -> bool:
+        # A run that settled early is halved on with the others, down to its rounding.
+        return any(settled(errors[: n + 1], singular=False) for n in range(len(errors)))
+
+    flown, levels = halve(fly, early)
+    return flown, levels[-1]
 
 
-def _entries(coarse: Flown, fine: Flown, run: int) -> dict[str, dict[str, Any]]:
-    """Metrics of every model in one run, and what share of them is the step's."""
-    flights, finer = (
-        {model: flown.isel(run=run) for model, flown in batches.items()}
-        for batches in (coarse, fine)
-    )
-    entries = {}
-    for model in MODELS:
-        with warnings.catch_warnings():
-            # The row has its own word for a run that ended early.
-            warnings.simplefilter("ignore", ContinuairWarning)
-            metrics = compare(flights[REFERENCE], flights[model])
-        error_t, error_r = step_errors(model, flights, finer, metrics)
-        entries[model] = metrics | {
-            "step_s": step_of(coarse[model]),
-            "step_halving_error_t": error_t,
-            "step_halving_error_r": error_r,
-            "step_halving_error": max(error_t, error_r),
-            "status": int(flights[model]["status"]),
-        }
-    return entries
+def _sweep(
+    vehicle: Vehicle, scenario: Scenario, parameter: Parameter, flown: Flown, entries: list[Entries]
+) -> dict[str, Any]:
+    return {
+        "units": parameter.units,
+        "scale": parameter.scale,
+        "values_chosen_here": parameter.chosen,
+        "rows": _rows(vehicle, scenario, parameter, flown, entries),
+        "between": _between(vehicle, scenario, parameter, float(np.min(step_of(flown[REFERENCE])))),
+    }
 
 
 def _rows(
@@ -189,7 +147,7 @@ def _rows(
     scenario: Scenario,
     parameter: Parameter,
     flown: Flown,
-    entries: list[dict[str, dict[str, Any]]],
+    entries: list[Entries],
 ) -> list[dict[str, Any]]:
     """A row per value: measures of the coupled flight, and the models' metrics against it."""
     vehicles, _ = batch(vehicle, scenario, parameter, parameter.values)
@@ -253,12 +211,3 @@ def _by_second(distance: Array) -> list[float]:
         _rms(distance[first : first + per_second + 1])
         for first in range(0, len(distance) - 1, per_second)
     ]
-
-
-def _joined(parameter: Parameter, flown: Flown) -> xr.Dataset:
-    joined = xr.concat(
-        [flown[model].expand_dims(model=[model]) for model in MODELS],
-        dim="model",
-        combine_attrs="drop_conflicts",
-    )
-    return joined.assign_coords(value=("run", np.array(parameter.values)))

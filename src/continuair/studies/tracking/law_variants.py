@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from continuair.analysis.metrics import feature_norm
 from continuair.controllers.classic import classic
 from continuair.controllers.controller import Controller, stack
 from continuair.controllers.gain_files import Gains
 from continuair.controllers.servoing import servoing
 from continuair.flight.simulate import simulate
+from continuair.studies.progress import Progress, Steps
 from continuair.studies.tracking.task import SETTINGS, equipped, task
 from continuair.vehicle.vehicle import Vehicle
 
@@ -24,8 +25,6 @@ LEAD = np.geomspace(0.03, 3.0, 8)
 
 POSTURE = 0.3
 """Posture damping that is tried [N m² s]: 10 1/s of the straight arm of the preset `paper`."""
-
-Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
@@ -44,18 +43,16 @@ def law_variants(
     setting = SETTINGS["nominal"]
     damped = equipped(vehicle, setting)
     bare = damped.replace({"arm.damping_ratio": 0.0})
-    if progress:
-        progress(0, 3, "scalar gains")
+    steps = Steps(progress, 3)
+    steps.begin("scalar gains")
     scalar = {c: best_scalar(damped, letter, c) for c in ("gravity_only", "literal")}
     rows = []
-    if progress:
-        progress(1, 3, "variants of the law")
+    steps.begin("variants of the law")
     chosen = _variants(damped, gains, scalar)
     for of_damped, flown in ((True, damped), (False, bare)):
         same = [v for v in chosen if v.damped is of_damped]
         rows += _fly(flown, same, stack([v.controller for v in same]), letter)
-    if progress:
-        progress(2, 3, "classic image-based servoing")
+    steps.begin("classic image-based servoing")
     baseline = Variant("classic IBVS, v = λ L⁺ e, rate 1.5 /s", classic(damped, 1.5, 6.0))
     return rows + _fly(damped, [baseline], stack([baseline.controller]), letter)
 
@@ -123,7 +120,7 @@ def _fly(
         )
         for plant in PLANTS
     )
-    norms = [np.linalg.norm(d["feature_error"].to_numpy(), axis=2) for d in (coupled, decoupled)]
+    ds = np.abs(feature_norm(coupled) - feature_norm(decoupled))
     late = coupled["time"].to_numpy() >= 2.0
     rms, bend = _rms(coupled), np.linalg.norm(coupled["bend"].to_numpy(), axis=2)
     settled = coupled["time"].to_numpy() >= SETTINGS["nominal"].settled
@@ -139,7 +136,7 @@ def _fly(
             "max_px": float(worst[row]),
             "largest_bend_1_m": float(np.nanmax(bend[row])),
             "largest_tilt_rad": float(np.nanmax(tilt[row])),
-            "ds_max_px_after_2s": float(np.abs(norms[0] - norms[1])[row, late].max()),
+            "ds_max_px_after_2s": float(ds[row, late].max()),
         }
         for row, variant in enumerate(variants)
     ]

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import math
+from collections.abc import Iterator
 from typing import Any
 
 from continuair.analysis.convergence import CONVERGED
 from continuair.kernels.step import STATUS
-from continuair.studies.results import ResultFolder, as_json
+from continuair.studies.results import ResultFolder
+from continuair.studies.tables import as_markdown, number
 from continuair.studies.tracking.study import Tracking
 
 COLUMNS = {
@@ -28,11 +27,14 @@ COLUMNS = {
 
 def write(study: Tracking, folder: ResultFolder) -> None:
     """Write tracking.json, tracking.csv, table.md and tracking_<setting>.nc to the folder."""
-    folder.write_text("tracking.json", as_json(study.results))
-    folder.write_text("tracking.csv", as_csv(study.results))
-    folder.write_text("table.md", as_table(study.results))
-    for setting, dataset in study.datasets.items():
-        folder.write_dataset(f"tracking_{setting}.nc", dataset)
+    results = study.results
+    folder.store(results, as_table(results), records(results), study.datasets)
+
+
+def records(results: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield a row per setting, letter and model with every number of the entry."""
+    for setting, letter, model, entry in rows(results):
+        yield {"setting": setting, "letter": letter, "model": model, **entry}
 
 
 def rows(results: dict[str, Any]) -> list[tuple[str, str, str, dict[str, Any]]]:
@@ -45,18 +47,6 @@ def rows(results: dict[str, Any]) -> list[tuple[str, str, str, dict[str, Any]]]:
         for model, entry in entries.items()
         if isinstance(entry, dict)
     ]
-
-
-def as_csv(results: dict[str, Any]) -> str:
-    """Return one line per setting, letter and model with every number of the entry."""
-    flights = rows(results)
-    names = list(dict.fromkeys(name for *_, entry in flights for name in entry))
-    stream = io.StringIO()
-    writer = csv.DictWriter(stream, ["setting", "letter", "model", *names], lineterminator="\n")
-    writer.writeheader()
-    for setting, letter, model, entry in flights:
-        writer.writerow({"setting": setting, "letter": letter, "model": model, **entry})
-    return stream.getvalue()
 
 
 def as_table(results: dict[str, Any]) -> str:
@@ -73,13 +63,13 @@ def as_table(results: dict[str, Any]) -> str:
     ]
     settings = {results["setting"]: results, **results["settings"]}
     for setting, part in settings.items():
-        lines += ["", f"## {setting}: {part['setting_meaning']}", ""]
-        lines += ["| letter | model | " + " | ".join(COLUMNS.values()) + " |"]
-        lines += ["|---|---|" + "---:|" * len(COLUMNS)]
-        for name, letter, model, entry in rows(results):
-            if name == setting:
-                cells = " | ".join(number(entry.get(key)) for key in COLUMNS)
-                lines.append(f"| {letter} | {model} | {cells} |")
+        cells = [
+            [letter, model, *(number(entry.get(key)) for key in COLUMNS)]
+            for name, letter, model, entry in rows(results)
+            if name == setting
+        ]
+        table = as_markdown(["letter", "model", *COLUMNS.values()], cells, ("letter", "model"))
+        lines += ["", f"## {setting}: {part['setting_meaning']}", "", *table]
     lines += ["", *remarks(results)]
     bound = results["ultimate_bound"]
     lines += [
@@ -116,30 +106,28 @@ def _variants(results: dict[str, Any]) -> list[str]:
     """The table of the law's variants, if they were flown."""
     if "variants" not in results:
         return []
-    columns = ("rms_px", "max_px", "largest_bend_1_m", "largest_tilt_rad", "ds_max_px_after_2s")
-    headings = ("RMS [px]", "max [px]", "bend [1/m]", "tilt [rad]", "DS > 2 s [px]")
-    lines = [
+    columns = {
+        "rms_px": "RMS [px]",
+        "max_px": "max [px]",
+        "largest_bend_1_m": "bend [1/m]",
+        "largest_tilt_rad": "tilt [rad]",
+        "ds_max_px_after_2s": "DS > 2 s [px]",
+    }
+    cells = [
+        [
+            row["variant"],
+            number(row["damping_ratio"]),
+            "at the end" if row["status"] == 0 else f"at {row['end_time_s']:.3g} s",
+            *(number(row[key]) for key in columns),
+        ]
+        for row in results["variants"]
+    ]
+    headings = ["variant", "structural damping ratio", "ended", *columns.values()]
+    return [
         "",
         "## Variants of the law",
         "",
         "One letter on the coupled plant, nominal camera; DS against the decoupled plant.",
         "",
-        "| variant | structural damping ratio | ended | " + " | ".join(headings) + " |",
-        "|---|---:|---|" + "---:|" * len(columns),
+        *as_markdown(headings, cells, ("variant", "ended")),
     ]
-    for row in results["variants"]:
-        ended = "at the end" if row["status"] == 0 else f"at {row['end_time_s']:.3g} s"
-        cells = " | ".join(number(row[key]) for key in columns)
-        lines.append(f"| {row['variant']} | {number(row['damping_ratio'])} | {ended} | {cells} |")
-    return lines
-
-
-def number(value: Any) -> str:
-    """Return a metric as the tables print it: nothing if there is none, - if it is not finite."""
-    if value is None:
-        return ""
-    if isinstance(value, int):
-        return str(value)
-    if not math.isfinite(value):
-        return "-"
-    return f"{value:.1e}" if value != 0 and abs(value) < 1e-3 else f"{value:.4g}"

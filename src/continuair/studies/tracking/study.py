@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from continuair.analysis.convergence import REFERENCE
+from continuair import checks
+from continuair.analysis.convergence import REFERENCE, Flown, compared_models
 from continuair.analysis.lyapunov import lyapunov, ultimate_bound
+from continuair.analysis.metrics import feature_norm, samples
 from continuair.controllers.gain_files import Gains, load_gains
-from continuair.errors import InputError, nearest, shown
-from continuair.flight.simulate import MODELS, simulate
+from continuair.flight.simulate import simulate
+from continuair.kernels.dynamics import MODELS
 from continuair.scenario.letters import LETTERS
-from continuair.studies.tracking.task import SETTINGS, Setting, chosen_letters, equipped, task
+from continuair.studies.progress import Progress, Steps
+from continuair.studies.results import by_model
+from continuair.studies.tracking.task import SETTINGS, chosen_letters, equipped, task
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 PRINTED = {"ds_max_px": 0.7}
@@ -53,7 +57,6 @@ _VARIABLES = (
     "target_velocity",
     "depth",
 )
-Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
@@ -84,54 +87,15 @@ def tracking(
     reference. progress: called with (done, total, what) before each batch. Raises InputError.
     """
     check_single_vehicle(vehicle)
-    written, plants = chosen_letters(letters), _plants(models)
-    names = [*settings]
+    written, plants = chosen_letters(letters), compared_models(models)
+    names = checks.choices("settings", settings, SETTINGS)
     gains = gains or load_gains("paper")
-    total, done = 2 * len(names) * len(plants), 0
+    steps = Steps(progress, 2 * len(names) * len(plants))
     found: dict[str, Any] = {}
     datasets = {}
-
-    def tell(what: str) -> None:
-        nonlocal done
-        if progress:
-            progress(done, total, what)
-        done += 1
-
     for name in names:
-        setting = SETTINGS[name]
-        flown = equipped(vehicle, setting)
-        controller = gains.controller(flown)
-        scenario = task(flown, written, controller, setting.duration)
-        runs: dict[str, xr.Dataset] = {}
-        for model in plants:
-            tell(f"{name}, {model}")
-            data = simulate(flown, scenario, model=model, sample=SAMPLE, variables=_VARIABLES)
-            data = data.rename(run="letter").assign_coords(letter=written)
-            runs[model] = data.assign(lyapunov(data, flown, controller))
-        entries = _entries(runs, written, setting.settled)
-        for model in plants:
-            tell(f"{name}, {model}, half the step")
-            fine = simulate(
-                flown,
-                scenario,
-                model=model,
-                sample=SAMPLE,
-                step=float(runs[model].attrs["step"]) / 2,
-                variables=["feature_error"],
-            )
-            _step_errors(entries, runs[model], fine, model, written)
-        found[name] = {
-            "setting_meaning": setting.meaning,
-            "duration_s": setting.duration,
-            "damping_ratio": flown.arm.damping_ratio,
-            "letters": entries,
-            "ultimate_bound": ultimate_bound(scenario) | {"reached": _reached(runs, setting)},
-        }
-        datasets[name] = xr.concat(
-            [data.expand_dims(model=[model]) for model, data in runs.items()],
-            dim="model",
-            combine_attrs="drop_conflicts",
-        )
+        runs, found[name] = _fly(name, vehicle, written, gains, plants, steps)
+        datasets[name] = by_model(runs)
     first = names[0]
     results = {
         "study": "tracking",
@@ -146,70 +110,99 @@ def tracking(
     return Tracking(results, datasets)
 
 
-def _plants(models: Iterable[str]) -> list[str]:
-    chosen = [models] if isinstance(models, str) else list(models)
-    for name in chosen:
-        if name not in MODELS:
-            raise InputError(f"model is {shown(name)}; {nearest(str(name), MODELS)}.")
-    return [model for model in MODELS if model in chosen or model == REFERENCE]
+def _fly(
+    name: str, vehicle: Vehicle, letters: list[str], gains: Gains, plants: list[str], steps: Steps
+) -> tuple[Flown, dict[str, Any]]:
+    """Trajectories of one setting over (letter, time), and what is found of them."""
+    setting = SETTINGS[name]
+    flown = equipped(vehicle, setting)
+    controller = gains.controller(flown)
+    scenario = task(flown, letters, controller, setting.duration)
+    runs, finer = Flown(), Flown()
+    for model in plants:
+        steps.begin(f"{name}, {model}")
+        data = simulate(flown, scenario, model=model, sample=SAMPLE, variables=_VARIABLES)
+        data = data.rename(run="letter").assign_coords(letter=letters)
+        runs[model] = data.assign(lyapunov(data, flown, controller))
+        steps.begin(f"{name}, {model}, half the step")
+        half = runs[model]["step"].to_numpy() / 2
+        data = simulate(
+            flown, scenario, model=model, sample=SAMPLE, step=half, variables=["feature_error"]
+        )
+        finer[model] = data.rename(run="letter").assign_coords(letter=letters)
+    reached = runs[REFERENCE]["servo_error"].sel(time=slice(setting.settled, None)).max()
+    return runs, {
+        "setting_meaning": setting.meaning,
+        "duration_s": setting.duration,
+        "damping_ratio": flown.arm.damping_ratio,
+        "letters": {letter: _entry(letter, runs, finer, setting.settled) for letter in letters},
+        "ultimate_bound": ultimate_bound(scenario) | {"reached": float(reached)},
+    }
 
 
-def _entries(
-    runs: dict[str, xr.Dataset], letters: Sequence[str], settled: float
-) -> dict[str, dict[str, Any]]:
-    """Metrics by letter and model, and by letter the largest |DS| of the decoupled plant."""
-    entries: dict[str, dict[str, Any]] = {}
-    for letter in letters:
-        flights = {model: data.sel(letter=letter) for model, data in runs.items()}
-        entry: dict[str, Any] = {
-            model: metrics(flight, settled) for model, flight in flights.items()
-        }
-        for model in flights:
-            if model != REFERENCE:
-                early, late = ds_extremes(flights[REFERENCE], flights[model])
-                corners, straight = ds_by_corner(flights[REFERENCE], flights[model])
-                entry[model] |= {
-                    "ds_max_px_before_2s": early,
-                    "ds_max_px_after_2s": late,
-                    "ds_rms_px_corners": corners,
-                    "ds_rms_px_straight": straight,
-                }
-        simpler = entry.get("decoupled", {})
-        for key in ("ds_max_px_before_2s", "ds_max_px_after_2s"):
-            if key in simpler:
-                entry[key] = simpler[key]
-        entries[letter] = entry
-    return entries
+def _entry(letter: str, runs: Flown, finer: Flown, settled: float) -> dict[str, Any]:
+    """Metrics of one letter by model, and the largest |DS| of the decoupled plant."""
+    flights, halves = (
+        {model: data.sel(letter=letter) for model, data in flown.items()} for flown in (runs, finer)
+    )
+    entry: dict[str, Any] = {}
+    for model, flight in flights.items():
+        entry[model] = metrics(flight, settled)
+        if model != REFERENCE:
+            entry[model] |= _difference(flights[REFERENCE], flight)
+        entry[model] |= _step_error(flight, halves[model], entry[model]["rms_px"])
+    of_decoupled = entry.get("decoupled", {})
+    for key in ("ds_max_px_before_2s", "ds_max_px_after_2s"):
+        if key in of_decoupled:
+            entry[key] = of_decoupled[key]
+    return entry
 
 
-def norm_difference(coupled: xr.Dataset, other: xr.Dataset) -> xr.DataArray:
-    """DS = ‖e‖_c - ‖e‖_d of the stacked feature errors over time [px], Amiri et al."""
-    norms = [
-        (data["feature_error"] ** 2).sum("pixel", skipna=False) ** 0.5 for data in (coupled, other)
-    ]
-    return norms[0] - norms[1]
+def _difference(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, float]:
+    early, late = ds_extremes(coupled, other)
+    corners, straight = ds_by_corner(coupled, other)
+    return {
+        "ds_max_px_before_2s": early,
+        "ds_max_px_after_2s": late,
+        "ds_rms_px_corners": corners,
+        "ds_rms_px_straight": straight,
+    }
+
+
+def _step_error(coarse: xr.Dataset, fine: xr.Dataset, rms: float) -> dict[str, float]:
+    """What halving the step changes: the feature error, also as a share of its RMS."""
+    late = coarse["time"].to_numpy() >= TRANSIENT
+    change = fine["feature_error"].to_numpy() - coarse["feature_error"].to_numpy()
+    largest = float(np.abs(change[late]).max())
+    return {
+        "step_s": float(coarse["step"]),
+        "step_change_px": largest,
+        "step_halving_error": largest / rms,
+    }
+
+
+def norm_difference(coupled: xr.Dataset, other: xr.Dataset) -> np.ndarray:
+    """DS = ‖e‖_c - ‖e‖_d (..., time) of the stacked feature errors [px], Amiri et al."""
+    return feature_norm(coupled) - feature_norm(other)
 
 
 def ds_extremes(coupled: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
     """Largest |DS| before and after the transient [px]."""
-    size = abs(norm_difference(coupled, other))
-    early = size["time"] < TRANSIENT
+    size = np.abs(norm_difference(coupled, other))
+    early = coupled["time"].to_numpy() < TRANSIENT
     # A flight that ended early has no largest difference in a part that it has not flown through.
-    parts = (size.isel(time=early.to_numpy()), size.isel(time=~early.to_numpy()))
-    largest = [float(part.max(skipna=False)) for part in parts]
-    return largest[0], largest[1]
+    return float(size[early].max()), float(size[~early].max())
 
 
 def ds_by_corner(coupled: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
     """RMS of DS after the transient where the target accelerates, and where it does not [px]."""
     ds = norm_difference(coupled, other)
-    velocity = coupled["target_velocity"].transpose("time", "axis").to_numpy()
+    velocity = samples(coupled, "target_velocity", "axis")
     acceleration = np.linalg.norm(np.gradient(velocity, SAMPLE, axis=0), axis=1)
     turning = acceleration > _TURNING * acceleration.max()
-    late = (ds["time"] >= TRANSIENT).to_numpy()
-    parts = (ds.to_numpy()[late & turning], ds.to_numpy()[late & ~turning])
-    corners, straight = (float(np.sqrt(np.mean(part**2))) for part in parts)
-    return corners, straight
+    late = coupled["time"].to_numpy() >= TRANSIENT
+    corners, straight = (np.sqrt(np.mean(ds[late & part] ** 2)) for part in (turning, ~turning))
+    return float(corners), float(straight)
 
 
 def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
@@ -219,7 +212,6 @@ def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
     """
     late = flight.sel(time=slice(settled, None))
     error = late["feature_error"].to_numpy()
-    norm = np.linalg.norm(flight["feature_error"].to_numpy(), axis=1)
     off = tip_error(late)
     push = flight["command"].to_numpy()
     rest = np.array([0.0, 0.0, float(np.nanmean(push[:, 2])), 0, 0, 0, 0, 0])
@@ -232,7 +224,7 @@ def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
         "max_px": float(np.abs(error).max()),
         "tip_rms_m": float(np.sqrt(np.mean(np.sum(off**2, axis=1)))),
         "tip_max_m": float(np.linalg.norm(off, axis=1).max()),
-        "converged_s": _converged(flight["time"].to_numpy(), norm),
+        "converged_s": _converged(flight["time"].to_numpy(), feature_norm(flight)),
         "force_rms_n": float(np.linalg.norm(effort[:3])),
         "moment_rms_nm": float(np.linalg.norm(effort[3:6])),
         "bend_moment_rms_nm2": float(np.linalg.norm(effort[6:])),
@@ -247,31 +239,9 @@ def tip_error(flight: xr.Dataset) -> np.ndarray:
     return np.asarray(difference.sel(axis=["x", "y"]).transpose("time", "axis"))
 
 
-def _reached(runs: dict[str, xr.Dataset], setting: Setting) -> float:
-    """Largest ‖e_a‖ on the coupled plant once settled."""
-    return float(runs[REFERENCE]["servo_error"].sel(time=slice(setting.settled, None)).max())
-
-
 def _converged(time: np.ndarray, norm: np.ndarray) -> float:
     """First time after which the norm of the feature error stays below CONVERGED, or NaN."""
     above = np.flatnonzero(~(norm < CONVERGED))
     if not above.size:
         return float(time[0])
     return float(time[above[-1] + 1]) if above[-1] + 1 < len(time) else float("nan")
-
-
-def _step_errors(
-    entries: dict[str, dict[str, Any]],
-    coarse: xr.Dataset,
-    fine: xr.Dataset,
-    model: str,
-    letters: Sequence[str],
-) -> None:
-    """Add what halving the step changes: the feature error, as a share of its RMS."""
-    for row, letter in enumerate(letters):
-        late = coarse["time"].to_numpy() >= TRANSIENT
-        change = fine["feature_error"].to_numpy()[row] - coarse["feature_error"].to_numpy()[row]
-        entry = entries[letter][model]
-        entry["step_s"] = float(coarse.attrs["step"])
-        entry["step_change_px"] = float(np.abs(change[late]).max())
-        entry["step_halving_error"] = entry["step_change_px"] / entry["rms_px"]

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from continuair import checks
 from continuair.controllers.controller import Controller
 from continuair.equations.camera import over
 from continuair.errors import InputError, shown
@@ -58,13 +59,9 @@ SETTINGS = {
 
 def chosen_letters(letters: Any) -> list[str]:
     """The letters of a string, once each and in its order, or InputError."""
-    if not isinstance(letters, str) or not letters:
+    if not isinstance(letters, str):
         raise InputError(f"letters is {shown(letters)}; use some of {''.join(LETTERS)}.")
-    found = list(dict.fromkeys(letters.upper()))
-    for letter in found:
-        if letter not in LETTERS:
-            raise InputError(f"letters holds {letter!r}; use some of {''.join(LETTERS)}.")
-    return found
+    return checks.choices("letters", list(letters.upper()), LETTERS)
 
 
 def equipped(vehicle: Vehicle, setting: Setting) -> Vehicle:

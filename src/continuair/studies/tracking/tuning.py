@@ -10,19 +10,21 @@ weight as a share of it, keeps the law from chattering. No run may end early.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import product
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.stats import qmc
 
+from continuair import checks
 from continuair.controllers.controller import stack
 from continuair.controllers.gain_files import Gains
-from continuair.errors import InputError, shown
+from continuair.errors import InputError
 from continuair.flight.simulate import simulate
+from continuair.studies.progress import Progress, Steps
 from continuair.studies.tracking.task import SETTINGS, equipped, task
+from continuair.sweeps.sampling import sobol
 from continuair.vehicle.vehicle import Vehicle
 
 RANGES = {
@@ -63,54 +65,76 @@ def tune(
     candidates: int = 128,
     rounds: int = 4,
     seed: int = 0,
-    progress: Callable[[int, int, str], None] | None = None,
+    progress: Progress | None = None,
 ) -> dict[str, Any]:
     """The best gains found, with the objective, its parts and what it takes to find them again.
 
     candidates: per round, a power of two. letters: M has the sharpest corners. Raises
     InputError.
     """
-    for name, value, least in (
-        ("candidates", candidates, 2),
-        ("rounds", rounds, 1),
-        ("seed", seed, 0),
-    ):
-        if isinstance(value, bool) or not isinstance(value, int) or value < least:
-            raise InputError(f"{name} is {shown(value)}; give a whole number of at least {least}.")
-    if candidates & (candidates - 1):
-        raise InputError(f"candidates is {candidates}; give a power of two, such as 128.")
+    _check_size(candidates, rounds, seed)
+    runs = list(product(settings, PLANTS))
+    steps = Steps(progress, rounds * len(runs))
     lows, highs = np.log([list(r) for r in RANGES.values()]).T
     best: dict[str, float] = {}
-    score, runs = np.inf, list(product(settings, PLANTS))
-    centre, half = (lows + highs) / 2, (highs - lows) / 2
+    score, centre, half = np.inf, (lows + highs) / 2, (highs - lows) / 2
     for turn in range(rounds):
-        sample = qmc.Sobol(len(RANGES), seed=np.random.default_rng([seed, turn])).random(candidates)
-        points = np.clip(centre + (2.0 * sample - 1.0) * half, lows, highs)
+        cube = sobol(len(RANGES), candidates, [seed, turn])
+        points = np.clip(centre + (2.0 * cube - 1.0) * half, lows, highs)
         rows = [dict(zip(RANGES, map(float, np.exp(p)), strict=True)) for p in points]
-        costs: list[np.ndarray] = []
-        for name, plant in runs:
-            if progress:
-                done = turn * len(runs) + len(costs)
-                progress(done, rounds * len(runs), f"round {turn + 1}, {name}, {plant}")
-            error, tip, effort = fly(vehicle, rows, letters, name, plant)
-            costs.append(np.log(error) + np.log(tip) + np.log1p(effort))
-        scores = np.mean(costs, axis=(0, 2))
+        scores = _scores(vehicle, rows, letters, runs, steps, f"round {turn + 1}")
         leader = int(np.argmin(scores))
         if scores[leader] < score:
             best, score, centre = rows[leader], float(scores[leader]), points[leader]
         half = half * SHRINK
-    best = best | {name: best[name] / margin for name, margin in MARGINS.items()}
     if score >= np.log(LOST) / len(runs):
         raise InputError(
             f"candidates is {candidates}, of which none keeps its target in every setting (rounds "
             f"{rounds}, vehicle {vehicle.name}); try more, or check where the camera looks."
         )
-    parts = {}
-    for name, plant in runs:
-        error = fly(vehicle, [best], letters, name, plant)[0]
-        parts[f"{name}.{plant}"] = dict(zip(letters, error[0].tolist(), strict=True))
+    best = best | {name: best[name] / margin for name, margin in MARGINS.items()}
     search = {"vehicle": vehicle.name, "candidates": candidates, "rounds": rounds, "seed": seed}
-    return {"gains": best, "record": {**search, "objective": score, "rms_px": parts}}
+    errors = _errors(vehicle, best, letters, runs)
+    return {"gains": best, "record": {**search, "objective": score, "rms_px": errors}}
+
+
+def _check_size(candidates: int, rounds: int, seed: int) -> None:
+    checks.whole("candidates", candidates, 2)
+    checks.whole("rounds", rounds, 1)
+    checks.whole("seed", seed, 0)
+    if candidates & (candidates - 1):
+        raise InputError(f"candidates is {candidates}; give a power of two, such as 128.")
+
+
+def _scores(
+    vehicle: Vehicle,
+    rows: Sequence[dict[str, float]],
+    letters: Sequence[str],
+    runs: Sequence[tuple[str, str]],
+    steps: Steps,
+    note: str,
+) -> np.ndarray:
+    """The objective (rows,) of every candidate, over all settings, plants and letters."""
+    costs = []
+    for name, plant in runs:
+        steps.begin(f"{note}, {name}, {plant}")
+        error, tip, effort = fly(vehicle, rows, letters, name, plant)
+        costs.append(np.log(error) + np.log(tip) + np.log1p(effort))
+    return np.mean(costs, axis=(0, 2))
+
+
+def _errors(
+    vehicle: Vehicle,
+    gains: dict[str, float],
+    letters: Sequence[str],
+    runs: Sequence[tuple[str, str]],
+) -> dict[str, dict[str, float]]:
+    """RMS feature error [px] by setting and plant, and by letter."""
+    flown = {run: fly(vehicle, [gains], letters, *run)[0][0] for run in runs}
+    return {
+        f"{name}.{plant}": dict(zip(letters, row.tolist(), strict=True))
+        for (name, plant), row in flown.items()
+    }
 
 
 def as_toml(found: dict[str, Any]) -> str:

@@ -1,0 +1,93 @@
+"""Inputs of a flight as the kernels read them: functions of time, sampled over the steps."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from continuair.errors import InputError
+from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.layout import FIELDS, OF_NAME, Layout
+
+Array = np.ndarray
+
+
+def groups_in_use(scenario: Scenario) -> int:
+    """Bits of the groups of inputs that a scenario uses."""
+    bits = 0
+    for field, inputs in FIELDS.items():
+        if getattr(scenario, field) is not None:
+            for name in inputs:
+                bits |= OF_NAME[name].bit
+    return bits
+
+
+def sample_inputs(
+    scenario: Scenario, times: Array, layout: Layout, runs: Array | None = None
+) -> tuple[Array, bool]:
+    """Table (times or 1, runs or 1, inputs), and whether it changes over the times.
+
+    runs: indices of the runs that are wanted, of inputs that hold a row per run. Raises InputError.
+    """
+    parts: list[tuple[str, list[slice], Array]] = []
+    for field, inputs in FIELDS.items():
+        value = getattr(scenario, field)
+        if value is not None:
+            where = [layout.of_input[name] for name in inputs]
+            sign = scenario.tip_wrench_sign if field == "tip_wrench" else 1.0
+            width = sum(each.stop - each.start for each in where)
+            parts.append((field, where, sign * _at(field, value, times, width, runs)))
+    rows = max((v.shape[0] for _, _, v in parts), default=1)
+    count = max((v.shape[1] for _, _, v in parts), default=1)
+    if any(v.shape[1] not in (1, count) for _, _, v in parts):
+        held = ", ".join(f"{field} has {v.shape[1]}" for field, _, v in parts)
+        raise InputError(
+            f"inputs hold rows for different numbers of runs ({held}); give as many rows in each, "
+            "or one row for all runs."
+        )
+    table = np.zeros((rows, count, layout.inputs))
+    for _, where, value in parts:
+        first = 0
+        for each in where:
+            width = each.stop - each.start
+            table[..., each] += value[..., first : first + width]
+            first += width
+    return table, rows > 1
+
+
+def _at(name: str, value: Any, times: Array, width: int, runs: Array | None) -> Array:
+    """An input at every time: (times or 1, runs or 1, width)."""
+    if not callable(value):
+        constant = np.asarray(value, float)
+        return _some(constant.reshape(1, -1, constant.shape[-1]), runs)
+    # Steps share their ends: each time is asked for once.
+    distinct, index = np.unique(times, return_inverse=True)
+    try:
+        # Copied, as a function may return the same array each time.
+        given = [np.array(value(t)) for t in distinct.tolist()]
+    except Exception as error:
+        raise InputError(
+            f"{name} raises {type(error).__name__} ({error}) during the flight; return {width} "
+            "numbers at every time of it."
+        ) from error
+    try:
+        rows = np.array(given, float)
+    except (TypeError, ValueError):
+        rows = np.empty((0, 0))
+    if rows.shape[-1] != width or rows.ndim not in (2, 3) or len(rows) != len(distinct):
+        raise InputError(
+            f"{name} returns values of changing or wrong shape over time; return {width} numbers, "
+            "or a row of them per run, at every time."
+        )
+    bad = ~np.isfinite(rows.reshape(len(rows), -1)).all(-1)
+    if bad.any():
+        raise InputError(
+            f"{name} is not finite at t = {distinct[bad][0]:g} s; return finite numbers at every "
+            "time of the flight."
+        )
+    return _some(rows.reshape(len(distinct), -1, width), runs)[index]
+
+
+def _some(rows: Array, runs: Array | None) -> Array:
+    return rows if runs is None or rows.shape[1] == 1 else rows[:, runs]

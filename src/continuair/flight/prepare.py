@@ -1,0 +1,219 @@
+"""What a flight is made of: vehicle, scenario and choices, made into one immutable `Flight`.
+
+Every way to fly starts here: `simulate`, `run_pairs`, `Simulation`, sweeps, couplings and studies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from continuair import checks
+from continuair.engine.engine import Drive, Engine, Logs, Start, check_device
+from continuair.engine.loop import Loop
+from continuair.errors import InputError, shown
+from continuair.flight.camera_timing import check_view, loop_over
+from continuair.flight.inputs import groups_in_use, sample_inputs
+from continuair.flight.steps import automatic_step, steps_of
+from continuair.flight.time_grid import (
+    Grid,
+    Marks,
+    check_steps,
+    marks_of,
+    shared_grids,
+    stage_times,
+)
+from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.layout import COMMAND
+from continuair.vehicle.vehicle import Vehicle, check_vehicle
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Cohort:
+    """Runs of a flight, by their indices (n,), that share a time grid; what acts on them at the
+    stages of the steps, and what closes their loop, if anything does."""
+
+    flight: Flight
+    runs: Array
+    grid: Grid
+    drive: Drive
+    loop: Loop | None
+
+    @cached_property
+    def at_samples(self) -> Drive:
+        """What acts on these runs at the samples."""
+        return self.flight.drive(self.grid.samples, self.runs)
+
+    @property
+    def start(self) -> Start:
+        """Where these runs begin."""
+        start = self.flight.start
+        return Start(start.states[self.runs], start.angle[self.runs])
+
+    def part(self, at: slice) -> Cohort:
+        """The cohort of some of its runs."""
+        drive = self.drive
+        table = drive.table if drive.table.shape[1] == 1 else drive.table[:, at]
+        return replace(self, runs=self.runs[at], drive=replace(drive, table=table))
+
+    def fly(self, engine: Engine, observe: bool) -> Logs:
+        """Fly these runs with one model."""
+        at_samples = self.at_samples if observe else None
+        return engine.roll_out(
+            self.runs, self.start, self.grid, self.drive, at_samples=at_samples, loop=self.loop
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Flight:
+    """A vehicle in a scenario, ready to be flown with any model.
+
+    runs: how many; batched: whether results have a dimension for them. start: of all runs; steps:
+    of each run (runs,) [s]; marks: times that steps end at. coupled: an engine of that model, which
+    others share what they can with.
+    """
+
+    vehicle: Vehicle
+    scenario: Scenario
+    duration: float
+    sample: float
+    runs: int
+    batched: bool
+    start: Start
+    steps: Array
+    marks: Marks
+    coupled: Engine
+
+    @property
+    def groups(self) -> int:
+        """Bits of the groups of inputs that act."""
+        return groups_in_use(self.scenario) | COMMAND * (self.scenario.controller is not None)
+
+    def engine(self, model: str, dtype: str = "float64") -> Engine:
+        """The engine of a model for this flight's vehicle."""
+        one = self.coupled
+        if (model, dtype) == (one.model, one.dtype.name):
+            return one
+        return Engine(self.vehicle, model, dtype, one.device, one.threads, beside=one)
+
+    def cohorts(self, chosen: Array | None = None) -> Iterator[Cohort]:
+        """The runs, or those that are chosen, in cohorts that share a time grid."""
+        chosen = np.arange(self.runs) if chosen is None else chosen
+        for at, grid in shared_grids(self.marks, self.steps[chosen]):
+            yield self.cohort(chosen[at], grid)
+
+    def cohort(self, runs: Array, grid: Grid) -> Cohort:
+        """Some runs over a time grid."""
+        drive = self.drive(stage_times(grid), runs)
+        closed = self.scenario.controller is not None
+        loop = loop_over(self.vehicle, self.scenario, grid, self.runs) if closed else None
+        return Cohort(self, runs, grid, drive, loop)
+
+    def drive(self, times: Array, runs: Array) -> Drive:
+        """What acts on some runs at some times."""
+        table, timed = sample_inputs(self.scenario, times, self.coupled.layout, runs)
+        return Drive(table, timed, self.groups, self.scenario.gravity)
+
+
+def prepare(
+    vehicle: Any,
+    scenario: Any,
+    *,
+    step: Any = "auto",
+    sample: Any = 1e-3,
+    duration: Any = None,
+    device: Any = "cpu",
+    threads: Any = None,
+    adaptive: bool = False,
+    stacklevel: int = 2,
+) -> Flight:
+    """Check vehicle, scenario and choices, as `continuair.simulate` describes them, and join them.
+
+    adaptive: the integrator takes steps of its own. Raises InputError; warns of a step that is too
+    coarse, `stacklevel` frames up.
+    """
+    check_vehicle(vehicle)
+    check_scenario(scenario)
+    asked = None if isinstance(step, str) and step == "auto" else checked_step(step)
+    duration, sample = _times(scenario, duration, sample)
+    check_device(device)
+    if threads is not None:
+        checks.whole("threads", threads, 1)
+    coupled = Engine(vehicle, "coupled", device=device, threads=threads)
+    q, qd = np.atleast_2d(scenario.q), np.atleast_2d(scenario.qd)
+    runs, batched = _runs(vehicle, scenario, coupled)
+    if asked is not None:
+        check_same_runs(runs, {"step": len(asked)})
+    fine = np.broadcast_to(automatic_step(coupled, q, qd), runs)
+    steps = steps_of(scenario, asked, fine, sample, None if adaptive else stacklevel + 1)
+    check_steps(duration, min(float(steps.min()), sample))
+    q, qd = (np.broadcast_to(rows, (runs, rows.shape[1])) for rows in (q, qd))
+    start = Start(state_from_paper(q, qd), q[:, -1])
+    period = scenario.control_period if scenario.controller is not None else None
+    marks = marks_of(duration, sample, scenario.jumps, period)
+    check_view(coupled, scenario, start)
+    return Flight(vehicle, scenario, duration, sample, runs, batched, start, steps, marks, coupled)
+
+
+def check_scenario(scenario: Any) -> None:
+    """Raise InputError unless it is a scenario."""
+    if not isinstance(scenario, Scenario):
+        raise InputError(
+            f"scenario is {shown(scenario)}; give a continuair.Scenario, such as "
+            "continuair.open_loop_test('A')."
+        )
+
+
+def checked_step(step: Any) -> Array:
+    """Return steps (runs or 1,) [s] that are not "auto"."""
+    given = step if np.ndim(step) == 1 and len(step) else [step]
+    return np.array([checks.positive("step", each, " or 'auto'") for each in given])
+
+
+def _times(scenario: Scenario, duration: Any, sample: Any) -> tuple[float, float]:
+    """Duration and time between samples [s]."""
+    lasts = scenario.duration if duration is None else checks.positive("duration", duration)
+    if checks.positive("sample", sample) > lasts * (1.0 + 1e-9):
+        raise InputError(
+            f"sample is {shown(sample)} s, longer than the flight of {lasts:g} s; give a "
+            "shorter one."
+        )
+    return lasts, float(sample)
+
+
+def _runs(vehicle: Vehicle, scenario: Scenario, engine: Engine) -> tuple[int, bool]:
+    """The number of runs of a batch, all parts of which agree on it, and whether it is one."""
+    width = sample_inputs(scenario, np.zeros(1), engine.layout)[0].shape[1]
+    controller, listed = scenario.controller, isinstance(scenario.target, (list, tuple))
+    sizes: Mapping[str, int | None] = {
+        "vehicle": vehicle.runs,
+        "scenario.q": _rows(scenario.q),
+        "scenario.qd": _rows(scenario.qd),
+        "scenario.controller": controller.runs if controller is not None else None,
+        "scenario.target": len(scenario.targets) if listed else None,
+        "the scenario's inputs": width if width > 1 else None,
+    }
+    runs = max(size or 1 for size in sizes.values())
+    check_same_runs(runs, sizes)
+    return runs, any(size is not None for size in sizes.values())
+
+
+def _rows(state: Any) -> int | None:
+    return len(state) if np.ndim(state) == 2 else None
+
+
+def check_same_runs(runs: int, sizes: Mapping[str, int | None]) -> None:
+    """Raise InputError unless each part holds that many runs, or one for all."""
+    for name, size in sizes.items():
+        if size not in (None, 1, runs):
+            raise InputError(
+                f"{name} holds {size} runs, but the batch has {runs}; give every "
+                "array one row per run, or a single row."
+            )

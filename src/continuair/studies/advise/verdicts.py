@@ -1,0 +1,65 @@
+"""What follows from errors and limits for a task: a sentence, its scope and its exceptions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+TASKS = {
+    "hover": ("bend", "moment", "release"),
+    "fast-flight": ("force", "fall"),
+    "contact": ("tip",),
+}
+"""Standard excitations that stand for a task; `track:M` tracks the letter M, or another."""
+
+_ONCE = {"release": "when the bent arm is let go", "fall": "in free fall"}
+
+
+def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
+    """What follows for a task and a model: a sentence, and its scope and exceptions.
+
+    scope: "all" frequencies or speeds tried, those "below" the limit, "none", or "undecided";
+    except: excitations of the task, of no frequency, for which it does not hold.
+    """
+    if task in results["tracking"]:
+        found = results["tracking"][task]
+        limit = found["models"][model]["limit_m_s"]
+        if np.isnan(found["rms_px"]):
+            text = f"cannot be decided: with the gains {found['gains']} the target is lost"
+            return {"scope": "undecided", "limit": limit, "unit": "m/s", "text": text}
+        text = _sentence(limit, "a target slower than {:.2g} m/s", "a target as fast as was tried")
+        return {"scope": _scope(limit), "limit": limit, "unit": "m/s", "text": text}
+    parts = {name: results["excitations"][name] for name in TASKS[task]}
+    once = [name for name, part in parts.items() if part["models"][model]["limit_hz"] is None]
+    bad = [name for name in once if not parts[name]["models"][model]["tolerable"]]
+    limits = {
+        name: part["models"][model]["limit_hz"] for name, part in parts.items() if name not in once
+    }
+    worst = min(limits, key=lambda name: _rank(limits[name]))
+    limit = limits[worst]
+    text = _sentence(limit, "motion below {:.2g} Hz", "motion at every frequency tried")
+    if bad and not np.isnan(limit):
+        text += ", but not " + " or ".join(_ONCE[name] for name in bad)
+    if bad or not np.isinf(limit):
+        culprit = parts[bad[0] if bad and np.isinf(limit) else worst]["responsible"]
+        text += f" (what is missed: {culprit})"
+    return {"scope": _scope(limit), "except": bad, "limit": limit, "unit": "Hz", "text": text}
+
+
+def _scope(limit: float) -> str:
+    if np.isnan(limit):
+        return "none"
+    return "all" if np.isinf(limit) else "below"
+
+
+def _rank(limit: float) -> float:
+    return -1.0 if np.isnan(limit) else limit
+
+
+def _sentence(limit: float, below: str, everywhere: str) -> str:
+    if np.isnan(limit):
+        return "do not decouple"
+    if np.isinf(limit):
+        return f"decouple for {everywhere}"
+    return f"decouple for {below.format(limit)}"

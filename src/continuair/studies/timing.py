@@ -1,0 +1,30 @@
+"""How long flights take, flown in turns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from time import perf_counter
+from typing import TypeVar
+
+import numpy as np
+
+Key = TypeVar("Key")
+
+
+def median_times(
+    flights: Mapping[Key, Callable[[], object]],
+    rounds: int,
+    begin: Callable[[Key], None] = lambda key: None,
+) -> dict[Key, float]:
+    """Return the median time of every flight [s], after a round that compiles and is not timed.
+
+    The flights alternate, so that noise of the machine hits all alike. begin: called before each.
+    """
+    times: dict[Key, list[float]] = {key: [] for key in flights}
+    for _ in range(rounds + 1):
+        for key, fly in flights.items():
+            begin(key)
+            start = perf_counter()
+            fly()
+            times[key].append(perf_counter() - start)
+    return {key: float(np.median(found[1:])) for key, found in times.items()}

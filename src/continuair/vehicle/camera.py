@@ -1,0 +1,62 @@
+"""The camera at the arm's tip."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from pydantic import field_validator
+
+from continuair.vehicle.fields import (
+    ROUNDING,
+    CountPair,
+    NotNegative,
+    Pair,
+    Part,
+    PositivePair,
+    Quaternion,
+    Vector,
+)
+
+_UNIT_NORM_TOLERANCE = 1e-3
+
+
+class Camera(Part):
+    """The camera at the arm's tip; it looks along the arm's tangent, +z of the tip frame."""
+
+    focal_length: PositivePair = (800.0, 800.0)
+    """the focal lengths along the image's axes, as 2 numbers [px]"""
+
+    principal_point: Pair = (500.0, 500.0)
+    """the image coordinates of the optical axis, as 2 numbers [px]"""
+
+    image_size: CountPair = (1000, 1000)
+    """the width and height of the image, as 2 whole numbers [px]"""
+
+    position: Vector = (0.0, 0.0, 0.0)
+    """the position of the camera in the tip frame, as 3 numbers [m]"""
+
+    attitude: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    """the rotation from camera axes to the tip frame, as a unit quaternion (x, y, z, w) [-]"""
+
+    tip_frame: Literal["untwisted", "frenet"] = "untwisted"
+    """the tip frame: untwisted, as the material is, or frenet, spinning with the bend direction"""
+
+    noise: NotNegative = 0.0
+    """the standard deviation of the feature points' noise [px]"""
+
+    frame_rate: NotNegative = 0.0
+    """the frames per second, 0 for one at every control instant [Hz]"""
+
+    latency: NotNegative = 0.0
+    """the time from a frame's exposure until the controller has it [s]"""
+
+    @field_validator("attitude")
+    @classmethod
+    def _unit_norm(cls, value: tuple[float, float, float, float]) -> tuple[float, ...]:
+        norm = math.hypot(*value)
+        if abs(norm - 1) > _UNIT_NORM_TOLERANCE:
+            raise ValueError(f"must have norm 1 (it has {norm:.6g})")
+        if abs(norm - 1) <= ROUNDING:
+            return value
+        return tuple(component / norm for component in value)
