@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -11,7 +10,6 @@ from typing import Any
 import numpy as np
 
 import continuair as ca
-from continuair.vehicle.runs import take
 from research.paper_table.readings import Flight, Tips
 
 Array = np.ndarray
@@ -39,21 +37,15 @@ STEEPEST = 2e3
 """Vehicles of a faster bend [rad/s] are not flown: an arm so stiff hardly bends."""
 
 
-def step_groups(
-    vehicle: ca.Vehicle, accuracy: Accuracy
-) -> Iterator[tuple[Array, ca.Vehicle, float]]:
-    """Yield the runs of a batch that share a step, their vehicle, and the step [s].
+def steps_of(vehicle: ca.Vehicle, accuracy: Accuracy) -> tuple[Array, Array]:
+    """Steps [s] and whether there is a usable one, (runs,); the same whatever else is in the batch.
 
-    A step is a sample's length over a power of two, the same whatever else is in the batch. Runs
-    without a usable one are left out.
+    A step is a sample's length over a power of two, so that runs share their time grids.
     """
     fastest = _fastest_rate(vehicle)
-    flown = np.isfinite(fastest) & (fastest < STEEPEST)
-    step = np.minimum(accuracy.largest, accuracy.phase / np.where(flown, fastest, 1.0))
-    pieces = 2 ** np.ceil(np.log2(accuracy.sample / step) - 1e-9).astype(int)
-    for count in np.unique(pieces[flown]):
-        runs = np.flatnonzero(flown & (pieces == count))
-        yield runs, take(vehicle, runs), accuracy.sample / count
+    usable = np.isfinite(fastest) & (fastest < STEEPEST)
+    step = np.minimum(accuracy.largest, accuracy.phase / np.where(usable, fastest, 1.0))
+    return accuracy.sample / 2 ** np.ceil(np.log2(accuracy.sample / step) - 1e-9), usable
 
 
 def _fastest_rate(vehicle: ca.Vehicle) -> Array:
@@ -70,10 +62,11 @@ def _fastest_rate(vehicle: ca.Vehicle) -> Array:
 
 
 class Flights:
-    """Flies one batch of vehicles, all with one step; remembers what it has flown."""
+    """Flies one batch of vehicles; remembers what it has flown."""
 
-    def __init__(self, vehicle: ca.Vehicle, step: float, sample: float) -> None:
-        self.vehicle, self.step, self.sample = vehicle, step, sample
+    def __init__(self, vehicle: ca.Vehicle, accuracy: Accuracy) -> None:
+        self.vehicle, self.sample = vehicle, accuracy.sample
+        self.steps, self.usable = steps_of(vehicle, accuracy)
         self._flown: dict[tuple[Any, ...], Tips] = {}
 
     def fly(self, model: str, flight: Flight, test: str) -> Tips:
@@ -91,12 +84,13 @@ class Flights:
                 self.vehicle,
                 read_test(test, arm, *read),
                 model=model,
-                step=self.step,
+                step=self.steps,
                 sample=self.sample,
                 variables=_WANTED,
             )
         position, attitude, q = (found[name].to_numpy() for name in _WANTED)
-        position[found["status"].to_numpy() != 0] = np.nan
+        failed = ~self.usable | (found["status"].to_numpy() != 0)
+        position[failed] = attitude[failed] = np.nan
         (x, y, z, w), twist = np.moveaxis(attitude, -1, 0), q[..., 7]
         if arm == "down":
             return Tips(position, np.stack([-w, -z, y, x], -1), twist)
@@ -127,5 +121,5 @@ def read_test(
     given: Any = scenario.tip_wrench
     signs = np.array([turned * across, across, turned * along, 0.0, 0.0, 0.0])
     # Every flight of a search asks for the same times.
-    wrench = lru_cache(1 << 16)(lambda t: tuple(signs * given(t)))
+    wrench = lru_cache(1 << 16)(lambda t: (signs * given(t)).tolist())
     return scenario.replace(q=q, tip_wrench=wrench, tip_wrench_sign=1)

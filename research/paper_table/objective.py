@@ -9,7 +9,7 @@ import numpy as np
 from continuair.scenario.paper_tests import OPEN_LOOP_TESTS
 from continuair.studies.open_loop.study import PRINTED
 from continuair.vehicle.vehicle import Vehicle
-from research.paper_table.flights import Accuracy, Flights, step_groups
+from research.paper_table.flights import Accuracy, Flights
 from research.paper_table.readings import Flight, Reading, rotation, translation
 from research.paper_table.space import vehicles
 
@@ -26,27 +26,24 @@ _LEAST = 1e-9
 
 def read(vehicle: Vehicle, readings: Sequence[Reading], accuracy: Accuracy) -> Array:
     """The numbers (runs, readings, 2, 4) that a batch of vehicles gives; NaN where a run fails."""
+    flights = Flights(vehicle, accuracy)
     found = np.full((vehicle.runs or 1, len(readings), 2, 4), np.nan)
     flown: dict[Flight, list[int]] = {}
     for index, reading in enumerate(readings):
         flown.setdefault(reading.flight, []).append(index)
-    for runs, part, step in step_groups(vehicle, accuracy):
-        flights = Flights(part, step, accuracy.sample)
-        known: dict[object, tuple[dict[str, Array], dict[tuple[str, str], Array]]] = {}
-        for flight, indices in flown.items():
-            for column, test in enumerate(OPEN_LOOP_TESTS):
-                tip_force = flight.tip_force if test == "D" else ""
-                key = (flight.decoupled, flight.arm, flight.bend, test, tip_force)
-                if key not in known:
-                    ours, theirs = (
-                        flights.fly(model, flight, test) for model in ("coupled", flight.decoupled)
-                    )
-                    known[key] = translation(ours, theirs), rotation(ours, theirs)
-                of_t, of_r = known[key]
-                for index in indices:
-                    reading = readings[index]
-                    found[runs, index, 0, column] = of_t[reading.metric]
-                    found[runs, index, 1, column] = of_r[reading.metric, reading.angles]
+    known: dict[object, tuple[dict[str, Array], dict[tuple[str, str], Array]]] = {}
+    for flight, indices in flown.items():
+        for column, test in enumerate(OPEN_LOOP_TESTS):
+            tip_force = flight.tip_force if test == "D" else ""
+            key = (flight.decoupled, flight.arm, flight.bend, test, tip_force)
+            if key not in known:
+                pair = [flights.fly(model, flight, test) for model in ("coupled", flight.decoupled)]
+                known[key] = translation(*pair), rotation(*pair)
+            of_t, of_r = known[key]
+            for index in indices:
+                reading = readings[index]
+                found[:, index, 0, column] = of_t[reading.metric]
+                found[:, index, 1, column] = of_r[reading.metric, reading.angles]
     return found
 
 
