@@ -109,7 +109,7 @@ def compare(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
     _check_alike(coupled, other)
     for name, flight in flights.items():
         _warn_of_ended(name, flight)
-    return _differences(coupled, other)
+    return differences(coupled, other)
 
 
 def _check_flight(name: str, flight: Any) -> None:
@@ -153,7 +153,8 @@ def _warn_of_ended(name: str, flight: xr.Dataset) -> None:
     )
 
 
-def _differences(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
+def differences(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
+    """What `compare` returns, of flights known to be alike; silent about runs that ended early."""
     positions = [samples(dataset, "tip_position", "axis") for dataset in (coupled, other)]
     attitudes = [samples(dataset, "tip_attitude", "quaternion") for dataset in (coupled, other)]
     angles = [euler_angles(attitude) for attitude in attitudes]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from continuair.analysis.metrics import compare
+from continuair.analysis.metrics import differences
 from continuair.engine.pairs import DEVIATIONS
 from continuair.flight.prepare import Flight
 from continuair.flight.simulate import fly
@@ -85,7 +85,8 @@ def _metrics(reference: xr.Dataset, flight: xr.Dataset, settle: float) -> dict[s
     if flight is reference:
         found = {name: np.zeros(flight.sizes["run"]) for name in DEVIATIONS}
     else:
-        found = {name: compare(reference, flight)[name] for name in DEVIATIONS}
+        compared = differences(reference, flight)
+        found = {name: compared[name] for name in DEVIATIONS}
     if "feature_error" in flight:
         late = flight["time"].to_numpy() >= settle
         error = flight["feature_error"].to_numpy()[:, late]
