@@ -1,0 +1,85 @@
+"""A run is the same flight in any batch, to the last bit: its step is its own."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import continuair as ca
+
+RADII = [0.0012, 0.003, 0.005, 0.008]
+RATIOS = [0.02, 5.0, 0.0, 1.0]
+SPINS = [0.0, 0.0, 150.0, 0.0]
+RUNS = range(len(RADII))
+VEHICLES = ca.load_vehicle("slender").replace({"arm.radius": RADII, "arm.damping_ratio": RATIOS})
+Q = np.array([0.1, -0.2, 5.0, 0.1, 0.2, -0.3, 0.5, 0.4])
+RATES = np.stack([np.array([0.0, 0, 0, 0, 0, spin, 0.3, 0.2]) for spin in SPINS])
+PUSHES = np.array([[3.0, 0.0, 20.0], [0.0, -2.0, 30.0], [1.0, 1.0, 0.0], [0.0, 0.0, 40.0]])
+
+
+def push(t: float) -> np.ndarray:
+    return PUSHES * np.cos(9.0 * t) + (t > 0.0333)
+
+
+def push_of(run: int, t: float) -> np.ndarray:
+    return push(t)[run]
+
+
+def moment(t: float) -> list[float]:
+    return [0.0, 0.3 * np.sin(31.0 * t), 0.1]
+
+
+def assert_same(alone: xr.Dataset, run: xr.Dataset) -> None:
+    assert set(alone.data_vars) | {"step"} == set(run.data_vars)
+    for name in alone.data_vars:
+        np.testing.assert_array_equal(run[name], alone[name], err_msg=str(name))
+    assert float(run["step"]) == alone.attrs["step"]
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+@pytest.mark.parametrize("model", ca.MODELS)
+def test_open_loops_of_arms_that_need_different_steps(model: str, threads: int) -> None:
+    shared: dict[str, Any] = {"moment": moment, "jumps": (0.0333,), "duration": 0.101}
+    together = ca.Scenario("together", Q, RATES, force=push, **shared)
+    batch = ca.simulate(VEHICLES, together, model=model, sample=2e-3, threads=threads)
+    assert len(np.unique(batch["step"])) == len(RADII), "the runs should need different steps"
+    for run in RUNS:
+        own = ca.Scenario("alone", Q, RATES[run], force=partial(push_of, run), **shared)
+        alone = ca.simulate(VEHICLES.select(run), own, model=model, sample=2e-3)
+        assert_same(alone, batch.isel(run=run))
+
+
+@pytest.mark.parametrize("period", [2e-3, None])
+def test_closed_loops_of_arms_that_need_different_steps(period: float | None) -> None:
+    # At every stage a step is 0.1 ms at most, whatever the arm but the most damped one.
+    vehicles = VEHICLES.replace({"arm.damping_ratio": [0.02, 40.0, 0.0, 1.0]})
+    gains = [ca.design(vehicles.select(run), 2.0, conditioning=0.02) for run in RUNS]
+    laws = [ca.servoing(**each) for each in gains]
+    target = ca.Target(ca.paths.hold())
+    start = [0.1, 0.0, 3.1, 0.0, 0.0, 0.0, 0.1, 0.0]
+
+    def scenario(controller: ca.Controller) -> ca.Scenario:
+        return ca.Scenario(
+            "loop", start, controller=controller, target=target, control_period=period, duration=0.1
+        )
+
+    batch = ca.simulate(vehicles, scenario(ca.stack(laws)), sample=5e-3)
+    assert len(np.unique(batch["step"])) > 1, "the runs should need different steps"
+    for run in RUNS:
+        alone = ca.simulate(vehicles.select(run), scenario(laws[run]), sample=5e-3)
+        assert_same(alone, batch.isel(run=run))
+
+
+def test_runs_that_cannot_be_flown_far_do_not_change_their_neighbours() -> None:
+    bends = [[0.0, 0.0], [6e3, 0.0], [0.0, 0.0]]
+    vehicle = ca.load_vehicle("paper").replace({"arm.damping_ratio": [0.0, 1.0, 5.0]})
+    together = ca.Scenario("ends", Q, bend_moment=bends, duration=0.1)
+    batch = ca.simulate(vehicle, together)
+    assert batch["status"].values.tolist() == [0, 2, 0]
+    for run in range(3):
+        own = together.replace(bend_moment=bends[run])
+        assert_same(ca.simulate(vehicle.select(run), own), batch.isel(run=run))
