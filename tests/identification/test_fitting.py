@@ -149,7 +149,7 @@ def test_an_unusable_recording_is_refused_in_one_sentence(
         (("--fit", "arm.damping_ratio"), ("arm.damping_ratio is 0", "a start above 0")),
         (("--fit", "uav.mass,uav.mass"), ("uav.mass twice",)),
         (("--test", "X"), ("test is 'X'", "A, B, C, D")),
-        (("--json", "no/fit.json"), ("json is 'no/fit.json'", "cannot be written")),
+        (("--json", "no/fit.json"), ("json is no/fit.json", "cannot be written")),
         (("--out", "no/folder.toml"), ("out is no/folder.toml", "cannot be written")),
     ],
 )
