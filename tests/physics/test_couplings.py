@@ -13,7 +13,7 @@ VEHICLE = ca.load_vehicle("paper").replace({"arm.length": 0.6, "arm.kappa_s": 0.
 START = np.array([0.0, 0.0, 5.0, 0.0, 0.3, 0.0, 0.8, 0.0])
 RATES = np.array([0.2, 0.0, -0.1, 0.0, 1.5, 0.0, 3.0, 0.0])
 FORCE = np.array([4.0, 0.0, 12.0])
-DURATION = 0.15
+DURATION = 0.05
 PLANE = [0, 2, 4, 6]
 MASK = np.zeros((8, 8))
 MASK[:6, :6] = MASK[6:, 6:] = 1.0
@@ -69,7 +69,8 @@ def test_a_flight_without_one_coupling_agrees_with_the_readable_form(
 ) -> None:
     flight = fly_without(VEHICLE, scenario, sample=2.5e-4)
     tip = flight["tip_position"].sel(coupling=coupling).isel(time=-1).to_numpy()
-    assert np.abs(tip - readable(coupling)).max() < 1e-6
+    # Steps of 0.25 ms err by 3e-8 m; carriage, the least of the couplings, moves the tip by 2e-5.
+    assert np.abs(tip - readable(coupling)).max() < 3e-7
 
 
 def test_free_fall_carries_the_arm_along_and_hovering_does_not() -> None:
