@@ -46,9 +46,9 @@ def check_device(device: Any) -> None:
     if not isinstance(device, str):
         raise InputError(f"device is {shown(device)}; give its name, such as 'cpu'.")
     start_warp()
-    if device.startswith("cuda") and not wp.is_cuda_available():
-        raise InputError(f"device is {shown(device)}, but no CUDA device was found; use 'cpu'.")
     cards = [found.alias for found in wp.get_cuda_devices()]
+    if device.startswith("cuda") and not cards:
+        raise InputError(f"device is {shown(device)}, but no CUDA device was found; use 'cpu'.")
     valid = ["cpu", *(["cuda"] if cards else []), *cards]
     if device not in valid:
         raise InputError(f"device is {shown(device)}; use one of {', '.join(valid)}.")
