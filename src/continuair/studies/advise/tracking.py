@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from continuair.analysis.determinacy import determined, nudged
 from continuair.analysis.limits import find_limits
 from continuair.analysis.metrics import feature_norm
 from continuair.controllers.gain_files import Gains
@@ -31,7 +32,8 @@ def tracking_limit(
 
     Returns by model: ds_max_px at the slowest letter, limit_m_s (NaN: none of those tried, inf:
     all), and the scan: speeds [m/s] and the largest |DS| [px] after the transient (NaN where a run
-    ended early); and rms_px of the coupled plant. Raises InputError.
+    ended early, or rounding decides where it goes); and rms_px of the coupled plant. Raises
+    InputError.
     """
     flown = equipped(vehicle, SETTINGS["nominal"])
     law = gains.controller(flown)
@@ -66,12 +68,14 @@ def _fly(
 ) -> dict[str, np.ndarray]:
     """RMS error of the coupled plant, and |DS| of each model, by duration."""
     scenario = task(vehicle, [letter] * len(durations), law, durations.tolist())
-    flights = {
-        model: simulate(vehicle, scenario, model=model, sample=2e-2, variables=["feature_error"])
-        for model in ("coupled", *models)
-    }
-    norms = {model: feature_norm(flight) for model, flight in flights.items()}
-    time, pixels = flights["coupled"]["time"].to_numpy(), flights["coupled"].sizes["pixel"]
+    norms = {}
+    for model in ("coupled", *models):
+        flight, moved = (
+            simulate(vehicle, each, model=model, sample=2e-2, variables=["feature_error"])
+            for each in (scenario, nudged(scenario))
+        )
+        norms[model] = feature_norm(flight.where(determined(flight, moved)))
+    time, pixels = flight["time"].to_numpy(), flight.sizes["pixel"]
     counts = [(time >= TRANSIENT) & (time <= end) for end in durations]
     squares = [np.mean(row[at] ** 2) for row, at in zip(norms["coupled"], counts, strict=True)]
     found = {"rms": np.sqrt(np.array(squares) / pixels)}

@@ -26,7 +26,7 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
         found = results["tracking"][task]
         limit = found["models"][model]["limit_m_s"]
         if np.isnan(found["rms_px"]):
-            text = f"cannot be decided: with the gains {found['gains']} the target is lost"
+            text = f"cannot be decided: gains {found['gains']} lose the target, or chatter"
             return {"scope": "undecided", "limit": limit, "unit": "m/s", "text": text}
         text = _sentence(limit, "a target slower than {:.2g} m/s", "a target as fast as was tried")
         return {"scope": _scope(limit), "limit": limit, "unit": "m/s", "text": text}

@@ -8,12 +8,14 @@ import warnings
 import numpy as np
 import xarray as xr
 
+from continuair.analysis.determinacy import determined, nudged
 from continuair.analysis.groups import GRAVITY, coupling, vehicle_of
 from continuair.controllers.controller import stack
 from continuair.controllers.gains import design
 from continuair.controllers.servoing import servoing
 from continuair.equations.camera import over
 from continuair.errors import ContinuairWarning
+from continuair.flight.simulate import simulate
 from continuair.scenario import paths
 from continuair.scenario.letters import LETTERS
 from continuair.scenario.scenarios import Scenario
@@ -53,7 +55,8 @@ LOOP_ERRORS = {
     "coupled_rms_px": "RMS of the coupled model's feature error [px]",
     "error": "RMSE of the tip's position over the arm's length",
     "angle": "RMS of the angle between the tips [rad]",
-    "lost_coupled": "1 if the coupled loop lost its target or left the model's range",
+    "lost_coupled": "1 if the coupled loop lost its target, left the model's range, or chattered "
+    "so that rounding decides where it went",
     "lost_decoupled": "1 if the decoupled loop did",
 }
 """What is kept of a pair."""
@@ -69,7 +72,7 @@ def sample_loops(runs: int, seed: int) -> dict[str, Array]:
 def fly_loops(groups: dict[str, Array], progress: Progress | None = None) -> xr.Dataset:
     """Track letters with the coupled and the decoupled plant under the paper's law, designed gains.
 
-    Returns LOOP_ERRORS and the groups over (run), NaN where a flight ended early.
+    Returns LOOP_ERRORS and the groups over (run), NaN where a loop of the pair was lost.
     """
     runs = len(groups["speed"])
     kept = {name: np.full(runs, np.nan) for name in LOOP_ERRORS}
@@ -125,16 +128,30 @@ def _flown(vehicle: Vehicle, groups: dict[str, Array], first: int) -> dict[str, 
         # Loops that are lost are counted, not told one by one.
         warnings.simplefilter("ignore", ContinuairWarning)
         pair = run_pairs(vehicle, scenario, ["decoupled"], sample=_SAMPLE, settle=SETTLE)
-    other = pair.sel(model="decoupled")
+        held = _held(vehicle, scenario, pair)
+    known = pair.where(held.all("model"))
+    other = known.sel(model="decoupled")
     return {
         "ds_px": other["ds_max_px"].to_numpy(),
         "rms_px": other["rms_px"].to_numpy(),
-        "coupled_rms_px": pair["rms_px"].sel(model="coupled").to_numpy(),
+        "coupled_rms_px": known["rms_px"].sel(model="coupled").to_numpy(),
         "error": other["rmse_t_m"].to_numpy() / vehicle.arm.length,
         "angle": other["angle_rad"].to_numpy(),
-        "lost_coupled": (pair["status"].sel(model="coupled") != 0).to_numpy().astype(float),
-        "lost_decoupled": (other["status"] != 0).to_numpy().astype(float),
+        "lost_coupled": 1.0 - held.sel(model="coupled").to_numpy(),
+        "lost_decoupled": 1.0 - held.sel(model="decoupled").to_numpy(),
     }
+
+
+def _held(vehicle: Vehicle, scenario: Scenario, pair: xr.Dataset) -> xr.DataArray:
+    """Whether loops (run, model) kept their target, and go the same way from a start nudged."""
+    same = []
+    for model in pair["model"].to_numpy():
+        flight, moved = (
+            simulate(vehicle, each, model=model, sample=_SAMPLE, variables=["feature_error"])
+            for each in (scenario, nudged(scenario))
+        )
+        same.append(determined(flight, moved))
+    return (pair["status"] == 0) & xr.concat(same, pair["model"])
 
 
 @functools.cache

@@ -1,0 +1,35 @@
+"""Whether a closed loop's flight follows from what is asked, or from how numbers are rounded.
+
+A loop on the brink multiplies every disturbance, and where it ends differs from processor to
+processor. A start a nanometre off tells such loops: it disturbs far more than rounding does.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from continuair.scenario.scenarios import Scenario
+
+NUDGE = 1e-9
+"""How far the start is moved along x [m]."""
+
+GROWTH = 30.0
+"""By how much a loop may multiply what that changes in the image. Loops that hold their target
+forget it, and reach less than 10 on the way; those on the brink reach hundreds and more."""
+
+
+def nudged(scenario: Scenario) -> Scenario:
+    """Return the same scenario from a start NUDGE off."""
+    q = np.array(scenario.q, dtype=float)
+    q[..., 0] += NUDGE
+    return scenario.replace(q=q)
+
+
+def determined(flight: xr.Dataset, moved: xr.Dataset) -> xr.DataArray:
+    """Tell by run whether a flight and the nudged one stay together; no run that ended early does.
+
+    Both hold feature_error from the start on.
+    """
+    change = abs(moved["feature_error"] - flight["feature_error"]).max("pixel", skipna=False)
+    return change.max("time", skipna=False) <= GROWTH * change.isel(time=0)
