@@ -11,6 +11,8 @@ import xarray as xr
 
 import continuair as ca
 
+pytestmark = pytest.mark.targets
+
 RADII = [0.0012, 0.003, 0.005, 0.008]
 RATIOS = [0.02, 5.0, 0.0, 1.0]
 SPINS = [0.0, 0.0, 150.0, 0.0]

@@ -9,6 +9,8 @@ import xarray as xr
 import continuair as ca
 from tests.closed_loop import flights
 
+pytestmark = pytest.mark.targets
+
 
 def largest_error(run: xr.Dataset) -> float:
     """Feature error [px] at the end of a run that ended well."""

@@ -9,6 +9,8 @@ from continuair import equations
 from continuair.equations.camera import interaction_matrix, to_pixels
 from tests.closed_loop import eye, probes
 
+pytestmark = pytest.mark.targets
+
 STATES = 250
 FRAMES = ("untwisted", "frenet")
 # Of the largest element: central differences reach 1e-10.

@@ -17,6 +17,8 @@ from continuair.identification.recording import MEASURED
 from continuair.vehicle.vehicle_file import as_toml, write_vehicle
 from tests.identification.flights import NOISE, record, true_vehicle
 
+pytestmark = pytest.mark.targets
+
 FIELDS = ("arm.youngs_modulus", "arm.damping_ratio", "uav.mass", "arm.disks.0.mass")
 TRUTH = np.array([40e9, 0.03, 1.6, 0.05])
 WRONG = dict(zip(FIELDS, (60e9, 0.06, 2.0, 0.08), strict=True))

@@ -8,6 +8,8 @@ from continuair import equations
 from continuair.engine import moments as arc
 from tests.kernels.conftest import Place
 
+pytestmark = pytest.mark.targets
+
 PLAIN = ca.load_vehicle("paper").replace({"arm.kappa_s": 0.0})
 FURNISHED = PLAIN.replace(
     {

@@ -7,6 +7,8 @@ import continuair as ca
 from continuair.engine.engine import Drive, Engine, Start
 from tests.oracles.bend_vector import accelerations
 
+pytestmark = pytest.mark.targets
+
 FURNISHED = ca.load_vehicle("paper").replace(
     {
         "arm.damping": 0.3,

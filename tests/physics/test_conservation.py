@@ -8,6 +8,8 @@ import continuair as ca
 from tests.physics.free_flight import tumbling
 from tests.physics.slopes import INSIDE, matrices, slope, spin
 
+pytestmark = pytest.mark.targets
+
 
 def energy(run: xr.Dataset) -> np.ndarray:
     return (run.kinetic_energy + run.gravity_energy + run.elastic_energy).to_numpy()

@@ -9,6 +9,8 @@ from continuair import equations
 from continuair.analysis.couplings import fly_without
 from continuair.kernels.dynamics import COUPLINGS
 
+pytestmark = pytest.mark.targets
+
 VEHICLE = ca.load_vehicle("paper").replace({"arm.length": 0.6, "arm.kappa_s": 0.0})
 START = np.array([0.0, 0.0, 5.0, 0.0, 0.3, 0.0, 0.8, 0.0])
 RATES = np.array([0.2, 0.0, -0.1, 0.0, 1.5, 0.0, 3.0, 0.0])

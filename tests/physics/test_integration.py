@@ -8,6 +8,8 @@ import continuair as ca
 from continuair.scenario.excitations import Wave, plus
 from tests.physics.free_flight import tumbling
 
+pytestmark = pytest.mark.targets
+
 VEHICLE = ca.load_vehicle("paper")
 
 

@@ -12,6 +12,8 @@ from continuair.analysis.linear import bending_frequencies
 from continuair.engine.engine import Engine
 from continuair.flight.steps import fastest_rate
 
+pytestmark = pytest.mark.targets
+
 VEHICLE = ca.load_vehicle("paper")
 
 
