@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,60 +30,75 @@ def pack(
     vehicles are sampled at once. own_base: the inertia of bending is about the arm's own base, not
     the common centre of mass. coupled: the polynomials about that centre, where they are known.
     """
-    runs = vehicle.runs or 1
-    uav, rod = vehicle.uav, vehicle.arm
-
-    def across(value: Any, *shape: int) -> Array:
-        return per_run(value, runs, *shape)
-
-    length, uav_mass = across(rod.length), across(uav.mass)
-    mount, inertia = across(uav.mount, 3), across(uav.inertia, 3, 3)
-    backbone = tuple(
-        across(density) * length
-        for density in (
-            rod.mass_per_length,
-            rod.transverse_inertia_per_length,
-            rod.axial_inertia_per_length,
-        )
-    )
-    disks = [
-        tuple(across(v) for v in (d.position, d.mass, d.transverse_inertia, d.axial_inertia))
-        for d in rod.disks
-    ]
-    arm_mass = across(rod.mass)
-    mass = uav_mass + arm_mass
-    lever = mount * (uav_mass / mass)[:, None]
-    unit = arc.length_unit(length)
-    blocks = [slice(first, first + _BLOCK) for first in range(0, runs, _BLOCK)]
+    parts = _parts(vehicle)
+    blocks = [slice(first, first + _BLOCK) for first in range(0, len(parts.length), _BLOCK)]
 
     def sample(at: slice) -> Array:
-        rod = [part[at] for part in backbone]
-        added = [[part[at] for part in disk] for disk in disks]
+        if coupled is not None and not own_base:
+            return coupled[at]
+        rod = [part[at] for part in parts.backbone]
+        added = [[part[at] for part in disk] for disk in parts.disks]
         if coupled is not None:
-            if not own_base:
-                return coupled[at]
-            return _with_own(coupled[at], arc.moments(length[at], rod, added, _OWN))
-        return _table(own_base, length[at], rod, added, mass[at], lever[at, 2])
+            return _with_own(coupled[at], arc.moments(parts.length[at], rod, added, _OWN))
+        height = parts.lever[at, 2]
+        return _table(own_base, parts.length[at], rod, added, parts.mass[at], height)
 
     # NumPy lets go of the interpreter in these, so that blocks run side by side.
     with ThreadPoolExecutor(threads) as pool:
         table = np.concatenate(list(pool.map(sample, blocks)))
-    axial = backbone[2] + sum((disk[3] for disk in disks), np.zeros(runs))
+    return _plants(vehicle, parts, Plant), table
 
+
+class _Parts(NamedTuple):
+    """A vehicle's parts over its runs: length (runs,); (mass, transverse, axial inertia) of the
+    backbone, and after its position of every disk; mass (runs,), lever of the mount (runs, 3)."""
+
+    length: Array
+    backbone: tuple[Array, ...]
+    disks: list[tuple[Array, ...]]
+    mass: Array
+    lever: Array
+
+
+def _parts(vehicle: Vehicle) -> _Parts:
+    runs, rod = vehicle.runs or 1, vehicle.arm
+    length, uav_mass = per_run(rod.length, runs), per_run(vehicle.uav.mass, runs)
+    densities = (
+        rod.mass_per_length,
+        rod.transverse_inertia_per_length,
+        rod.axial_inertia_per_length,
+    )
+    backbone = tuple(per_run(density, runs) * length for density in densities)
+    disks = [
+        tuple(per_run(v, runs) for v in (d.position, d.mass, d.transverse_inertia, d.axial_inertia))
+        for d in rod.disks
+    ]
+    mass = uav_mass + per_run(rod.mass, runs)
+    lever = per_run(vehicle.uav.mount, runs, 3) * (uav_mass / mass)[:, None]
+    return _Parts(length, backbone, disks, mass, lever)
+
+
+def _plants(vehicle: Vehicle, parts: _Parts, Plant: Any) -> Array:
+    """Structured parameters (vehicles,)."""
+    runs, uav, rod = len(parts.length), vehicle.uav, vehicle.arm
+    unit, uav_mass = arc.length_unit(parts.length), per_run(uav.mass, runs)
+    arm_mass, mount = per_run(rod.mass, runs), per_run(uav.mount, runs, 3)
+    axial = parts.backbone[2] + sum((disk[3] for disk in parts.disks), np.zeros(runs))
+    reduced = uav_mass * arm_mass / parts.mass
+    inertia = per_run(uav.inertia, runs, 3, 3)
     plants = np.zeros(runs, dtype=Plant.numpy_dtype())
-    reduced = uav_mass * arm_mass / mass
-    plants["mass"], plants["arm_mass"], plants["uav_mass"] = mass, arm_mass, uav_mass
+    plants["mass"], plants["arm_mass"], plants["uav_mass"] = parts.mass, arm_mass, uav_mass
     plants["unit"] = unit
-    plants["stiffness"] = across(rod.bending_stiffness) * length / unit**2
-    plants["damping"] = across(rod.structural_damping) * length / unit**2
-    plants["threshold"] = across(rod.kappa_s) * unit
+    plants["stiffness"] = per_run(rod.bending_stiffness, runs) * parts.length / unit**2
+    plants["damping"] = per_run(rod.structural_damping, runs) * parts.length / unit**2
+    plants["threshold"] = per_run(rod.kappa_s, runs) * unit
     plants["mount"] = mount
     plants["uav_inertia"] = inertia
-    plants["lever"][:, :2] = lever[:, :2]
+    plants["lever"][:, :2] = parts.lever[:, :2]
     plants["inertia"] = (
         inertia + axial[:, None, None] * np.eye(3) + reduced[:, None, None] * _spread(mount)
     )
-    return plants, table
+    return plants
 
 
 def per_run(value: Any, runs: int, *shape: int) -> Array:
