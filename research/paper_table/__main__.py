@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from continuair.cli.application import reporting
-from continuair.cli.options import JsonOption, OutOption, check_json, write_json
+from continuair.cli.options import JsonOption, OutOption, check_json, out_folder, write_json
 from continuair.cli.terminal import progress_bar
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
@@ -29,12 +28,12 @@ def paper_table(
         _search(effort, seed, out, json)
 
 
-def _search(effort: int, seed: int, out: Path | None, json: str | None) -> None:
+def _search(effort: int, seed: int, out: str | None, json: str | None) -> None:
     from continuair.studies.results import ResultFolder, as_json
 
     # Folder and file are checked before the flights: a wrong one is told at once.
     check_json(json)
-    folder = None if out is None else ResultFolder(out, "paper_table")
+    folder = None if out is None else ResultFolder(out_folder(out), "paper_table")
     with progress_bar() as progress:
         from research.paper_table.search import Effort, search
         from research.paper_table.study import as_table, summarise, write

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from continuair.cli.application import app
-from continuair.cli.options import out_option, results_in
+from continuair.cli.options import results_in
 from continuair.cli.terminal import progress_bar
 
 
 @app.command()
 def atlas(
-    out: Annotated[Path, out_option("Folder for the atlas, new or of this study.")],
+    out: Annotated[
+        str, typer.Option(help="Folder for the atlas, new or of this study.", metavar="DIR")
+    ],
     runs: Annotated[
         int,
         typer.Option(

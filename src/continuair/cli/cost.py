@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import typer
@@ -29,7 +28,7 @@ def cost(vehicle: VehicleOption = "paper", out: OutOption = None, json: JsonOpti
     write_json(as_json(results), json)
 
 
-def run_cost(vehicle: str, out: Path | None) -> dict[str, Any]:
+def run_cost(vehicle: str, out: str | None) -> dict[str, Any]:
     """Run the study, store it, and show its table."""
     from continuair.vehicle.vehicle import load_vehicle
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -44,7 +43,7 @@ def open_loop(
     write_json(as_json(study.results), json)
 
 
-def run_open_loop(vehicle: str, tests: str, models: list[str] | None, out: Path | None) -> OpenLoop:
+def run_open_loop(vehicle: str, tests: str, models: list[str] | None, out: str | None) -> OpenLoop:
     """Run the study, store it and its figures, and show its table."""
     from continuair.vehicle.vehicle import load_vehicle
 

@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -22,21 +22,12 @@ VehicleOption = Annotated[
 ]
 
 
-def _folder(text: str | None) -> Path | None:
-    """Return the path that --out names; an empty one would be taken for the current folder."""
-    if text == "":
-        raise InputError("out is empty; name a folder, such as results (. is this one).")
-    return None if text is None else user_path("out", text)
-
-
-def out_option(help: str) -> Any:
-    """Return the option --out with that help; its value is a Path."""
-    # A parser's own InputError would be told as an error of usage, a callback's is told as it is.
-    return typer.Option("--out", help=help, parser=str, callback=_folder, metavar="DIR")
-
-
+# Text, which out_folder reads: Typer would take an empty path for the current folder.
 OutOption = Annotated[
-    Path | None, out_option("Folder for results, new or of this study. Default: none are written.")
+    str | None,
+    typer.Option(
+        help="Folder for results, new or of this study. Default: none are written.", metavar="DIR"
+    ),
 ]
 JsonOption = Annotated[
     str | None,
@@ -50,20 +41,27 @@ ModelOption = Annotated[
 ]
 
 
+def out_folder(text: str) -> Path:
+    """Return the folder that --out names; raises InputError."""
+    if not text:
+        raise InputError("out is empty; name a folder, such as results (. is this one).")
+    return user_path("out", text)
+
+
 @contextmanager
-def results_in(out: Path | None, study: str) -> Iterator[ResultFolder | None]:
+def results_in(out: str | None, study: str) -> Iterator[ResultFolder | None]:
     """Claim the folder that --out names, before any work, and finish it when all is written."""
     if out is None:
         yield None
         return
     from continuair.studies.results import ResultFolder
 
-    with ResultFolder(out, study) as folder:
+    with ResultFolder(out_folder(out), study) as folder:
         yield folder
         folder.finish()
 
 
-def tell_where(out: Path | None) -> None:
+def tell_where(out: str | None) -> None:
     """Say where results are, or how to keep them."""
     where = "Name a folder with --out to keep the results."
     typer.echo(where if out is None else f"Results are in {out}.", err=True)

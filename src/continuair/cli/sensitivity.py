@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -45,7 +44,7 @@ def sensitivity(
     write_json(as_json(study.results), json)
 
 
-def run_sensitivity(vehicle: str, hertz: bool, out: Path | None) -> Sensitivity:
+def run_sensitivity(vehicle: str, hertz: bool, out: str | None) -> Sensitivity:
     """Run the study, store it and its figures, and show its table and verdicts."""
     from continuair.vehicle.vehicle import load_vehicle
 

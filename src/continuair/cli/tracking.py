@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -74,7 +73,7 @@ def tune(
 
 
 def run_tracking(
-    vehicle: str, letters: str, gains: str, models: list[str] | None, out: Path | None
+    vehicle: str, letters: str, gains: str, models: list[str] | None, out: str | None
 ) -> Tracking:
     """Run the study, store it and its figures, and show its table."""
     from continuair.controllers.gain_files import load_gains
