@@ -28,6 +28,11 @@ from continuair.studies.tracking.tuning import as_toml, tune
 IMAGE = np.array([1, -1, -1, -1, -1, 1, 1, 1]) * 0.125
 
 
+def turned(vehicle: ca.Vehicle) -> ca.Vehicle:
+    """With the camera half a turn off, so that every law loses its target within half a second."""
+    return vehicle.replace({"camera.attitude": [0.0, 0.0, 1.0, 0.0]})
+
+
 @pytest.fixture(scope="module")
 def vehicle() -> ca.Vehicle:
     return ca.load_vehicle("paper")
@@ -136,8 +141,8 @@ def test_a_real_camera_limits_the_error_and_its_noise_is_repeatable(vehicle: ca.
 def test_metrics_of_a_run_that_ended_early_are_not_finite_and_its_status_is_kept(
     vehicle: ca.Vehicle,
 ) -> None:
-    weak = Gains("weak", {"bandwidth": 3.0, "conditioning": 0.0})
-    found = tracking(vehicle, "M", weak, ["coupled"], ["fast"]).results["letters"]["M"]["coupled"]
+    found = tracking(turned(vehicle), "M", models=["coupled"], settings=["fast"])
+    found = found.results["letters"]["M"]["coupled"]
     assert found["status"] != 0 and found["end_time_s"] < 10.0
     assert np.isnan(found["rms_px"]) and np.isnan(found["converged_s"])
 
@@ -251,16 +256,14 @@ def test_a_search_of_no_size_is_refused(
 
 
 def test_a_search_in_which_every_candidate_is_lost_finds_nothing(vehicle: ca.Vehicle) -> None:
-    turned = vehicle.replace({"camera.attitude": [0.0, 0.0, 1.0, 0.0]})
     with pytest.raises(ca.InputError, match="none keeps its target"):
-        tune(turned, ["L"], ["fast"], candidates=2, rounds=1)
+        tune(turned(vehicle), ["L"], ["fast"], candidates=2, rounds=1)
 
 
 def test_flights_that_ended_early_are_told_and_have_no_largest_difference(
     vehicle: ca.Vehicle,
 ) -> None:
-    weak = Gains("weak", {"bandwidth": 3.0, "conditioning": 0.0})
-    results = tracking(vehicle, "M", weak, ["decoupled"], ["fast"]).results
+    results = tracking(turned(vehicle), "M", models=["decoupled"], settings=["fast"]).results
     lost = results["letters"]["M"]["decoupled"]
     assert np.isnan(lost["ds_max_px_after_2s"])
     assert any("fast, M, coupled: ended at" in line for line in tracking_output.remarks(results))
