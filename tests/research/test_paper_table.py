@@ -30,6 +30,8 @@ from research.paper_table.search import Effort, search
 from research.paper_table.space import PARAMETERS, held, values, vehicles
 from research.paper_table.study import CAUTION, as_table, numbers_of, sentence
 
+pytestmark = pytest.mark.targets
+
 ROOT = Path(__file__).parents[2]
 PRINTED_WAY = Flight("block", "down", 1, "reversed")
 
