@@ -6,6 +6,9 @@ import pytest
 import continuair as ca
 from continuair import equations
 from continuair.engine import moments as arc
+from continuair.engine.engine import Drive, Engine, Start
+from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.layout import GENERAL, PAPER
 from tests.kernels.conftest import Place
 
 pytestmark = pytest.mark.targets
@@ -128,3 +131,21 @@ def test_rows_that_do_not_fit_the_vehicles_are_refused() -> None:
     batch = PLAIN.replace({"uav.mass": [1.0, 2.0]})
     with pytest.raises(ca.InputError, match="vehicle holds 2 runs, but the batch has 3"):
         ca.forward_dynamics(batch, np.full((3, 8), 0.1), 0)
+
+
+@pytest.mark.parametrize("kappa", [0.2, 0.01, -0.01, -0.2])
+def test_a_torque_about_the_bend_is_divided_by_the_bend_or_by_its_threshold(kappa: float) -> None:
+    """Q_psi_a acts across the bend as Q_psi_a / κ, |κ| at least κ_s, with the sign of κ."""
+    engine = Engine(PLAIN.replace({"arm.kappa_s": 0.05}), "coupled")
+    layout, torque, psi = engine.layout, 0.3, 0.7
+    q = np.array([[0.1, 0.2, 0.3, 0.1, -0.2, 0.4, kappa, psi]])
+    start = Start(state_from_paper(q, np.zeros((1, 8))), q[:, -1])
+    polar, plain = np.zeros((2, 1, 1, layout.inputs))
+    polar[..., layout.of_input["polar_torque"]] = 0.0, torque
+    across = np.array([-np.sin(psi), np.cos(psi)])
+    plain[..., layout.bend_moment] = torque / np.copysign(max(abs(kappa), 0.05), kappa) * across
+    rates = [
+        engine.derivative(start, Drive(table, False, GENERAL + PAPER, 9.81))
+        for table in (polar, plain)
+    ]
+    np.testing.assert_allclose(rates[0], rates[1], rtol=1e-12, atol=1e-12)
