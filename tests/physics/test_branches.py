@@ -1,0 +1,51 @@
+"""What only shows along a flight: unit attitudes, whole turns of the bend, an arm left alone."""
+
+import numpy as np
+import pytest
+
+import continuair as ca
+
+VEHICLE = ca.load_vehicle("paper")
+
+
+def test_an_attitude_stays_of_unit_norm_in_a_tumble_at_a_coarse_step() -> None:
+    """RK4 alone would shrink it by a share of (ω h)⁶ per step."""
+    tumble = ca.Scenario("tumble", [0.0] * 8, [0, 0, 0, 30.0, 2.0, 1.0, 0, 0], duration=1.0)
+    with pytest.warns(ca.ContinuairWarning, match="too coarse"):
+        flight = ca.simulate(VEHICLE, tumble, step=1e-2, sample=1e-2, variables=["attitude"])
+    norm = np.linalg.norm(flight["attitude"], axis=-1)
+    np.testing.assert_allclose(norm, 1.0, rtol=0, atol=4 * np.finfo(float).eps)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_the_direction_of_an_orbiting_bend_counts_whole_turns(sense: float) -> None:
+    """A bend that circles fast enough for the spring to hold it there, on a heavy UAV."""
+    heavy = VEHICLE.replace({"uav.mass": 1e4, "uav.inertia": [1e4, 1e4, 1e4]})
+    rate = heavy.arm.clamped_frequency
+    orbit = ca.Scenario(
+        "orbit", [0, 0, 0, 0, 0, 0, 0.3, 0], [0, 0, 0, 0, 0, 0, 0, sense * rate], gravity=0.0
+    )
+    turns = 4.0
+    flight = ca.simulate(heavy, orbit, duration=turns * 2.0 * np.pi / rate, sample=1e-3)
+    psi = flight["q"].sel(coordinate="psi_a").to_numpy()
+    assert (sense * np.diff(psi) > 0.0).all()
+    # A share of a thousandth: the bend of 0.3 rad stiffens the orbit a little.
+    assert psi[-1] == pytest.approx(sense * turns * 2.0 * np.pi, rel=0.02)
+
+
+def test_the_arm_of_the_independent_model_knows_nothing_of_how_the_uav_turns() -> None:
+    """Neither does a force on its tip: it acts as on the base that it starts with."""
+    wrench = np.array([2.0, 1.0, 0.5, 0.1, -0.2, 0.0])
+    bends = [
+        ca.simulate(
+            VEHICLE,
+            ca.Scenario(
+                "turning", [0, 0, 0, 0.2, -0.1, 0.5, 0.4, 0.3], [0, 0, 0, *spin, 0, 0],
+                tip_wrench=wrench, duration=0.3,
+            ),
+            model="independent",
+            step=5e-4,
+        )["bend"]
+        for spin in ((0.0, 0.0, 0.0), (1.0, -2.0, 3.0))
+    ]  # fmt: skip
+    np.testing.assert_allclose(bends[0], bends[1], rtol=0, atol=1e-12)
