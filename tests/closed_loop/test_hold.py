@@ -53,3 +53,14 @@ def test_a_blind_controller_flies_on_when_the_points_are_lost() -> None:
     assert run.status == 0
     assert run.in_view[-1].sum() == 0
     assert abs(float(run.position[-1, 0]) - 5.0) < 0.01
+
+
+def test_a_law_at_every_stage_pushes_at_the_end_as_in_a_longer_flight() -> None:
+    vehicle = ca.load_vehicle("paper")
+    start, law = [0.1, 0, 3, 0, 0, 0, 0.3, 0.2], ca.hold(vehicle, [0, 0, 3])
+    scenario = ca.Scenario("hold", start, controller=law, control_period=None)
+    short, long = (
+        ca.simulate(vehicle, scenario, duration=end, step=1e-4, sample=5e-3, variables=["command"])
+        for end in (0.05, 0.1)
+    )
+    np.testing.assert_allclose(short["command"][-1], long["command"][10], rtol=1e-12, atol=1e-12)
