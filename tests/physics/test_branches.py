@@ -49,3 +49,16 @@ def test_the_arm_of_the_independent_model_knows_nothing_of_how_the_uav_turns() -
         for spin in ((0.0, 0.0, 0.0), (1.0, -2.0, 3.0))
     ]  # fmt: skip
     np.testing.assert_allclose(bends[0], bends[1], rtol=0, atol=1e-12)
+
+
+def test_angular_momentum_is_about_the_origin_of_the_world() -> None:
+    """Of a straight vehicle that moves without turning: its centre of mass times its momentum."""
+    position, velocity = np.array([1.0, 2.0, 3.0]), np.array([0.5, -1.0, 2.0])
+    start = [*position, 0, 0, 0, 0, 0], [*velocity, 0, 0, 0, 0, 0]
+    flight = ca.simulate(VEHICLE, ca.Scenario("thrown", *start, duration=1e-3))
+    arm = VEHICLE.arm
+    below = arm.backbone_mass * arm.length / 2.0 + sum(d.mass * d.position for d in arm.disks)
+    centre = position + np.asarray(VEHICLE.uav.mount) * arm.mass / VEHICLE.mass
+    centre[2] -= below / VEHICLE.mass
+    expected = np.cross(centre, VEHICLE.mass * velocity)
+    np.testing.assert_allclose(flight["angular_momentum"][0], expected, rtol=1e-12)
