@@ -60,9 +60,9 @@ def kernels(precision: str, sections: int, model: str) -> Kernels:
         structs=flight_code(*of),
         arguments=arguments(precision),
         pilot=pilot,
-        rollout=rollout_kernel(*of, dynamics.rate_of, pilot, state_logger(*of)),
-        tip_rollout=rollout_kernel(*of, dynamics.rate_of, pilot, tip_logger(*of)),
-        derivative=derivative_kernel(*of, dynamics.rate_of),
+        rollout=rollout_kernel(*of, dynamics, pilot, state_logger(*of)),
+        tip_rollout=rollout_kernel(*of, dynamics, pilot, tip_logger(*of)),
+        derivative=derivative_kernel(*of, dynamics),
         observe=observe_kernel(*of, dynamics),
     )
 
@@ -86,8 +86,7 @@ def closed_loop(
                 "a Warp function."
             )
     pilot = law_pilot(*of, points, found, every_stage)
-    rate_of = dynamics_code(*of, model).rate_of
-    rollout = rollout_kernel(*of, rate_of, pilot, state_logger(*of))
+    rollout = rollout_kernel(*of, dynamics_code(*of, model), pilot, state_logger(*of))
     return LoopKernels(rollout, pilot, eye_code(*of, points), found.Gains)
 
 

@@ -45,9 +45,13 @@ OWN_BASE = ("decoupled", "independent")
 
 @dataclass(frozen=True)
 class Dynamics:
-    """rate_of(y, branch, flight, row, push) -> dy/dt of one model, and its loads."""
+    """rate_of(y, branch, flight, row, push) -> dy/dt of one model, and its loads.
+
+    freezes: rate_of reads what the flight keeps of its start, `Flight.frozen`.
+    """
 
     model: str
+    freezes: bool
     rate_of: Any
     loads: Any
 
@@ -57,7 +61,8 @@ def dynamics_code(precision: str, sections: int, model: str) -> Dynamics:
     """The rate of the state for one precision, number of sections and model."""
     types, section = device_types(precision, sections), section_code(precision, sections)
     flight_structs, biases = flight_code(precision, sections), bias_code(precision, sections)
-    loads = input_code(precision, sections, frozen_arm=model == "independent")
+    freezes = model == "independent"
+    loads = input_code(precision, sections, frozen_arm=freezes)
     Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
     vec2, vec3, quat = types.vec2, types.vec3, types.quat
     attitude_of, velocity_of, state_of = types.attitude_of, types.velocity_of, types.state_of
@@ -130,10 +135,12 @@ def dynamics_code(precision: str, sections: int, model: str) -> Dynamics:
         bend = load.bend - plant.stiffness * m.b - plant.damping * m.db
         bend += bend_force(s, m.b, pull) - bias.bend
         if wp.static(model in COUPLED):
-            return together(s, plant, m, force, moment, bend)
-        if wp.static(model == "without inertia"):
-            return apart(about_base(s, plant, m), plant, m, force, moment, bend)
-        return apart(s, plant, m, force, moment, bend)
+            out = together(s, plant, m, force, moment, bend)
+        elif wp.static(model == "without inertia"):
+            out = apart(about_base(s, plant, m), plant, m, force, moment, bend)
+        else:
+            out = apart(s, plant, m, force, moment, bend)
+        return out
 
     @wp.func
     def independent_accelerations(y: State, flight: Flight, s: Shape, m: Motion, load: Load):
@@ -158,7 +165,7 @@ def dynamics_code(precision: str, sections: int, model: str) -> Dynamics:
         s = shape(flight.coefficients, flight.vehicle, wp.dot(b, b))
         load = load_of(y, branch, flight, row, push)
         m = motion_of(y, s, flight.plant)
-        if wp.static(model == "independent"):
+        if wp.static(freezes):
             a = independent_accelerations(y, flight, s, m, load)
         else:
             a = block_accelerations(y, flight, s, m, load)

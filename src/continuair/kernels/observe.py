@@ -58,7 +58,7 @@ def observe_kernel(precision: str, sections: int, dynamics: Dynamics) -> Any:
     elastic_energy = at["elastic_energy"]
     linear_momentum, angular_momentum = at["linear_momentum"], at["angular_momentum"]
     base_force, base_moment = at["base_force"], at["base_moment"]
-    coupled, independent = dynamics.model == "coupled", dynamics.model == "independent"
+    coupled, independent = dynamics.model == "coupled", dynamics.freezes
 
     @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
     def observe(
@@ -72,7 +72,8 @@ def observe_kernel(precision: str, sections: int, dynamics: Dynamics) -> Any:
         flight = flight_of(vehicles, drive, run)
         plant = flight.plant
         y = state_at(log, run, sample, plant.unit)
-        flight.frozen = freeze(flight, state_at(log, run, 0, plant.unit))
+        if wp.static(dynamics.freezes):
+            flight.frozen = freeze(flight, state_at(log, run, 0, plant.unit))
         row = sample * flight.stride
         angle = log[run, sample, angle_at]
         along = vec2(wp.cos(angle), wp.sin(angle))

@@ -6,6 +6,7 @@ from typing import Any
 
 import warp as wp
 
+from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.flight import flight_code
 from continuair.kernels.options import OPTIONS
 from continuair.kernels.sensing.pilot import PilotCode
@@ -46,9 +47,9 @@ def arguments(precision: str) -> Arguments:
 
 
 def rollout_kernel(
-    precision: str, sections: int, rate_of: Any, pilot: PilotCode, log_row: Any
+    precision: str, sections: int, dynamics: Dynamics, pilot: PilotCode, log_row: Any
 ) -> Any:
-    """The kernel `rollout` of a model, by its rate_of, under a pilot; log_row: of kernels/logs.py.
+    """The kernel `rollout` of a model under a pilot; log_row: of kernels/logs.py.
 
     log: (runs, samples, columns). status, last_step: (runs,), how a run ended and at which step.
     """
@@ -59,7 +60,7 @@ def rollout_kernel(
     flight_of, freeze = structs.flight_of, structs.freeze
     branch_at, followed, end_of = stepping.branch_at, stepping.followed, stepping.end_of
     Loop, pilot_of, decide, push_at = pilot.Loop, pilot.pilot_of, pilot.decide, pilot.push_at
-    step = step_code(precision, sections, rate_of, pilot)
+    step = step_code(precision, sections, dynamics.rate_of, pilot)
     ok, unseen = OK, UNSEEN
 
     @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
@@ -75,7 +76,8 @@ def rollout_kernel(
     ):
         run = wp.tid()
         flight = flight_of(vehicles, drive, run)
-        flight.frozen = freeze(flight, load_state(start.frozen, run, flight.plant.unit))
+        if wp.static(dynamics.freezes):
+            flight.frozen = freeze(flight, load_state(start.frozen, run, flight.plant.unit))
         y = load_state(start.states, run, flight.plant.unit)
         branch = branch_at(start.angle[run])
         pilot = pilot_of(loop, run)
@@ -112,14 +114,14 @@ def rollout_kernel(
     return rollout
 
 
-def derivative_kernel(precision: str, sections: int, rate_of: Any) -> Any:
+def derivative_kernel(precision: str, sections: int, dynamics: Dynamics) -> Any:
     """The kernel `derivative` of a model: rates of states, under one row of inputs."""
     types, structs = device_types(precision, sections), flight_code(precision, sections)
     stepping, begins = stepping_code(precision, sections), arguments(precision)
     Real, Push, load_state, bend_of = types.Real, types.Push, types.load_state, types.bend_of
     Vehicles, Drive, Start = structs.Vehicles, structs.Drive, begins.Start
     flight_of, freeze, branch_at = structs.flight_of, structs.freeze, stepping.branch_at
-    layout, two = types.layout, Real(2.0)
+    layout, two, rate_of = types.layout, Real(2.0), dynamics.rate_of
     width, bends, B, DB = layout.state, layout.bends, layout.bend.start, layout.bend_rate.start
 
     @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
@@ -127,7 +129,8 @@ def derivative_kernel(precision: str, sections: int, rate_of: Any) -> Any:
         run = wp.tid()
         flight = flight_of(vehicles, drive, run)
         unit = flight.plant.unit
-        flight.frozen = freeze(flight, load_state(start.frozen, run, unit))
+        if wp.static(dynamics.freezes):
+            flight.frozen = freeze(flight, load_state(start.frozen, run, unit))
         y = load_state(start.states, run, unit)
         dy = rate_of(y, branch_at(start.angle[run]).direction, flight, 0, Push())
         for j in range(bends):
