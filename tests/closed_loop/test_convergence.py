@@ -105,6 +105,20 @@ def test_acting_at_every_stage_keeps_the_fourth_order_of_the_steps(tip_frame: st
     assert np.log2(coarse / fine) > 3.7
 
 
+def test_the_automatic_step_of_a_law_at_every_stage_resolves_the_loop_too() -> None:
+    """A soft arm alone would do with steps of 1 ms, which this loop does not survive."""
+    soft = flights.VEHICLE.replace({"arm.youngs_modulus": 2e9})
+    scenario = flights.scenario(flights.designed(8.0), 0.2, control_period=None)
+
+    def image(step: float | str) -> np.ndarray:
+        run = ca.simulate(soft, scenario, step=step, sample=0.01)
+        assert run.status == 0
+        return run.features.to_numpy()
+
+    error = np.abs(image("auto") - image(5e-5)).max()
+    assert error < 0.01 * np.abs(image(1e-3) - image(5e-5)).max()
+
+
 def test_a_faster_hold_comes_close_to_acting_at_every_stage() -> None:
     """The held push is on average half a period old: the difference halves with the period."""
     runs = [

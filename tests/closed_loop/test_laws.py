@@ -1,0 +1,109 @@
+"""The first push of the product's laws against their equations, on the readable eye in hand."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from continuair import equations
+from continuair.controllers.gains import camera_inertia
+from continuair.equations.camera import interaction_matrix
+from continuair.scenario import paths
+from tests.closed_loop import eye
+
+pytestmark = pytest.mark.targets
+
+STATES = 40
+VEHICLE = eye.MOUNTED
+SPEED = np.array([0.3, -0.2, 0.1])
+
+
+class Seen:
+    """What a law sees at the start of a run: image, depths, and the twists in camera axes."""
+
+    def __init__(self, q: np.ndarray, qd: np.ndarray, target: ca.Target) -> None:
+        centroid = target.path(np.zeros(1))[0][0]
+        image, depth = eye.seen(VEHICLE, q, centroid + target.points)
+        self.L = interaction_matrix(image, depth)
+        self.J = eye.twist_jacobian(VEHICLE, q)
+        self.error = target.desired - image
+        self.camera = self.J @ qd
+        self.target = np.concatenate([eye.pose(VEHICLE, q)[1].T @ SPEED, np.zeros(3)])
+        self.weight = equations.weight_vector(VEHICLE, q, nodes=32)
+
+
+def moving_from(position: np.ndarray) -> paths.Path:
+    """A path at a constant speed."""
+
+    def motion(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        still = np.zeros((len(t), 3))
+        return position + SPEED * t[:, None], still + SPEED, still
+
+    return paths.Path("straight", 1.0, motion)
+
+
+def first_pushes(
+    controller: ca.Controller,
+) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, Seen]]:
+    """Start q and q̇, the first push in the coordinates of the paper, and what was seen."""
+    q, qd = eye.states(STATES, seed=17)
+    targets = []
+    for at in q:
+        targets.append(ca.Target(moving_from(eye.in_front(VEHICLE, at)), eye.CORNERS))
+    scenario = ca.Scenario(
+        "moving", q, qd, duration=1e-6, controller=controller, control_period=1e-6, target=targets
+    )
+    run = ca.simulate(VEHICLE, scenario, step=1e-6, sample=1e-6, variables=["command"])
+    pushes = eye.in_paper_coordinates(run.command.isel(time=0).to_numpy(), q)
+    seen = [Seen(*each) for each in zip(q, qd, targets, strict=True)]
+    return list(zip(q, qd, pushes, seen, strict=True))
+
+
+def assert_close(found: np.ndarray, expected: np.ndarray) -> None:
+    """To rounding, of the size of the whole; the pseudo-inverse of four points multiplies it."""
+    assert np.linalg.norm(found - expected) < 1e-10 * np.linalg.norm(expected)
+
+
+def posture_torque(q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+    """The moment -ḃ on the bend, in the coordinates of the paper: it acts along κ and ψa."""
+    return np.array([0, 0, 0, 0, 0, 0, -qd[6], -(q[6] ** 2) * qd[7]])
+
+
+@pytest.mark.parametrize("damping", ["camera", "feature"])
+@pytest.mark.parametrize("feed_forward", [True, False])
+@pytest.mark.parametrize("compensation", ["gravity_only", "literal"])
+def test_servoing_is_equations_15_and_16(
+    damping: str, feed_forward: bool, compensation: str
+) -> None:
+    rng = np.random.default_rng(3)
+    Kp, Kd, Cp, Cd, Cs = (np.diag(d) + 0.02 for d in rng.uniform(0.5, 2.0, (5, 8)))
+    choices: dict[str, Any] = {"damping": damping, "feed_forward": feed_forward}
+    choices |= {"compensation": compensation, "posture_damping": 0.7}
+    controller = ca.servoing(Kp, Kd, Cp, Cd, Cs, sigma=0.05, **choices)
+    for q, qd, push, seen in first_pushes(controller):
+        followed = seen.L @ seen.target
+        e_dot = float(feed_forward) * followed - seen.L @ seen.camera
+        e_a = Cd @ e_dot + Cp @ seen.error + Cs @ np.tanh(seen.error / 0.05)
+        damped = seen.L @ seen.camera - float(damping == "feature") * followed
+        expected = seen.weight + 0.7 * posture_torque(q, qd)
+        expected += (seen.L @ seen.J).T @ (Kp @ e_a - Kd @ damped)
+        if compensation == "literal":
+            expected += equations.elastic_vector(VEHICLE, q)
+        assert_close(push, expected)
+
+
+@pytest.mark.parametrize("feed_forward", [True, False])
+def test_classic_servoing_is_a_twist_by_the_pseudo_inverse_and_a_loop_around_it(
+    feed_forward: bool,
+) -> None:
+    rate, inner = 0.8, 5.0
+    controller = ca.classic(VEHICLE, rate, inner, feed_forward=feed_forward)
+    inertia = camera_inertia(VEHICLE)
+    for _, _, push, seen in first_pushes(controller):
+        # The law's own 1e-9 keeps its solution apart from the pseudo-inverse.
+        normal = seen.L.T @ seen.L + 1e-9 * np.eye(6)
+        wanted = rate * np.linalg.solve(normal, seen.L.T @ seen.error)
+        wanted += float(feed_forward) * seen.target
+        wrench = inertia @ (inner * (wanted - seen.camera))
+        assert_close(push, seen.weight + seen.J.T @ wrench)
