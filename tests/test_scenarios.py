@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from continuair import load_vehicle, simulate
 from continuair.errors import InputError
 from continuair.scenario.paper_tests import open_loop_test
 from continuair.scenario.scenarios import Scenario
@@ -165,3 +166,25 @@ def test_description_is_json_and_names_functions() -> None:
     assert Scenario("x", Q, bend_moment=nested).describe()["bend_moment"] == (
         "a_function_of_two(other=1.0)"
     )
+
+
+@pytest.mark.parametrize("kind", ["array", "list"])
+def test_a_function_may_return_the_same_object_each_time(kind: str) -> None:
+    """Code that fills a buffer and returns it is usual: every time keeps its own values."""
+    buffer: Any = np.zeros(3) if kind == "array" else [0.0, 0.0, 0.0]
+
+    def reusing(t: float) -> Any:
+        buffer[0] = 30.0 * math.sin(9.0 * t)
+        return buffer
+
+    def anew(t: float) -> Any:
+        return [30.0 * math.sin(9.0 * t), 0.0, 0.0]
+
+    vehicle = load_vehicle("paper")
+    tips = [
+        simulate(vehicle, Scenario("push", np.zeros(8), force=force, duration=0.2), sample=0.01)[
+            "tip_position"
+        ]
+        for force in (reusing, anew)
+    ]
+    np.testing.assert_array_equal(tips[0], tips[1])

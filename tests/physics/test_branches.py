@@ -62,3 +62,16 @@ def test_angular_momentum_is_about_the_origin_of_the_world() -> None:
     centre[2] -= below / VEHICLE.mass
     expected = np.cross(centre, VEHICLE.mass * velocity)
     np.testing.assert_allclose(flight["angular_momentum"][0], expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("model", ["decoupled", "independent"])
+def test_a_flight_of_a_simpler_model_swings_its_arm_as_on_a_clamped_base(model: str) -> None:
+    """Its inertia is about the arm's own base, where the coupled one is at hand too."""
+    rate = VEHICLE.arm.clamped_frequency
+    undamped = VEHICLE.replace({"arm.damping": 0.0})
+    released = ca.Scenario("released", [0, 0, 0, 0, 0, 0, 1e-3, 0], gravity=0.0)
+    flight = ca.simulate(
+        undamped, released, model=model, duration=2.0 * np.pi / rate, sample=1e-4, step=1e-4
+    )
+    expected = 1e-3 * np.cos(rate * flight["time"].to_numpy())
+    np.testing.assert_allclose(flight["bend"][:, 0], expected, rtol=0, atol=1e-8)

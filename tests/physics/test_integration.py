@@ -55,6 +55,11 @@ def test_dop853_is_within_a_hundred_times_its_tolerance(scenario: ca.Scenario) -
         assert float(np.abs(runs[0][name] - runs[1][name]).max()) < 100 * tolerance * scale
 
 
+def test_attitudes_of_dop853_are_of_unit_length_at_any_tolerance() -> None:
+    run = ca.simulate(VEHICLE, tumbling(1.0), integrator="dop853", tolerance=1e-4, sample=0.05)
+    assert np.abs(np.linalg.norm(run.attitude, axis=1) - 1.0).max() < 1e-15
+
+
 def test_dop853_agrees_with_rk4_across_an_input_jump() -> None:
     def force(t: float) -> list[float]:
         return [10.0, 0.0, 25.0] if t <= 0.1234 else [-10.0, 5.0, 25.0]

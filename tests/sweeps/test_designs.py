@@ -114,6 +114,23 @@ def test_controllers_and_targets_vary() -> None:
     assert (found["ds_max_px"].sel(model="coupled") == 0.0).all()
 
 
+def test_a_lift_acts_in_a_closed_loop_as_a_force_of_its_size_does() -> None:
+    tables = {"controller": {}, "target": {}, "settle": 0.5}
+    plain = {"duration": 1.0}
+    weight = ca.load_vehicle("paper").mass * 9.81
+    push = {"excitation": "constant", "on": "force_z", "amplitude": 0.02 * weight}
+    lifted, pushed, alone = (
+        results(
+            xr.Dataset(
+                {"target.letter": ("letter", ["L"])}, attrs={"scenario": plain | extra, **tables}
+            )
+        )["rms_px"].values
+        for extra in ({"lift": 0.02}, push, {})
+    )
+    np.testing.assert_allclose(lifted, pushed, rtol=1e-11)
+    assert (np.abs(lifted - alone) > 1.0).all()
+
+
 def test_a_loop_starts_from_the_desired_image_wherever_the_camera_sits() -> None:
     design = xr.Dataset(
         {

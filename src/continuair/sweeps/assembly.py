@@ -108,13 +108,18 @@ def _shared(values: Array) -> Any:
 
 def _open_loop(vehicle: Vehicle, fields: dict[str, Any]) -> Scenario:
     given = {name: _AT_REST[name] if fields[name] is None else fields[name] for name in STATE}
+    return _scenario(fields, given, **_inputs(vehicle, fields))
+
+
+def _inputs(vehicle: Vehicle, fields: dict[str, Any]) -> dict[str, Any]:
+    """The excitation, and a lift in weights of the vehicle."""
     excited = inputs(fields)
     if np.any(fields["lift"]):
         weight = np.asarray(fields["lift"]) * vehicle.mass * fields["gravity"]
         lift = np.zeros((*np.shape(weight), 3))
         lift[..., 2] = weight
         excited["force"] = plus(excited.get("force"), lift)
-    return _scenario(fields, given, **excited)
+    return excited
 
 
 def _scenario(fields: dict[str, Any], state: dict[str, Any], **rest: Any) -> Scenario:
@@ -146,7 +151,7 @@ def _closed_loop(
     return _scenario(
         scenario,
         state,
-        **inputs(scenario),
+        **_inputs(vehicle, scenario),
         controller=stack(controllers),
         target=targets,
         seed=seed,
