@@ -188,3 +188,14 @@ def test_a_function_may_return_the_same_object_each_time(kind: str) -> None:
         for force in (reusing, anew)
     ]
     np.testing.assert_array_equal(tips[0], tips[1])
+
+
+def test_a_tip_wrench_of_negative_sign_acts_reversed() -> None:
+    wrench = np.array([2.0, -1.0, 0.5, 0.1, 0.2, 0.0])
+    push = Scenario("push", np.zeros(8), tip_wrench=wrench, tip_wrench_sign=-1, duration=0.1)
+    pulled = Scenario("pull", np.zeros(8), tip_wrench=-wrench, duration=0.1)
+    vehicle = load_vehicle("paper")
+    tips = [simulate(vehicle, each, sample=0.01)["tip_position"] for each in (push, pulled)]
+    np.testing.assert_array_equal(tips[0], tips[1])
+    straight_down = np.array([0.0, 0.0, -vehicle.arm.length])
+    assert float(np.linalg.norm(tips[0][-1] - straight_down)) > 0.04
