@@ -39,6 +39,7 @@ ROOMS = {
         {"options", "types"},
         {"arm"},
         {"flight", "bias"},
+        {"forces.load"},
         {"forces"},
         {"dynamics"},
         {"sensing.eye"},

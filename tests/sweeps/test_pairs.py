@@ -8,9 +8,9 @@ from continuair.analysis.metrics import tip_euler
 from continuair.controllers.controller import Controller, stack
 from continuair.controllers.gains import design
 from continuair.controllers.servoing import servoing
-from continuair.engine.pairs import DEVIATIONS
 from continuair.scenario import paths
 from continuair.scenario.targets import Target
+from continuair.vehicle.layout import DEVIATIONS
 
 STEP = 5e-4
 

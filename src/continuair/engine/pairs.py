@@ -11,12 +11,9 @@ import warp as wp
 
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.engine.factory import deviation
-from continuair.vehicle.layout import TIP_POSE, width_of
+from continuair.vehicle.layout import DEVIATIONS, TIP_POSE, width_of
 
 Array = np.ndarray
-
-DEVIATIONS = ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_r_rad", "angle_rad")
-"""Columns of what two logs are compared by, as `continuair.compare` names them."""
 
 POSE = width_of(TIP_POSE)
 

@@ -5,15 +5,16 @@ from typing import Any
 import warp as wp
 
 from continuair.kernels.options import OPTIONS
-from continuair.vehicle.layout import TIP_POSE
+from continuair.vehicle.layout import DEVIATIONS, TIP_POSE
 
 
 def deviation_kernel(Real: Any) -> Any:
-    """The kernel `deviate`: the metrics of continuair/metrics.py, one run per thread."""
+    """The kernel `deviate`: the columns DEVIATIONS, one run per thread."""
     vec3 = wp.types.vector(3, Real)
     quat = wp.types.quaternion(Real)
     zero, one, two = Real(0.0), Real(1.0), Real(2.0)
     P, Q = TIP_POSE["position"].start, TIP_POSE["attitude"].start
+    nrmse_t, nrmse_r, rmse_t, rmse_r, angle = range(len(DEVIATIONS))
     pi = Real(3.141592653589793)
 
     @wp.struct
@@ -134,10 +135,10 @@ def deviation_kernel(Real: Any) -> Any:
             turn = angle_between(r, s)
             apart += turn * turn
         n = Real(samples)
-        out[run, 0] = ratio(moved, most - least, n)
-        out[run, 1] = ratio(rotated, most_angle - least_angle, n)
-        out[run, 2] = wp.sqrt(moved / n)
-        out[run, 3] = wp.sqrt(rotated / n)
-        out[run, 4] = wp.sqrt(apart / n)
+        out[run, nrmse_t] = ratio(moved, most - least, n)
+        out[run, nrmse_r] = ratio(rotated, most_angle - least_angle, n)
+        out[run, rmse_t] = wp.sqrt(moved / n)
+        out[run, rmse_r] = wp.sqrt(rotated / n)
+        out[run, angle] = wp.sqrt(apart / n)
 
     return deviate

@@ -21,7 +21,7 @@ import warp as wp
 from continuair.kernels.arm.one_section import section_code
 from continuair.kernels.bias import bias_code
 from continuair.kernels.flight import flight_code
-from continuair.kernels.forces.inputs import input_code
+from continuair.kernels.forces.acting import acting_code
 from continuair.kernels.types import MOMENTS, device_types, holding
 
 MODELS = ("coupled", "decoupled", "independent")
@@ -62,7 +62,7 @@ def dynamics_code(precision: str, sections: int, model: str) -> Dynamics:
     types, section = device_types(precision, sections), section_code(precision, sections)
     flight_structs, biases = flight_code(precision, sections), bias_code(precision, sections)
     freezes = model == "independent"
-    loads = input_code(precision, sections, frozen_arm=freezes)
+    loads = acting_code(precision, sections, frozen_arm=freezes)
     Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
     vec2, vec3, quat = types.vec2, types.vec3, types.quat
     attitude_of, velocity_of, state_of = types.attitude_of, types.velocity_of, types.state_of
@@ -143,7 +143,7 @@ def dynamics_code(precision: str, sections: int, model: str) -> Dynamics:
         return out
 
     @wp.func
-    def independent_accelerations(y: State, flight: Flight, s: Shape, m: Motion, load: Load):
+    def independent_accelerations(flight: Flight, s: Shape, m: Motion, load: Load):
         """A rigid vehicle with frozen payload, and the arm on a base fixed as it starts."""
         plant, frozen = flight.plant, flight.frozen
         c = frozen.moment
@@ -166,7 +166,7 @@ def dynamics_code(precision: str, sections: int, model: str) -> Dynamics:
         load = load_of(y, branch, flight, row, push)
         m = motion_of(y, s, flight.plant)
         if wp.static(freezes):
-            a = independent_accelerations(y, flight, s, m, load)
+            a = independent_accelerations(flight, s, m, load)
         else:
             a = block_accelerations(y, flight, s, m, load)
         q = attitude_of(y)

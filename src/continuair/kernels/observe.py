@@ -11,26 +11,7 @@ from continuair.kernels.flight import flight_code
 from continuair.kernels.options import OPTIONS
 from continuair.kernels.sensing.eye import Eye
 from continuair.kernels.types import MOMENTS, device_types
-from continuair.vehicle.layout import OBSERVED, watched_columns
-
-
-def logged_state(precision: str, sections: int) -> Any:
-    """The function `state_at(log, run, sample, unit)`: the state of a log row."""
-    types = device_types(precision, sections)
-    Real, State, layout = types.Real, types.State, types.layout
-    width, bends, B, DB = layout.state, layout.bends, layout.bend.start, layout.bend_rate.start
-
-    @wp.func
-    def state_at(log: wp.array3d(dtype=Real), run: int, sample: int, unit: Real):
-        y = State()
-        for j in range(width):
-            y[j] = log[run, sample, j]
-        for j in range(bends):
-            y[B + j] = y[B + j] * unit
-            y[DB + j] = y[DB + j] * unit
-        return y
-
-    return state_at
+from continuair.vehicle.layout import MOTION, OBSERVED, watched_columns
 
 
 def observe_kernel(precision: str, sections: int, dynamics: Dynamics) -> Any:
@@ -43,11 +24,7 @@ def observe_kernel(precision: str, sections: int, dynamics: Dynamics) -> Any:
     bend_of, spin_of = types.bend_of, types.spin_of
     shape, tip_of, tip_attitude = section.shape, section.tip_of, section.tip_attitude
     moment_of_arm, Vehicles, Drive = section.moment_of_arm, structs.Vehicles, structs.Drive
-    flight_of, freeze, state_at = (
-        structs.flight_of,
-        structs.freeze,
-        logged_state(precision, sections),
-    )
+    flight_of, freeze, load_state = structs.flight_of, structs.freeze, types.load_state
     rate_of, load_on_uav = dynamics.rate_of, dynamics.loads.load_on_uav
     half, zero, quarter = Real(0.5), Real(0.0), Real(0.25)
     NP, ND = MOMENTS.index("NP"), MOMENTS.index("ND")
@@ -71,9 +48,9 @@ def observe_kernel(precision: str, sections: int, dynamics: Dynamics) -> Any:
         run, sample = wp.tid()
         flight = flight_of(vehicles, drive, run)
         plant = flight.plant
-        y = state_at(log, run, sample, plant.unit)
+        y = load_state(log[run], sample, plant.unit)
         if wp.static(dynamics.freezes):
-            flight.frozen = freeze(flight, state_at(log, run, 0, plant.unit))
+            flight.frozen = freeze(flight, load_state(log[run], 0, plant.unit))
         row = sample * flight.stride
         angle = log[run, sample, angle_at]
         along = vec2(wp.cos(angle), wp.sin(angle))
@@ -141,11 +118,13 @@ def watch_kernel(precision: str, sections: int, eye: Eye) -> Any:
 
     motion: of the target's centroid at the samples (samples, runs or 1, MOTION).
     """
-    types, state_at = device_types(precision, sections), logged_state(precision, sections)
+    types = device_types(precision, sections)
     Real, Plant, Camera, points = types.Real, types.Plant, eye.Camera, eye.points
+    load_state, three_of = types.load_state, types.three_of
     vec2, vec3, angle_at = types.vec2, types.vec3, types.layout.branch.start + 1
     view_of, look, columns = eye.view_of, eye.look, watched_columns(points)
     position, attitude = columns["camera_position"].start, columns["camera_attitude"].start
+    centroid = MOTION["position"].start
     twist, image = columns["camera_twist"].start, columns["image"].start
     depth, in_view = columns["depth"].start, columns["in_view"].start
 
@@ -162,11 +141,10 @@ def watch_kernel(precision: str, sections: int, eye: Eye) -> Any:
         plant = plants[wp.min(run, plants.shape[0] - 1)]
         camera = cameras[wp.min(run, cameras.shape[0] - 1)]
         column = wp.min(run, motion.shape[1] - 1)
-        y = state_at(log, run, sample, plant.unit)
+        y = load_state(log[run], sample, plant.unit)
         angle = log[run, sample, angle_at]
         view = view_of(y, vec2(wp.cos(angle), wp.sin(angle)), plant, camera)
-        at = vec3(motion[sample, column, 0], motion[sample, column, 1], motion[sample, column, 2])
-        sight = look(view, camera, at, corners)
+        sight = look(view, camera, three_of(motion, sample, column, centroid), corners)
         for j in range(3):
             out[run, sample, position + j] = view.position[j]
         for j in range(4):

@@ -44,6 +44,7 @@ class Types:
     bend_rate_of: Any
     state_of: Any
     load_state: Any
+    three_of: Any
     push_of: Any
     force_of: Any
     moment_of: Any
@@ -63,8 +64,8 @@ def device_types(precision: str, sections: int) -> Types:
     Row, State = wp.types.vector(len(MOMENTS), Real), wp.types.vector(layout.state, Real)
     Push = wp.types.vector(layout.push.stop, Real)
     width, bends = layout.state, layout.bends
-    Q, B, V = layout.attitude.start, layout.bend.start, layout.velocity.start
-    W, DB = layout.angular_velocity.start, layout.bend_rate.start
+    P, Q, B = layout.position.start, layout.attitude.start, layout.bend.start
+    V, W, DB = layout.velocity.start, layout.angular_velocity.start, layout.bend_rate.start
     F, M, BM = layout.force.start, layout.moment.start, layout.bend_moment.start
 
     @wp.struct
@@ -85,7 +86,7 @@ def device_types(precision: str, sections: int) -> Types:
 
     @wp.func
     def position_of(y: State):
-        return vec3(y[0], y[1], y[2])
+        return vec3(y[P], y[P + 1], y[P + 2])
 
     @wp.func
     def attitude_of(y: State):
@@ -124,6 +125,11 @@ def device_types(precision: str, sections: int) -> Types:
             y[B + j] = y[B + j] * unit
             y[DB + j] = y[DB + j] * unit
         return y
+
+    @wp.func
+    def three_of(rows: wp.array3d(dtype=Real), row: int, run: int, first: int):
+        """Three columns from the first on."""
+        return vec3(rows[row, run, first], rows[row, run, first + 1], rows[row, run, first + 2])
 
     @wp.func
     def push_of(force: vec3, moment: vec3, bend: vec2):

@@ -8,10 +8,10 @@ import numpy as np
 import xarray as xr
 
 from continuair.analysis.metrics import differences
-from continuair.engine.pairs import DEVIATIONS
 from continuair.flight.prepare import Flight
 from continuair.flight.simulate import fly
 from continuair.flight.time_grid import shared_grids
+from continuair.vehicle.layout import DEVIATIONS
 
 Array = np.ndarray
 

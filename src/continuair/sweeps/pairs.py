@@ -9,13 +9,14 @@ import numpy as np
 import xarray as xr
 
 from continuair import checks
-from continuair.engine.pairs import DEVIATIONS, Pairs
+from continuair.engine.pairs import Pairs
 from continuair.errors import InputError, shown
 from continuair.flight.prepare import Flight, prepare
 from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import STATUS
 from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.closed_pairs import Reduced, track
+from continuair.vehicle.layout import DEVIATIONS
 from continuair.vehicle.vehicle import Vehicle
 
 REFERENCE = "coupled"

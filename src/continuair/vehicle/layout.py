@@ -213,6 +213,9 @@ OBSERVED = columns([
 TIP_POSE = columns([("position", 3), ("attitude", 4)])
 """Columns of a logged tip: tip frame to world, x y z w."""
 
+DEVIATIONS = ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_r_rad", "angle_rad")
+"""Columns of what two logs of the tip are compared by, as `continuair.compare` names them."""
+
 
 def watched_columns(points: int) -> dict[str, slice]:
     """Columns of what is watched along a log: the camera, and the image of its feature points."""

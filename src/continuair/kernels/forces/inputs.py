@@ -1,4 +1,4 @@
-"""Device code of the inputs: forces that follow from their columns, each a Load of its own."""
+"""Device code of the inputs: what each group of their columns does, as a Load of its own."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -8,59 +8,34 @@ import warp as wp
 
 from continuair.kernels.arm.one_section import section_code
 from continuair.kernels.flight import flight_code
+from continuair.kernels.forces.load import load_code
 from continuair.kernels.types import device_types, holding
-from continuair.vehicle.layout import COMMAND, PAPER, TIP
+from continuair.vehicle.layout import COMMAND
 
 
 @dataclass(frozen=True)
 class InputCode:
-    """Load, a struct, and the loads by which inputs and a push act: on the UAV, and in all."""
+    """Loads of the inputs and a push on the vehicle, of the paper's torques, and on the tip."""
 
-    Load: Any
-    load_on_uav: Any
-    load_of: Any
+    push_load: Any
+    paper_load: Any
+    tip_load: Any
 
 
 @cache
 def input_code(precision: str, sections: int, frozen_arm: bool) -> InputCode:
     """Forces of the inputs; frozen_arm: the tip pushes the base where it was at the start."""
     types, section = device_types(precision, sections), section_code(precision, sections)
-    flight = flight_code(precision, sections)
+    flight, Load = flight_code(precision, sections), load_code(precision, sections).Load
     Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
     vec2, vec3, quat, layout = types.vec2, types.vec3, types.quat, types.layout
-    attitude_of, bend_of = types.attitude_of, types.bend_of
+    attitude_of, bend_of, three_of = types.attitude_of, types.bend_of, types.three_of
     force_of, moment_of, bend_moment_of = types.force_of, types.moment_of, types.bend_moment_of
     tip_of, wrench_on_bend, Flight = section.tip_of, section.wrench_on_bend, flight.Flight
     pushes = layout.push.stop
     euler, polar = layout.of_input["euler_torque"].start, layout.of_input["polar_torque"].start
     tip_force, tip_moment = layout.tip_wrench.start, layout.tip_wrench.start + 3
     zero, one = Real(0.0), Real(1.0)
-
-    @wp.struct
-    class Load:
-        """External force and moment on the vehicle in body axes, and on the bend."""
-
-        force: vec3
-        moment: vec3
-        bend: vec2
-
-    @wp.func
-    def plus(a: Load, b: Load):
-        out = Load()
-        out.force = a.force + b.force
-        out.moment = a.moment + b.moment
-        out.bend = a.bend + b.bend
-        return out
-
-    @wp.func
-    def three(flight: Flight, row: int, first: int):
-        """Three adjacent columns of the inputs."""
-        at = flight.column
-        return vec3(
-            flight.inputs[row, at, first],
-            flight.inputs[row, at, first + 1],
-            flight.inputs[row, at, first + 2],
-        )
 
     @wp.func
     def euler_torque_to_body(q: quat, torque: vec3):
@@ -113,7 +88,7 @@ def input_code(precision: str, sections: int, frozen_arm: bool) -> InputCode:
         """Torques conjugate to the paper's angles and bend; Eq. of motion, Amiri et al."""
         out = Load()
         unit = flight.plant.unit
-        torque = three(flight, row, euler)
+        torque = three_of(flight.inputs, row, flight.column, euler)
         if wp.length_sq(torque) > zero:
             out.moment = euler_torque_to_body(attitude_of(y), torque)
         along = flight.inputs[row, flight.column, polar]
@@ -126,8 +101,8 @@ def input_code(precision: str, sections: int, frozen_arm: bool) -> InputCode:
         """The wrench on the tip."""
         out = Load()
         plant, q, b = flight.plant, attitude_of(y), bend_of(y)
-        force = three(flight, row, tip_force)
-        moment = three(flight, row, tip_moment)
+        force = three_of(flight.inputs, row, flight.column, tip_force)
+        moment = three_of(flight.inputs, row, flight.column, tip_moment)
         tip = tip_of(b)
         out.force = wp.quat_rotate_inv(q, force)
         on_arm = out.force
@@ -140,25 +115,6 @@ def input_code(precision: str, sections: int, frozen_arm: bool) -> InputCode:
             bending = wp.quat_rotate_inv(flight.frozen.attitude, moment)
         out.moment = wp.cross(point, out.force) + turning
         out.bend = wrench_on_bend(tip, plant.unit, b, on_arm, bending)
-        return out
-
-    @wp.func
-    def load_on_uav(y: State, branch: vec2, flight: Flight, row: int, command: Push):
-        """What acts otherwise than at the tip."""
-        out = Load()
-        if flight.groups == 0:
-            return out
-        out = push_load(y, flight, row, command)
-        if (flight.groups & PAPER) != 0:
-            out = plus(out, paper_load(y, branch, flight, row))
-        return out
-
-    @wp.func
-    def load_of(y: State, branch: vec2, flight: Flight, row: int, command: Push):
-        """All that acts."""
-        out = load_on_uav(y, branch, flight, row, command)
-        if (flight.groups & TIP) != 0:
-            out = plus(out, tip_load(y, flight, row))
         return out
 
     return holding(InputCode, locals())

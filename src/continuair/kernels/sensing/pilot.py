@@ -77,7 +77,7 @@ def law_pilot(precision: str, sections: int, points: int, law: Any, every_stage:
     Camera, Sight, Twist, Sense = eye.Camera, eye.Sight, eye.Twist, ground.Sense
     view_of, look, blur, proprioception = eye.view_of, eye.look, eye.blur, ground.proprioception
     Gains, control, has_camera = law.Gains, law.control, points > 0
-    zero, frame_of = Real(0.0), frame_columns(points)
+    three_of, zero, frame_of = types.three_of, Real(0.0), frame_columns(points)
     image, seen, depth = (frame_of[name].start for name in ("image", "seen", "depth"))
     place, speed = MOTION["position"].start, MOTION["velocity"].start
 
@@ -152,12 +152,6 @@ def law_pilot(precision: str, sections: int, points: int, law: Any, every_stage:
         return out
 
     @wp.func
-    def three(rows: wp.array3d(dtype=Real), row: int, column: int, first: int):
-        return vec3(
-            rows[row, column, first], rows[row, column, first + 1], rows[row, column, first + 2]
-        )
-
-    @wp.func
     def sense_of(row: int, time: Real, y: State, along: vec2, flight: Flight, pilot: Pilot):
         """All that is sensed, with the true image; row: of the target's motion."""
         out = proprioception(time, y, flight)
@@ -167,10 +161,10 @@ def law_pilot(precision: str, sections: int, points: int, law: Any, every_stage:
             out.camera = pilot.camera
             out.view = view_of(y, along, flight.plant, pilot.camera)
             out.camera_twist = out.view.twist
-            moving = three(loop.motion, row, column, speed)
+            moving = three_of(loop.motion, row, column, speed)
             moving = wp.quat_rotate_inv(out.view.attitude, moving)
             out.target_twist = Twist(moving[0], moving[1], moving[2], zero, zero, zero)
-            at = three(loop.motion, row, column, place)
+            at = three_of(loop.motion, row, column, place)
             out.sight = look(out.view, pilot.camera, at, loop.corners)
             wanted = wp.min(pilot.run, loop.desired.shape[0] - 1)
             for i in range(2 * points):

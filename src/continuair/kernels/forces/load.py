@@ -1,0 +1,42 @@
+"""Device code of a Load: what a force does, to be added to what the others do."""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from continuair.kernels.types import device_types, holding
+
+
+@dataclass(frozen=True)
+class LoadCode:
+    """Load, a struct, and the sum of two."""
+
+    Load: Any
+    plus: Any
+
+
+@cache
+def load_code(precision: str, sections: int) -> LoadCode:
+    """The struct for one precision and number of sections."""
+    types = device_types(precision, sections)
+    vec2, vec3 = types.vec2, types.vec3
+
+    @wp.struct
+    class Load:
+        """External force and moment on the vehicle in body axes, and on the bend."""
+
+        force: vec3
+        moment: vec3
+        bend: vec2
+
+    @wp.func
+    def plus(a: Load, b: Load):
+        out = Load()
+        out.force = a.force + b.force
+        out.moment = a.moment + b.moment
+        out.bend = a.bend + b.bend
+        return out
+
+    return holding(LoadCode, locals())
