@@ -52,7 +52,7 @@ ROOMS = {
     "engine": [{"moments", "factory"}, {"pack"}, {"engine"}, {"loop"}, {"pairs"}],
     "flight": [
         {"time_grid", "inputs", "steps"},
-        {"camera_timing"},
+        {"camera_timing", "probing"},
         {"prepare"},
         {"dop853", "trajectory"},
         {"simulate", "live"},

@@ -23,6 +23,12 @@ def groups_in_use(scenario: Scenario) -> int:
     return bits
 
 
+def field_width(field: str, layout: Layout) -> int:
+    """How many numbers a field of a scenario gives."""
+    where = [layout.of_input[name] for name in FIELDS[field]]
+    return sum(each.stop - each.start for each in where)
+
+
 def sample_inputs(
     scenario: Scenario, times: Array, layout: Layout, runs: Array | None = None
 ) -> tuple[Array, bool]:
@@ -63,9 +69,17 @@ def _at(name: str, value: Any, times: Array, width: int, runs: Array | None) -> 
         return _some(constant.reshape(1, -1, constant.shape[-1]), runs)
     # Steps share their ends: each time is asked for once.
     distinct, index = np.unique(times, return_inverse=True)
+    return _some(evaluated(name, value, distinct, width), runs)[index]
+
+
+def evaluated(name: str, value: Any, times: Array, width: int) -> Array:
+    """A function of time at every one of some times: (times, runs or 1, width).
+
+    Raises InputError if it does not return that many finite numbers each time.
+    """
     try:
         # Copied, as a function may return the same array each time.
-        given = [np.array(value(t)) for t in distinct.tolist()]
+        given = [np.array(value(t)) for t in times.tolist()]
     except Exception as error:
         raise InputError(
             f"{name} raises {type(error).__name__} ({error}) during the flight; return {width} "
@@ -75,7 +89,7 @@ def _at(name: str, value: Any, times: Array, width: int, runs: Array | None) -> 
         rows = np.array(given, float)
     except (TypeError, ValueError):
         rows = np.empty((0, 0))
-    if rows.shape[-1] != width or rows.ndim not in (2, 3) or len(rows) != len(distinct):
+    if rows.shape[-1] != width or rows.ndim not in (2, 3) or len(rows) != len(times):
         raise InputError(
             f"{name} returns values of changing or wrong shape over time; return {width} numbers, "
             "or a row of them per run, at every time."
@@ -83,10 +97,10 @@ def _at(name: str, value: Any, times: Array, width: int, runs: Array | None) -> 
     bad = ~np.isfinite(rows.reshape(len(rows), -1)).all(-1)
     if bad.any():
         raise InputError(
-            f"{name} is not finite at t = {distinct[bad][0]:g} s; return finite numbers at every "
+            f"{name} is not finite at t = {times[bad][0]:g} s; return finite numbers at every "
             "time of the flight."
         )
-    return _some(rows.reshape(len(distinct), -1, width), runs)[index]
+    return rows.reshape(len(times), -1, width)
 
 
 def _some(rows: Array, runs: Array | None) -> Array:

@@ -18,6 +18,7 @@ from continuair.engine.loop import Loop
 from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import check_view, loop_over
 from continuair.flight.inputs import groups_in_use, sample_inputs
+from continuair.flight.probing import following_step, warn_of_blur
 from continuair.flight.steps import automatic_step, declared_rate, steps_of
 from continuair.flight.time_grid import (
     Grid,
@@ -152,8 +153,13 @@ def prepare(
     if asked is not None:
         check_same_runs(runs, {"step": len(asked)})
     fine = np.broadcast_to(automatic_step(coupled, q, qd, declared_rate(scenario)), runs)
+    if asked is None and not adaptive:
+        longest = min(float(fine[np.isfinite(fine)].max()), sample)
+        fine = np.minimum(fine, following_step(scenario, coupled.layout, duration, longest))
     steps = steps_of(scenario, asked, fine, sample, None if adaptive else stacklevel + 1)
     check_steps(duration, min(float(steps.min()), sample))
+    if not adaptive:
+        warn_of_blur(scenario, coupled.layout, duration, float(steps.max()), stacklevel + 1)
     q, qd = (np.broadcast_to(rows, (runs, rows.shape[1])) for rows in (q, qd))
     start = Start(state_from_paper(q, qd), q[:, -1])
     period = scenario.control_period if scenario.controller is not None else None

@@ -1,0 +1,71 @@
+"""Inputs over time that are faster than the steps: followed, or told of."""
+
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from continuair.scenario.excitations import Wave
+
+VEHICLE = ca.load_vehicle("paper")
+
+
+def push(force: Any, **fields: Any) -> ca.Scenario:
+    return ca.Scenario("push", np.zeros(8), force=force, duration=0.2, **fields)
+
+
+def sine(hertz: float, amplitude: float = 200.0) -> Callable[[float], list[float]]:
+    return lambda t: [amplitude * np.sin(2.0 * np.pi * hertz * t), 0.0, 0.0]
+
+
+@pytest.mark.parametrize("hertz", [1000.0, 500.0, 1999.0])
+def test_an_automatic_step_follows_a_sine_that_samples_would_see_at_its_zeros(hertz: float) -> None:
+    """Pushed from rest, the vehicle drifts by a v̄ t, which an alias would not show."""
+    scenario = push(sine(hertz))
+    flight = ca.simulate(VEHICLE, scenario, sample=1e-3)
+    exact = ca.simulate(VEHICLE, scenario, step=1e-5, sample=1e-3).tip_position
+    moved = float(np.abs(exact[-1] - exact[0])[0])
+    assert float(np.abs(flight.tip_position - exact).max()) < 1e-3 * moved
+    assert moved > 1e-4
+
+
+def test_a_wave_of_a_design_is_followed_too() -> None:
+    """It tells its frequency; pairs and single flights take one step."""
+    wave = Wave(3, 0, 200.0, 1000.0, 1000.0, 0.0, 0.2)
+    flights = [ca.simulate(VEHICLE, push(f), sample=1e-3) for f in (wave, sine(1000.0))]
+    exact = ca.simulate(VEHICLE, push(wave), step=1e-5, sample=1e-3).tip_position
+    for flight in flights:
+        assert float(np.abs(flight.tip_position - exact).max()) < 1e-6
+
+
+def test_a_step_that_does_not_follow_an_input_is_told_of() -> None:
+    with pytest.warns(ca.ContinuairWarning, match="force changes within steps of 0.001 s"):
+        ca.simulate(VEHICLE, push(sine(1000.0)), step=1e-3)
+
+
+def test_one_fast_run_of_a_batch_is_told_of() -> None:
+    def forces(t: float) -> list[list[float]]:
+        return [sine(hertz)(t) for hertz in (1.0, 1000.0)]
+
+    with pytest.warns(ca.ContinuairWarning, match="force changes within steps"):
+        ca.simulate(VEHICLE, push(forces), step=1e-3)
+
+
+def test_what_no_step_follows_is_told_of_at_an_automatic_step() -> None:
+    rng = np.random.default_rng(1)
+    with pytest.warns(ca.ContinuairWarning, match="force changes within steps"):
+        ca.simulate(VEHICLE, push(lambda t: rng.normal(size=3)))
+
+
+def test_slow_inputs_and_declared_jumps_cost_nothing_and_are_not_told_of() -> None:
+    def jumping(t: float) -> list[float]:
+        return [10.0 * (t > 0.1) + np.sin(20.0 * t), 0.0, 0.0]
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ca.ContinuairWarning)
+        for force, jumps in ((sine(8.0), ()), (jumping, (0.1,)), (lambda t: [0, 0, 0], ())):
+            flight = ca.simulate(VEHICLE, push(force, jumps=jumps), sample=1e-3)
+            assert flight.attrs["step"] == 1e-3
