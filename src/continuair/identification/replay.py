@@ -14,11 +14,11 @@ from continuair.engine.engine import Engine, Start
 from continuair.errors import InputError
 from continuair.flight.prepare import prepare
 from continuair.flight.time_grid import marks_at
-from continuair.identification.recording import INPUTS, Recording
+from continuair.identification.recording import Recording
 from continuair.scenario.paper_tests import open_loop_test
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import continuous_euler, paper_rates
-from continuair.vehicle.layout import ONE_SECTION, PUSH
+from continuair.vehicle.layout import ACTUATORS, ONE_SECTION, PUSH
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -39,8 +39,8 @@ class Replay:
     def __init__(self, vehicle: Vehicle, recording: Recording, test: str | None) -> None:
         if test is None and recording.inputs is None:
             raise InputError(
-                f"{recording.name}: has no column of inputs; add some of {', '.join(INPUTS)}, or "
-                "say with --test which open-loop test was flown."
+                f"{recording.name}: has no column of inputs; add some of "
+                f"{', '.join(ACTUATORS)}, or say with --test which open-loop test was flown."
             )
         self.recording, self.test = recording, test
         scenario, times = open_loop_test(test) if test else _held(recording), recording.time
