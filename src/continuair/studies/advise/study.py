@@ -21,7 +21,7 @@ from continuair.analysis.groups import place
 from continuair.controllers.gain_files import Gains, load_gains
 from continuair.flight.simulate import simulate
 from continuair.scenario.letters import LETTERS
-from continuair.studies.advise.excitations import MODELS, attribute, excite, responsible
+from continuair.studies.advise.excitations import MODELS, attribute, excite, missed
 from continuair.studies.advise.tracking import tracking_limit
 from continuair.studies.advise.verdicts import TASKS, verdict
 from continuair.studies.progress import Progress, Steps
@@ -97,9 +97,9 @@ def _excitations(
         found[name] = excite(vehicle, name, tolerance)
     if names:
         steps.begin("couplings, one at a time")
-        for name, couplings in attribute(vehicle, names).items():
-            error = found[name]["models"]["decoupled"]["error"]
-            found[name] |= {"couplings": couplings, "responsible": responsible(couplings, error)}
+    for name, part in found.items():
+        couplings, error = attribute(vehicle, name), part["models"]["decoupled"]["error"]
+        part |= {"couplings": couplings, "responsible": missed(couplings, error)}
     return found
 
 

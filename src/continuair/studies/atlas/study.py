@@ -68,7 +68,8 @@ def _attributed(name: str, runs: int, seed: int) -> dict[str, Any]:
     groups = sample(name, runs, seed + 1)
     vehicle = vehicle_of(groups)
     scenario = scenario_of(name, vehicle, groups)
-    errors = attribution(vehicle, scenario, round(sample_time(vehicle), 12))
+    found = attribution(vehicle, scenario, round(sample_time(vehicle), 12))
+    errors = {without: of_model["rmse_t_m"] for without, of_model in found.items()}
     names = responsible(errors)
     known = max(1, int((names != "").sum()))
     ratio = [np.nanmedian(errors[c] / errors["decoupled"]) for c in COUPLINGS]
