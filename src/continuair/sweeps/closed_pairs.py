@@ -41,7 +41,7 @@ def track(flight: Flight, models: tuple[str, ...], settle: float) -> Reduced:
     for same, _ in shared_grids(flight.marks, flight.steps):
         for runs in (same[first : first + size] for first in range(0, len(same), size)):
             flights = [_with_runs(fly(flight, model, names, runs=runs)) for model in models]
-            parts.append(_reduced(flights, settle))
+            parts.append(reduced(flights, settle))
             order.append(runs)
     back = np.argsort(np.concatenate(order))
 
@@ -60,8 +60,11 @@ def _with_runs(flight: xr.Dataset) -> xr.Dataset:
     return flight if "run" in flight.dims else flight.expand_dims("run")
 
 
-def _reduced(flights: list[xr.Dataset], settle: float) -> Reduced:
-    """Metrics of each flight against the first; NaN where a flight has not ended well."""
+def reduced(flights: list[xr.Dataset], settle: float) -> Reduced:
+    """Metrics of each model's flight against the first's; NaN where a run has not ended well.
+
+    flights: of the same runs, with the tip's pose and feature_error; settle: from when it counts.
+    """
     reference = flights[0]
     status = np.stack([flight["status"].to_numpy() for flight in flights], axis=-1)
     well = status == 0

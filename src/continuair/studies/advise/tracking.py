@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from continuair.analysis.determinacy import determined, nudged
+from continuair.analysis.determinacy import fly_twice
 from continuair.analysis.limits import find_limits
 from continuair.analysis.metrics import feature_norm
 from continuair.controllers.gain_files import Gains
-from continuair.flight.simulate import simulate
 from continuair.scenario import paths
 from continuair.studies.tracking.task import LETTER_HEIGHT, SETTINGS, equipped, task
 from continuair.vehicle.vehicle import Vehicle
@@ -70,11 +69,8 @@ def _fly(
     scenario = task(vehicle, [letter] * len(durations), law, durations.tolist())
     norms = {}
     for model in ("coupled", *models):
-        flight, moved = (
-            simulate(vehicle, each, model=model, sample=2e-2, variables=["feature_error"])
-            for each in (scenario, nudged(scenario))
-        )
-        norms[model] = feature_norm(flight.where(determined(flight, moved)))
+        flight, held = fly_twice(vehicle, scenario, model=model, sample=2e-2)
+        norms[model] = feature_norm(flight.where(held))
     time, pixels = flight["time"].to_numpy(), flight.sizes["pixel"]
     counts = [(time >= TRANSIENT) & (time <= end) for end in durations]
     squares = [np.mean(row[at] ** 2) for row, at in zip(norms["coupled"], counts, strict=True)]

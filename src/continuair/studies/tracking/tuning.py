@@ -19,11 +19,10 @@ import numpy as np
 import xarray as xr
 
 from continuair import checks
-from continuair.analysis.determinacy import determined, nudged
+from continuair.analysis.determinacy import fly_twice
 from continuair.controllers.controller import stack
 from continuair.controllers.gain_files import Gains
 from continuair.errors import InputError
-from continuair.flight.simulate import simulate
 from continuair.studies.progress import Progress, Steps
 from continuair.studies.tracking.task import SETTINGS, equipped, task
 from continuair.sweeps.sampling import sobol
@@ -47,7 +46,7 @@ HORIZON = 20.0
 SETTLED = 2.0
 """Errors count from this time on [s]: what DS is judged from."""
 
-_VARIABLES = ("feature_error", "camera_position", "target_position", "command")
+_VARIABLES = ("camera_position", "target_position", "command")
 
 LOST = 1e6
 """RMS errors that a run which ends early, or where rounding sends it, counts as [px, mm]: losing
@@ -167,26 +166,18 @@ def fly(
     found: list[list[np.ndarray]] = []
     for letter in letters:
         scenario = task(flown, [letter], gains, SETTINGS[setting].duration)
-        data, moved = (
-            simulate(
-                flown,
-                each,
-                model=plant,
-                duration=min(scenario.duration, HORIZON),
-                sample=2e-2,
-                variables=_VARIABLES,
-            )
-            for each in (scenario, nudged(scenario))
+        lasts = min(scenario.duration, HORIZON)
+        data, held = fly_twice(
+            flown, scenario, _VARIABLES, model=plant, duration=lasts, sample=2e-2
         )
-        lost = ~determined(data, moved)
         force = data["command"].isel(actuator=slice(3)) - [0.0, 0.0, weight]
         effort = _root((force**2).sum("actuator").mean("time")) / weight
         data = data.sel(time=slice(SETTLED, None))
         pixels = _root((data["feature_error"] ** 2).mean(("time", "pixel"), skipna=False))
         off = (data["camera_position"] - data["target_position"]).isel(axis=slice(2))
         metres = _root((off**2).sum("axis", skipna=False).mean("time", skipna=False))
-        errors = [e.where(~lost, LOST).clip(max=LOST) for e in (pixels, 1e3 * metres)]
-        found.append([e.to_numpy() for e in (*errors, effort.where(~lost, 0.0))])
+        errors = [e.where(held, LOST).clip(max=LOST) for e in (pixels, 1e3 * metres)]
+        found.append([e.to_numpy() for e in (*errors, effort.where(held, 0.0))])
     return [np.stack(columns, axis=1) for columns in zip(*found, strict=True)]
 
 
