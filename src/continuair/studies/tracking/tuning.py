@@ -20,6 +20,7 @@ import xarray as xr
 
 from continuair import checks
 from continuair.analysis.determinacy import fly_twice
+from continuair.analysis.metrics import TRANSIENT, feature_rms
 from continuair.controllers.controller import stack
 from continuair.controllers.gain_files import Gains
 from continuair.errors import InputError
@@ -42,9 +43,6 @@ PLANTS = ("coupled", "decoupled")
 
 HORIZON = 20.0
 """How much of a letter is flown at most [s]; the first corner of a 50 s M comes after 15 s."""
-
-SETTLED = 2.0
-"""Errors count from this time on [s]: what DS is judged from."""
 
 _VARIABLES = ("camera_position", "target_position", "command")
 
@@ -172,12 +170,13 @@ def fly(
         )
         force = data["command"].isel(actuator=slice(3)) - [0.0, 0.0, weight]
         effort = _root((force**2).sum("actuator").mean("time")) / weight
-        data = data.sel(time=slice(SETTLED, None))
-        pixels = _root((data["feature_error"] ** 2).mean(("time", "pixel"), skipna=False))
+        # Errors count from when DS is judged.
+        data = data.sel(time=slice(TRANSIENT, None))
         off = (data["camera_position"] - data["target_position"]).isel(axis=slice(2))
         metres = _root((off**2).sum("axis", skipna=False).mean("time", skipna=False))
-        errors = [e.where(held, LOST).clip(max=LOST) for e in (pixels, 1e3 * metres)]
-        found.append([e.to_numpy() for e in (*errors, effort.where(held, 0.0))])
+        errors = (feature_rms(data), 1e3 * metres.to_numpy())
+        counted = [np.where(held, np.minimum(error, LOST), LOST) for error in errors]
+        found.append([*counted, np.where(held, effort, 0.0)])
     return [np.stack(columns, axis=1) for columns in zip(*found, strict=True)]
 
 
