@@ -15,10 +15,10 @@ from continuair.kernels.laws.probes import carry, look
 from continuair.scenario import paths
 from continuair.scenario.scenarios import Scenario
 from continuair.scenario.targets import Target
+from continuair.scenario.tracking_task import SETTINGS, equipped, task
 from continuair.studies.progress import Progress, Steps
 from continuair.studies.tables import as_markdown, number
 from continuair.studies.timing import median_times
-from continuair.studies.tracking.task import SETTINGS, equipped, task
 from continuair.sweeps.machine import machine
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 

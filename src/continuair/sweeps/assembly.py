@@ -17,6 +17,7 @@ from continuair.scenario import paths
 from continuair.scenario.excitations import inputs, plus
 from continuair.scenario.scenarios import Scenario
 from continuair.scenario.targets import Target, square
+from continuair.scenario.tracking_task import START_OFFSET
 from continuair.sweeps.design import Design
 from continuair.sweeps.tables import STATE, TABLES, ControllerTable, TargetTable, changed
 from continuair.vehicle.vehicle import Vehicle
@@ -30,8 +31,6 @@ _SHARED = {
 """Fields that are one for a whole launch: runs are grouped by their values."""
 
 _AT_REST = dict(zip(STATE, (0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.1, 0.0), strict=True))
-# Where the camera starts from the desired view, as in the closed-loop study of Amiri et al.
-_OFF = {"x": 0.1, "y": 0.0, "z": 0.1}
 # Seconds of inputs that differ from run to run over time: they fill a table over all steps.
 _SECONDS_OF_INPUTS = 128.0
 
@@ -141,8 +140,8 @@ def _closed_loop(
     start = np.array([target.path(0.0)[0][0] for target in targets])
     above = over(vehicle, start, [target.distance for target in targets])
     state = {name: scenario[name] for name in STATE}
-    for axis, name in enumerate(_OFF):
-        off = _OFF[name] if scenario[name] is None else scenario[name]
+    for axis, name in enumerate("xyz"):
+        off = START_OFFSET[axis] if scenario[name] is None else scenario[name]
         state[name] = above[:, axis] + off
     controllers = [
         _controller(vehicle.select(run) if vehicle.runs else vehicle, one, targets[run])

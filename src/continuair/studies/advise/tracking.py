@@ -11,7 +11,7 @@ from continuair.analysis.limits import find_limits
 from continuair.analysis.metrics import TRANSIENT, feature_rms, norm_difference
 from continuair.controllers.gain_files import Gains
 from continuair.scenario import paths
-from continuair.studies.tracking.task import LETTER_HEIGHT, SETTINGS, equipped, task
+from continuair.scenario.tracking_task import LETTER_HEIGHT, SETTINGS, equipped, task
 from continuair.vehicle.vehicle import Vehicle
 
 SLOWEST, FASTEST = 50.0, 5.0

@@ -14,8 +14,8 @@ from continuair.controllers.controller import Controller, stack
 from continuair.controllers.gain_files import Gains
 from continuair.controllers.servoing import servoing
 from continuair.flight.simulate import simulate
+from continuair.scenario.tracking_task import SETTINGS, equipped, task
 from continuair.studies.progress import Progress, Steps
-from continuair.studies.tracking.task import SETTINGS, equipped, task
 from continuair.vehicle.vehicle import Vehicle
 
 PLANTS = ("coupled", "decoupled")

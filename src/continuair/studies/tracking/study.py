@@ -23,9 +23,9 @@ from continuair.controllers.gain_files import Gains, load_gains
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import MODELS
 from continuair.scenario.letters import LETTERS
+from continuair.scenario.tracking_task import SETTINGS, chosen_letters, equipped, task
 from continuair.studies.progress import Progress, Steps
 from continuair.studies.results import by_model
-from continuair.studies.tracking.task import SETTINGS, chosen_letters, equipped, task
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 PRINTED = {"ds_max_px": 0.7}

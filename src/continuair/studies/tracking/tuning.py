@@ -24,8 +24,8 @@ from continuair.analysis.metrics import TRANSIENT, feature_rms
 from continuair.controllers.controller import stack
 from continuair.controllers.gain_files import Gains
 from continuair.errors import InputError
+from continuair.scenario.tracking_task import SETTINGS, equipped, task
 from continuair.studies.progress import Progress, Steps
-from continuair.studies.tracking.task import SETTINGS, equipped, task
 from continuair.sweeps.sampling import sobol
 from continuair.vehicle.vehicle import Vehicle
 
