@@ -15,7 +15,7 @@ PACKAGE = Path(continuair.errors.__file__).parent
 ROOMS = {
     "": [
         {"errors"},
-        {"files", "checks"},
+        {"files", "checks", "progress"},
         {"vehicle"},
         {"equations"},
         {"kernels"},
@@ -58,7 +58,7 @@ ROOMS = {
         {"simulate", "live"},
     ],
     "studies": [
-        {"progress", "tables", "timing", "standard_excitations"},
+        {"tables", "timing", "standard_excitations"},
         {"results"},
         {"open_loop", "sensitivity", "tracking", "advise", "atlas", "cost"},
     ],

@@ -76,6 +76,10 @@ CHANNELS = {
 """Channel of a design -> input, and which component of it."""
 
 
+COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw", "kappa", "psi_a")
+"""Names of the paper's coordinates, in order, for one section."""
+
+
 def columns(widths: Iterable[tuple[str, int]]) -> dict[str, slice]:
     """Slices of adjacent columns, by name, in the order given."""
     found: dict[str, slice] = {}

@@ -8,12 +8,11 @@ import numpy as np
 
 from continuair.analysis.couplings import attribution
 from continuair.analysis.limits import find_limits
-from continuair.kernels.dynamics import COUPLINGS
+from continuair.kernels.dynamics import COUPLINGS, SIMPLER
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time, standard_scenario
 from continuair.sweeps import run_pairs
 from continuair.vehicle.vehicle import Vehicle
 
-MODELS = ("decoupled", "independent")
 MODERATE = 0.5
 """Frequency over the clamped one at which errors are quoted and couplings are told apart."""
 
@@ -59,8 +58,8 @@ def excite(vehicle: Vehicle, name: str, tolerance: float) -> dict[str, Any]:
 def _errors(vehicle: Vehicle, name: str, frequencies: Any) -> dict[str, np.ndarray]:
     """Error of each model at each frequency; infinite where a flight ended early."""
     scenario = standard_scenario(name, vehicle, frequency=np.asarray(frequencies))
-    found = run_pairs(vehicle, scenario, MODELS, sample=sample_time(vehicle))
-    return {model: _error(found.sel(model=model), vehicle) for model in MODELS}
+    found = run_pairs(vehicle, scenario, SIMPLER, sample=sample_time(vehicle))
+    return {model: _error(found.sel(model=model), vehicle) for model in SIMPLER}
 
 
 def attribute(vehicle: Vehicle, name: str) -> dict[str, float]:

@@ -10,6 +10,7 @@ from continuair.analysis.determinacy import fly_twice
 from continuair.analysis.limits import find_limits
 from continuair.analysis.metrics import TRANSIENT, feature_rms, norm_difference
 from continuair.controllers.gain_files import Gains
+from continuair.kernels.dynamics import REFERENCE
 from continuair.scenario import paths
 from continuair.scenario.tracking_task import LETTER_HEIGHT, SETTINGS, equipped, task
 from continuair.vehicle.vehicle import Vehicle
@@ -65,7 +66,7 @@ def _fly(
     """RMS error of the coupled plant, and |DS| of each model, by duration."""
     scenario = task(vehicle, [letter] * len(durations), law, durations.tolist())
     flights = {}
-    for model in ("coupled", *models):
+    for model in (REFERENCE, *models):
         flight, held = fly_twice(vehicle, scenario, model=model, sample=2e-2)
         flights[model] = flight.where(held)
     found = {name: np.empty(len(durations)) for name in ("rms", *models)}

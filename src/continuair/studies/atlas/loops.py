@@ -15,11 +15,12 @@ from continuair.controllers.gains import design
 from continuair.controllers.servoing import servoing
 from continuair.equations.camera import over
 from continuair.errors import ContinuairWarning
+from continuair.kernels.dynamics import PLANTS
+from continuair.progress import Progress
 from continuair.scenario import paths
 from continuair.scenario.letters import LETTERS
 from continuair.scenario.scenarios import Scenario
-from continuair.scenario.targets import Target
-from continuair.studies.progress import Progress
+from continuair.scenario.targets import DISTANCE, Target
 from continuair.sweeps.closed_pairs import reduced
 from continuair.sweeps.sampling import sobol_box
 from continuair.vehicle.vehicle import Vehicle
@@ -40,9 +41,6 @@ LOOP_RANGES = {
 stiffness: clamped frequency over the loop's bandwidth; speed: the target's, over bandwidth times
 the camera's distance; bandwidth [rad/s] and length [m] set the scales.
 """
-
-DISTANCE = 2.0
-"""Distance of the camera from the target [m]."""
 
 DURATION, SETTLE = 5.0, 1.0
 """Duration of a loop, and from when the image counts [s]."""
@@ -129,8 +127,7 @@ def _flown(vehicle: Vehicle, groups: dict[str, Array], first: int) -> dict[str, 
         # Loops that are lost are counted, not told one by one.
         warnings.simplefilter("ignore", ContinuairWarning)
         flown = [
-            fly_twice(vehicle, scenario, _TIP, model=model, sample=_SAMPLE)
-            for model in ("coupled", "decoupled")
+            fly_twice(vehicle, scenario, _TIP, model=model, sample=_SAMPLE) for model in PLANTS
         ]
     pair = reduced([flight for flight, _ in flown], SETTLE)
     held = (pair.status == 0) & np.stack([same for _, same in flown], axis=-1)

@@ -13,10 +13,10 @@ from continuair import checks
 from continuair.analysis.couplings import attribution, responsible
 from continuair.analysis.groups import vehicle_of
 from continuair.kernels.dynamics import COUPLINGS
+from continuair.progress import Progress
 from continuair.studies.atlas.flights import fly, sample, scenario_of
 from continuair.studies.atlas.loops import fly_loops, sample_loops
 from continuair.studies.atlas.summary import summarise, summarise_loops
-from continuair.studies.progress import Progress
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time
 from continuair.sweeps import run_pairs
 

@@ -14,11 +14,11 @@ from continuair.controllers.controller import Controller, stack
 from continuair.controllers.gain_files import Gains
 from continuair.controllers.servoing import servoing
 from continuair.flight.simulate import simulate
+from continuair.kernels.dynamics import PLANTS
+from continuair.progress import Progress, Steps
 from continuair.scenario.tracking_task import SETTINGS, equipped, task
-from continuair.studies.progress import Progress, Steps
 from continuair.vehicle.vehicle import Vehicle
 
-PLANTS = ("coupled", "decoupled")
 STIFFNESS = np.geomspace(1.0, 1000.0, 10)
 LEAD = np.geomspace(0.03, 3.0, 8)
 """Scalar gains that are tried: K_p, and C_d [s]; K_d = K_p / 1000, C_p = 1."""

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from continuair import checks
-from continuair.analysis.convergence import REFERENCE, Flown, compared_models
+from continuair.analysis.convergence import Flown, compared_models
 from continuair.analysis.lyapunov import lyapunov, ultimate_bound
 from continuair.analysis.metrics import (
     TRANSIENT,
@@ -21,10 +21,10 @@ from continuair.analysis.metrics import (
 )
 from continuair.controllers.gain_files import Gains, load_gains
 from continuair.flight.simulate import simulate
-from continuair.kernels.dynamics import MODELS
+from continuair.kernels.dynamics import MODELS, REFERENCE
+from continuair.progress import Progress, Steps
 from continuair.scenario.letters import LETTERS
 from continuair.scenario.tracking_task import SETTINGS, chosen_letters, equipped, task
-from continuair.studies.progress import Progress, Steps
 from continuair.studies.results import by_model
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 

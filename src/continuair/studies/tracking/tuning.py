@@ -24,8 +24,9 @@ from continuair.analysis.metrics import TRANSIENT, feature_rms
 from continuair.controllers.controller import stack
 from continuair.controllers.gain_files import Gains
 from continuair.errors import InputError
+from continuair.kernels.dynamics import PLANTS
+from continuair.progress import Progress, Steps
 from continuair.scenario.tracking_task import SETTINGS, equipped, task
-from continuair.studies.progress import Progress, Steps
 from continuair.sweeps.sampling import sobol
 from continuair.vehicle.vehicle import Vehicle
 
@@ -37,9 +38,6 @@ RANGES = {
     "sigma": (1e-4, 1e-1),
 }
 """What is searched, on a logarithmic scale; `design` and `servoing` say what each one is."""
-
-PLANTS = ("coupled", "decoupled")
-"""The plants that have to be tracked with: gains on the brink for one are lost on the other."""
 
 HORIZON = 20.0
 """How much of a letter is flown at most [s]; the first corner of a 50 s M comes after 15 s."""
@@ -73,6 +71,7 @@ def tune(
     InputError.
     """
     _check_size(candidates, rounds, seed)
+    # Gains on the brink for one plant are lost on the other.
     runs = list(product(settings, PLANTS))
     steps = Steps(progress, rounds * len(runs))
     lows, highs = np.log([list(r) for r in RANGES.values()]).T
