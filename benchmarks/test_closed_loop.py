@@ -14,7 +14,7 @@ import xarray as xr
 
 import continuair as ca
 from continuair.controllers.gain_files import load_gains
-from continuair.studies.tracking.task import SETTINGS, equipped, task
+from continuair.scenario.tracking_task import SETTINGS, equipped, task
 
 DURATION, PERIOD, GAIN_SETS = 50.0, 1e-3, 1000
 VEHICLE = equipped(ca.load_vehicle("paper"), SETTINGS["nominal"])

@@ -14,7 +14,7 @@ import continuair.cli as cli
 from continuair.controllers.gain_files import load_gains
 from continuair.figures import advise as figures
 from continuair.studies.advise import study as advise
-from continuair.studies.advise.excitations import attribute, excite, responsible
+from continuair.studies.advise.excitations import attribute, excite, missed
 from continuair.studies.advise.report import as_table
 from continuair.studies.advise.tracking import tracking_limit
 from continuair.studies.advise.verdicts import verdict
@@ -48,7 +48,7 @@ def test_an_arm_that_weighs_next_to_nothing_may_be_decoupled() -> None:
 
 
 def test_only_a_fall_carries_the_arm_along() -> None:
-    found = attribute(VEHICLE, ["release", "fall"])
+    found = {name: attribute(VEHICLE, name) for name in ("release", "fall")}
     assert found["fall"]["carriage"] > 1e-3 > 1e-12 > found["release"]["carriage"]
 
 
@@ -142,5 +142,5 @@ def test_a_lost_target_decides_nothing() -> None:
 
 def test_couplings_that_cancel_are_named_together() -> None:
     parts = {"carriage": 0.0, "inertia": 0.4, "coriolis": 0.7}
-    assert responsible(parts, 0.18).startswith("recoil")
-    assert responsible(parts, 0.5) == "coriolis"
+    assert missed(parts, 0.18).startswith("recoil")
+    assert missed(parts, 0.5) == "coriolis"

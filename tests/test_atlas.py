@@ -108,7 +108,8 @@ def test_attribution_of_balanced_forces_leaves_nothing_to_the_carriage() -> None
     vehicle = vehicle_of(groups)
     fields: dict[str, Any] = {name: groups[name] for name in ("bend", "load", "frequency")}
     scenario = standard_scenario("bend", vehicle, **fields, periods=2.0)
-    errors = attribution(vehicle, scenario, PERIOD / 40)
+    found = attribution(vehicle, scenario, PERIOD / 40)
+    errors = {without: of_model["rmse_t_m"] for without, of_model in found.items()}
     assert (errors["carriage"] < 1e-9 * errors["inertia"]).all()
     # Quadratic in the rates: ten times the motion, a hundred times the error.
     assert errors["coriolis"][1] / errors["coriolis"][0] == pytest.approx(100.0, rel=0.3)

@@ -14,7 +14,7 @@ import continuair as ca
 import continuair.errors
 from continuair.analysis.determinacy import determined, nudged
 from continuair.controllers.gain_files import Gains, load_gains
-from continuair.studies.tracking.task import SETTINGS, equipped, task
+from continuair.scenario.tracking_task import SETTINGS, equipped, task
 
 SOURCE = Path(continuair.errors.__file__).parents[1]
 HOLDING = load_gains("paper")

@@ -15,7 +15,7 @@ PACKAGE = Path(continuair.errors.__file__).parent
 ROOMS = {
     "": [
         {"errors"},
-        {"files", "checks"},
+        {"files", "checks", "progress"},
         {"vehicle"},
         {"equations"},
         {"kernels"},
@@ -58,14 +58,13 @@ ROOMS = {
         {"simulate", "live"},
     ],
     "studies": [
-        {"progress", "tables", "timing", "standard_excitations"},
+        {"tables", "timing", "standard_excitations"},
         {"results"},
-        {"tracking.task"},
         {"open_loop", "sensitivity", "tracking", "advise", "atlas", "cost"},
     ],
     "studies.open_loop": [{"study"}, {"report"}],
     "studies.sensitivity": [{"task"}, {"findings", "measures"}, {"claims"}, {"study"}, {"report"}],
-    "studies.tracking": [{"task"}, {"law_variants", "tuning", "study"}, {"report"}],
+    "studies.tracking": [{"law_variants", "tuning", "study"}, {"report"}],
     "studies.advise": [{"excitations", "tracking", "verdicts"}, {"study"}, {"report"}],
     "studies.atlas": [{"flights", "loops"}, {"summary", "collapse"}, {"study"}, {"report"}],
 }

@@ -9,20 +9,16 @@ import pytest
 import xarray as xr
 
 import continuair as ca
+from continuair.analysis.metrics import norm_difference
 from continuair.controllers.gain_files import Gains, gain_presets, load_gains
 from continuair.controllers.gains import camera_inertia, design
 from continuair.equations.camera import interaction_matrix
 from continuair.figures import tracking as figures
+from continuair.scenario.tracking_task import SETTINGS, chosen_letters, equipped, task
 from continuair.studies.results import as_json
 from continuair.studies.tracking import report as tracking_output
 from continuair.studies.tracking.law_variants import law_variants
-from continuair.studies.tracking.study import (
-    Tracking,
-    ds_extremes,
-    norm_difference,
-    tracking,
-)
-from continuair.studies.tracking.task import SETTINGS, chosen_letters, equipped, task
+from continuair.studies.tracking.study import Tracking, ds_extremes, tracking
 from continuair.studies.tracking.tuning import as_toml, tune
 
 IMAGE = np.array([1, -1, -1, -1, -1, 1, 1, 1]) * 0.125

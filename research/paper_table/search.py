@@ -3,7 +3,7 @@ reading, then differential evolution of the most promising flights, then local r
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from scipy.optimize import differential_evolution
 from scipy.stats import qmc
 
+from continuair.progress import Progress
 from research.paper_table.evolution import adapt
 from research.paper_table.flights import SEARCH, Accuracy
 from research.paper_table.objective import evaluate, objective, read
@@ -18,7 +19,6 @@ from research.paper_table.readings import AS_PRINTED, READINGS, Reading
 from research.paper_table.space import PARAMETERS, vehicles
 
 Array = np.ndarray
-Progress = Callable[[int, int, str], None]
 Group = tuple[str, str, int]
 
 _CHUNK = 128

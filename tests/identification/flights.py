@@ -8,7 +8,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
-from continuair.identification.recording import INPUTS, MEASURED
+from continuair.identification.recording import MEASURED
+from continuair.vehicle.layout import ACTUATORS
 
 SAMPLE = 5e-3
 NOISE = {"position": 2e-3, "attitude": 2e-3, "bend": 5e-3}
@@ -24,7 +25,7 @@ def true_vehicle() -> ca.Vehicle:
 
 def held_inputs(time: np.ndarray) -> np.ndarray:
     """Inputs (n, 8): about the weight, pushes from side to side, moments and bend moments."""
-    rows = np.zeros((len(time), len(INPUTS)))
+    rows = np.zeros((len(time), len(ACTUATORS)))
     rows[:, 2] = 9.81 * true_vehicle().mass
     rows[:, 0] = 8.0 * np.sin(11.0 * time)
     rows[:, 1] = 5.0 * np.sin(7.0 * time + 1.0)
@@ -69,7 +70,7 @@ def record(
     headings = list(MEASURED)
     if test is None:
         columns.append(inputs)
-        headings += INPUTS
+        headings += ACTUATORS
     table = np.hstack(columns)
     lines = [",".join(headings), *(",".join(f"{x:.17g}" for x in row) for row in table)]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -2,11 +2,14 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.integrate import solve_ivp
 
 import continuair as ca
 from continuair import equations
-from continuair.analysis.couplings import fly_without
+from continuair.analysis.couplings import attribution
+from continuair.flight.prepare import prepare
+from continuair.flight.simulate import fly
 from continuair.kernels.dynamics import COUPLINGS
 
 pytestmark = pytest.mark.targets
@@ -19,6 +22,14 @@ DURATION = 0.05
 PLANE = [0, 2, 4, 6]
 MASK = np.zeros((8, 8))
 MASK[:6, :6] = MASK[6:, 6:] = 1.0
+
+
+def tip_without(
+    coupling: str, vehicle: ca.Vehicle, scenario: ca.Scenario, sample: float
+) -> xr.DataArray:
+    """Tip position of the coupled model without one coupling."""
+    flight = prepare(vehicle, scenario, sample=sample)
+    return fly(flight, f"without {coupling}", ("tip_position",))["tip_position"]
 
 
 def readable(coupling: str) -> np.ndarray:
@@ -69,8 +80,7 @@ def scenario() -> ca.Scenario:
 def test_a_flight_without_one_coupling_agrees_with_the_readable_form(
     coupling: str, scenario: ca.Scenario
 ) -> None:
-    flight = fly_without(VEHICLE, scenario, sample=2.5e-4)
-    tip = flight["tip_position"].sel(coupling=coupling).isel(time=-1).to_numpy()
+    tip = tip_without(coupling, VEHICLE, scenario, 2.5e-4).isel(time=-1).to_numpy()
     # Steps of 0.25 ms err by 3e-8 m; carriage, the least of the couplings, moves the tip by 2e-5.
     assert np.abs(tip - readable(coupling)).max() < 3e-7
 
@@ -84,22 +94,34 @@ def test_free_fall_carries_the_arm_along_and_hovering_does_not() -> None:
     shift = []
     for scenario in (falling, held):
         coupled = ca.simulate(VEHICLE, scenario, sample=1e-2)["tip_position"]
-        without = fly_without(VEHICLE, scenario)["tip_position"].sel(coupling="carriage")
+        without = tip_without("carriage", VEHICLE, scenario, 1e-2)
         shift.append(float(abs(without - coupled).max()))
     assert shift[0] > 1e-4
     assert shift[1] < 1e-13
 
 
-def test_batches_fly_as_their_runs_do(scenario: ca.Scenario) -> None:
-    both = VEHICLE.replace({"uav.mass": [1.5, 2.5]})
-    options = {"sample": 2.5e-4, "duration": 0.05}
-    together = fly_without(both, scenario, **options)["tip_position"]
+@pytest.mark.parametrize("coupling", COUPLINGS)
+def test_batches_fly_as_their_runs_do(coupling: str, scenario: ca.Scenario) -> None:
+    both, short = VEHICLE.replace({"uav.mass": [1.5, 2.5]}), scenario.replace(duration=0.05)
+    together = tip_without(coupling, both, short, 2.5e-4)
     for run in range(2):
-        alone = fly_without(both.select(run), scenario, **options)["tip_position"]
+        alone = tip_without(coupling, both.select(run), short, 2.5e-4)
         np.testing.assert_allclose(together.isel(run=run), alone, rtol=0, atol=1e-13)
+
+
+def test_attribution_tells_how_far_each_of_these_flights_is_from_the_coupled_one(
+    scenario: ca.Scenario,
+) -> None:
+    found = attribution(VEHICLE, scenario, 1e-2)
+    coupled = ca.simulate(VEHICLE, scenario, sample=1e-2)["tip_position"]
+    assert list(found) == [*COUPLINGS, "decoupled"]
+    for coupling in COUPLINGS:
+        off = tip_without(coupling, VEHICLE, scenario, 1e-2) - coupled
+        rms = float((off**2).sum("axis").mean("time") ** 0.5)
+        assert found[coupling]["rmse_t_m"] == pytest.approx(rms, rel=1e-12)
 
 
 def test_closed_loops_are_refused() -> None:
     held = ca.Scenario("hold", [0] * 8, controller=ca.hold(VEHICLE, [0, 0, 1]))
     with pytest.raises(ca.InputError, match="controller"):
-        fly_without(VEHICLE, held)
+        attribution(VEHICLE, held, 1e-2)

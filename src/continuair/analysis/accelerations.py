@@ -12,7 +12,7 @@ from continuair.errors import InputError
 from continuair.flight.prepare import check_same_runs
 from continuair.kernels.dynamics import MODELS
 from continuair.vehicle.coordinates import paper_accelerations, state_from_paper
-from continuair.vehicle.layout import GENERAL, PAPER, TIP, Layout
+from continuair.vehicle.layout import FIELDS, GENERAL, PAPER, TIP, Layout
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
 _REGULAR = 1e-9
@@ -60,9 +60,8 @@ def forward_dynamics(
     _check_regular(arrays["q"], vehicle.arm.kappa_s)
     at, rates = (np.broadcast_to(arrays[name], (n, layout.coordinates)) for name in ("q", "qd"))
     inputs = np.zeros((1, n, layout.inputs))
-    inputs[0, :, layout.force] = arrays["tau"][:, :3]
-    inputs[0, :, layout.euler_and_polar] = arrays["tau"][:, 3:]
-    inputs[0, :, layout.tip_wrench] = arrays["tip_wrench"]
+    for field in ("tau", "tip_wrench"):
+        layout.add(inputs, FIELDS[field], arrays[field])
     engine = Engine(vehicle, model, dtype, device)
     start = Start(state_from_paper(at, rates), at[:, -1])
     rate = engine.derivative(start, Drive(inputs, False, GENERAL + PAPER + TIP, gravity))

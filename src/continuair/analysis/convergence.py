@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from continuair import checks
 from continuair.analysis.metrics import compare, geodesic_angle, samples
 from continuair.errors import ContinuairWarning
-from continuair.kernels.dynamics import MODELS
+from continuair.kernels.dynamics import MODELS, REFERENCE
 
 Array = NDArray[np.float64]
 Flown = dict[str, xr.Dataset]
@@ -21,9 +21,6 @@ Flown = dict[str, xr.Dataset]
 
 Entries = dict[str, dict[str, Any]]
 """Metrics of one run by model against the reference, and what share of them is the step's."""
-
-REFERENCE = "coupled"
-"""The model that the others are compared with."""
 
 SAMPLE = 1e-3
 """Time between samples, as the paper's metric sums over them [s]."""

@@ -17,11 +17,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
-from continuair.analysis.metrics import rmse
+from continuair.analysis.metrics import differences
 from continuair.errors import InputError
-from continuair.flight.prepare import Flight, check_scenario, prepare
+from continuair.flight.prepare import check_scenario, prepare
 from continuair.flight.simulate import fly
 from continuair.kernels.dynamics import COUPLINGS
 from continuair.scenario.scenarios import Scenario
@@ -32,39 +31,21 @@ Array = np.ndarray
 _TIP = ("tip_position", "tip_attitude")
 
 
-def fly_without(
-    vehicle: Vehicle,
-    scenario: Scenario,
-    *,
-    sample: float = 1e-2,
-    duration: float | None = None,
-    **options: Any,
-) -> xr.Dataset:
-    """Tip of the coupled model without one coupling, for each of COUPLINGS.
+def attribution(vehicle: Vehicle, scenario: Scenario, sample: float) -> dict[str, dict[str, Any]]:
+    """How far the tip is from the coupled flight's without each of COUPLINGS alone, and of
+    `decoupled`, without all of them: what `compare` returns, NaN for a flight that ended early.
 
-    vehicle, scenario: plain or batched, in open loop; options: step, device and threads, as for
-    `simulate`. Returns tip_position and tip_attitude over (coupling, time) and, for a batch, run;
-    a run that leaves the model's range is NaN from there on. Raises InputError.
+    vehicle, scenario: plain or batched, in open loop; sample: time between samples [s]. Raises
+    InputError.
     """
-    flight = _prepared(vehicle, scenario, sample=sample, duration=duration, **options)
-    found = [fly(flight, f"without {coupling}", _TIP) for coupling in COUPLINGS]
-    over = xr.Variable("coupling", list(COUPLINGS))
-    return xr.concat(found, over, combine_attrs="drop_conflicts")
-
-
-def attribution(vehicle: Vehicle, scenario: Scenario, sample: float) -> dict[str, Array]:
-    """RMSE of the tip [m] (runs,) from the coupled flight without each of COUPLINGS alone, and of
-    `decoupled`, without all of them. NaN where a flight left the model's range.
-
-    vehicle, scenario: batched, in open loop; sample: time between samples [s]. Raises InputError.
-    """
-    flight = _prepared(vehicle, scenario, sample=sample)
+    check_scenario(scenario)
+    if scenario.controller is not None:
+        raise InputError("scenario holds a controller; couplings are told apart in open loop.")
+    flight = prepare(vehicle, scenario, sample=sample, stacklevel=3)
     models = {coupling: f"without {coupling}" for coupling in COUPLINGS}
     models["decoupled"] = "decoupled"
-    coupled = _tips(flight, "coupled")
-    return {
-        name: np.atleast_1d(rmse(coupled, _tips(flight, model))) for name, model in models.items()
-    }
+    coupled = fly(flight, "coupled", _TIP)
+    return {name: differences(coupled, fly(flight, model, _TIP)) for name, model in models.items()}
 
 
 def responsible(errors: dict[str, Array]) -> Array:
@@ -73,14 +54,3 @@ def responsible(errors: dict[str, Array]) -> Array:
     known = np.isfinite(rows).all(axis=0)
     names = np.array(COUPLINGS)[np.argmax(np.nan_to_num(rows), axis=0)]
     return np.where(known, names, "")
-
-
-def _prepared(vehicle: Any, scenario: Any, **options: Any) -> Flight:
-    check_scenario(scenario)
-    if scenario.controller is not None:
-        raise InputError("scenario holds a controller; couplings are told apart in open loop.")
-    return prepare(vehicle, scenario, stacklevel=4, **options)
-
-
-def _tips(flight: Flight, model: str) -> Array:
-    return fly(flight, model, ("tip_position",))["tip_position"].to_numpy()

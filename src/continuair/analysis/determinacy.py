@@ -6,10 +6,15 @@ processor. A start a nanometre off tells such loops: it disturbs far more than r
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Any
+
 import numpy as np
 import xarray as xr
 
+from continuair.flight.simulate import simulate
 from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.vehicle import Vehicle
 
 NUDGE = 1e-9
 """How far the start is moved along x [m]."""
@@ -17,6 +22,19 @@ NUDGE = 1e-9
 GROWTH = 30.0
 """By how much a loop may multiply what that changes in the image. Loops that hold their target
 forget it, and reach less than 10 on the way; those on the brink reach hundreds and more."""
+
+
+def fly_twice(
+    vehicle: Vehicle, scenario: Scenario, variables: Iterable[str] = (), **options: Any
+) -> tuple[xr.Dataset, xr.DataArray]:
+    """Fly a closed loop and the nudged one; return the flight, and whether it is determined.
+
+    variables: those that the flight holds besides feature_error; options: of `simulate`.
+    """
+    names = ["feature_error"]
+    flight = simulate(vehicle, scenario, variables=[*names, *variables], **options)
+    moved = simulate(vehicle, nudged(scenario), variables=names, **options)
+    return flight, determined(flight, moved)
 
 
 def nudged(scenario: Scenario) -> Scenario:

@@ -20,6 +20,9 @@ Array = NDArray[np.float64]
 
 _TIP = ("tip_position", "tip_attitude")
 
+TRANSIENT = 2.0
+"""|DS| is judged from this time on [s]; the start of a closed loop decides it before."""
+
 AXES = ("x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_rad")
 """Axes in the order in which `compare` reports them, with their units."""
 
@@ -34,6 +37,17 @@ def feature_norm(flight: xr.Dataset) -> Array:
     """Return ‖e‖ (..., time), the norm of the stacked errors of all feature points [px]."""
     norm: Array = np.linalg.norm(samples(flight, "feature_error", "pixel"), axis=-1)
     return norm
+
+
+def feature_rms(flight: xr.Dataset) -> Any:
+    """Return the RMS of the feature errors over coordinates and samples [px]."""
+    error = samples(flight, "feature_error", "pixel")
+    return _per_run(np.sqrt(np.mean(error**2, axis=(-2, -1))))
+
+
+def norm_difference(coupled: xr.Dataset, other: xr.Dataset) -> Array:
+    """Return DS = ‖e‖_c - ‖e‖_d (..., time) of the stacked feature errors [px], Amiri et al."""
+    return feature_norm(coupled) - feature_norm(other)
 
 
 def nrmse(reference: ArrayLike, other: ArrayLike) -> Any:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Literal
 
-Progress = Callable[[int, int, str], None]
+from continuair.progress import Progress
 
 _COMPILING = "compiling kernels (first run only, some seconds)"
 

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from continuair.analysis.metrics import feature_norm, samples
+from continuair.analysis.metrics import TRANSIENT, feature_norm, samples
 from continuair.figures import style
 
 Array = np.ndarray
@@ -75,7 +75,7 @@ def speed_and_difference(dataset: xr.Dataset, printed: float, title: str = "") -
                 style.line(grid[0, column], flight, joint_speed(flight), model)
                 errors[model] = feature_norm(flight)
             time = dataset["time"].to_numpy()
-            early = time <= 2.0
+            early = time <= TRANSIENT
             for model, norm in errors.items():
                 if model == "coupled":
                     continue

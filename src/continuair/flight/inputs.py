@@ -36,29 +36,24 @@ def sample_inputs(
 
     runs: indices of the runs that are wanted, of inputs that hold a row per run. Raises InputError.
     """
-    parts: list[tuple[str, list[slice], Array]] = []
+    parts: list[tuple[str, Array]] = []
     for field, inputs in FIELDS.items():
         value = getattr(scenario, field)
         if value is not None:
-            where = [layout.of_input[name] for name in inputs]
             sign = scenario.tip_wrench_sign if field == "tip_wrench" else 1.0
-            width = sum(each.stop - each.start for each in where)
-            parts.append((field, where, sign * _at(field, value, times, width, runs)))
-    rows = max((v.shape[0] for _, _, v in parts), default=1)
-    count = max((v.shape[1] for _, _, v in parts), default=1)
-    if any(v.shape[1] not in (1, count) for _, _, v in parts):
-        held = ", ".join(f"{field} has {v.shape[1]}" for field, _, v in parts)
+            width = sum(OF_NAME[name].width(layout.sections) for name in inputs)
+            parts.append((field, sign * _at(field, value, times, width, runs)))
+    rows = max((v.shape[0] for _, v in parts), default=1)
+    count = max((v.shape[1] for _, v in parts), default=1)
+    if any(v.shape[1] not in (1, count) for _, v in parts):
+        held = ", ".join(f"{field} has {v.shape[1]}" for field, v in parts)
         raise InputError(
             f"inputs hold rows for different numbers of runs ({held}); give as many rows in each, "
             "or one row for all runs."
         )
     table = np.zeros((rows, count, layout.inputs))
-    for _, where, value in parts:
-        first = 0
-        for each in where:
-            width = each.stop - each.start
-            table[..., each] += value[..., first : first + width]
-            first += width
+    for field, value in parts:
+        layout.add(table, FIELDS[field], value)
     return table, rows > 1
 
 

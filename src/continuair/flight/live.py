@@ -193,12 +193,8 @@ class Simulation:
         """What acts at times; tau (8,), or (n, 1, 8) at each time."""
         drive = self._flight.drive(times, _ONE)
         shape = np.broadcast_shapes(drive.table.shape, (*tau.shape[:-1], 1))
-        table, first = np.array(np.broadcast_to(drive.table, shape)), 0
-        for name in TAU:
-            where = self._engine.layout.of_input[name]
-            width = where.stop - where.start
-            table[..., where] += tau[..., first : first + width]
-            first += width
+        table = np.array(np.broadcast_to(drive.table, shape))
+        self._engine.layout.add(table, TAU, tau)
         timed = len(table) > 1 and (drive.timed or tau.ndim > 1)
         return Drive(table, timed, drive.groups | GENERAL | PAPER, drive.gravity)
 

@@ -47,14 +47,21 @@ def marks_of(
     """The marks of a flight over [0, duration], with a sample at its end."""
     # The last interval is the shorter one; what is left of rounding is none.
     count = max(1, int(np.ceil(duration / sample - _ROUNDING)))
-    samples = np.append(sample * np.arange(count), duration)
+    return marks_at(np.append(sample * np.arange(count), duration), jumps, control_period)
+
+
+def marks_at(
+    samples: np.ndarray, jumps: Iterable[float] = (), control_period: float | None = None
+) -> Marks:
+    """The marks of a flight with samples (n,) at these times [s], the first 0 and the last its end.
+
+    A jump within rounding of a sample is that sample, which moves there.
+    """
+    samples, duration = np.array(samples, float), float(samples[-1])
     inside = np.array([t for t in jumps if 0.0 < t < duration])
-    # A jump within rounding of a sample is that sample.
-    for i, t in enumerate(inside):
-        near = np.argmin(np.abs(samples - t))
-        if abs(samples[near] - t) < 1e-9 * duration:
-            samples[near] = t
-        inside[i] = t
+    near = _nearest(samples, inside)
+    same = np.abs(samples[near] - inside) < 1e-9 * duration
+    samples[near[same]] = inside[same]
     times = np.union1d(samples, inside)
     if control_period is not None:
         times = _merged(
@@ -121,9 +128,15 @@ def control_instants(duration: float, period: float) -> int:
 def _merged(marks: np.ndarray, counts: np.ndarray, period: float) -> np.ndarray:
     """Marks with the instants counts * period, but for those within rounding of a mark."""
     instants = counts * period
-    after = np.clip(np.searchsorted(marks, instants), 1, len(marks) - 1)
-    gap = np.minimum(np.abs(marks[after] - instants), np.abs(marks[after - 1] - instants))
+    gap = np.abs(marks[_nearest(marks, instants)] - instants)
     return np.union1d(marks, instants[gap > 1e-9 * marks[-1]])
+
+
+def _nearest(marks: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Index of the mark, of two or more in order, that is nearest to each time."""
+    after = np.clip(np.searchsorted(marks, times), 1, len(marks) - 1)
+    before_is: np.ndarray = times - marks[after - 1] < marks[after] - times
+    return after - before_is
 
 
 def stage_times(grid: Grid) -> np.ndarray:

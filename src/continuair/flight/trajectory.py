@@ -15,7 +15,7 @@ from continuair.engine.engine import Logs
 from continuair.flight.prepare import Cohort, Flight
 from continuair.kernels.step import STATUS
 from continuair.vehicle.coordinates import continuous_euler
-from continuair.vehicle.layout import ACTUATORS, MOTION, OBSERVED, watched_columns
+from continuair.vehicle.layout import ACTUATORS, COORDINATES, MOTION, OBSERVED, watched_columns
 
 Array = np.ndarray
 
@@ -82,7 +82,7 @@ _COORDINATES: dict[str, list[Any]] = {
     "axis": list("xyz"),
     "quaternion": list("xyzw"),
     "bend_axis": ["x", "y"],
-    "coordinate": ["x", "y", "z", "roll", "pitch", "yaw", "kappa", "psi_a"],
+    "coordinate": list(COORDINATES),
 }
 
 

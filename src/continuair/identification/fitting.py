@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,10 +13,10 @@ from scipy.stats import qmc
 from continuair.identification.fields import Fitted, fitted_fields
 from continuair.identification.recording import Recording
 from continuair.identification.replay import START, Replay, first_start
+from continuair.progress import Progress
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
-Progress = Callable[[int, int, str], None]
 
 GROUPS = ("position_m", "attitude_rad", "bend_per_m")
 """What is measured, in groups of one unit; each has one standard deviation."""

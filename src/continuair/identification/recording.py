@@ -11,21 +11,14 @@ from pathlib import Path
 import numpy as np
 
 from continuair.errors import ContinuairWarning, InputError, nearest, shown
+from continuair.vehicle.layout import ACTUATORS
 
 Array = np.ndarray
 
 MEASURED = ("time", "x", "y", "z", "qx", "qy", "qz", "qw", "bend_x", "bend_y")
 """Columns that every file has: time [s]; position of the UAV's centre of mass, world axes [m];
-attitude, body to world, unit quaternion; bend vector κ (cos ψa, sin ψa), body axes [1/m]."""
-
-INPUTS = (
-    *(f"force_{axis}" for axis in "xyz"),
-    *(f"moment_{axis}" for axis in "xyz"),
-    "bend_moment_x",
-    "bend_moment_y",
-)
-"""Columns of inputs, 0 where there is none, each held until the next row: force on the UAV, world
-axes [N]; moment on it, body axes [N m]; generalised forces of the bend vector [N m²]."""
+attitude, body to world, unit quaternion; bend vector κ (cos ψa, sin ψa), body axes [1/m]. Those of
+inputs are named as ACTUATORS: 0 where there is none, each held until the next row."""
 
 FEWEST_ROWS = 10
 _UNIT_NORM_TOLERANCE = 0.02
@@ -36,7 +29,7 @@ class Recording:
     """A recorded flight; rows are samples.
 
     time: from 0 [s] (n,). position (n, 3), attitude (n, 4), bend (n, 2), inputs (n, 8) as in
-    MEASURED and INPUTS; inputs is None if the file has no such column.
+    MEASURED and ACTUATORS; inputs is None if the file has no such column.
     """
 
     name: str
@@ -48,7 +41,7 @@ class Recording:
 
 
 def load_recording(path: str | os.PathLike[str]) -> Recording:
-    """Read a recorded flight from a CSV file with a line of headings, MEASURED and INPUTS.
+    """Read a recorded flight from a CSV file with a line of headings, MEASURED and ACTUATORS.
 
     Other columns are ignored with a warning. Raises InputError, naming column and row (the first
     below the headings is row 1), for what is missing, no finite number, no unit quaternion, or
@@ -73,7 +66,7 @@ def load_recording(path: str | os.PathLike[str]) -> Recording:
             f"{path}: qx qy qz qw have norm {norm[row]:.4g} in row {row + 1}; give unit "
             "quaternions, the scalar part last."
         )
-    driven = any(name in columns for name in INPUTS)
+    driven = any(name in columns for name in ACTUATORS)
     nothing = np.zeros(len(time))
     return Recording(
         name=Path(path).name,
@@ -81,7 +74,7 @@ def load_recording(path: str | os.PathLike[str]) -> Recording:
         position=np.stack([columns[name] for name in "xyz"], -1),
         attitude=attitude / norm[:, None],
         bend=np.stack([columns["bend_x"], columns["bend_y"]], -1),
-        inputs=np.stack([columns.get(name, nothing) for name in INPUTS], -1) if driven else None,
+        inputs=np.stack([columns.get(name, nothing) for name in ACTUATORS], -1) if driven else None,
     )
 
 
@@ -112,9 +105,9 @@ def _read(path: str | os.PathLike[str]) -> tuple[list[str], list[list[str]]]:
 def _columns(
     path: str | os.PathLike[str], headings: list[str], rows: list[list[str]]
 ) -> dict[str, Array]:
-    ignored = [name for name in headings if name not in MEASURED + INPUTS]
+    ignored = [name for name in headings if name not in MEASURED + ACTUATORS]
     if ignored:
-        known = ", ".join(INPUTS)
+        known = ", ".join(ACTUATORS)
         warnings.warn(
             f"{path}: ignores the columns {', '.join(ignored)} (inputs are {known}).",
             ContinuairWarning,

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import dataclasses
+from bisect import bisect
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from continuair.engine.engine import Drive, Engine, Start
+from continuair.engine.engine import Engine, Start
 from continuair.errors import InputError
-from continuair.flight.inputs import groups_in_use, sample_inputs
-from continuair.flight.steps import automatic_step
-from continuair.flight.time_grid import Grid, Marks, grid_of, stage_times
-from continuair.identification.recording import INPUTS, Recording
+from continuair.flight.prepare import prepare
+from continuair.flight.time_grid import marks_at
+from continuair.identification.recording import Recording
 from continuair.scenario.paper_tests import open_loop_test
-from continuair.vehicle.coordinates import state_from_paper
-from continuair.vehicle.layout import GENERAL, ONE_SECTION
+from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.coordinates import continuous_euler, paper_rates
+from continuair.vehicle.layout import ACTUATORS, ONE_SECTION, PUSH
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -22,7 +27,6 @@ START = 16
 """Unknowns of a start: position 3 [m], rotation 3 [rad], bend 2 [1/m], and their rates: velocity
 in world axes, angular velocity in body axes."""
 
-_GRAVITY = 9.81
 # The step is kept for all vehicles of a fit: a margin over what the first one needs.
 _FINER = 0.5
 _LONGEST_STEP = 1e-3
@@ -35,34 +39,27 @@ class Replay:
     def __init__(self, vehicle: Vehicle, recording: Recording, test: str | None) -> None:
         if test is None and recording.inputs is None:
             raise InputError(
-                f"{recording.name}: has no column of inputs; add some of {', '.join(INPUTS)}, or "
-                "say with --test which open-loop test was flown."
+                f"{recording.name}: has no column of inputs; add some of "
+                f"{', '.join(ACTUATORS)}, or say with --test which open-loop test was flown."
             )
         self.recording, self.test = recording, test
-        start = first_start(recording)
-        q = np.zeros(8)
-        q[6] = float(np.hypot(*start[6:8]))
-        step = _FINER * float(automatic_step(Engine(vehicle, "coupled"), q).min())
-        times = recording.time
-        self.grid = grid_of(Marks(times, times, times[:0]), min(step, _LONGEST_STEP))
-        scenario = open_loop_test(test) if test else None
-        self._start = np.zeros((1, ONE_SECTION.state))
-        if scenario is not None:
-            self._start = state_from_paper(np.atleast_2d(scenario.q), np.atleast_2d(scenario.qd))
-            table, timed = sample_inputs(scenario, stage_times(self.grid), ONE_SECTION)
-            self._drive = Drive(table, timed, groups_in_use(scenario), _GRAVITY)
-        else:
-            self._drive = Drive(_held(recording, self.grid), True, GENERAL, _GRAVITY)
+        scenario, times = open_loop_test(test) if test else _held(recording), recording.time
+        apart = min(_LONGEST_STEP / _FINER, times[-1])
+        flight = prepare(vehicle, scenario, sample=apart, duration=times[-1])
+        finer, marks = _FINER * flight.steps, marks_at(times, scenario.jumps)
+        self._flown = next(dataclasses.replace(flight, steps=finer, marks=marks).cohorts())
 
     def residuals(self, vehicle: Vehicle, start: Array | None, runs: int) -> Array:
         """Simulated minus measured (runs, samples, 8): position, rotation, bend. NaN: it failed.
 
         start: (runs, START) as differences from the recording's axes; None: that of the test.
         """
-        states = np.repeat(self._start, runs, 0) if start is None else _states(start)
-        engine = Engine(vehicle, "coupled")
-        begin = Start(states, np.zeros(runs))
-        logs = engine.roll_out(np.arange(runs), begin, self.grid, self._drive)
+        flown, engine = self._flown, Engine(vehicle, "coupled")
+        if start is None:
+            begin = Start(*(np.repeat(x, runs, 0) for x in (flown.start.states, flown.start.angle)))
+        else:
+            begin = _start(start)
+        logs = engine.roll_out(np.arange(runs), begin, flown.grid, flown.drive)
         log = logs.log
         log[logs.status != 0] = np.nan
         layout, measured = ONE_SECTION, self.recording
@@ -85,20 +82,29 @@ def first_start(recording: Recording) -> Array:
     return np.concatenate([value[:3], attitude, value[6:], slope])
 
 
-def _states(start: Array) -> Array:
-    """States (runs, state) from rows of START."""
-    attitude = Rotation.from_rotvec(start[:, 3:6]).as_quat()
-    return np.hstack([start[:, :3], attitude, start[:, 6:]])
+def _start(rows: Array) -> Start:
+    """Where runs begin, from rows of START."""
+    attitude = Rotation.from_rotvec(rows[:, 3:6]).as_quat()
+    states = np.hstack([rows[:, :3], attitude, rows[:, 6:]])
+    return Start(states, np.arctan2(rows[:, 7], rows[:, 6]))
 
 
-def _held(recording: Recording, grid: Grid) -> Array:
-    """The input table: every stage of a step takes the row at or before the step's start."""
+def _held(recording: Recording) -> Scenario:
+    """What was recorded: a start as in its first rows, and each row of inputs held to the next."""
     assert recording.inputs is not None
-    middle = grid.starts + 0.5 * grid.steps
-    row = np.searchsorted(recording.time, middle, side="right") - 1
-    table = np.zeros((3 * len(row), 1, ONE_SECTION.inputs))
-    table[:, 0, ONE_SECTION.push] = np.repeat(recording.inputs[row], 3, axis=0)
-    return table
+    times, rows = recording.time.tolist(), recording.inputs
+    start = _start(first_start(recording)[None])
+    state, layout = start.states, ONE_SECTION
+    euler, size = continuous_euler(state[:, layout.attitude]), np.hypot(*state[0, layout.bend])
+    q = np.column_stack([state[:, layout.position], euler, size, start.angle])
+
+    def held(columns: slice) -> Callable[[float], Array]:
+        # The last row ends the flight, and is not held.
+        return lambda t: rows[min(bisect(times, t), len(times) - 1) - 1, columns]
+
+    acting: dict[str, Any] = {name: held(layout.of_input[name]) for name in PUSH}
+    acting |= {"duration": times[-1], "jumps": tuple(times[1:-1])}
+    return Scenario("recording", q[0], paper_rates(q, state, 0.0)[0], **acting)
 
 
 def _turn(measured: Array, simulated: Array) -> Array:

@@ -27,6 +27,15 @@ from continuair.kernels.types import MOMENTS, device_types, holding
 MODELS = ("coupled", "decoupled", "independent")
 """Models to simulate with."""
 
+REFERENCE = "coupled"
+"""The model that the others are compared with."""
+
+SIMPLER = ("decoupled", "independent")
+"""The others, in which couplings are left out."""
+
+PLANTS = ("coupled", "decoupled")
+"""The paper's two models, on whose plants a law is judged."""
+
 COUPLINGS = ("carriage", "inertia", "coriolis")
 """Couplings that a model "without …" lacks."""
 

@@ -195,12 +195,7 @@ def _is_rows(array: Array, width: int) -> bool:
 
 def _state(field: str, value: object) -> Array:
     array = _finite_array(value)
-    if (
-        array is not None
-        and array.ndim in (1, 2)
-        and array.shape[-1] == _COORDINATES
-        and array.size
-    ):
+    if array is not None and _is_rows(array, _COORDINATES):
         return array
     rates = " (rates)" if field == "qd" else ""
     raise InputError(

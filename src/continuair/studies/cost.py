@@ -10,15 +10,15 @@ import numpy as np
 from continuair.controllers.controller import Controller
 from continuair.controllers.gain_files import Gains, load_gains
 from continuair.flight.prepare import prepare
-from continuair.kernels.dynamics import MODELS
+from continuair.kernels.dynamics import MODELS, PLANTS
 from continuair.kernels.laws.probes import carry, look
+from continuair.progress import Progress, Steps
 from continuair.scenario import paths
 from continuair.scenario.scenarios import Scenario
 from continuair.scenario.targets import Target
-from continuair.studies.progress import Progress, Steps
+from continuair.scenario.tracking_task import SETTINGS, equipped, task
 from continuair.studies.tables import as_markdown, number
 from continuair.studies.timing import median_times
-from continuair.studies.tracking.task import SETTINGS, equipped, task
 from continuair.sweeps.machine import machine
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
@@ -113,7 +113,7 @@ def as_table(results: dict[str, Any]) -> str:
 def ratios(results: dict[str, Any]) -> tuple[float, float] | None:
     """Time of the decoupled over the coupled model, ours and as printed; None without both."""
     models, printed = results["models"], results["printed_ms"]
-    if not {"coupled", "decoupled"} <= set(models):
+    if not set(PLANTS) <= set(models):
         return None
     ours = models["decoupled"]["total_s"] / models["coupled"]["total_s"]
     return ours, printed["decoupled"] / printed["coupled"]

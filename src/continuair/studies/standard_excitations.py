@@ -21,6 +21,7 @@ from continuair import checks
 from continuair.analysis.linear import held_hover
 from continuair.scenario.excitations import Wave, plus
 from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.layout import OF_NAME
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -46,7 +47,7 @@ class Excitation:
     meaning: str
     load: str
     moderate: float
-    on: tuple[str, int, int] | None = None
+    on: tuple[str, int] | None = None
     amplitude: Callable[[Vehicle, Any, Any, float], Any] | None = None
 
 
@@ -75,28 +76,28 @@ EXCITATIONS = {
         "a lateral force on the UAV, as from tilting, oscillates",
         "force over the vehicle's weight",
         0.2,
-        ("force", 0, 3),
+        ("force", 0),
         _weights,
     ),
     "moment": Excitation(
         "a moment on the UAV oscillates",
         "angle by which it rocks the vehicle as a rigid body [rad]",
         0.1,
-        ("moment", 1, 3),
+        ("moment", 1),
         _rocking,
     ),
     "bend": Excitation(
         "the arm's actuation oscillates",
         "angle by which it bends the arm at rest [rad]",
         0.2,
-        ("bend_moment", 0, 2),
+        ("bend_moment", 0),
         _bending,
     ),
     "tip": Excitation(
         "a lateral force at the tip, as in contact, oscillates",
         "angle by which it bends the arm at rest [rad]",
         0.2,
-        ("tip_wrench", 0, 6),
+        ("tip_wrench", 0),
         _tip_bending,
     ),
     "release": Excitation("the bent arm is let go in hover", "none", 0.0),
@@ -132,7 +133,8 @@ def standard_scenario(
     q[..., 7] = BEND_DIRECTION
     inputs: dict[str, Any] = {}
     if excitation.on is not None and excitation.amplitude is not None:
-        channel, component, width = excitation.on
+        channel, component = excitation.on
+        width = OF_NAME[channel].width(sections=1)
         amplitude = np.asarray(excitation.amplitude(vehicle, load, frequency, gravity))
         hertz = np.asarray(frequency) * clamped / (2.0 * np.pi)
         wave = Wave(width, component, amplitude, hertz, hertz, 0.0, duration)

@@ -17,8 +17,10 @@ from continuair.scenario import paths
 from continuair.scenario.excitations import inputs, plus
 from continuair.scenario.scenarios import Scenario
 from continuair.scenario.targets import Target, square
+from continuair.scenario.tracking_task import START_OFFSET
 from continuair.sweeps.design import Design
-from continuair.sweeps.tables import STATE, TABLES, ControllerTable, TargetTable, changed
+from continuair.sweeps.tables import TABLES, ControllerTable, TargetTable, changed
+from continuair.vehicle.layout import COORDINATES
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -29,9 +31,7 @@ _SHARED = {
 }  # fmt: skip
 """Fields that are one for a whole launch: runs are grouped by their values."""
 
-_AT_REST = dict(zip(STATE, (0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.1, 0.0), strict=True))
-# Where the camera starts from the desired view, as in the closed-loop study of Amiri et al.
-_OFF = {"x": 0.1, "y": 0.0, "z": 0.1}
+_AT_REST = dict(zip(COORDINATES, (0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.1, 0.0), strict=True))
 # Seconds of inputs that differ from run to run over time: they fill a table over all steps.
 _SECONDS_OF_INPUTS = 128.0
 
@@ -107,7 +107,7 @@ def _shared(values: Array) -> Any:
 
 
 def _open_loop(vehicle: Vehicle, fields: dict[str, Any]) -> Scenario:
-    given = {name: _AT_REST[name] if fields[name] is None else fields[name] for name in STATE}
+    given = {name: _AT_REST[name] if fields[name] is None else fields[name] for name in COORDINATES}
     return _scenario(fields, given, **_inputs(vehicle, fields))
 
 
@@ -123,12 +123,12 @@ def _inputs(vehicle: Vehicle, fields: dict[str, Any]) -> dict[str, Any]:
 
 
 def _scenario(fields: dict[str, Any], state: dict[str, Any], **rest: Any) -> Scenario:
-    q = np.stack(np.broadcast_arrays(*(state[name] for name in STATE)), axis=-1)
-    rates = np.broadcast_arrays(*(fields[f"{name}_rate"] for name in STATE))
+    q = np.stack(np.broadcast_arrays(*(state[name] for name in COORDINATES)), axis=-1)
+    rates = np.broadcast_arrays(*(fields[f"{name}_rate"] for name in COORDINATES))
     qd = np.stack(rates, axis=-1)
     if q.ndim != qd.ndim:
         runs = max(len(np.atleast_2d(q)), len(np.atleast_2d(qd)))
-        q, qd = (np.broadcast_to(rows, (runs, len(STATE))) for rows in (q, qd))
+        q, qd = (np.broadcast_to(rows, (runs, len(COORDINATES))) for rows in (q, qd))
     options = {"duration": fields["duration"], "gravity": fields["gravity"]}
     return Scenario("sweep", q, qd, **options, **rest)
 
@@ -140,9 +140,9 @@ def _closed_loop(
     targets = [_target(one) for one in _each(fields["target"], runs)]
     start = np.array([target.path(0.0)[0][0] for target in targets])
     above = over(vehicle, start, [target.distance for target in targets])
-    state = {name: scenario[name] for name in STATE}
-    for axis, name in enumerate(_OFF):
-        off = _OFF[name] if scenario[name] is None else scenario[name]
+    state = {name: scenario[name] for name in COORDINATES}
+    for axis, name in enumerate("xyz"):
+        off = START_OFFSET[axis] if scenario[name] is None else scenario[name]
         state[name] = above[:, axis] + off
     controllers = [
         _controller(vehicle.select(run) if vehicle.runs else vehicle, one, targets[run])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from continuair.analysis.metrics import differences
+from continuair.analysis.metrics import differences, feature_rms, norm_difference
 from continuair.flight.prepare import Flight
 from continuair.flight.simulate import fly
 from continuair.flight.time_grid import shared_grids
@@ -41,7 +41,7 @@ def track(flight: Flight, models: tuple[str, ...], settle: float) -> Reduced:
     for same, _ in shared_grids(flight.marks, flight.steps):
         for runs in (same[first : first + size] for first in range(0, len(same), size)):
             flights = [_with_runs(fly(flight, model, names, runs=runs)) for model in models]
-            parts.append(_reduced(flights, settle))
+            parts.append(reduced(flights, settle))
             order.append(runs)
     back = np.argsort(np.concatenate(order))
 
@@ -60,8 +60,11 @@ def _with_runs(flight: xr.Dataset) -> xr.Dataset:
     return flight if "run" in flight.dims else flight.expand_dims("run")
 
 
-def _reduced(flights: list[xr.Dataset], settle: float) -> Reduced:
-    """Metrics of each flight against the first; NaN where a flight has not ended well."""
+def reduced(flights: list[xr.Dataset], settle: float) -> Reduced:
+    """Metrics of each model's flight against the first's; NaN where a run has not ended well.
+
+    flights: of the same runs, with the tip's pose and feature_error; settle: from when it counts.
+    """
     reference = flights[0]
     status = np.stack([flight["status"].to_numpy() for flight in flights], axis=-1)
     well = status == 0
@@ -88,11 +91,8 @@ def _metrics(reference: xr.Dataset, flight: xr.Dataset, settle: float) -> dict[s
         compared = differences(reference, flight)
         found = {name: compared[name] for name in DEVIATIONS}
     if "feature_error" in flight:
-        late = flight["time"].to_numpy() >= settle
-        error = flight["feature_error"].to_numpy()[:, late]
-        other = reference["feature_error"].to_numpy()[:, late]
-        found["rms_px"] = np.sqrt(np.mean(error**2, axis=(1, 2)))
-        found["max_px"] = np.abs(error).max(axis=(1, 2))
-        gap = np.linalg.norm(error, axis=-1) - np.linalg.norm(other, axis=-1)
-        found["ds_max_px"] = np.abs(gap).max(axis=1)
+        first, late = (each.sel(time=slice(settle, None)) for each in (reference, flight))
+        found["rms_px"] = feature_rms(late)
+        found["max_px"] = np.abs(late["feature_error"].to_numpy()).max(axis=(1, 2))
+        found["ds_max_px"] = np.abs(norm_difference(first, late)).max(axis=1)
     return found

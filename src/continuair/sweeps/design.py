@@ -16,6 +16,7 @@ import xarray as xr
 
 from continuair.errors import InputError, shown
 from continuair.files import read_toml
+from continuair.kernels.dynamics import REFERENCE
 from continuair.sweeps.pairs import METRICS
 from continuair.sweeps.sampling import flat, values, values_along
 from continuair.sweeps.tables import Base, changed, check_field
@@ -61,7 +62,7 @@ class Design:
     @property
     def models(self) -> tuple[str, ...]:
         """The models that every run flies, the reference first."""
-        return ("coupled", *dict.fromkeys(self.base.models))
+        return (REFERENCE, *dict.fromkeys(self.base.models))
 
     @property
     def metrics(self) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ import xarray as xr
 from continuair import checks
 from continuair.engine.engine import check_device
 from continuair.errors import InputError, shown
+from continuair.progress import Progress
 from continuair.sweeps.design import Design, load_design
 from continuair.sweeps.results import open_sweep, require_zarr
 from continuair.sweeps.units import check, compute, unit_size
@@ -21,8 +22,6 @@ from continuair.sweeps.units import check, compute, unit_size
 # zarr and Dask are optional: what needs them is imported where it is used.
 if TYPE_CHECKING:
     from continuair.sweeps.store import Store
-
-Progress = Callable[[int, int, str], None]
 
 
 def sweep(

@@ -12,15 +12,12 @@ from continuair import checks
 from continuair.engine.pairs import Pairs
 from continuair.errors import InputError, shown
 from continuair.flight.prepare import Flight, prepare
-from continuair.kernels.dynamics import MODELS
+from continuair.kernels.dynamics import MODELS, REFERENCE, SIMPLER
 from continuair.kernels.step import STATUS
 from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.closed_pairs import Reduced, track
 from continuair.vehicle.layout import DEVIATIONS
 from continuair.vehicle.vehicle import Vehicle
-
-REFERENCE = "coupled"
-"""The model that the others are compared with."""
 
 METRICS: dict[str, tuple[str, str]] = {
     "nrmse_t": ("1", "NRMSE of the tip's position, as the paper prints it"),
@@ -121,8 +118,7 @@ def _checked_models(models: Any) -> tuple[str, ...]:
     """The models to fly, the reference first."""
     listed = isinstance(models, Sequence) and not isinstance(models, str)
     if not listed or any(name not in MODELS for name in models):
-        others = ", ".join(name for name in MODELS if name != REFERENCE)
-        raise InputError(f"models is {shown(models)}; give a list of {others}.")
+        raise InputError(f"models is {shown(models)}; give a list of {', '.join(SIMPLER)}.")
     return (REFERENCE, *(name for name in dict.fromkeys(models) if name != REFERENCE))
 
 

@@ -32,9 +32,6 @@ def _channel(value: Any) -> str:
 
 Channel = Annotated[str, BeforeValidator(_channel)]
 
-STATE = ("x", "y", "z", "roll", "pitch", "yaw", "kappa", "psi_a")
-"""The paper's coordinates, in order."""
-
 
 class ScenarioTable(Part):
     """How the runs start, what excites them, and for how long."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 GENERAL, PAPER, TIP, COMMAND = 1, 2, 4, 8
 """What acts, as bits: inputs along the state's own axes, those along the paper's coordinates, the
@@ -73,6 +74,10 @@ CHANNELS = {
     for k, axis in enumerate(each.axes[: len(each.axes) // len(each.channels)])
 }
 """Channel of a design -> input, and which component of it."""
+
+
+COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw", "kappa", "psi_a")
+"""Names of the paper's coordinates, in order, for one section."""
 
 
 def columns(widths: Iterable[tuple[str, int]]) -> dict[str, slice]:
@@ -176,11 +181,6 @@ class Layout:
         return _joined([self.of_input[name] for name in PUSH])
 
     @property
-    def euler_and_polar(self) -> slice:
-        """Euler torques, then (Q_κ, Q_ψa) of each section, in a row of inputs."""
-        return _joined([self.of_input[name] for name in TAU[1:]])
-
-    @property
     def tip_wrench(self) -> slice:
         """Tip wrench in a row of inputs."""
         return self.of_input["tip_wrench"]
@@ -189,6 +189,15 @@ class Layout:
     def inputs(self) -> int:
         """Columns of a row of inputs."""
         return self.tip_wrench.stop
+
+    def add(self, table: Any, names: Iterable[str], values: Any) -> None:
+        """Add values (..., n) of some inputs, side by side, to a table of inputs (..., inputs)."""
+        first = 0
+        for name in names:
+            where = self.of_input[name]
+            width = where.stop - where.start
+            table[..., where] += values[..., first : first + width]
+            first += width
 
 
 def _after(previous: slice, width: int) -> slice:

@@ -21,9 +21,8 @@ from continuair.vehicle.layout import MOTION, frame_columns
 
 @dataclass(frozen=True)
 class PilotCode:
-    """Structs and functions of a pilot; every_stage: its law acts at every stage of a step."""
+    """Structs and functions of a pilot."""
 
-    every_stage: bool
     Loop: Any
     Pilot: Any
     Decision: Any
@@ -37,7 +36,6 @@ def no_pilot(precision: str, sections: int) -> PilotCode:
     """Nobody pushes."""
     types, Flight = device_types(precision, sections), flight_code(precision, sections).Flight
     Real, State, Push, vec2 = types.Real, types.State, types.Push, types.vec2
-    every_stage = False
 
     @wp.struct
     class Loop:

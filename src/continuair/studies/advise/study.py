@@ -16,15 +16,15 @@ import numpy as np
 
 from continuair import checks
 from continuair.analysis.beam import curvature_error
-from continuair.analysis.convergence import REFERENCE
 from continuair.analysis.groups import place
 from continuair.controllers.gain_files import Gains, load_gains
 from continuair.flight.simulate import simulate
+from continuair.kernels.dynamics import REFERENCE, SIMPLER
+from continuair.progress import Progress, Steps
 from continuair.scenario.letters import LETTERS
-from continuair.studies.advise.excitations import MODELS, attribute, excite, responsible
+from continuair.studies.advise.excitations import attribute, excite, missed
 from continuair.studies.advise.tracking import tracking_limit
 from continuair.studies.advise.verdicts import TASKS, verdict
-from continuair.studies.progress import Progress, Steps
 from continuair.studies.standard_excitations import standard_scenario
 from continuair.studies.timing import median_times
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
@@ -68,7 +68,7 @@ def advise(
     tracked, law = {}, gains or load_gains("paper")
     for task, letter in letters.items():
         steps.begin(task)
-        tracked[task] = tracking_limit(vehicle, letter, law, MODELS, tolerance.pixels)
+        tracked[task] = tracking_limit(vehicle, letter, law, SIMPLER, tolerance.pixels)
     steps.begin("cost of a step")
     results: dict[str, Any] = {
         "study": "advise",
@@ -82,7 +82,7 @@ def advise(
         "step_over_coupled": step_cost(vehicle),
         "curvature_error": curvature_error(vehicle),
     }
-    found = {task: {m: verdict(results, task, m) for m in MODELS} for task in chosen}
+    found = {task: {m: verdict(results, task, m) for m in SIMPLER} for task in chosen}
     sentence = "; ".join(f"{task}: {of['decoupled']['text']}" for task, of in found.items())
     return results | {"verdicts": found, "verdict": sentence}
 
@@ -97,9 +97,9 @@ def _excitations(
         found[name] = excite(vehicle, name, tolerance)
     if names:
         steps.begin("couplings, one at a time")
-        for name, couplings in attribute(vehicle, names).items():
-            error = found[name]["models"]["decoupled"]["error"]
-            found[name] |= {"couplings": couplings, "responsible": responsible(couplings, error)}
+    for name, part in found.items():
+        couplings, error = attribute(vehicle, name), part["models"]["decoupled"]["error"]
+        part |= {"couplings": couplings, "responsible": missed(couplings, error)}
     return found
 
 
@@ -113,7 +113,7 @@ def step_cost(vehicle: Vehicle) -> dict[str, float]:
     }
     flights = {
         model: partial(simulate, vehicle, scenario, model=model, **options)
-        for model in (REFERENCE, *MODELS)
+        for model in (REFERENCE, *SIMPLER)
     }
     times = median_times(flights, _REPEATS)
-    return {model: times[model] / times[REFERENCE] for model in MODELS}
+    return {model: times[model] / times[REFERENCE] for model in SIMPLER}

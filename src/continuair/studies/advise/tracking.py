@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from continuair.analysis.determinacy import determined, nudged
+from continuair.analysis.determinacy import fly_twice
 from continuair.analysis.limits import find_limits
-from continuair.analysis.metrics import feature_norm
+from continuair.analysis.metrics import TRANSIENT, feature_rms, norm_difference
 from continuair.controllers.gain_files import Gains
-from continuair.flight.simulate import simulate
+from continuair.kernels.dynamics import REFERENCE
 from continuair.scenario import paths
-from continuair.studies.tracking.task import LETTER_HEIGHT, SETTINGS, equipped, task
+from continuair.scenario.tracking_task import LETTER_HEIGHT, SETTINGS, equipped, task
 from continuair.vehicle.vehicle import Vehicle
 
 SLOWEST, FASTEST = 50.0, 5.0
@@ -20,9 +20,6 @@ SLOWEST, FASTEST = 50.0, 5.0
 
 SCANNED, REFINED = 10, 6
 """Durations in the scan, and in the round that halves in on the limit."""
-
-TRANSIENT = 2.0
-"""DS counts from this time on [s]."""
 
 
 def tracking_limit(
@@ -68,20 +65,18 @@ def _fly(
 ) -> dict[str, np.ndarray]:
     """RMS error of the coupled plant, and |DS| of each model, by duration."""
     scenario = task(vehicle, [letter] * len(durations), law, durations.tolist())
-    norms = {}
-    for model in ("coupled", *models):
-        flight, moved = (
-            simulate(vehicle, each, model=model, sample=2e-2, variables=["feature_error"])
-            for each in (scenario, nudged(scenario))
+    flights = {}
+    for model in (REFERENCE, *models):
+        flight, held = fly_twice(vehicle, scenario, model=model, sample=2e-2)
+        flights[model] = flight.where(held)
+    found = {name: np.empty(len(durations)) for name in ("rms", *models)}
+    for run, end in enumerate(durations):
+        coupled, *others = (
+            each.isel(run=run).sel(time=slice(TRANSIENT, end)) for each in flights.values()
         )
-        norms[model] = feature_norm(flight.where(determined(flight, moved)))
-    time, pixels = flight["time"].to_numpy(), flight.sizes["pixel"]
-    counts = [(time >= TRANSIENT) & (time <= end) for end in durations]
-    squares = [np.mean(row[at] ** 2) for row, at in zip(norms["coupled"], counts, strict=True)]
-    found = {"rms": np.sqrt(np.array(squares) / pixels)}
-    for model in models:
-        ds = np.abs(norms["coupled"] - norms[model])
-        found[model] = np.array([row[at].max() for row, at in zip(ds, counts, strict=True)])
+        found["rms"][run] = feature_rms(coupled)
+        for model, other in zip(models, others, strict=True):
+            found[model][run] = np.abs(norm_difference(coupled, other)).max()
     return found
 
 

@@ -9,7 +9,8 @@ import xarray as xr
 
 from continuair import checks
 from continuair.analysis.groups import GROUPS, coupling, vehicle_of
-from continuair.studies.progress import Progress
+from continuair.kernels.dynamics import SIMPLER
+from continuair.progress import Progress
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time, standard_scenario
 from continuair.sweeps import run_pairs
 from continuair.sweeps.sampling import sobol_box
@@ -33,7 +34,6 @@ RANGES = {
 FREE = ("mass_ratio", "inertia_ratio", "gravity_number", "slenderness", "damping_ratio", "bend")
 """Groups of a flight on which nothing oscillates."""
 
-MODELS = ("decoupled", "independent")
 ERRORS = {
     "nrmse": "NRMSE of the tip's position",
     "error": "RMSE of the tip's position over the arm's length",
@@ -72,7 +72,7 @@ def fly(
     # Runs that need one step fly together: their inputs are sampled once.
     order = np.argsort(strength)
     runs = len(order)
-    errors = np.full((len(ERRORS), runs, len(MODELS)), np.nan)
+    errors = np.full((len(ERRORS), runs, len(SIMPLER)), np.nan)
     for first in range(0, runs, _CHUNK):
         if progress:
             progress(first, runs, excitation)
@@ -86,7 +86,7 @@ def fly(
     }
     data |= {name: ("run", values) for name, values in groups.items()}
     data["coupling"] = ("run", strength, {"long_name": GROUPS["coupling"]})
-    return xr.Dataset(data, {"model": list(MODELS)})
+    return xr.Dataset(data, {"model": list(SIMPLER)})
 
 
 def load_angle(excitation: str, groups: Any) -> Any:
@@ -114,8 +114,8 @@ def run_errors(
     scenario = scenario_of(excitation, vehicle, groups)
     # Periods that agree but for rounding are one.
     time = round(sample_time(vehicle), 12)
-    found = run_pairs(vehicle, scenario, MODELS, step=step, sample=time)
-    found = found.sel(model=list(MODELS))
+    found = run_pairs(vehicle, scenario, SIMPLER, step=step, sample=time)
+    found = found.sel(model=list(SIMPLER))
     length = np.asarray(vehicle.arm.length)[:, None]
     rows = found["nrmse_t"], found["rmse_t_m"] / length, found["angle_rad"]
     return np.stack([row.to_numpy() for row in rows])

@@ -8,20 +8,20 @@ import warnings
 import numpy as np
 import xarray as xr
 
-from continuair.analysis.determinacy import determined, nudged
+from continuair.analysis.determinacy import fly_twice
 from continuair.analysis.groups import GRAVITY, coupling, vehicle_of
 from continuair.controllers.controller import stack
 from continuair.controllers.gains import design
 from continuair.controllers.servoing import servoing
 from continuair.equations.camera import over
 from continuair.errors import ContinuairWarning
-from continuair.flight.simulate import simulate
+from continuair.kernels.dynamics import PLANTS
+from continuair.progress import Progress
 from continuair.scenario import paths
 from continuair.scenario.letters import LETTERS
 from continuair.scenario.scenarios import Scenario
-from continuair.scenario.targets import Target
-from continuair.studies.progress import Progress
-from continuair.sweeps import run_pairs
+from continuair.scenario.targets import DISTANCE, Target
+from continuair.sweeps.closed_pairs import reduced
 from continuair.sweeps.sampling import sobol_box
 from continuair.vehicle.vehicle import Vehicle
 
@@ -42,9 +42,6 @@ stiffness: clamped frequency over the loop's bandwidth; speed: the target's, ove
 the camera's distance; bandwidth [rad/s] and length [m] set the scales.
 """
 
-DISTANCE = 2.0
-"""Distance of the camera from the target [m]."""
-
 DURATION, SETTLE = 5.0, 1.0
 """Duration of a loop, and from when the image counts [s]."""
 
@@ -62,6 +59,7 @@ LOOP_ERRORS = {
 """What is kept of a pair."""
 
 _CHUNK, _SAMPLE = 64, 0.01
+_TIP = ("tip_position", "tip_attitude")
 
 
 def sample_loops(runs: int, seed: int) -> dict[str, Array]:
@@ -123,35 +121,29 @@ def loop_scenario(vehicle: Vehicle, groups: dict[str, Array], first: int = 0) ->
 
 
 def _flown(vehicle: Vehicle, groups: dict[str, Array], first: int) -> dict[str, Array]:
+    """LOOP_ERRORS of a batch; a loop is held that keeps its target, and that is determined."""
     scenario = loop_scenario(vehicle, groups, first)
     with warnings.catch_warnings():
         # Loops that are lost are counted, not told one by one.
         warnings.simplefilter("ignore", ContinuairWarning)
-        pair = run_pairs(vehicle, scenario, ["decoupled"], sample=_SAMPLE, settle=SETTLE)
-        held = _held(vehicle, scenario, pair)
-    known = pair.where(held.all("model"))
-    other = known.sel(model="decoupled")
-    return {
-        "ds_px": other["ds_max_px"].to_numpy(),
-        "rms_px": other["rms_px"].to_numpy(),
-        "coupled_rms_px": known["rms_px"].sel(model="coupled").to_numpy(),
-        "error": other["rmse_t_m"].to_numpy() / vehicle.arm.length,
-        "angle": other["angle_rad"].to_numpy(),
-        "lost_coupled": 1.0 - held.sel(model="coupled").to_numpy(),
-        "lost_decoupled": 1.0 - held.sel(model="decoupled").to_numpy(),
+        flown = [
+            fly_twice(vehicle, scenario, _TIP, model=model, sample=_SAMPLE) for model in PLANTS
+        ]
+    pair = reduced([flight for flight, _ in flown], SETTLE)
+    held = (pair.status == 0) & np.stack([same for _, same in flown], axis=-1)
+    known = {
+        name: np.where(held.all(1, keepdims=True), values, np.nan)
+        for name, values in pair.metrics.items()
     }
-
-
-def _held(vehicle: Vehicle, scenario: Scenario, pair: xr.Dataset) -> xr.DataArray:
-    """Whether loops (run, model) kept their target, and go the same way from a start nudged."""
-    same = []
-    for model in pair["model"].to_numpy():
-        flight, moved = (
-            simulate(vehicle, each, model=model, sample=_SAMPLE, variables=["feature_error"])
-            for each in (scenario, nudged(scenario))
-        )
-        same.append(determined(flight, moved))
-    return (pair["status"] == 0) & xr.concat(same, pair["model"])
+    return {
+        "ds_px": known["ds_max_px"][:, 1],
+        "rms_px": known["rms_px"][:, 1],
+        "coupled_rms_px": known["rms_px"][:, 0],
+        "error": known["rmse_t_m"][:, 1] / vehicle.arm.length,
+        "angle": known["angle_rad"][:, 1],
+        "lost_coupled": 1.0 - held[:, 0],
+        "lost_decoupled": 1.0 - held[:, 1],
+    }
 
 
 @functools.cache

@@ -76,7 +76,7 @@ def _loops(summary: xr.Dataset) -> list[str]:
     shares = [f"{name} {_shares(alone, total)}" for name, alone, total in zip(*groups, strict=True)]
     lost = [
         f"{plant} {percent(float(summary['loop_lost'].sel(plant=plant)))}"
-        for plant in ("coupled", "decoupled")
+        for plant in summary["plant"].to_numpy()
     ]
     return [
         f"Closed loop, median (9 of 10 below): {', '.join(errors)}. Lost: {', '.join(lost)}; both "

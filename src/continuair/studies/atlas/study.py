@@ -13,10 +13,10 @@ from continuair import checks
 from continuair.analysis.couplings import attribution, responsible
 from continuair.analysis.groups import vehicle_of
 from continuair.kernels.dynamics import COUPLINGS
+from continuair.progress import Progress
 from continuair.studies.atlas.flights import fly, sample, scenario_of
 from continuair.studies.atlas.loops import fly_loops, sample_loops
 from continuair.studies.atlas.summary import summarise, summarise_loops
-from continuair.studies.progress import Progress
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time
 from continuair.sweeps import run_pairs
 
@@ -68,7 +68,8 @@ def _attributed(name: str, runs: int, seed: int) -> dict[str, Any]:
     groups = sample(name, runs, seed + 1)
     vehicle = vehicle_of(groups)
     scenario = scenario_of(name, vehicle, groups)
-    errors = attribution(vehicle, scenario, round(sample_time(vehicle), 12))
+    found = attribution(vehicle, scenario, round(sample_time(vehicle), 12))
+    errors = {without: of_model["rmse_t_m"] for without, of_model in found.items()}
     names = responsible(errors)
     known = max(1, int((names != "").sum()))
     ratio = [np.nanmedian(errors[c] / errors["decoupled"]) for c in COUPLINGS]

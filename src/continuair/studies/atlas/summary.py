@@ -15,7 +15,8 @@ import xarray as xr
 from continuair.analysis.importance import importance
 from continuair.errors import InputError
 from continuair.files import printed
-from continuair.studies.atlas.flights import ERRORS, MODELS, RANGES, load_angle, varied
+from continuair.kernels.dynamics import PLANTS, SIMPLER
+from continuair.studies.atlas.flights import ERRORS, RANGES, load_angle, varied
 from continuair.studies.atlas.loops import LOOP_ERRORS, LOOP_RANGES
 from continuair.studies.standard_excitations import EXCITATIONS
 
@@ -62,7 +63,7 @@ def summarise(flights: dict[str, xr.Dataset]) -> xr.Dataset:
     found["frequency_edges"] = ("column_edge", edges("frequency", COLUMNS))
     found["damping_edges"] = ("column_edge", edges("damping_ratio", COLUMNS))
     return found.assign_coords(
-        model=list(MODELS), quantile=list(QUANTILES), group=list(RANGES), error=list(ERRORS)
+        model=list(SIMPLER), quantile=list(QUANTILES), group=list(RANGES), error=list(ERRORS)
     )
 
 
@@ -87,14 +88,11 @@ def summarise_loops(loops: xr.Dataset) -> xr.Dataset:
                 ("quantile", "loop_row", "loop_column"),
                 _quantiles(loops["ds_px"].to_numpy(), row, column, (cells, cells)),
             ),
-            "loop_lost": ("plant", [float(loops[f"lost_{p}"].mean()) for p in _PLANTS]),
+            "loop_lost": ("plant", [float(loops[f"lost_{p}"].mean()) for p in PLANTS]),
             "loop_alike": float(np.mean(loops["lost_coupled"] == loops["lost_decoupled"])),
         },
-        {"loop_error": names, "loop_group": list(LOOP_RANGES), "plant": list(_PLANTS)},
+        {"loop_error": names, "loop_group": list(LOOP_RANGES), "plant": list(PLANTS)},
     )
-
-
-_PLANTS = ("coupled", "decoupled")
 
 
 def _summary(name: str, flight: xr.Dataset) -> xr.Dataset:
@@ -122,12 +120,12 @@ def _governed(name: str, flight: xr.Dataset, cell: Array, inside: Array) -> dict
     names = varied(name)
     unit = np.stack([_unit(flight[g].to_numpy(), RANGES[g]) for g in names], axis=-1)
     place = [list(RANGES).index(g) for g in names]
-    shape = (len(ERRORS), len(MODELS))
+    shape = (len(ERRORS), len(SIMPLER))
     first, total = (np.full((*shape, len(RANGES)), np.nan) for _ in range(2))
     explained, by_map = (np.empty(shape) for _ in range(2))
     angle = np.asarray(load_angle(name, flight))
     for i, error in enumerate(ERRORS):
-        for j, model in enumerate(MODELS):
+        for j, model in enumerate(SIMPLER):
             values = flight[error].sel(model=model).to_numpy()
             log = np.log10(values)
             known = np.isfinite(log)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from continuair.analysis.convergence import CONVERGED, REFERENCE
+from continuair.analysis.convergence import CONVERGED
+from continuair.kernels.dynamics import REFERENCE
 from continuair.studies.open_loop.study import PRINTED, OpenLoop
 from continuair.studies.results import ResultFolder
 from continuair.studies.tables import as_markdown, number, percent

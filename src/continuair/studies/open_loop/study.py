@@ -15,7 +15,6 @@ import xarray as xr
 
 from continuair import checks
 from continuair.analysis.convergence import (
-    REFERENCE,
     SAMPLE,
     Entries,
     Flown,
@@ -26,10 +25,10 @@ from continuair.analysis.convergence import (
 )
 from continuair.analysis.metrics import compare
 from continuair.flight.simulate import simulate
-from continuair.kernels.dynamics import MODELS
+from continuair.kernels.dynamics import MODELS, REFERENCE
+from continuair.progress import Progress, Steps
 from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, open_loop_test
 from continuair.scenario.scenarios import Scenario
-from continuair.studies.progress import Progress, Steps
 from continuair.studies.results import by_model
 from continuair.studies.tables import percent
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle

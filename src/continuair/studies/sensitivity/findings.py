@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import spearmanr
 
+from continuair.kernels.dynamics import PLANTS
 from continuair.studies.sensitivity.task import PARAMETERS
 
 REPRODUCED, NOT_REPRODUCED, UNDECIDED = "reproduced", "not reproduced", "cannot be decided"
@@ -183,11 +184,7 @@ def rank_correlation(x: Sequence[float], y: Sequence[float]) -> float:
 
 def converged(sweep: dict[str, Any]) -> bool:
     """Tell whether no row of a sweep is an error of the integration."""
-    return all(
-        row["models"][model]["converged"]
-        for row in sweep["rows"]
-        for model in ("coupled", "decoupled")
-    )
+    return all(row["models"][model]["converged"] for row in sweep["rows"] for model in PLANTS)
 
 
 def column(rows: list[dict[str, Any]], measure: str) -> list[float]:

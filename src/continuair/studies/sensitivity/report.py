@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from continuair.analysis.convergence import CONVERGED, REFERENCE
+from continuair.analysis.convergence import CONVERGED
+from continuair.kernels.dynamics import REFERENCE, SIMPLER
 from continuair.studies.results import ResultFolder
 from continuair.studies.sensitivity.claims import NO_CLAIM
 from continuair.studies.sensitivity.measures import MEASURES
-from continuair.studies.sensitivity.study import OTHERS, Sensitivity
+from continuair.studies.sensitivity.study import Sensitivity
 from continuair.studies.tables import as_csv, as_markdown, number, percent
 
 COLUMNS = {
@@ -41,7 +42,7 @@ def rows(results: dict[str, Any]) -> list[tuple[str, dict[str, Any], str, dict[s
         (name, row, model, row["models"][model])
         for name, sweep in results["sweeps"].items()
         for row in sweep["rows"]
-        for model in OTHERS
+        for model in SIMPLER
     ]
 
 

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from continuair import checks
 from continuair.analysis.convergence import (
-    REFERENCE,
     SAMPLE,
     Entries,
     Flown,
@@ -25,9 +24,9 @@ from continuair.analysis.convergence import (
     step_of,
 )
 from continuair.flight.simulate import simulate
-from continuair.kernels.dynamics import MODELS
+from continuair.kernels.dynamics import MODELS, REFERENCE, SIMPLER
+from continuair.progress import Progress, Steps
 from continuair.scenario.scenarios import Scenario
-from continuair.studies.progress import Progress, Steps
 from continuair.studies.results import by_model
 from continuair.studies.sensitivity.claims import verdicts
 from continuair.studies.sensitivity.measures import VARIABLES, apart, measures
@@ -36,7 +35,6 @@ from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 Array = NDArray[np.float64]
 
-OTHERS = tuple(model for model in MODELS if model != REFERENCE)
 """The models that are compared with the coupled one."""
 
 
@@ -152,7 +150,7 @@ def _rows(
     """A row per value: measures of the coupled flight, and the models' metrics against it."""
     vehicles, _ = batch(vehicle, scenario, parameter, parameter.values)
     measured = measures(vehicles, flown[REFERENCE])
-    distances = {model: apart(flown[REFERENCE], flown[model]) for model in OTHERS}
+    distances = {model: apart(flown[REFERENCE], flown[model]) for model in SIMPLER}
     rows = []
     for run, value in enumerate(parameter.values):
         one = vehicles.select(run)
@@ -184,7 +182,7 @@ def _between(
     columns |= measures(vehicles, flown[REFERENCE])
     errors = {
         model: np.array([_rms(distance) for distance in apart(flown[REFERENCE], flown[model])])
-        for model in OTHERS
+        for model in SIMPLER
     }
     return {
         "ended_early": values[ended].tolist(),

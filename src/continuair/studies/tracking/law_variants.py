@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from continuair.analysis.metrics import feature_norm
+from continuair.analysis.metrics import TRANSIENT, feature_rms, norm_difference
 from continuair.controllers.classic import classic
 from continuair.controllers.controller import Controller, stack
 from continuair.controllers.gain_files import Gains
 from continuair.controllers.servoing import servoing
 from continuair.flight.simulate import simulate
-from continuair.studies.progress import Progress, Steps
-from continuair.studies.tracking.task import SETTINGS, equipped, task
+from continuair.kernels.dynamics import PLANTS
+from continuair.progress import Progress, Steps
+from continuair.scenario.tracking_task import SETTINGS, equipped, task
 from continuair.vehicle.vehicle import Vehicle
 
-PLANTS = ("coupled", "decoupled")
 STIFFNESS = np.geomspace(1.0, 1000.0, 10)
 LEAD = np.geomspace(0.03, 3.0, 8)
 """Scalar gains that are tried: K_p, and C_d [s]; K_d = K_p / 1000, C_p = 1."""
@@ -67,7 +67,7 @@ def best_scalar(vehicle: Vehicle, letter: str, compensation: str) -> dict[str, A
     laws = stack([servoing(**gains, compensation=compensation) for gains in grid])
     scenario = task(vehicle, [letter], laws, SETTINGS["nominal"].duration)
     data = simulate(vehicle, scenario, sample=5e-2, variables=["feature_error"])
-    return grid[int(np.argmin(np.nan_to_num(_rms(data), nan=np.inf)))]
+    return grid[int(np.argmin(np.nan_to_num(feature_rms(_settled(data)), nan=np.inf)))]
 
 
 def _variants(vehicle: Vehicle, gains: Gains, scalar: dict[str, dict[str, Any]]) -> list[Variant]:
@@ -120,11 +120,10 @@ def _fly(
         )
         for plant in PLANTS
     )
-    ds = np.abs(feature_norm(coupled) - feature_norm(decoupled))
-    late = coupled["time"].to_numpy() >= 2.0
-    rms, bend = _rms(coupled), np.linalg.norm(coupled["bend"].to_numpy(), axis=2)
-    settled = coupled["time"].to_numpy() >= SETTINGS["nominal"].settled
-    worst = np.abs(coupled["feature_error"].to_numpy()[:, settled]).max(axis=(1, 2))
+    late = (flight.sel(time=slice(TRANSIENT, None)) for flight in (coupled, decoupled))
+    ds, settled = np.abs(norm_difference(*late)), _settled(coupled)
+    rms, bend = feature_rms(settled), np.linalg.norm(coupled["bend"].to_numpy(), axis=2)
+    worst = np.abs(settled["feature_error"].to_numpy()).max(axis=(1, 2))
     tilt = np.abs(coupled["q"].sel(coordinate=["roll", "pitch"]).to_numpy()).max(axis=2)
     return [
         {
@@ -136,13 +135,12 @@ def _fly(
             "max_px": float(worst[row]),
             "largest_bend_1_m": float(np.nanmax(bend[row])),
             "largest_tilt_rad": float(np.nanmax(tilt[row])),
-            "ds_max_px_after_2s": float(ds[row, late].max()),
+            "ds_max_px_after_2s": float(ds[row].max()),
         }
         for row, variant in enumerate(variants)
     ]
 
 
-def _rms(data: xr.Dataset) -> np.ndarray:
-    """RMS feature error by run [px]; NaN for a run that ended early."""
-    error = data["feature_error"].sel(time=slice(SETTINGS["nominal"].settled, None)).to_numpy()
-    return np.asarray(np.sqrt(np.mean(error**2, axis=(1, 2))))
+def _settled(data: xr.Dataset) -> xr.Dataset:
+    """The part of a flight in which errors count."""
+    return data.sel(time=slice(SETTINGS["nominal"].settled, None))

@@ -19,13 +19,14 @@ import numpy as np
 import xarray as xr
 
 from continuair import checks
-from continuair.analysis.determinacy import determined, nudged
+from continuair.analysis.determinacy import fly_twice
+from continuair.analysis.metrics import TRANSIENT, feature_rms
 from continuair.controllers.controller import stack
 from continuair.controllers.gain_files import Gains
 from continuair.errors import InputError
-from continuair.flight.simulate import simulate
-from continuair.studies.progress import Progress, Steps
-from continuair.studies.tracking.task import SETTINGS, equipped, task
+from continuair.kernels.dynamics import PLANTS
+from continuair.progress import Progress, Steps
+from continuair.scenario.tracking_task import SETTINGS, equipped, task
 from continuair.sweeps.sampling import sobol
 from continuair.vehicle.vehicle import Vehicle
 
@@ -38,16 +39,10 @@ RANGES = {
 }
 """What is searched, on a logarithmic scale; `design` and `servoing` say what each one is."""
 
-PLANTS = ("coupled", "decoupled")
-"""The plants that have to be tracked with: gains on the brink for one are lost on the other."""
-
 HORIZON = 20.0
 """How much of a letter is flown at most [s]; the first corner of a 50 s M comes after 15 s."""
 
-SETTLED = 2.0
-"""Errors count from this time on [s]: what DS is judged from."""
-
-_VARIABLES = ("feature_error", "camera_position", "target_position", "command")
+_VARIABLES = ("camera_position", "target_position", "command")
 
 LOST = 1e6
 """RMS errors that a run which ends early, or where rounding sends it, counts as [px, mm]: losing
@@ -76,6 +71,7 @@ def tune(
     InputError.
     """
     _check_size(candidates, rounds, seed)
+    # Gains on the brink for one plant are lost on the other.
     runs = list(product(settings, PLANTS))
     steps = Steps(progress, rounds * len(runs))
     lows, highs = np.log([list(r) for r in RANGES.values()]).T
@@ -167,26 +163,19 @@ def fly(
     found: list[list[np.ndarray]] = []
     for letter in letters:
         scenario = task(flown, [letter], gains, SETTINGS[setting].duration)
-        data, moved = (
-            simulate(
-                flown,
-                each,
-                model=plant,
-                duration=min(scenario.duration, HORIZON),
-                sample=2e-2,
-                variables=_VARIABLES,
-            )
-            for each in (scenario, nudged(scenario))
+        lasts = min(scenario.duration, HORIZON)
+        data, held = fly_twice(
+            flown, scenario, _VARIABLES, model=plant, duration=lasts, sample=2e-2
         )
-        lost = ~determined(data, moved)
         force = data["command"].isel(actuator=slice(3)) - [0.0, 0.0, weight]
         effort = _root((force**2).sum("actuator").mean("time")) / weight
-        data = data.sel(time=slice(SETTLED, None))
-        pixels = _root((data["feature_error"] ** 2).mean(("time", "pixel"), skipna=False))
+        # Errors count from when DS is judged.
+        data = data.sel(time=slice(TRANSIENT, None))
         off = (data["camera_position"] - data["target_position"]).isel(axis=slice(2))
         metres = _root((off**2).sum("axis", skipna=False).mean("time", skipna=False))
-        errors = [e.where(~lost, LOST).clip(max=LOST) for e in (pixels, 1e3 * metres)]
-        found.append([e.to_numpy() for e in (*errors, effort.where(~lost, 0.0))])
+        errors = (feature_rms(data), 1e3 * metres.to_numpy())
+        counted = [np.where(held, np.minimum(error, LOST), LOST) for error in errors]
+        found.append([*counted, np.where(held, effort, 0.0)])
     return [np.stack(columns, axis=1) for columns in zip(*found, strict=True)]
 
 

@@ -1,4 +1,4 @@
-"""How far a study is, told to whoever asked."""
+"""How far long work is, told to whoever asked."""
 
 from __future__ import annotations
 
