@@ -402,9 +402,12 @@ def fly(model: str, steps: int) -> tuple[Tally, np.ndarray]:
     after = np.full(steps, -1)
     after[-1] = 1
     log, lengths = np.zeros((1, 2, layout.log)), np.full(steps, 1e-4)
-    ends = [Array(np.zeros(1, int), int) for _ in range(2)]
-    rate_of = dynamics_code(*of, model).rate_of
-    rollout_kernel(*of, rate_of, pilot, state_logger(*of))(
+    ends = [
+        Array(np.zeros(1, int), int),
+        Array(np.zeros(1, int), int),
+        Array(np.zeros((1, 2)), int),
+    ]
+    rollout_kernel(*of, dynamics_code(*of, model), pilot, state_logger(*of))(
         filled(structs.Vehicles, plants=Array(plants, types.Plant),
                coefficients=Array(table, types.Row)),
         filled(begins.Start, states=states, frozen=states, angle=Array(np.zeros(1))),

@@ -51,7 +51,7 @@ ROOMS = {
     ],
     "engine": [{"moments", "factory"}, {"pack"}, {"engine"}, {"loop"}, {"pairs"}],
     "flight": [
-        {"time_grid", "inputs", "steps"},
+        {"time_grid", "inputs", "steps", "resolution"},
         {"camera_timing", "probing"},
         {"prepare"},
         {"dop853", "trajectory"},

@@ -53,7 +53,8 @@ def _derived(vehicle: Vehicle) -> list[tuple[str, str]]:
     from continuair.analysis.beam import curvature_error
     from continuair.analysis.linear import bending_frequencies
     from continuair.engine.engine import Engine
-    from continuair.flight.steps import STEP_PHASE, automatic_step
+    from continuair.flight.steps import automatic_step
+    from continuair.kernels.step import STEP_PHASE
     from continuair.vehicle.layout import Layout
 
     arm = vehicle.arm

@@ -80,11 +80,12 @@ class Drive:
 @dataclass(frozen=True)
 class Logs:
     """log, observed, watched (runs, samples, columns), the last two where asked for; status and
-    last_step (runs,); scene: what was watched."""
+    last_step (runs,); errors (runs, 2), as the roll-out sums them; scene: what was watched."""
 
     log: Array
     status: Array
     last_step: Array
+    errors: Array
     observed: Array | None = None
     watched: Array | None = None
     scene: Any = None
@@ -153,6 +154,7 @@ class Engine:
         n, samples = len(runs), len(grid.samples)
         log = np.full((n, samples, self.layout.log), np.nan, self.dtype)
         status, last = np.zeros(n, np.int32), np.zeros(n, np.int32)
+        errors = np.zeros((n, 2), self.dtype)
         observed = None
         if at_samples is not None:
             observed = np.full((n, samples, width_of(OBSERVED)), np.nan, self.dtype)
@@ -164,11 +166,12 @@ class Engine:
             vehicles = self.vehicles(runs[part])
             out = self.upload(log[part])
             ends = [self.upload(each[part], wp.int32) for each in (status, last)]
+            ends.append(self.upload(errors[part]))
             begin, acting = self.start(start, part), self.drive(drive, part, 3)
             flown = self.no_loop() if packed is None else packed.struct(self, runs[part])
             self.launch(kernel, len(out), [vehicles, begin, acting, steps, flown, out, *ends])
             self.download(out, log[part])
-            for source, target in zip(ends, (status, last), strict=True):
+            for source, target in zip(ends, (status, last, errors), strict=True):
                 self.download(source, target[part])
             if observed is not None and at_samples is not None:
                 seen, acting = self.upload(observed[part]), self.drive(at_samples, part, 1)
@@ -177,8 +180,8 @@ class Engine:
 
         self._split(n, work, [kernel] + [self.kernels.observe] * (observed is not None))
         if loop is None:
-            return Logs(log, status, last, observed)
-        return Logs(log, status, last, observed, loop.watch(self, log, runs), loop.scene)
+            return Logs(log, status, last, errors, observed)
+        return Logs(log, status, last, errors, observed, loop.watch(self, log, runs), loop.scene)
 
     def observe(self, log: Array, drive: Drive, runs: Array | slice = slice(None)) -> Array:
         """Observed columns (runs, samples, OBSERVED) of logged rows (runs, samples, log)."""

@@ -24,7 +24,7 @@ _BLOCKS_PER_THREAD = 4
 
 class Pairs:
     """Results of all runs and models: deviations (runs, models, 5) from the first model, tip
-    (runs, models, 7) at the end, status and last_step (runs, models)."""
+    (runs, models, 7) at the end, status and last_step (runs, models), errors (runs, models, 2)."""
 
     def __init__(self, engines: Sequence[Engine], runs: int) -> None:
         self.engines = engines
@@ -32,6 +32,7 @@ class Pairs:
         self.deviations = np.full((*shape, len(DEVIATIONS)), np.nan)
         self.tip = np.full((*shape, POSE), np.nan)
         self.status, self.last_step = np.zeros(shape, np.int32), np.zeros(shape, np.int32)
+        self.errors = np.zeros((*shape, 2))
 
     def fly(self, runs: Array, start: Start, grid: Any, drive: Drive) -> None:
         """Fly some runs, by their indices, that share a time grid; start, drive: of these runs."""
@@ -58,9 +59,11 @@ class Pairs:
             log = wp.empty((len(runs), len(grid.samples), POSE), wp.float64, device=first.device)
             ends = [wp.zeros(len(runs), wp.int32, device=first.device) for _ in range(2)]
             begins = [engine.vehicles(runs), start, drive, steps, engine.no_loop()]
-            engine.launch(engine.kernels.tip_rollout, len(runs), [*begins, log, *ends])
+            errors = wp.zeros((len(runs), 2), wp.float64, device=first.device)
+            engine.launch(engine.kernels.tip_rollout, len(runs), [*begins, log, *ends, errors])
             logs.append(log)
             self.status[runs, column], self.last_step[runs, column] = (a.numpy() for a in ends)
+            self.errors[runs, column] = errors.numpy()
             self._compare(runs, column, logs)
 
     def _compare(self, runs: Array, column: int, logs: list[Any]) -> None:

@@ -65,7 +65,9 @@ def integrate_reference(flight: Flight, engine: Engine, cohort: Cohort, toleranc
             break
     last = np.searchsorted(grid.starts, reached)
     observed = engine.observe(log, cohort.at_samples)
-    return Logs(log, np.array([status], np.int32), np.array([last], np.int32), observed)
+    # It keeps its own account of its errors, in the tolerance.
+    untold = np.full((1, 2), np.nan)
+    return Logs(log, np.array([status], np.int32), np.array([last], np.int32), untold, observed)
 
 
 def _unit(state: np.ndarray, layout: Layout) -> np.ndarray:

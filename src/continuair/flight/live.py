@@ -15,6 +15,7 @@ from continuair.engine.loop import Scene, watch
 from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import motion_of
 from continuair.flight.prepare import Cohort, check_scenario, checked_step, prepare
+from continuair.flight.resolution import step_error
 from continuair.flight.steps import check_divides
 from continuair.flight.time_grid import Grid, Marks, grid_of, marks_of, stage_times
 from continuair.flight.trajectory import WATCHED_VARIABLES, Recorder, default_variables
@@ -77,6 +78,7 @@ class Simulation:
         self._vehicle, self._scenario, self._model = vehicle, scenario, model
         self._engine, self._step = self._flight.engine(model), float(self._flight.steps[0])
         self._period, self._status, self._ended = period, OK, 0.0
+        self._errors = np.zeros(2)
         layout = self._engine.layout
         row = np.zeros(layout.log)
         row[: layout.state] = self._flight.start.states[0]
@@ -93,6 +95,11 @@ class Simulation:
     def status(self) -> str:
         """ "ok", or how the flight ended."""
         return STATUS[self._status]
+
+    @property
+    def step_error(self) -> float:
+        """Estimated largest error of the tip so far that the step made, in arm lengths."""
+        return float(step_error(self._errors))
 
     @property
     def state(self) -> Array:
@@ -129,6 +136,7 @@ class Simulation:
         acting = self._drive(stage_times(grid), push)
         logs = self._engine.roll_out(_ONE, start, grid, acting)
         self._taus[-1] = push
+        self._errors = self._errors + logs.errors[0]
         self._status = int(logs.status[0])
         if self._status != OK:
             self._ended = float(grid.starts[logs.last_step[0]])
@@ -175,7 +183,7 @@ class Simulation:
         grid = Grid(times, starts, np.diff(times), *(np.empty(0),) * 3)
         flight = dataclasses.replace(self._flight, marks=Marks(times, times, times[:0]))
         recorder = Recorder(flight, self._model, names, "float64")
-        logs = Logs(log, status, last, observed, watched, scene)
+        logs = Logs(log, status, last, self._errors[None], observed, watched, scene)
         recorder.keep(Cohort(flight, _ONE, grid, acting, None), logs)
         return recorder.dataset({"step": self._step})
 

@@ -19,6 +19,7 @@ from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import check_view, loop_over
 from continuair.flight.inputs import groups_in_use, sample_inputs
 from continuair.flight.probing import following_step, warn_of_blur
+from continuair.flight.resolution import unresolved
 from continuair.flight.steps import automatic_step, declared_rate, steps_of
 from continuair.flight.time_grid import (
     Grid,
@@ -78,7 +79,7 @@ class Flight:
 
     runs: how many; batched: whether results have a dimension for them. start: of all runs; steps:
     of each run (runs,) [s]; marks: times that steps end at. coupled: an engine of that model, which
-    others share what they can with.
+    others share what they can with. automatic: whether the steps may be made finer.
     """
 
     vehicle: Vehicle
@@ -91,11 +92,22 @@ class Flight:
     steps: Array
     marks: Marks
     coupled: Engine
+    automatic: bool
 
     @property
     def groups(self) -> int:
         """Bits of the groups of inputs that act."""
         return groups_in_use(self.scenario) | COMMAND * (self.scenario.controller is not None)
+
+    def improvable(self, errors: Array) -> Array:
+        """Runs that half an automatic step may resolve, by step_error (runs,) or (runs, models)."""
+        return unresolved(errors) if self.automatic else np.zeros(0, int)
+
+    def halved(self, runs: Array) -> Flight:
+        """The same flight, but some runs, by their indices, take half the step."""
+        steps = np.array(self.steps)
+        steps[runs] *= 0.5
+        return replace(self, steps=steps)
 
     def engine(self, model: str, dtype: str = "float64") -> Engine:
         """The engine of a model for this flight's vehicle."""
@@ -165,7 +177,19 @@ def prepare(
     period = scenario.control_period if scenario.controller is not None else None
     marks = marks_of(duration, sample, scenario.jumps, period)
     check_view(coupled, scenario, start)
-    return Flight(vehicle, scenario, duration, sample, runs, batched, start, steps, marks, coupled)
+    return Flight(
+        vehicle,
+        scenario,
+        duration,
+        sample,
+        runs,
+        batched,
+        start,
+        steps,
+        marks,
+        coupled,
+        automatic=asked is None and not adaptive,
+    )
 
 
 def check_scenario(scenario: Any) -> None:

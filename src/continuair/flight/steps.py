@@ -9,15 +9,12 @@ import numpy as np
 
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.errors import ContinuairWarning, InputError
+from continuair.kernels.step import STEP_PHASE
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import state_from_paper
 from continuair.vehicle.layout import FIELDS, GENERAL
 
 Array = np.ndarray
-
-STEP_PHASE = 0.2
-"""Largest product of the automatic step and the fastest rate: RK4 then keeps the amplitude of the
-stiffest mode, and follows the fastest decay."""
 
 LOOP_STEP = 1e-4
 """Largest automatic step of control at every stage: the loop may be faster than the arm [s]."""

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from continuair.engine.engine import Logs
 from continuair.flight.prepare import Cohort, Flight
+from continuair.flight.resolution import step_error
 from continuair.kernels.step import STATUS
 from continuair.vehicle.coordinates import continuous_euler
 from continuair.vehicle.layout import ACTUATORS, COORDINATES, MOTION, OBSERVED, watched_columns
@@ -107,6 +108,12 @@ class Recorder:
         self._values: dict[str, Array] = {}
         self._status = np.zeros(len(self.runs), np.int8)
         self._end_time = np.zeros(len(self.runs))
+        self.step_error = np.full(len(self.runs), np.nan)
+
+    @property
+    def step(self) -> dict[str, float]:
+        """The step of a single flight, as an attribute; a batch has a variable."""
+        return {} if self.flight.batched else {"step": float(self.flight.steps[self.runs[0]])}
 
     def keep(self, cohort: Cohort, logs: Logs) -> None:
         """Keep what the logs of a cohort hold."""
@@ -118,6 +125,7 @@ class Recorder:
                 self._values[name] = np.empty(shape, self.dtype)
             self._values[name][at] = values
         self._status[at] = logs.status
+        self.step_error[at] = step_error(logs.errors)
         times = np.append(cohort.grid.starts, cohort.grid.samples[-1])
         self._end_time[at] = times[logs.last_step]
 
@@ -128,6 +136,7 @@ class Recorder:
         data["status"] = ("run", self._status, {"long_name": f"how the run ended: {codes}"})
         until = {"units": "s", "long_name": "time up to which the run is valid"}
         data["end_time"] = ("run", self._end_time, until)
+        data["step_error"] = ("run", self.step_error, STEP_ERROR)
         if self.flight.batched:
             taken = {"units": "s", "long_name": "integration step"}
             data["step"] = ("run", self.flight.steps[self.runs], taken)
@@ -150,6 +159,10 @@ class Recorder:
             "gravity": flight.scenario.gravity,
             "versions": versions(),
         }
+
+
+STEP_ERROR = {"units": "1", "long_name": "estimated largest error of the tip, in arm lengths"}
+"""Attributes of step_error."""
 
 
 @cache

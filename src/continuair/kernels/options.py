@@ -18,8 +18,8 @@ _PROCESSOR = "-march=native" if CPU_TARGET == NATIVE else f"-target-cpu {CPU_TAR
 # depth of 12 takes a tenth longer to compile.
 # They are part of a module's hash: kernels for several targets lie beside each other in the cache.
 OPTIONS = {
-    "cpu_compiler_flags": f"{_PROCESSOR} -ffp-contract=fast -mllvm=-inline-threshold=9000 "
-    "-mllvm=-slp-recursion-max-depth=4 -mllvm=-inline-cold-callsite-threshold=3000"
+    "cpu_compiler_flags": f"{_PROCESSOR} -ffp-contract=fast -mllvm=-inline-threshold=100000 "
+    "-mllvm=-slp-recursion-max-depth=4 -mllvm=-inline-cold-callsite-threshold=100000"
 }
 
 

@@ -6,11 +6,12 @@ from typing import Any
 
 import warp as wp
 
+from continuair.kernels.arm.one_section import section_code
 from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.flight import flight_code
 from continuair.kernels.options import OPTIONS
 from continuair.kernels.sensing.pilot import PilotCode
-from continuair.kernels.step import OK, UNSEEN, step_code, stepping_code
+from continuair.kernels.step import MEASURED_EVERY, OK, UNSEEN, step_code, stepping_code
 from continuair.kernels.types import device_types, holding
 
 
@@ -52,6 +53,8 @@ def rollout_kernel(
     """The kernel `rollout` of a model under a pilot; log_row: of kernels/logs.py.
 
     log: (runs, samples, columns). status, last_step: (runs,), how a run ended and at which step.
+    errors: (runs, 2), the sum of what its steps leave out, in arm lengths, and its swing, the
+    integral of |k| |k̇| l² over time.
     """
     types, structs = device_types(precision, sections), flight_code(precision, sections)
     stepping, begins = stepping_code(precision, sections), arguments(precision)
@@ -61,7 +64,9 @@ def rollout_kernel(
     branch_at, followed, end_of = stepping.branch_at, stepping.followed, stepping.end_of
     Loop, pilot_of, decide, push_at = pilot.Loop, pilot.pilot_of, pilot.decide, pilot.push_at
     step = step_code(precision, sections, dynamics.rate_of, pilot)
-    ok, unseen = OK, UNSEEN
+    bend_of, bend_rate_of = types.bend_of, types.bend_rate_of
+    every, stride = MEASURED_EVERY, Real(MEASURED_EVERY)
+    ok, unseen, full = OK, UNSEEN, section_code(precision, sections).full
 
     @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
     def rollout(
@@ -73,6 +78,7 @@ def rollout_kernel(
         log: wp.array3d(dtype=Real),
         status: wp.array(dtype=wp.int32),
         last_step: wp.array(dtype=wp.int32),
+        errors: wp.array2d(dtype=Real),
     ):
         run = wp.tid()
         flight = flight_of(vehicles, drive, run)
@@ -86,6 +92,8 @@ def rollout_kernel(
         due = wp.int32(0)
         count = steps.lengths.shape[0]
         done = count
+        error = Real(0.0)
+        swing = Real(0.0)
         for i in range(count):
             decision = decide(i, steps.starts[i], y, branch.direction, flight, pilot, push)
             push = decision.push
@@ -95,7 +103,11 @@ def rollout_kernel(
                 ended = wp.int32(unseen)
                 done = i
                 break
-            y = step(i, steps.starts[i], steps.lengths[i], y, branch.direction, flight, pilot, push)
+            h = steps.lengths[i]
+            if i % every == 0:
+                swing += stride * h * wp.length(bend_of(y)) * wp.length(bend_rate_of(y))
+            y, left_out = step(i, steps.starts[i], h, y, branch.direction, flight, pilot, push)
+            error += left_out
             ended = end_of(y)
             due = -1
             if ended != ok:
@@ -110,6 +122,8 @@ def rollout_kernel(
             log_row(log, run, due, y, flight, branch, push)
         status[run] = ended
         last_step[run] = done
+        errors[run, 0] = error
+        errors[run, 1] = swing * full * full
 
     return rollout
 

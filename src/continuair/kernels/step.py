@@ -4,11 +4,20 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+import numpy as np
 import warp as wp
 
+from continuair.kernels.arm.one_section import MAX_BEND_ANGLE, section_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.sensing.pilot import PilotCode
 from continuair.kernels.types import device_types, holding
+
+STEP_PHASE = 0.2
+"""Largest product of an automatic step and the fastest rate: RK4 then keeps the amplitude of the
+stiffest mode, and follows the fastest decay."""
+
+MEASURED_EVERY = 4
+"""One step of so many is measured, for all of them."""
 
 OK, NOT_FINITE, OVERBENT, UNSEEN = 0, 1, 2, 3
 STATUS = {
@@ -98,13 +107,61 @@ def stepping_code(precision: str, sections: int) -> Stepping:
     return holding(Stepping, locals())
 
 
+@cache
+def resolution_code(precision: str, sections: int) -> Any:
+    """The function `unresolved`: what a step of RK4 leaves out, from its stages.
+
+    On y' = λ y, z = λ h, the stages are k₁ times 1, 1 + z/2, 1 + z/2 + z²/4 and so on, and a step
+    errs by y z⁵/120. So |z| is twice |k₃ - k₂| / |k₂ - k₁|, and the error h |k₃ - k₂| z²/30.
+    """
+    types, full = device_types(precision, sections), section_code(precision, sections).full
+    Real, State, Plant = types.Real, types.State, types.Plant
+    position_of, velocity_of, spin_of = types.position_of, types.velocity_of, types.spin_of
+    attitude_of, bend_of, bend_rate_of = types.attitude_of, types.bend_of, types.bend_rate_of
+    zero, four, thirty, phase = Real(0.0), Real(4.0), Real(30.0), Real(STEP_PHASE)
+    bending = Real((MAX_BEND_ANGLE / np.sqrt(2.0) / 2.0) ** 2)
+
+    @wp.func
+    def squared_size(d: State, plant: Plant, period: Real):
+        """Of a difference of rates: how far it moves the tip, squared, in arm lengths per second.
+
+        A moment of the arm turns by twice a change of the quaternion, and a bend moves the tip by
+        half the length times its angle; accelerations act for a period [s].
+        """
+        length = plant.unit * full
+        q = attitude_of(d)
+        moved = wp.length_sq(position_of(d)) / (length * length) + four * wp.dot(q, q)
+        moved += bending * wp.length_sq(bend_of(d))
+        pushed = wp.length_sq(velocity_of(d)) / (length * length) + wp.length_sq(spin_of(d))
+        pushed += bending * wp.length_sq(bend_rate_of(d))
+        return moved + period * period * pushed
+
+    @wp.func
+    def unresolved(k1: State, k2: State, k3: State, h: Real, plant: Plant):
+        """Error of a step of length h [s], as a distance of the tip in arm lengths."""
+        # The fastest rate that an automatic step resolves turns accelerations into rates.
+        first = squared_size(k2 - k1, plant, h / phase)
+        second = squared_size(k3 - k2, plant, h / phase)
+        if first == zero:
+            return zero
+        # Where stages hardly differ, their ratio says nothing: RK4 is unstable from z = 2.8 on.
+        square = wp.min(four * second / first, four)
+        return h * wp.sqrt(second) * square / thirty
+
+    return unresolved
+
+
 def step_code(precision: str, sections: int, rate_of: Any, pilot: PilotCode) -> Any:
-    """The function `step`: one step of RK4 of a model, by its rate_of, under a pilot."""
+    """The function `step`: one step of RK4 of a model, by its rate_of, under a pilot.
+
+    It returns the state at the step's end, and the error that the step makes in arm lengths.
+    """
     types, stepping = device_types(precision, sections), stepping_code(precision, sections)
     Real, State, Push, vec2 = types.Real, types.State, types.Push, types.vec2
     Flight, Pilot, push_at = flight_code(precision, sections).Flight, pilot.Pilot, pilot.push_at
-    unit_attitude = stepping.unit_attitude
-    half, sixth, two = Real(0.5), Real(1.0 / 6.0), Real(2.0)
+    unit_attitude, unresolved = stepping.unit_attitude, resolution_code(precision, sections)
+    half, sixth, two, zero = Real(0.5), Real(1.0 / 6.0), Real(2.0), Real(0.0)
+    every, stride = MEASURED_EVERY, Real(MEASURED_EVERY)
 
     @wp.func
     def slope(
@@ -126,7 +183,10 @@ def step_code(precision: str, sections: int, rate_of: Any, pilot: PilotCode) -> 
         k1 = slope(i, 0, time, y, along, flight, pilot, held)
         k2 = slope(i, 1, middle, y + half * h * k1, along, flight, pilot, held)
         k3 = slope(i, 1, middle, y + half * h * k2, along, flight, pilot, held)
+        error = zero
+        if i % every == 0:
+            error = stride * unresolved(k1, k2, k3, h, flight.plant)
         k4 = slope(i, 2, time + h, y + h * k3, along, flight, pilot, held)
-        return unit_attitude(y + (h * sixth) * (k1 + two * (k2 + k3) + k4))
+        return unit_attitude(y + (h * sixth) * (k1 + two * (k2 + k3) + k4)), error
 
     return step

@@ -22,23 +22,40 @@ _BYTES_PER_SAMPLE = 1000
 
 @dataclass(frozen=True)
 class Reduced:
-    """What is kept of flights: metrics, status and end_time (runs, models), and the tip's pose at
-    the end (runs, models, 7)."""
+    """What is kept of flights: metrics, status, end_time and step_error (runs, models), and the
+    tip's pose at the end (runs, models, 7)."""
 
     metrics: dict[str, Array]
     tip: Array
     status: Array
     end_time: Array
+    step_error: Array
+
+    def updated(self, runs: Array, found: Reduced) -> Reduced:
+        """With some runs, by their indices, as they were found later."""
+
+        def put(old: Array, new: Array) -> Array:
+            old = np.array(old)
+            old[runs] = new
+            return old
+
+        metrics = {name: put(old, found.metrics[name]) for name, old in self.metrics.items()}
+        rest = ("tip", "status", "end_time", "step_error")
+        return Reduced(metrics, *(put(getattr(self, each), getattr(found, each)) for each in rest))
 
 
-def track(flight: Flight, models: tuple[str, ...], settle: float) -> Reduced:
-    """Fly each model's closed loop, the runs in blocks that fit into memory."""
+def track(
+    flight: Flight, models: tuple[str, ...], settle: float, chosen: Array | None = None
+) -> Reduced:
+    """Fly each model's closed loop, the runs or those chosen in blocks that fit into memory."""
+    chosen = np.arange(flight.runs) if chosen is None else chosen
     kind = flight.coupled.device.split(":")[0]
     most = _BLOCK_BYTES[kind] / (_BYTES_PER_SAMPLE * len(flight.marks.samples))
     size = max(1, int(most))
     names = ("tip_position", "tip_attitude") + ("feature_error",) * bool(flight.scenario.targets)
     parts, order = [], []
-    for same, _ in shared_grids(flight.marks, flight.steps):
+    for at, _ in shared_grids(flight.marks, flight.steps[chosen]):
+        same = chosen[at]
         for runs in (same[first : first + size] for first in range(0, len(same), size)):
             flights = [_with_runs(fly(flight, model, names, runs=runs)) for model in models]
             parts.append(reduced(flights, settle))
@@ -53,6 +70,7 @@ def track(flight: Flight, models: tuple[str, ...], settle: float) -> Reduced:
         joined([part.tip for part in parts]),
         joined([part.status for part in parts]),
         joined([part.end_time for part in parts]),
+        joined([part.step_error for part in parts]),
     )
 
 
@@ -80,8 +98,11 @@ def reduced(flights: list[xr.Dataset], settle: float) -> Reduced:
         )
         for flight in flights
     ]
-    end_time = np.stack([flight["end_time"].to_numpy() for flight in flights], axis=-1)
-    return Reduced(metrics, np.stack(poses, axis=1), status, end_time)
+    end_time, error = (
+        np.stack([flight[name].to_numpy() for flight in flights], axis=-1)
+        for name in ("end_time", "step_error")
+    )
+    return Reduced(metrics, np.stack(poses, axis=1), status, end_time, error)
 
 
 def _metrics(reference: xr.Dataset, flight: xr.Dataset, settle: float) -> dict[str, Array]:

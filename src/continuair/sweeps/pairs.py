@@ -12,6 +12,9 @@ from continuair import checks
 from continuair.engine.pairs import Pairs
 from continuair.errors import InputError, shown
 from continuair.flight.prepare import Flight, prepare
+from continuair.flight.resolution import step_error, warn_of_coarse_steps
+from continuair.flight.simulate import error_by_halving
+from continuair.flight.trajectory import STEP_ERROR
 from continuair.kernels.dynamics import MODELS, REFERENCE, SIMPLER
 from continuair.kernels.step import STATUS
 from continuair.scenario.scenarios import Scenario
@@ -59,8 +62,9 @@ def run_pairs(
     nrmse_t, nrmse_r, rmse_t_m, rmse_r_rad, angle_rad against the coupled run (0 for itself); with
     a controller that looks at a target also rms_px, max_px and ds_max_px (of the norm of the
     feature error, against the coupled run's); tip_position and tip_attitude at the end; status
-    (0: ok; the meanings are in its attributes), end_time [s] and step [s]. A run of a status other
-    than 0, or beside such a coupled run, has NaN metrics. Raises InputError.
+    (0: ok; the meanings are in its attributes), end_time [s], step_error and step [s]: as for
+    `simulate`, but where one model asks for half the step, all models of that run take it. A run of
+    a status other than 0, or beside such a coupled run, has NaN metrics. Raises InputError.
     """
     names = _checked_models(models)
     flight = prepare(
@@ -74,22 +78,36 @@ def run_pairs(
         stacklevel=3,
     )
     settle = _checked_settle(settle, flight)
-    closed = scenario.controller is not None
-    data = _variables(track(flight, names, settle) if closed else _fly(flight, names))
+    found = _fly(flight, names, settle)
+    coarse = flight.improvable(found.step_error)
+    if len(coarse):
+        finer = flight.halved(coarse)
+        found = found.updated(coarse, _fly(finer, names, settle, coarse))
+        for column, model in enumerate(names):
+            found.step_error[coarse, column] = error_by_halving(flight, model, coarse)
+        flight = finer
+    warn_of_coarse_steps(found.step_error, flight.steps, stacklevel=3)
+    data = _variables(found)
     data["step"] = ("run", flight.steps, {"units": "s", "long_name": "integration step"})
     return xr.Dataset(data, {"model": list(names), "axis": list("xyz"), "quaternion": list("xyzw")})
 
 
-def _fly(flight: Flight, models: tuple[str, ...]) -> Reduced:
-    """Fly in open loop: the runs of one time grid together."""
+def _fly(
+    flight: Flight, models: tuple[str, ...], settle: float, chosen: Array | None = None
+) -> Reduced:
+    """Fly the runs, or those chosen by their indices."""
+    if flight.scenario.controller is not None:
+        return track(flight, models, settle, chosen)
+    chosen = np.arange(flight.runs) if chosen is None else chosen
     pairs = Pairs([flight.engine(model) for model in models], flight.runs)
     end_time = np.zeros((flight.runs, len(models)))
-    for cohort in flight.cohorts():
+    for cohort in flight.cohorts(chosen):
         runs, grid = cohort.runs, cohort.grid
         pairs.fly(runs, cohort.start, grid, cohort.drive)
         end_time[runs] = np.append(grid.starts, grid.samples[-1])[pairs.last_step[runs]]
-    metrics = {name: pairs.deviations[..., i] for i, name in enumerate(DEVIATIONS)}
-    return Reduced(metrics, pairs.tip, pairs.status, end_time)
+    metrics = {name: pairs.deviations[chosen, :, i] for i, name in enumerate(DEVIATIONS)}
+    tip, status, ends = (each[chosen] for each in (pairs.tip, pairs.status, end_time))
+    return Reduced(metrics, tip, status, ends, step_error(pairs.errors[chosen]))
 
 
 def _variables(found: Reduced) -> dict[str, Any]:
@@ -111,6 +129,7 @@ def _variables(found: Reduced) -> dict[str, Any]:
     )
     until = {"units": "s", "long_name": "time up to which the run is valid"}
     data["end_time"] = (dims, found.end_time, until)
+    data["step_error"] = (dims, found.step_error, STEP_ERROR)
     return data
 
 

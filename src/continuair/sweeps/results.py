@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from continuair.errors import InputError
+from continuair.flight.trajectory import STEP_ERROR
 from continuair.sweeps.design import Design
 from continuair.sweeps.pairs import METRICS
 from continuair.sweeps.units import STATUSES
@@ -22,6 +23,7 @@ _UNITS: dict[str, tuple[str, str]] = {
     "tip_z_m": ("m", "tip of the arm at the end, world z"),
     "status": ("1", "how the run ended: " + ", ".join(f"{k} {v}" for k, v in STATUSES.items())),
     "end_time": ("s", "time up to which the run is valid"),
+    "step_error": (STEP_ERROR["units"], STEP_ERROR["long_name"]),
     "step": ("s", "integration step"),
 }
 
@@ -31,9 +33,9 @@ _PROVENANCE = ("design_hash", "seed", "machine", "device", "unit_size", "done")
 def open_sweep(out: str | os.PathLike[str]) -> xr.Dataset:
     """The results of a store, finished or not, over the design's dimensions and `model`.
 
-    Data variables are the metrics, the tip's position at the end, status, end_time and step (NaN
-    where a run is not done); coordinates are what varied. Attributes hold the provenance; `done`
-    and `runs` in them count the runs. Raises InputError if there is no store.
+    Data variables are the metrics, the tip's position at the end, status, end_time, step_error and
+    step (NaN where a run is not done); coordinates are what varied. Attributes hold the provenance;
+    `done` and `runs` in them count the runs. Raises InputError if there is no store.
     """
     from continuair.sweeps.store import open_store
 

@@ -23,7 +23,7 @@ REFUSED = -1
 STATUSES = {REFUSED: "parameters refused", **STATUS}
 """Status -> meaning."""
 
-_ENDS = ("tip_x_m", "tip_y_m", "tip_z_m", "status", "end_time", "step")
+_ENDS = ("tip_x_m", "tip_y_m", "tip_z_m", "status", "end_time", "step_error", "step")
 
 # Simulated seconds of each model in a unit: a second or two of work of one core, or of a GPU.
 _SECONDS_PER_UNIT = {"cpu": 1000.0, "cuda": 20000.0}
@@ -104,7 +104,7 @@ def _fly(
         )
     columns = [found[name].to_numpy() for name in design.metrics]
     columns += [found["tip_position"].to_numpy()[..., axis] for axis in range(3)]
-    columns += [found["status"].to_numpy(), found["end_time"].to_numpy()]
+    columns += [found[name].to_numpy() for name in ("status", "end_time", "step_error")]
     steps = np.broadcast_to(found["step"].to_numpy()[:, None], found["status"].shape)
     return np.stack([*columns, steps], axis=-1)
 

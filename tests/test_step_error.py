@@ -1,0 +1,113 @@
+"""Every run says how well its step resolved it, and one that did not is flown again."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from continuair.scenario.scenarios import Scenario
+
+VEHICLE = ca.load_vehicle("paper")
+# A light UAV and a large bend, let go: the swing of the arm throws it about.
+LIGHT = VEHICLE.replace(
+    {"uav.mass": 0.3, "uav.inertia": [0.003, 0.003, 0.005], "arm.damping_ratio": 0.0}
+)
+
+
+def released(angle: float, duration: float = 1.0) -> Scenario:
+    """Bent by an angle [rad] of the tip, off straight down."""
+    q = [0, 0, 0, 0.3, -0.2, 0, angle / VEHICLE.arm.length, 0.4]
+    return Scenario("released", q, duration=duration)
+
+
+def error(vehicle: ca.Vehicle, scenario: Scenario, step: float, model: str = "coupled") -> float:
+    """The largest error of the tip in arm lengths, against an eighth of the step."""
+    tips = [
+        ca.simulate(vehicle, scenario, model=model, step=h, sample=0.01).tip_position.to_numpy()
+        for h in (step, step / 8)
+    ]
+    return float(np.linalg.norm(tips[0] - tips[1], axis=1).max() / vehicle.arm.length)
+
+
+@pytest.mark.parametrize("model", ["coupled", "decoupled", "independent"])
+@pytest.mark.parametrize("angle", [0.2, 1.5])
+def test_it_is_the_error_of_a_regular_flight_within_a_factor(angle: float, model: str) -> None:
+    scenario, step = released(angle, 0.5), 1e-3
+    flight = ca.simulate(VEHICLE, scenario, model=model, step=step, sample=0.01)
+    actual = error(VEHICLE, scenario, float(flight.attrs["step"]), model)
+    assert actual / 2 < float(flight.step_error) < 50 * actual
+
+
+def test_it_falls_as_steps_become_finer() -> None:
+    """By less than the fourth power: far below the automatic step it is a bound."""
+    errors = [
+        float(ca.simulate(VEHICLE, released(1.0), step=h, sample=0.01).step_error)
+        for h in (5e-4, 2.5e-4)
+    ]
+    assert 2.5 < np.log2(errors[0] / errors[1]) < 4.5
+
+
+def test_a_step_that_does_not_resolve_a_flight_is_told_of_once() -> None:
+    with pytest.warns(ca.ContinuairWarning) as told:
+        flight = ca.simulate(LIGHT, released(6.2), step=1e-3, sample=0.01)
+    (said,) = [str(each.message) for each in told if "step_error" in str(each.message)]
+    assert "steps of 0.001 s do not resolve this flight" in said
+    assert float(flight.step_error) > 1e-3
+    assert flight.attrs["flown_again"] == 0
+
+
+@pytest.mark.filterwarnings("ignore::continuair.ContinuairWarning")
+def test_a_flight_that_an_automatic_step_does_not_resolve_is_flown_again_at_half() -> None:
+    """What is left is measured: close to what a far finer step tells."""
+    scenario = released(6.2)
+    flight = ca.simulate(LIGHT, scenario, sample=0.01)
+    assert flight.attrs["flown_again"] == 1
+    taken = flight.attrs["step"]
+    same = ca.simulate(LIGHT, scenario, step=taken, sample=0.01)
+    np.testing.assert_array_equal(flight.tip_position, same.tip_position)
+    actual = error(LIGHT, scenario, taken)
+    assert actual / 5 < float(flight.step_error) < 5 * actual
+
+
+@pytest.mark.filterwarnings("ignore::continuair.ContinuairWarning")
+def test_only_the_unresolved_runs_of_a_batch_are_flown_again() -> None:
+    calm, wild = released(0.2), released(6.2)
+    both = wild.replace(q=np.stack([calm.q, wild.q]))
+    batch = ca.simulate(LIGHT, both, sample=0.01)
+    assert batch.attrs["flown_again"] == 1
+    for run, scenario in enumerate((calm, wild)):
+        alone = ca.simulate(LIGHT, scenario, sample=0.01)
+        assert float(batch["step"][run]) == alone.attrs["step"]
+        assert float(batch["step_error"][run]) == float(alone["step_error"])
+        np.testing.assert_array_equal(batch.tip_position[run], alone.tip_position)
+
+
+@pytest.mark.filterwarnings("ignore::continuair.ContinuairWarning")
+@pytest.mark.parametrize("angle", [0.2, 6.2])
+def test_pairs_tell_it_of_every_model(angle: float) -> None:
+    pairs = ca.run_pairs(LIGHT, released(angle), ["decoupled"], sample=0.01)
+    models = ["coupled", "decoupled"] if angle < 1.0 else ["coupled"]
+    for model in models:
+        flight = ca.simulate(LIGHT, released(angle), model=model, sample=0.01)
+        assert flight.attrs["flown_again"] == (angle > 1.0)
+        assert float(pairs["step"][0]) == flight.attrs["step"]
+        told = float(pairs["step_error"].sel(model=model)[0])
+        assert told == pytest.approx(float(flight.step_error), rel=1e-9)
+
+
+def test_a_simulation_that_is_stepped_reports_it() -> None:
+    simulation = ca.Simulation(VEHICLE, released(1.0), step=1e-3, control_period=1e-3)
+    for _ in range(200):
+        simulation.step(np.zeros(8))
+    whole = ca.simulate(VEHICLE, released(1.0, 0.2), step=1e-3, sample=1e-3)
+    # A whole flight measures every fourth step, and one of a single step that one.
+    assert simulation.step_error == pytest.approx(4.0 * float(whole.step_error), rel=0.2)
+    assert float(simulation.trajectory().step_error) == simulation.step_error
+
+
+def test_the_reference_integrator_keeps_its_own_account() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        flight = ca.simulate(VEHICLE, released(0.2, 0.05), integrator="dop853", sample=0.05)
+    assert np.isnan(float(flight.step_error))
