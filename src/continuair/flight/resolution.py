@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -47,3 +49,11 @@ def warn_of_coarse_steps(errors: Array, steps: Array, stacklevel: int) -> None:
         ContinuairWarning,
         stacklevel=stacklevel,
     )
+
+
+@contextmanager
+def steps_told_of() -> Iterator[None]:
+    """For a study that looks at step_error itself: no warnings of coarse steps."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "step_error reaches", ContinuairWarning)
+        yield

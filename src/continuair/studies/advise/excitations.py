@@ -8,6 +8,7 @@ import numpy as np
 
 from continuair.analysis.couplings import attribution
 from continuair.analysis.limits import find_limits
+from continuair.flight.resolution import RESOLVED, steps_told_of
 from continuair.kernels.dynamics import COUPLINGS, SIMPLER
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time, standard_scenario
 from continuair.sweeps import run_pairs
@@ -56,10 +57,16 @@ def excite(vehicle: Vehicle, name: str, tolerance: float) -> dict[str, Any]:
 
 
 def _errors(vehicle: Vehicle, name: str, frequencies: Any) -> dict[str, np.ndarray]:
-    """Error of each model at each frequency; infinite where a flight ended early."""
+    """Error of each model at each frequency; infinite where a flight ended early.
+
+    Where steps do not resolve a flight, it is at least what they err by.
+    """
     scenario = standard_scenario(name, vehicle, frequency=np.asarray(frequencies))
-    found = run_pairs(vehicle, scenario, SIMPLER, sample=sample_time(vehicle))
-    return {model: _error(found.sel(model=model), vehicle) for model in SIMPLER}
+    with steps_told_of():
+        found = run_pairs(vehicle, scenario, SIMPLER, sample=sample_time(vehicle))
+    by_steps = found["step_error"].max("model").to_numpy()
+    least = np.where(by_steps > RESOLVED, by_steps, 0.0)
+    return {model: np.maximum(_error(found.sel(model=model), vehicle), least) for model in SIMPLER}
 
 
 def attribute(vehicle: Vehicle, name: str) -> dict[str, float]:

@@ -12,6 +12,7 @@ import xarray as xr
 from continuair import checks
 from continuair.analysis.couplings import attribution, responsible
 from continuair.analysis.groups import vehicle_of
+from continuair.flight.resolution import steps_told_of
 from continuair.kernels.dynamics import COUPLINGS
 from continuair.progress import Progress
 from continuair.studies.atlas.flights import fly, sample, scenario_of
@@ -85,8 +86,9 @@ def _step_error(name: str, groups: dict[str, Any]) -> float:
     some = {group: values[:_HALVED] for group, values in groups.items()}
     vehicle = vehicle_of(some)
     flight, time = scenario_of(name, vehicle, some), round(sample_time(vehicle), 12)
-    whole = run_pairs(vehicle, flight, sample=time)
-    half = run_pairs(vehicle, flight, sample=time, step=whole["step"].to_numpy() / 2)
+    with steps_told_of():
+        whole = run_pairs(vehicle, flight, sample=time)
+        half = run_pairs(vehicle, flight, sample=time, step=whole["step"].to_numpy() / 2)
     errors, finer = (found["rmse_t_m"].sel(model="decoupled") for found in (whole, half))
     return float(np.nanquantile(np.abs(errors / finer - 1.0), 0.9))
 

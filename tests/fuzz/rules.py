@@ -1,0 +1,60 @@
+"""What every vehicle, scenario and result that is accepted must satisfy."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+import continuair as ca
+from tests.fuzz.trial import Wrong
+
+
+def require(holds: bool, rule: str) -> None:
+    """Raise Wrong unless a rule holds."""
+    if not holds:
+        raise Wrong(rule)
+
+
+def check_vehicle(vehicle: ca.Vehicle) -> None:
+    """A body that there can be: finite, of positive mass, inertia and stiffness, and slender."""
+    arm, uav = vehicle.arm, vehicle.uav
+    for name in ("length", "radius", "density", "youngs_modulus"):
+        value = getattr(arm, name)
+        require(_positive(value), f"arm.{name} is {value!r}")
+    require(_positive(uav.mass), f"uav.mass is {uav.mass!r}")
+    require(bool(np.all(np.asarray(arm.radius) < np.asarray(arm.length))), "radius over length")
+    inertia = np.asarray(uav.inertia, float)
+    require(bool(np.isfinite(inertia).all()), "inertia is not finite")
+    moments = np.linalg.eigvalsh(inertia)
+    require(bool((moments > 0).all()), f"inertia has the principal moments {moments}")
+    heaviest = moments[..., 2] <= (moments[..., 0] + moments[..., 1]) * (1 + 1e-9)
+    require(bool(np.all(heaviest)), f"principal moments {moments} are of no body")
+    require(not _holds_bool(vehicle.describe()), "a truth value stands for a number")
+    for disk in arm.disks:
+        require(bool(np.all(np.asarray(disk.position) <= np.asarray(arm.length))), "disk off arm")
+
+
+def check_flight(flight: xr.Dataset) -> None:
+    """Ended in a known way, finite up to there, attitudes of unit length, step_error told."""
+    require(set(np.ravel(flight["status"])) <= {0, 1, 2, 3}, "unknown status")
+    valid = flight["time"].to_numpy() <= np.ravel(flight["end_time"])[0]
+    for name in ("tip_position", "attitude", "bend"):
+        values = flight[name].to_numpy()[valid]
+        require(bool(np.isfinite(values).all()) or int(flight["status"]) != 0, f"{name} not finite")
+    unit = np.linalg.norm(flight["attitude"].to_numpy()[valid], axis=-1)
+    good = np.isfinite(unit)
+    require(bool(np.abs(unit[good] - 1).max(initial=0) < 1e-9), "attitude of another length than 1")
+    require(not np.isnan(float(flight["step_error"])), "no step_error")
+
+
+def _positive(value: Any) -> bool:
+    array = np.asarray(value, float)
+    return bool((np.isfinite(array) & (array > 0)).all())
+
+
+def _holds_bool(value: Any) -> bool:
+    if isinstance(value, dict):
+        return any(_holds_bool(entry) for entry in value.values())
+    if isinstance(value, (list, tuple)):
+        return any(_holds_bool(entry) for entry in value)
+    return isinstance(value, bool)

@@ -1,0 +1,29 @@
+"""A few seconds of what `make soak` does for hours; the longer part is run with the slow tests."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.fuzz.domains import DOMAINS
+from tests.fuzz.trial import USED, attempt_many
+
+FEW = {"vehicles": 1200, "designs": 250, "gains": 600, "recordings": 800, "calls": 250,
+       "changes": 1500}  # fmt: skip
+"""Tries of some five seconds each."""
+
+
+def assert_clean(domain: str, seeds: range, folder: Path) -> None:
+    tally = attempt_many(DOMAINS[domain], seeds, folder)
+    assert tally.counts[USED] > 0, "no mutation is used: the tries say nothing"
+    assert not tally.found, tally.found[0]
+
+
+@pytest.mark.parametrize("domain", DOMAINS)
+def test_what_comes_in_is_used_or_refused_in_a_sentence(domain: str, tmp_path: Path) -> None:
+    assert_clean(domain, range(FEW[domain]), tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("domain", DOMAINS)
+def test_much_that_comes_in_is_used_or_refused(domain: str, tmp_path: Path) -> None:
+    assert_clean(domain, range(FEW[domain], 5 * FEW[domain]), tmp_path)
