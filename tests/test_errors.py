@@ -49,6 +49,8 @@ UNUSABLE: list[tuple[dict[str, Any], str, str]] = [
     ({"uav.inertia": [[1, 0.1, 0], [0, 1, 0], [0, 0, 1]]}, "uav.inertia is [[1, 0.1", "symmetric"),
     ({"arm.raduis": 1}, "arm.raduis is not a known field", "use arm.radius"),
     ({"arms.radius": 1}, "arms is not a known field", "use arm"),
+    ({"arm.poisson_ratio": 0.3}, "arm.poisson_ratio is not a known field", "use one of: arm"),
+    ({"arm.diameter": 0.01}, "arm.diameter is not a known field", "use one of: arm"),
     ({"arm.radius.x": 1}, "arm.radius.x cannot be set", "arm.radius as a whole"),
     ({"": 1}, "'' is not a known field", "uav"),
     ({3: 1}, "3 is not the name of a field", "'arm.radius'"),  # type: ignore[dict-item]
@@ -64,6 +66,7 @@ UNUSABLE: list[tuple[dict[str, Any], str, str]] = [
     ({"arm.damping": 0.1, "arm.damping_ratio": 0.2}, "arm.damping is 0.1", "damping_ratio is 0.2"),
     ({"arm.damping_ratio": [None, 0.1]}, "arm.damping_ratio is None in run 0", "number"),
     ({"arm.radius": 1e200}, "arm.radius is 1e+200", "SI units"),
+    ({"arm.radius": 5.0}, "arm.radius is 5.0", "at most 0.5 [m]"),
     ({"arm.radius": 1e-200}, "arm.radius is 1e-200", "SI units"),
     ({"arm.disks.0.mass": 1}, "arm.disks.0 does not exist", "set arm.disks first"),
     ({"arm.disks": 3}, "arm.disks is 3", "list"),

@@ -37,6 +37,16 @@ class Controller:
             raise InputError(
                 f"gains is {shown(self.gains)}; give a value by name for every field of Gains."
             )
+        gains = {name: self._gain(name, value) for name, value in self.gains.items()}
+        object.__setattr__(self, "gains", gains)
+
+    def _gain(self, name: str, value: Any) -> np.ndarray:
+        found = checks.finite_array(value)
+        if found is None:
+            raise InputError(
+                f"{name} of the controller {self.name} is {shown(value)}; give finite gains."
+            )
+        return checks.frozen(found)
 
     def describe(self) -> dict[str, Any]:
         """Name and settings as JSON can hold them."""
@@ -93,4 +103,4 @@ def gain_matrix(name: str, value: Any, size: int) -> np.ndarray:
 
 
 def _plain(value: Any) -> Any:
-    return value.tolist() if isinstance(value, np.ndarray) else value
+    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value

@@ -11,6 +11,7 @@ import numpy as np
 from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.scenario.letters import LETTERS, strokes
+from continuair.vehicle.fields import is_title
 
 Array = np.ndarray
 
@@ -30,6 +31,13 @@ class Path:
     name: str
     duration: float
     motion: Callable[[Array], tuple[Array, Array, Array]]
+
+    def __post_init__(self) -> None:
+        if not is_title(self.name):
+            raise InputError(f"name of a path is {shown(self.name)}; give one line of text.")
+        if not callable(self.motion):
+            raise InputError(f"motion is {shown(self.motion)}; give a function of the time alone.")
+        object.__setattr__(self, "duration", checks.positive("duration", self.duration, " [s]"))
 
     def __call__(self, times: Any) -> tuple[Array, Array, Array]:
         return self.motion(np.atleast_1d(np.asarray(times, float)))

@@ -47,7 +47,8 @@ class Target:
                 f"distance is {shown(self.distance)}; give one [m] that leaves all points of the "
                 f"target below the camera (above {rows[:, 2].max():g})."
             )
-        object.__setattr__(self, "points", rows)
+        object.__setattr__(self, "points", checks.frozen(rows))
+        object.__setattr__(self, "distance", float(self.distance))
 
     @property
     def desired(self) -> np.ndarray:

@@ -61,7 +61,7 @@ class Arm(Part):
     """the length of the backbone [m]"""
 
     radius: Positive
-    """the radius of the round, solid backbone [m]"""
+    """the radius of the round, solid backbone, at most half its length [m]"""
 
     density: Positive
     """the density of the backbone [kg/m³]"""
@@ -104,6 +104,11 @@ class Arm(Part):
                 f"radius is {self.radius}, which with length {self.length}, density {self.density} "
                 f"and youngs_modulus {self.youngs_modulus} gives no finite natural frequency; "
                 "give all of them in SI units [m, kg/m³, Pa]."
+            )
+        if self.radius > self.length / 2:
+            raise InputError(
+                f"radius is {self.radius}, with which an arm of length {self.length} would be "
+                f"thicker than it is long; give a radius of at most {self.length / 2:g} [m]."
             )
         return self
 
