@@ -11,10 +11,13 @@ from typing import Any
 from continuair.errors import InputError, nearest, shown
 
 _LONGEST_PATH = 240
+_DEEPEST = 30
 
 
 def user_path(name: str, path: str | os.PathLike[str]) -> Path:
     """Return a path with ~ expanded; InputError, naming the argument, if there is no such home."""
+    if not isinstance(path, (str, os.PathLike)):
+        raise InputError(f"{name} is {shown(path)}, but must be a path; give one as text.")
     try:
         return Path(path).expanduser()
     except RuntimeError:
@@ -58,17 +61,40 @@ def read_toml(path: Path, otherwise: str = "") -> dict[str, Any]:
     """
     text = _text(path, otherwise)
     try:
-        return tomllib.loads(text)
+        fields = tomllib.loads(text)
+    except RecursionError:
+        raise InputError(_nested(path)) from None
     except tomllib.TOMLDecodeError as error:
         last_line = f"at line {text.count(chr(10)) + 1}, the end of the file"
         problem = str(error).replace("at end of document", last_line)
         raise InputError(
             f"{printed(path)}: not valid TOML: {problem}; correct that line."
         ) from None
+    except ValueError:  # Python reads whole numbers of a few thousand digits at most
+        raise InputError(
+            f"{printed(path)}: holds a number of thousands of digits; write it as in 1e9."
+        ) from None
+    if not _is_shallow(fields, _DEEPEST):
+        raise InputError(_nested(path))
+    return fields
+
+
+def _is_shallow(value: Any, levels: int) -> bool:
+    """Tell whether tables and lists are nested in at most so many levels."""
+    if not isinstance(value, (dict, list)):
+        return True
+    inside = value.values() if isinstance(value, dict) else value
+    return levels > 0 and all(_is_shallow(each, levels - 1) for each in inside)
+
+
+def _nested(path: Path) -> str:
+    return f"{printed(path)}: nests more than {_DEEPEST} tables or lists; write them side by side."
 
 
 def _text(path: Path, otherwise: str) -> str:
     try:
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            raise InputError(f"{printed(path)}: is a device or a pipe; save it as a file.")
         return path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
         problem = f"no such file; correct the path{otherwise}"

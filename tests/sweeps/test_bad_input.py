@@ -19,6 +19,9 @@ pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
 
 SMALL = '[scenario]\ntest = "A"\nduration = 0.02\n[[vary]]\n"vehicle.uav.mass" = [1.0, 2.0]\n'
 
+COUNTED = "{ from = 1, to = 2, count = 1000000000000 }"
+LOOP = "[controller]\n[target]\n"
+
 
 def run(folder: Path, text: str, *options: str, out: str = "store.zarr") -> Any:
     design = folder / "design.toml"
@@ -59,6 +62,22 @@ def assert_refused(result: Any, *parts: str) -> None:
         ("[controller]\n" + SMALL, ["target is missing"]),
         ('vehicle = "papre"\n' + SMALL, ["use paper"]),
         (SMALL + "[", ["not valid TOML"]),
+        (SMALL.replace("[1.0,", "[true,"), ["vehicle.uav.mass is [True, 2.0]"]),
+        (SMALL + "dimension = []\n", ["dimension is []", "one line of text"]),
+        ("seed = -1\n" + SMALL, ["seed is -1"]),
+        (SMALL.replace("[1.0, 2.0]", COUNTED), ["count is 1000000000000", "10,000,000"]),
+        (SMALL + 'sampling = "sobol"\ncount = 1000000000000\n', ["count is 1000000000000"]),
+        (SMALL.replace("[1.0, 2.0]", "{ from = -1e308, to = 1e308, count = 3 }"), ["farther than"]),
+        (LOOP + 'letter = "Q"\n' + SMALL, ["target.letter is 'Q'", "M, R, A, L"]),
+        ("x = " + "[" * 2000 + "]" * 2000 + "\n" + SMALL, ["nests more than 30"]),
+        (SMALL + "[" + ".".join("a" * 2000) + "]\n", ["nests more than 30"]),
+        ("seed = " + "1" * 5000 + "\n" + SMALL, ["thousands of digits"]),
+        # None of these has a run that can be flown, though the start of one could.
+        ("settle = 0.02\n" + SMALL, ["settle is 0.02", "below the duration 0.02 s"]),
+        ("sample = 1e-10\n" + SMALL, ["more than 1e+07 steps of 1e-10 s"]),
+        ("sample = 0.1\n" + SMALL, ["sample is 0.1 s, longer than the flight"]),
+        (SMALL.replace("0.02", "1e6"), ["duration is 1e+06 s", "1e+07 steps"]),
+        (SMALL.replace("0.02", "5e-324"), ["sample is 0.002 s, longer than the flight"]),
     ],
 )
 def test_a_design_that_cannot_be_used(tmp_path: Path, text: str, parts: list[str]) -> None:

@@ -92,6 +92,15 @@ def run_pairs(
     return xr.Dataset(data, {"model": list(names), "axis": list("xyz"), "quaternion": list("xyzw")})
 
 
+def check_pairs(
+    vehicle: Vehicle, scenario: Scenario, step: float | str, sample: float, settle: float,
+    device: str,
+) -> None:  # fmt: skip
+    """Raise InputError for what `run_pairs` would refuse; nothing is flown."""
+    flight = prepare(vehicle, scenario, step=step, sample=sample, device=device, threads=1)
+    _checked_settle(settle, flight)
+
+
 def _fly(
     flight: Flight, models: tuple[str, ...], settle: float, chosen: Array | None = None
 ) -> Reduced:
