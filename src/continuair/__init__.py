@@ -4,9 +4,13 @@
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
+# Without the module typing, which takes longer to load than all else here: until `__main__` is
+# loaded, Ctrl-C is Python's own.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     __version__: str
     from continuair.analysis.accelerations import forward_dynamics as forward_dynamics
     from continuair.analysis.beam import curvature_error as curvature_error
@@ -71,7 +75,7 @@ _HOME = {
 __all__ = sorted([*_HOME, "paths"])
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> "Any":
     # Names load on first use: the import itself stays light and compiles nothing.
     if name == "paths":
         return import_module("continuair.scenario.paths")

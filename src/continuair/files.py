@@ -15,16 +15,41 @@ _DEEPEST = 30
 
 
 def user_path(name: str, path: str | os.PathLike[str]) -> Path:
-    """Return a path with ~ expanded; InputError, naming the argument, if there is no such home."""
+    """Return a path with ~ expanded; InputError, naming the argument, if none can be there.
+
+    So it is without such a home, below a working directory that is gone, and for names that are too
+    long or hold what names cannot. What merely is not there is not refused.
+    """
     if not isinstance(path, (str, os.PathLike)):
         raise InputError(f"{name} is {shown(path)}, but must be a path; give one as text.")
     try:
-        return Path(path).expanduser()
+        found = Path(path).expanduser()
     except RuntimeError:
         raise InputError(
             f"{name} is {printed(path)}, but that user has no home folder here; give the path in "
             "full."
         ) from None
+    try:
+        here = found.absolute()
+    except FileNotFoundError:
+        raise InputError(
+            f"{name} is {printed(path)}, but the working directory is gone; change to another."
+        ) from None
+    try:
+        here.stat()
+    except (FileNotFoundError, NotADirectoryError, PermissionError):
+        pass
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"{name} is {printed(path)}, which cannot be used ({reason(error)}); give another path."
+        ) from None
+    return found
+
+
+def check_regular(name: str, path: Path) -> None:
+    """Raise InputError for a device or a pipe, which may never end."""
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise InputError(f"{name} is {printed(path)}, a device or a pipe; save it as a file.")
 
 
 def new_file(name: str, path: str) -> Path:
@@ -92,9 +117,8 @@ def _nested(path: Path) -> str:
 
 
 def _text(path: Path, otherwise: str) -> str:
+    check_regular("file", path)
     try:
-        if path.exists() and not (path.is_file() or path.is_dir()):
-            raise InputError(f"{printed(path)}: is a device or a pipe; save it as a file.")
         return path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
         problem = f"no such file; correct the path{otherwise}"

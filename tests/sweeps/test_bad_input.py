@@ -150,6 +150,19 @@ def test_a_folder_that_holds_other_things_is_left_alone(tmp_path: Path) -> None:
     assert_refused(run(tmp_path, SMALL, out="notes/notes.txt"), "is a file")
 
 
+@pytest.mark.parametrize("threads", [float("nan"), 0, 1.5, True])
+def test_threads_that_are_no_number_of_them_are_refused(tmp_path: Path, threads: Any) -> None:
+    (tmp_path / "design.toml").write_text(SMALL)
+    with pytest.raises(ca.InputError, match="threads is .*; give a whole number, 1 or more"):
+        ca.sweep(tmp_path / "design.toml", tmp_path / "store.zarr", threads=threads)
+    assert not (tmp_path / "store.zarr").exists()
+
+
+def test_what_is_no_path_is_refused() -> None:
+    with pytest.raises(ca.InputError, match="out is 3, but must be a path"):
+        ca.open_sweep(3)  # type: ignore[arg-type]
+
+
 def test_an_unwritten_store_cannot_be_opened(tmp_path: Path) -> None:
     with pytest.raises(ca.InputError, match="no store of a sweep"):
         ca.open_sweep(tmp_path / "none.zarr")

@@ -93,7 +93,7 @@ def gain_matrix(name: str, value: Any, size: int) -> np.ndarray:
     matrix = array if array.ndim == 2 else array * np.eye(size)
     if np.abs(matrix - matrix.T).max() > 1e-9 * np.abs(matrix).max():
         raise InputError(f"{name} is not symmetric; give a symmetric positive definite matrix.")
-    matrix = (matrix + matrix.T) / 2
+    matrix = matrix / 2 + matrix.T / 2  # halves first: the sum of large ones may be infinite
     smallest = float(np.linalg.eigvalsh(matrix)[0])
     if not smallest > 0.0:
         raise InputError(

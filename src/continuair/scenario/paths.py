@@ -232,7 +232,7 @@ def _rounded(
 
 def _smooth_ramp(x: Array, width: float) -> tuple[Array, Array, Array]:
     """max(x, 0) convolved with a quadratic B-spline of that width, and its two derivatives."""
-    h = width / 3.0
+    h = np.float64(width) / 3.0  # its powers may be infinite, which a path is refused for
     parts = [
         (sign, np.maximum(x - (j - 1.5) * h, 0.0)) for j, sign in enumerate((1.0, -3.0, 3.0, -1.0))
     ]

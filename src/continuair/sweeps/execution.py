@@ -49,6 +49,8 @@ def sweep(
     path = user_path("out", out).absolute()
     found = load_design(design, None if metrics is None else tuple(metrics))
     part, parts = _checked_shard(shard)
+    if threads is not None:
+        checks.whole("threads", threads, 1)
     report = progress or (lambda done, total, what: None)
     device = "cuda:0" if device == "cuda" else device
     # The workers of a cluster may have a device that this machine has not.
