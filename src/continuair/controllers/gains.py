@@ -33,8 +33,8 @@ def design(
 
     bandwidth: ω [rad/s]; damping_ratio: ζ; conditioning: μ, a share of the best seen direction's
     gain, below which a direction gets a slower loop; rate_gain: K_d = rate_gain W; sliding: C_s;
-    desired: the image to reach (2n,), normalised, of points `distance` [m] away, the paper's 0.5 m
-    square by default. Raises InputError.
+    desired: the image to reach (2n,), normalised, of points `distance` [m] away, our 0.5 m
+    square by default, as the paper prints none. Raises InputError.
 
     With Λ the inertia that the camera feels, L Λ^(-1/2) = Σ s_i u_i v_iᵀ over the directions seen.
     K_p = ω² W = Σ ω_i² / s_i² u_i u_iᵀ and C_d = Σ 2 ζ / ω_i u_i u_iᵀ give direction i the poles of
