@@ -49,6 +49,7 @@ def test_open_loops_of_arms_that_need_different_steps(model: str, threads: int) 
     together = ca.Scenario("together", Q, RATES, force=push, **shared)
     batch = ca.simulate(VEHICLES, together, model=model, sample=2e-3, threads=threads)
     assert len(np.unique(batch["step"])) == len(RADII), "the runs should need different steps"
+    assert batch.indexes["run"].tolist() == list(RUNS)
     for run in RUNS:
         own = ca.Scenario("alone", Q, RATES[run], force=partial(push_of, run), **shared)
         alone = ca.simulate(VEHICLES.select(run), own, model=model, sample=2e-3)

@@ -23,6 +23,7 @@ def sentence(changes: dict[str, Any]) -> str:
     return str(caught.value)
 
 
+DISK = {"position": 1.0, "mass": 1e-3}
 UNUSABLE: list[tuple[dict[str, Any], str, str]] = [
     ({"uav.mass": -1.0}, "uav.mass is -1.0", "[kg]"),
     ({"uav.mass": 0}, "uav.mass is 0", "above 0"),
@@ -70,6 +71,7 @@ UNUSABLE: list[tuple[dict[str, Any], str, str]] = [
     ({"arm.radius": 1e-200}, "arm.radius is 1e-200", "SI units"),
     ({"arm.disks.0.mass": 1}, "arm.disks.0 does not exist", "set arm.disks first"),
     ({"arm.disks": 3}, "arm.disks is 3", "list"),
+    ({"arm.disks": [DISK] * 1001}, "arm.disks is [", "at most 1,000 disks (it has 1,001)"),
     ({"arm.disks": [3]}, "arm.disks.0 is 3", "table"),
     ({"arm.disks": {"position": 1.0, "mass": 1.0}}, "arm.disks is {'mass'", "[[arm.disks]]"),
     ({"arm.disks": [{"position": 1.2, "mass": 1}]}, "arm.disks.0.position is 1.2", "1.0 [m]"),
@@ -155,7 +157,7 @@ BAD_FILES = [
     (TEXT.replace("mass = 2.0", ""), "uav.mass is missing; give the mass"),
     (TEXT.replace("mass = 2.0", "mass = 2.0\nmasss = 1"), "uav.masss = 1 is not a known field"),
     (TEXT.replace("damping = 0.0", "damping = 1\ndamping_ratio = 0.1"), "arm.damping is 1.0 while"),
-    (TEXT.replace("mass = 2.0", "mass 2.0"), "(at line 7, column 6); correct that line"),
+    (TEXT.replace("mass = 2.0", "mass 2.0"), "(at line 8, column 6); correct that line"),
     (TEXT + "a = '''\n", f"(at line {TEXT.count(chr(10)) + 2}, the end of the file)"),
     (b"\xff\xfe", "byte 0 is not UTF-8 text; save the file as UTF-8"),
 ]

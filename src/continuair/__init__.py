@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     __version__: str
+    from continuair import equations as equations
     from continuair.analysis.accelerations import forward_dynamics as forward_dynamics
     from continuair.analysis.beam import curvature_error as curvature_error
     from continuair.analysis.linear import linearize as linearize
@@ -72,13 +73,14 @@ _HOME = {
     "run_pairs": "sweeps",
     "sweep": "sweeps",
 }
-__all__ = sorted([*_HOME, "paths"])
+_MODULES = {"equations": "equations", "paths": "scenario.paths"}
+__all__ = sorted([*_HOME, *_MODULES])
 
 
 def __getattr__(name: str) -> "Any":
     # Names load on first use: the import itself stays light and compiles nothing.
-    if name == "paths":
-        return import_module("continuair.scenario.paths")
+    if name in _MODULES:
+        return import_module(f"continuair.{_MODULES[name]}")
     if name == "__version__":
         return import_module("importlib.metadata").version("continuair")
     if name not in _HOME:

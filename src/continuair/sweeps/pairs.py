@@ -89,7 +89,9 @@ def run_pairs(
     warn_of_coarse_steps(found.step_error, flight.steps, stacklevel=3)
     data = _variables(found)
     data["step"] = ("run", flight.steps, {"units": "s", "long_name": "integration step"})
-    return xr.Dataset(data, {"model": list(names), "axis": list("xyz"), "quaternion": list("xyzw")})
+    coordinates = {"run": np.arange(flight.runs), "model": list(names)}
+    coordinates |= {"axis": list("xyz"), "quaternion": list("xyzw")}
+    return xr.Dataset(data, coordinates)
 
 
 def check_pairs(

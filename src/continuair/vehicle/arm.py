@@ -18,6 +18,9 @@ from continuair.vehicle.fields import (
     check_moments,
 )
 
+MOST_DISKS = 1000
+"""Disks of an arm: each costs time and memory in every vehicle of a batch."""
+
 
 class Disk(Part):
     """A spacer disk on the arm, normal to the backbone; at the arm's end it is a tip mass."""
@@ -81,6 +84,13 @@ class Arm(Part):
     kappa_s: NotNegative = 1e-3
     """the curvature below which generalised inputs in polar coordinates use kappa_s in place of
     the curvature they are divided by; Remark 1, Amiri et al. [1/m]"""
+
+    @field_validator("disks", mode="before")
+    @classmethod
+    def _not_too_many(cls, value: object) -> object:
+        if isinstance(value, (list, tuple)) and len(value) > MOST_DISKS:
+            raise ValueError(f"must hold at most {MOST_DISKS:,} disks (it has {len(value):,})")
+        return value
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
