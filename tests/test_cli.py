@@ -346,6 +346,7 @@ def test_a_stiff_arm_is_named_as_the_reason_for_too_many_steps(
         (("open-loop", "--json", "no/folder.json"), ("json is no/folder.json", "No such folder")),
         (("open-loop", "--json", "mine.txt"), ("mine.txt, a file that continuair has not",)),
         (("open-loop", "--json", "mine.json"), ("mine.json, a file that continuair has not",)),
+        (("open-loop", "--json", "deep.json"), ("deep.json, a file that continuair has not",)),
         (("open-loop", "--json", "."), ("json is ., which cannot be written (Is a directory)",)),
         (("open-loop", "--out", "mine.txt"), ("out is mine.txt, which is a file; name a folder",)),
         (("open-loop", "--out", 300 * "x"), ("out is xxx", "File name too long")),
@@ -364,10 +365,11 @@ def test_paths_that_cannot_be_used_are_refused_before_any_flight(
     monkeypatch.setattr(study, "simulate", None)
     Path("mine.txt").write_text("notes")
     Path("mine.json").write_text('["notes"]')
+    Path("deep.json").write_text("[" * 100_000)
     result = run(*arguments)
     assert_refused(result, *parts)
     assert len(result.stderr) < 400
-    assert {path.name for path in Path().iterdir()} == {"mine.txt", "mine.json"}
+    assert {path.name for path in Path().iterdir()} == {"mine.txt", "mine.json", "deep.json"}
     assert Path("mine.txt").read_text() == "notes"
     assert Path("mine.json").read_text() == '["notes"]'
 

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from continuair.errors import InputError, shown
-from continuair.files import read_toml, user_path
+from continuair.files import printed, read_toml, user_path
 from continuair.kernels.dynamics import REFERENCE
 from continuair.sweeps.pairs import METRICS
 from continuair.sweeps.sampling import flat, values, values_along
@@ -145,7 +145,7 @@ def _from_file(path: Path) -> Design:
     try:
         return _from_tables(tables, path.parent)
     except InputError as error:
-        raise error.within(f"{path}: ") from None
+        raise error.within(f"{printed(path)}: ") from None
 
 
 def _from_tables(tables: dict[str, Any], folder: Path) -> Design:

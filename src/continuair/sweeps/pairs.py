@@ -112,7 +112,7 @@ def _fly(
     chosen = np.arange(flight.runs) if chosen is None else chosen
     pairs = Pairs([flight.engine(model) for model in models], flight.runs)
     end_time = np.zeros((flight.runs, len(models)))
-    for cohort in flight.cohorts(chosen):
+    for cohort in flight.parts(chosen):
         runs, grid = cohort.runs, cohort.grid
         pairs.fly(runs, cohort.start, grid, cohort.drive)
         end_time[runs] = np.append(grid.starts, grid.samples[-1])[pairs.last_step[runs]]
