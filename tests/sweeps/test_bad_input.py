@@ -20,6 +20,7 @@ pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
 SMALL = '[scenario]\ntest = "A"\nduration = 0.02\n[[vary]]\n"vehicle.uav.mass" = [1.0, 2.0]\n'
 
 COUNTED = "{ from = 1, to = 2, count = 1000000000000 }"
+FAST = 'excitation = "sine"\nfrequency = 1e308'
 LOOP = "[controller]\n[target]\n"
 
 
@@ -76,6 +77,8 @@ def assert_refused(result: Any, *parts: str) -> None:
         ("settle = 0.02\n" + SMALL, ["settle is 0.02", "below the duration 0.02 s"]),
         ("sample = 1e-10\n" + SMALL, ["more than 1e+07 steps of 1e-10 s"]),
         ("sample = 0.1\n" + SMALL, ["sample is 0.1 s, longer than the flight"]),
+        (SMALL.replace('"A"', '"D"\namplitude = 1e308'), ["tip_wrench is [inf"]),
+        (SMALL.replace('test = "A"', FAST), ["steps of 0 s"]),
         (SMALL.replace("0.02", "1e6"), ["duration is 1e+06 s", "1e+07 steps"]),
         (SMALL.replace("0.02", "5e-324"), ["sample is 0.002 s, longer than the flight"]),
     ],

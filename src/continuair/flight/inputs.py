@@ -80,8 +80,9 @@ def evaluated(name: str, value: Any, times: Array, width: int) -> Array:
     Raises InputError if it does not return that many finite numbers each time.
     """
     try:
-        # Copied, as a function may return the same array each time.
-        given = [np.array(value(t)) for t in times.tolist()]
+        # Copied, as a function may return the same array each time. Overflow is told of below.
+        with np.errstate(over="ignore", invalid="ignore"):
+            given = [np.array(value(t)) for t in times.tolist()]
     except Exception as error:
         raise InputError(
             f"{name} raises {type(error).__name__} ({error}) during the flight; return {width} "

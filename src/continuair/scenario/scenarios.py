@@ -225,7 +225,8 @@ def _input(field: str, value: Any) -> Array | Callable[[float], ArrayLike] | Non
     if callable(value):
         at = " at t = 0"
         try:
-            given = value(0.0)
+            with np.errstate(over="ignore", invalid="ignore"):  # told of below
+                given = value(0.0)
         except Exception as error:  # whatever a user's function raises
             reason = " ".join(f"{type(error).__name__}: {error}".split())
             problem = f"{field} cannot be evaluated at t = 0 ({reason})"
