@@ -41,12 +41,14 @@ docs: $(VENV)/installed-docs
 clean:
 	rm -rf $(VENV) .peers docs/_build .mypy_cache .pytest_cache .ruff_cache .benchmarks .hypothesis
 
+# Twice quiet: errors are told. Warnings are of the user's own settings of pip, such as an index that
+# is not there, and come once for every package.
 $(VENV)/installed: $(INPUTS) | $(BIN)/python
-	$(BIN)/python -m pip install --quiet -c constraints.txt -e .
+	$(BIN)/python -m pip install --quiet --quiet -c constraints.txt -e .
 	@touch $@
 
 $(VENV)/installed-%: $(INPUTS) | $(BIN)/python
-	$(BIN)/python -m pip install --quiet -c constraints.txt -e ".[$(subst -,$(comma),$*)]"
+	$(BIN)/python -m pip install --quiet --quiet -c constraints.txt -e ".[$(subst -,$(comma),$*)]"
 	@touch $@
 
 $(BIN)/python:

@@ -142,6 +142,23 @@ def test_unusable_run_of_a_batch_is_named_by_its_index() -> None:
         PAPER.replace({"arm.length": [1.5, 0.9], "arm.disks": disks})
 
 
+def test_disks_keep_their_share_of_an_arm_whose_length_changes() -> None:
+    disks = [{"position": 0.3, "mass": 0.1}, {"position": 1.0, "mass": 0.1}]
+    base = PAPER.replace({"arm.disks": disks})
+    for length in (0.7, 1.4):
+        short = base.replace({"arm.length": length})
+        assert [disk.position for disk in short.arm.disks] == [0.3 * length, length]
+    lengths = np.array([0.5, 2.0])
+    batch = base.replace({"arm.length": lengths})
+    np.testing.assert_array_equal(batch.arm.disks[1].position, lengths)
+    again = batch.replace({"arm.length": [1.0, 1.0]})
+    np.testing.assert_allclose(again.arm.disks[0].position, 0.3, rtol=1e-15)
+    given = base.replace({"arm.length": 2.0, "arm.disks.0.position": 0.1})
+    assert [disk.position for disk in given.arm.disks] == [0.1, 2.0]
+    with pytest.raises(InputError, match="^arm.length is -1.0, but must be[^\n]*$"):
+        base.replace({"arm.length": -1.0})
+
+
 def test_batched_parts_are_refused_by_the_constructor() -> None:
     batch = PAPER.replace({"uav.mass": [1.0, 2.0]})
     with pytest.raises(InputError, match="made by vehicle.replace"):

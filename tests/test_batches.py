@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 import continuair as ca
+from continuair.flight.prepare import prepare
 
 pytestmark = pytest.mark.targets
 
@@ -49,6 +50,7 @@ def test_open_loops_of_arms_that_need_different_steps(model: str, threads: int) 
     together = ca.Scenario("together", Q, RATES, force=push, **shared)
     batch = ca.simulate(VEHICLES, together, model=model, sample=2e-3, threads=threads)
     assert len(np.unique(batch["step"])) == len(RADII), "the runs should need different steps"
+    assert batch.indexes["run"].tolist() == list(RUNS)
     for run in RUNS:
         own = ca.Scenario("alone", Q, RATES[run], force=partial(push_of, run), **shared)
         alone = ca.simulate(VEHICLES.select(run), own, model=model, sample=2e-3)
@@ -74,6 +76,35 @@ def test_closed_loops_of_arms_that_need_different_steps(period: float | None) ->
     for run in RUNS:
         alone = ca.simulate(vehicles.select(run), scenario(laws[run]), sample=5e-3)
         assert_same(alone, batch.isel(run=run))
+
+
+def test_inputs_over_time_of_many_runs_are_sampled_in_parts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    vehicle, runs = ca.load_vehicle("paper"), 12
+    pushes = np.linspace(1.0, 2.0, runs)[:, None] * PUSHES[0]
+
+    def scenario(force: Any) -> ca.Scenario:
+        return ca.Scenario("many", Q, force=force, duration=0.6)
+
+    apart, shared = scenario(lambda t: pushes * np.cos(t)), scenario(lambda t: PUSHES[0])
+    whole = ca.simulate(vehicle, apart, sample=0.01)
+    together = ca.run_pairs(vehicle, apart, sample=0.01)
+    limit = 5.5 * next(prepare(vehicle, apart, sample=0.01).parts(np.arange(1))).drive.table.nbytes
+    monkeypatch.setattr("continuair.flight.prepare._INPUT_BYTES", {"cpu": limit})
+    parts = list(prepare(vehicle, apart, sample=0.01).parts())
+    assert [len(part.runs) for part in parts] == [5, 5, 2]
+    assert all(part.drive.table.nbytes <= limit for part in parts)
+    batch = vehicle.replace({"uav.mass": np.linspace(1.0, 2.0, runs)})
+    assert len(list(prepare(batch, shared, step=1e-3, sample=0.01).parts())) == 1
+    xr.testing.assert_identical(ca.simulate(vehicle, apart, sample=0.01), whole)
+    xr.testing.assert_identical(ca.run_pairs(vehicle, apart, sample=0.01), together)
+
+
+def test_an_input_that_becomes_one_of_other_runs_is_refused() -> None:
+    scenario = ca.Scenario("grows", Q, force=lambda t: PUSHES[: 1 if t < 0.5 else 3], duration=0.9)
+    with pytest.raises(ca.InputError, match="force returns values of changing or wrong shape"):
+        ca.simulate(ca.load_vehicle("paper"), scenario)
 
 
 def test_runs_that_cannot_be_flown_far_do_not_change_their_neighbours() -> None:

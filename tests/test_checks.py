@@ -1,5 +1,6 @@
 """Arguments are checked alike everywhere: NumPy's numbers count, truth values and text do not."""
 
+import json
 from typing import Any
 
 import numpy as np
@@ -8,8 +9,11 @@ import pytest
 import continuair as ca
 from continuair import checks
 from continuair.errors import shown
+from continuair.vehicle import runs
 
 VEHICLE = ca.load_vehicle("paper")
+HERE = ca.paths.hold()
+LAW: Any = len
 
 NUMBERS: dict[str, Any] = {
     "a radius of a path": lambda value: ca.paths.circle(radius=value),
@@ -37,13 +41,98 @@ def test_what_is_no_finite_number_is_refused_by_value(name: str) -> None:
         assert shown(value) in str(caught.value)
 
 
+ARRAYS: dict[str, Any] = {
+    "a state": lambda row: ca.Scenario("s", [*row, 0, 0, 0, 0, 0]),
+    "states": lambda row: ca.Scenario("s", [[*row, 0, 0, 0, 0, 0], [0.0] * 8]),
+    "a force": lambda row: ca.Scenario("s", np.zeros(8), force=row),
+    "a force over time": lambda row: ca.Scenario("s", np.zeros(8), force=lambda t: row),
+    "points": lambda row: ca.Target(ca.paths.hold(), [row, [1, 0, 0], [0, 1, 0]]),
+    "a position": lambda row: ca.hold(VEHICLE, row),
+    "a place": lambda row: ca.paths.hold(row),
+    "a gain": lambda row: ca.servoing([*row, 1, 1, 1], 1.0, points=3),
+    "a gain of one's own": lambda row: ca.Controller("c", LAW, {"k": row}),
+    "a mount": lambda row: VEHICLE.replace({"uav.mount": row}),
+    "radii": lambda row: VEHICLE.replace({"arm.radius": row}),
+}
+NO_NUMBERS = {
+    "a truth value": [True, 0.1, 0.1],
+    "a truth value of NumPy": [0.1, np.True_, 0.1],
+    "a truth value in an array": [0.1, np.array(True), 0.1],
+    "a truth value in a row": [[0.1], [True], [0.1]],
+    "a huge whole number": [10**400, 0.1, 0.1],
+    "a whole number that Python does not print": [10**5000, 0.1, 0.1],
+    "a number that only long doubles hold": [np.longdouble("1e400"), 0.1, 0.1],
+}
+
+
+@pytest.mark.parametrize("numbers", NO_NUMBERS)
+@pytest.mark.parametrize("name", ARRAYS)
+def test_a_list_is_refused_if_an_entry_is_no_number_of_its_own(name: str, numbers: str) -> None:
+    with pytest.raises(ca.InputError) as caught:
+        ARRAYS[name](NO_NUMBERS[numbers])
+    assert "\n" not in str(caught.value) and str(caught.value).endswith(".")
+
+
+MASKED = np.ma.array([0.1, 0.1, 0.1], mask=[False, True, False])
+
+
+# A list into which others unpack the array has no mask.
+@pytest.mark.parametrize("name", sorted(ARRAYS.keys() - {"a state", "states", "a gain"}))
+def test_what_a_mask_hides_is_no_number(name: str) -> None:
+    with pytest.raises(ca.InputError):
+        ARRAYS[name](MASKED)
+    ARRAYS[name](np.ma.array([0.1, 0.1, 0.1]))
+
+
+def test_checked_arrays_can_no_longer_be_changed_nor_by_what_they_were_made_of() -> None:
+    radii, points, gain, targets = np.full(2, 0.005), ca.square(), np.eye(2), [ca.Target(HERE)]
+    controller = ca.Controller("c", LAW, {"k": gain})
+    batch = VEHICLE.replace({"arm.radius": radii})
+    scenario = ca.Scenario("s", np.zeros(8), force=[0, 0, 1.0], target=targets)
+    arrays = [
+        batch.arm.radius,
+        runs.take(batch, np.array([1])).arm.radius,
+        controller.gains["k"],
+        ca.stack([controller]).gains["k"],
+        ca.Target(HERE, points).points,
+        scenario.q,
+        scenario.force,
+    ]
+    for array in arrays:
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = -1.0
+    for given in (radii, points, gain):
+        given[...] = -1.0
+    targets.clear()
+    assert len(scenario.targets) == 1
+    assert all((np.asarray(array) >= -0.5).all() for array in arrays)
+
+
+def test_numbers_of_numpy_become_those_of_python_for_provenance() -> None:
+    one: Any = np.int64(1)
+    true: Any = np.True_
+    two: Any = np.float32(2)
+    jumps: Any = np.array([1.0])
+    target = ca.Target(ca.paths.hold(duration=two), distance=two)
+    scenario = ca.Scenario(
+        "s", np.zeros(8), duration=two, gravity=two, tip_wrench_sign=one, target=target,
+        control_period=two, seed=one, jumps=jumps, force=np.zeros(3, np.float32),
+        controller=ca.Controller("c", LAW, {"k": two}, settings={"k": two, "n": one}),
+    )  # fmt: skip
+    json.dumps(scenario.describe())
+    json.dumps(ca.hold(VEHICLE, np.zeros(3, np.float32), rate=two).describe())
+    json.dumps(ca.classic(VEHICLE, two, two, feed_forward=true).describe())
+
+
 def test_a_whole_number_may_be_of_numpy_and_has_no_fraction() -> None:
     three: Any = np.int64(3)
     assert ca.servoing(1.0, 1.0, points=three).gains["Kp"].shape == (6, 6)
     assert type(ca.Scenario("s", np.zeros(8), seed=three).seed) is int
     assert VEHICLE.replace({"uav.mass": [1.0, 2.0]}).select(three - 2).uav.mass == 2.0
     for value in (3.0, "3", True, 2):
-        with pytest.raises(ca.InputError, match="points is .*; give a whole number, 3 or more[.]"):
+        with pytest.raises(
+            ca.InputError, match="points is .*; give a whole number from 3 to 100[.]"
+        ):
             ca.servoing(1.0, 1.0, points=value)  # type: ignore[arg-type]
 
 

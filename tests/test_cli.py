@@ -1,5 +1,6 @@
 """The command line: what it says to unusable input, and what it writes."""
 
+import ast
 import json
 import math
 import os
@@ -39,6 +40,11 @@ def no_kernels(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 def run(*arguments: str) -> Any:
     return CliRunner().invoke(cli.app, list(arguments))
+
+
+PAPER = ("--vehicle", "paper")
+DATA = ("--data", "mine.txt", *PAPER)
+SWEEP = ("sweep", "design.toml", "--out", "store")
 
 
 def assert_refused(result: Any, *parts: str) -> None:
@@ -212,6 +218,76 @@ def test_ctrl_c_while_anything_loads_is_told_without_a_traceback(module: str) ->
     assert done.stdout == ""
 
 
+def command(*arguments: str, before: str = "", **options: Any) -> subprocess.CompletedProcess[str]:
+    """The command in a process of its own, after some code; the package that is tested."""
+    code = f"import sys; {before}\nfrom continuair.__main__ import main\nmain()"
+    environment = os.environ | {"PYTHONPATH": str(Path(study.__file__).parents[3])}
+    environment |= options.pop("env", {})
+    run = [sys.executable, "-c", code, *arguments]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
+    return subprocess.run(run, text=True, env=environment, **pipes)
+
+
+def test_ctrl_c_before_anything_else_loads_is_told_without_a_traceback() -> None:
+    # All that the command loads before it listens to Ctrl-C; each name is a moment to be late in.
+    listing = (
+        "import io, os, sys; before = set(sys.modules); import continuair.__main__;"
+        "print(sorted({name.split('.')[0] for name in set(sys.modules) - before}))"
+    )
+    environment = os.environ | {"PYTHONPATH": str(Path(study.__file__).parents[3])}
+    # Without site, which loads much of its own.
+    asked = [sys.executable, "-S", "-c", listing]
+    done = subprocess.run(asked, capture_output=True, text=True, env=environment, check=True)
+    assert set(ast.literal_eval(done.stdout)) <= {"continuair", "importlib", "_signal", "warnings"}
+
+
+def test_a_terminal_of_plain_letters_gets_the_table_with_what_it_lacks_replaced() -> None:
+    done = command("check", "paper", env={"PYTHONIOENCODING": "ascii"})
+    assert done.returncode == 0, done.stderr
+    assert "N m?" in done.stdout and "57.41 rad/s" in done.stdout
+
+
+@pytest.mark.parametrize("arguments", [("vehicles",), ("--help",), ("--version",)])
+def test_a_standard_output_that_is_full_or_closed_is_told_in_a_sentence(
+    arguments: tuple[str, ...],
+) -> None:
+    with open("/dev/full", "w") as full:
+        into_full = command(*arguments, stdout=full)
+    closed = command(*arguments, before="sys.stdout = None")
+    for done, part in ((into_full, "(No space left on device)"), (closed, "is closed")):
+        assert done.returncode == 2
+        assert part in done.stderr and done.stderr.startswith("standard output")
+        assert done.stderr.count("\n") == 1 and done.stderr.endswith(".\n")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("check", "{}"),
+        ("sweep", "{}", "--out", "store"),
+        ("tracking", "--gains", "{}"),
+        ("identify", "--vehicle", "paper", "--data", "{}"),
+    ],
+)
+def test_what_may_never_end_is_not_read(arguments: tuple[str, ...]) -> None:
+    os.mkfifo("pipe.toml")
+    for path in ("/dev/zero", "pipe.toml"):
+        result = run(*(argument.format(path) for argument in arguments))
+        assert_refused(result, path, "a device or a pipe; save it as a file")
+
+
+def test_a_working_directory_that_is_gone_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    here = Path.cwd()
+    Path("gone").mkdir()
+    os.chdir("gone")
+    (here / "gone").rmdir()
+    try:
+        for arguments in (("check", "mine.toml"), ("tune", "--out", "gains.toml"), SWEEP):
+            assert_refused(run(*arguments), "the working directory is gone; change to another")
+    finally:
+        os.chdir(here)
+
+
 def test_an_interrupted_rerun_leaves_no_mixture_and_says_so(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -270,9 +346,16 @@ def test_a_stiff_arm_is_named_as_the_reason_for_too_many_steps(
         (("open-loop", "--json", "no/folder.json"), ("json is no/folder.json", "No such folder")),
         (("open-loop", "--json", "mine.txt"), ("mine.txt, a file that continuair has not",)),
         (("open-loop", "--json", "mine.json"), ("mine.json, a file that continuair has not",)),
+        (("open-loop", "--json", "deep.json"), ("deep.json, a file that continuair has not",)),
         (("open-loop", "--json", "."), ("json is ., which cannot be written (Is a directory)",)),
         (("open-loop", "--out", "mine.txt"), ("out is mine.txt, which is a file; name a folder",)),
         (("open-loop", "--out", 300 * "x"), ("out is xxx", "File name too long")),
+        (("tune", "--out", 300 * "x"), ("out is xxx", "File name too long")),
+        (("sweep", "mine.txt", "--out", 300 * "x"), ("out is xxx", "File name too long")),
+        (("identify", *DATA, "--out", 300 * "x"), ("out is xxx", "File name too long")),
+        (("identify", *DATA, "--out", "~nouser/x"), ("out is ~nouser/x", "no home folder")),
+        (("identify", "--data", 300 * "x", *PAPER), ("data is xxx", "File name too long")),
+        (("identify", "--data", "~nouser/x", *PAPER), ("data is ~nouser/x", "no home folder")),
         (("check", "d/" + 5000 * "x" + ".toml"), ("d/xxx", "File name too long")),
     ],
 )
@@ -282,10 +365,11 @@ def test_paths_that_cannot_be_used_are_refused_before_any_flight(
     monkeypatch.setattr(study, "simulate", None)
     Path("mine.txt").write_text("notes")
     Path("mine.json").write_text('["notes"]')
+    Path("deep.json").write_text("[" * 100_000)
     result = run(*arguments)
     assert_refused(result, *parts)
     assert len(result.stderr) < 400
-    assert {path.name for path in Path().iterdir()} == {"mine.txt", "mine.json"}
+    assert {path.name for path in Path().iterdir()} == {"mine.txt", "mine.json", "deep.json"}
     assert Path("mine.txt").read_text() == "notes"
     assert Path("mine.json").read_text() == '["notes"]'
 

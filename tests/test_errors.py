@@ -23,6 +23,7 @@ def sentence(changes: dict[str, Any]) -> str:
     return str(caught.value)
 
 
+DISK = {"position": 1.0, "mass": 1e-3}
 UNUSABLE: list[tuple[dict[str, Any], str, str]] = [
     ({"uav.mass": -1.0}, "uav.mass is -1.0", "[kg]"),
     ({"uav.mass": 0}, "uav.mass is 0", "above 0"),
@@ -49,6 +50,8 @@ UNUSABLE: list[tuple[dict[str, Any], str, str]] = [
     ({"uav.inertia": [[1, 0.1, 0], [0, 1, 0], [0, 0, 1]]}, "uav.inertia is [[1, 0.1", "symmetric"),
     ({"arm.raduis": 1}, "arm.raduis is not a known field", "use arm.radius"),
     ({"arms.radius": 1}, "arms is not a known field", "use arm"),
+    ({"arm.poisson_ratio": 0.3}, "arm.poisson_ratio is not a known field", "use one of: arm"),
+    ({"arm.diameter": 0.01}, "arm.diameter is not a known field", "use one of: arm"),
     ({"arm.radius.x": 1}, "arm.radius.x cannot be set", "arm.radius as a whole"),
     ({"": 1}, "'' is not a known field", "uav"),
     ({3: 1}, "3 is not the name of a field", "'arm.radius'"),  # type: ignore[dict-item]
@@ -64,9 +67,11 @@ UNUSABLE: list[tuple[dict[str, Any], str, str]] = [
     ({"arm.damping": 0.1, "arm.damping_ratio": 0.2}, "arm.damping is 0.1", "damping_ratio is 0.2"),
     ({"arm.damping_ratio": [None, 0.1]}, "arm.damping_ratio is None in run 0", "number"),
     ({"arm.radius": 1e200}, "arm.radius is 1e+200", "SI units"),
+    ({"arm.radius": 5.0}, "arm.radius is 5.0", "at most 0.5 [m]"),
     ({"arm.radius": 1e-200}, "arm.radius is 1e-200", "SI units"),
     ({"arm.disks.0.mass": 1}, "arm.disks.0 does not exist", "set arm.disks first"),
     ({"arm.disks": 3}, "arm.disks is 3", "list"),
+    ({"arm.disks": [DISK] * 1001}, "arm.disks is [", "at most 1,000 disks (it has 1,001)"),
     ({"arm.disks": [3]}, "arm.disks.0 is 3", "table"),
     ({"arm.disks": {"position": 1.0, "mass": 1.0}}, "arm.disks is {'mass'", "[[arm.disks]]"),
     ({"arm.disks": [{"position": 1.2, "mass": 1}]}, "arm.disks.0.position is 1.2", "1.0 [m]"),
@@ -152,7 +157,7 @@ BAD_FILES = [
     (TEXT.replace("mass = 2.0", ""), "uav.mass is missing; give the mass"),
     (TEXT.replace("mass = 2.0", "mass = 2.0\nmasss = 1"), "uav.masss = 1 is not a known field"),
     (TEXT.replace("damping = 0.0", "damping = 1\ndamping_ratio = 0.1"), "arm.damping is 1.0 while"),
-    (TEXT.replace("mass = 2.0", "mass 2.0"), "(at line 7, column 6); correct that line"),
+    (TEXT.replace("mass = 2.0", "mass 2.0"), "(at line 8, column 6); correct that line"),
     (TEXT + "a = '''\n", f"(at line {TEXT.count(chr(10)) + 2}, the end of the file)"),
     (b"\xff\xfe", "byte 0 is not UTF-8 text; save the file as UTF-8"),
 ]
@@ -179,10 +184,10 @@ def test_malformed_file_is_refused_in_one_sentence_that_names_it(
             "vehicle is 'papr', but there is no preset of that name; use paper (known: paper,",
         ),
         ("", "vehicle is '', but there is no preset"),
-        ("x" * 5000, "there is no preset"),
+        ("x" * 5000, "cannot be used (File name too long)"),
         ("nowhere/mine.toml", "mine.toml: no such file; correct the path, or use a preset (paper"),
         (Path("paper"), "paper: no such file"),
-        ("a\0.toml", "cannot be read (embedded null byte)"),
+        ("a\0.toml", "cannot be used (embedded null byte)"),
         (3, "vehicle is 3, but must be the name of a preset or a path"),
     ],
 )

@@ -22,6 +22,19 @@ def result(monkeypatch: pytest.MonkeyPatch) -> study.OpenLoop:
     return study.open_loop(PAPER, "AB")
 
 
+def test_a_name_that_looks_like_a_formula_is_drawn_as_it_is(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(study, "simulate", flight)
+    name = r"a $\frac$ and $x$"
+    found = study.open_loop(PAPER.replace({"name": name}), "A")
+    figures.write(found.results, found.datasets, lambda file: tmp_path / file)
+    assert (tmp_path / "overview.png").exists()
+    figure = style.new_figure()
+    text: Any = figure.suptitle(style.plain(name))
+    assert text._preprocess_math(text.get_text()) == (name, False)
+
+
 def line(axes: Any, model: str) -> Any:
     return next(item for item in axes.get_lines() if item.get_label() == model)
 

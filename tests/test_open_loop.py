@@ -3,6 +3,7 @@
 import functools
 import json
 import math
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,20 @@ def test_coupled_is_always_flown_and_differs_in_nothing_from_itself(synthetic: N
     # The mean of (0.4 t²)² over 1 s is 0.16/5; 1001 samples add 3e-3 of it.
     expected = OFFSETS["independent"] / math.sqrt(5)
     assert entries["independent"]["rmse_t_m"] == pytest.approx(expected, rel=3e-3)
+
+
+def test_a_flight_that_ended_early_is_told_once_and_not_warned_of(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def ended(*arguments: Any, **options: Any) -> xr.Dataset:
+        return flight(*arguments, **options).assign(status=2, end_time=0.5)
+
+    monkeypatch.setattr(study, "simulate", ended)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        results = open_loop(PAPER, "BC", ["decoupled"]).results
+    told = [line for line in open_loop_output.remarks(results) if "ended at 0.5 s" in line]
+    assert [line.count("Test") for line in told] == [1] * 4, "two tests, two models"
 
 
 def test_step_halving_error_is_the_change_of_the_difference_over_its_rms(

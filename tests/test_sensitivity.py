@@ -264,8 +264,8 @@ def test_what_cannot_be_swept_is_refused_before_any_flight(monkeypatch: pytest.M
         study.sensitivity(PAPER, ["UAV mas"])
     with pytest.raises(InputError, match="select"):
         study.sensitivity(PAPER.replace({"arm.radius": [0.004, 0.005]}))
-    with pytest.raises(InputError, match=r"arm length sweep: .*position"):
-        study.sensitivity(PAPER.replace({"arm.disks": [DISK]}))
+    with pytest.raises(InputError, match=r"arm radius sweep: .*thicker than it is long"):
+        study.sensitivity(PAPER.replace({"arm.length": 0.015}))
 
 
 def test_a_batch_changes_one_thing_and_leaves_the_rest() -> None:

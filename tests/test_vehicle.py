@@ -28,7 +28,7 @@ moduli = st.floats(1e6, 4e11)
 arms = st.builds(Arm, length=lengths, radius=radii, density=densities, youngs_modulus=moduli)
 
 
-def test_paper_preset_holds_the_middle_of_the_papers_ranges() -> None:
+def test_paper_preset_holds_values_that_the_paper_sweeps_and_our_choices() -> None:
     assert preset_names() == ("paper", "slender", "table1")
     assert PAPER.uav.mass == 2.0
     np.testing.assert_array_equal(PAPER.uav.inertia, np.diag([0.024, 0.024, 0.047]))

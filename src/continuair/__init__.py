@@ -4,10 +4,15 @@
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
+# Without the module typing, which takes longer to load than all else here: until `__main__` is
+# loaded, Ctrl-C is Python's own.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     __version__: str
+    from continuair import equations as equations
     from continuair.analysis.accelerations import forward_dynamics as forward_dynamics
     from continuair.analysis.beam import curvature_error as curvature_error
     from continuair.analysis.linear import linearize as linearize
@@ -68,13 +73,14 @@ _HOME = {
     "run_pairs": "sweeps",
     "sweep": "sweeps",
 }
-__all__ = sorted([*_HOME, "paths"])
+_MODULES = {"equations": "equations", "paths": "scenario.paths"}
+__all__ = sorted([*_HOME, *_MODULES])
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> "Any":
     # Names load on first use: the import itself stays light and compiles nothing.
-    if name == "paths":
-        return import_module("continuair.scenario.paths")
+    if name in _MODULES:
+        return import_module(f"continuair.{_MODULES[name]}")
     if name == "__version__":
         return import_module("importlib.metadata").version("continuair")
     if name not in _HOME:

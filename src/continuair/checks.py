@@ -29,14 +29,35 @@ def is_whole(value: object) -> TypeGuard[int]:
 
 
 def finite_array(value: object) -> Array | None:
-    """Return finite numbers as a new array, and None for anything else."""
+    """Return finite numbers as a new array, and None for anything else.
+
+    A truth value among them and a masked entry are no numbers, though NumPy would take them for 1
+    and for what the mask hides; nor is what float64 cannot hold.
+    """
     try:
         given = np.asarray(value)
     except (TypeError, ValueError):
         return None
-    if given.dtype.kind not in "iuf" or not np.isfinite(given).all():
+    if given.dtype.kind not in "iuf" or not _means_numbers(value):
         return None
-    return np.array(given, dtype=np.float64)
+    with np.errstate(over="ignore"):
+        found = np.array(given, dtype=np.float64)
+    return found if np.isfinite(found).all() else None
+
+
+def frozen(array: Array) -> Array:
+    """Return an array that can no longer be changed: what is in it has been checked."""
+    array.flags.writeable = False
+    return array
+
+
+def _means_numbers(value: object) -> bool:
+    """Tell whether no entry of what NumPy reads as numbers is a truth value or masked."""
+    if isinstance(value, (list, tuple)):
+        return all(type(entry) is float or _means_numbers(entry) for entry in value)
+    if isinstance(value, np.ndarray):
+        return value.dtype.kind != "b" and not np.ma.is_masked(value)
+    return not isinstance(value, (bool, np.bool_))
 
 
 def number(
@@ -63,10 +84,11 @@ def positive(name: str, value: Any, otherwise: str = "") -> float:
     return number(name, value, above=0.0, otherwise=otherwise)
 
 
-def whole(name: str, value: Any, least: int) -> int:
-    """Return a whole number of at least a bound."""
-    if not is_whole(value) or value < least:
-        raise InputError(f"{name} is {shown(value)}; give a whole number, {least} or more.")
+def whole(name: str, value: Any, least: int, most: int | None = None) -> int:
+    """Return a whole number of at least a bound, and at most another if there is one."""
+    if not is_whole(value) or value < least or (most is not None and value > most):
+        bound = f", {least} or more" if most is None else f" from {least} to {most:,}"
+        raise InputError(f"{name} is {shown(value)}; give a whole number{bound}.")
     return int(value)
 
 

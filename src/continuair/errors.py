@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import reprlib
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
@@ -14,6 +13,7 @@ INTERRUPTED = 130
 """What shells report for a process ended by Ctrl-C."""
 
 _LONGEST_VALUE = 80
+_MOST_SLIPS = 3
 
 
 class InputError(ValueError):
@@ -38,16 +38,43 @@ class ContinuairWarning(UserWarning):
 def nearest(name: str, valid: Iterable[str]) -> str:
     """Return the clause that tells which of the `valid` names was meant, or lists them all."""
     names = list(valid)
-    close = difflib.get_close_matches(name, names, n=1)
     known = ", ".join(names)
-    return f"use {close[0]} (known: {known})" if close else f"use one of: {known}"
+    # Only the last of dotted names counts: the tables that lead to it would make any two alike.
+    most = min(len(name.rpartition(".")[2]) // 3, _MOST_SLIPS)
+    alike = [other for other in names if other.count(".") == name.count(".")]
+    slips = {other: _slips(name, other) for other in alike if abs(len(other) - len(name)) <= most}
+    close = min(slips, key=lambda other: slips[other], default="")
+    likely = bool(close) and slips[close] <= most
+    return f"use {close} (known: {known})" if likely else f"use one of: {known}"
+
+
+def _slips(name: str, other: str) -> int:
+    """Return how many letters added, left out, changed or swapped make one name of another."""
+    before, row = [0] * (len(other) + 1), list(range(len(other) + 1))
+    for i, a in enumerate(name, 1):
+        last, before, row = before, row, [i]
+        for j, b in enumerate(other, 1):
+            row.append(min(before[j] + 1, row[j - 1] + 1, before[j - 1] + (a != b)))
+            if i > 1 < j and a == other[j - 2] and b == name[i - 2]:
+                row[j] = min(row[j], last[j - 2] + 1)
+    return row[-1]
+
+
+class _Printer(reprlib.Repr):
+    def repr_int(self, x: int, level: int) -> str:
+        # Python refuses to print numbers of a few thousand digits.
+        digits = int(x.bit_length() * 0.30103) + 1
+        return f"a number of {digits:,} digits" if digits > 4000 else super().repr_int(x, level)
+
+
+_PRINTER = _Printer()
 
 
 def shown(value: object) -> str:
     """Return a value as a message prints it: on one line, and not too long."""
     if hasattr(value, "tolist") and not isinstance(value, type):
         value = value.tolist()
-    return shortened(" ".join(reprlib.repr(value).split()), _LONGEST_VALUE)
+    return shortened(" ".join(_PRINTER.repr(value).split()), _LONGEST_VALUE)
 
 
 def shortened(text: str, longest: int) -> str:

@@ -11,17 +11,45 @@ from typing import Any
 from continuair.errors import InputError, nearest, shown
 
 _LONGEST_PATH = 240
+_DEEPEST = 30
 
 
 def user_path(name: str, path: str | os.PathLike[str]) -> Path:
-    """Return a path with ~ expanded; InputError, naming the argument, if there is no such home."""
+    """Return a path with ~ expanded; InputError, naming the argument, if none can be there.
+
+    So it is without such a home, below a working directory that is gone, and for names that are too
+    long or hold what names cannot. What merely is not there is not refused.
+    """
+    if not isinstance(path, (str, os.PathLike)):
+        raise InputError(f"{name} is {shown(path)}, but must be a path; give one as text.")
     try:
-        return Path(path).expanduser()
+        found = Path(path).expanduser()
     except RuntimeError:
         raise InputError(
             f"{name} is {printed(path)}, but that user has no home folder here; give the path in "
             "full."
         ) from None
+    try:
+        here = found.absolute()
+    except FileNotFoundError:
+        raise InputError(
+            f"{name} is {printed(path)}, but the working directory is gone; change to another."
+        ) from None
+    try:
+        here.stat()
+    except (FileNotFoundError, NotADirectoryError, PermissionError):
+        pass
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"{name} is {printed(path)}, which cannot be used ({reason(error)}); give another path."
+        ) from None
+    return found
+
+
+def check_regular(name: str, path: Path) -> None:
+    """Raise InputError for a device or a pipe, which may never end."""
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        raise InputError(f"{name} is {printed(path)}, a device or a pipe; save it as a file.")
 
 
 def new_file(name: str, path: str) -> Path:
@@ -58,16 +86,38 @@ def read_toml(path: Path, otherwise: str = "") -> dict[str, Any]:
     """
     text = _text(path, otherwise)
     try:
-        return tomllib.loads(text)
+        fields = tomllib.loads(text)
+    except RecursionError:
+        raise InputError(_nested(path)) from None
     except tomllib.TOMLDecodeError as error:
         last_line = f"at line {text.count(chr(10)) + 1}, the end of the file"
         problem = str(error).replace("at end of document", last_line)
         raise InputError(
             f"{printed(path)}: not valid TOML: {problem}; correct that line."
         ) from None
+    except ValueError:  # Python reads whole numbers of a few thousand digits at most
+        raise InputError(
+            f"{printed(path)}: holds a number of thousands of digits; write it as in 1e9."
+        ) from None
+    if not _is_shallow(fields, _DEEPEST):
+        raise InputError(_nested(path))
+    return fields
+
+
+def _is_shallow(value: Any, levels: int) -> bool:
+    """Tell whether tables and lists are nested in at most so many levels."""
+    if not isinstance(value, (dict, list)):
+        return True
+    inside = value.values() if isinstance(value, dict) else value
+    return levels > 0 and all(_is_shallow(each, levels - 1) for each in inside)
+
+
+def _nested(path: Path) -> str:
+    return f"{printed(path)}: nests more than {_DEEPEST} tables or lists; write them side by side."
 
 
 def _text(path: Path, otherwise: str) -> str:
+    check_regular("file", path)
     try:
         return path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:

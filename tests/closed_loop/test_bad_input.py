@@ -54,7 +54,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     "gain nan": (lambda: gains(Kp=np.nan), "Kp is nan", "finite"),
     "gain text": (lambda: gains(Kp="high"), "Kp is 'high'", "finite"),
     "sigma": (lambda: gains(sigma=0.0), "sigma is 0.0", "above 0"),
-    "points": (lambda: gains(points=2), "points is 2", "3 or more"),
+    "points": (lambda: gains(points=2), "points is 2", "from 3 to 100"),
     "damping": (lambda: gains(damping="image"), "damping is 'image'", "camera, feature"),
     "posture": (lambda: gains(posture_damping=-1), "posture_damping is -1", "of at least 0"),
     "gains for other points": (

@@ -61,3 +61,18 @@ def test_gains_of_the_papers_six_rows_fit_three_points() -> None:
     assert run.status == 0
     assert np.abs(run.feature_error[0]).max() > 10.0
     assert np.abs(run.feature_error[-1]).max() < 0.05
+
+
+@pytest.mark.parametrize("setting", ["bandwidth", "damping_ratio", "rate_gain"])
+def test_gains_that_no_number_holds_are_refused(setting: str) -> None:
+    values: dict[str, Any] = {"bandwidth": 1.0, setting: 1e308}
+    with pytest.raises(ca.InputError, match="gains that no number holds"):
+        ca.design(flights.VEHICLE, **values)
+    with pytest.raises(ca.InputError, match="bandwidth is .*; give a finite number"):
+        ca.design(flights.VEHICLE, 10**400)
+    assert ca.servoing(1e308, 1e308).gains["Kp"][0, 0] == 1e308
+
+
+def test_a_letter_slower_than_numbers_reach_is_refused() -> None:
+    with pytest.raises(ca.InputError, match="is not finite"):
+        ca.Target(ca.paths.letter("M", duration=1e308))

@@ -145,6 +145,28 @@ def test_an_unusable_recording_is_refused_in_one_sentence(
 
 
 @pytest.mark.parametrize(
+    ("heading", "cell", "parts"),
+    [
+        ("time", '"0.1', ("not valid CSV after line 7",)),
+        ("time,x", "0.1", ("column x is there twice",)),
+        ('"two\nlines"', "0.1", ("column time is missing", "found: two lines, x")),
+        (3000 * "x", "0.1", ("column time is missing", "xxx...")),
+    ],
+)
+def test_a_file_is_never_printed_nor_a_sentence_broken(
+    heading: str, cell: str, parts: tuple[str, ...]
+) -> None:
+    record(Path("flight.csv"))
+    lines = Path("flight.csv").read_text().splitlines()
+    lines[0] = lines[0].replace("time", heading)
+    lines[7] = cell + lines[7][lines[7].index(",") :]
+    Path("flight.csv").write_text("\n".join(lines) + "\n")
+    result = run("--data", "flight.csv", "--vehicle", "paper")
+    assert_refused(result, *parts)
+    assert len(result.stderr) < 500
+
+
+@pytest.mark.parametrize(
     ("arguments", "parts"),
     [
         (("--fit", "arm.youngs_modulu"), ("arm.youngs_modulu", "use arm.youngs_modulus")),

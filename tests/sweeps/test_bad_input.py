@@ -19,6 +19,10 @@ pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
 
 SMALL = '[scenario]\ntest = "A"\nduration = 0.02\n[[vary]]\n"vehicle.uav.mass" = [1.0, 2.0]\n'
 
+COUNTED = "{ from = 1, to = 2, count = 1000000000000 }"
+FAST = 'excitation = "sine"\nfrequency = 1e308'
+LOOP = "[controller]\n[target]\n"
+
 
 def run(folder: Path, text: str, *options: str, out: str = "store.zarr") -> Any:
     design = folder / "design.toml"
@@ -59,6 +63,24 @@ def assert_refused(result: Any, *parts: str) -> None:
         ("[controller]\n" + SMALL, ["target is missing"]),
         ('vehicle = "papre"\n' + SMALL, ["use paper"]),
         (SMALL + "[", ["not valid TOML"]),
+        (SMALL.replace("[1.0,", "[true,"), ["vehicle.uav.mass is [True, 2.0]"]),
+        (SMALL + "dimension = []\n", ["dimension is []", "one line of text"]),
+        ("seed = -1\n" + SMALL, ["seed is -1"]),
+        (SMALL.replace("[1.0, 2.0]", COUNTED), ["count is 1000000000000", "10,000,000"]),
+        (SMALL + 'sampling = "sobol"\ncount = 1000000000000\n', ["count is 1000000000000"]),
+        (SMALL.replace("[1.0, 2.0]", "{ from = -1e308, to = 1e308, count = 3 }"), ["farther than"]),
+        (LOOP + 'letter = "Q"\n' + SMALL, ["target.letter is 'Q'", "M, R, A, L"]),
+        ("x = " + "[" * 2000 + "]" * 2000 + "\n" + SMALL, ["nests more than 30"]),
+        (SMALL + "[" + ".".join("a" * 2000) + "]\n", ["nests more than 30"]),
+        ("seed = " + "1" * 5000 + "\n" + SMALL, ["thousands of digits"]),
+        # None of these has a run that can be flown, though the start of one could.
+        ("settle = 0.02\n" + SMALL, ["settle is 0.02", "below the duration 0.02 s"]),
+        ("sample = 1e-10\n" + SMALL, ["more than 1e+07 steps of 1e-10 s"]),
+        ("sample = 0.1\n" + SMALL, ["sample is 0.1 s, longer than the flight"]),
+        (SMALL.replace('"A"', '"D"\namplitude = 1e308'), ["tip_wrench is [inf"]),
+        (SMALL.replace('test = "A"', FAST), ["steps of 0 s"]),
+        (SMALL.replace("0.02", "1e6"), ["duration is 1e+06 s", "1e+07 steps"]),
+        (SMALL.replace("0.02", "5e-324"), ["sample is 0.002 s, longer than the flight"]),
     ],
 )
 def test_a_design_that_cannot_be_used(tmp_path: Path, text: str, parts: list[str]) -> None:
@@ -129,6 +151,19 @@ def test_a_folder_that_holds_other_things_is_left_alone(tmp_path: Path) -> None:
         assert_refused(run(tmp_path, SMALL, out=name), str(folder))
         assert [path.name for path in folder.iterdir()] == [content]
     assert_refused(run(tmp_path, SMALL, out="notes/notes.txt"), "is a file")
+
+
+@pytest.mark.parametrize("threads", [float("nan"), 0, 1.5, True])
+def test_threads_that_are_no_number_of_them_are_refused(tmp_path: Path, threads: Any) -> None:
+    (tmp_path / "design.toml").write_text(SMALL)
+    with pytest.raises(ca.InputError, match="threads is .*; give a whole number, 1 or more"):
+        ca.sweep(tmp_path / "design.toml", tmp_path / "store.zarr", threads=threads)
+    assert not (tmp_path / "store.zarr").exists()
+
+
+def test_what_is_no_path_is_refused() -> None:
+    with pytest.raises(ca.InputError, match="out is 3, but must be a path"):
+        ca.open_sweep(3)  # type: ignore[arg-type]
 
 
 def test_an_unwritten_store_cannot_be_opened(tmp_path: Path) -> None:

@@ -165,6 +165,16 @@ def test_a_run_that_cannot_be_built_is_a_row_with_a_status() -> None:
         load_design(design.assign({"vehicle.arm.disks.0.position": ("disk", [0.5, 1.1])}))
 
 
+@pytest.mark.parametrize("fixed", ["", '[set]\n"vehicle.uav.mass" = 2.0\n'])
+def test_a_design_in_which_nothing_varies_is_one_run(tmp_path: Path, fixed: str) -> None:
+    path = tmp_path / "design.toml"
+    path.write_text("\ufeff" + '[scenario]\ntest = "A"\nduration = 0.02\n' + fixed)
+    found = ca.sweep(path, tmp_path / "store.zarr")
+    assert dict(found.sizes) == {"model": 2}
+    assert found.attrs["done"] == found.attrs["runs"] == 1
+    assert (found["status"] == 0).all()
+
+
 TOML = """
 seed = 4
 models = ["decoupled", "independent"]

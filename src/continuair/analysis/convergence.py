@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
@@ -11,8 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from continuair import checks
-from continuair.analysis.metrics import compare, geodesic_angle, samples
-from continuair.errors import ContinuairWarning
+from continuair.analysis.metrics import differences, geodesic_angle, samples
 from continuair.kernels.dynamics import MODELS, REFERENCE
 
 Array = NDArray[np.float64]
@@ -92,10 +90,8 @@ def _entries(coarse: Flown, fine: Flown) -> Entries:
     """Metrics of every model in one run at the coarse step, and what halving it changes."""
     entries = {}
     for model, data in coarse.items():
-        with warnings.catch_warnings():
-            # The entry has its own word for a run that ended early.
-            warnings.simplefilter("ignore", ContinuairWarning)
-            metrics = compare(coarse[REFERENCE], data)
+        # The entry has its own word for a run that ended early.
+        metrics = differences(coarse[REFERENCE], data)
         error_t, error_r = step_errors(model, coarse, fine, metrics)
         entries[model] = metrics | {
             "step_s": float(step_of(data)),

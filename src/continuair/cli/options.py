@@ -110,7 +110,7 @@ def _is_ours(path: Path) -> bool:
     try:
         text = path.read_text(encoding="utf-8")
         return not text or "study" in dict(json_format.loads(text))
-    except (ValueError, TypeError):
+    except (ValueError, TypeError, RecursionError):
         return False
 
 

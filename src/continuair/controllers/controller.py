@@ -37,6 +37,16 @@ class Controller:
             raise InputError(
                 f"gains is {shown(self.gains)}; give a value by name for every field of Gains."
             )
+        gains = {name: self._gain(name, value) for name, value in self.gains.items()}
+        object.__setattr__(self, "gains", gains)
+
+    def _gain(self, name: str, value: Any) -> np.ndarray:
+        found = checks.finite_array(value)
+        if found is None:
+            raise InputError(
+                f"{name} of the controller {self.name} is {shown(value)}; give finite gains."
+            )
+        return checks.frozen(found)
 
     def describe(self) -> dict[str, Any]:
         """Name and settings as JSON can hold them."""
@@ -83,7 +93,7 @@ def gain_matrix(name: str, value: Any, size: int) -> np.ndarray:
     matrix = array if array.ndim == 2 else array * np.eye(size)
     if np.abs(matrix - matrix.T).max() > 1e-9 * np.abs(matrix).max():
         raise InputError(f"{name} is not symmetric; give a symmetric positive definite matrix.")
-    matrix = (matrix + matrix.T) / 2
+    matrix = matrix / 2 + matrix.T / 2  # halves first: the sum of large ones may be infinite
     smallest = float(np.linalg.eigvalsh(matrix)[0])
     if not smallest > 0.0:
         raise InputError(
@@ -93,4 +103,4 @@ def gain_matrix(name: str, value: Any, size: int) -> np.ndarray:
 
 
 def _plain(value: Any) -> Any:
-    return value.tolist() if isinstance(value, np.ndarray) else value
+    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value

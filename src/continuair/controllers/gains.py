@@ -33,31 +33,35 @@ def design(
 
     bandwidth: ω [rad/s]; damping_ratio: ζ; conditioning: μ, a share of the best seen direction's
     gain, below which a direction gets a slower loop; rate_gain: K_d = rate_gain W; sliding: C_s;
-    desired: the image to reach (2n,), normalised, of points `distance` [m] away, the paper's 0.5 m
-    square by default. Raises InputError.
+    desired: the image to reach (2n,), normalised, of points `distance` [m] away, our 0.5 m
+    square by default, as the paper prints none. Raises InputError.
 
     With Λ the inertia that the camera feels, L Λ^(-1/2) = Σ s_i u_i v_iᵀ over the directions seen.
     K_p = ω² W = Σ ω_i² / s_i² u_i u_iᵀ and C_d = Σ 2 ζ / ω_i u_i u_iᵀ give direction i the poles of
     p² + 2 ζ ω_i p + ω_i², with ω_i = ω s_i² / (s_i² + μ² s_1²). μ = 0 makes them all equal, and
     K_p = ω² (L⁺)ᵀ Λ L⁺; noise in the image then moves the directions that it hardly determines.
     """
-    ω = checks.positive("bandwidth", bandwidth)
+    # NumPy's powers of a number may be infinite, which is refused below; Python's raise.
+    ω = np.float64(checks.positive("bandwidth", bandwidth))
     ζ = checks.positive("damping_ratio", damping_ratio)
     μ = checks.number("conditioning", conditioning, least=0.0)
     L = _seen(desired, checks.positive("distance", distance))
     inertia, axes = np.linalg.eigh(camera_inertia(vehicle))
     u, s, _ = np.linalg.svd(L @ (axes / np.sqrt(inertia)) @ axes.T, full_matrices=False)
-    ω_i = ω * s**2 / (s**2 + (μ * s[0]) ** 2)
+    share, Cs = checks.positive("rate_gain", rate_gain), checks.positive("sliding", sliding)
     unseen = np.eye(len(L)) - u @ u.T
-    W = (u * (ω_i / (ω * s)) ** 2) @ u.T + _FLOOR * np.eye(len(L))
-    return {
-        "Kp": ω**2 * (W + W.T) / 2,
-        "Kd": checks.positive("rate_gain", rate_gain) * (W + W.T) / 2,
-        "Cp": 1.0,
-        "Cd": (u * (2.0 * ζ / ω_i)) @ u.T + 2.0 * ζ / ω * unseen,
-        "Cs": checks.positive("sliding", sliding),
-        "points": len(L) // 2,
-    }
+    with np.errstate(all="ignore"):
+        ω_i = ω * s**2 / (s**2 + (μ * s[0]) ** 2)
+        W = (u * (ω_i / (ω * s)) ** 2) @ u.T + _FLOOR * np.eye(len(L))
+        Kp, Kd = ω**2 * (W + W.T) / 2, share * (W + W.T) / 2
+        Cd = (u * (2.0 * ζ / ω_i)) @ u.T + 2.0 * ζ / ω * unseen
+    if not np.isfinite([Kp, Kd, Cd]).all():
+        raise InputError(
+            f"bandwidth is {shown(bandwidth)}, which with damping_ratio {shown(damping_ratio)}, "
+            f"conditioning {shown(conditioning)}, rate_gain {shown(rate_gain)} and distance "
+            f"{shown(distance)} gives gains that no number holds; give values nearer to 1."
+        )
+    return {"Kp": Kp, "Kd": Kd, "Cp": 1.0, "Cd": Cd, "Cs": Cs, "points": len(L) // 2}
 
 
 def _seen(desired: Any, distance: float) -> np.ndarray:
@@ -71,7 +75,13 @@ def _seen(desired: Any, distance: float) -> np.ndarray:
             f"desired is {shown(desired)}; give finite x and y of each point in turn, normalised, "
             "of 3 points or more."
         )
-    L = interaction_matrix(image, distance)
+    with np.errstate(all="ignore"):
+        L = interaction_matrix(image, distance)
+    if not np.isfinite(L).all():
+        raise InputError(
+            f"distance is {shown(distance)}, from which the points {shown(desired)} move faster "
+            "than numbers reach; give it in metres."
+        )
     if np.linalg.matrix_rank(L) < 6:
         raise InputError(
             f"desired is {shown(desired)}, which does not determine the camera's pose; give at "

@@ -6,6 +6,8 @@ from continuair import checks
 from continuair.controllers.controller import Controller, gain_matrix
 from continuair.kernels.laws.servoing import law
 
+_MOST_POINTS = 100
+
 CHOICES = {
     "damping": ("camera", "feature"),
     "compensation": ("gravity_only", "literal"),
@@ -37,7 +39,7 @@ def servoing(
     chosen = {"damping": damping, "compensation": compensation}
     for name, value in chosen.items():
         checks.choice(name, value, CHOICES[name])
-    size = 2 * checks.whole("points", points, 3)
+    size = 2 * checks.whole("points", points, 3, _MOST_POINTS)
     given = {"Kp": Kp, "Kd": Kd, "Cp": Cp, "Cd": Cd, "Cs": Cs}
     matrices = {name: gain_matrix(name, value, size) for name, value in given.items()}
     settings: dict[str, Any] = {

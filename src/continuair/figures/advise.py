@@ -34,14 +34,16 @@ def advice(results: dict[str, Any]) -> Figure:
             _errors(axes.pop(0), results, periodic)
         if results["tracking"]:
             _tracking(axes.pop(0), results)
-        figure.suptitle(f"Decoupling {results['vehicle']['name']}", fontsize=9, x=0.01, ha="left")
+        figure.suptitle(
+            f"Decoupling {style.plain(results['vehicle']['name'])}", fontsize=9, x=0.01, ha="left"
+        )
     return figure
 
 
 def write(results: dict[str, Any], atlas: xr.Dataset, file: Callable[[str], Path]) -> None:
     """Write the advice, and the vehicle's place on an atlas, as PNG and PDF."""
     style.save(advice(results), "advise", file)
-    place = {results["vehicle"]["name"]: results["groups"]}
+    place = {style.plain(results["vehicle"]["name"]): results["groups"]}
     style.save(validity_map(atlas, place), "atlas", file)
 
 

@@ -123,7 +123,7 @@ def write(
     results: dict[str, Any], datasets: dict[str, xr.Dataset], file: Callable[[str], Path]
 ) -> None:
     """Write all figures of the study as PNG and PDF; `file` gives the path of a name."""
-    name = results["vehicle"]["name"]
+    name = style.plain(results["vehicle"]["name"])
     for letter, dataset in datasets.items():
         title = f"Test {letter}, vehicle {name}"
         style.save(motion(dataset, title), f"test_{letter}_motion", file)

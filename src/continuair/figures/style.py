@@ -82,6 +82,11 @@ def finish(figure: Figure, axes: Any, title: str) -> None:
         figure.suptitle(title, fontsize=9, x=0.01, ha="left")
 
 
+def plain(text: str) -> str:
+    """Return text of the user's that figures show as it is: a $ in it begins no formula."""
+    return text.replace("$", r"\$")
+
+
 def save(figure: Figure, name: str, file: Callable[[str], Path]) -> None:
     """Write the figure as PNG and PDF; `file` gives the path of a name."""
     for suffix in ("png", "pdf"):

@@ -165,7 +165,7 @@ def write(
     file: Callable[[str], Path],
 ) -> None:
     """Write all figures of the study as PNG and PDF; `file` gives the path of a name."""
-    name = results["vehicle"]["name"]
+    name = style.plain(results["vehicle"]["name"])
     for setting, dataset in datasets.items():
         title = f"{setting}, vehicle {name}"
         style.save(traces(dataset, f"Tip traces, {title}"), f"traces_{setting}", file)

@@ -12,6 +12,8 @@ from continuair.vehicle.layout import FIELDS, OF_NAME, Layout
 
 Array = np.ndarray
 
+_TIMES_AT_ONCE = 256
+
 
 def groups_in_use(scenario: Scenario) -> int:
     """Bits of the groups of inputs that a scenario uses."""
@@ -64,7 +66,12 @@ def _at(name: str, value: Any, times: Array, width: int, runs: Array | None) -> 
         return _some(constant.reshape(1, -1, constant.shape[-1]), runs)
     # Steps share their ends: each time is asked for once.
     distinct, index = np.unique(times, return_inverse=True)
-    return _some(evaluated(name, value, distinct, width), runs)[index]
+    # Some times after the other: a function may return rows of more runs than are wanted.
+    blocks = np.array_split(distinct, -(-len(distinct) // _TIMES_AT_ONCE))
+    parts = [_some(evaluated(name, value, block, width), runs) for block in blocks]
+    if len({part.shape[1] for part in parts}) > 1:
+        raise _changing_shape(name, width)
+    return np.concatenate(parts)[index]
 
 
 def evaluated(name: str, value: Any, times: Array, width: int) -> Array:
@@ -73,8 +80,9 @@ def evaluated(name: str, value: Any, times: Array, width: int) -> Array:
     Raises InputError if it does not return that many finite numbers each time.
     """
     try:
-        # Copied, as a function may return the same array each time.
-        given = [np.array(value(t)) for t in times.tolist()]
+        # Copied, as a function may return the same array each time. Overflow is told of below.
+        with np.errstate(over="ignore", invalid="ignore"):
+            given = [np.array(value(t)) for t in times.tolist()]
     except Exception as error:
         raise InputError(
             f"{name} raises {type(error).__name__} ({error}) during the flight; return {width} "
@@ -85,10 +93,7 @@ def evaluated(name: str, value: Any, times: Array, width: int) -> Array:
     except (TypeError, ValueError):
         rows = np.empty((0, 0))
     if rows.shape[-1] != width or rows.ndim not in (2, 3) or len(rows) != len(times):
-        raise InputError(
-            f"{name} returns values of changing or wrong shape over time; return {width} numbers, "
-            "or a row of them per run, at every time."
-        )
+        raise _changing_shape(name, width)
     bad = ~np.isfinite(rows.reshape(len(rows), -1)).all(-1)
     if bad.any():
         raise InputError(
@@ -96,6 +101,13 @@ def evaluated(name: str, value: Any, times: Array, width: int) -> Array:
             "time of the flight."
         )
     return rows.reshape(len(times), -1, width)
+
+
+def _changing_shape(name: str, width: int) -> InputError:
+    return InputError(
+        f"{name} returns values of changing or wrong shape over time; return {width} numbers, or a "
+        "row of them per run, at every time."
+    )
 
 
 def _some(rows: Array, runs: Array | None) -> Array:

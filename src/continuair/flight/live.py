@@ -236,11 +236,8 @@ def _check_alone(vehicle: Any, scenario: Any) -> None:
 
 
 def _numbers(tau: Any, size: int) -> Array:
-    try:
-        array = np.array(tau, float)
-    except (TypeError, ValueError):
-        array = np.empty(0)
-    if array.shape != (size,) or not np.isfinite(array).all():
+    array = checks.finite_array(tau)
+    if array is None or array.shape != (size,):
         raise InputError(f"tau is {shown(tau)}; give {size} finite generalised forces.")
     return array
 

@@ -31,10 +31,13 @@ from continuair.flight.time_grid import (
 )
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import state_from_paper
-from continuair.vehicle.layout import COMMAND
+from continuair.vehicle.layout import COMMAND, FIELDS
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
 Array = np.ndarray
+
+# What the inputs of one part of a batch take at most, where every run has its own over time.
+_INPUT_BYTES = {"cpu": 1e8, "cuda": 2e9}
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +124,22 @@ class Flight:
         chosen = np.arange(self.runs) if chosen is None else chosen
         for at, grid in shared_grids(self.marks, self.steps[chosen]):
             yield self.cohort(chosen[at], grid)
+
+    def parts(self, chosen: Array | None = None) -> Iterator[Cohort]:
+        """As `cohorts`, but in parts whose inputs over time fit into memory."""
+        chosen = np.arange(self.runs) if chosen is None else chosen
+        for at, grid in shared_grids(self.marks, self.steps[chosen]):
+            size = self._runs_at_once(grid)
+            for first in range(0, len(at), size):
+                yield self.cohort(chosen[at[first : first + size]], grid)
+
+    def _runs_at_once(self, grid: Grid) -> int:
+        at_start, _ = sample_inputs(self.scenario, np.zeros(1), self.coupled.layout)
+        timed = any(callable(getattr(self.scenario, field)) for field in FIELDS)
+        if not timed or at_start.shape[1] == 1:
+            return self.runs
+        bytes_per_run = 8 * at_start.shape[2] * len(stage_times(grid))
+        return max(1, int(_INPUT_BYTES[self.coupled.device.split(":")[0]] / bytes_per_run))
 
     def cohort(self, runs: Array, grid: Grid) -> Cohort:
         """Some runs over a time grid."""

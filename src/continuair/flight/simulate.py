@@ -124,7 +124,7 @@ def record(recorder: Recorder, runs: Array | None = None) -> None:
     flight = recorder.flight
     engine = flight.engine(recorder.model, recorder.dtype)
     observe = any(name in OBSERVED_VARIABLES for name in recorder.names)
-    for cohort in flight.cohorts(runs):
+    for cohort in flight.parts(runs):
         for part in _parts(cohort):
             recorder.keep(part, part.fly(engine, observe))
 

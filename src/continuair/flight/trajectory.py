@@ -146,7 +146,7 @@ class Recorder:
         }
         coordinates["time"] = ("time", self.flight.marks.samples, {"units": "s"})
         found = xr.Dataset(data, coordinates, self._attributes() | provenance)
-        return found if self.flight.batched else found.isel(run=0)
+        return found.assign_coords(run=self.runs) if self.flight.batched else found.isel(run=0)
 
     def _attributes(self) -> dict[str, Any]:
         flight = self.flight

@@ -60,13 +60,7 @@ class Fitted:
         return self.of.replace(self._changes(values.tolist()))
 
     def _changes(self, columns: Any) -> dict[str, Any]:
-        changes = dict(zip(self.names, columns, strict=True))
-        for index, disk in enumerate(self.of.arm.disks):
-            path = f"arm.disks.{index}.position"
-            if "arm.length" in changes and path not in changes:
-                # A disk stays at its share of the arm: one at the tip stays there.
-                changes[path] = changes["arm.length"] * (disk.position / self.of.arm.length)
-        return changes
+        return dict(zip(self.names, columns, strict=True))
 
     def _is_valid(self, values: Array) -> bool:
         try:

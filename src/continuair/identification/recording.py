@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from continuair.errors import ContinuairWarning, InputError, nearest, shown
+from continuair.errors import ContinuairWarning, InputError, shortened, shown
+from continuair.files import check_regular, printed, reason, user_path
 from continuair.vehicle.layout import ACTUATORS
 
 Array = np.ndarray
@@ -21,6 +22,7 @@ attitude, body to world, unit quaternion; bend vector κ (cos ψa, sin ψa), bod
 inputs are named as ACTUATORS: 0 where there is none, each held until the next row."""
 
 FEWEST_ROWS = 10
+_LONGEST_LIST = 200
 _UNIT_NORM_TOLERANCE = 0.02
 
 
@@ -47,7 +49,9 @@ def load_recording(path: str | os.PathLike[str]) -> Recording:
     below the headings is row 1), for what is missing, no finite number, no unit quaternion, or
     not later than the row before.
     """
-    headings, rows = _read(path)
+    file = user_path("data", path)
+    path = printed(file)
+    headings, rows = _read(file)
     columns = _columns(path, headings, rows)
     time = columns["time"]
     late = np.flatnonzero(np.diff(time) <= 0.0)
@@ -69,7 +73,7 @@ def load_recording(path: str | os.PathLike[str]) -> Recording:
     driven = any(name in columns for name in ACTUATORS)
     nothing = np.zeros(len(time))
     return Recording(
-        name=Path(path).name,
+        name=file.name,
         time=time - time[0],
         position=np.stack([columns[name] for name in "xyz"], -1),
         attitude=attitude / norm[:, None],
@@ -78,23 +82,36 @@ def load_recording(path: str | os.PathLike[str]) -> Recording:
     )
 
 
-def _read(path: str | os.PathLike[str]) -> tuple[list[str], list[list[str]]]:
+def _read(file: Path) -> tuple[list[str], list[list[str]]]:
+    path, line = printed(file), 0
+    check_regular("data", file)
     try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            lines = [line for line in csv.reader(file) if any(cell.strip() for cell in line)]
-    except (OSError, ValueError, csv.Error) as error:
-        reason = getattr(error, "strerror", None) or str(error)
+        with open(file, encoding="utf-8-sig", newline="") as text:
+            # Without `strict`, a quotation mark that is never closed swallows what follows.
+            reader, lines = csv.reader(text, strict=True), []
+            for cells in reader:
+                line = reader.line_num
+                if any(cell.strip() for cell in cells):
+                    lines.append(cells)
+    except csv.Error as error:
         raise InputError(
-            f"data is {path}, which cannot be read ({reason}); give the path of a CSV file."
+            f"{path}: not valid CSV after line {line} ({error}); close the quotation marks there."
+        ) from None
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"data is {path}, which cannot be read ({reason(error)}); give the path of a CSV file."
         ) from None
     headings = [cell.strip() for cell in lines[0]] if lines else []
     for name in MEASURED:
         if name not in headings:
-            remedy = nearest(name, headings) if headings else "the file is empty"
+            found = _listed(headings) if headings else "the file is empty"
             raise InputError(
                 f"{path}: column {name} is missing; name the columns {', '.join(MEASURED)} "
-                f"(found: {', '.join(headings) or remedy})."
+                f"(found: {found})."
             )
+    for name in MEASURED + ACTUATORS:
+        if headings.count(name) > 1:
+            raise InputError(f"{path}: column {name} is there twice; keep one of them.")
     if len(lines) - 1 < FEWEST_ROWS:
         raise InputError(
             f"{path}: holds {len(lines) - 1} rows; give a flight of {FEWEST_ROWS} rows or more."
@@ -102,14 +119,17 @@ def _read(path: str | os.PathLike[str]) -> tuple[list[str], list[list[str]]]:
     return headings, lines[1:]
 
 
-def _columns(
-    path: str | os.PathLike[str], headings: list[str], rows: list[list[str]]
-) -> dict[str, Array]:
+def _listed(headings: list[str]) -> str:
+    """Headings as a message prints them, on one line and not too long."""
+    return shortened(" ".join(", ".join(headings).split()), _LONGEST_LIST)
+
+
+def _columns(path: str, headings: list[str], rows: list[list[str]]) -> dict[str, Array]:
     ignored = [name for name in headings if name not in MEASURED + ACTUATORS]
     if ignored:
         known = ", ".join(ACTUATORS)
         warnings.warn(
-            f"{path}: ignores the columns {', '.join(ignored)} (inputs are {known}).",
+            f"{path}: ignores the columns {_listed(ignored)} (inputs are {known}).",
             ContinuairWarning,
             stacklevel=3,
         )

@@ -38,7 +38,9 @@ class Wave:
     @property
     def fastest(self) -> Any:
         """The highest frequency that it has [rad/s], which the automatic step resolves."""
-        return 2.0 * np.pi * np.maximum(np.abs(self.frequency), np.abs(self.end_frequency))
+        highest = np.maximum(np.abs(self.frequency), np.abs(self.end_frequency))
+        with np.errstate(over="ignore"):  # an infinite rate takes more steps than there can be
+            return 2.0 * np.pi * highest
 
 
 @dataclass(frozen=True)

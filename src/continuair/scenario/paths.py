@@ -11,6 +11,7 @@ import numpy as np
 from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.scenario.letters import LETTERS, strokes
+from continuair.vehicle.fields import is_title
 
 Array = np.ndarray
 
@@ -30,6 +31,13 @@ class Path:
     name: str
     duration: float
     motion: Callable[[Array], tuple[Array, Array, Array]]
+
+    def __post_init__(self) -> None:
+        if not is_title(self.name):
+            raise InputError(f"name of a path is {shown(self.name)}; give one line of text.")
+        if not callable(self.motion):
+            raise InputError(f"motion is {shown(self.motion)}; give a function of the time alone.")
+        object.__setattr__(self, "duration", checks.positive("duration", self.duration, " [s]"))
 
     def __call__(self, times: Any) -> tuple[Array, Array, Array]:
         return self.motion(np.atleast_1d(np.asarray(times, float)))
@@ -224,14 +232,15 @@ def _rounded(
 
 def _smooth_ramp(x: Array, width: float) -> tuple[Array, Array, Array]:
     """max(x, 0) convolved with a quadratic B-spline of that width, and its two derivatives."""
-    h = width / 3.0
+    h = np.float64(width) / 3.0  # its powers may be infinite, which a path is refused for
     parts = [
         (sign, np.maximum(x - (j - 1.5) * h, 0.0)) for j, sign in enumerate((1.0, -3.0, 3.0, -1.0))
     ]
-    ramp, step, bump = (
-        sum(sign * part**power for sign, part in parts) / (factor * h**3)
-        for power, factor in ((4, 24.0), (3, 6.0), (2, 2.0))
-    )
+    with np.errstate(over="ignore", invalid="ignore"):
+        ramp, step, bump = (
+            sum(sign * part**power for sign, part in parts) / (factor * h**3)
+            for power, factor in ((4, 24.0), (3, 6.0), (2, 2.0))
+        )
     return np.asarray(ramp), np.asarray(step), np.asarray(bump)
 
 

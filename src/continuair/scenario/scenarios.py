@@ -29,6 +29,8 @@ Input = ArrayLike | Callable[[float], ArrayLike] | None
 
 _Record = TypeVar("_Record")
 
+_LARGEST_SEED = 2**63 - 1
+
 _COORDINATES = ONE_SECTION.coordinates
 _INPUTS = {
     field: (
@@ -130,10 +132,11 @@ class Scenario:
         if not checks.is_number(self.tip_wrench_sign) or self.tip_wrench_sign not in (1, -1):
             problem = f"tip_wrench_sign is {shown(self.tip_wrench_sign)}, but must be 1 or -1"
             raise InputError(f"{problem}; give 1 for a wrench that acts on the tip.")
+        checked["tip_wrench_sign"] = int(self.tip_wrench_sign)
         checked["duration"] = checks.positive("duration", self.duration, " [s]")
         checked["jumps"] = _jumps(self.jumps, checked["duration"])
         checked["gravity"] = checks.gravity(self.gravity)
-        checked["seed"] = checks.whole("seed", self.seed, 0)
+        checked["seed"] = checks.whole("seed", self.seed, 0, _LARGEST_SEED)
         if self.control_period is not None:
             otherwise = " [s], or None to evaluate the controller at every stage"
             period = checks.positive("control_period", self.control_period, otherwise)
@@ -149,7 +152,7 @@ class Scenario:
                 "as servoing(...) or hold(...)."
             )
         if self.target is not None:
-            _check_targets(self.target)
+            object.__setattr__(self, "target", _checked_targets(self.target))
         if self.controller is not None and self.controller.looks and not self.targets:
             raise InputError(
                 f"target is None, but the controller {self.controller.name} looks at one; give a "
@@ -183,9 +186,7 @@ class Scenario:
 def _finite_array(value: object) -> Array | None:
     """Return finite numbers as a read-only array, and None for anything else."""
     array = checks.finite_array(value)
-    if array is not None:
-        array.flags.writeable = False
-    return array
+    return None if array is None else checks.frozen(array)
 
 
 def _is_rows(array: Array, width: int) -> bool:
@@ -224,7 +225,8 @@ def _input(field: str, value: Any) -> Array | Callable[[float], ArrayLike] | Non
     if callable(value):
         at = " at t = 0"
         try:
-            given = value(0.0)
+            with np.errstate(over="ignore", invalid="ignore"):  # told of below
+                given = value(0.0)
         except Exception as error:  # whatever a user's function raises
             reason = " ".join(f"{type(error).__name__}: {error}".split())
             problem = f"{field} cannot be evaluated at t = 0 ({reason})"
@@ -248,7 +250,7 @@ def _jumps(value: Any, duration: float) -> tuple[float, ...]:
     return tuple(np.unique(array).tolist())
 
 
-def _check_targets(given: Any) -> None:
+def _checked_targets(given: Any) -> Target | tuple[Target, ...]:
     targets = given if isinstance(given, (list, tuple)) and given else [given]
     if any(not isinstance(target, Target) for target in targets):
         raise InputError(f"target is {shown(given)}; give a continuair.Target, or one per run.")
@@ -260,6 +262,7 @@ def _check_targets(given: Any) -> None:
         )
     if any(not np.array_equal(target.points, targets[0].points) for target in targets):
         raise InputError("target holds targets of different points; give all runs the same points.")
+    return given if isinstance(given, Target) else tuple(targets)
 
 
 def _plain(value: Any) -> Any:

@@ -14,7 +14,7 @@ from continuair.scenario.paths import Path
 _CHECKED = 4001
 
 DISTANCE = 2.0
-"""Distance Z_d of the paper at which the camera is to stay [m]."""
+"""Distance Z_d at which the camera is to stay [m]: our choice, as the paper prints none."""
 
 # A camera at the tip of a straight arm under a level UAV, looking down: its axes in the world.
 _DOWN = np.diag([1.0, -1.0, -1.0])
@@ -47,7 +47,8 @@ class Target:
                 f"distance is {shown(self.distance)}; give one [m] that leaves all points of the "
                 f"target below the camera (above {rows[:, 2].max():g})."
             )
-        object.__setattr__(self, "points", rows)
+        object.__setattr__(self, "points", checks.frozen(rows))
+        object.__setattr__(self, "distance", float(self.distance))
 
     @property
     def desired(self) -> np.ndarray:

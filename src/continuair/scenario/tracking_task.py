@@ -1,4 +1,8 @@
-"""The paper's closed-loop task: a square whose centroid writes letters, seen from the arm's tip."""
+"""The paper's closed-loop task: points whose centroid writes letters, seen from the arm's tip.
+
+The letters and the 50 s are the paper's. It prints neither the points, a square of 0.5 m here, nor
+their distance, nor where the flight starts: those are our choices.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +26,7 @@ LETTER_HEIGHT = 0.8
 """Height of a letter [m]."""
 
 START_OFFSET = (0.1, 0.0, 0.1)
-"""How far off the camera starts: 0.1 m in x and z, Amiri et al. [m]."""
+"""How far off the camera starts: 0.1 m in x and z, our choice; the paper prints no start [m]."""
 
 START_BEND = 0.1
 """Curvature at the start [1/m]."""

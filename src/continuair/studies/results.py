@@ -190,7 +190,7 @@ def _read(marker: Path) -> tuple[str, set[str]]:
         # Bare names only: a marker cannot make a study remove files elsewhere.
         files = {name for name in content["files"] if Path(name).name == name}
         return str(content["study"]), files
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, RecursionError):
         return "unknown", set()
 
 

@@ -15,11 +15,12 @@ import numpy as np
 import xarray as xr
 
 from continuair.errors import InputError, shown
-from continuair.files import read_toml
+from continuair.files import printed, read_toml, user_path
 from continuair.kernels.dynamics import REFERENCE
 from continuair.sweeps.pairs import METRICS
 from continuair.sweeps.sampling import flat, values, values_along
 from continuair.sweeps.tables import Base, changed, check_field
+from continuair.vehicle.fields import is_title
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
 
 Array = np.ndarray
@@ -77,7 +78,10 @@ class Design:
 
     def rows(self, runs: Array) -> dict[str, Array]:
         """The values of every variable in some runs, by their indices."""
-        at = dict(zip(self.sizes, np.unravel_index(runs, tuple(self.sizes.values())), strict=True))
+        # A design in which nothing varies has no dimension, and one run.
+        shape = tuple(self.sizes.values())
+        along = np.unravel_index(runs, shape) if shape else ()
+        at = dict(zip(self.sizes, along, strict=True))
         return {
             name: np.broadcast_to(variable.at(at), len(runs))
             for name, variable in self.variables.items()
@@ -121,7 +125,7 @@ def load_design(
     elif isinstance(design, xr.Dataset):
         found = _from_dataset(design)
     elif isinstance(design, (str, os.PathLike)):
-        found = _from_file(Path(design).expanduser())
+        found = _from_file(user_path("design", design))
     else:
         raise InputError(f"design is {shown(design)}; give a .toml file or an xarray Dataset.")
     if metrics is not None:
@@ -141,7 +145,7 @@ def _from_file(path: Path) -> Design:
     try:
         return _from_tables(tables, path.parent)
     except InputError as error:
-        raise error.within(f"{path}: ") from None
+        raise error.within(f"{printed(path)}: ") from None
 
 
 def _from_tables(tables: dict[str, Any], folder: Path) -> Design:
@@ -160,6 +164,8 @@ def _from_tables(tables: dict[str, Any], folder: Path) -> Design:
         given = {name: value for name, value in table.items() if name != "dimension"}
         found = values_along(given, [base.seed, index])
         dimension = table.get("dimension", next(iter(found)).rpartition(".")[2])
+        if "dimension" in table and not is_title(dimension):
+            raise InputError(f"dimension is {shown(dimension)}; give one line of text.")
         if dimension in sizes:
             raise InputError(
                 f"dimension {shown(dimension)} is that of two vary tables; write their fields in "
@@ -203,7 +209,7 @@ def _design(
         for indices in _extremes(variables[name]):
             _check_value(design, name, indices)
     for name in sizes:
-        if not isinstance(name, str) or not name or name in RESERVED:
+        if not name or name in RESERVED:
             raise InputError(
                 f"dimension is {shown(name)}, which results need for themselves; give another name."
             )

@@ -14,6 +14,7 @@ import xarray as xr
 from continuair import checks
 from continuair.engine.engine import check_device
 from continuair.errors import InputError, shown
+from continuair.files import user_path
 from continuair.progress import Progress
 from continuair.sweeps.design import Design, load_design
 from continuair.sweeps.results import open_sweep, require_zarr
@@ -45,9 +46,11 @@ def sweep(
     Dataset of `open_sweep`. Raises InputError before anything is written.
     """
     require_zarr()
-    path = Path(out).expanduser().absolute()
+    path = user_path("out", out).absolute()
     found = load_design(design, None if metrics is None else tuple(metrics))
     part, parts = _checked_shard(shard)
+    if threads is not None:
+        checks.whole("threads", threads, 1)
     report = progress or (lambda done, total, what: None)
     device = "cuda:0" if device == "cuda" else device
     # The workers of a cluster may have a device that this machine has not.

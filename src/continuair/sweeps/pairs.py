@@ -89,7 +89,18 @@ def run_pairs(
     warn_of_coarse_steps(found.step_error, flight.steps, stacklevel=3)
     data = _variables(found)
     data["step"] = ("run", flight.steps, {"units": "s", "long_name": "integration step"})
-    return xr.Dataset(data, {"model": list(names), "axis": list("xyz"), "quaternion": list("xyzw")})
+    coordinates = {"run": np.arange(flight.runs), "model": list(names)}
+    coordinates |= {"axis": list("xyz"), "quaternion": list("xyzw")}
+    return xr.Dataset(data, coordinates)
+
+
+def check_pairs(
+    vehicle: Vehicle, scenario: Scenario, step: float | str, sample: float, settle: float,
+    device: str,
+) -> None:  # fmt: skip
+    """Raise InputError for what `run_pairs` would refuse; nothing is flown."""
+    flight = prepare(vehicle, scenario, step=step, sample=sample, device=device, threads=1)
+    _checked_settle(settle, flight)
 
 
 def _fly(
@@ -101,7 +112,7 @@ def _fly(
     chosen = np.arange(flight.runs) if chosen is None else chosen
     pairs = Pairs([flight.engine(model) for model in models], flight.runs)
     end_time = np.zeros((flight.runs, len(models)))
-    for cohort in flight.cohorts(chosen):
+    for cohort in flight.parts(chosen):
         runs, grid = cohort.runs, cohort.grid
         pairs.fly(runs, cohort.start, grid, cohort.drive)
         end_time[runs] = np.append(grid.starts, grid.samples[-1])[pairs.last_step[runs]]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import os
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from continuair.errors import InputError
+from continuair.files import user_path
 from continuair.flight.trajectory import STEP_ERROR
 from continuair.sweeps.design import Design
 from continuair.sweeps.pairs import METRICS
@@ -39,7 +39,7 @@ def open_sweep(out: str | os.PathLike[str]) -> xr.Dataset:
     """
     from continuair.sweeps.store import open_store
 
-    store = open_store(Path(out).expanduser().absolute(), any_version=True)
+    store = open_store(user_path("out", out).absolute(), any_version=True)
     attributes = store.attributes
     finished = np.repeat(store.done(), store.size)[: store.design.runs]
     return labelled(store.design, store.results[...], attributes | {"done": int(finished.sum())})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,6 +12,10 @@ from continuair import checks
 from continuair.errors import InputError, nearest, shown
 
 SAMPLINGS = ("sobol", "latin-hypercube")
+
+MOST_VALUES = 10_000_000
+"""Values along one dimension: they are all held in memory."""
+
 _RANGE_KEYS = ("from", "to", "count", "spacing")
 _SPACINGS = ("linear", "log")
 
@@ -58,14 +63,14 @@ def flat(fields: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 def _listed(field: str, value: Any) -> Array:
     if isinstance(value, Mapping):
         low, high, log = _range(field, value)
-        count = checks.whole(f"{field}.count", value.get("count"), 1)
+        count = checks.whole(f"{field}.count", value.get("count"), 1, MOST_VALUES)
         return np.geomspace(low, high, count) if log else np.linspace(low, high, count)
     return values(field, value)
 
 
 def values(field: str, value: Any) -> Array:
     """A list of numbers, texts or booleans as an array; raises InputError for anything else."""
-    array = np.asarray(value) if isinstance(value, (list, tuple)) and value else np.empty(0)
+    array = _array(value) if isinstance(value, (list, tuple)) and value else np.empty(0)
     if array.ndim != 1 or not len(array) or array.dtype.kind not in "biufU":
         raise InputError(
             f"{field} is {shown(value)}; give a list of values, or a range {{from, to, count}}."
@@ -75,9 +80,15 @@ def values(field: str, value: Any) -> Array:
     return array.astype(float) if array.dtype.kind in "iu" else array
 
 
+def _array(value: Any) -> Array:
+    """A list as an array, empty if NumPy would read entries of one kind as those of another."""
+    kinds = {"b" if isinstance(v, bool) else "U" if isinstance(v, str) else "f" for v in value}
+    return np.asarray(value) if len(kinds) == 1 else np.empty(0)
+
+
 def _sampled(fields: dict[str, Any], sampling: Any, count: Any, seed: Any) -> dict[str, Array]:
     checks.choice("sampling", sampling, SAMPLINGS)
-    count = checks.whole("count", count, 1)
+    count = checks.whole("count", count, 1, MOST_VALUES)
     for name, value in fields.items():
         if not isinstance(value, Mapping) or "count" in value:
             raise InputError(
@@ -125,4 +136,8 @@ def _range(field: str, value: Mapping[str, Any]) -> tuple[float, float, bool]:
     spacing = checks.choice(f"{field}.spacing", value.get("spacing", "linear"), _SPACINGS)
     if spacing == "log" and not (low > 0.0 and high > 0.0):
         raise InputError(f"{field} has spacing 'log' from {low} to {high}; give ends above 0.")
+    if not math.isfinite(high / low if spacing == "log" else high - low):
+        raise InputError(
+            f"{field} goes from {low} to {high}, farther than numbers reach; give nearer ends."
+        )
     return low, high, spacing == "log"

@@ -8,7 +8,8 @@ from pydantic import BeforeValidator, model_validator
 
 from continuair import checks
 from continuair.errors import InputError, nearest
-from continuair.vehicle.fields import Count, Finite, NotNegative, Part, Positive, Whole
+from continuair.scenario.letters import LETTERS
+from continuair.vehicle.fields import Count, Finite, NotNegative, Part, Positive, Title, Whole
 from continuair.vehicle.layout import CHANNELS
 from continuair.vehicle.vehicle import Vehicle
 
@@ -31,6 +32,15 @@ def _channel(value: Any) -> str:
 
 
 Channel = Annotated[str, BeforeValidator(_channel)]
+
+
+def _letters(value: Any) -> str:
+    if not isinstance(value, str) or not value or any(x not in LETTERS for x in value.upper()):
+        raise ValueError(f"must be text of the letters {', '.join(LETTERS)}")
+    return value
+
+
+Letters = Annotated[str, BeforeValidator(_letters)]
 
 
 class ScenarioTable(Part):
@@ -160,7 +170,7 @@ class ControllerTable(Part):
 class TargetTable(Part):
     """The target: a square whose centre writes letters in the world's xy plane."""
 
-    letter: str = "M"
+    letter: Letters = "M"
     """the letters to write, of M, R, A, L"""
 
     height: Positive = 0.8
@@ -179,7 +189,7 @@ class TargetTable(Part):
 class Base(Part):
     """What all runs of a sweep share."""
 
-    name: str = "sweep"
+    name: Title = "sweep"
     """the name of the sweep"""
 
     vehicle: str = "paper"
@@ -244,7 +254,7 @@ def check_field(field: str, base: Base) -> None:
         remedy = f"start it with vehicle, {', '.join(TABLES)}, as in vehicle.arm.radius"
         if field in ("model", "models"):
             remedy = "list the models in models: each run flies all of them"
-        raise InputError(f"{field} is not a field that can vary; {remedy}.")
+        raise InputError(f"{field or repr(field)} is not a field that can vary; {remedy}.")
     known = [f"{table}.{other}" for other in TABLES[table].model_fields]
     if field not in known:
         raise InputError(f"{field} is not a known field; {nearest(field, known)}.")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -12,7 +14,7 @@ from continuair.kernels.step import STATUS
 from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.assembly import batches
 from continuair.sweeps.design import Design
-from continuair.sweeps.pairs import run_pairs
+from continuair.sweeps.pairs import check_pairs, run_pairs
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -39,8 +41,8 @@ def unit_size(design: Design, device: str) -> int:
     if design.base.chunk is not None:
         return min(design.base.chunk, design.runs)
     seconds = _SECONDS_PER_UNIT[device.split(":")[0]]
-    size = int(seconds / design.base.scenario.duration)
-    return max(1, min(size, design.runs))
+    # The quotient of a tiny duration is infinite.
+    return max(1, int(min(seconds / design.base.scenario.duration, design.runs)))
 
 
 def compute(design: Design, runs: Array, device: str, threads: int | None) -> Array:
@@ -67,11 +69,19 @@ def check(design: Design, device: str) -> None:
     for run in probes:
         try:
             for _, vehicle, scenario in batches(design, np.array([run])):
+                _check_whole(design, vehicle, scenario, device)
                 _fly(design, vehicle, scenario, device, 1, duration=design.base.sample)
         except InputError as error:
             refusals.append(error)
     if len(refusals) == len(probes):
         raise refusals[0]
+
+
+def _check_whole(design: Design, vehicle: Vehicle, scenario: Scenario, device: str) -> None:
+    """Raise InputError for what only the whole flight shows, as a start of it does not."""
+    base = design.base
+    with _without_warnings():
+        check_pairs(vehicle, scenario, base.step, base.sample, base.settle, device)
 
 
 def _computed(design: Design, runs: Array, device: str, threads: int | None) -> Array:
@@ -88,9 +98,7 @@ def _fly(
     **options: Any,
 ) -> Array:  # fmt: skip
     base = design.base
-    with warnings.catch_warnings():
-        # The step of every run is kept, and a coarse one was asked for.
-        warnings.simplefilter("ignore", ContinuairWarning)
+    with _without_warnings():
         found = run_pairs(
             vehicle,
             scenario,
@@ -107,6 +115,14 @@ def _fly(
     columns += [found[name].to_numpy() for name in ("status", "end_time", "step_error")]
     steps = np.broadcast_to(found["step"].to_numpy()[:, None], found["status"].shape)
     return np.stack([*columns, steps], axis=-1)
+
+
+@contextmanager
+def _without_warnings() -> Iterator[None]:
+    with warnings.catch_warnings():
+        # The step of every run is kept, and a coarse one was asked for.
+        warnings.simplefilter("ignore", ContinuairWarning)
+        yield
 
 
 def _refused(design: Design) -> Array:

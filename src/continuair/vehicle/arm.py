@@ -18,6 +18,9 @@ from continuair.vehicle.fields import (
     check_moments,
 )
 
+MOST_DISKS = 1000
+"""Disks of an arm: each costs time and memory in every vehicle of a batch."""
+
 
 class Disk(Part):
     """A spacer disk on the arm, normal to the backbone; at the arm's end it is a tip mass."""
@@ -61,7 +64,7 @@ class Arm(Part):
     """the length of the backbone [m]"""
 
     radius: Positive
-    """the radius of the round, solid backbone [m]"""
+    """the radius of the round, solid backbone, at most half its length [m]"""
 
     density: Positive
     """the density of the backbone [kg/m³]"""
@@ -81,6 +84,13 @@ class Arm(Part):
     kappa_s: NotNegative = 1e-3
     """the curvature below which generalised inputs in polar coordinates use kappa_s in place of
     the curvature they are divided by; Remark 1, Amiri et al. [1/m]"""
+
+    @field_validator("disks", mode="before")
+    @classmethod
+    def _not_too_many(cls, value: object) -> object:
+        if isinstance(value, (list, tuple)) and len(value) > MOST_DISKS:
+            raise ValueError(f"must hold at most {MOST_DISKS:,} disks (it has {len(value):,})")
+        return value
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -104,6 +114,11 @@ class Arm(Part):
                 f"radius is {self.radius}, which with length {self.length}, density {self.density} "
                 f"and youngs_modulus {self.youngs_modulus} gives no finite natural frequency; "
                 "give all of them in SI units [m, kg/m³, Pa]."
+            )
+        if self.radius > self.length / 2:
+            raise InputError(
+                f"radius is {self.radius}, with which an arm of length {self.length} would be "
+                f"thicker than it is long; give a radius of at most {self.length / 2:g} [m]."
             )
         return self
 

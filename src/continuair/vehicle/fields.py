@@ -28,7 +28,7 @@ def _real(value: object) -> float:
     if type(value) is float:
         return value
     if isinstance(value, np.ndarray) and value.ndim == 0:
-        value = value.item()
+        value = value.tolist()  # None where it is masked
     return float(value) if checks.is_number(value) else math.nan
 
 

@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 from pydantic import BaseModel
 
+from continuair import checks
 from continuair.errors import ContinuairWarning, InputError, nearest, shown
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -63,7 +64,7 @@ def pick(value: Any, run: int) -> Any:
 def take(value: Any, runs: np.ndarray) -> Any:
     """Return a batched model of some of its runs, by their indices; a plain one is as it was."""
     if isinstance(value, np.ndarray):
-        return value[runs]
+        return checks.frozen(value[runs])
     if isinstance(value, BaseModel):
         return type(value).model_construct(**{name: take(child, runs) for name, child in value})
     return tuple(take(child, runs) for child in value) if isinstance(value, tuple) else value
@@ -134,7 +135,7 @@ def _index(node: Any, key: str, parents: list[str]) -> str | int:
 def _over_runs(path: str, value: Any, old: Any) -> Any:
     """Return the new node for `value`: `_Runs` if it has one dimension more than the field."""
     if isinstance(value, (np.ndarray, np.generic)) or hasattr(value, "__array__"):
-        value = np.asarray(value).tolist()
+        value = np.asanyarray(value).tolist()  # None where it is masked
     template = old.values[0] if isinstance(old, _Runs) else old
     if not isinstance(value, (list, tuple)) or not _numeric(template):
         return _tree(value)
@@ -250,4 +251,4 @@ def _stacked(node: Any, column: list[Any]) -> Any:
         return tuple(
             _stacked(child, [value[i] for value in column]) for i, child in enumerate(node)
         )
-    return np.array(column)
+    return checks.frozen(np.array(column))

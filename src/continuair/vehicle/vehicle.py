@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import field_validator
 
 from continuair import checks
@@ -69,12 +70,28 @@ class Vehicle(Part):
         Parameters in a list go by index: "arm.disks.0.mass". A value with one more leading
         dimension than its field is an array over runs and makes the copy batched; all such arrays
         must be of one length. (An inertia of shape (3, 3) is one matrix; give three runs of
-        diagonals as (3, 3, 3).) Raises InputError, naming the run, if any run is not valid.
+        diagonals as (3, 3, 3).) Disks keep their share of an arm whose length changes, unless their
+        positions are given too. Raises InputError, naming the run, if any run is not valid.
         """
         if not isinstance(changes, Mapping):
             text = "must be a mapping such as {'arm.radius': 0.01}"
             raise InputError(f"changes is {shown(changes)}, but {text}; give the fields to change.")
-        return batch.replace(self, changes)
+        return batch.replace(self, self._moved_disks(changes) | dict(changes))
+
+    def _moved_disks(self, changes: Mapping[str, Any]) -> dict[str, Any]:
+        """Positions of the disks on an arm of another length: one at the tip stays there."""
+        length = checks.finite_array(changes.get("arm.length"))
+        if length is None or length.ndim > 1 or not (length > 0.0).all():
+            return {}
+        if changes.keys() & {"arm", "arm.disks"}:
+            return {}
+        moved = {}
+        for index, disk in enumerate(self.arm.disks):
+            share = np.divide(disk.position, self.arm.length)
+            # Arrays over different numbers of runs are refused by their names.
+            if share.ndim == 0 or length.shape in ((), share.shape):
+                moved[f"arm.disks.{index}.position"] = share * length
+        return moved
 
     def select(self, run: int) -> Vehicle:
         """Return the plain vehicle of one run; a plain vehicle is the same in every run."""

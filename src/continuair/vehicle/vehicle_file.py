@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 from continuair.errors import InputError
+from continuair.files import printed, reason, user_path
 from continuair.vehicle.vehicle import Vehicle
 
 
@@ -29,12 +29,10 @@ def as_toml(vehicle: Vehicle, comment: Iterable[str] = ()) -> str:
 
 def check_file(path: str | os.PathLike[str]) -> None:
     """Raise InputError, before any work, if a file could not be written there."""
-    folder = Path(path).parent
-    if Path(path).is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
-        reason = "it is a folder" if Path(path).is_dir() else f"no folder {folder} to write to"
-        raise InputError(
-            f"out is {path}, which cannot be written ({reason}); name a file that you may write."
-        )
+    found = user_path("out", path)
+    folder = found.parent
+    if found.is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
+        raise _unusable(path, "it is a folder" if found.is_dir() else "no folder to write to")
 
 
 def write_vehicle(
@@ -42,12 +40,15 @@ def write_vehicle(
 ) -> None:
     """Write a plain vehicle to a TOML file. Raises InputError if it cannot be written."""
     try:
-        Path(path).write_text(as_toml(vehicle, comment), encoding="utf-8")
+        user_path("out", path).write_text(as_toml(vehicle, comment), encoding="utf-8")
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise InputError(
-            f"out is {path}, which cannot be written ({reason}); name a file that you may write."
-        ) from None
+        raise _unusable(path, reason(error)) from None
+
+
+def _unusable(path: str | os.PathLike[str], why: str) -> InputError:
+    return InputError(
+        f"out is {printed(path)}, which cannot be written ({why}); name a file that you may write."
+    )
 
 
 def _table(heading: str, fields: dict[str, Any]) -> list[str]:

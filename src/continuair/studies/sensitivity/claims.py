@@ -142,7 +142,7 @@ CLAIMS = (
     ),
     Claim(
         "sensitivity",
-        "The results of the parameter sensitivity analysis are illustrated in Fig. 4.",
+        "The results of the parameter sensitivity analysis are illustrated in Fig. 3.",
     ),
     Claim(
         "sensitivity",
