@@ -105,6 +105,7 @@ def test_acting_at_every_stage_keeps_the_fourth_order_of_the_steps(tip_frame: st
     assert np.log2(coarse / fine) > 3.7
 
 
+@pytest.mark.filterwarnings("ignore:step_error reaches")
 def test_the_automatic_step_of_a_law_at_every_stage_resolves_the_loop_too() -> None:
     """A soft arm alone would do with steps of 1 ms, which this loop does not survive."""
     soft = flights.VEHICLE.replace({"arm.youngs_modulus": 2e9})

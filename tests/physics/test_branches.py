@@ -8,6 +8,7 @@ import continuair as ca
 VEHICLE = ca.load_vehicle("paper")
 
 
+@pytest.mark.filterwarnings("ignore:step_error reaches")
 def test_an_attitude_stays_of_unit_norm_in_a_tumble_at_a_coarse_step() -> None:
     """RK4 alone would shrink it by a share of (ω h)⁶ per step."""
     tumble = ca.Scenario("tumble", [0.0] * 8, [0, 0, 0, 30.0, 2.0, 1.0, 0, 0], duration=1.0)

@@ -256,6 +256,7 @@ def test_a_coarse_step_concerns_rk4_alone() -> None:
     assert int(run.status) == 0  # and no warning, which would be an error here
 
 
+@pytest.mark.filterwarnings("ignore:step_error reaches")
 def test_a_step_too_coarse_for_the_stiffest_mode_warns_with_the_estimate() -> None:
     with pytest.warns(ca.ContinuairWarning, match="0.0014 s or less"):
         ca.simulate(VEHICLE, ca.open_loop_test("B"), step=5e-3, sample=5e-3)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from continuair.errors import ContinuairWarning
+from continuair.errors import ContinuairWarning, InputError
 from continuair.flight.inputs import evaluated, field_width
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import FIELDS, Layout
@@ -76,7 +76,11 @@ def worst_blur(scenario: Scenario, layout: Layout, duration: float, step: float)
         # An input that tells its fastest rate is resolved by the automatic step.
         if not callable(value) or hasattr(value, "fastest") or not len(starts):
             continue
-        share = _blur_of(field, value, field_width(field, layout), starts, width)
+        try:
+            share = _blur_of(field, value, field_width(field, layout), starts, width)
+        except InputError:
+            # The flight samples it in order, and tells where it fails first.
+            return None
         at = int(np.argmax(share))
         if share[at] > max(BLUR, worst.share if worst else 0.0):
             worst = Blur(field, float(share[at]), float(starts[at] + width / 2.0))

@@ -65,7 +65,7 @@ def rollout_kernel(
     Loop, pilot_of, decide, push_at = pilot.Loop, pilot.pilot_of, pilot.decide, pilot.push_at
     step = step_code(precision, sections, dynamics.rate_of, pilot)
     bend_of, bend_rate_of = types.bend_of, types.bend_rate_of
-    every, stride = MEASURED_EVERY, Real(MEASURED_EVERY)
+    every = MEASURED_EVERY
     ok, unseen, full = OK, UNSEEN, section_code(precision, sections).full
 
     @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
@@ -104,10 +104,12 @@ def rollout_kernel(
                 done = i
                 break
             h = steps.lengths[i]
+            stands_for = Real(0.0)
             if i % every == 0:
-                swing += stride * h * wp.length(bend_of(y)) * wp.length(bend_rate_of(y))
+                stands_for = Real(wp.min(every, count - i))
+                swing += stands_for * h * wp.length(bend_of(y)) * wp.length(bend_rate_of(y))
             y, left_out = step(i, steps.starts[i], h, y, branch.direction, flight, pilot, push)
-            error += left_out
+            error += stands_for * left_out
             ended = end_of(y)
             due = -1
             if ended != ok:

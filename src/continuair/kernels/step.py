@@ -154,14 +154,15 @@ def resolution_code(precision: str, sections: int) -> Any:
 def step_code(precision: str, sections: int, rate_of: Any, pilot: PilotCode) -> Any:
     """The function `step`: one step of RK4 of a model, by its rate_of, under a pilot.
 
-    It returns the state at the step's end, and the error that the step makes in arm lengths.
+    It returns the state at the step's end, and the error of the step in arm lengths; 0 for a step
+    that is not measured.
     """
     types, stepping = device_types(precision, sections), stepping_code(precision, sections)
     Real, State, Push, vec2 = types.Real, types.State, types.Push, types.vec2
     Flight, Pilot, push_at = flight_code(precision, sections).Flight, pilot.Pilot, pilot.push_at
     unit_attitude, unresolved = stepping.unit_attitude, resolution_code(precision, sections)
     half, sixth, two, zero = Real(0.5), Real(1.0 / 6.0), Real(2.0), Real(0.0)
-    every, stride = MEASURED_EVERY, Real(MEASURED_EVERY)
+    every = MEASURED_EVERY
 
     @wp.func
     def slope(
@@ -185,7 +186,7 @@ def step_code(precision: str, sections: int, rate_of: Any, pilot: PilotCode) -> 
         k3 = slope(i, 1, middle, y + half * h * k2, along, flight, pilot, held)
         error = zero
         if i % every == 0:
-            error = stride * unresolved(k1, k2, k3, h, flight.plant)
+            error = unresolved(k1, k2, k3, h, flight.plant)
         k4 = slope(i, 2, time + h, y + h * k3, along, flight, pilot, held)
         return unit_attitude(y + (h * sixth) * (k1 + two * (k2 + k3) + k4)), error
 
