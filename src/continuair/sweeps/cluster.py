@@ -71,7 +71,7 @@ def compute_unit(path: str, unit: int, device: str) -> None:
 
     with _preparing:
         store = _prepared(path, device)
-    if store.done_flags[unit]:
+    if store.is_done(unit):
         return
     threads = max(1, (os.cpu_count() or 1) // get_worker().state.nthreads)
     store.write(unit, compute(store.design, store.runs(unit), device, threads))
