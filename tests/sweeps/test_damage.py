@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -300,3 +301,32 @@ def test_the_estimate_of_the_disk_is_what_the_disk_shows(design: Path, store: Pa
     assert needed < 1.1 * (folders + files) + 65_536, (
         "of a file system that keeps folders in blocks"
     )
+
+
+@pytest.mark.parametrize("cleans", [False, True])
+def test_a_process_that_comes_second_joins_the_store_and_says_nothing(
+    design: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cleans: bool
+) -> None:
+    from continuair.sweeps import making
+    from continuair.sweeps.design import load_design
+    from continuair.sweeps.store import open_store
+
+    path, found = tmp_path / "store.zarr", load_design(design)
+    fill = making._fill
+
+    def overtaken(new: Path, *rest: Any) -> None:
+        """Another process makes the store, writes a unit and cleans up while this one begins."""
+        fill(new, *rest)
+        with monkeypatch.context() as other:
+            other.setattr(making, "_fill", fill)
+            making.create(path, found, "cpu")
+        store = open_store(path, "cpu", found)
+        store.write(0, np.zeros((2, *store.shape[1:])))
+        if cleans:
+            store.clean()
+
+    monkeypatch.setattr(making, "_fill", overtaken)
+    making.create(path, found, "cpu")
+    assert open_store(path, "cpu", found).done().tolist() == [True] + 5 * [False]
+    making.check_new(path, found, 2)  # whose look came before the other was through
+    assert not list(path.glob(".new-*"))

@@ -149,3 +149,21 @@ def wait_for(condition: Any) -> None:
     while not condition():
         assert time.monotonic() < deadline, "waited five minutes in vain"
         time.sleep(2e-3)
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.3])
+def test_shards_that_start_together_on_a_new_store_all_join(
+    design: Path, undisturbed: dict[str, bytes], tmp_path: Path, apart: float
+) -> None:
+    store = tmp_path / "together.zarr"
+    shards = []
+    for index in range(3):
+        command = [sys.executable, "-c", "from continuair.__main__ import main; main()", "sweep"]
+        command += [str(design), "--out", str(store), "--shard", f"{index + 1}/3"]
+        shards.append(
+            subprocess.Popen(command, env=environment(), stderr=subprocess.PIPE, text=True)
+        )
+        time.sleep(apart)
+    said = [shard.communicate(timeout=300)[1] for shard in shards]
+    assert [shard.returncode for shard in shards] == [0, 0, 0], said
+    assert_same(store, undisturbed, {})

@@ -72,7 +72,7 @@ def sweep(
 
             compute_on(client, store, left, device, count)
         elif left:
-            # It compiles, which several threads must not do at once.
+            # It compiles, which the threads would all wait for.
             check(found, here)
             _compute_here(store, left, device, threads, count)
         if store.done().all():

@@ -91,6 +91,7 @@ def _fly(
     with warnings.catch_warnings():
         # The step of every run is kept, and a coarse one was asked for.
         warnings.simplefilter("ignore", ContinuairWarning)
+        warnings.filterwarnings("default", message="the kernel cache")
         found = run_pairs(
             vehicle,
             scenario,
