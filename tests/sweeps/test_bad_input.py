@@ -86,6 +86,8 @@ def test_a_scheduler_that_does_not_answer(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(cluster, "_ANSWER_WITHIN", 0.5)
     result = run(tmp_path, SMALL, "--scheduler", "tcp://127.0.0.1:9")
     assert_refused(result, "tcp://127.0.0.1:9", "does not answer")
+    result = run(tmp_path, SMALL, "--scheduler", "tls://127.0.0.1:9")
+    assert_refused(result, "tls://127.0.0.1:9", "no certificate")
     assert [path.name for path in tmp_path.iterdir()] == ["design.toml"]
 
 

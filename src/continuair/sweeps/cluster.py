@@ -25,11 +25,17 @@ _preparing = threading.Lock()
 def connected(address: str) -> Iterator[Any]:
     """A client of the scheduler at an address; raises InputError if it does not answer."""
     try:
+        import dask.config
         from distributed import Client
     except ImportError:
         raise InputError(
             "scheduler needs Dask, which is not installed; pip install 'continuair[cluster]'."
         ) from None
+    if address.startswith("tls:") and not dask.config.get("distributed.comm.tls.client.cert", None):
+        raise InputError(
+            f"scheduler is {shown(address)}, but Dask knows no certificate of this client; name one "
+            "with DASK_DISTRIBUTED__COMM__TLS__CLIENT__CERT and __KEY, and the CA_FILE."
+        )
     try:
         client = Client(address, timeout=_ANSWER_WITHIN, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
