@@ -33,7 +33,7 @@ def connected(address: str) -> Iterator[Any]:
         ) from None
     if address.startswith("tls:") and not dask.config.get("distributed.comm.tls.client.cert", None):
         raise InputError(
-            f"scheduler is {shown(address)}, but Dask knows no certificate of this client; name one "
+            f"scheduler is {shown(address)}, but Dask knows no certificate of this client; name it "
             "with DASK_DISTRIBUTED__COMM__TLS__CLIENT__CERT and __KEY, and the CA_FILE."
         )
     try:
