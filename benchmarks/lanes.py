@@ -21,7 +21,8 @@ import warp as wp
 from peaks import WIDE, shortest
 
 import continuair as ca
-from continuair.engine.engine import Engine, start_warp
+from continuair.engine.compiling import start_warp
+from continuair.engine.engine import Engine
 
 RUNS, STEPS, STEP = 16, 2000, 1e-4
 

@@ -23,7 +23,8 @@ from machine import described_machine
 from peaks import copied_bytes_per_second, flops_per_second
 
 import continuair as ca
-from continuair.engine.engine import Engine, start_warp
+from continuair.engine.compiling import start_warp
+from continuair.engine.engine import Engine
 
 ROOT = Path(__file__).parents[1]
 MODELS = ("coupled", "decoupled", "independent")

@@ -11,7 +11,7 @@ import pytest
 import continuair.errors
 
 SOURCE = Path(continuair.errors.__file__).parents[1]
-START = "from continuair.engine.engine import start_warp; start_warp()"
+START = "from continuair.engine.compiling import start_warp; start_warp()"
 COMMAND = "from continuair.__main__ import main; main()"
 
 

@@ -49,7 +49,7 @@ ROOMS = {
         {"logs"},
         {"rollout", "observe", "deviations"},
     ],
-    "engine": [{"moments", "factory"}, {"pack"}, {"engine"}, {"loop"}, {"pairs"}],
+    "engine": [{"moments", "compiling"}, {"factory"}, {"pack"}, {"engine"}, {"loop"}, {"pairs"}],
     "flight": [
         {"time_grid", "inputs", "steps", "resolution"},
         {"camera_timing", "probing"},

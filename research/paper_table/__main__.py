@@ -7,7 +7,14 @@ from typing import Annotated
 import typer
 
 from continuair.cli.application import reporting
-from continuair.cli.options import JsonOption, OutOption, check_json, out_folder, write_json
+from continuair.cli.options import (
+    JsonOption,
+    OutOption,
+    check_json,
+    results_in,
+    tell_where,
+    write_json,
+)
 from continuair.cli.terminal import progress_bar
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
@@ -29,21 +36,19 @@ def paper_table(
 
 
 def _search(effort: int, seed: int, out: str | None, json: str | None) -> None:
-    from continuair.studies.results import ResultFolder, as_json
+    from continuair.studies.results import as_json
 
     # Folder and file are checked before the flights: a wrong one is told at once.
     check_json(json)
-    folder = None if out is None else ResultFolder(out_folder(out), "paper_table")
-    with progress_bar() as progress:
+    with results_in(out, "paper_table") as folder, progress_bar() as progress:
         from research.paper_table.search import Effort, search
         from research.paper_table.study import as_table, summarise, write
 
         results = summarise(search(Effort.times(effort), seed, progress))
-    if folder is not None:
-        write(results, folder)
+        if folder is not None:
+            write(results, folder)
     typer.echo(as_table(results), err=True, nl=False)
-    where = f"Results are in {folder.path}." if folder else "Name a folder with --out to keep them."
-    typer.echo(where, err=True)
+    tell_where(out)
     write_json(as_json(results), json)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tomllib
+import uuid
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -52,17 +53,50 @@ def check_regular(name: str, path: Path) -> None:
         raise InputError(f"{name} is {printed(path)}, a device or a pipe; save it as a file.")
 
 
-def new_file(name: str, path: str) -> Path:
+def new_file(name: str, path: str | os.PathLike[str]) -> Path:
     """Return the path of a file that is to be written; InputError if it exists or cannot be."""
     found = user_path(name, path)
-    if not path or os.path.lexists(found):
+    if not os.fspath(path) or os.path.lexists(found):
         raise InputError(f"{name} is {printed(path)!r}, which is not a new file; name another.")
-    if not os.access(found.parent, os.W_OK):
+    try:
+        check_can_be_made(found)
+    except (OSError, ValueError) as error:
         raise InputError(
-            f"{name} is {printed(path)}, where nothing can be written; name a file in a folder "
-            "that is there and yours."
-        )
+            f"{name} is {printed(path)}, which cannot be written ({reason(error)}); name a "
+            "file in a folder that is there and yours."
+        ) from None
     return found
+
+
+def check_can_be_made(path: Path) -> None:
+    """Raise OSError unless a file that is not there can be made, by making and removing it.
+
+    Permissions alone do not tell: a file system may be read-only, or take no files at all.
+    """
+    path.open("xb").close()
+    path.unlink()
+
+
+def write_new(path: Path, text: str) -> None:
+    """Write a file that was not there, whole or not at all; raises OSError."""
+    with path.open("x", encoding="utf-8") as stream:
+        try:
+            stream.write(text)
+            stream.flush()
+        except OSError:
+            path.unlink(missing_ok=True)
+            raise
+
+
+def replace(path: Path, text: str) -> None:
+    """Write a file in the place of what is there, which no link is followed to; raises OSError."""
+    new = path.with_name(f"{path.name}.{uuid.uuid4().hex}")
+    write_new(new, text)
+    try:
+        os.replace(new, path)
+    except OSError:
+        new.unlink(missing_ok=True)
+        raise
 
 
 def printed(path: str | os.PathLike[str]) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import pytest
 import warp as wp
 
-from continuair.engine.engine import start_warp
+from continuair.engine.compiling import start_warp
 
 
 @dataclass(frozen=True)

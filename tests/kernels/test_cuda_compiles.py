@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 import warp as wp
 
-from continuair.engine.engine import start_warp
+from continuair.engine.compiling import start_warp
 from continuair.engine.factory import closed_loop, kernels, watching
 from continuair.kernels.laws.servoing import law
 

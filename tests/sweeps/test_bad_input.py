@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 import continuair as ca
 import continuair.cli as cli
-from continuair.sweeps import cluster
+from continuair.sweeps import checksums, cluster
 
 pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
 
@@ -108,6 +108,8 @@ def test_a_scheduler_that_does_not_answer(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(cluster, "_ANSWER_WITHIN", 0.5)
     result = run(tmp_path, SMALL, "--scheduler", "tcp://127.0.0.1:9")
     assert_refused(result, "tcp://127.0.0.1:9", "does not answer")
+    result = run(tmp_path, SMALL, "--scheduler", "tls://127.0.0.1:9")
+    assert_refused(result, "tls://127.0.0.1:9", "no certificate")
     assert [path.name for path in tmp_path.iterdir()] == ["design.toml"]
 
 
@@ -133,13 +135,17 @@ def test_a_store_of_another_design_version_or_device_is_left_alone(tmp_path: Pat
     refused("seed = 1\n" + SMALL, "another design")
     metadata = store / "zarr.json"
     content = json.loads(metadata.read_text())
+
+    def write() -> None:
+        files = content["attributes"]["files"]
+        metadata.write_text(json.dumps(checksums.sealed(content, store, files)))
+
     content["attributes"]["versions"]["numpy"] = "1.0"
-    metadata.write_text(json.dumps(content))
+    write()
     refused(SMALL, "numpy 1.0", "install that version")
-    content["attributes"]["versions"] = json.loads(ca.open_sweep(store).attrs["versions"])
     content["attributes"]["versions"]["numpy"] = __import__("numpy").__version__
     content["attributes"]["device"] = "cuda"
-    metadata.write_text(json.dumps(content))
+    write()
     refused(SMALL, "device cuda", "device is cpu")
 
 

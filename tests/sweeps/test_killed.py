@@ -107,7 +107,7 @@ def test_a_worker_of_a_cluster_may_be_killed(
 ) -> None:
     pytest.importorskip("distributed", reason="the extra 'cluster' installs Dask")
     store = tmp_path / "cluster.zarr"
-    with cluster(tmp_path) as (address, workers):
+    with cluster(tmp_path) as (address, _, workers):
         command = [sys.executable, "-c", "from continuair.__main__ import main; main()", "sweep"]
         command += [str(design), "--out", str(store), "--scheduler", address]
         run = subprocess.Popen(command, env=environment(), stderr=subprocess.PIPE, text=True)
@@ -120,8 +120,33 @@ def test_a_worker_of_a_cluster_may_be_killed(
     assert_same(store, undisturbed, earlier)
 
 
+def test_the_end_of_the_scheduler_is_told_in_one_sentence(
+    design: Path, undisturbed: dict[str, bytes], tmp_path: Path
+) -> None:
+    pytest.importorskip("distributed", reason="the extra 'cluster' installs Dask")
+    store = tmp_path / "cluster.zarr"
+    command = [sys.executable, "-c", "from continuair.__main__ import main; main()", "sweep"]
+    command += [str(design), "--out", str(store)]
+    with cluster(tmp_path) as (address, scheduler, _):
+        run = subprocess.Popen(
+            [*command, "--scheduler", address],
+            env=environment(), stderr=subprocess.PIPE, text=True,
+        )  # fmt: skip
+        wait_for(lambda: len(done_units(store)) > 4 or run.poll() is not None)
+        scheduler.kill()
+        _, said = run.communicate(timeout=120)
+    assert run.returncode == 2, said
+    assert said.strip().count("\n") == 0, said
+    assert said.strip().startswith("scheduler is") and "repeat the command" in said
+    assert len(done_units(store)) < UNITS, "the scheduler should have ended under way"
+    assert subprocess.run(command, env=environment(), capture_output=True).returncode == 0
+    assert_same(store, undisturbed, {})
+
+
 @contextmanager
-def cluster(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+def cluster(
+    folder: Path,
+) -> Iterator[tuple[str, subprocess.Popen[bytes], list[subprocess.Popen[bytes]]]]:
     """A Dask scheduler and two workers, each a process of its own."""
     file = folder / "scheduler.json"
     quiet: dict[str, Any] = {"env": environment(), "cwd": folder, "stderr": subprocess.DEVNULL}
@@ -132,12 +157,12 @@ def cluster(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]
         **quiet,
     )
     worker = [*python, "distributed.cli.dask_worker", "--nthreads", "1", "--no-nanny", *options]
-    worker += ["--local-directory", str(folder)]
+    worker += ["--local-directory", str(folder), "--host", "127.0.0.1"]
     processes = [scheduler]
     try:
         wait_for(file.is_file)
         processes += [subprocess.Popen(worker, **quiet) for _ in range(2)]
-        yield json.loads(file.read_text())["address"], processes[1:]
+        yield json.loads(file.read_text())["address"], scheduler, processes[1:]
     finally:
         for process in processes:
             process.kill()
@@ -149,3 +174,21 @@ def wait_for(condition: Any) -> None:
     while not condition():
         assert time.monotonic() < deadline, "waited five minutes in vain"
         time.sleep(2e-3)
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.3])
+def test_shards_that_start_together_on_a_new_store_all_join(
+    design: Path, undisturbed: dict[str, bytes], tmp_path: Path, apart: float
+) -> None:
+    store = tmp_path / "together.zarr"
+    shards = []
+    for index in range(3):
+        command = [sys.executable, "-c", "from continuair.__main__ import main; main()", "sweep"]
+        command += [str(design), "--out", str(store), "--shard", f"{index + 1}/3"]
+        shards.append(
+            subprocess.Popen(command, env=environment(), stderr=subprocess.PIPE, text=True)
+        )
+        time.sleep(apart)
+    said = [shard.communicate(timeout=300)[1] for shard in shards]
+    assert [shard.returncode for shard in shards] == [0, 0, 0], said
+    assert_same(store, undisturbed, {})

@@ -28,6 +28,9 @@ def identify(
         str | None, typer.Option(help="The open-loop test that was flown, A to D.")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="File for the fitted vehicle.")] = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="Replace a vehicle that continuair wrote to --out.")
+    ] = False,
     json: JsonOption = None,
 ) -> None:
     """Fit a vehicle to a recorded flight."""
@@ -41,17 +44,20 @@ def identify(
         from continuair.vehicle.vehicle_file import check_file, write_vehicle
 
         if out is not None:
-            check_file(out)
+            check_file(out, force)
         recording = identification.load_recording(data)
         names = None if fit is None else fit.split(",")
         found = identification.fit(start, recording, names, test=test, progress=progress)
-    if out is not None:
-        write_vehicle(found.vehicle, out, [f"Fitted to {recording.name} by continuair identify."])
-    _show(found, out)
+    _show(found)
     write_json(as_json(found.describe()), json)
+    if out is not None:
+        comment = [f"Fitted to {recording.name} by continuair identify."]
+        write_vehicle(found.vehicle, out, comment, force=force)
+    where = f"The vehicle is {out}." if out else "Name a file with --out to keep the vehicle."
+    typer.echo(where, err=True)
 
 
-def _show(found: Fit, out: Path | None) -> None:
+def _show(found: Fit) -> None:
     """Show estimates with their standard errors, and what the data cannot determine."""
     columns = zip(found.fields, found.start, found.values, found.errors, strict=True)
     rows = [
@@ -67,5 +73,3 @@ def _show(found: Fit, out: Path | None) -> None:
         typer.echo("warning: the fit has not converged; start nearer, or fit fewer.", err=True)
     for doubt in found.doubts:
         typer.echo(f"warning: {doubt}", err=True)
-    where = f"The vehicle is {out}." if out else "Name a file with --out to keep the vehicle."
-    typer.echo(where, err=True)

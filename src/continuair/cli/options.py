@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from continuair.errors import InputError
-from continuair.files import printed, reason, user_path
+from continuair.files import check_can_be_made, printed, reason, user_path
 
 if TYPE_CHECKING:
     from continuair.studies.results import ResultFolder
@@ -79,6 +79,8 @@ def check_json(json: str | None) -> None:
         raise InputError("json is empty; name a file, or - for standard output.")
     path = user_path("json", json)
     try:
+        if path.is_symlink() and not path.exists():
+            raise _unusable(json, "a link to nothing")
         if path.is_dir():
             raise _unusable(json, "Is a directory")
         if path.is_file() and not _is_ours(path):
@@ -88,28 +90,38 @@ def check_json(json: str | None) -> None:
             )
         if not path.parent.is_dir():
             raise _unusable(json, "No such folder")
-        if not os.access(path if path.exists() else path.parent, os.W_OK):
+        if not path.exists():
+            check_can_be_made(path)
+        elif not os.access(path, os.W_OK):
             raise _unusable(json, "Permission denied")
-    except OSError as error:
+    except InputError:
+        raise
+    except (OSError, ValueError) as error:
         raise _unusable(json, reason(error)) from None
 
 
 def write_json(text: str, json: str | None) -> None:
-    """Write a study's JSON where --json says: nowhere, standard output or a file."""
-    check_json(json)
+    """Write a study's JSON where --json says: nowhere, standard output or a file.
+
+    Where the file cannot be written after all, standard output gets it: it may be long work.
+    """
     if json == "-":
         typer.echo(text, nl=False)
     elif json is not None:
         try:
+            check_json(json)
             user_path("json", json).write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise _unusable(json, reason(error)) from None
+        except (OSError, InputError) as error:
+            typer.echo(text, nl=False)
+            known = isinstance(error, InputError)
+            raise error if known else _unusable(json, reason(error)) from None
 
 
 def _is_ours(path: Path) -> bool:
     try:
         text = path.read_text(encoding="utf-8")
-        return not text or "study" in dict(json_format.loads(text))
+        content = json_format.loads(text) if text else {"study": None}
+        return isinstance(content, dict) and "study" in content
     except (ValueError, TypeError, RecursionError):
         return False
 

@@ -30,6 +30,9 @@ def sweep(
     shard: Annotated[
         str, typer.Option(help="i/n: do the i-th of n parts, counted from 1, as in a job array.")
     ] = "1/1",
+    repair: Annotated[
+        bool, typer.Option("--repair", help="Compute damaged units of the store again.")
+    ] = False,
 ) -> None:
     """Fly every run of a design with several models, and keep how far apart they end up.
 
@@ -47,6 +50,7 @@ def sweep(
             device=device,
             scheduler=scheduler,
             shard=part,
+            repair=repair,
             progress=progress,
         )
     _show(results, out)

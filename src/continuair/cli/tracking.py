@@ -18,6 +18,7 @@ from continuair.cli.options import (
     write_json,
 )
 from continuair.cli.terminal import print_table, progress_bar
+from continuair.errors import InputError
 
 # Everything else is imported inside the commands, so that --help answers at once.
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def tune(
     seed: Annotated[int, typer.Option(help="Seed of the search.")] = 0,
 ) -> None:
     """Search gains for a vehicle: a batch of candidates flies letters in every setting."""
-    from continuair.files import new_file
+    from continuair.files import new_file, reason, write_new
     from continuair.studies.tracking.tuning import as_toml
     from continuair.studies.tracking.tuning import tune as search
     from continuair.vehicle.vehicle import load_vehicle
@@ -68,7 +69,14 @@ def tune(
             load_vehicle(vehicle), candidates=candidates, rounds=rounds, seed=seed,
             progress=progress,
         )  # fmt: skip
-    path.write_text(as_toml(found), encoding="utf-8")
+    try:
+        write_new(path, as_toml(found))
+    except OSError as error:
+        typer.echo(as_toml(found), nl=False)  # a search is long work
+        raise InputError(
+            f"out is {out}, which cannot be written ({reason(error)}); the gains are on standard "
+            "output instead."
+        ) from None
     typer.echo(f"Gains are in {out}; fly them with: continuair tracking --gains {out}", err=True)
 
 

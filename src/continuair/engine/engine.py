@@ -5,40 +5,20 @@ from __future__ import annotations
 import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cache
 from typing import Any, Protocol
 
 import numpy as np
 import warp as wp
 
+from continuair.engine.compiling import load, start_warp
 from continuair.engine.factory import kernels
 from continuair.engine.pack import pack
 from continuair.errors import InputError, shown
 from continuair.kernels.dynamics import OWN_BASE
-from continuair.kernels.options import check_cpu_target
 from continuair.vehicle.layout import OBSERVED, Layout, width_of
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
-
-
-@cache
-def start_warp() -> None:
-    """Initialise Warp without its banner, and without its warning that there is no CUDA driver.
-
-    Raises InputError if CONTINUAIR_CPU_TARGET names no processor.
-    """
-    wp.config.log_level = wp.LOG_ERROR
-    # The native library warns on its own about a missing CUDA driver, past Warp's log level.
-    kept = os.dup(2)
-    with open(os.devnull, "wb") as nowhere:
-        os.dup2(nowhere.fileno(), 2)
-        try:
-            wp.init()
-            check_cpu_target()
-        finally:
-            os.dup2(kept, 2)
-            os.close(kept)
 
 
 def check_device(device: Any) -> None:
@@ -244,6 +224,7 @@ class Engine:
 
     def launch(self, kernel: wp.Kernel, size: Any, arguments: list[Any]) -> None:
         """Launch a kernel on this engine's device."""
+        load(kernel, self.device)
         wp.launch(kernel, dim=size, device=self.device, inputs=arguments)
 
     def upload(self, array: Any, kind: Any = None) -> Any:
@@ -273,8 +254,8 @@ class Engine:
             work(slice(0, runs))
             return
         edges = np.linspace(0, runs, parts + 1).astype(int)
-        # Compiling is not thread-safe: load the modules before the threads start.
+        # The threads would all wait for the first of them to compile.
         for kernel in used:
-            kernel.module.load(self.device)
+            load(kernel, self.device)
         with ThreadPoolExecutor(parts) as pool:
             list(pool.map(work, map(slice, edges[:-1], edges[1:])))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
 import warp as wp
 
+from continuair.engine.compiling import made_once
 from continuair.errors import InputError
 from continuair.kernels.deviations import deviation_kernel
 from continuair.kernels.dynamics import dynamics_code
@@ -50,7 +50,7 @@ class LoopKernels:
     Gains: Any
 
 
-@cache
+@made_once
 def kernels(precision: str, sections: int, model: str) -> Kernels:
     """The kernels of a model in open loop; each compiles when it is first launched."""
     of = precision, sections
@@ -67,7 +67,7 @@ def kernels(precision: str, sections: int, model: str) -> Kernels:
     )
 
 
-@cache
+@made_once
 def closed_loop(
     precision: str,
     sections: int,
@@ -90,13 +90,13 @@ def closed_loop(
     return LoopKernels(rollout, pilot, eye_code(*of, points), found.Gains)
 
 
-@cache
+@made_once
 def deviation(precision: str) -> wp.Kernel:
     """The kernel that compares logged tips, the same for every model."""
     return deviation_kernel(getattr(wp, precision))
 
 
-@cache
+@made_once
 def watching(precision: str, sections: int, points: int) -> tuple[wp.Kernel, Eye]:
     """The kernel `watch`, the same for every model, and its eye."""
     eye = eye_code(precision, sections, points)

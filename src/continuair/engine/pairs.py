@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from continuair.engine.compiling import load
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.engine.factory import deviation
 from continuair.vehicle.layout import DEVIATIONS, TIP_POSE, width_of
@@ -38,8 +39,8 @@ class Pairs:
         """Fly some runs, by their indices, that share a time grid; start, drive: of these runs."""
         first = self.engines[0]
         for engine in self.engines:
-            engine.kernels.tip_rollout.module.load(first.device)
-        deviation(first.dtype.name).module.load(first.device)
+            load(engine.kernels.tip_rollout, first.device)
+        load(deviation(first.dtype.name), first.device)
 
         def work(part: slice) -> None:
             begin, acting = first.start(start, part), first.drive(drive, part, 3)

@@ -2,6 +2,7 @@
 
 import os
 import re
+from collections.abc import Callable
 
 import warp as wp
 
@@ -23,8 +24,11 @@ OPTIONS = {
 }
 
 
-def check_cpu_target() -> None:
-    """Raise InputError unless Clang knows CPU_TARGET; call it once Warp is initialised."""
+def check_cpu_target(load: Callable[[wp.Kernel], None]) -> None:
+    """Raise InputError unless Clang knows CPU_TARGET; call it once Warp is initialised.
+
+    load: compiles a kernel for the CPU.
+    """
     if CPU_TARGET == NATIVE:
         return
     problem = f"CONTINUAIR_CPU_TARGET is {shown(CPU_TARGET)}"
@@ -34,7 +38,9 @@ def check_cpu_target() -> None:
             "such as x86-64-v3, or native."
         )
     try:
-        _probe.module.load("cpu")
+        load(_probe)
+    except InputError:
+        raise
     except Exception:
         # Warp has no exception of its own for a build that failed.
         raise InputError(

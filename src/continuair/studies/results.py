@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from continuair.errors import InputError
-from continuair.files import printed, reason, user_path
+from continuair.files import printed, reason, replace, user_path
 from continuair.studies.tables import as_csv
 
 if TYPE_CHECKING:
@@ -29,11 +29,11 @@ class ResultFolder:
     """A folder that holds the results of one study, and of nobody else.
 
     A new or empty folder is taken, and one that this study has written to before. A marker in it
-    lists the files of the study: only those are replaced or removed. The first file written removes
-    those of the run before, so that a folder never mixes two runs, and until `finish` the folder
-    says that it is incomplete. As a context manager it gives up a folder that it has newly taken if
-    an error comes before the first file, and tells one of writing. Raises InputError if the folder
-    holds other things or cannot be written to.
+    lists the files of the study: only those are replaced or removed, and no link is followed. The
+    first file written removes those of the run before, so that a folder never mixes two runs, and
+    until `finish` the folder says that it is incomplete. As a context manager it gives up a folder
+    that it has newly taken if an error comes before the first result, and tells one of writing.
+    Raises InputError if the folder holds other things or cannot be written to.
     """
 
     def __init__(self, path: str | os.PathLike[str], study: str) -> None:
@@ -45,13 +45,17 @@ class ResultFolder:
         self._written: set[str] = set()
         with self._writing():
             self._made = self._make()
-            self._take()
+            try:
+                self._take()
+            except (OSError, InputError):
+                self._give_up()
+                raise
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
-        if error is not None and self._new and not self._written:
+        if error is not None and self._new and not self._results():
             self._give_up()
         if isinstance(error, OSError) and self._written:
             raise self._unusable(error) from None
@@ -71,7 +75,9 @@ class ResultFolder:
     def write_dataset(self, name: str, dataset: xr.Dataset) -> None:
         """Write a dataset of the study as netCDF."""
         with self._writing():
-            dataset.to_netcdf(self.file(name), engine="h5netcdf")
+            # In memory first: HDF5 crashes at the end of a process whose disk was full.
+            content = dataset.to_netcdf(engine="h5netcdf")
+            self.file(name).write_bytes(content)
 
     def store(
         self,
@@ -115,8 +121,15 @@ class ResultFolder:
             )
         self._written.add(name)
         self._mark(self._stale | self._written)
+        # What is written is a new file: the old one may have another name elsewhere.
+        self._remove([name])
 
     def _check_file(self, name: str) -> None:
+        if (self.path / name).is_symlink():
+            raise InputError(
+                f"out is {printed(self.path)}, in which {name} is a link; remove it, or name "
+                "another folder for the results."
+            )
         if (self.path / name).is_dir():
             raise InputError(
                 f"out is {printed(self.path)}, in which {name} is a folder; move it away, or name "
@@ -137,9 +150,17 @@ class ResultFolder:
         self.path.mkdir(parents=True, exist_ok=True)
         return missing[::-1]
 
+    def _results(self) -> list[str]:
+        """The results that have been written, whole or in part."""
+        return [name for name in self._written - {UNFINISHED} if (self.path / name).exists()]
+
     def _give_up(self) -> None:
+        if not self._new:
+            return
         try:
             (self.path / _MARKER).unlink(missing_ok=True)
+            if UNFINISHED in self._written:
+                (self.path / UNFINISHED).unlink(missing_ok=True)
             for path in reversed(self._made):
                 path.rmdir()
         except OSError:
@@ -147,7 +168,8 @@ class ResultFolder:
 
     def _take(self) -> None:
         marker = self.path / _MARKER
-        self._new = not marker.is_file()
+        self._new = not os.path.lexists(marker)
+        self._check_file(_MARKER)
         if not self._new:
             study, files = _read(marker)
             if study != self.study:
@@ -155,7 +177,7 @@ class ResultFolder:
                     f"out is {printed(self.path)}, which holds results of another study ({study}); "
                     "name another folder."
                 )
-            for name in files:
+            for name in files | {UNFINISHED}:
                 self._check_file(name)
             self._stale = files
         elif any(self.path.iterdir()):
@@ -168,7 +190,7 @@ class ResultFolder:
     def _mark(self, files: Iterable[str]) -> None:
         content = {"study": self.study, "files": sorted(files)}
         with self._writing():
-            (self.path / _MARKER).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+            replace(self.path / _MARKER, json.dumps(content, indent=1) + "\n")
 
     @contextmanager
     def _writing(self) -> Iterator[None]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import platform
 import threading
@@ -16,7 +17,7 @@ from continuair.sweeps.store import Store, open_store
 from continuair.sweeps.units import check, compute
 
 _ANSWER_WITHIN = 5.0  # seconds
-# The threads of a worker share the compiler, which is not thread-safe.
+# The threads of a worker share the store, opened once.
 _preparing = threading.Lock()
 
 
@@ -24,11 +25,17 @@ _preparing = threading.Lock()
 def connected(address: str) -> Iterator[Any]:
     """A client of the scheduler at an address; raises InputError if it does not answer."""
     try:
+        import dask.config
         from distributed import Client
     except ImportError:
         raise InputError(
             "scheduler needs Dask, which is not installed; pip install 'continuair[cluster]'."
         ) from None
+    if address.startswith("tls:") and not dask.config.get("distributed.comm.tls.client.cert", None):
+        raise InputError(
+            f"scheduler is {shown(address)}, but Dask knows no certificate of this client; name it "
+            "with DASK_DISTRIBUTED__COMM__TLS__CLIENT__CERT and __KEY, and the CA_FILE."
+        )
     try:
         client = Client(address, timeout=_ANSWER_WITHIN, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
@@ -36,8 +43,25 @@ def connected(address: str) -> Iterator[Any]:
             f"scheduler is {shown(address)}, which does not answer ({type(error).__name__}); start "
             "one with 'dask scheduler', and give the address that it prints."
         ) from None
-    with client:
+    with _quiet(), client:
         yield client
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Leave out what Dask logs of a scheduler that goes away: what it means is said in a sentence.
+
+    Its loggers have levels of their own, so that the one above them is not enough.
+    """
+    names = [name for name in logging.root.manager.loggerDict if name.startswith("distributed")]
+    levels = {name: logging.getLogger(name).level for name in names}
+    for name in names:
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        for name, level in levels.items():
+            logging.getLogger(name).setLevel(level)
 
 
 def compute_on(
@@ -46,7 +70,7 @@ def compute_on(
     """Have the workers compute units; units of workers that go away are given to others."""
     from distributed import as_completed
 
-    left = units
+    address, left = client.scheduler.address, units
     while left:
         tasks = {
             client.submit(compute_unit, str(store.path), unit, device, pure=False): unit
@@ -57,9 +81,16 @@ def compute_on(
             if task.status == "finished":
                 done()
                 continue
-            failed[tasks[task]] = task.exception()
-            if isinstance(failed[tasks[task]], InputError):
-                raise failed[tasks[task]]
+            error = task.exception()
+            if error is None:
+                # Cancelled, as all of them are where the scheduler has ended: there is no error.
+                raise InputError(
+                    f"scheduler is {shown(address)}, which has ended or cancelled the sweep; "
+                    "start it again, and repeat the command to go on."
+                )
+            failed[tasks[task]] = error
+            if isinstance(error, InputError):
+                raise error
         if len(failed) == len(left):
             raise next(iter(failed.values()))
         left = sorted(failed)
@@ -71,7 +102,7 @@ def compute_unit(path: str, unit: int, device: str) -> None:
 
     with _preparing:
         store = _prepared(path, device)
-    if store.done_flags[unit]:
+    if store.is_done(unit):
         return
     threads = max(1, (os.cpu_count() or 1) // get_worker().state.nthreads)
     store.write(unit, compute(store.design, store.runs(unit), device, threads))

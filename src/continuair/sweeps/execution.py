@@ -34,6 +34,7 @@ def sweep(
     threads: int | None = None,
     scheduler: str | None = None,
     shard: tuple[int, int] = (1, 1),
+    repair: bool = False,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Fly all runs of a design into a store, or those that are left, and return its results.
@@ -42,8 +43,10 @@ def sweep(
     store; one of the same design is continued. metrics: names, those of the design by default.
     device: "cpu", "cuda" or one of several, "cuda:1". threads: CPU threads, all by default.
     scheduler: the address of a Dask scheduler whose workers see the same `out`. shard: (i, n), to
-    do the i-th of n parts, counted from 1. progress: called with (done, total, what). Returns the
-    Dataset of `open_sweep`. Raises InputError before anything is written.
+    do the i-th of n parts, counted from 1. repair: whether to compute damaged units of the store
+    again, and write what describes it anew; without, damage is an error. progress: called with
+    (done, total, what). Returns the Dataset of `open_sweep`. Raises InputError before anything is
+    written.
     """
     require_zarr()
     path = user_path("out", out).absolute()
@@ -57,7 +60,12 @@ def sweep(
     here = "cpu" if scheduler is not None and device.startswith("cuda") else device
     check_device(here)
     with _client(scheduler) as client:
-        store = _opened(path, found, device, here, report)
+        store = _opened(path, found, device, here, repair, report)
+        damaged = store.damaged()
+        if repair:
+            store.forget(damaged)
+        else:
+            store.refuse(damaged)
         mine = range(part - 1, store.units, parts)
         done = store.done()
         left = [unit for unit in mine if not done[unit]]
@@ -67,7 +75,7 @@ def sweep(
 
             compute_on(client, store, left, device, count)
         elif left:
-            # It compiles, which several threads must not do at once.
+            # It compiles, which the threads would all wait for.
             check(found, here)
             _compute_here(store, left, device, threads, count)
         if store.done().all():
@@ -98,16 +106,25 @@ def _client(scheduler: str | None) -> Iterator[Any]:
         yield client
 
 
-def _opened(path: Path, design: Design, device: str, here: str, report: Progress) -> Store:
+def _opened(
+    path: Path, design: Design, device: str, here: str, repair: bool, report: Progress
+) -> Store:
     """The store at a path, made first if there is none and the design flies on the device here."""
-    from continuair.sweeps.store import check_new, create, is_store, open_store
+    from continuair.sweeps.making import check_new, create, renew
+    from continuair.sweeps.store import DamagedStore, is_store, open_store
 
     if not is_store(path):
         check_new(path, design, unit_size(design, device))
         report(0, 1, "checking the design")
         check(design, here)
         create(path, design, device)
-    return open_store(path, device, design)
+    try:
+        return open_store(path, device, design)
+    except DamagedStore:
+        if not repair:
+            raise
+        renew(path, design, device)
+        return open_store(path, device, design)
 
 
 def _compute_here(

@@ -35,14 +35,15 @@ def open_sweep(out: str | os.PathLike[str]) -> xr.Dataset:
 
     Data variables are the metrics, the tip's position at the end, status, end_time, step_error and
     step (NaN where a run is not done); coordinates are what varied. Attributes hold the provenance;
-    `done` and `runs` in them count the runs. Raises InputError if there is no store.
+    `done` and `runs` in them count the runs. Raises InputError if there is no store, or it is
+    damaged.
     """
     from continuair.sweeps.store import open_store
 
     store = open_store(user_path("out", out).absolute(), any_version=True)
     attributes = store.attributes
-    finished = np.repeat(store.done(), store.size)[: store.design.runs]
-    return labelled(store.design, store.results[...], attributes | {"done": int(finished.sum())})
+    values, done = store.results()
+    return labelled(store.design, values, attributes | {"done": done})
 
 
 def labelled(design: Design, results: np.ndarray, attributes: dict[str, Any]) -> xr.Dataset:

@@ -1,16 +1,18 @@
-"""The store of a sweep: a zarr group that survives being killed at any moment.
+"""The store of a sweep: a zarr group that survives being killed at any moment, and knows damage.
 
-`results` (runs, models, quantities) has one chunk per unit of work, and `done` (units,) one flag
-per unit, written after that chunk. Both are written whole and renamed into place, and so is the
-store's own metadata, last of all: what there is, is complete.
+`results` (runs, models, quantities) has one chunk per unit of work. `done` (units,) is 0 until a
+unit is done, and then the checksum of that chunk, written after it. Both are written whole and
+renamed into place: what there is, is complete, unless something else has changed it.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import uuid
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -20,22 +22,26 @@ import numpy as np
 import zarr
 
 from continuair.errors import InputError
+from continuair.files import printed, reason
+from continuair.sweeps import checksums
 from continuair.sweeps.design import Design, Variable
-from continuair.sweeps.machine import machine
 from continuair.sweeps.tables import Base
-from continuair.sweeps.units import quantities, unit_size
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 
-FORMAT = 1
-_METADATA = "zarr.json"
-_NEW = ".new-"
-_ARRAYS = ("results", "done", "design")
-# A file takes whole blocks of the disk; a unit has two.
-_BYTES_PER_UNIT = 2 * 4096
-_DISK_MARGIN = 1.05
+FORMAT = 2
+"""1 had no checksums."""
+
+METADATA = "zarr.json"
+NEW = ".new-"
+_PARTIAL = re.compile(r"\d+\.[0-9a-f]{32}\.partial")
 _VERSIONS = ("continuair", "warp-lang", "numpy", "scipy")
+_MOST_NAMED = 8
+
+
+class DamagedStore(InputError):
+    """What a store holds is not what was written to it."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +52,6 @@ class Store:
     design: Design
     device: str
     size: int
-    results: Any
-    done_flags: Any
     attributes: dict[str, Any]
 
     @property
@@ -55,88 +59,127 @@ class Store:
         """The number of units of work."""
         return -(-self.design.runs // self.size)
 
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Runs, models and quantities of all results."""
+        return (
+            self.design.runs,
+            len(self.attributes["models"]),
+            len(self.attributes["quantities"]),
+        )
+
     def runs(self, unit: int) -> Array:
         """The indices of a unit's runs."""
         return np.arange(unit * self.size, min((unit + 1) * self.size, self.design.runs))
 
+    def is_done(self, unit: int) -> bool:
+        """Whether a unit is done, damaged or not."""
+        return os.path.lexists(self._flag(unit))
+
     def done(self) -> Array:
-        """Which units are done (units,)."""
-        flags: Array = self.done_flags[:].astype(bool)
-        return flags
+        """Which units are done (units,), damaged or not."""
+        folder = self._flag(0).parent
+        names = set(os.listdir(folder)) if folder.is_dir() else set()
+        return np.array([str(unit) in names for unit in range(self.units)])
+
+    def read(self, unit: int) -> Array | None:
+        """The results of a unit that is done, None if they are not what was written."""
+        try:
+            flag, content = self._flag(unit).read_bytes(), self._chunk(unit).read_bytes()
+        except PermissionError as error:
+            raise InputError(
+                f"out is {printed(self.path)}, which cannot be read ({reason(error)}); correct the "
+                "permissions of what is in it."
+            ) from None
+        except OSError:
+            return None
+        if flag != checksums.of_unit(self.attributes, unit, content):
+            return None
+        block = np.frombuffer(content, "<f8").reshape(self.size, *self.shape[1:])
+        return block[: len(self.runs(unit))]
+
+    def damaged(self) -> list[int]:
+        """The units that are done, but not with the results that were written."""
+        return [unit for unit in self._done_units() if self.read(unit) is None]
+
+    def results(self) -> tuple[Array, int]:
+        """All results (runs, models, quantities), NaN where a run is not done, and how many are.
+
+        Raises DamagedStore, naming the units.
+        """
+        values = np.full(self.shape, np.nan)
+        damaged, done = [], 0
+        for unit in self._done_units():
+            block, runs = self.read(unit), self.runs(unit)
+            if block is None:
+                damaged.append(unit)
+            else:
+                values[runs] = block
+                done += len(runs)
+        self.refuse(damaged)
+        return values, done
+
+    def refuse(self, damaged: list[int]) -> None:
+        """Raise DamagedStore if any units are damaged."""
+        if not damaged:
+            return
+        names = ", ".join(map(str, damaged[:_MOST_NAMED]))
+        names += f" and {len(damaged) - _MOST_NAMED} more" if len(damaged) > _MOST_NAMED else ""
+        raise DamagedStore(
+            f"out is {printed(self.path)}, in which the results of {_counted(damaged)} {names} "
+            f"(of {self.units}, from 0) are damaged; repeat the sweep with --repair, or "
+            "repair=True, to compute them again."
+        )
 
     def write(self, unit: int, block: Array) -> None:
         """Keep the results of a unit, its flag last; raises InputError if the disk is full."""
-        runs = self.runs(unit)
+        chunk = np.full((self.size, *self.shape[1:]), np.nan, "<f8")
+        chunk[: len(block)] = block
+        content = chunk.tobytes()
         try:
-            self.results[runs[0] : runs[-1] + 1] = block
-            self.done_flags[unit] = 1
+            _replace(self._chunk(unit), content)
+            _replace(self._flag(unit), checksums.of_unit(self.attributes, unit, content))
         except OSError as error:
+            if self.is_done(unit) and self.read(unit) is not None:
+                return  # another process has done the same unit, and cleaned up
             raise InputError(
-                f"out is {self.path}, which can no longer be written to ({error.strerror}); make "
-                "room there, and repeat the command to go on."
+                f"out is {printed(self.path)}, which can no longer be written to ({reason(error)});"
+                " make room there, and repeat the command to go on."
             ) from None
 
+    def forget(self, units: Iterable[int]) -> None:
+        """Remove damaged units, so that they are computed again."""
+        for unit in units:
+            # Another process may have computed it again by now.
+            if self.is_done(unit) and self.read(unit) is None:
+                # The flag first: a unit without one is not done.
+                _remove(self._flag(unit))
+                _remove(self._chunk(unit).parents[1])
+
     def clean(self) -> None:
-        """Remove what killed processes have left; call it when no other can be writing."""
-        for left in [*self.path.glob(f"{_NEW}*"), *self.path.rglob("*.partial")]:
-            shutil.rmtree(left) if left.is_dir() else left.unlink(missing_ok=True)
+        """Remove what killed processes have left; call it when all is done."""
+        for left in [*self.path.glob(f"{NEW}*"), *self._partial()]:
+            _remove(left)
 
+    def _done_units(self) -> list[int]:
+        return [int(unit) for unit in np.flatnonzero(self.done())]
 
-def bytes_needed(design: Design, size: int) -> int:
-    """How large the store of a design gets [bytes], at most."""
-    numbers = design.runs * len(design.models) * len(quantities(design))
-    inputs = sum(variable.values.nbytes for variable in design.variables.values())
-    return 8 * numbers + inputs + -(-design.runs // size) * _BYTES_PER_UNIT
+    def _partial(self) -> Iterator[Path]:
+        for folder in (self.path / "results" / "c", self.path / "done" / "c"):
+            for path in folder.rglob("*.partial"):
+                if _PARTIAL.fullmatch(path.name):
+                    yield path
 
+    def _chunk(self, unit: int) -> Path:
+        return self.path / "results" / "c" / str(unit) / "0" / "0"
 
-def check_new(path: Path, design: Design, size: int) -> None:
-    """Raise InputError unless a store can be made: a usable folder, and room on its disk."""
-    if path.exists() and not path.is_dir():
-        raise InputError(f"out is {path}, which is a file; name a folder for the store.")
-    foreign = [
-        entry.name
-        for entry in (path.iterdir() if path.is_dir() else ())
-        if entry.name not in _ARRAYS and not entry.name.startswith(_NEW)
-    ]
-    if foreign:
-        raise InputError(
-            f"out is {path}, which holds {sorted(foreign)[0]} and is no store of a sweep; name a "
-            "new or empty folder."
-        )
-    existing = next(folder for folder in (path, *path.absolute().parents) if folder.is_dir())
-    needed, free = bytes_needed(design, size), shutil.disk_usage(existing).free
-    if needed * _DISK_MARGIN > free:
-        raise InputError(
-            f"out is {path}, where the {design.runs:,} runs of the design take {_size(needed)}, "
-            f"but {_size(free)} are free; vary less, or name a folder on another disk."
-        )
+    def _flag(self, unit: int) -> Path:
+        return self.path / "done" / "c" / str(unit)
 
 
 def is_store(path: Path) -> bool:
     """Whether there is a store, or another zarr group, to open at a path."""
-    return (path / _METADATA).is_file()
-
-
-def create(path: Path, design: Design, device: str) -> None:
-    """Make the store of a design, where `check_new` has no objection.
-
-    Where several processes do so at once, they make it together.
-    """
-    size = unit_size(design, device)
-    new = path / f"{_NEW}{uuid.uuid4().hex}"
-    try:
-        new.mkdir(parents=True)
-        _fill(new, design, device, size)
-        for name in _ARRAYS:
-            _move(new / name, path / name)
-        # What makes it a store comes last.
-        _move(new / _METADATA, path / _METADATA)
-    except OSError as error:
-        raise InputError(
-            f"out is {path}, which cannot be written to ({error.strerror}); name another folder."
-        ) from None
-    finally:
-        shutil.rmtree(new, ignore_errors=True)
+    return (path / METADATA).is_file()
 
 
 def open_store(
@@ -149,21 +192,57 @@ def open_store(
     """Open a store, of a design and for a device if they are given; raises InputError.
 
     any_version: whether what is read may come from other versions, as it may not to be continued.
+    Raises DamagedStore if the store's description is not what was written; units are checked when
+    they are read.
     """
     if not is_store(path):
         raise InputError(
-            f"out is {path}, where there is no store of a sweep; make one there first."
+            f"out is {printed(path)}, where there is no store of a sweep; make one there first."
         )
-    group = zarr.open_group(path, mode="r" if any_version else "r+", use_consolidated=False)
-    attributes: dict[str, Any] = dict(group.attrs)
-    if attributes.get("continuair_sweep") != FORMAT:
-        raise InputError(
-            f"out is {path}, which holds no sweep of this version; name another folder."
-        )
+    attributes = _attributes(path)
     _check_continued(path, attributes, design, device, any_version)
-    found = _design_of(group, attributes) if design is None else design
-    size, kind = attributes["unit_size"], attributes["device"]
-    return Store(path, found, kind, size, group["results"], group["done"], attributes)
+    found = _design_of(path, attributes) if design is None else design
+    return Store(path, found, attributes["device"], attributes["unit_size"], attributes)
+
+
+def _attributes(path: Path) -> dict[str, Any]:
+    """The attributes of a store that is of this version and whole."""
+    try:
+        group = json.loads((path / METADATA).read_bytes())
+    except OSError as error:
+        raise InputError(
+            f"out is {printed(path)}, which cannot be read ({reason(error)}); correct the "
+            "permissions of what is in it."
+        ) from None
+    except (ValueError, RecursionError):
+        raise _damaged(path, METADATA) from None
+    attributes = group.get("attributes") if isinstance(group, dict) else None
+    if not isinstance(attributes, dict) or "continuair_sweep" not in attributes:
+        raise DamagedStore(
+            f"out is {printed(path)}, whose {METADATA} is not that of a sweep; name another folder."
+        )
+    if attributes["continuair_sweep"] != FORMAT:
+        raise InputError(
+            f"out is {printed(path)}, which another version of continuair made, with other or no "
+            "checksums; open it with that version, or name another folder to fly the design again."
+        )
+    try:
+        damaged = checksums.damaged_files(group, path, METADATA)
+    except OSError as error:
+        raise InputError(
+            f"out is {printed(path)}, which cannot be read ({reason(error)}); correct the "
+            "permissions of what is in it."
+        ) from None
+    if damaged:
+        raise _damaged(path, damaged[0])
+    return attributes
+
+
+def _damaged(path: Path, name: str) -> DamagedStore:
+    return DamagedStore(
+        f"out is {printed(path)}, whose {name} is damaged; repeat the sweep with --repair, or "
+        "repair=True, to write it anew and keep the units that are whole."
+    )
 
 
 def _check_continued(
@@ -176,90 +255,29 @@ def _check_continued(
     """Raise InputError unless a store is that of the design, the versions and the device."""
     if design is not None and attributes["design_hash"] != design.digest:
         raise InputError(
-            f"out is {path}, which holds the sweep of another design "
+            f"out is {printed(path)}, which holds the sweep of another design "
             f"({attributes['design']['base']['name']}); name another folder, or use that design."
         )
-    here, there = _versions(), attributes["versions"]
+    here, there = versions(), attributes["versions"]
     for name in _VERSIONS:
         if there[name] != here[name] and not any_version:
             raise InputError(
-                f"out is {path}, which {name} {there[name]} began, but here is {here[name]}; "
-                "install that version, or name another folder."
+                f"out is {printed(path)}, which {name} {there[name]} began, but here is "
+                f"{here[name]}; install that version, or name another folder."
             )
-    if device is not None and attributes["device"] != _kind(device):
+    if device is not None and attributes["device"] != kind(device):
         raise InputError(
-            f"out is {path}, which was begun with device {attributes['device']}, but device is "
-            f"{device}; use the same, or name another folder."
+            f"out is {printed(path)}, which was begun with device {attributes['device']}, but "
+            f"device is {device}; use the same, or name another folder."
         )
 
 
-def _fill(new: Path, design: Design, device: str, size: int) -> None:
-    group = zarr.open_group(new, mode="w")
-    names = quantities(design)
-    shape = (design.runs, len(design.models), len(names))
-    group.create_array(
-        "results",
-        shape=shape,
-        chunks=(size, *shape[1:]),
-        dtype="float64",
-        fill_value=np.nan,
-        compressors=None,
-        dimension_names=("run", "model", "quantity"),
-    )
-    units = -(-design.runs // size)
-    group.create_array(
-        "done",
-        shape=(units,),
-        chunks=(1,),
-        dtype="uint8",
-        fill_value=0,
-        compressors=None,
-        dimension_names=("unit",),
-    )
-    inputs = group.create_group("design")
-    for name, variable in design.variables.items():
-        if _is_array(variable):
-            values = variable.values
-            made = inputs.create_array(
-                name,
-                shape=values.shape,
-                chunks=values.shape,
-                dtype=values.dtype,
-                compressors=None,
-                dimension_names=variable.dims,
-            )
-            made[...] = values
-    group.attrs.update(_attributes(design, device, size))
-
-
-def _attributes(design: Design, device: str, size: int) -> dict[str, Any]:
-    listed = {
-        name: [list(variable.dims), variable.values.tolist()]
-        for name, variable in design.variables.items()
-        if not _is_array(variable)
-    }
-    return {
-        "continuair_sweep": FORMAT,
-        "design_hash": design.digest,
-        "design": json.loads(json.dumps(design.describe())),
-        "variables": list(design.variables),
-        "listed": listed,
-        "sizes": dict(design.sizes),
-        "models": list(design.models),
-        "quantities": list(quantities(design)),
-        "seed": design.base.seed,
-        "unit_size": size,
-        "device": _kind(device),
-        "machine": machine(),
-        "versions": _versions(),
-    }
-
-
-def _design_of(group: Any, attributes: dict[str, Any]) -> Design:
+def _design_of(path: Path, attributes: dict[str, Any]) -> Design:
     """The design that a store was made for."""
+    group = zarr.open_group(path / "design", mode="r", use_consolidated=False)
     numbers = {
         name: Variable(tuple(array.metadata.dimension_names or ()), array[...])
-        for name, array in group["design"].arrays()
+        for name, array in group.arrays()
     }
     listed = {
         name: Variable(tuple(dims), np.array(values))
@@ -272,43 +290,34 @@ def _design_of(group: Any, attributes: dict[str, Any]) -> Design:
     )
 
 
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
+    """The versions that results depend on."""
     return {name: version(name) for name in _VERSIONS}
 
 
-def _kind(device: str) -> str:
+def kind(device: str) -> str:
+    """The kind of a device: cpu or cuda."""
     return device.split(":")[0]
 
 
-def _is_array(variable: Variable) -> bool:
-    """Whether an array holds the variable; the attributes hold texts and what does not vary."""
-    return bool(variable.dims) and variable.values.dtype.kind in "bf"
+def _replace(path: Path, content: bytes) -> None:
+    """Write a file whole, or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f"{path.name}.{uuid.uuid4().hex}.partial")
+    try:
+        partial.write_bytes(content)
+        os.replace(partial, path)
+    except BaseException:
+        partial.unlink(missing_ok=True)
+        raise
 
 
-def _move(source: Path, target: Path) -> None:
-    """Rename, unless another process has made the same already."""
-    if not target.exists():
-        try:
-            os.rename(source, target)
-            return
-        except OSError:
-            if not target.exists():
-                raise
-    if source.is_dir() and _contents(source) != _contents(target):
-        raise InputError(
-            f"out is {target.parent}, which holds the beginning of another sweep; remove it, or "
-            "name another folder."
-        )
+def _remove(path: Path) -> None:
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)
 
 
-def _contents(folder: Path) -> dict[str, bytes]:
-    files = (path for path in folder.rglob("*") if path.is_file())
-    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
-
-
-def _size(count: float) -> str:
-    for unit in ("B", "kB", "MB", "GB", "TB"):
-        if count < 1000.0:
-            return f"{count:.3g} {unit}"
-        count /= 1000.0
-    return f"{count:.3g} PB"
+def _counted(units: list[int]) -> str:
+    return "unit" if len(units) == 1 else "units"

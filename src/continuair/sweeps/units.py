@@ -122,6 +122,7 @@ def _without_warnings() -> Iterator[None]:
     with warnings.catch_warnings():
         # The step of every run is kept, and a coarse one was asked for.
         warnings.simplefilter("ignore", ContinuairWarning)
+        warnings.filterwarnings("default", message="the kernel cache")
         yield
 
 

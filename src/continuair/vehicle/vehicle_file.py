@@ -8,8 +8,10 @@ from collections.abc import Iterable
 from typing import Any
 
 from continuair.errors import InputError
-from continuair.files import printed, reason, user_path
+from continuair.files import new_file, printed, reason, replace, user_path, write_new
 from continuair.vehicle.vehicle import Vehicle
+
+_MARK = "A vehicle written by continuair; without this line it is not replaced."
 
 
 def as_toml(vehicle: Vehicle, comment: Iterable[str] = ()) -> str:
@@ -27,28 +29,56 @@ def as_toml(vehicle: Vehicle, comment: Iterable[str] = ()) -> str:
     return "\n".join([*lines, *_table("[camera]", fields["camera"])]) + "\n"
 
 
-def check_file(path: str | os.PathLike[str]) -> None:
-    """Raise InputError, before any work, if a file could not be written there."""
+def check_file(path: str | os.PathLike[str], force: bool = False) -> None:
+    """Raise InputError, before any work, if `write_vehicle` could not write a file there."""
     found = user_path("out", path)
-    folder = found.parent
-    if found.is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
-        raise _unusable(path, "it is a folder" if found.is_dir() else "no folder to write to")
+    if not os.path.lexists(found):
+        new_file("out", path)
+        return
+    if found.is_symlink() or not found.is_file():
+        raise InputError(
+            f"out is {printed(path)}, which is no file but a link, folder or device; name a file."
+        )
+    if not force:
+        raise InputError(
+            f"out is {printed(path)}, which is there already; name a new file, or replace a "
+            "vehicle that continuair wrote with --force."
+        )
+    if not _is_ours(found):
+        raise InputError(
+            f"out is {printed(path)}, a file that continuair has not written; name another, or "
+            "remove it."
+        )
 
 
 def write_vehicle(
-    vehicle: Vehicle, path: str | os.PathLike[str], comment: Iterable[str] = ()
+    vehicle: Vehicle,
+    path: str | os.PathLike[str],
+    comment: Iterable[str] = (),
+    *,
+    force: bool = False,
 ) -> None:
-    """Write a plain vehicle to a TOML file. Raises InputError if it cannot be written."""
+    """Write a plain vehicle to a new TOML file, or with `force` over one that this has written.
+
+    Raises InputError if it cannot be written.
+    """
+    check_file(path, force)
+    found, text = user_path("out", path), as_toml(vehicle, [_MARK, *comment])
     try:
-        user_path("out", path).write_text(as_toml(vehicle, comment), encoding="utf-8")
+        (replace if force else write_new)(found, text)
     except OSError as error:
-        raise _unusable(path, reason(error)) from None
+        raise InputError(
+            f"out is {printed(path)}, which cannot be written ({reason(error)}); name a file that "
+            "you may write."
+        ) from None
 
 
-def _unusable(path: str | os.PathLike[str], why: str) -> InputError:
-    return InputError(
-        f"out is {printed(path)}, which cannot be written ({why}); name a file that you may write."
-    )
+def _is_ours(path: Path) -> bool:
+    try:
+        with path.open("rb") as stream:
+            return stream.readline() == f"# {_MARK}\n".encode()
+    except OSError:
+        return False
 
 
 def _table(heading: str, fields: dict[str, Any]) -> list[str]:
