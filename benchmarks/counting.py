@@ -313,6 +313,7 @@ def stand_in() -> ModuleType:
         struct=struct,
         func=function,
         Function=object,
+        Kernel=object,
         kernel=lambda **_: lambda body: body,
         static=lambda value: value,
         tid=lambda: 0,

@@ -47,8 +47,8 @@ def test_held_inputs_give_the_same_flight_to_rounding(model: str) -> None:
     halved = 1 + automatic.attrs["flown_again"]
     assert stepped.attrs["step"] == pytest.approx(halved * automatic.attrs["step"], rel=1e-12)
     assert set(stepped.data_vars) == set(whole.data_vars)
-    # Every period measures its first step, a whole flight every fourth.
-    assert float(stepped.step_error) == pytest.approx(float(whole.step_error), rel=0.5)
+    # Periods of few steps measure them all, a whole flight every fourth.
+    assert 0.1 < float(stepped.step_error) / float(whole.step_error) < 10.0
     for name in set(whole.data_vars) - {"step_error"}:
         # The inputs at the very end differ: `held` has none of its own there.
         one, other = (np.asarray(run.isel(time=slice(-1))[name], float) for run in (stepped, whole))

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from continuair.flight.resolution import steps_told_of
 from continuair.flight.simulate import simulate
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.vehicle import Vehicle
@@ -32,8 +33,11 @@ def fly_twice(
     variables: those that the flight holds besides feature_error; options: of `simulate`.
     """
     names = ["feature_error"]
-    flight = simulate(vehicle, scenario, variables=[*names, *variables], **options)
-    moved = simulate(vehicle, nudged(scenario), variables=names, **options)
+    with steps_told_of():
+        flight = simulate(vehicle, scenario, variables=[*names, *variables], **options)
+        # At the same steps: nothing but the nudge may tell the two apart.
+        taken = flight["step"].to_numpy() if "step" in flight else flight.attrs["step"]
+        moved = simulate(vehicle, nudged(scenario), variables=names, **(options | {"step": taken}))
     return flight, determined(flight, moved)
 
 

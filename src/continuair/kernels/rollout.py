@@ -11,8 +11,14 @@ from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.flight import flight_code
 from continuair.kernels.options import OPTIONS
 from continuair.kernels.sensing.pilot import PilotCode
-from continuair.kernels.step import MEASURED_EVERY, OK, UNSEEN, step_code, stepping_code
+from continuair.kernels.step import OK, UNSEEN, step_code, stepping_code
 from continuair.kernels.types import device_types, holding
+
+MEASURED_EVERY = 4
+"""One step of so many is measured, for all of them: what they leave out changes slowly."""
+
+FEW_STEPS = 32
+"""In a flight of fewer steps, every one is measured."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +71,7 @@ def rollout_kernel(
     Loop, pilot_of, decide, push_at = pilot.Loop, pilot.pilot_of, pilot.decide, pilot.push_at
     step = step_code(precision, sections, dynamics.rate_of, pilot)
     bend_of, bend_rate_of = types.bend_of, types.bend_rate_of
-    every = MEASURED_EVERY
+    one_of, few = MEASURED_EVERY, FEW_STEPS
     ok, unseen, full = OK, UNSEEN, section_code(precision, sections).full
 
     @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
@@ -92,6 +98,9 @@ def rollout_kernel(
         due = wp.int32(0)
         count = steps.lengths.shape[0]
         done = count
+        every = wp.int32(one_of)
+        if count < few:
+            every = wp.int32(1)
         error = Real(0.0)
         swing = Real(0.0)
         for i in range(count):
@@ -105,10 +114,13 @@ def rollout_kernel(
                 break
             h = steps.lengths[i]
             stands_for = Real(0.0)
-            if i % every == 0:
+            measured = i % every == 0
+            if measured:
                 stands_for = Real(wp.min(every, count - i))
                 swing += stands_for * h * wp.length(bend_of(y)) * wp.length(bend_rate_of(y))
-            y, left_out = step(i, steps.starts[i], h, y, branch.direction, flight, pilot, push)
+            y, left_out = step(
+                i, steps.starts[i], h, y, branch.direction, flight, pilot, push, measured
+            )
             error += stands_for * left_out
             ended = end_of(y)
             due = -1

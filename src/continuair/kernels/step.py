@@ -16,9 +16,6 @@ STEP_PHASE = 0.2
 """Largest product of an automatic step and the fastest rate: RK4 then keeps the amplitude of the
 stiffest mode, and follows the fastest decay."""
 
-MEASURED_EVERY = 4
-"""One step of so many is measured, for all of them."""
-
 OK, NOT_FINITE, OVERBENT, UNSEEN = 0, 1, 2, 3
 STATUS = {
     OK: "ok",
@@ -162,7 +159,6 @@ def step_code(precision: str, sections: int, rate_of: Any, pilot: PilotCode) -> 
     Flight, Pilot, push_at = flight_code(precision, sections).Flight, pilot.Pilot, pilot.push_at
     unit_attitude, unresolved = stepping.unit_attitude, resolution_code(precision, sections)
     half, sixth, two, zero = Real(0.5), Real(1.0 / 6.0), Real(2.0), Real(0.0)
-    every = MEASURED_EVERY
 
     @wp.func
     def slope(
@@ -177,7 +173,7 @@ def step_code(precision: str, sections: int, rate_of: Any, pilot: PilotCode) -> 
     @wp.func
     def step(
         i: int, time: Real, h: Real, y: State, along: vec2, flight: Flight, pilot: Pilot,
-        held: Push,
+        held: Push, measured: wp.bool,
     ):  # fmt: skip
         """The state at the end of step i, which starts at a time and lasts h."""
         middle = time + half * h
@@ -185,7 +181,7 @@ def step_code(precision: str, sections: int, rate_of: Any, pilot: PilotCode) -> 
         k2 = slope(i, 1, middle, y + half * h * k1, along, flight, pilot, held)
         k3 = slope(i, 1, middle, y + half * h * k2, along, flight, pilot, held)
         error = zero
-        if i % every == 0:
+        if measured:
             error = unresolved(k1, k2, k3, h, flight.plant)
         k4 = slope(i, 2, time + h, y + h * k3, along, flight, pilot, held)
         return unit_attitude(y + (h * sixth) * (k1 + two * (k2 + k3) + k4)), error

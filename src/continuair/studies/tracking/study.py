@@ -20,6 +20,7 @@ from continuair.analysis.metrics import (
     samples,
 )
 from continuair.controllers.gain_files import Gains, load_gains
+from continuair.flight.resolution import steps_told_of
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import MODELS, REFERENCE
 from continuair.progress import Progress, Steps
@@ -124,14 +125,16 @@ def _fly(
     runs, finer = Flown(), Flown()
     for model in plants:
         steps.begin(f"{name}, {model}")
-        data = simulate(flown, scenario, model=model, sample=SAMPLE, variables=_VARIABLES)
+        with steps_told_of():
+            data = simulate(flown, scenario, model=model, sample=SAMPLE, variables=_VARIABLES)
         data = data.rename(run="letter").assign_coords(letter=letters)
         runs[model] = data.assign(lyapunov(data, flown, controller))
         steps.begin(f"{name}, {model}, half the step")
         half = runs[model]["step"].to_numpy() / 2
-        data = simulate(
-            flown, scenario, model=model, sample=SAMPLE, step=half, variables=["feature_error"]
-        )
+        with steps_told_of():
+            data = simulate(
+                flown, scenario, model=model, sample=SAMPLE, step=half, variables=["feature_error"]
+            )
         finer[model] = data.rename(run="letter").assign_coords(letter=letters)
     reached = runs[REFERENCE]["servo_error"].sel(time=slice(setting.settled, None)).max()
     return runs, {
@@ -218,6 +221,7 @@ def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
     return {
         "status": int(flight["status"]),
         "end_time_s": float(flight["end_time"]),
+        "step_error": float(flight["step_error"]),
         "rms_px": feature_rms(late),
         "max_px": float(np.abs(error).max()),
         "tip_rms_m": float(np.sqrt(np.mean(np.sum(off**2, axis=1)))),
