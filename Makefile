@@ -1,4 +1,4 @@
-# make paper | test | verify | bench | docs | clean.  The Python that creates .venv: make PYTHON=python3.12 ...
+# make paper | test | verify | soak | bench | docs | clean.  The Python that creates .venv: make PYTHON=python3.12 ...
 PYTHON ?= python3
 # What `make test` installs; EXTRAS=test,oracles adds the comparisons with other engines.
 EXTRAS ?= test
@@ -9,7 +9,7 @@ comma := ,
 # The package is installed in place, so that only these two files call for another installation.
 INPUTS := pyproject.toml constraints.txt
 
-.PHONY: paper test verify bench docs clean
+.PHONY: paper test verify soak bench docs clean
 
 paper: $(VENV)/installed
 	$(BIN)/continuair paper --out results
@@ -27,6 +27,12 @@ verify: $(VENV)/installed-test-oracles
 	@$(BIN)/pytest -q tests/oracles --verify verify.json; status=$$?; \
 	  $(BIN)/python docs/make_trust.py verify.json && \
 	  echo "The claims are in verify.json and docs/trust.md." && exit $$status
+
+# An hour by default; MINUTES=600 for a night.
+MINUTES ?= 60
+soak: $(VENV)/installed-test
+	OMP_NUM_THREADS=1 $(BIN)/python -m tests.fuzz.soak --minutes $(MINUTES) --out docs/soak.md
+	OMP_NUM_THREADS=1 $(BIN)/pytest -q -m slow
 
 bench: $(VENV)/installed-test-oracles
 	$(BIN)/pytest benchmarks/ --benchmark-only

@@ -318,6 +318,7 @@ def stand_in() -> ModuleType:
         static=lambda value: value,
         tid=lambda: 0,
         nan=math.nan,
+        inf=math.inf,
         dot=dot,
         cross=cross,
         outer=outer,

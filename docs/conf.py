@@ -12,7 +12,7 @@ author = copyright = "the continuair authors"
 extensions = ["myst_parser", "sphinx.ext.mathjax"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "soak.md"]
 
 html_theme = "furo"
 html_title = f"{project} {release}"

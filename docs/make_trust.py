@@ -55,6 +55,7 @@ def main(path: Path, docs: Path = ROOT / "docs") -> None:
     text = [head(entries)]
     for file, group in groupby(entries, key=lambda e: e["test"].split("::")[0]):
         text.append(section(file, list(group)))
+    text.append((ROOT / "docs" / "soak.md").read_text(encoding="utf-8"))
     (docs / "trust.md").write_text("\n".join(text), encoding="utf-8")
 
 

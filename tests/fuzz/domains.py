@@ -9,6 +9,7 @@ import continuair as ca
 from continuair.controllers.gain_files import load_gains
 from continuair.identification.recording import load_recording
 from continuair.sweeps import load_design
+from continuair.sweeps.units import check
 from tests.fuzz import rules
 from tests.fuzz.mutation import mutated
 from tests.fuzz.trial import Attempt
@@ -65,6 +66,8 @@ def designs(rng: Rng, folder: Path) -> None:
     rules.require(design.runs > 0, "a design without runs")
     last = design.rows(np.array([design.runs - 1]))
     rules.require(all(len(values) == 1 for values in last.values()), "a row of no single values")
+    if rng.random() < 0.1:
+        check(design, "cpu")
 
 
 def gains(rng: Rng, folder: Path) -> None:
@@ -79,6 +82,12 @@ def recordings(rng: Rng, folder: Path) -> None:
     path = _written(folder / "flight.csv", mutated(_recording(), rng))
     rows = load_recording(path)
     rules.require(bool((np.diff(rows.time) > 0).all()), "times that do not grow")
+
+
+_FIELDS = ["q", "qd", "force", "moment", "tau", "tip_wrench", "bend_moment", "gravity", "duration",
+           "jumps", "seed", "tip_wrench_sign", "controller", "target"]  # fmt: skip
+_OPTIONS = ["model", "step", "sample", "duration", "variables", "integrator", "tolerance", "dtype",
+            "device", "threads"]  # fmt: skip
 
 
 def calls(rng: Rng, folder: Path) -> None:
@@ -96,11 +105,9 @@ def calls(rng: Rng, folder: Path) -> None:
 
     fields: dict[str, Any] = {"q": np.zeros(8), "duration": 0.01}
     options: dict[str, Any] = {"sample": 1e-3}
-    for name in rng.choice(["q", "qd", "force", "tau", "tip_wrench", "gravity", "duration",
-                            "jumps", "seed", "tip_wrench_sign"], 2):  # fmt: skip
-        fields[str(name)] = some()
-    for name in rng.choice(["model", "step", "sample", "variables", "dtype", "threads"], 1):
-        options[str(name)] = some()
+    where = fields if rng.random() < 0.6 else options
+    names = _FIELDS if where is fields else _OPTIONS
+    where[str(rng.choice(names))] = some()
     flight = ca.simulate(ca.load_vehicle("paper"), ca.Scenario("odd", **fields), **options)
     whole = {"tip_position", "attitude", "bend"} <= set(flight.variables)
     if "run" not in flight.dims and whole:

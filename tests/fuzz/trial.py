@@ -65,8 +65,9 @@ def attempt_one(attempt: Attempt, seed: list[int], folder: Path) -> tuple[str, s
 
 
 def _judged(said: str) -> tuple[str, str]:
-    """A refusal is one line, of bearable length, that ends as a sentence does."""
-    if "\n" in said or len(said) > 1000 or not said.endswith("."):
+    """A refusal is a sentence, or one per line for each thing that is wrong, of bearable length."""
+    lines = said.split("\n")
+    if len(said) > 3000 or any(not line.endswith(".") or len(line) > 700 for line in lines):
         return WRONG, f"a refusal that is no sentence: {said[:300]!r}"
     return REFUSED, said
 

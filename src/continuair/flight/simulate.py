@@ -178,9 +178,12 @@ def _checked_names(scenario: Any, variables: Any) -> tuple[str, ...]:
     check_scenario(scenario)
     if variables is None:
         return default_variables(scenario)
-    if isinstance(variables, str) or not isinstance(variables, Iterable):
+    try:
+        names = () if isinstance(variables, str) else tuple(variables)
+    except TypeError:
+        names = ()
+    if not names:
         raise InputError(f"variables is {shown(variables)}; give a list of names.")
-    names = tuple(variables)
     looking = scenario.controller is not None and bool(scenario.targets)
     for name in names:
         if not isinstance(name, str) or name not in VARIABLES:

@@ -61,6 +61,13 @@ def load_recording(path: str | os.PathLike[str]) -> Recording:
             f"{path}: time is {time[row]:g} in row {row + 1}, not after the {time[row - 1]:g} of "
             "the row before; sort the rows by time and leave out repeated ones."
         )
+    # Beside a start that is far off, steps between rows are lost to rounding.
+    since = time - time[0]
+    if not (np.diff(since) > 0.0).all():
+        raise InputError(
+            f"{path}: time runs from {time[0]:g} to {time[-1]:g}, which float64 cannot hold in "
+            "steps as small as these; count the time from the start of the flight."
+        )
     attitude = np.stack([columns[name] for name in ("qx", "qy", "qz", "qw")], -1)
     norm = np.linalg.norm(attitude, axis=1)
     wrong = np.flatnonzero(np.abs(norm - 1.0) > _UNIT_NORM_TOLERANCE)
@@ -74,7 +81,7 @@ def load_recording(path: str | os.PathLike[str]) -> Recording:
     nothing = np.zeros(len(time))
     return Recording(
         name=file.name,
-        time=time - time[0],
+        time=since,
         position=np.stack([columns[name] for name in "xyz"], -1),
         attitude=attitude / norm[:, None],
         bend=np.stack([columns["bend_x"], columns["bend_y"]], -1),

@@ -136,6 +136,9 @@ def rollout_kernel(
             log_row(log, run, due, y, flight, branch, push)
         status[run] = ended
         last_step[run] = done
+        if not wp.isfinite(error + swing):
+            error = Real(wp.inf)
+            swing = Real(0.0)
         errors[run, 0] = error
         errors[run, 1] = swing * full * full
 

@@ -83,7 +83,8 @@ def values(field: str, value: Any) -> Array:
 def _array(value: Any) -> Array:
     """A list as an array, empty if NumPy would read entries of one kind as those of another."""
     kinds = {"b" if isinstance(v, bool) else "U" if isinstance(v, str) else "f" for v in value}
-    return np.asarray(value) if len(kinds) == 1 else np.empty(0)
+    nested = any(isinstance(v, (list, tuple, Mapping)) for v in value)
+    return np.asarray(value) if len(kinds) == 1 and not nested else np.empty(0)
 
 
 def _sampled(fields: dict[str, Any], sampling: Any, count: Any, seed: Any) -> dict[str, Array]:
