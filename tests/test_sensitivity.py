@@ -259,7 +259,7 @@ def test_the_rows_agree_with_metrics_gathered_while_flying(flown: study.Sensitiv
 
 
 def test_what_cannot_be_swept_is_refused_before_any_flight(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(study, "simulate", None)
+    monkeypatch.setattr(study, "fly", None)
     with pytest.raises(InputError, match="parameters holds 'UAV mas'.*UAV mass"):
         study.sensitivity(PAPER, ["UAV mas"])
     with pytest.raises(InputError, match="select"):

@@ -23,7 +23,8 @@ from continuair.analysis.convergence import (
     settled,
     step_of,
 )
-from continuair.flight.simulate import simulate
+from continuair.flight.prepare import prepare
+from continuair.flight.simulate import fly
 from continuair.kernels.dynamics import MODELS, REFERENCE, SIMPLER
 from continuair.progress import Progress, Steps
 from continuair.scenario.scenarios import Scenario
@@ -103,12 +104,9 @@ def _fly(
     step: Any = "auto",
 ) -> Flown:
     vehicles, starts = batch(vehicle, scenario, parameter, values)
-    return {
-        model: simulate(
-            vehicles, starts, model=model, step=step, sample=SAMPLE, variables=VARIABLES
-        )
-        for model in MODELS
-    }
+    # At one step for all models, which the study halves itself.
+    flight = prepare(vehicles, starts, step=step, sample=SAMPLE)
+    return {model: fly(flight, model, VARIABLES) for model in MODELS}
 
 
 def _converge(
@@ -116,7 +114,7 @@ def _converge(
 ) -> tuple[Flown, list[Entries]]:
     """Halve the step until every run has converged; return flights and entries[run][model]."""
 
-    def fly(step: Any) -> Flown:
+    def at_step(step: Any) -> Flown:
         step = "auto" if step is None else step
         return _fly(vehicle, scenario, parameter, parameter.values, step)
 
@@ -124,7 +122,7 @@ def _converge(
         # A run that settled early is halved on with the others, down to its rounding.
         return any(settled(errors[: n + 1], singular=False) for n in range(len(errors)))
 
-    flown, levels = halve(fly, early)
+    flown, levels = halve(at_step, early)
     return flown, levels[-1]
 
 
@@ -163,6 +161,7 @@ def _rows(
             {"value": value, "label": parameter.label(value), "mass_kg": float(one.mass)}
             | {"arm_mass_kg": float(one.arm.mass), "arm_inertia_kg_m2": _arm_inertia(one)}
             | {name: float(array[run]) for name, array in measured.items()}
+            | {"step_error": float(max(flown[model]["step_error"][run] for model in MODELS))}
             | {"models": entries[run]}
         )
     return rows
