@@ -46,6 +46,7 @@ def flight(
             (attitude * Rotation.from_quat([1.0, 0, 0, 0])).as_quat(),
         ),
         "status": ((), np.int8(0)),
+        "step_error": ((), 1e-6),
         "end_time": ((), scenario.duration),
     }
     attrs = {"step": h, "model": model, "gravity": scenario.gravity}

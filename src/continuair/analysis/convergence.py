@@ -95,6 +95,7 @@ def _entries(coarse: Flown, fine: Flown) -> Entries:
         error_t, error_r = step_errors(model, coarse, fine, metrics)
         entries[model] = metrics | {
             "step_s": float(step_of(data)),
+            "step_error": float(data["step_error"]),
             "step_halving_error_t": error_t,
             "step_halving_error_r": error_r,
             "step_halving_error": max(error_t, error_r),

@@ -161,7 +161,6 @@ def _rows(
             {"value": value, "label": parameter.label(value), "mass_kg": float(one.mass)}
             | {"arm_mass_kg": float(one.arm.mass), "arm_inertia_kg_m2": _arm_inertia(one)}
             | {name: float(array[run]) for name, array in measured.items()}
-            | {"step_error": float(max(flown[model]["step_error"][run] for model in MODELS))}
             | {"models": entries[run]}
         )
     return rows
