@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -114,7 +114,7 @@ class Design:
 
 
 def load_design(
-    design: str | os.PathLike[str] | xr.Dataset | Design, metrics: tuple[str, ...] | None = None
+    design: str | os.PathLike[str] | xr.Dataset | Design, metrics: Iterable[str] | None = None
 ) -> Design:
     """The design that a TOML file or a Dataset describes; docs/sweeps.md has both forms.
 
@@ -129,7 +129,7 @@ def load_design(
     else:
         raise InputError(f"design is {shown(design)}; give a .toml file or an xarray Dataset.")
     if metrics is not None:
-        base = found.base.model_copy(update={"metrics": tuple(metrics)})
+        base = changed(found.base, {"metrics": metrics})
         found = Design(base, found.vehicle, found.variables, found.sizes)
     for name in found.metrics:
         if name not in found.possible_metrics:

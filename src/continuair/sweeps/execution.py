@@ -50,7 +50,7 @@ def sweep(
     """
     require_zarr()
     path = user_path("out", out).absolute()
-    found = load_design(design, None if metrics is None else tuple(metrics))
+    found = load_design(design, metrics)
     part, parts = _checked_shard(shard)
     if threads is not None:
         checks.whole("threads", threads, 1)
