@@ -204,6 +204,6 @@ def test_a_shard_does_its_part_and_the_command_says_what_is_left(tmp_path: Path)
 @pytest.mark.parametrize("metrics", [3, "rmse_t_m", [3], float("nan")])
 def test_metrics_that_are_no_list_of_names_are_refused(metrics: Any, tmp_path: Path) -> None:
     design = xr.Dataset({"scenario.kappa": ("k", [0.1])}, attrs={"scenario": {"duration": 0.1}})
-    with pytest.raises(InputError, match="metrics"):
+    with pytest.raises(ca.InputError, match="metrics"):
         ca.sweep(design, tmp_path / "store.zarr", metrics=metrics)
     assert not (tmp_path / "store.zarr").exists()
