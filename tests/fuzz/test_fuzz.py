@@ -7,9 +7,9 @@ import pytest
 from tests.fuzz.domains import DOMAINS
 from tests.fuzz.trial import USED, attempt_many
 
-FEW = {"vehicles": 1200, "designs": 250, "gains": 600, "recordings": 800, "calls": 250,
-       "changes": 1500}  # fmt: skip
-"""Tries of some five seconds each."""
+FEW = {"vehicles": 1500, "designs": 800, "gains": 2000, "recordings": 2000, "calls": 800,
+       "changes": 2500}  # fmt: skip
+"""Tries of some two seconds each."""
 
 
 def assert_clean(domain: str, seeds: range, folder: Path) -> None:
@@ -26,4 +26,4 @@ def test_what_comes_in_is_used_or_refused_in_a_sentence(domain: str, tmp_path: P
 @pytest.mark.slow
 @pytest.mark.parametrize("domain", DOMAINS)
 def test_much_that_comes_in_is_used_or_refused(domain: str, tmp_path: Path) -> None:
-    assert_clean(domain, range(FEW[domain], 5 * FEW[domain]), tmp_path)
+    assert_clean(domain, range(FEW[domain], 10 * FEW[domain]), tmp_path)
