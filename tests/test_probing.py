@@ -69,3 +69,29 @@ def test_slow_inputs_and_declared_jumps_cost_nothing_and_are_not_told_of() -> No
         for force, jumps in ((sine(8.0), ()), (jumping, (0.1,)), (lambda t: [0, 0, 0], ())):
             flight = ca.simulate(VEHICLE, push(force, jumps=jumps), sample=1e-3)
             assert flight.attrs["step"] == 1e-3
+
+
+def test_the_step_of_a_run_hangs_on_no_other_run_of_its_batch() -> None:
+    """Neither by its neighbours' arms nor by their inputs."""
+    radii = np.array([1.0, 1.43, 0.5]) * VEHICLE.arm.radius
+
+    def forces(t: float) -> Any:
+        return [sine(hertz)(t) for hertz in (170.0, 3.0, 40.0)]
+
+    whole = ca.simulate(VEHICLE.replace({"arm.radius": radii}), push(forces), sample=2e-3)
+    for run, hertz in enumerate((170.0, 3.0, 40.0)):
+        one = VEHICLE.replace({"arm.radius": float(radii[run])})
+        alone = ca.simulate(one, push(sine(hertz)), sample=2e-3)
+        assert float(whole["step"][run]) == alone.attrs["step"]
+
+
+def test_a_simulation_follows_what_is_fast_only_later() -> None:
+    def late(t: float) -> list[float]:
+        return [200.0 * np.cos(2000.0 * np.pi * (t - 0.1)) if t >= 0.1 else 0.0, 0.0, 0.0]
+
+    simulation = ca.Simulation(VEHICLE, push(late, jumps=(0.1,)))
+    for _ in range(200):
+        simulation.step(np.zeros(8))
+    exact = ca.simulate(VEHICLE, push(late, jumps=(0.1,)), step=1e-5, sample=1e-3).tip_position
+    found = simulation.trajectory().tip_position
+    assert float(np.abs(found[-1] - exact[-1]).max()) < 1e-5

@@ -111,3 +111,21 @@ def test_the_reference_integrator_keeps_its_own_account() -> None:
         warnings.simplefilter("error")
         flight = ca.simulate(VEHICLE, released(0.2, 0.05), integrator="dop853", sample=0.05)
     assert np.isnan(float(flight.step_error))
+
+
+@pytest.mark.filterwarnings("ignore:step_error reaches")
+@pytest.mark.parametrize("ratio", [None, 1.0])
+def test_a_loop_far_from_its_target_that_a_control_period_does_not_resolve(
+    ratio: float | None,
+) -> None:
+    """Its law multiplies the errors of steps by hundreds."""
+    vehicle = VEHICLE if ratio is None else VEHICLE.replace({"arm.damping_ratio": ratio})
+    scenario = Scenario(
+        "far", [-0.1, 0.1, 2.1 + vehicle.arm.length, 0, 0, 0, 0.1, 0.5],
+        controller=ca.servoing(**ca.design(vehicle, bandwidth=4.0)),
+        target=ca.Target(ca.paths.letter("R", duration=10.0)), duration=3.0,
+    )  # fmt: skip
+    flight = ca.simulate(vehicle, scenario, sample=0.01)
+    assert flight.attrs["flown_again"] == 1
+    actual = error(vehicle, scenario, flight.attrs["step"])
+    assert actual / 5 < float(flight.step_error) < 5 * actual

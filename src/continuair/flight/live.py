@@ -73,7 +73,14 @@ class Simulation:
         if not (isinstance(step, str) and step == "auto"):
             check_divides(period, checked_step(step))
         self._flight = prepare(
-            vehicle, scenario, step=step, sample=period, duration=period, threads=1, stacklevel=3
+            vehicle,
+            scenario,
+            step=step,
+            sample=period,
+            duration=period,
+            threads=1,
+            horizon=scenario.duration,
+            stacklevel=3,
         )
         self._vehicle, self._scenario, self._model = vehicle, scenario, model
         self._engine, self._step = self._flight.engine(model), float(self._flight.steps[0])

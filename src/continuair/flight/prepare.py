@@ -164,11 +164,13 @@ def prepare(
     device: Any = "cpu",
     threads: Any = None,
     adaptive: bool = False,
+    horizon: float = 0.0,
     stacklevel: int = 2,
 ) -> Flight:
     """Check vehicle, scenario and choices, as `continuair.simulate` describes them, and join them.
 
-    adaptive: the integrator takes steps of its own. Raises InputError; warns of a step that is too
+    adaptive: the integrator takes steps of its own. horizon: until when inputs are probed, beyond
+    the duration [s]. Raises InputError; warns of a step that is too
     coarse, `stacklevel` frames up.
     """
     check_vehicle(vehicle)
@@ -184,13 +186,13 @@ def prepare(
     if asked is not None:
         check_same_runs(runs, {"step": len(asked)})
     fine = np.broadcast_to(automatic_step(coupled, q, qd, declared_rate(scenario)), runs)
+    probed = scenario, coupled.layout, max(duration, horizon)
     if asked is None and not adaptive:
-        longest = min(float(fine[np.isfinite(fine)].max()), sample)
-        fine = np.minimum(fine, following_step(scenario, coupled.layout, duration, longest))
+        fine = np.minimum(fine, following_step(*probed, sample))
     steps = steps_of(scenario, asked, fine, sample, None if adaptive else stacklevel + 1)
     check_steps(duration, min(float(steps.min()), sample))
     if not adaptive:
-        warn_of_blur(scenario, coupled.layout, duration, float(steps.max()), stacklevel + 1)
+        warn_of_blur(*probed, steps, stacklevel + 1)
     q, qd = (np.broadcast_to(rows, (runs, rows.shape[1])) for rows in (q, qd))
     start = Start(state_from_paper(q, qd), q[:, -1])
     period = scenario.control_period if scenario.controller is not None else None

@@ -25,6 +25,9 @@ _WINDOWS = 100
 _HALVINGS = 8
 """An automatic step is halved as often, at most, to follow inputs."""
 
+_COARSEST = 8
+"""The coarsest steps of a batch are looked at, where its runs take many."""
+
 _STAGES = np.array([0.0, 0.5, 1.0])
 # Between the stages, and not placed evenly, so that no sine is zero at both of them and at stages.
 _PROBES = np.array([0.211, 0.727])
@@ -34,61 +37,77 @@ _SPREAD = 0.6180339887498949
 
 @dataclass(frozen=True)
 class Blur:
-    """How far an input is off what the stages of a step show of it: a share, at a time [s]."""
+    """How far an input is off what the stages of steps show of it: shares (steps, runs or 1), at
+    times (steps,) [s]."""
 
     field: str
-    share: float
-    time: float
+    shares: Array
+    times: Array
 
 
-def following_step(scenario: Scenario, layout: Layout, duration: float, step: float) -> float:
-    """The step, halved until it follows the inputs; as it was if no half does [s]."""
+def following_step(scenario: Scenario, layout: Layout, duration: float, longest: float) -> Array:
+    """The longest step (runs or 1,) [s], of halves of the longest, that follows a run's inputs.
+
+    The longest itself where no half does. It depends on no other run of a batch.
+    """
+    found = np.full(1, np.nan)
     for halvings in range(_HALVINGS + 1):
-        if worst_blur(scenario, layout, duration, step / 2**halvings) is None:
-            return step / 2**halvings
-    return step
+        step = longest / 2**halvings
+        blurred = [each.shares.max(axis=0) for each in blurs(scenario, layout, duration, step)]
+        share = np.max(np.broadcast_arrays(*blurred), axis=0) if blurred else np.zeros(1)
+        found = np.array(np.broadcast_to(found, np.broadcast_shapes(found.shape, share.shape)))
+        found[np.isnan(found) & (share <= BLUR)] = step
+        if not np.isnan(found).any():
+            break
+    return np.where(np.isnan(found), longest, found)
 
 
 def warn_of_blur(
-    scenario: Scenario, layout: Layout, duration: float, step: float, stacklevel: int
+    scenario: Scenario, layout: Layout, duration: float, steps: Array, stacklevel: int
 ) -> None:
-    """Warn if steps of a length [s] do not follow the inputs."""
-    blur = worst_blur(scenario, layout, duration, step)
-    if blur is not None:
+    """Warn if a run's step (runs,) [s] does not follow its inputs."""
+    worst = None
+    for step in np.unique(steps)[-_COARSEST:]:
+        for blur in blurs(scenario, layout, duration, float(step)):
+            of = steps == step if blur.shares.shape[1] > 1 else slice(None)
+            shares = blur.shares[:, of].max(axis=1)
+            at = int(np.argmax(shares))
+            if shares[at] > max(BLUR, worst[0] if worst else 0.0):
+                worst = float(shares[at]), blur.field, float(step), float(blur.times[at])
+    if worst is not None:
+        share, field, step, time = worst
         warnings.warn(
-            f"{blur.field} changes within steps of {step:.3g} s: near t = {blur.time:.4g} s it is "
-            f"{100.0 * blur.share:.2g} % of its largest value off what the steps see of it; give a "
+            f"{field} changes within steps of {step:.3g} s: near t = {time:.4g} s it is "
+            f"{100.0 * share:.2g} % of its largest value off what the steps see of it; give a "
             "shorter step, or name the times at which it jumps in jumps.",
             ContinuairWarning,
             stacklevel=stacklevel,
         )
 
 
-def worst_blur(scenario: Scenario, layout: Layout, duration: float, step: float) -> Blur | None:
-    """The worst blur of more than BLUR in steps spread over the flight; of declared inputs none."""
+def blurs(scenario: Scenario, layout: Layout, duration: float, step: float) -> list[Blur]:
+    """The blur of every input that does not tell how fast it is, in steps spread over a flight."""
     width = min(step, duration)
     starts = (duration - width) * (_SPREAD * np.arange(1, _WINDOWS + 1) % 1.0)
     for jump in scenario.jumps:
         starts = starts[(jump < starts) | (starts + width < jump)]
-    worst: Blur | None = None
+    found = []
     for field in FIELDS:
         value = getattr(scenario, field)
         # An input that tells its fastest rate is resolved by the automatic step.
         if not callable(value) or hasattr(value, "fastest") or not len(starts):
             continue
         try:
-            share = _blur_of(field, value, field_width(field, layout), starts, width)
+            shares = _blur_of(field, value, field_width(field, layout), starts, width)
         except InputError:
             # The flight samples it in order, and tells where it fails first.
-            return None
-        at = int(np.argmax(share))
-        if share[at] > max(BLUR, worst.share if worst else 0.0):
-            worst = Blur(field, float(share[at]), float(starts[at] + width / 2.0))
-    return worst
+            return []
+        found.append(Blur(field, shares, starts + width / 2.0))
+    return found
 
 
 def _blur_of(field: str, value: Any, size: int, starts: Array, width: float) -> Array:
-    """Largest share (starts,) that an input is off the parabola through the stages of a step."""
+    """Share (starts, runs or 1) that an input is off the parabola through the stages of steps."""
     stages, probes = (
         evaluated(field, value, (starts[:, None] + width * at).ravel(), size)
         for at in (_STAGES, _PROBES)
@@ -98,5 +117,4 @@ def _blur_of(field: str, value: Any, size: int, starts: Array, width: float) -> 
     weights = np.stack([(2 * s - 1) * (s - 1), 4 * s * (1 - s), s * (2 * s - 1)], axis=-1)
     off = np.abs(probes - np.einsum("ps,nsrk->nprk", weights, stages)).max(axis=(1, 3))
     largest = np.maximum(*(np.abs(x).max(axis=(0, 1, 3)) for x in (stages, probes)))
-    share = np.divide(off, largest, out=np.zeros_like(off), where=largest > 0.0)
-    return np.asarray(share.max(axis=1))
+    return np.divide(off, largest, out=np.zeros_like(off), where=largest > 0.0)

@@ -125,7 +125,8 @@ class Recorder:
                 self._values[name] = np.empty(shape, self.dtype)
             self._values[name][at] = values
         self._status[at] = logs.status
-        self.step_error[at] = step_error(logs.errors)
+        law = self.flight.scenario.controller
+        self.step_error[at] = step_error(logs.errors, law is not None and law.looks)
         times = np.append(cohort.grid.starts, cohort.grid.samples[-1])
         self._end_time[at] = times[logs.last_step]
 
