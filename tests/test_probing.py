@@ -11,6 +11,7 @@ import continuair as ca
 from continuair.scenario.excitations import Wave
 
 VEHICLE = ca.load_vehicle("paper")
+unseen = pytest.mark.filterwarnings("ignore:.*jumps within a step")
 
 
 def push(force: Any, **fields: Any) -> ca.Scenario:
@@ -41,11 +42,13 @@ def test_a_wave_of_a_design_is_followed_too() -> None:
         assert float(np.abs(flight.tip_position - exact).max()) < 1e-6
 
 
+@unseen
 def test_a_step_that_does_not_follow_an_input_is_told_of() -> None:
     with pytest.warns(ca.ContinuairWarning, match="force changes within steps of 0.001 s"):
         ca.simulate(VEHICLE, push(sine(1000.0)), step=1e-3)
 
 
+@unseen
 def test_one_fast_run_of_a_batch_is_told_of() -> None:
     def forces(t: float) -> list[list[float]]:
         return [sine(hertz)(t) for hertz in (1.0, 1000.0)]
@@ -54,6 +57,7 @@ def test_one_fast_run_of_a_batch_is_told_of() -> None:
         ca.simulate(VEHICLE, push(forces), step=1e-3)
 
 
+@unseen
 def test_what_no_step_follows_is_told_of_at_an_automatic_step() -> None:
     rng = np.random.default_rng(1)
     with pytest.warns(ca.ContinuairWarning, match="force changes within steps"):
@@ -95,3 +99,16 @@ def test_a_simulation_follows_what_is_fast_only_later() -> None:
     exact = ca.simulate(VEHICLE, push(late, jumps=(0.1,)), step=1e-5, sample=1e-3).tip_position
     found = simulation.trajectory().tip_position
     assert float(np.abs(found[-1] - exact[-1]).max()) < 1e-5
+
+
+@pytest.mark.filterwarnings("ignore:.*changes within steps")
+@pytest.mark.parametrize("burst", [(0.05037, 0.15093), (0.05012, 0.05042)], ids=["gust", "blow"])
+def test_a_jump_that_is_not_declared_is_told_of(burst: tuple[float, float]) -> None:
+    def force(t: float) -> list[float]:
+        return [20.0 if burst[0] <= t < burst[1] else 0.0, 0.0, 20.0]
+
+    with pytest.warns(ca.ContinuairWarning, match=r"force jumps within a step near t = 0\.0?5"):
+        ca.simulate(VEHICLE, push(force), sample=1e-3, step=5e-4)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ca.ContinuairWarning)
+        ca.simulate(VEHICLE, push(force, jumps=burst), sample=1e-3, step=5e-4)

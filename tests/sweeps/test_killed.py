@@ -160,7 +160,8 @@ def cluster(
     worker += ["--local-directory", str(folder), "--host", "127.0.0.1"]
     processes = [scheduler]
     try:
-        wait_for(file.is_file)
+        # The scheduler makes its file before it writes it.
+        wait_for(lambda: file.is_file() and file.read_text().rstrip().endswith("}"))
         processes += [subprocess.Popen(worker, **quiet) for _ in range(2)]
         yield json.loads(file.read_text())["address"], scheduler, processes[1:]
     finally:

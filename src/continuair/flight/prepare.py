@@ -18,7 +18,7 @@ from continuair.engine.loop import Loop
 from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import check_view, loop_over
 from continuair.flight.inputs import groups_in_use, sample_inputs
-from continuair.flight.probing import following_step, warn_of_blur
+from continuair.flight.probing import following_step, warn_of_blur, warn_of_jumps
 from continuair.flight.resolution import unresolved
 from continuair.flight.steps import automatic_step, declared_rate, steps_of
 from continuair.flight.time_grid import (
@@ -82,7 +82,8 @@ class Flight:
 
     runs: how many; batched: whether results have a dimension for them. start: of all runs; steps:
     of each run (runs,) [s]; marks: times that steps end at. coupled: an engine of that model, which
-    others share what they can with. automatic: whether the steps may be made finer.
+    others share what they can with. automatic: whether the steps may be made finer;
+    adaptive: whether the integrator takes its own.
     """
 
     vehicle: Vehicle
@@ -96,6 +97,7 @@ class Flight:
     marks: Marks
     coupled: Engine
     automatic: bool
+    adaptive: bool
 
     @property
     def groups(self) -> int:
@@ -144,6 +146,8 @@ class Flight:
     def cohort(self, runs: Array, grid: Grid) -> Cohort:
         """Some runs over a time grid."""
         drive = self.drive(stage_times(grid), runs)
+        if not self.adaptive:
+            warn_of_jumps(drive, grid.starts, self.coupled.layout, stacklevel=2)
         closed = self.scenario.controller is not None
         loop = loop_over(self.vehicle, self.scenario, grid, self.runs) if closed else None
         return Cohort(self, runs, grid, drive, loop)
@@ -210,6 +214,7 @@ def prepare(
         marks,
         coupled,
         automatic=asked is None and not adaptive,
+        adaptive=adaptive,
     )
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from continuair.engine.engine import Drive
 from continuair.errors import ContinuairWarning, InputError
 from continuair.flight.inputs import evaluated, field_width
 from continuair.scenario.scenarios import Scenario
@@ -18,6 +19,10 @@ Array = np.ndarray
 BLUR = 0.01
 """Share of an input's largest value that it may be off the parabola through a step's stages: a sine
 reaches it at six steps per period, which RK4 follows to 4e-4."""
+
+JUMP = 0.3
+"""Share of an input's largest value that it may curve by within a step; one that is followed curves
+by a hundredth."""
 
 _WINDOWS = 100
 """Steps that are looked into."""
@@ -104,6 +109,27 @@ def blurs(scenario: Scenario, layout: Layout, duration: float, step: float) -> l
             return []
         found.append(Blur(field, shares, starts + width / 2.0))
     return found
+
+
+def warn_of_jumps(drive: Drive, starts: Array, layout: Layout, stacklevel: int) -> None:
+    """Warn if an input over time jumps within a step; starts: of the steps [s]."""
+    if not drive.timed:
+        return
+    stages = drive.table.reshape(len(starts), 3, *drive.table.shape[1:])
+    curved = np.abs(stages[:, 0] - 2.0 * stages[:, 1] + stages[:, 2])
+    for name, where in layout.of_input.items():
+        largest = np.abs(stages[..., where]).max(axis=(0, 1, 3))
+        most = curved[..., where].max(axis=2)
+        share = np.divide(most, largest, out=np.zeros_like(most), where=largest > 0.0).max(axis=1)
+        at = int(np.argmax(share))
+        if share[at] > JUMP:
+            warnings.warn(
+                f"{name} jumps within a step near t = {starts[at]:.3g} s, which costs the steps "
+                "their order; name the time of the jump in jumps, or smooth it.",
+                ContinuairWarning,
+                stacklevel=stacklevel,
+            )
+            return
 
 
 def _blur_of(field: str, value: Any, size: int, starts: Array, width: float) -> Array:
