@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tests.fuzz.domains import DOMAINS
 from tests.fuzz.extreme import extreme_flights
-from tests.fuzz.trial import OUTCOMES, REFUSED, USED, Tally, attempt_one
+from tests.fuzz.trial import OUTCOMES, Tally, attempt_many
 
 ALL = {**DOMAINS, "extreme flights": extreme_flights}
 _TRIES = {"extreme flights": 5}
@@ -41,7 +41,7 @@ def main() -> int:
             while time.monotonic() < begun + 60.0 * given.minutes:
                 for name, tally in tallies.items():
                     last = seed + _TRIES.get(name, _FEW)
-                    _try(name, tally, range(seed, last), Path(folder))
+                    attempt_many(ALL[name], range(seed, last), Path(folder), tally)
                 seed += _FEW
                 _progress(tallies)
         except KeyboardInterrupt:
@@ -55,14 +55,6 @@ def main() -> int:
         for seed, outcome, said in tally.found[:20]:
             print(f"\n{name}, seed {seed}: {outcome}\n{said}")
     return int(any(tally.found for tally in tallies.values()))
-
-
-def _try(name: str, tally: Tally, seeds: range, folder: Path) -> None:
-    for seed in seeds:
-        outcome, said = attempt_one(ALL[name], [seed], folder)
-        tally.counts[outcome] += 1
-        if outcome not in (USED, REFUSED):
-            tally.found.append((seed, outcome, said))
 
 
 def _progress(tallies: dict[str, Tally]) -> None:

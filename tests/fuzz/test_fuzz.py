@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.fuzz.domains import DOMAINS
-from tests.fuzz.trial import USED, attempt_many
+from tests.fuzz.trial import USED, Tally, attempt_many
 
 FEW = {"vehicles": 1500, "designs": 800, "gains": 2000, "recordings": 2000, "calls": 800,
        "changes": 2500}  # fmt: skip
@@ -13,7 +13,8 @@ FEW = {"vehicles": 1500, "designs": 800, "gains": 2000, "recordings": 2000, "cal
 
 
 def assert_clean(domain: str, seeds: range, folder: Path) -> None:
-    tally = attempt_many(DOMAINS[domain], seeds, folder)
+    tally = Tally()
+    attempt_many(DOMAINS[domain], seeds, folder, tally)
     assert tally.counts[USED] > 0, "no mutation is used: the tries say nothing"
     assert not tally.found, tally.found[0]
 

@@ -72,12 +72,10 @@ def _judged(said: str) -> tuple[str, str]:
     return REFUSED, said
 
 
-def attempt_many(attempt: Attempt, seeds: range, folder: Path) -> Tally:
-    """Try every seed."""
-    tally = Tally()
+def attempt_many(attempt: Attempt, seeds: range, folder: Path, tally: Tally) -> None:
+    """Try every seed, and count what becomes of it."""
     for seed in seeds:
         outcome, said = attempt_one(attempt, [seed], folder)
         tally.counts[outcome] += 1
         if outcome not in (USED, REFUSED):
             tally.found.append((seed, outcome, said))
-    return tally

@@ -18,7 +18,7 @@ from continuair.engine.loop import Loop
 from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import check_view, loop_over
 from continuair.flight.inputs import groups_in_use, sample_inputs
-from continuair.flight.probing import following_step, warn_of_blur, warn_of_jumps
+from continuair.flight.probing import Probe, warn_of_jumps
 from continuair.flight.resolution import unresolved
 from continuair.flight.steps import automatic_step, declared_rate, steps_of
 from continuair.flight.time_grid import (
@@ -121,19 +121,23 @@ class Flight:
             return one
         return Engine(self.vehicle, model, dtype, one.device, one.threads, beside=one)
 
-    def cohorts(self, chosen: Array | None = None) -> Iterator[Cohort]:
-        """The runs, or those that are chosen, in cohorts that share a time grid."""
+    def grids(self, chosen: Array | None = None) -> Iterator[tuple[Array, Grid]]:
+        """The runs, or those that are chosen, by the time grids that they share."""
         chosen = np.arange(self.runs) if chosen is None else chosen
         for at, grid in shared_grids(self.marks, self.steps[chosen]):
-            yield self.cohort(chosen[at], grid)
+            yield chosen[at], grid
+
+    def cohorts(self, chosen: Array | None = None) -> Iterator[Cohort]:
+        """The runs, or those that are chosen, in cohorts that share a time grid."""
+        for runs, grid in self.grids(chosen):
+            yield self.cohort(runs, grid)
 
     def parts(self, chosen: Array | None = None) -> Iterator[Cohort]:
         """As `cohorts`, but in parts whose inputs over time fit into memory."""
-        chosen = np.arange(self.runs) if chosen is None else chosen
-        for at, grid in shared_grids(self.marks, self.steps[chosen]):
+        for runs, grid in self.grids(chosen):
             size = self._runs_at_once(grid)
-            for first in range(0, len(at), size):
-                yield self.cohort(chosen[at[first : first + size]], grid)
+            for first in range(0, len(runs), size):
+                yield self.cohort(runs[first : first + size], grid)
 
     def _runs_at_once(self, grid: Grid) -> int:
         at_start, _ = sample_inputs(self.scenario, np.zeros(1), self.coupled.layout)
@@ -174,8 +178,7 @@ def prepare(
     """Check vehicle, scenario and choices, as `continuair.simulate` describes them, and join them.
 
     adaptive: the integrator takes steps of its own. horizon: until when inputs are probed, beyond
-    the duration [s]. Raises InputError; warns of a step that is too
-    coarse, `stacklevel` frames up.
+    the duration [s]. Raises InputError; warns of a step that is too coarse, `stacklevel` frames up.
     """
     check_vehicle(vehicle)
     check_scenario(scenario)
@@ -190,13 +193,13 @@ def prepare(
     if asked is not None:
         check_same_runs(runs, {"step": len(asked)})
     fine = np.broadcast_to(automatic_step(coupled, q, qd, declared_rate(scenario)), runs)
-    probed = scenario, coupled.layout, max(duration, horizon)
+    probe = Probe(scenario, coupled.layout, max(duration, horizon))
     if asked is None and not adaptive:
-        fine = np.minimum(fine, following_step(*probed, sample))
+        fine = np.minimum(fine, probe.following_step(sample))
     steps = steps_of(scenario, asked, fine, sample, None if adaptive else stacklevel + 1)
     check_steps(duration, min(float(steps.min()), sample))
     if not adaptive:
-        warn_of_blur(*probed, steps, stacklevel + 1)
+        probe.warn_of_blur(steps, stacklevel + 1)
     q, qd = (np.broadcast_to(rows, (runs, rows.shape[1])) for rows in (q, qd))
     start = Start(state_from_paper(q, qd), q[:, -1])
     period = scenario.control_period if scenario.controller is not None else None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -50,65 +50,75 @@ class Blur:
     times: Array
 
 
-def following_step(scenario: Scenario, layout: Layout, duration: float, longest: float) -> Array:
-    """The longest step (runs or 1,) [s], of halves of the longest, that follows a run's inputs.
+@dataclass(frozen=True, eq=False)
+class Probe:
+    """Looks into the inputs of a scenario over a time [s], at each step's length once."""
 
-    The longest itself where no half does. It depends on no other run of a batch.
-    """
-    found = np.full(1, np.nan)
-    for halvings in range(_HALVINGS + 1):
-        step = longest / 2**halvings
-        blurred = [each.shares.max(axis=0) for each in blurs(scenario, layout, duration, step)]
-        share = np.max(np.broadcast_arrays(*blurred), axis=0) if blurred else np.zeros(1)
-        found = np.array(np.broadcast_to(found, np.broadcast_shapes(found.shape, share.shape)))
-        found[np.isnan(found) & (share <= BLUR)] = step
-        if not np.isnan(found).any():
-            break
-    return np.where(np.isnan(found), longest, found)
+    scenario: Scenario
+    layout: Layout
+    duration: float
+    _known: dict[float, list[Blur]] = field(default_factory=dict)
 
+    def following_step(self, longest: float) -> Array:
+        """The longest step (runs or 1,) [s], of halves of the longest, that follows a run's inputs.
 
-def warn_of_blur(
-    scenario: Scenario, layout: Layout, duration: float, steps: Array, stacklevel: int
-) -> None:
-    """Warn if a run's step (runs,) [s] does not follow its inputs."""
-    worst = None
-    for step in np.unique(steps)[-_COARSEST:]:
-        for blur in blurs(scenario, layout, duration, float(step)):
-            of = steps == step if blur.shares.shape[1] > 1 else slice(None)
-            shares = blur.shares[:, of].max(axis=1)
-            at = int(np.argmax(shares))
-            if shares[at] > max(BLUR, worst[0] if worst else 0.0):
-                worst = float(shares[at]), blur.field, float(step), float(blur.times[at])
-    if worst is not None:
-        share, field, step, time = worst
-        warnings.warn(
-            f"{field} changes within steps of {step:.3g} s: near t = {time:.4g} s it is "
-            f"{100.0 * share:.2g} % of its largest value off what the steps see of it; give a "
-            "shorter step, or name the times at which it jumps in jumps.",
-            ContinuairWarning,
-            stacklevel=stacklevel,
-        )
+        The longest itself where no half does. It depends on no other run of a batch.
+        """
+        found = np.full(1, np.nan)
+        for halvings in range(_HALVINGS + 1):
+            step = longest / 2**halvings
+            blurred = [each.shares.max(axis=0) for each in self.blurs(step)]
+            share = np.max(np.broadcast_arrays(*blurred), axis=0) if blurred else np.zeros(1)
+            found = np.array(np.broadcast_to(found, np.broadcast_shapes(found.shape, share.shape)))
+            found[np.isnan(found) & (share <= BLUR)] = step
+            if not np.isnan(found).any():
+                break
+        return np.where(np.isnan(found), longest, found)
 
+    def warn_of_blur(self, steps: Array, stacklevel: int) -> None:
+        """Warn if a run's step (runs,) [s] does not follow its inputs."""
+        worst = None
+        for step in np.unique(steps)[-_COARSEST:]:
+            for blur in self.blurs(float(step)):
+                of = steps == step if blur.shares.shape[1] > 1 else slice(None)
+                shares = blur.shares[:, of].max(axis=1)
+                at = int(np.argmax(shares))
+                if shares[at] > max(BLUR, worst[0] if worst else 0.0):
+                    worst = float(shares[at]), blur.field, float(step), float(blur.times[at])
+        if worst is not None:
+            share, name, step, time = worst
+            warnings.warn(
+                f"{name} changes within steps of {step:.3g} s: near t = {time:.4g} s it is "
+                f"{100.0 * share:.2g} % of its largest value off what the steps see of it; give a "
+                "shorter step, or name the times at which it jumps in jumps.",
+                ContinuairWarning,
+                stacklevel=stacklevel,
+            )
 
-def blurs(scenario: Scenario, layout: Layout, duration: float, step: float) -> list[Blur]:
-    """The blur of every input that does not tell how fast it is, in steps spread over a flight."""
-    width = min(step, duration)
-    starts = (duration - width) * (_SPREAD * np.arange(1, _WINDOWS + 1) % 1.0)
-    for jump in scenario.jumps:
-        starts = starts[(jump < starts) | (starts + width < jump)]
-    found = []
-    for field in FIELDS:
-        value = getattr(scenario, field)
-        # An input that tells its fastest rate is resolved by the automatic step.
-        if not callable(value) or hasattr(value, "fastest") or not len(starts):
-            continue
-        try:
-            shares = _blur_of(field, value, field_width(field, layout), starts, width)
-        except InputError:
-            # The flight samples it in order, and tells where it fails first.
-            return []
-        found.append(Blur(field, shares, starts + width / 2.0))
-    return found
+    def blurs(self, step: float) -> list[Blur]:
+        """The blur of every input that does not tell how fast it is, in steps spread over time."""
+        if step not in self._known:
+            self._known[step] = self._looked(step)
+        return self._known[step]
+
+    def _looked(self, step: float) -> list[Blur]:
+        width = min(step, self.duration)
+        starts = (self.duration - width) * (_SPREAD * np.arange(1, _WINDOWS + 1) % 1.0)
+        for jump in self.scenario.jumps:
+            starts = starts[(jump < starts) | (starts + width < jump)]
+        found = []
+        for name in FIELDS:
+            value = getattr(self.scenario, name)
+            # An input that tells its fastest rate is resolved by the automatic step.
+            if not callable(value) or hasattr(value, "fastest") or not len(starts):
+                continue
+            try:
+                shares = _blur_of(name, value, field_width(name, self.layout), starts, width)
+            except InputError:
+                # The flight samples it in order, and tells where it fails first.
+                return []
+            found.append(Blur(name, shares, starts + width / 2.0))
+        return found
 
 
 def warn_of_jumps(drive: Drive, starts: Array, layout: Layout, stacklevel: int) -> None:
@@ -132,10 +142,10 @@ def warn_of_jumps(drive: Drive, starts: Array, layout: Layout, stacklevel: int) 
             return
 
 
-def _blur_of(field: str, value: Any, size: int, starts: Array, width: float) -> Array:
+def _blur_of(name: str, value: Any, size: int, starts: Array, width: float) -> Array:
     """Share (starts, runs or 1) that an input is off the parabola through the stages of steps."""
     stages, probes = (
-        evaluated(field, value, (starts[:, None] + width * at).ravel(), size)
+        evaluated(name, value, (starts[:, None] + width * at).ravel(), size)
         for at in (_STAGES, _PROBES)
     )
     stages, probes = (x.reshape(len(starts), -1, *x.shape[1:]) for x in (stages, probes))

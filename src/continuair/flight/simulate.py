@@ -104,9 +104,8 @@ def fly(
 def error_by_halving(flight: Flight, model: str, runs: Array) -> Array:
     """step_error (runs,) of half the step: of RK4, a fifteenth of what halving changes."""
     finer, length = flight.halved(runs), per_run(flight.vehicle.arm.length, flight.runs)
-    most = max(1, int(_CHUNK_NUMBERS / (len(flight.marks.samples) * _NUMBERS_PER_SAMPLE)))
     found = []
-    for part in np.array_split(runs, -(-len(runs) // most)):
+    for part in np.array_split(runs, -(-len(runs) // _most_runs(flight.marks.samples))):
         tips = [
             fly(each, model, ("tip_position",), part)["tip_position"]
             .to_numpy()
@@ -147,9 +146,14 @@ def _fly_adaptive(flight: Flight, model: str, names: tuple[str, ...], tolerance:
 
 def _parts(cohort: Cohort) -> Iterator[Cohort]:
     """The cohort in parts whose logs fit into memory."""
-    size = max(1, int(_CHUNK_NUMBERS / (len(cohort.grid.samples) * _NUMBERS_PER_SAMPLE)))
+    size = _most_runs(cohort.grid.samples)
     for first in range(0, len(cohort.runs), size):
         yield cohort.part(slice(first, first + size))
+
+
+def _most_runs(samples: Array) -> int:
+    """How many runs of some samples are logged at once."""
+    return max(1, int(_CHUNK_NUMBERS / (len(samples) * _NUMBERS_PER_SAMPLE)))
 
 
 def _checked_integrator(scenario: Any, integrator: Any, tolerance: Any, dtype: Any) -> bool:

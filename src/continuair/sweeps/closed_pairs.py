@@ -10,7 +10,6 @@ import xarray as xr
 from continuair.analysis.metrics import differences, feature_rms, norm_difference
 from continuair.flight.prepare import Flight
 from continuair.flight.simulate import fly
-from continuair.flight.time_grid import shared_grids
 from continuair.vehicle.layout import DEVIATIONS
 
 Array = np.ndarray
@@ -48,14 +47,12 @@ def track(
     flight: Flight, models: tuple[str, ...], settle: float, chosen: Array | None = None
 ) -> Reduced:
     """Fly each model's closed loop, the runs or those chosen in blocks that fit into memory."""
-    chosen = np.arange(flight.runs) if chosen is None else chosen
     kind = flight.coupled.device.split(":")[0]
     most = _BLOCK_BYTES[kind] / (_BYTES_PER_SAMPLE * len(flight.marks.samples))
     size = max(1, int(most))
     names = ("tip_position", "tip_attitude") + ("feature_error",) * bool(flight.scenario.targets)
     parts, order = [], []
-    for at, _ in shared_grids(flight.marks, flight.steps[chosen]):
-        same = chosen[at]
+    for same, _ in flight.grids(chosen):
         for runs in (same[first : first + size] for first in range(0, len(same), size)):
             flights = [_with_runs(fly(flight, model, names, runs=runs)) for model in models]
             parts.append(reduced(flights, settle))
