@@ -164,7 +164,7 @@ def test_the_shipped_atlas_is_of_the_size_that_it_claims_and_small() -> None:
     summary = load()
     assert summary.attrs["runs"] >= 100_000 and summary.attrs["closed_loop_runs"] >= 2_000
     assert int(summary["count"].sum()) > 0.9 * summary.attrs["runs"]
-    assert (summary["step_error"] < 0.01).all()
+    assert (summary["halving_error"] < 0.01).all()
     shipped = Path(figures.__file__).parents[1] / "studies" / "atlas" / "atlas.npz"
     assert shipped.stat().st_size < 300_000
 

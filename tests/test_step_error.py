@@ -129,3 +129,25 @@ def test_a_loop_far_from_its_target_that_a_control_period_does_not_resolve(
     assert flight.attrs["flown_again"] == 1
     actual = error(vehicle, scenario, flight.attrs["step"])
     assert actual / 5 < float(flight.step_error) < 5 * actual
+
+
+def under_polar_torque(direction: float, offset: float) -> Scenario:
+    """The arm swings through straight, or past it at about an offset [1/m], under a torque on κ."""
+    rate = VEHICLE.arm.clamped_frequency
+    q = [0, 0, 0, 0, 0, 0, 0.3, direction]
+    push = 0.05 * VEHICLE.arm.bending_stiffness
+    return Scenario(
+        "past straight", q, [0, 0, 0, 0, 0, 0, 0, rate * offset / 0.3], gravity=0.0, duration=0.2,
+        tau=lambda t: [0, 0, 0, 0, 0, 0, push * np.sin(0.3 * rate * t + 0.5), 0],
+    )  # fmt: skip
+
+
+def test_polar_torques_past_a_straight_arm_are_told_of_where_they_hang_on_the_step() -> None:
+    """In a plane κ changes its sign at any step; beside it, by whether a step sees the turn."""
+    straight, beside = (under_polar_torque(0.7, offset) for offset in (0.0, 1e-2))
+    assert error(VEHICLE, straight, 1e-3) < 1e-3
+    assert float(ca.simulate(VEHICLE, straight, step=1e-3, sample=0.01).step_error) < 1e-3
+    with pytest.warns(ca.ContinuairWarning, match="step_error reaches"):
+        flight = ca.simulate(VEHICLE, beside, step=1e-3, sample=0.01)
+        assert error(VEHICLE, beside, 1e-3) > 1e-3
+    assert float(flight.step_error) > 1e-2

@@ -79,3 +79,17 @@ def test_runs_of_a_noisy_batch_have_noise_of_their_own_and_the_seed_repeats_it()
     assert np.abs(first[1] - first[2]).max() > 1e-3
     np.testing.assert_array_equal(first, commands(seed=1))
     assert np.abs(first - commands(seed=2)).max() > 1e-3
+
+
+def test_a_run_with_a_seed_of_its_own_has_the_same_noise_in_any_batch() -> None:
+    starts, seeds = np.tile(flights.start(), (3, 1)), [7, 11, 2**62]
+
+    def commands(q: np.ndarray, seed: object) -> np.ndarray:
+        scenario = flights.scenario(flights.designed(1.0), 0.05, q=q, seed=seed)
+        return np.asarray(fly(NOISY, scenario).command)
+
+    batch = commands(starts, seeds)
+    for run, seed in enumerate(seeds):
+        np.testing.assert_array_equal(commands(starts[run : run + 1], [seed])[0], batch[run])
+    with pytest.raises(ca.InputError, match="scenario.seed holds 2 runs"):
+        commands(starts, seeds[:2])

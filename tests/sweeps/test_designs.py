@@ -83,6 +83,7 @@ def test_excitations_that_differ_from_run_to_run_are_flown() -> None:
             assert found[i, j, k] == pytest.approx(rmse(vehicle, scenario), rel=1e-11)
 
 
+@pytest.mark.filterwarnings("ignore:step_error reaches")
 def test_tests_of_the_paper_are_a_dimension() -> None:
     design = xr.Dataset({"scenario.test": ("test", list("ABCD"))})
     found = results(design)["rmse_t_m"].sel(model="decoupled").values
@@ -231,3 +232,22 @@ def test_the_example_flies(tmp_path: Path) -> None:
     # The arm's reaction moves a heavy UAV less than a light one.
     error = found["angle_rad"].sel(model="decoupled").median("sample")
     assert error.isel(mass=-1, drop=True) < error.isel(mass=0, drop=True)
+
+
+def test_the_noise_of_a_run_does_not_hang_on_its_unit() -> None:
+    design = load_design(
+        xr.Dataset(
+            {"vehicle.uav.mass": ("mass", [2.0, 2.0, 2.5]), "vehicle.camera.noise": 0.5},
+            attrs={
+                "controller": {},
+                "target": {"duration": 50.0},
+                "scenario": {"duration": 0.3},
+            },
+        )
+    )
+    runs = np.arange(3)
+    whole = compute(design, runs, "cpu", None)
+    apart = np.concatenate([compute(design, runs[run : run + 1], "cpu", None) for run in runs])
+    np.testing.assert_array_equal(apart, whole)
+    at = quantities(design).index("rms_px")
+    assert whole[0, 0, at] != whole[1, 0, at], "equal vehicles have noise of their own"

@@ -20,6 +20,7 @@ def some_vehicles(runs: int) -> ca.Vehicle:
     return ca.load_vehicle("paper").replace({"arm.radius": radii, "uav.mass": masses})
 
 
+@pytest.mark.filterwarnings("ignore:step_error reaches")
 @pytest.mark.parametrize("test", "ABCD")
 def test_metrics_are_those_of_compare(test: str) -> None:
     vehicle, scenario = some_vehicles(12), ca.open_loop_test(test)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -23,9 +24,15 @@ def loop_over(vehicle: Vehicle, scenario: Scenario, grid: Grid, runs: int) -> Lo
     assert scenario.controller is not None
     timing = _timing(vehicle, scenario, grid)
     scene = _scene(scenario, grid, timing.every_stage) if scenario.targets else None
-    # One stream of noise per run, whatever the batch is split into.
-    seeds = np.random.SeedSequence(scenario.seed).generate_state(runs).view(np.int32)
-    return Loop(scenario.controller, timing, scene, seeds)
+    return Loop(scenario.controller, timing, scene, _seeds(scenario.seed, runs))
+
+
+def _seeds(given: int | Sequence[int], runs: int) -> Array:
+    """One stream of noise per run, whatever the batch is split into."""
+    if isinstance(given, int):
+        return np.random.SeedSequence(given).generate_state(runs).view(np.int32)
+    own = [np.random.SeedSequence(seed).generate_state(1)[0] for seed in given]
+    return np.broadcast_to(np.array(own, np.uint32).view(np.int32), runs)
 
 
 def motion_of(scenario: Scenario, times: Array) -> Array:

@@ -250,13 +250,15 @@ def _times(scenario: Scenario, duration: Any, sample: Any) -> tuple[float, float
 def _runs(vehicle: Vehicle, scenario: Scenario, engine: Engine) -> tuple[int, bool]:
     """The number of runs of a batch, all parts of which agree on it, and whether it is one."""
     width = sample_inputs(scenario, np.zeros(1), engine.layout)[0].shape[1]
-    controller, listed = scenario.controller, isinstance(scenario.target, (list, tuple))
+    controller, seed = scenario.controller, scenario.seed
+    listed = isinstance(scenario.target, (list, tuple))
     sizes: Mapping[str, int | None] = {
         "vehicle": vehicle.runs,
         "scenario.q": _rows(scenario.q),
         "scenario.qd": _rows(scenario.qd),
         "scenario.controller": controller.runs if controller is not None else None,
         "scenario.target": len(scenario.targets) if listed else None,
+        "scenario.seed": len(seed) if isinstance(seed, tuple) else None,
         "the scenario's inputs": width if width > 1 else None,
     }
     runs = max(size or 1 for size in sizes.values())

@@ -13,6 +13,7 @@ from continuair.kernels.options import OPTIONS
 from continuair.kernels.sensing.pilot import PilotCode
 from continuair.kernels.step import OK, UNSEEN, step_code, stepping_code
 from continuair.kernels.types import device_types, holding
+from continuair.vehicle.layout import PAPER
 
 MEASURED_EVERY = 4
 """One step of so many is measured, for all of them: what they leave out changes slowly."""
@@ -59,8 +60,8 @@ def rollout_kernel(
     """The kernel `rollout` of a model under a pilot; log_row: of kernels/logs.py.
 
     log: (runs, samples, columns). status, last_step: (runs,), how a run ended and at which step.
-    errors: (runs, 2), the sum of what its steps leave out, in arm lengths, and its swing, the
-    integral of |k| |k̇| l² over time.
+    errors: (runs, 2), in arm lengths the sum of what its steps leave out and the most that
+    torques may have gone the wrong way, and its swing, the integral of |k| |k̇| l² over time.
     """
     types, structs = device_types(precision, sections), flight_code(precision, sections)
     stepping, begins = stepping_code(precision, sections), arguments(precision)
@@ -73,6 +74,7 @@ def rollout_kernel(
     bend_of, bend_rate_of = types.bend_of, types.bend_rate_of
     one_of, few = MEASURED_EVERY, FEW_STEPS
     ok, unseen, full = OK, UNSEEN, section_code(precision, sections).full
+    paper, misdirected = PAPER, dynamics.loads.misdirected
 
     @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
     def rollout(
@@ -102,6 +104,7 @@ def rollout_kernel(
         if count < few:
             every = wp.int32(1)
         error = Real(0.0)
+        doubt = Real(0.0)
         swing = Real(0.0)
         for i in range(count):
             decision = decide(i, steps.starts[i], y, branch.direction, flight, pilot, push)
@@ -118,10 +121,14 @@ def rollout_kernel(
             if measured:
                 stands_for = Real(wp.min(every, count - i))
                 swing += stands_for * h * wp.length(bend_of(y)) * wp.length(bend_rate_of(y))
+            begun = y
             y, left_out = step(
                 i, steps.starts[i], h, y, branch.direction, flight, pilot, push, measured
             )
             error += stands_for * left_out
+            if (flight.groups & paper) != 0:
+                wrong_way = misdirected(begun, y, branch.direction, flight, i * flight.stride)
+                doubt = wp.max(doubt, wrong_way)
             ended = end_of(y)
             due = -1
             if ended != ok:
@@ -139,7 +146,7 @@ def rollout_kernel(
         if not wp.isfinite(error + swing):
             error = Real(wp.inf)
             swing = Real(0.0)
-        errors[run, 0] = error
+        errors[run, 0] = error + doubt
         errors[run, 1] = swing * full * full
 
     return rollout

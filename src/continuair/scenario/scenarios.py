@@ -120,8 +120,8 @@ class Scenario:
     target: Target | Sequence[Target] | None = None
     """what the camera looks at: a Target, or one per run with as many points"""
 
-    seed: int = 0
-    """seed of the camera's noise"""
+    seed: int | Sequence[int] = 0
+    """seed of the camera's noise, one for all runs or one per run"""
 
     def __post_init__(self) -> None:
         if not is_title(self.name):
@@ -136,7 +136,7 @@ class Scenario:
         checked["duration"] = checks.positive("duration", self.duration, " [s]")
         checked["jumps"] = _jumps(self.jumps, checked["duration"])
         checked["gravity"] = checks.gravity(self.gravity)
-        checked["seed"] = checks.whole("seed", self.seed, 0, _LARGEST_SEED)
+        checked["seed"] = _checked_seed(self.seed)
         if self.control_period is not None:
             otherwise = " [s], or None to evaluate the controller at every stage"
             period = checks.positive("control_period", self.control_period, otherwise)
@@ -248,6 +248,12 @@ def _jumps(value: Any, duration: float) -> tuple[float, ...]:
         )
         raise InputError(f"{problem}; leave out those at the start or the end.")
     return tuple(np.unique(array).tolist())
+
+
+def _checked_seed(given: Any) -> int | tuple[int, ...]:
+    if isinstance(given, (list, tuple, np.ndarray)) and len(np.atleast_1d(given)):
+        return tuple(checks.whole("seed", each, 0, _LARGEST_SEED) for each in given)
+    return checks.whole("seed", given, 0, _LARGEST_SEED)
 
 
 def _checked_targets(given: Any) -> Target | tuple[Target, ...]:

@@ -63,7 +63,7 @@ def assemble(design: Design, rows: dict[str, Array]) -> tuple[Vehicle, Scenario]
     if design.base.target is None:
         return vehicle, _open_loop(vehicle, fields["scenario"])
     count = len(next(iter(rows.values()), np.zeros(1)))
-    return vehicle, _closed_loop(vehicle, fields, count, design.base.seed)
+    return vehicle, _closed_loop(vehicle, fields, count)
 
 
 def _parts(design: Design, group: Array, rows: dict[str, Array]) -> list[Array]:
@@ -133,9 +133,7 @@ def _scenario(fields: dict[str, Any], state: dict[str, Any], **rest: Any) -> Sce
     return Scenario("sweep", q, qd, **options, **rest)
 
 
-def _closed_loop(
-    vehicle: Vehicle, fields: dict[str, dict[str, Any]], runs: int, seed: int
-) -> Scenario:
+def _closed_loop(vehicle: Vehicle, fields: dict[str, dict[str, Any]], runs: int) -> Scenario:
     scenario = fields["scenario"]
     targets = [_target(one) for one in _each(fields["target"], runs)]
     start = np.array([target.path(0.0)[0][0] for target in targets])
@@ -154,7 +152,6 @@ def _closed_loop(
         **_inputs(vehicle, scenario),
         controller=stack(controllers),
         target=targets,
-        seed=seed,
     )
 
 

@@ -87,10 +87,15 @@ def _check_whole(design: Design, vehicle: Vehicle, scenario: Scenario, device: s
 def _computed(design: Design, runs: Array, device: str, threads: int | None) -> Array:
     block = np.full((len(runs), len(design.models), len(quantities(design))), np.nan)
     for at, vehicle, scenario in batches(design, runs):
-        # Camera noise differs from unit to unit.
-        seed = np.random.SeedSequence([scenario.seed, int(runs[at[0]])]).generate_state(1)[0]
-        block[at] = _fly(design, vehicle, scenario.replace(seed=int(seed)), device, threads)
+        scenario = scenario.replace(seed=_seeds(design.base.seed, runs[at]))
+        block[at] = _fly(design, vehicle, scenario, device, threads)
     return block
+
+
+def _seeds(seed: int, runs: Array) -> list[int]:
+    """Camera noise of every run, whatever unit it is in."""
+    each = [np.random.SeedSequence([seed, int(run)]).generate_state(1)[0] for run in runs]
+    return [int(one) for one in each]
 
 
 def _fly(

@@ -15,11 +15,13 @@ from continuair.vehicle.layout import PAPER, TIP
 
 @dataclass(frozen=True)
 class ActingCode:
-    """Load, a struct, and what acts: otherwise than at the tip, and in all."""
+    """Load, a struct, and what acts: otherwise than at the tip, and in all; and misdirected, of
+    forces/inputs.py."""
 
     Load: Any
     load_on_uav: Any
     load_of: Any
+    misdirected: Any
 
 
 @cache
@@ -30,6 +32,7 @@ def acting_code(precision: str, sections: int, frozen_arm: bool) -> ActingCode:
     Flight, Load, plus = flight_code(precision, sections).Flight, loads.Load, loads.plus
     inputs = input_code(precision, sections, frozen_arm)
     push_load, paper_load, tip_load = inputs.push_load, inputs.paper_load, inputs.tip_load
+    misdirected = inputs.misdirected
 
     @wp.func
     def load_on_uav(y: State, branch: vec2, flight: Flight, row: int, command: Push):

@@ -15,11 +15,13 @@ from continuair.vehicle.layout import COMMAND
 
 @dataclass(frozen=True)
 class InputCode:
-    """Loads of the inputs and a push on the vehicle, of the paper's torques, and on the tip."""
+    """Loads of the inputs and a push on the vehicle, of the paper's torques, and on the tip;
+    misdirected, what the polar ones of a step may do that passes through straight."""
 
     push_load: Any
     paper_load: Any
     tip_load: Any
+    misdirected: Any
 
 
 @cache
@@ -35,7 +37,9 @@ def input_code(precision: str, sections: int, frozen_arm: bool) -> InputCode:
     pushes = layout.push.stop
     euler, polar = layout.of_input["euler_torque"].start, layout.of_input["polar_torque"].start
     tip_force, tip_moment = layout.tip_wrench.start, layout.tip_wrench.start + 3
-    zero, one = Real(0.0), Real(1.0)
+    zero, one, full = Real(0.0), Real(1.0), section.full
+    # The bend's turn in a step that counts as followed, and the sine of one that is in a plane.
+    clear, planar = Real(0.5), Real(1e-6)
 
     @wp.func
     def euler_torque_to_body(q: quat, torque: vec3):
@@ -95,6 +99,24 @@ def input_code(precision: str, sections: int, frozen_arm: bool) -> InputCode:
         around = unit * flight.inputs[row, flight.column, polar + 1]
         out.bend = polar_to_bend(bend_of(y), branch, flight.plant.threshold, along, around) / unit
         return out
+
+    @wp.func
+    def misdirected(y: State, end: State, branch: vec2, flight: Flight, row: int):
+        """How far the polar torques may move the tip the wrong way [arm lengths], from a step.
+
+        From y to the end of the step the bend turns so far, beside straight, that another step
+        would take the other side and with it the other sign of κ: the torques would point the
+        other way. Twice what they bend the arm by at rest, whose tip moves by half the angle; at
+        most an arm length.
+        """
+        b = bend_of(end)
+        size = wp.length(b)
+        cosine = wp.dot(b, branch)
+        aside = wp.abs(branch[0] * b[1] - branch[1] * b[0])
+        if cosine > clear * size or (cosine < zero and aside <= planar * size):
+            return zero
+        pushed = paper_load(y, branch, flight, row).bend
+        return wp.min(one, full * wp.length(pushed) / flight.plant.stiffness)
 
     @wp.func
     def tip_load(y: State, flight: Flight, row: int):

@@ -50,7 +50,7 @@ def _by_excitation(
 def _errors(one: xr.Dataset) -> list[str]:
     one = one.sel(model="decoupled")
     spreads = (one[f"{error}_spread"].to_numpy()[1:] for error in ("nrmse", "error", "angle"))
-    lost, steps, by_map = one["lost"], one["step_error"], one["by_map"].sel(error="angle")
+    lost, steps, by_map = one["lost"], one["halving_error"], one["by_map"].sel(error="angle")
     shares = [percent(float(lost)), number(float(steps)), percent(float(by_map))]
     return [_pair(*spread) for spread in spreads] + shares
 

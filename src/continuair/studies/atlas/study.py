@@ -46,7 +46,7 @@ def atlas(runs: int = RUNS, seed: int = 0, *, progress: Progress | None = None) 
         flights[name] = fly(name, groups, told)
         parts.append(
             xr.Dataset(
-                {**_attributed(name, attributed, seed), "step_error": _step_error(name, groups)}
+                {**_attributed(name, attributed, seed), "halving_error": _halving_error(name, groups)}
             )
         )
     closed = fly_loops(sample_loops(loops, seed), progress)
@@ -81,7 +81,7 @@ def _attributed(name: str, runs: int, seed: int) -> dict[str, Any]:
     }
 
 
-def _step_error(name: str, groups: dict[str, Any]) -> float:
+def _halving_error(name: str, groups: dict[str, Any]) -> float:
     """Largest relative change of a decoupled model's error, for 9 of 10 flights, at half a step."""
     some = {group: values[:_HALVED] for group, values in groups.items()}
     vehicle = vehicle_of(some)
