@@ -69,7 +69,6 @@ def run_sensitivity(vehicle: str, hertz: bool, out: str | None) -> Sensitivity:
 
 def _show(study: Sensitivity) -> None:
     """Show errors and verdicts on standard error: standard output is for the JSON alone."""
-    from continuair.studies.sensitivity.claims import NO_CLAIM
     from continuair.studies.sensitivity.report import COLUMNS, remarks, rows
     from continuair.studies.tables import number
 
@@ -85,6 +84,5 @@ def _show(study: Sensitivity) -> None:
     for line in remarks(study.results):
         typer.echo(line, err=True)
     for claim in study.results["claims"]:
-        if claim["verdict"] != NO_CLAIM:
-            typer.echo(f"\n{claim['about']}: “{claim['sentence']}”", err=True)
-            typer.echo(f"  {claim['verdict']}: {claim['evidence']}.", err=True)
+        typer.echo(f"\n{claim['id']}, {claim['about']}: “{claim['quote']}”", err=True)
+        typer.echo(f"  {claim['verdict']}: {claim['evidence']}.", err=True)

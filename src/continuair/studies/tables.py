@@ -25,9 +25,13 @@ def as_csv(rows: Iterable[Mapping[str, Any]]) -> str:
 def as_markdown(
     headings: Sequence[str], rows: Iterable[Sequence[str]], words: Collection[str]
 ) -> list[str]:
-    """Return the lines of a table; words: headings of columns that hold words, not numbers."""
+    """Return the lines of a table; words: headings of columns that hold words, not numbers.
+
+    A bar in a cell, such as those of a norm, does not end it.
+    """
     rule = "".join("---|" if heading in words else "---:|" for heading in headings)
-    lines = [f"| {' | '.join(cells)} |" for cells in (headings, *rows)]
+    whole = ([cell.replace("|", "\\|") for cell in cells] for cells in (headings, *rows))
+    lines = [f"| {' | '.join(cells)} |" for cells in whole]
     return [lines[0], f"|{rule}", *lines[1:]]
 
 

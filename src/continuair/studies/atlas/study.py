@@ -46,7 +46,10 @@ def atlas(runs: int = RUNS, seed: int = 0, *, progress: Progress | None = None) 
         flights[name] = fly(name, groups, told)
         parts.append(
             xr.Dataset(
-                {**_attributed(name, attributed, seed), "halving_error": _halving_error(name, groups)}
+                {
+                    **_attributed(name, attributed, seed),
+                    "halving_error": _halving_error(name, groups),
+                }
             )
         )
     closed = fly_loops(sample_loops(loops, seed), progress)

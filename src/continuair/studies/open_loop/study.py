@@ -24,6 +24,7 @@ from continuair.analysis.convergence import (
     step_of,
 )
 from continuair.analysis.metrics import differences
+from continuair.flight.resolution import steps_told_of
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import MODELS, REFERENCE
 from continuair.progress import Progress, Steps
@@ -116,7 +117,8 @@ class _Flights:
         flown = {}
         for model in self.models:
             self._steps.begin(f"{scenario.name}, {note}, {model}")
-            flown[model] = simulate(vehicle, scenario, model=model, sample=SAMPLE, **policy)
+            with steps_told_of():
+                flown[model] = simulate(vehicle, scenario, model=model, sample=SAMPLE, **policy)
         return flown
 
 

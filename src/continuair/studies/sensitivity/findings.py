@@ -7,7 +7,6 @@ correlation over many values between them, because a few values may show a trend
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,8 +14,7 @@ from scipy.stats import spearmanr
 
 from continuair.kernels.dynamics import PLANTS
 from continuair.studies.sensitivity.task import PARAMETERS
-
-REPRODUCED, NOT_REPRODUCED, UNDECIDED = "reproduced", "not reproduced", "cannot be decided"
+from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED, UNDECIDED, Judgement
 
 STRONG, WEAK = 0.5, 0.2
 """A rank correlation in the claimed sense supports it from STRONG on, and does not up to WEAK."""
@@ -25,16 +23,8 @@ TIE = 0.01
 """Values that differ by less than this share count as equal."""
 
 
-@dataclass(frozen=True)
-class Finding:
-    """A verdict and the numbers behind it, in words."""
-
-    verdict: str
-    evidence: str
-
-
-Check = Callable[[dict[str, Any]], Finding]
-"""From the results' sweeps to a finding; KeyError where a sweep was not flown."""
+Check = Callable[[dict[str, Any]], Judgement]
+"""From the results' sweeps to a judgement; KeyError where a sweep was not flown."""
 
 
 def trend(sweep: str, measure: str, sense: int) -> Check:
@@ -43,7 +33,7 @@ def trend(sweep: str, measure: str, sense: int) -> Check:
     measure: of MEASURES, a column of a row, or "error", the horizontal RMSE of the tip, decoupled.
     """
 
-    def check(sweeps: dict[str, Any]) -> Finding:
+    def check(sweeps: dict[str, Any]) -> Judgement:
         few = column(sweeps[sweep]["rows"], measure)
         rho = correlation(sweeps, sweep, measure)
         pairs = zip(few, few[1:], strict=False)
@@ -56,7 +46,9 @@ def trend(sweep: str, measure: str, sense: int) -> Check:
             f"{NAMES[measure]} {listed(few)} {UNITS[measure]} at {', '.join(labels)}; "
             f"rank correlation {rho:+.2f} over {many} values"
         )
-        return Finding(_trend_verdict(sweeps[sweep], holds, sense * rho), evidence)
+        numbers = {_name(measure, label): x for label, x in zip(labels, few, strict=True)}
+        numbers[f"rank correlation of the {NAMES[measure]}"] = rho
+        return Judgement(_trend_verdict(sweeps[sweep], holds, sense * rho), evidence, numbers)
 
     return check
 
@@ -72,7 +64,7 @@ def _trend_verdict(sweep: dict[str, Any], holds: bool, rho: float) -> str:
 def largest_at_the_end(sweep: str) -> Check:
     """Return the check that the error is largest at the largest value."""
 
-    def check(sweeps: dict[str, Any]) -> Finding:
+    def check(sweeps: dict[str, Any]) -> Judgement:
         rows = sweeps[sweep]["rows"]
         few = column(rows, "error")
         between = sweeps[sweep]["between"]
@@ -84,7 +76,9 @@ def largest_at_the_end(sweep: str) -> Check:
             f"error {listed(few)} m, the largest at {where}; over {len(many)} values the largest, "
             f"{max(many):.3g} m, is at {peak:.3g} {sweeps[sweep]['units']}"
         )
-        return Finding(_agreed(converged(sweeps[sweep]), ends), evidence)
+        numbers = {_name("error", row["label"]): x for row, x in zip(rows, few, strict=True)}
+        numbers |= {f"largest error is at [{sweeps[sweep]['units']}]": peak}
+        return Judgement(_agreed(converged(sweeps[sweep]), ends), evidence, numbers)
 
     return check
 
@@ -108,10 +102,11 @@ def at_least(
 
 
 def _bounded(value: Any, holds: Callable[[float], bool], text: str) -> Check:
-    def check(sweeps: dict[str, Any]) -> Finding:
+    def check(sweeps: dict[str, Any]) -> Judgement:
         numbers, usable = value(sweeps)
         verdict = _agreed(usable, [all(holds(number) for number in numbers)])
-        return Finding(verdict, text.format(listed(numbers)))
+        named = {f"{text.format('x')} {i + 1}": number for i, number in enumerate(numbers)}
+        return Judgement(verdict, text.format(listed(numbers)), named)
 
     return check
 
@@ -119,7 +114,7 @@ def _bounded(value: Any, holds: Callable[[float], bool], text: str) -> Check:
 def least_spread(sweep: str) -> Check:
     """Return the check that the error varies less over this sweep than over every other one."""
 
-    def check(sweeps: dict[str, Any]) -> Finding:
+    def check(sweeps: dict[str, Any]) -> Judgement:
         every = {name: sweeps[name] for name in PARAMETERS}
         few = {name: np.ptp(column(part["rows"], "error")) for name, part in every.items()}
         many = {
@@ -134,7 +129,8 @@ def least_spread(sweep: str) -> Check:
             f"(least: {min(many, key=lambda name: many[name])})"
         )
         usable = all(converged(part) for part in every.values())
-        return Finding(_agreed(usable, [rank == 1 for rank in ranks]), evidence)
+        numbers = {f"spread of the error over the {name} [m]": few[name] for name in few}
+        return Judgement(_agreed(usable, [rank == 1 for rank in ranks]), evidence, numbers)
 
     return check
 
@@ -142,16 +138,17 @@ def least_spread(sweep: str) -> Check:
 def goes_with(measure: str) -> Check:
     """Return the check that over all sweeps the error goes with a measure of the flight."""
 
-    def check(sweeps: dict[str, Any]) -> Finding:
+    def check(sweeps: dict[str, Any]) -> Judgement:
         every = [sweeps[name]["between"] for name in PARAMETERS]
         x = [value for between in every for value in column_between(between, measure)]
         y = [value for between in every for value in column_between(between, "error")]
         rho = rank_correlation(x, y)
         verdict = REPRODUCED if rho >= STRONG else NOT_REPRODUCED if rho <= WEAK else UNDECIDED
-        return Finding(
+        return Judgement(
             verdict,
             f"rank correlation of the error with the {NAMES[measure]} {rho:+.2f} over {len(x)} "
             "flights of all sweeps",
+            {f"rank correlation with the {NAMES[measure]}": rho},
         )
 
     return check
@@ -159,7 +156,7 @@ def goes_with(measure: str) -> Check:
 
 def unexamined(reason: str) -> Check:
     """Return the check of a part that these flights say nothing about."""
-    return lambda sweeps: Finding(UNDECIDED, reason)
+    return lambda sweeps: Judgement(UNDECIDED, reason)
 
 
 def _agreed(usable: bool, holds: Sequence[Any]) -> str:
@@ -200,6 +197,10 @@ def column_between(between: dict[str, Any], measure: str) -> list[float]:
         between["rmse_xy_m"]["decoupled"] if measure == "error" else between[measure]
     )
     return found
+
+
+def _name(measure: str, label: str) -> str:
+    return f"{NAMES[measure]} at {label} [{UNITS[measure]}]"
 
 
 def listed(numbers: Sequence[float]) -> str:

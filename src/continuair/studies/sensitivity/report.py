@@ -8,7 +8,6 @@ from typing import Any
 from continuair.analysis.convergence import CONVERGED
 from continuair.kernels.dynamics import REFERENCE, SIMPLER
 from continuair.studies.results import ResultFolder
-from continuair.studies.sensitivity.claims import NO_CLAIM
 from continuair.studies.sensitivity.measures import MEASURES
 from continuair.studies.sensitivity.study import Sensitivity
 from continuair.studies.tables import as_csv, as_markdown, number, percent
@@ -104,11 +103,11 @@ def _errors_table(results: dict[str, Any]) -> list[str]:
 
 def verdict_table(results: dict[str, Any]) -> list[str]:
     """Return the lines of a table of sentences, verdicts and numbers."""
-    headings = ("about", "sentence", "verdict", "numbers")
-    cells = []
-    for claim in results["claims"]:
-        verdict = claim["verdict"] if claim["verdict"] == NO_CLAIM else f"**{claim['verdict']}**"
-        cells.append((claim["about"], claim["sentence"], verdict, claim["evidence"]))
+    headings = ("sentence", "about", "the paper", "verdict", "numbers")
+    cells = [
+        (claim["id"], claim["about"], claim["quote"], f"**{claim['verdict']}**", claim["evidence"])
+        for claim in results["claims"]
+    ]
     return as_markdown(headings, cells, headings)
 
 

@@ -1,0 +1,95 @@
+"""What sentences of the paper are judged by: its studies, each run when a sentence first asks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+from continuair.controllers.gain_files import load_gains
+from continuair.progress import Progress
+from continuair.studies.cost import cost
+from continuair.studies.open_loop.study import OpenLoop, open_loop
+from continuair.studies.paper.drawn import Drawn, fly_drawn
+from continuair.studies.sensitivity.study import Sensitivity, sensitivity
+from continuair.studies.tracking.law_variants import law_variants
+from continuair.studies.tracking.study import Tracking, tracking
+from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+
+Keep = Callable[[str, Any], None]
+"""Called with a study's name and result once it has run."""
+
+
+class NotFlown(Exception):
+    """What a sentence asks for is left out of a quick run."""
+
+
+class Evidence:
+    """Studies of a vehicle; each runs once, when it is first read.
+
+    quick: without the second reading of f, the settings but the nominal one and the letters but M;
+    what is left out raises NotFlown. progress: called with (done, total, what) by each study. keep:
+    called with its name and result when one has run. Raises InputError for a batched vehicle.
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        *,
+        quick: bool = False,
+        progress: Progress | None = None,
+        keep: Keep | None = None,
+    ) -> None:
+        check_single_vehicle(vehicle)
+        self.vehicle, self.quick = vehicle, quick
+        self._progress, self._keep = progress, keep
+
+    @cached_property
+    def open_loop(self) -> OpenLoop:
+        """Tests A to D."""
+        return self._kept("open_loop", open_loop(self.vehicle, progress=self._progress))
+
+    @cached_property
+    def sensitivity(self) -> Sensitivity:
+        """The six sweeps with the printed sin(f t)."""
+        return self._kept("sensitivity", sensitivity(self.vehicle, progress=self._progress))
+
+    @cached_property
+    def sensitivity_hertz(self) -> Sensitivity:
+        """The six sweeps with f in Hz, sin(2π f t)."""
+        if self.quick:
+            raise NotFlown("the sweeps with sin(2π f t)")
+        found = sensitivity(self.vehicle, hertz=True, progress=self._progress)
+        return self._kept("sensitivity_hertz", found)
+
+    @cached_property
+    def tracking(self) -> Tracking:
+        """The four letters in three settings, and variants of the law on letter M."""
+        if self.quick:
+            raise NotFlown("the four letters in all settings")
+        gains = load_gains("paper")
+        found = tracking(self.vehicle, gains=gains, progress=self._progress)
+        found.results["variants"] = law_variants(self.vehicle, gains, progress=self._progress)
+        return self._kept("tracking", found)
+
+    @cached_property
+    def letter(self) -> Tracking:
+        """Letter M in the nominal setting."""
+        if not self.quick:
+            return self.tracking
+        return self._kept("tracking", tracking(self.vehicle, "M", settings=["nominal"]))
+
+    @cached_property
+    def cost(self) -> dict[str, Any]:
+        """Time per sample of each model, on this machine."""
+        return self._kept("cost", cost(self.vehicle, progress=self._progress))
+
+    @cached_property
+    def drawn(self) -> Drawn:
+        """Tests A to D with vehicles drawn from what the paper leaves open."""
+        return fly_drawn(self.vehicle)
+
+    def _kept(self, name: str, found: Any) -> Any:
+        if self._keep is not None:
+            self._keep(name, found)
+        return found

@@ -1,0 +1,62 @@
+"""Who judges which sentence of the paper, and what a verdict holds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
+
+from continuair import checks
+from continuair.studies.paper import (
+    closed_loop,
+    dynamics,
+    kinematics,
+    law,
+    open_loop,
+    parameters,
+    summary,
+)
+from continuair.studies.paper.evidence import Evidence, NotFlown
+from continuair.studies.sentences import PARTS, sentences
+from continuair.studies.verdicts import Judgement
+
+NOT_JUDGED = "not judged"
+"""Verdict on a sentence whose evidence a quick run leaves out."""
+
+Judge = Callable[[Evidence], Judgement]
+
+JUDGES: dict[str, Judge] = {
+    **kinematics.JUDGES,
+    **dynamics.JUDGES,
+    **law.JUDGES,
+    **open_loop.JUDGES,
+    **parameters.JUDGES,
+    **closed_loop.JUDGES,
+    **summary.JUDGES,
+}
+"""Judge of every sentence, by its id."""
+
+
+def chosen_sentences(only: Iterable[str] | None = None) -> list[str]:
+    """Return ids of sentences, in the order of the paper: all, or those named, or of parts named.
+
+    only: ids such as "III-C.8", or parts such as "III-C". Raises InputError for an unknown one.
+    """
+    listed = sentences()
+    if only is None:
+        return list(listed)
+    parts = {name: [id for id in listed if listed[id].part == name] for name in PARTS}
+    named = checks.choices("only", only, [*parts, *listed])
+    wanted = {id for name in named for id in parts.get(name, [name])}
+    return [id for id in listed if id in wanted]
+
+
+def judge(names: Iterable[str], evidence: Evidence) -> Iterator[dict[str, Any]]:
+    """Yield what each sentence claims, its verdict, evidence and numbers, and how to redo it."""
+    listed = sentences()
+    for name in names:
+        sentence = listed[name]
+        try:
+            found = JUDGES[name](evidence)
+        except NotFlown as missing:
+            found = Judgement(NOT_JUDGED, f"a quick run leaves out {missing}")
+        yield vars(sentence) | vars(found) | {"redo": f"continuair paper --only {name}"}

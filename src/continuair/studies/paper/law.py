@@ -1,0 +1,3 @@
+"""Judges."""
+
+JUDGES = {}

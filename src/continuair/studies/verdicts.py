@@ -1,0 +1,48 @@
+"""A verdict on a sentence of the paper, and the numbers behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+REPRODUCED, NOT_REPRODUCED, UNDECIDED = "reproduced", "not reproduced", "cannot be decided"
+
+VERDICTS = (REPRODUCED, NOT_REPRODUCED, UNDECIDED)
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A verdict, what it rests on in words, and its numbers by name.
+
+    numbers: the same on every machine, to a few percent, so that a later run can be held against
+    them; units are in their names. times: measured here and now, which no run is held against.
+    """
+
+    verdict: str
+    evidence: str
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    times: Mapping[str, float] = field(default_factory=dict)
+
+
+def judged(holds: bool, evidence: str, **numbers: float) -> Judgement:
+    """Return the judgement of what is either so or not."""
+    return Judgement(REPRODUCED if holds else NOT_REPRODUCED, evidence, numbers)
+
+
+def all_of(parts: Sequence[Judgement], note: str = "") -> Judgement:
+    """Return the judgement of a sentence from those of its parts: it holds only if all of them do.
+
+    Its evidence tells the parts' verdicts one by one, and ends with the note.
+    """
+    several = len(parts) > 1
+    told = [f"{part.evidence}: {part.verdict}" if several else part.evidence for part in parts]
+    numbers = {name: value for part in parts for name, value in part.numbers.items()}
+    times = {name: value for part in parts for name, value in part.times.items()}
+    evidence = ". ".join([*told, note] if note else told)
+    return Judgement(_combined([part.verdict for part in parts]), evidence, numbers, times)
+
+
+def _combined(verdicts: Sequence[str]) -> str:
+    if NOT_REPRODUCED in verdicts:
+        return NOT_REPRODUCED
+    return UNDECIDED if UNDECIDED in verdicts or not verdicts else REPRODUCED
