@@ -1,3 +1,10 @@
-"""Judges."""
+"""Judges of sentences, by id."""
 
-JUDGES = {}
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from continuair.studies.paper.evidence import Evidence
+from continuair.studies.verdicts import Judgement
+
+JUDGES: dict[str, Callable[[Evidence], Judgement]] = {}

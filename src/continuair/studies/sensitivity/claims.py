@@ -18,7 +18,7 @@ from continuair.studies.sensitivity.findings import (
     trend,
     unexamined,
 )
-from continuair.studies.sensitivity.task import PARAMETERS
+from continuair.studies.sensitivity.task import FREQUENCY, PARAMETERS
 from continuair.studies.sentences import sentences
 from continuair.studies.verdicts import UNDECIDED, Judgement, all_of
 
