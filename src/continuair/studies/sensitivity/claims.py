@@ -13,10 +13,9 @@ from continuair.studies.sensitivity.findings import (
     column,
     converged,
     goes_with,
-    largest_at_the_end,
+    largest_above_the_middle,
     least_spread,
     trend,
-    unexamined,
 )
 from continuair.studies.sensitivity.task import FREQUENCY, PARAMETERS
 from continuair.studies.sentences import sentences
@@ -27,6 +26,9 @@ FEWEST = 10
 
 SAME = 0.1
 """Numbers within this share of each other count as the same."""
+
+MATERIALS = {"Nitinol": (28e9, 83e9), "titanium alloys": (100e9, 125e9), "steel": (190e9, 215e9)}
+"""Young's moduli of data sheets [Pa]; Nitinol from its martensite to its austenite."""
 
 _RADIUS, _MASS, _LENGTH = "arm radius", "UAV mass", "arm length"
 _MODULUS, _BEND, _ROLL = "Young's modulus", "initial bend", "initial roll"
@@ -67,11 +69,47 @@ def judgement(results: dict[str, Any], name: str) -> Judgement:
         return Judgement(UNDECIDED, f"no sweep of the {missing.args[0]} to judge by")
 
 
-def _mass_times_displacement(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
-    """Spread of mass times displacement over the radii: 0 for a payload that only adds mass."""
-    rows = sweeps[_RADIUS]["rows"]
-    products = [row["mass_kg"] * row["displacement_m"] for row in rows]
-    return [max(products) / min(products) - 1], converged(sweeps[_RADIUS])
+def _unlike_a_payload(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
+    """How far the tip's displacement is from that with the arm frozen, as a share, per radius."""
+    shares = [
+        abs(row["displacement_m"] / row["displacement_frozen_m"] - 1.0)
+        for row in sweeps[_RADIUS]["rows"]
+    ]
+    return shares, converged(sweeps[_RADIUS])
+
+
+def _error_at_the_largest_radius(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
+    """Error over the displacement at the largest radius."""
+    row = sweeps[_RADIUS]["rows"][-1]
+    error = row["models"]["decoupled"]["rmse_xy_m"]
+    return [error / row["displacement_m"]], converged(sweeps[_RADIUS])
+
+
+def _least_error_at_the_largest_radius(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
+    """Error at the largest radius over the least of the smaller ones."""
+    *smaller, largest = column(sweeps[_RADIUS]["rows"], "error")
+    return [largest / min(smaller)], converged(sweeps[_RADIUS])
+
+
+def _share_of_displacement(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
+    """Errors of the stiffer arms over their displacements."""
+    rows = sweeps[_MODULUS]["rows"][1:]
+    shares = [
+        error / row["displacement_m"]
+        for error, row in zip(column(rows, "error"), rows, strict=True)
+    ]
+    return shares, converged(sweeps[_MODULUS])
+
+
+def _beyond_its_range(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
+    """How far outside the range of its material each modulus lies, as a share of the modulus."""
+    moduli = [row["value"] for row in sweeps[_MODULUS]["rows"]]
+    ranges = [MATERIALS[name] for name in ("Nitinol", "titanium alloys", "steel")]
+    outside = [
+        max(low - modulus, modulus - high, 0.0) / modulus
+        for modulus, (low, high) in zip(moduli, ranges, strict=True)
+    ]
+    return outside, True
 
 
 def _growth(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
@@ -100,12 +138,6 @@ def _error_of_oscillation(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
     return [error / row["oscillation_m"]], converged(sweeps[_LENGTH])
 
 
-def _stiff_over_compliant(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
-    """Errors of the stiffer arms over that of the most compliant one."""
-    compliant, *stiffer = column(sweeps[_MODULUS]["rows"], "error")
-    return [error / compliant for error in stiffer], converged(sweeps[_MODULUS])
-
-
 def _period(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
     """Period of the printed sin(f t) with f = 10, in tenths of a second."""
     return [2.0 * math.pi / FREQUENCY / 0.1], True
@@ -127,9 +159,9 @@ CLAIMS = {
         _RADIUS,
         (
             at_most(
-                _mass_times_displacement,
+                _unlike_a_payload,
                 SAME,
-                "mass times displacement, one number for a mere payload, varies by {}",
+                "the displacement differs from that with the arm frozen by shares of {}",
             ),
         ),
     ),
@@ -142,7 +174,18 @@ CLAIMS = {
     ),
     "IV-B.10": Claim(
         _RADIUS,
-        (trend(_RADIUS, "error", -1),),
+        (
+            at_most(
+                _error_at_the_largest_radius,
+                SAME,
+                "at the largest radius the error is {} of the displacement",
+            ),
+            at_most(
+                _least_error_at_the_largest_radius,
+                1.0,
+                "it is {} times the least of the smaller radii",
+            ),
+        ),
         "The section begins with the opposite: coupling matters where the arm's inertia is "
         "substantial",
     ),
@@ -187,25 +230,28 @@ CLAIMS = {
         ),
         "The sentence before says the opposite of long arms",
     ),
+    "IV-B.19": Claim(
+        _MODULUS, (at_most(_beyond_its_range, 0.0, "the moduli lie outside by shares of {}"),)
+    ),
     "IV-B.20": Claim(
         _MODULUS,
         (
             trend(_MODULUS, "error", -1),
             at_most(
-                _stiff_over_compliant,
+                _share_of_displacement,
                 SAME,
-                "errors of the stiffer arms are {} of that of the most compliant one",
+                "errors of the stiffer arms are {} of the displacement",
             ),
         ),
     ),
     "IV-B.21": Claim(
         _MODULUS,
-        (
-            least_spread(_MODULUS),
-            unexamined("no flight of this study, nor of the paper's, has contact to compare with"),
-        ),
+        (least_spread(_MODULUS),),
+        "No flight of this section has contact or a wrench on the tip to compare with",
     ),
     "IV-B.24": Claim(_BEND, (trend(_BEND, "error", 1),), "The paper does not print its bends"),
-    "IV-B.27": Claim(_ROLL, (largest_at_the_end(_ROLL),), "The paper does not print its angles"),
+    "IV-B.27": Claim(
+        _ROLL, (largest_above_the_middle(_ROLL),), "The paper does not print its angles"
+    ),
 }
 """The section's claims by id. Amiri et al., "Parameter Sensitivity Analysis"."""

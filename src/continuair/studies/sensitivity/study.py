@@ -148,6 +148,9 @@ def _rows(
     """A row per value: measures of the coupled flight, and the models' metrics against it."""
     vehicles, _ = batch(vehicle, scenario, parameter, parameter.values)
     measured = measures(vehicles, flown[REFERENCE])
+    # The independent UAV carries its arm frozen.
+    frozen = measures(vehicles, flown["independent"])["displacement_m"]
+    measured["displacement_frozen_m"] = frozen
     distances = {model: apart(flown[REFERENCE], flown[model]) for model in SIMPLER}
     rows = []
     for run, value in enumerate(parameter.values):
