@@ -51,21 +51,28 @@ ROOMS = {
     ],
     "engine": [{"moments", "compiling"}, {"factory"}, {"pack"}, {"engine"}, {"loop"}, {"pairs"}],
     "flight": [
-        {"time_grid", "inputs", "steps", "resolution"},
+        {"time_grid", "inputs", "steps", "resolution", "turns"},
         {"camera_timing", "probing"},
         {"prepare"},
         {"dop853", "trajectory"},
         {"simulate", "live"},
     ],
     "studies": [
-        {"tables", "timing", "standard_excitations"},
+        {"tables", "timing", "standard_excitations", "sentences", "verdicts"},
         {"results"},
         {"open_loop", "sensitivity", "tracking", "advise", "atlas", "cost"},
+        {"paper"},
     ],
     "studies.open_loop": [{"study"}, {"report"}],
     "studies.sensitivity": [{"task"}, {"findings", "measures"}, {"claims"}, {"study"}, {"report"}],
     "studies.tracking": [{"law_variants", "tuning", "study"}, {"report"}],
     "studies.advise": [{"excitations", "tracking", "verdicts"}, {"study"}, {"report"}],
+    "studies.paper": [
+        {"words", "drawn"},
+        {"evidence"},
+        {"kinematics", "dynamics", "law", "open_loop", "parameters", "closed_loop", "summary"},
+        {"judging"},
+    ],
     "studies.atlas": [{"flights", "loops"}, {"summary", "collapse"}, {"study"}, {"report"}],
 }
 # The readable form is the oracle of the fast one, so that form must not be built on it.

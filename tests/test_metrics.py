@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+import continuair as ca
 from continuair.analysis.metrics import (
     compare,
     euler_angles,
@@ -202,3 +203,32 @@ def test_comparing_runs_that_ended_early_warns_and_names_the_status() -> None:
         result = compare(batch, xr.concat([FLIGHT, FLIGHT], "run"))["rmse_t_m"]
     assert len(caught) == 1
     assert result[0] == 0 and math.isnan(result[1])
+
+
+def of_test_a() -> list[xr.Dataset]:
+    return [ca.simulate(ca.load_vehicle("paper"), ca.open_loop_test("A"), model=model, sample=2e-3)
+            for model in ("coupled", "decoupled")]  # fmt: skip
+
+
+def test_a_part_of_a_flight_is_compared_by_angles_that_begin_alike() -> None:
+    """Test A tumbles through pitch = π/2: two parts must not begin on different triples."""
+    coupled, other = of_test_a()
+    for start in np.arange(0.2, 0.6, 0.02):
+        parts = [flight.sel(time=slice(start, None)) for flight in (coupled, other)]
+        assert ca.compare(*parts)["rmse_r_rad"] < 0.5
+
+
+def test_axes_in_another_order_are_the_same_flight() -> None:
+    coupled, other = of_test_a()
+    turned = coupled.sel(axis=list("zyx"), quaternion=list("wxyz"))
+    assert ca.compare(turned, other) == ca.compare(coupled, other)
+
+
+def test_runs_are_compared_with_themselves_alone() -> None:
+    vehicles = ca.load_vehicle("paper").replace({"uav.mass": [1.0, 2.0, 3.0]})
+    flights = [ca.simulate(vehicles, ca.open_loop_test("B"), model=model, sample=0.1)
+               for model in ("coupled", "decoupled")]  # fmt: skip
+    with pytest.raises(ca.InputError, match="other holds the runs .1, 2., but coupled .0, 1."):
+        ca.compare(flights[0].sel(run=[0, 1]), flights[1].sel(run=[1, 2]))
+    with pytest.raises(ca.InputError, match="same runs in the same order"):
+        ca.compare(flights[0].isel(run=[2, 1, 0]), flights[1])

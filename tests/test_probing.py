@@ -112,3 +112,32 @@ def test_a_jump_that_is_not_declared_is_told_of(burst: tuple[float, float]) -> N
     with warnings.catch_warnings():
         warnings.simplefilter("error", ca.ContinuairWarning)
         ca.simulate(VEHICLE, push(force, jumps=burst), sample=1e-3, step=5e-4)
+
+
+@unseen
+def test_a_fast_moment_does_not_hide_behind_a_steady_force() -> None:
+    """Sampled at its crests alone, the moment would turn the vehicle right over."""
+    weight = VEHICLE.mass * 9.81
+    wrench = ca.Scenario(
+        "hover", np.zeros(8), force=[0, 0, weight - 25.0, ], duration=0.3,
+        tip_wrench=lambda t: [0, 0, 25, 0, 0.2 * np.cos(2.0 * np.pi * 1000.0 * t), 0],
+    )  # fmt: skip
+    tips = [
+        ca.simulate(VEHICLE, wrench, sample=1e-3, variables=["tip_position"], **step).tip_position
+        for step in ({}, {"step": 2e-5})
+    ]
+    assert float(np.abs(tips[0] - tips[1]).max()) < 1e-4
+
+
+def test_the_reference_integrator_does_not_step_over_a_gust() -> None:
+    def gust(t: float) -> list[float]:
+        return [200.0 * np.exp(-(((t - 1.6) / 5e-3) ** 2)), 0.0, 0.0]
+
+    scenario = ca.Scenario("gust", np.zeros(8), force=gust, gravity=0.0, duration=2.0)
+    flights = [
+        ca.simulate(VEHICLE, scenario, sample=0.01, integrator=name, variables=["position"])
+        for name in ("rk4", "dop853")
+    ]
+    ends = [float(flight.position[-1, 0]) for flight in flights]
+    assert ends[1] > 0.1
+    assert ends[0] == pytest.approx(ends[1], rel=1e-5)

@@ -330,3 +330,15 @@ def test_the_automatic_step_resolves_a_frequency_that_an_input_tells() -> None:
     for step in steps:
         assert step[0] == plain
         assert float(step[1]) == pytest.approx(0.2 / (2.0 * np.pi * fast), rel=1e-12)
+
+
+@pytest.mark.parametrize("sample", [0.5, 0.1, 0.01])
+def test_q_counts_the_turns_between_samples(sample: float) -> None:
+    """A spin about the vertical axis of a hanging arm keeps its rate, and a tumble is followed."""
+    rates = [0, 0, 0, 0, 0, 40, 0, 0]
+    spin = ca.Scenario("spin", np.zeros(8), rates, gravity=0.0, duration=1.0)
+    yaw = ca.simulate(VEHICLE, spin, sample=sample).q.sel(coordinate="yaw")
+    np.testing.assert_allclose(yaw, 40.0 * yaw["time"], rtol=1e-6)
+    flights = [ca.simulate(VEHICLE, tumbling(0.3), sample=each) for each in (0.05, 0.001)]
+    # Their steps differ, and whole turns would be 6.
+    np.testing.assert_allclose(flights[0].q[-1], flights[1].q[-1], atol=1e-3)

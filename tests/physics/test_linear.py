@@ -169,3 +169,51 @@ def test_gravity_must_be_a_magnitude_everywhere(gravity: Any) -> None:
             call(VEHICLE, gravity=gravity)
     with pytest.raises(ca.InputError, match="gravity is .* 0 or more"):
         ca.forward_dynamics(VEHICLE, np.zeros(8), np.zeros(8), gravity=gravity)
+
+
+@pytest.mark.parametrize("base", ["free", "clamped"])
+def test_modes_about_a_bend_are_those_of_the_arm_held_there(base: str) -> None:
+    """Eigenvalues of the whole linear system, held by what trim says."""
+    at = [0, 0, 0, 0, 0, 0, 1.0, 0.7]
+    gravity = 0.0 if base == "free" else 9.81
+    held = ca.trim(VEHICLE, bend=[np.cos(0.7), np.sin(0.7)], gravity=gravity)
+    A, _ = ca.linearize(
+        VEHICLE, at, force=held.force, moment=held.moment, bend_moment=held.bend_moment,
+        gravity=gravity, model="coupled" if base == "free" else "independent",
+    )  # fmt: skip
+    ringing = np.unique(np.round(np.linalg.eigvals(A).imag, 6))[-2:]
+    found = ca.modes(VEHICLE, at, base=base, gravity=gravity).frequencies
+    np.testing.assert_allclose(found, ringing, rtol=1e-5)
+
+
+def test_the_bend_that_an_arm_takes_by_itself_is_one_that_it_comes_back_to() -> None:
+    """Pushed up beyond buckling, it goes to the side of a small sideways force."""
+    soft = ca.load_vehicle("slender")
+    found = ca.trim(soft, tip_wrench=[0.01, 0, 30, 0, 0, 0])
+    bend = found.q[6] * np.array([np.cos(found.q[7]), np.sin(found.q[7])])
+    assert bend[0] > 0.1
+    A, _ = ca.linearize(
+        soft, found.q, model="independent", tip_wrench=[0.01, 0, 30, 0, 0, 0],
+        force=found.force, moment=found.moment,
+    )  # fmt: skip
+    assert np.linalg.eigvals(A[14:, 6:8]).real.max() < 0.0, "on a held base it swings back"
+
+
+def test_trim_resolves_the_load_of_a_tiny_vehicle() -> None:
+    """All moments in proportion: the same bend angle as at full size."""
+    scale = 1e-2
+    tiny = VEHICLE.replace(
+        {
+            "arm.length": scale * VEHICLE.arm.length,
+            "arm.radius": scale * VEHICLE.arm.radius,
+            "uav.mass": scale**3 * VEHICLE.uav.mass,
+            "uav.inertia": (scale**5 * np.asarray(VEHICLE.uav.inertia)).tolist(),
+        }
+    )
+    angles = [
+        vehicle.arm.length
+        * ca.trim(vehicle, tip_wrench=[size**2 * 5.0, 0, 0, 0, 0, 0], gravity=0.0).q[6]
+        for vehicle, size in ((VEHICLE, 1.0), (tiny, scale))
+    ]
+    assert angles[1] == pytest.approx(angles[0], rel=1e-6)
+    assert angles[0] > 0.01

@@ -251,3 +251,27 @@ def test_the_noise_of_a_run_does_not_hang_on_its_unit() -> None:
     np.testing.assert_array_equal(apart, whole)
     at = quantities(design).index("rms_px")
     assert whole[0, 0, at] != whole[1, 0, at], "equal vehicles have noise of their own"
+
+
+def test_a_design_in_another_order_is_another_design(tmp_path: Path) -> None:
+    """The order of its dimensions numbers its runs."""
+    vary = {"vehicle.uav.mass": ("mass", [1.0, 2.0]), "vehicle.arm.length": ("length", [0.8, 1.0])}
+    attrs = {"scenario": {"test": "A", "duration": 0.02}, "chunk": 1}
+    designs = [
+        xr.Dataset({name: vary[name] for name in order}, attrs=attrs)
+        for order in (list(vary), list(vary)[::-1])
+    ]
+    ca.sweep(designs[0], tmp_path / "store.zarr", shard=(1, 2))
+    with pytest.raises(ca.InputError, match="another design"):
+        ca.sweep(designs[1], tmp_path / "store.zarr")
+
+
+def test_runs_of_a_sweep_that_steps_do_not_resolve_are_told_of(tmp_path: Path) -> None:
+    design = xr.Dataset(
+        {"scenario.kappa": ("bend", [0.1, 6.2])},
+        attrs={"scenario": {"duration": 1.0}, "vehicle": "slender", "step": 2e-3},
+    )
+    with pytest.warns(ca.ContinuairWarning, match="in 1 of 2 runs"):
+        ca.sweep(design, tmp_path / "store.zarr")
+    with pytest.warns(ca.ContinuairWarning, match="in 1 of 2 runs"):
+        ca.open_sweep(tmp_path / "store.zarr")

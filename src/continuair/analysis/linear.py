@@ -25,6 +25,13 @@ _WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * _DIFFERENCE)
 
 _ROOM = 2.5 * _DIFFERENCE
 """What a bend leaves below a full circle [1/m], so that its differences are still inside."""
+_BALANCED = 1e-9
+"""Share of E I that a bend moment may be off where an arm is in balance."""
+_STARTS = np.array(
+    [[0.0, 0.0]]
+    + [[r * np.cos(a), r * np.sin(a)] for r in (0.5, 2.0) for a in np.arange(8) * np.pi / 4.0]
+)
+"""Bends times the length from which a balance is looked for: straight, and all round."""
 _EQUAL = 1e-6
 """Squares of frequencies that differ by less than this share are those of modes alike."""
 _COUNTS = 0.1
@@ -59,19 +66,21 @@ class Modes:
 
 
 def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float = 9.81) -> Modes:
-    """Bending modes of the arm at rest in the configuration q, on a free or clamped base.
+    """Bending modes of the arm about the configuration q, on a free or clamped base.
 
-    q: paper coordinates (8,), the straight arm by default. The stiffness is that of the arm and,
-    for a clamped base, of gravity, which a free base in free fall does not feel. Raises InputError,
-    also where the arm is out of balance so far, or buckled, that it does not vibrate about q.
+    q: paper coordinates (8,), the straight arm by default; a bend moment holds the arm there. The
+    stiffness is that of the arm and, for a clamped base, of gravity, which a free base in free fall
+    does not feel. Raises InputError, also where the arm is buckled and does not vibrate about q.
     """
     check_single_vehicle(vehicle)
     checks.choice("base", base, ("free", "clamped"))
     gravity = checks.gravity(gravity)
     at = _configuration("q", q, vehicle)
     free = base == "free"
+    felt = 0.0 if free else gravity
+    held = _holding(vehicle, at[None], felt)[0][Layout(vehicle.sections).bend_moment]
     A, _ = linearize(
-        vehicle, at, model="coupled" if free else "independent", gravity=0.0 if free else gravity
+        vehicle, at, bend_moment=held, model="coupled" if free else "independent", gravity=felt
     )
     n = len(A) // 2
     base_rate, bend, rate = slice(n, n + 6), slice(6, n), slice(n + 6, 2 * n)
@@ -101,6 +110,7 @@ def _eigenmodes(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     A solver leaves signs, and the vectors of equal eigenvalues, to rounding: they are chosen here.
     """
     values, vectors = np.linalg.eig(stiffness)
+    # Held by a constant moment the arm is conservative: no mode grows while it vibrates.
     order = np.argsort(values.real)
     values, vectors = values.real[order], vectors.real[:, order]
     apart = np.flatnonzero(np.diff(values) > _EQUAL * np.abs(values[1:])) + 1
@@ -212,29 +222,52 @@ def trim(
 
     layout = Layout(vehicle.sections)
     if bend is None:
-        k = _free_bend(lambda k: held(k)[1][layout.bend_moment], layout.bends, tip_wrench)
+        k = _free_bend(vehicle, lambda k: held(k)[1][layout.bend_moment])
     else:
-        k = checks.row("bend", bend, layout.bends)
+        k = checks.vector("bend", bend, layout.bends)
         _check_bend("bend", bend, float(np.hypot(*k)), vehicle)
     q, push = held(k)
     bend_moment = np.zeros(layout.bends) if bend is None else push[layout.bend_moment]
     return Trim(q, push[layout.force], push[layout.moment], bend_moment)
 
 
-def _free_bend(
-    needed: Callable[[np.ndarray], np.ndarray], bends: int, tip_wrench: np.ndarray
-) -> np.ndarray:
-    """The bend (bends,) that needs no bend moment to be held."""
+def _free_bend(vehicle: Vehicle, needed: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """The bend (bends,) that needs no bend moment to be held, and that the arm comes back to.
+
+    needed: the bend moment [N m²] that holds a bend. The nearest such bend to straight.
+    """
     # Slow to import.
     from scipy.optimize import root
 
-    k: np.ndarray = root(needed, np.zeros(bends), tol=1e-13).x
-    if np.abs(needed(k)).max() > 1e-8 * max(1.0, np.abs(tip_wrench).max()):
+    length, stiffness = vehicle.arm.length, vehicle.arm.bending_stiffness
+
+    def unbalanced(x: np.ndarray) -> np.ndarray:
+        """Moment over E I, at a bend of x over the length."""
+        return needed(x / length) / stiffness
+
+    found = [
+        x
+        for start in _STARTS
+        for x in [root(unbalanced, start, tol=1e-13).x]
+        if np.abs(unbalanced(x)).max() < _BALANCED and _is_stable(unbalanced, x)
+    ]
+    if not found:
         raise InputError(
-            "tip_wrench leaves the arm no equilibrium below a full circle; give a smaller wrench, "
-            "or the bend to hold."
+            "tip_wrench leaves the arm no stable equilibrium below a full circle; give a smaller "
+            "wrench, or the bend to hold."
         )
-    return k
+    return min(found, key=lambda x: float(np.hypot(*x))) / length
+
+
+def _is_stable(unbalanced: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> bool:
+    """Whether moments rise with the bend in every direction."""
+    slopes = np.stack(
+        [
+            (unbalanced(x + _DIFFERENCE * unit) - unbalanced(x - _DIFFERENCE * unit))
+            for unit in np.eye(len(x))
+        ]
+    )
+    return bool(np.linalg.eigvalsh(slopes + slopes.T)[0] > 0.0)
 
 
 def held_hover(vehicle: Vehicle, q: np.ndarray, gravity: float = 9.81) -> dict[str, Any]:

@@ -94,6 +94,19 @@ def euler_angles(tip_attitude: ArrayLike) -> Array:
     return angles
 
 
+def _beside(reference: Array, angles: Array) -> Array:
+    """Continuous angles (..., samples, 3) as the triples that begin next to the reference's.
+
+    Every attitude has two triples and their whole turns; flights that are compared from a later
+    time on must not begin on different ones.
+    """
+    flipped = angles * [1.0, -1.0, 1.0] + np.pi
+    triples = [each + 2.0 * np.pi * np.round((reference - each)[..., :1, :] / (2.0 * np.pi))
+               for each in (angles, flipped)]  # fmt: skip
+    off = [np.sum((each - reference)[..., :1, :] ** 2, axis=-1, keepdims=True) for each in triples]
+    return np.where(off[0] <= off[1], *triples)
+
+
 def geodesic_angle(q1: ArrayLike, q2: ArrayLike) -> Array:
     """Return the angle [rad], 0 to pi, of the rotation between attitudes; shape (...).
 
@@ -120,6 +133,7 @@ def compare(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
     flights = {"coupled": coupled, "other": other}
     for name, flight in flights.items():
         _check_flight(name, flight)
+    coupled, other = (_in_order(flight) for flight in flights.values())
     _check_alike(coupled, other)
     for name, flight in flights.items():
         _warn_of_ended(name, flight)
@@ -137,6 +151,12 @@ def _check_flight(name: str, flight: Any) -> None:
         )
 
 
+def _in_order(flight: xr.Dataset) -> xr.Dataset:
+    """The flight with its axes in order, whatever order they were selected in."""
+    labels = {"axis": list("xyz"), "quaternion": list("xyzw")}
+    return flight.sel({name: order for name, order in labels.items() if name in flight.indexes})
+
+
 def _check_alike(coupled: xr.Dataset, other: xr.Dataset) -> None:
     if not np.array_equal(coupled["time"], other["time"]):
         raise InputError(
@@ -150,6 +170,13 @@ def _check_alike(coupled: xr.Dataset, other: xr.Dataset) -> None:
             f"other holds {runs[1]}, but coupled {runs[0]}; give the same runs, as in "
             "coupled.isel(run=0)."
         )
+    if all("run" in flight.coords for flight in (coupled, other)):
+        numbers = [np.ravel(flight["run"]) for flight in (coupled, other)]
+        if not np.array_equal(*numbers):
+            raise InputError(
+                f"other holds the runs {shown(numbers[1].tolist())}, but coupled "
+                f"{shown(numbers[0].tolist())}; give the same runs in the same order."
+            )
 
 
 def _warn_of_ended(name: str, flight: xr.Dataset) -> None:
@@ -171,15 +198,16 @@ def differences(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
     """What `compare` returns, of flights known to be alike; silent about runs that ended early."""
     positions = [samples(dataset, "tip_position", "axis") for dataset in (coupled, other)]
     attitudes = [samples(dataset, "tip_attitude", "quaternion") for dataset in (coupled, other)]
-    angles = [euler_angles(attitude) for attitude in attitudes]
+    reference, angles = (euler_angles(attitude) for attitude in attitudes)
+    turned = reference, _beside(reference, angles)
     result = {
         "nrmse_t": nrmse(*positions),
-        "nrmse_r": nrmse(*angles),
+        "nrmse_r": nrmse(*turned),
         "rmse_t_m": rmse(*positions),
-        "rmse_r_rad": rmse(*angles),
+        "rmse_r_rad": rmse(*turned),
         "angle_rad": _per_run(np.sqrt(np.mean(geodesic_angle(*attitudes) ** 2, axis=-1))),
     }
-    both = [np.concatenate(pair, axis=-1) for pair in zip(positions, angles, strict=True)]
+    both = [np.concatenate(pair, axis=-1) for pair in zip(positions, turned, strict=True)]
     for index, axis in enumerate(AXES):
         result[f"rmse_{axis}"] = rmse(*(values[..., index : index + 1] for values in both))
     return result

@@ -10,12 +10,16 @@ from scipy.integrate import DOP853
 from continuair.engine.engine import Engine, Logs, Start
 from continuair.flight.prepare import Cohort, Flight
 from continuair.kernels.step import NOT_FINITE, OK, OVERBENT
-from continuair.vehicle.layout import Layout
+from continuair.vehicle.layout import FIELDS, Layout
 
 Array = np.ndarray
 
 # With a relative tolerance alone, components that pass through zero would stall the step.
 _ABSOLUTE = 1e-2
+
+# Automatic steps that one of its steps takes at most where inputs act over time: at rest its steps
+# would grow past a gust before they have seen it.
+_LONGEST = 8.0
 
 # Points per step at which the signed branch of the bend is followed: its steps are long.
 _FOLLOWED = 16
@@ -29,6 +33,8 @@ def integrate_reference(flight: Flight, engine: Engine, cohort: Cohort, toleranc
     y = start.states[0].copy()
     log[0, 0] = _row(y, branch[0], layout)
     edges = [0.0, *grid.starts[grid.opens], float(grid.samples[-1])]
+    timed = any(callable(getattr(flight.scenario, name)) for name in FIELDS)
+    longest = _LONGEST * float(flight.steps[0]) if timed else np.inf
     overbent: list[float] = []
     status, reached = OK, grid.samples[-1]
     for left, right in zip(edges[:-1], edges[1:], strict=True):
@@ -47,7 +53,9 @@ def integrate_reference(flight: Flight, engine: Engine, cohort: Cohort, toleranc
         if not np.isfinite(rate(left, y)).all():
             status, reached = OVERBENT, left
             break
-        solver = DOP853(rate, left, y, right, rtol=tolerance, atol=_ABSOLUTE * tolerance)
+        solver = DOP853(
+            rate, left, y, right, max_step=longest, rtol=tolerance, atol=_ABSOLUTE * tolerance
+        )
         while solver.status == "running":
             solver.step()
             if solver.status == "failed" or not np.isfinite(solver.y).all():

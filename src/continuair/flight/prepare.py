@@ -6,7 +6,7 @@ Every way to fly starts here: `simulate`, `run_pairs`, `Simulation`, sweeps, cou
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -83,7 +83,7 @@ class Flight:
     runs: how many; batched: whether results have a dimension for them. start: of all runs; steps:
     of each run (runs,) [s]; marks: times that steps end at. coupled: an engine of that model, which
     others share what they can with. automatic: whether the steps may be made finer;
-    adaptive: whether the integrator takes its own.
+    adaptive: whether the integrator takes its own; told: inputs whose jumps have been told of.
     """
 
     vehicle: Vehicle
@@ -98,6 +98,7 @@ class Flight:
     coupled: Engine
     automatic: bool
     adaptive: bool
+    told: set[str] = field(default_factory=set)
 
     @property
     def groups(self) -> int:
@@ -141,7 +142,7 @@ class Flight:
 
     def _runs_at_once(self, grid: Grid) -> int:
         at_start, _ = sample_inputs(self.scenario, np.zeros(1), self.coupled.layout)
-        timed = any(callable(getattr(self.scenario, field)) for field in FIELDS)
+        timed = any(callable(getattr(self.scenario, name)) for name in FIELDS)
         if not timed or at_start.shape[1] == 1:
             return self.runs
         bytes_per_run = 8 * at_start.shape[2] * len(stage_times(grid))
@@ -151,7 +152,7 @@ class Flight:
         """Some runs over a time grid."""
         drive = self.drive(stage_times(grid), runs)
         if not self.adaptive:
-            warn_of_jumps(drive, grid.starts, self.coupled.layout, stacklevel=2)
+            warn_of_jumps(drive, grid.starts, self.coupled.layout, self.told, stacklevel=2)
         closed = self.scenario.controller is not None
         loop = loop_over(self.vehicle, self.scenario, grid, self.runs) if closed else None
         return Cohort(self, runs, grid, drive, loop)
@@ -194,7 +195,7 @@ def prepare(
         check_same_runs(runs, {"step": len(asked)})
     fine = np.broadcast_to(automatic_step(coupled, q, qd, declared_rate(scenario)), runs)
     probe = Probe(scenario, coupled.layout, max(duration, horizon))
-    if asked is None and not adaptive:
+    if asked is None:
         fine = np.minimum(fine, probe.following_step(sample))
     steps = steps_of(scenario, asked, fine, sample, None if adaptive else stacklevel + 1)
     check_steps(duration, min(float(steps.min()), sample))

@@ -17,12 +17,15 @@ from continuair.vehicle.layout import FIELDS, Layout
 Array = np.ndarray
 
 BLUR = 0.01
-"""Share of an input's largest value that it may be off the parabola through a step's stages: a sine
-reaches it at six steps per period, which RK4 follows to 4e-4."""
+"""Share of its largest value that a component of an input may be off the parabola through a step's
+stages: a sine reaches it at six steps per period, which RK4 follows to 4e-4."""
 
 JUMP = 0.3
 """Share of an input's largest value that it may curve by within a step; one that is followed curves
 by a hundredth."""
+
+_COUNTS = 1e-4
+"""A component of an input counts from this share of the largest one on, N and N m alike."""
 
 _WINDOWS = 100
 """Steps that are looked into."""
@@ -121,18 +124,23 @@ class Probe:
         return found
 
 
-def warn_of_jumps(drive: Drive, starts: Array, layout: Layout, stacklevel: int) -> None:
-    """Warn if an input over time jumps within a step; starts: of the steps [s]."""
+def warn_of_jumps(
+    drive: Drive, starts: Array, layout: Layout, told: set[str], stacklevel: int
+) -> None:
+    """Warn if an input over time jumps within a step; starts: of the steps [s].
+
+    told: names of inputs that have been told of, which are not again; those found are added.
+    """
     if not drive.timed:
         return
     stages = drive.table.reshape(len(starts), 3, *drive.table.shape[1:])
     curved = np.abs(stages[:, 0] - 2.0 * stages[:, 1] + stages[:, 2])
     for name, where in layout.of_input.items():
-        largest = np.abs(stages[..., where]).max(axis=(0, 1, 3))
-        most = curved[..., where].max(axis=2)
-        share = np.divide(most, largest, out=np.zeros_like(most), where=largest > 0.0).max(axis=1)
+        largest = _largest(np.abs(stages[..., where]).max(axis=(0, 1)))
+        share = (curved[..., where] / largest).max(axis=(1, 2))
         at = int(np.argmax(share))
-        if share[at] > JUMP:
+        if share[at] > JUMP and name not in told:
+            told.add(name)
             warnings.warn(
                 f"{name} jumps within a step near t = {starts[at]:.3g} s, which costs the steps "
                 "their order; name the time of the jump in jumps, or smooth it.",
@@ -151,6 +159,16 @@ def _blur_of(name: str, value: Any, size: int, starts: Array, width: float) -> A
     stages, probes = (x.reshape(len(starts), -1, *x.shape[1:]) for x in (stages, probes))
     s = _PROBES
     weights = np.stack([(2 * s - 1) * (s - 1), 4 * s * (1 - s), s * (2 * s - 1)], axis=-1)
-    off = np.abs(probes - np.einsum("ps,nsrk->nprk", weights, stages)).max(axis=(1, 3))
-    largest = np.maximum(*(np.abs(x).max(axis=(0, 1, 3)) for x in (stages, probes)))
-    return np.divide(off, largest, out=np.zeros_like(off), where=largest > 0.0)
+    off = np.abs(probes - np.einsum("ps,nsrk->nprk", weights, stages)).max(axis=1)
+    largest = np.maximum(*(np.abs(x).max(axis=(0, 1)) for x in (stages, probes)))
+    return np.asarray((off / _largest(largest)).max(axis=-1))
+
+
+def _largest(of_components: Array) -> Array:
+    """The largest value of each component (runs or 1, components), inf for one that is too small.
+
+    Each by itself: a fast moment is not hidden by a steady force beside it.
+    """
+    whole = of_components.max(axis=-1, keepdims=True)
+    counts = (of_components > _COUNTS * whole) & (of_components > 0.0)
+    return np.where(counts, of_components, np.inf)

@@ -14,8 +14,8 @@ from scipy.spatial.transform import Rotation
 from continuair.engine.engine import Logs
 from continuair.flight.prepare import Cohort, Flight
 from continuair.flight.resolution import step_error
+from continuair.flight.turns import followed_euler
 from continuair.kernels.step import STATUS
-from continuair.vehicle.coordinates import continuous_euler
 from continuair.vehicle.layout import ACTUATORS, COORDINATES, MOTION, OBSERVED, watched_columns
 
 Array = np.ndarray
@@ -186,7 +186,8 @@ def values_of(name: str, logs: Logs, cohort: Cohort) -> Array:
     if name in _LOGGED:
         return log[..., getattr(layout, name)]
     if name == "q":
-        euler = continuous_euler(log[..., layout.attitude])
+        spin, times = log[..., layout.angular_velocity], cohort.flight.marks.samples
+        euler = followed_euler(log[..., layout.attitude], spin, times)
         return np.concatenate([log[..., layout.position], euler, log[..., layout.branch]], -1)
     # The kernels integrate the velocity of B's origin in world axes.
     attitude = log[..., layout.attitude].reshape(-1, 4)

@@ -105,7 +105,7 @@ class Design:
     @property
     def digest(self) -> str:
         """A hash of everything that determines the runs."""
-        content: dict[str, Any] = {**self.describe(), "sizes": dict(self.sizes)}
+        content: dict[str, Any] = {**self.describe(), "sizes": list(self.sizes.items())}
         content["variables"] = {
             name: [variable.dims, str(variable.values.dtype), _hash(variable.values.tobytes())]
             for name, variable in self.variables.items()

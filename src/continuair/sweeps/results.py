@@ -11,6 +11,7 @@ import xarray as xr
 
 from continuair.errors import InputError
 from continuair.files import user_path
+from continuair.flight.resolution import warn_of_coarse_steps
 from continuair.flight.trajectory import STEP_ERROR
 from continuair.sweeps.design import Design
 from continuair.sweeps.pairs import METRICS
@@ -54,6 +55,10 @@ def labelled(design: Design, results: np.ndarray, attributes: dict[str, Any]) ->
     for index, name in enumerate(attributes["quantities"]):
         units, meaning = _UNITS[name]
         data[name] = ([*dims, "model"], grid[..., index], {"units": units, "long_name": meaning})
+    names = list(attributes["quantities"])
+    warn_of_coarse_steps(
+        results[..., names.index("step_error")], results[..., 0, names.index("step")], stacklevel=4
+    )
     coordinates: dict[str, Any] = {
         name: (list(variable.dims), variable.values) for name, variable in design.variables.items()
     }
