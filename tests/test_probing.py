@@ -122,9 +122,10 @@ def test_a_fast_moment_does_not_hide_behind_a_steady_force() -> None:
         "hover", np.zeros(8), force=[0, 0, weight - 25.0, ], duration=0.3,
         tip_wrench=lambda t: [0, 0, 25, 0, 0.2 * np.cos(2.0 * np.pi * 1000.0 * t), 0],
     )  # fmt: skip
+    steps: tuple[Any, ...] = ("auto", 2e-5)
     tips = [
-        ca.simulate(VEHICLE, wrench, sample=1e-3, variables=["tip_position"], **step).tip_position
-        for step in ({}, {"step": 2e-5})
+        ca.simulate(VEHICLE, wrench, sample=1e-3, variables=["tip_position"], step=h).tip_position
+        for h in steps
     ]
     assert float(np.abs(tips[0] - tips[1]).max()) < 1e-4
 

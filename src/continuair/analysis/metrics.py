@@ -171,11 +171,11 @@ def _check_alike(coupled: xr.Dataset, other: xr.Dataset) -> None:
             "coupled.isel(run=0)."
         )
     if all("run" in flight.coords for flight in (coupled, other)):
-        numbers = [np.ravel(flight["run"]) for flight in (coupled, other)]
-        if not np.array_equal(*numbers):
+        given, wanted = (np.ravel(flight["run"]) for flight in (other, coupled))
+        if not np.array_equal(given, wanted):
             raise InputError(
-                f"other holds the runs {shown(numbers[1].tolist())}, but coupled "
-                f"{shown(numbers[0].tolist())}; give the same runs in the same order."
+                f"other holds the runs {shown(given.tolist())}, but coupled "
+                f"{shown(wanted.tolist())}; give the same runs in the same order."
             )
 
 

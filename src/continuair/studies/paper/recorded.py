@@ -1,0 +1,64 @@
+"""The verdicts that the pages of the documentation show, and whether a run finds them again."""
+
+from __future__ import annotations
+
+import json
+import math
+from importlib import resources
+from typing import Any
+
+RELATIVE, ABSOLUTE = 0.02, 1e-6
+"""Numbers count as found again within this share, or within this."""
+
+CORRELATION = 0.02
+"""Rank correlations, shares and other numbers without a scale of their own: within this."""
+
+_SCALELESS = ("correlation", "share")
+
+
+def recorded() -> dict[str, dict[str, Any]]:
+    """Return the recorded verdict and numbers of every sentence, by its id."""
+    text = resources.files("continuair.studies.paper").joinpath("verdicts.json").read_text("utf-8")
+    return {entry["id"]: entry for entry in json.loads(text)["sentences"]}
+
+
+def as_recorded(results: dict[str, Any]) -> dict[str, Any]:
+    """Return what is recorded of a run: no times, which are of one machine."""
+    kept = ("id", "quote", "claims", "criterion", "verdict", "evidence", "numbers")
+    entries = [{key: entry[key] for key in kept} for entry in results["sentences"]]
+    return {"vehicle": results["vehicle"]["name"], "sentences": entries}
+
+
+def differences(results: dict[str, Any]) -> list[str]:
+    """Return a line for every verdict or number that is not found again."""
+    known = recorded()
+    return [
+        line
+        for entry in results["sentences"]
+        for line in _differences(entry, known.get(entry["id"]))
+    ]
+
+
+def _differences(entry: dict[str, Any], known: dict[str, Any] | None) -> list[str]:
+    name = entry["id"]
+    if known is None:
+        return [f"{name}: no verdict is recorded"]
+    lines = []
+    if entry["verdict"] != known["verdict"]:
+        lines.append(f"{name}: {entry['verdict']}, recorded: {known['verdict']}")
+    numbers = {key: (entry["numbers"].get(key), known["numbers"].get(key))
+               for key in {**entry["numbers"], **known["numbers"]}}  # fmt: skip
+    return lines + [
+        f"{name}: {key} is {found}, recorded: {wanted}"
+        for key, (found, wanted) in numbers.items()
+        if not is_found_again(key, found, wanted)
+    ]
+
+
+def is_found_again(name: str, found: float | None, wanted: float | None) -> bool:
+    """Tell whether a number is the recorded one, within its tolerance."""
+    if found is None or wanted is None or not (math.isfinite(found) and math.isfinite(wanted)):
+        return found == wanted
+    scaleless = any(word in name for word in _SCALELESS)
+    allowed = max(ABSOLUTE, RELATIVE * max(abs(found), abs(wanted)))
+    return abs(found - wanted) <= (max(allowed, CORRELATION) if scaleless else allowed)

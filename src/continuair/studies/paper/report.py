@@ -1,0 +1,56 @@
+"""Storing the verdicts on the paper: JSON, CSV and a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from continuair.studies.results import ResultFolder
+from continuair.studies.sentences import PARTS
+from continuair.studies.tables import as_markdown
+
+HEADINGS = ("sentence", "the paper", "verdict", "what comes out")
+
+
+def write(results: dict[str, Any], folder: ResultFolder) -> None:
+    """Write paper.json, paper.csv and table.md to the folder."""
+    folder.store(results, as_table(results), records(results))
+
+
+def records(results: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield a row per sentence and number of it, and one for a sentence without any."""
+    for entry in results["sentences"]:
+        row = {key: entry[key] for key in ("id", "verdict", "claims", "criterion", "evidence")}
+        numbers = {**entry["numbers"], **entry["times"]}
+        yield from ({**row, "number": name, "value": numbers[name]} for name in numbers)
+        if not numbers:
+            yield row
+
+
+def as_table(results: dict[str, Any]) -> str:
+    """Return the verdicts in Markdown, part by part."""
+    lines = [
+        f"# The paper, sentence by sentence, vehicle {results['vehicle']['name']}",
+        "",
+        summary(results),
+    ]
+    for part, title in PARTS.items():
+        if rows := table(results, part):
+            lines += ["", f"## {part}: {title}" if title != part else f"## {part}", "", *rows]
+    return "\n".join(lines) + "\n"
+
+
+def summary(results: dict[str, Any]) -> str:
+    """Return how many sentences got which verdict."""
+    counts = ", ".join(f"{count} {verdict}" for verdict, count in results["counts"].items())
+    return f"{len(results['sentences'])} sentences that claim something: {counts}."
+
+
+def table(results: dict[str, Any], part: str) -> list[str]:
+    """Return the lines of the table of a part of the paper; none without a sentence of it."""
+    rows = [
+        (entry["id"], entry["quote"], f"**{entry['verdict']}**", entry["evidence"])
+        for entry in results["sentences"]
+        if entry["id"].partition(".")[0] == part
+    ]
+    return as_markdown(HEADINGS, rows, HEADINGS) if rows else []

@@ -1,0 +1,38 @@
+"""The paper, sentence by sentence: what each claims, and what comes out."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from typing import Any
+
+from continuair.progress import Progress
+from continuair.studies.paper.evidence import Evidence, Keep
+from continuair.studies.paper.judging import chosen_sentences, judge
+from continuair.vehicle.vehicle import Vehicle
+
+
+def paper(
+    vehicle: Vehicle,
+    only: Iterable[str] | None = None,
+    *,
+    quick: bool = False,
+    progress: Progress | None = None,
+    keep: Keep | None = None,
+) -> dict[str, Any]:
+    """Judge the sentences of the paper by a vehicle; return them with verdicts, JSON-able.
+
+    only: ids of sentences or parts of the paper, such as "III-C.8" or "IV-B". quick: without what
+    takes long, so that some are not judged. progress, keep: as for Evidence. Studies run when a
+    sentence first asks for them. Raises InputError.
+    """
+    names = chosen_sentences(only)
+    evidence = Evidence(vehicle, quick=quick, progress=progress, keep=keep)
+    found = list(judge(names, evidence))
+    return {
+        "study": "paper",
+        "vehicle": vehicle.describe(),
+        "quick": quick,
+        "counts": dict(Counter(entry["verdict"] for entry in found)),
+        "sentences": found,
+    }
