@@ -61,10 +61,11 @@ def crosses(figure: Figure) -> list[Any]:
 
 def assert_legends_cover_nothing(figure: Figure) -> None:
     """No legend, and no line of text above the panels, overlaps an axes' frame or another."""
-    canvas = FigureCanvasAgg(figure)
+    canvas: Any = FigureCanvasAgg(figure)
     canvas.draw()
     renderer = canvas.get_renderer()
-    legends = [*figure.legends, *(a.get_legend() for a in figure.axes if a.get_legend())]
+    legends: list[Any] = [*figure.legends]
+    legends += [axes.get_legend() for axes in figure.axes if axes.get_legend()]
     above = [item.get_window_extent(renderer) for item in [*legends, *figure.texts]]
     frames_drawn = [axes.get_window_extent(renderer) for axes in figure.axes]
     for i, box in enumerate(above):
@@ -225,7 +226,8 @@ def test_printed_numbers_stand_beside_the_papers_vehicle_only(
 ) -> None:
     def shown(figure: Figure) -> str:
         texts = [text.get_text() for axes in figure.axes for text in axes.texts]
-        bars = [f"{bar.get_height():.4f}" for axes in figure.axes for bar in axes.patches]
+        patches: list[Any] = [bar for axes in figure.axes for bar in axes.patches]
+        bars = [f"{bar.get_height():.4f}" for bar in patches]
         return " ".join([words(figure), *texts, *bars])
 
     said = shown(draw(result.results))
@@ -250,9 +252,14 @@ def test_a_failed_flight_has_a_cross_at_its_end_and_is_named(result: study.OpenL
     for draw in (figures.motion, figures.bending, figures.differences):
         figure = draw(dataset)
         assert "× Failed: decoupled ended at 0.32 s, diverged." in words(figure)
-        if draw is not figures.bending:
-            assert crosses(figure)
-            assert all(float(cross.get_xdata()[0]) == 0.32 for cross in crosses(figure))
+        assert crosses(figure)
+        assert all(float(cross.get_xdata()[0]) == 0.32 for cross in crosses(figure))
+
+
+def test_a_part_of_a_flight_before_it_fails_has_no_cross(result: study.OpenLoop) -> None:
+    dataset = failed(result.datasets["A"], "decoupled", 0.8)
+    figure = figures.bending(dataset)
+    assert not crosses(figure) and "decoupled ended at 0.8 s" in words(figure)
 
 
 def test_a_flight_that_is_silently_not_finite_is_named_too(result: study.OpenLoop) -> None:

@@ -245,9 +245,9 @@ def test_flights_that_end_early_are_said_to_and_leave_nothing_to_judge_by() -> N
     assert {c["verdict"] for c in claims} == {UNDECIDED, "nothing to check"}
     sensitivity_output.as_table(found.results)
     assert json.loads(as_json(found.results))
-    said = [text.get_text() for text in figures.errors(found.results).texts]
-    assert said[0] == "No two values can be compared"
-    assert any(text.startswith("× A flight ended early at UAV mass 1, 1.05") for text in said)
+    drawn = [text.get_text() for text in figures.errors(found.results).texts]
+    assert drawn[0] == "No two values can be compared"
+    assert any(text.startswith("× A flight ended early at UAV mass 1, 1.05") for text in drawn)
 
 
 def test_the_title_of_the_errors_is_the_largest_factor_between_neighbours(

@@ -24,7 +24,9 @@ WINDOW = 0.5
 BAND = f"Bands: least to largest, lines: RMS (of DS the mean), in windows of {WINDOW:g} s."
 """What figures with bands say of them."""
 
-_WORDS = STATUS | {NOT_FINITE: "diverged", UNSEEN: "target lost from view"}
+WORDS = STATUS | {NOT_FINITE: "diverged", UNSEEN: "target lost from view"}
+"""How a flight ended, by status."""
+
 _WATCHED = ("tip_position", "bend")
 
 
@@ -35,7 +37,7 @@ def ending(flight: xr.Dataset) -> str:
     """
     status = int(flight["status"])
     if status:
-        return f"ended at {float(flight['end_time']):.3g} s, {_WORDS[status]}"
+        return f"ended at {float(flight['end_time']):.3g} s, {WORDS[status]}"
     for name in _WATCHED:
         finite = np.isfinite(flight[name].transpose("time", ...).to_numpy()).all(-1)
         if not finite.all():
@@ -78,8 +80,14 @@ def line(axes: Any, flight: xr.Dataset, values: Any, model: str, **changes: Any)
     """
     time, values = flight["time"].to_numpy(), np.asarray(values)
     axes.plot(time, values, **{"label": model} | style.MODELS[model] | changes)
-    if ending(flight) or not np.isfinite(values).all():
+    if _ends(flight, values):
         cross(axes, time, values, model)
+
+
+def _ends(flight: xr.Dataset, values: Array) -> bool:
+    """Tell whether a flight fails within the times given."""
+    early = int(flight["status"]) != 0 and float(flight["end_time"]) <= float(flight["time"][-1])
+    return early or not bool(np.isfinite(values).all())
 
 
 def cross(axes: Any, x: Array, y: Array, model: str) -> None:

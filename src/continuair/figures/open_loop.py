@@ -69,7 +69,8 @@ def bending(dataset: xr.Dataset, name: str = "", subtitle: str = "") -> Figure:
         panels = figure.subplots(1, len(moving) + 1, squeeze=False)[0]
         for axes, (label, values) in zip(panels, moving.items(), strict=False):
             for model, flight in _each(dataset):
-                curves.line(axes, flight, values[model], model)
+                shown = flight["time"].to_numpy() <= _ZOOM
+                curves.line(axes, flight.isel(time=shown), values[model][shown], model)
             axes.set(xlim=(0.0, _ZOOM), xlabel=f"time, first {_ZOOM:g} s [s]", ylabel=label)
         found = {model: _spectrum(panels[-1], flight, model) for model, flight in _each(dataset)}
         panels[-1].set(xlabel="frequency [Hz]", ylabel="amplitude of the bend [1/m]")

@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from continuair.figures import style
+from continuair.figures.curves import WORDS
 from continuair.figures.style import short
 from continuair.kernels.dynamics import REFERENCE
-from continuair.kernels.step import STATUS
 
 _PANELS = (
     ("nrmse_t", "nrmse_t", "NRMSE$_T$ as printed [-]"),
@@ -145,7 +145,7 @@ def _failed(entry: dict[str, Any]) -> bool:
 def _failures(results: dict[str, Any]) -> list[str]:
     """A sentence on the flights that failed."""
     named = [
-        f"Test {letter}, {model} ({STATUS[entry['status']] if entry['status'] else 'no number'})"
+        f"Test {letter}, {model} ({WORDS[entry['status']] if entry['status'] else 'no number'})"
         for letter, entries in results["tests"].items()
         for model, entry in entries.items()
         if _failed(entry)

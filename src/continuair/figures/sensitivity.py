@@ -81,7 +81,7 @@ def errors(results: dict[str, Any]) -> Figure:
                 axes.set_ylabel("tip RMSE, xy [m]")
         curves.logarithmic(figure.axes)
         handles = [handle for axes in figure.axes for handle in style.model_handles(axes)]
-        text = f"{_subtitle(results)} Rings: the values of the other figure."
+        text = f"{_subtitle(results)} Rings: values whose paths are drawn."
         style.head(figure, _scatter(results), text, _failures(results), handles)
     return figure
 

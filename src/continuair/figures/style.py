@@ -100,7 +100,7 @@ def head(
     their labels; one of a label that came before is left out.
     """
     width, height = figure.get_size_inches()
-    rows = [(line, 9.0, "bold", "#000000") for line in _wrapped(finding, width, 13.6)]
+    rows = [(line, 9.0, "bold", "#000000") for line in _wrapped(finding, width, 13.0)]
     rows += [(line, 7.0, "normal", "#555555") for line in _wrapped(subtitle, width, 20.0)]
     for note in notes:
         rows += [(line, 7.0, "bold", FAILED_COLOUR) for line in _wrapped(note, width, 17.0)]
