@@ -15,7 +15,9 @@ from continuair.analysis.metrics import (
     compare,
     euler_angles,
     geodesic_angle,
+    joint_speed,
     nrmse,
+    regular_speed,
     rmse,
     tip_euler,
 )
@@ -205,6 +207,7 @@ def test_comparing_runs_that_ended_early_warns_and_names_the_status() -> None:
     assert result[0] == 0 and math.isnan(result[1])
 
 
+<<<<<<< HEAD
 def of_test_a() -> list[xr.Dataset]:
     return [ca.simulate(ca.load_vehicle("paper"), ca.open_loop_test("A"), model=model, sample=2e-3)
             for model in ("coupled", "decoupled")]  # fmt: skip
@@ -232,3 +235,45 @@ def test_runs_are_compared_with_themselves_alone() -> None:
         ca.compare(flights[0].sel(run=[0, 1]), flights[1].sel(run=[1, 2]))
     with pytest.raises(ca.InputError, match="same runs in the same order"):
         ca.compare(flights[0].isel(run=[2, 1, 0]), flights[1])
+=======
+def swinging(offset: float) -> xr.Dataset:
+    """A vehicle that turns steadily while its bend passes zero at a distance of `offset` [1/m].
+
+    q = [t, 2 t, 0, 0.3, 0.2 t, 0.1, κ, ψa]; the bend is (0.5 t, offset) on its polar branch.
+    """
+    time = np.linspace(-1.0, 1.0, 2001)
+    bend = np.column_stack([0.5 * time, np.full_like(time, offset)])
+    q = np.zeros((len(time), 8))
+    q[:, 0], q[:, 1], q[:, 3], q[:, 4], q[:, 5] = time, 2 * time, 0.3, 0.2 * time, 0.1
+    q[:, 6], q[:, 7] = np.linalg.norm(bend, axis=1), np.arctan2(bend[:, 1], bend[:, 0])
+    turn = Rotation.from_euler("ZYX", q[:, [5, 4, 3]])
+    # Pitch alone changes, about the y axis as roll has turned it.
+    spin = 0.2 * np.column_stack([np.zeros_like(time), np.cos(q[:, 3]), -np.sin(q[:, 3])])
+    velocity = turn.inv().apply(np.tile([1.0, 2.0, 0.0], (len(time), 1)))
+    return xr.Dataset(
+        {
+            "q": (("time", "coordinate"), q),
+            "velocity": (("time", "axis"), velocity),
+            "angular_velocity": (("time", "axis"), spin),
+            "bend_rate": (("time", "bend_axis"), np.tile([0.5, 0.0], (len(time), 1))),
+        },
+        {"time": time},
+    )
+
+
+def test_the_papers_speed_is_the_norm_of_the_derivative_of_its_coordinates() -> None:
+    flown = swinging(0.3)
+    derivative = np.gradient(flown["q"].to_numpy(), flown["time"].to_numpy(), axis=0)
+    # Central differences of 1 ms are wrong by h²/6 of third derivatives up to 2 (0.5/0.3)³.
+    np.testing.assert_allclose(
+        joint_speed(flown)[1:-1], np.linalg.norm(derivative[1:-1], axis=1), rtol=0, atol=2e-6
+    )
+
+
+@pytest.mark.parametrize("offset", [1e-2, 1e-4])
+def test_the_papers_speed_grows_without_bound_where_the_bend_passes_zero(offset: float) -> None:
+    flown = swinging(offset)
+    # There the bend turns by 0.5 / offset [rad/s], and every other rate stays.
+    assert joint_speed(flown).max() == pytest.approx(0.5 / offset, rel=0.01)
+    np.testing.assert_allclose(regular_speed(flown), math.sqrt(5.0 + 0.04 + 0.25), rtol=1e-12)
+>>>>>>> f9836501735708de683eefd8fd96a66939fec7c6

@@ -199,8 +199,8 @@ def test_figures_draw_the_tips_and_the_errors(flown: study.Sensitivity) -> None:
     drawn = {line.get_label(): line for line in axes.get_lines()}
     dataset = flown.datasets["UAV mass"]
     tip = dataset["tip_position"].sel(model="decoupled").isel(run=2)
-    np.testing.assert_array_equal(drawn["3 kg, decoupled"].get_ydata(), tip.sel(axis="y"))
-    assert drawn["3 kg, decoupled"].get_color() == drawn["3 kg"].get_color()
+    np.testing.assert_array_equal(drawn["_3 kg"].get_ydata(), tip.sel(axis="y"))
+    assert drawn["_3 kg"].get_color() == drawn["3 kg"].get_color()
     axes = figures.errors(flown.results).axes[1]
     between = flown.results["sweeps"]["initial roll"]["between"]
     line = next(item for item in axes.get_lines() if item.get_label() == "decoupled")
@@ -247,7 +247,25 @@ def test_flights_that_end_early_are_said_to_and_leave_nothing_to_judge_by() -> N
     assert {c["verdict"] for c in claims} == {UNDECIDED}
     sensitivity_output.as_table(found.results)
     assert json.loads(as_json(found.results))
-    figures.errors(found.results)
+    drawn = [text.get_text() for text in figures.errors(found.results).texts]
+    assert drawn[0] == "No two values can be compared"
+    assert any(text.startswith("× A flight ended early at UAV mass 1, 1.05") for text in drawn)
+
+
+def test_the_title_of_the_errors_is_the_largest_factor_between_neighbours(
+    flown: study.Sensitivity,
+) -> None:
+    ratio = max(map(sensitivity_output.neighbour_ratio, flown.results["sweeps"].values()))
+    title = " ".join(text.get_text() for text in figures.errors(flown.results).texts[:2])
+    assert f"up to {ratio:.2g}-fold" in title
+
+
+def test_no_line_joins_neighbours_that_differ_wildly(flown: study.Sensitivity) -> None:
+    for axes in figures.errors(flown.results).axes:
+        for line in axes.get_lines():
+            if line.get_linestyle() == "-" and len(np.atleast_1d(line.get_ydata())) == 2:
+                first, second = np.asarray(line.get_ydata())
+                assert max(first / second, second / first) <= figures.WILD
 
 
 def test_the_rows_agree_with_metrics_gathered_while_flying(flown: study.Sensitivity) -> None:

@@ -156,7 +156,7 @@ def test_figures_are_drawn_for_every_setting(study: Tracking, tmp_path: Path) ->
     camera = ca.load_vehicle("paper").camera
     figures.write(study.results, study.datasets, camera, lambda name: tmp_path / name)
     for setting in ("nominal", "fast"):
-        for kind in ("traces", "errors", "speed_ds", "image", "stability"):
+        for kind in ("traces", "errors", "speed", "ds", "image", "stability"):
             assert (tmp_path / f"{kind}_{setting}.png").stat().st_size > 10_000
 
 

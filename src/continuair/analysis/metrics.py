@@ -14,11 +14,15 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from continuair.errors import ContinuairWarning, InputError, shown
-from continuair.vehicle.coordinates import continuous_euler
+from continuair.vehicle.coordinates import continuous_euler, paper_rates
+from continuair.vehicle.layout import ONE_SECTION
 
 Array = NDArray[np.float64]
 
 _TIP = ("tip_position", "tip_attitude")
+
+_RATES = (("velocity", "axis"), ("angular_velocity", "axis"), ("bend_rate", "bend_axis"))
+"""Rates that have no singularity, and the dimension of each."""
 
 TRANSIENT = 2.0
 """|DS| is judged from this time on [s]; the start of a closed loop decides it before."""
@@ -48,6 +52,30 @@ def feature_rms(flight: xr.Dataset) -> Any:
 def norm_difference(coupled: xr.Dataset, other: xr.Dataset) -> Array:
     """Return DS = ‖e‖_c - ‖e‖_d (..., time) of the stacked feature errors [px], Amiri et al."""
     return feature_norm(coupled) - feature_norm(other)
+
+
+def joint_speed(flight: xr.Dataset) -> Array:
+    """Return ‖q̇‖ (time,) of one run, of the paper's q = [x y z φ θ ψ κ ψa], ψ̇a among its rates.
+
+    Euler rates and polar bend rates, in mixed units [m/s, rad/s, 1/(m s), rad/s]. ψ̇a is the rate of
+    the bend across its direction over κ: it grows without bound where the bend passes zero.
+    """
+    state = np.zeros((flight.sizes["time"], ONE_SECTION.state))
+    for name, dimension in _RATES:  # a velocity is as long in body axes as in the world's
+        state[:, getattr(ONE_SECTION, name)] = samples(flight, name, dimension)
+    rates = paper_rates(samples(flight, "q", "coordinate"), state, 0.0)
+    norm: Array = np.linalg.norm(rates, axis=-1)
+    return norm
+
+
+def regular_speed(flight: xr.Dataset) -> Array:
+    """Return the norm (..., time) of velocity, angular velocity and rate of the bend vector.
+
+    In mixed units [m/s, rad/s, 1/(m s)], as ‖q̇‖, and without its singularities.
+    """
+    parts = [samples(flight, name, dimension) for name, dimension in _RATES]
+    norm: Array = np.linalg.norm(np.concatenate(parts, axis=-1), axis=-1)
+    return norm
 
 
 def nrmse(reference: ArrayLike, other: ArrayLike) -> Any:

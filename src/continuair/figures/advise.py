@@ -41,7 +41,7 @@ def advice(results: dict[str, Any]) -> Figure:
 
 
 def write(results: dict[str, Any], atlas: xr.Dataset, file: Callable[[str], Path]) -> None:
-    """Write the advice, and the vehicle's place on an atlas, as PNG and PDF."""
+    """Write the advice, and the vehicle's place on an atlas, as PNG, SVG and PDF."""
     style.save(advice(results), "advise", file)
     place = {style.plain(results["vehicle"]["name"]): results["groups"]}
     style.save(validity_map(atlas, place), "atlas", file)

@@ -122,7 +122,7 @@ def collapse(curves: xr.Dataset) -> Figure:
 
 
 def write(summary: xr.Dataset, curves: xr.Dataset, file: Callable[[str], Path]) -> None:
-    """Write all figures as PNG and PDF; `file` gives the path of a name."""
+    """Write all figures as PNG, SVG and PDF; `file` gives the path of a name."""
     figures = {
         "map": validity_map(summary),
         "map_safe": validity_map(summary, quantile=0.9),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,132 +9,248 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from continuair.analysis.metrics import geodesic_angle, samples, tip_euler
-from continuair.figures import style
+from continuair.analysis.spectrum import STILL, Peak, dominant, spectrum
+from continuair.figures import curves, overview, style
+from continuair.figures.frames import bend_variables, frames
+from continuair.figures.style import grouped, short
+from continuair.kernels.dynamics import REFERENCE
+from continuair.vehicle.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+
+ACTS = {
+    "A": "100 N along x on the UAV",
+    "B": "free fall",
+    "C": "sinusoidal moments on the arm",
+    "D": "a turning force at the tip",
+}
+"""What acts in each test."""
+
+_ZOOM = 0.5
+"""Length of the part of a flight in which single swings can be seen [s]."""
 
 
-def motion(dataset: xr.Dataset, title: str = "") -> Figure:
-    """Return tip position [m], tip attitude [deg] and bend [1/m] over time, a line per model."""
+def motion(dataset: xr.Dataset, name: str = "", subtitle: str = "") -> Figure:
+    """Return what moves of the tip over time, and below it each model's difference from coupled.
+
+    Positions [m], z beyond free fall, and attitude [deg]; what does not move is named in words.
+    """
+    moving, still = _moving(_tip(dataset))
+    columns = min(3, max(1, len(moving)))
+    rows = max(1, -(-len(moving) // columns))
+    heights = ([1.4, 0.9] if _others(dataset) else [1.4]) * rows
     with style.applied():
-        figure = style.new_figure(height=4.6)
-        grid = figure.subplots(3, 3, sharex=True)
-        for model in dataset["model"].to_numpy():
-            flight = dataset.sel(model=model)
-            tip = samples(flight, "tip_position", "axis")
-            degrees = np.degrees(tip_euler(flight))
-            bend = samples(flight, "bend", "bend_axis")
-            for column in range(3):
-                style.line(grid[0, column], flight, tip[:, column], model)
-                style.line(grid[1, column], flight, degrees[:, column], model)
-            for column in range(2):
-                style.line(grid[2, column], flight, bend[:, column], model)
-            style.line(grid[2, 2], flight, np.linalg.norm(bend, axis=-1), model)
-        for column, names in enumerate(_MOTION_LABELS):
-            for row, name in enumerate(names):
-                grid[row, column].set_ylabel(name)
-                _widen_flat(grid[row, column])
-            grid[2, column].set_xlabel("time [s]")
-        style.finish(figure, grid[0, 0], title)
+        figure = style.new_figure(height=1.25 * sum(heights))
+        grid = figure.subplots(len(heights), columns, squeeze=False, height_ratios=heights)
+        for index, (label, values) in enumerate(moving.items()):
+            row, column = divmod(index, columns)
+            own = len(heights) // rows
+            _curves(grid[row * own : (row + 1) * own, column], dataset, label, values)
+        for axes in grid.flat:
+            axes.set_axis_on() if axes.has_data() else axes.set_axis_off()
+        _finish(figure, grid[0, 0], f"{name}: {_moved(dataset, moving)}", dataset, subtitle, still)
     return figure
 
 
-_MOTION_LABELS = (
-    ("tip x [m]", "tip roll [deg]", r"bend $k_x$ [1/m]"),
-    ("tip y [m]", "tip pitch [deg]", r"bend $k_y$ [1/m]"),
-    ("tip z [m]", "tip yaw [deg]", r"bend $|k|$ [1/m]"),
-)
+def bending(dataset: xr.Dataset, name: str = "", subtitle: str = "") -> Figure:
+    """Return the bend over the first 0.5 s [1/m], and the amplitudes of its frequencies."""
+    bends = {
+        f"bend $k_{axis}$ [1/m]": {
+            model: samples(flight, "bend", "bend_axis")[:, i] for model, flight in _each(dataset)
+        }
+        for i, axis in enumerate("xy")
+    }
+    moving, still = _moving(bends)
+    with style.applied():
+        figure = style.new_figure(height=2.2)
+        panels = figure.subplots(1, len(moving) + 1, squeeze=False)[0]
+        for axes, (label, values) in zip(panels, moving.items(), strict=False):
+            for model, flight in _each(dataset):
+                shown = flight["time"].to_numpy() <= _ZOOM
+                curves.line(axes, flight.isel(time=shown), values[model][shown], model)
+            axes.set(xlim=(0.0, _ZOOM), xlabel=f"time, first {_ZOOM:g} s [s]", ylabel=label)
+        found = {model: _spectrum(panels[-1], flight, model) for model, flight in _each(dataset)}
+        panels[-1].set(xlabel="frequency [Hz]", ylabel="amplitude of the bend [1/m]")
+        panels[-1].set_xlim(0.0, _highest(found))
+        panels[-1].set_ylim(0.0, 1.15 * panels[-1].get_ylim()[1])
+        _finish(figure, panels[-1], f"{name}: {ringing(found)}", dataset, subtitle, still)
+    return figure
 
 
-def differences(dataset: xr.Dataset, title: str = "") -> Figure:
+def differences(dataset: xr.Dataset, name: str = "", subtitle: str = "") -> Figure:
     """Return distance [m] and geodesic angle [deg] of the tip from the coupled one over time."""
     with style.applied():
-        figure = style.new_figure(height=2.4)
+        figure = style.new_figure(height=2.2)
         left, right = figure.subplots(1, 2, sharex=True)
-        coupled = dataset.sel(model="coupled")
-        for model in dataset["model"].to_numpy():
-            if model == "coupled":
-                continue
+        coupled = dataset.sel(model=REFERENCE)
+        found = {}
+        for model in _others(dataset):
             flight = dataset.sel(model=model)
-            apart = samples(flight, "tip_position", "axis") - samples(
-                coupled, "tip_position", "axis"
-            )
-            angle = geodesic_angle(
-                samples(coupled, "tip_attitude", "quaternion"),
-                samples(flight, "tip_attitude", "quaternion"),
-            )
-            style.line(left, flight, np.linalg.norm(apart, axis=-1), model)
-            style.line(right, flight, np.degrees(angle), model)
+            distance, angle = _apart(coupled, flight)
+            curves.line(left, flight, distance, model)
+            curves.line(right, flight, np.degrees(angle), model)
+            if np.isfinite(distance).any():
+                far, turned = np.nanmax(distance), np.degrees(np.nanmax(angle))
+                found[model] = f"by up to {short(far)} m and {short(turned)}°"
         left.set_ylabel("tip distance from coupled [m]")
         right.set_ylabel("tip angle from coupled [deg]")
         for axes in (left, right):
             axes.set_xlabel("time [s]")
             axes.set_ylim(bottom=0)
-        style.finish(figure, left, title)
+        finding = f"the tip errs {grouped(found)}" if found else "nothing can be compared"
+        _finish(figure, left, f"{name}: {finding}", dataset, subtitle)
     return figure
-
-
-def overview(results: dict[str, Any]) -> Figure:
-    """Return the table as bars: each model's metrics beside the numbers that the paper prints."""
-    tests = list(results["tests"])
-    models = [m for m in style.MODELS if m != "coupled" and m in results["tests"][tests[0]]]
-    panels = (
-        ("nrmse_t", "nrmse_t", "NRMSE$_T$ as printed [-]"),
-        ("rmse_t_m", "nrmse_t", "RMSE of tip position [m]"),
-        ("nrmse_r", "nrmse_r", "NRMSE$_R$ as printed [-]"),
-        ("rmse_r_rad", "nrmse_r", "RMSE of Euler angles [rad]"),
-    )
-    with style.applied():
-        figure = style.new_figure(height=4.4)
-        for axes, (key, printed, label) in zip(figure.subplots(2, 2).flat, panels, strict=True):
-            _bars(axes, results, tests, models, key, printed)
-            axes.set_ylabel(label)
-            axes.set_xticks(range(len(tests)), [f"Test {letter}" for letter in tests])
-            axes.grid(axis="x", visible=False)
-        style.model_legend(figure, figure.axes[0])
-        figure.supxlabel(
-            "The paper prints no parameters and one number per test and kind, shown in both "
-            "readings; no match is claimed. Hatched: not converged.",
-            fontsize=7,
-        )
-    return figure
-
-
-def _bars(
-    axes: Any, results: dict[str, Any], tests: list[str], models: list[str], key: str, printed: str
-) -> None:
-    width = 0.8 / (len(models) + 1)
-    places = np.arange(len(tests)) - 0.4 + width / 2
-    paper = [results["printed"][letter][printed] for letter in tests]
-    axes.bar(places, paper, width, color=style.PAPER_COLOUR, label="paper, decoupled (printed)")
-    for index, model in enumerate(models, start=1):
-        entries = [results["tests"][letter][model] for letter in tests]
-        heights = [e[key] if math.isfinite(e[key]) else 0.0 for e in entries]
-        bars = axes.bar(
-            places + index * width, heights, width, color=style.MODELS[model]["color"], label=model
-        )
-        for bar, entry in zip(bars, entries, strict=True):
-            if not entry["converged"]:
-                bar.set(hatch="////", facecolor="white", edgecolor=style.MODELS[model]["color"])
 
 
 def write(
     results: dict[str, Any], datasets: dict[str, xr.Dataset], file: Callable[[str], Path]
 ) -> None:
-    """Write all figures of the study as PNG and PDF; `file` gives the path of a name."""
-    name = style.plain(results["vehicle"]["name"])
+    """Write all figures of the study as PNG, SVG and PDF; `file` gives the path of a name."""
+    vehicle = style.plain(results["vehicle"]["name"])
     for letter, dataset in datasets.items():
-        title = f"Test {letter}, vehicle {name}"
-        style.save(motion(dataset, title), f"test_{letter}_motion", file)
-        if dataset.sizes["model"] > 1:
-            style.save(differences(dataset, title), f"test_{letter}_differences", file)
-    if any(model != "coupled" for model in next(iter(results["tests"].values()))):
-        style.save(overview(results), "overview", file)
+        name, subtitle = f"Test {letter}", f"Vehicle {vehicle}, Test {letter}: {ACTS[letter]}."
+        style.save(motion(dataset, name, subtitle), f"test_{letter}_motion", file)
+        style.save(bending(dataset, name, subtitle), f"test_{letter}_bending", file)
+        if _others(dataset):
+            style.save(differences(dataset, name, subtitle), f"test_{letter}_differences", file)
+    if any(model != REFERENCE for model in next(iter(results["tests"].values()))):
+        style.save(overview.bars(results), "overview", file)
+        style.save(overview.table(results), "table", file)
+    drawn = Vehicle(**results["vehicle"])
+    style.save(bend_variables(drawn), "bend_variables", file)
+    style.save(frames(drawn), "frames", file)
 
 
-def _widen_flat(axes: Any) -> None:
-    """Show a quantity that stays at one value as a level line, not as magnified rounding."""
-    low, high = axes.get_ylim()
-    if high - low < 1e-6:
-        middle = (low + high) / 2
-        axes.set_ylim(middle - 0.5, middle + 0.5)
+def ringing(peaks: dict[str, Peak | None]) -> str:
+    """Return at which frequency the arm of each model rings, in words; None is no clear one."""
+    words = {
+        model: f"at {short(peak.hz)} Hz" if peak else "at no one frequency"
+        for model, peak in peaks.items()
+    }
+    return f"the arm rings {grouped(words)}"
+
+
+def _tip(dataset: xr.Dataset) -> dict[str, dict[str, Array]]:
+    """Label -> model -> values (time,) of the tip's position and attitude."""
+    found: dict[str, dict[str, Array]] = {}
+    fall = 0.5 * float(dataset.attrs["gravity"]) * dataset["time"].to_numpy() ** 2
+    for model, flight in _each(dataset):
+        x, y, z = samples(flight, "tip_position", "axis").T
+        roll, pitch, yaw = np.degrees(tip_euler(flight)).T
+        values = {"tip x [m]": x, "tip y [m]": y, "tip z beyond\nfree fall [m]": z - z[0] + fall}
+        values |= {"tip roll [deg]": roll, "tip pitch [deg]": pitch, "tip yaw [deg]": yaw}
+        for label, series in values.items():
+            found.setdefault(label, {})[model] = series
+    return found
+
+
+def _each(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
+    """Models and their flights."""
+    return [(str(model), dataset.sel(model=model)) for model in dataset["model"].to_numpy()]
+
+
+def _others(dataset: xr.Dataset) -> list[str]:
+    return [model for model, _ in _each(dataset) if model != REFERENCE]
+
+
+def _moving(
+    quantities: dict[str, dict[str, Array]],
+) -> tuple[dict[str, dict[str, Array]], str]:
+    """The quantities that change in any model's flight, and a sentence on the others."""
+    moving, still = {}, []
+    for label, values in quantities.items():
+        if any(np.nanmax(v) - np.nanmin(v) > STILL for v in values.values()):
+            moving[label] = values
+        else:
+            name, unit = label.replace("\n", " ").split(" [")
+            first = float(next(iter(values.values()))[0])
+            still.append(f"{name} {0.0 if abs(first) < STILL else first:.3g} {unit.split(']')[0]}")
+    return moving, f"Stays at one value: {', '.join(still)}." if still else ""
+
+
+def _curves(panels: Any, dataset: xr.Dataset, label: str, values: dict[str, Array]) -> None:
+    """A quantity of all models in the first panel, and differences from coupled in the second."""
+    for model, flight in _each(dataset):
+        curves.line(panels[0], flight, values[model], model)
+        if model != REFERENCE:
+            curves.line(panels[1], flight, values[model] - values[REFERENCE], model)
+    panels[0].set_ylabel(label)
+    if len(panels) > 1:
+        panels[0].tick_params(labelbottom=False)
+        panels[1].set_ylabel("minus coupled")
+        panels[1].axhline(0.0, color=style.MODELS[REFERENCE]["color"], lw=0.6)
+    panels[-1].set_xlabel("time [s]")
+
+
+def _spectrum(axes: Any, flight: xr.Dataset, model: str) -> Peak | None:
+    """Draw a spectrum up to where its flight ends, with its peak marked; return a clear peak."""
+    time, bend = flight["time"].to_numpy(), samples(flight, "bend", "bend_axis")
+    flown = np.isfinite(bend).all(-1)
+    if flown.sum() < 3:
+        return None
+    time, bend = time[flown], bend[flown]
+    hz, amplitudes = spectrum(time, bend)
+    axes.plot(hz, amplitudes, label=model, **style.MODELS[model])
+    peak = dominant(time, bend)
+    if peak:
+        colour = style.MODELS[model]["color"]
+        axes.plot(peak.hz, amplitudes.max(), "o", ms=3.5, color=colour)
+        # To either side, since the two simpler models often agree.
+        side = {"xytext": (-4, 3), "ha": "right"} if model == "decoupled" else {"xytext": (4, 3)}
+        words = {"textcoords": "offset points", "fontsize": 7, "color": colour} | side
+        axes.annotate(f"{short(peak.hz)} Hz", (peak.hz, amplitudes.max()), **words)
+    return peak
+
+
+def _highest(peaks: dict[str, Peak | None]) -> float:
+    """Where to end an axis of frequencies [Hz]."""
+    return 1.6 * max((peak.hz for peak in peaks.values() if peak), default=25.0)
+
+
+def _moved(dataset: xr.Dataset, moving: dict[str, dict[str, Array]]) -> str:
+    """Where the decoupled tip differs most, or how far the only model's goes."""
+    others = _others(dataset)
+    model = "decoupled" if "decoupled" in others else (others or [REFERENCE])[0]
+    texts = []
+    for unit in ("m", "deg"):
+        sizes = {}
+        for label, values in moving.items():
+            start = values[REFERENCE] if others else values[REFERENCE][0]
+            size = np.abs(values[model] - start)
+            if f"[{unit}]" in label and np.isfinite(size).any():
+                sizes[label.split(" [")[0]] = float(np.nanmax(size))
+        if sizes:
+            most = max(sizes, key=sizes.__getitem__)
+            texts.append(f"{most} by up to {short(sizes[most])} {unit}")
+    if not texts:
+        return "the tip does not move beyond free fall"
+    return f"{'decoupling changes' if others else 'coupled,'} {' and '.join(texts)}"
+
+
+def _apart(coupled: xr.Dataset, flight: xr.Dataset) -> tuple[Array, Array]:
+    """Distance [m] and angle [rad] between two tips, (time,)."""
+    tips = [samples(one, "tip_position", "axis") for one in (coupled, flight)]
+    turned = [samples(one, "tip_attitude", "quaternion") for one in (coupled, flight)]
+    return np.linalg.norm(tips[1] - tips[0], axis=-1), geodesic_angle(*turned)
+
+
+def _coinciding(dataset: xr.Dataset) -> str:
+    """A sentence where the curves of the simpler models lie on top of each other."""
+    others = _others(dataset)
+    if len(others) < 2:
+        return ""
+    tips = [samples(dataset.sel(model=m), "tip_position", "axis") for m in (REFERENCE, *others)]
+    far, between = (np.abs(tips[i] - tips[-1]).max() for i in (0, 1))
+    return f"{others[0].capitalize()} and {others[1]} coincide." if between < 0.01 * far else ""
+
+
+def _finish(
+    figure: Figure, axes: Any, finding: str, dataset: xr.Dataset, subtitle: str, more: str = ""
+) -> None:
+    """Put finding, subtitle, words on failed flights and the models' legend above the panels."""
+    text = " ".join(part for part in (subtitle, more, _coinciding(dataset)) if part)
+    failed = curves.failures(dataset)
+    style.head(figure, finding.removeprefix(": "), text, failed, style.model_handles(axes))

@@ -10,66 +10,173 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
-from continuair.figures import style
+from continuair.figures import curves, style
+from continuair.figures.style import short
+from continuair.kernels.dynamics import REFERENCE
+
+Array = NDArray[np.float64]
 
 VALUES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 """Colours of the values of a parameter, in ascending order (Okabe and Ito)."""
 
+WILD = 2.0
+"""Factor between the errors at neighbouring values from which on no line joins them."""
+
+_WINDOW = 0.25
+"""Length of the windows of the running RMS [s]."""
+
+_DASHES = (0, (3, 1.5))
+_SHOWN = "decoupled"
+
 
 def paths(results: dict[str, Any], datasets: dict[str, xr.Dataset]) -> Figure:
-    """Return the tips' paths in the world's xy plane [m]: a panel per parameter.
+    """Return the tips' paths in the world's xy plane [m], as Fig. 3 of Amiri et al. has them.
 
-    A colour is a value, a solid line the coupled model, a dashed one the decoupled.
+    A panel per parameter, and below it the distance between the two models over time. A colour is
+    a value, a solid line the coupled model, a dashed one the decoupled.
     """
+    rows = -(-len(datasets) // 3)
     with style.applied():
-        figure = style.new_figure(height=5.6)
-        for index, (axes, name) in enumerate(_panels(figure, datasets)):
-            dataset = datasets[name]
-            for run, row in enumerate(results["sweeps"][name]["rows"]):
-                for model, dashes in (("coupled", "-"), ("decoupled", (0, (3, 1.5)))):
-                    tip = dataset["tip_position"].sel(model=model).isel(run=run)
-                    x, y = (tip.sel(axis=axis).to_numpy() for axis in "xy")
-                    axes.plot(
-                        x, y, color=VALUES[run], ls=dashes, lw=0.9,
-                        label=row["label"] if model == "coupled" else f"{row['label']}, decoupled",
-                    )  # fmt: skip
-            _title(axes, index, name)
-            axes.set_aspect("equal", adjustable="datalim")
-            axes.set_xlabel("tip x [m]")
-            axes.set_ylabel("tip y [m]")
-            handles = [line for line in axes.get_lines() if "," not in str(line.get_label())]
-            axes.legend(handles=handles, loc="best", handlelength=1.2)
-        _model_key(figure)
+        figure = style.new_figure(height=3.7 * rows)
+        grid = figure.subplots(
+            2 * rows, min(3, len(datasets)), squeeze=False, height_ratios=[2.3, 1.0] * rows
+        )
+        largest, failed = {}, []
+        for index, (name, dataset) in enumerate(datasets.items()):
+            row, column = divmod(index, 3)
+            labels = [entry["label"] for entry in results["sweeps"][name]["rows"]]
+            above, below = grid[2 * row : 2 * row + 2, column]
+            largest[name] = _sweep(above, below, dataset, labels)
+            failed += [f"{name}: {text}" for text in curves.failures(dataset)]
+            _title(above, index, name)
+        for axes in grid.flat:
+            axes.set_axis_on() if axes.has_data() else axes.set_axis_off()
+        distances = grid[1::2].ravel()[: len(datasets)]
+        low, high = (f(axes.get_ylim()[i] for axes in distances) for i, f in ((0, min), (1, max)))
+        for axes in distances:
+            axes.set_ylim(low, high)
+        text = f"{_subtitle(results)} Apart: RMS distance of the tips, windows of {_WINDOW:g} s."
+        style.head(figure, _farthest(largest), text, failed, _key())
     return figure
 
 
 def errors(results: dict[str, Any]) -> Figure:
-    """Return each model's horizontal error [m] over the parameters; dots: the values compared."""
+    """Return each model's horizontal error [m] over the parameters; rings: the values compared.
+
+    Values between are joined by a line only where neighbours are within a factor of WILD.
+    """
+    rows = -(-len(results["sweeps"]) // 3)
     with style.applied():
-        figure = style.new_figure(height=4.2)
-        for index, (axes, name) in enumerate(_panels(figure, results["sweeps"], sharey=True)):
+        figure = style.new_figure(height=2.0 * rows)
+        for index, (axes, name) in enumerate(_panels(figure, results["sweeps"])):
             sweep = results["sweeps"][name]
-            x = sweep["scale"] * np.array(sweep["between"]["value"])
-            for model, column in sweep["between"]["rmse_xy_m"].items():
-                axes.semilogy(x, column, label=model, **style.MODELS[model])
-                axes.semilogy(
-                    [sweep["scale"] * row["value"] for row in sweep["rows"]],
-                    [row["models"][model]["rmse_xy_m"] for row in sweep["rows"]],
-                    "o", ms=3.5, color=style.MODELS[model]["color"],
-                )  # fmt: skip
+            for model in sweep["between"]["rmse_xy_m"]:
+                _errors(axes, sweep, model)
+            _ended(axes, sweep)
             _title(axes, index, name)
             axes.set_xlabel(f"{name} [{sweep['units']}]")
             if index % 3 == 0:
                 axes.set_ylabel("tip RMSE, xy [m]")
-        style.model_legend(figure, figure.axes[0])
+        curves.logarithmic(figure.axes)
+        handles = [handle for axes in figure.axes for handle in style.model_handles(axes)]
+        text = f"{_subtitle(results)} Rings: values whose paths are drawn."
+        style.head(figure, _scatter(results), text, _failures(results), handles)
     return figure
 
 
-def _panels(figure: Figure, names: Any, sharey: bool = False) -> list[tuple[Any, str]]:
+def write(
+    results: dict[str, Any], datasets: dict[str, xr.Dataset], file: Callable[[str], Path]
+) -> None:
+    """Write both figures as PNG, SVG and PDF; `file` gives the path of a name."""
+    for name, figure in (("paths", paths(results, datasets)), ("errors", errors(results))):
+        style.save(figure, name, file)
+
+
+def _sweep(above: Any, below: Any, dataset: xr.Dataset, labels: list[str]) -> tuple[float, str]:
+    """Draw the paths of a parameter's values, and how far apart they get; return the farthest."""
+    farthest = (0.0, "")
+    for run, label in enumerate(labels):
+        flights = {m: dataset.sel(model=m).isel(run=run) for m in (REFERENCE, _SHOWN)}
+        tips = {model: _xy(flight) for model, flight in flights.items()}
+        for model, dashes in ((REFERENCE, "-"), (_SHOWN, _DASHES)):
+            text = label if model == REFERENCE else f"_{label}"
+            above.plot(*tips[model].T, color=VALUES[run], ls=dashes, lw=0.9, label=text)
+            if curves.ending(flights[model]):
+                curves.cross(above, tips[model][:, 0], tips[model][:, 1], model)
+        above.plot(*tips[REFERENCE][0], "o", ms=3.5, color="#333333", zorder=4)
+        distance = np.linalg.norm(tips[_SHOWN] - tips[REFERENCE], axis=1)
+        middle, (_, _, rms, _) = curves.windows(dataset["time"].to_numpy(), distance, _WINDOW)
+        below.plot(middle, rms, color=VALUES[run], lw=1.1)
+        if any(curves.ending(flight) for flight in flights.values()):
+            curves.cross(below, middle, rms, _SHOWN)
+        reached = float(np.nanmax(distance))
+        farthest = max(farthest, (reached, label))
+    above.set_aspect("equal", adjustable="datalim")
+    above.set(xlabel="tip x [m]", ylabel="tip y [m]")
+    below.set(xlabel="time [s]", ylabel="apart [m]", yscale="log")
+    above.legend(
+        loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(labels),
+        handlelength=0.8, columnspacing=0.8, handletextpad=0.3,
+    )  # fmt: skip
+    return farthest
+
+
+def _xy(flight: xr.Dataset) -> Array:
+    tip: Array = flight["tip_position"].sel(axis=["x", "y"]).transpose("time", "axis").to_numpy()
+    return tip
+
+
+def _errors(axes: Any, sweep: dict[str, Any], model: str) -> None:
+    """One model's errors: points, joined where they follow each other, and the values compared."""
+    x = sweep["scale"] * np.array(sweep["between"]["value"])
+    y = np.array(sweep["between"]["rmse_xy_m"][model], float)
+    colour = style.MODELS[model]["color"]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        near = np.abs(np.log(y[1:] / y[:-1])) <= np.log(WILD)
+    for first in np.flatnonzero(near):
+        axes.plot(x[first : first + 2], y[first : first + 2], color=colour, lw=0.7, alpha=0.6)
+    marker = {"decoupled": "o", "independent": "s"}[model]
+    axes.plot(x, y, marker, ms=2.4, color=colour, label=model)
+    compared = [(sweep["scale"] * row["value"], row["models"][model]) for row in sweep["rows"]]
+    finite = [(value, entry["rmse_xy_m"]) for value, entry in compared if not entry["status"]]
+    if finite:
+        axes.plot(*np.transpose(finite), "o", ms=6, mfc="none", mew=1.0, color=colour)
+
+
+def _ended(axes: Any, sweep: dict[str, Any]) -> None:
+    """Crosses along the upper edge at values with a flight that ended early."""
+    ended = set(sweep["between"]["ended_early"])
+    ended |= {r["value"] for r in sweep["rows"] if any(e["status"] for e in r["models"].values())}
+    if ended:
+        axes.plot(
+            sweep["scale"] * np.array(sorted(ended)), np.full(len(ended), 0.97), "x", ms=5, mew=1.5,
+            color=style.FAILED_COLOUR, transform=axes.get_xaxis_transform(), clip_on=False,
+            label="a flight failed", gid="failed",
+        )  # fmt: skip
+
+
+def _failures(results: dict[str, Any]) -> list[str]:
+    """A sentence on the values with flights that ended early."""
+    named = []
+    for name, sweep in results["sweeps"].items():
+        ended = set(sweep["between"]["ended_early"])
+        ended |= {
+            row["value"]
+            for row in sweep["rows"]
+            if any(entry["status"] for entry in row["models"].values())
+        }
+        if ended:
+            values = ", ".join(f"{sweep['scale'] * value:.3g}" for value in sorted(ended))
+            named.append(f"{name} {values} {sweep['units']}")
+    return [f"× A flight ended early at {'; '.join(named)}."] if named else []
+
+
+def _panels(figure: Figure, names: Any) -> list[tuple[Any, str]]:
     """Three panels in a row."""
     rows = -(-len(names) // 3)
-    panels = figure.subplots(rows, min(3, len(names)), squeeze=False, sharey=sharey).flat
+    panels = figure.subplots(rows, min(3, len(names)), squeeze=False, sharey=True).flat
     used = list(zip(panels, names, strict=False))
     for axes in panels[len(used) :]:
         axes.set_axis_off()
@@ -77,21 +184,51 @@ def _panels(figure: Figure, names: Any, sharey: bool = False) -> list[tuple[Any,
 
 
 def _title(axes: Any, index: int, name: str) -> None:
-    axes.set_title(f"({'abcdef'[index]}) {name}", loc="left")
+    axes.set_title(f"({'abcdef'[index]}) {name}", loc="left", pad=18 if axes.get_legend() else 6)
 
 
-def _model_key(figure: Figure) -> None:
+def _key() -> list[Any]:
     grey = "#444444"
-    handles = [
+    return [
         Line2D([], [], color=grey, lw=1, ls="-", label="coupled"),
-        Line2D([], [], color=grey, lw=1, ls=(0, (3, 1.5)), label="decoupled"),
+        Line2D([], [], color=grey, lw=1, ls=_DASHES, label="decoupled"),
+        Line2D([], [], color="#333333", ls="", marker="o", ms=3.5, label="start"),
     ]
-    figure.legend(handles=handles, loc="outside upper right", ncols=2)
 
 
-def write(
-    results: dict[str, Any], datasets: dict[str, xr.Dataset], file: Callable[[str], Path]
-) -> None:
-    """Write both figures as PNG and PDF; `file` gives the path of a name."""
-    for name, figure in (("paths", paths(results, datasets)), ("errors", errors(results))):
-        style.save(figure, name, file)
+def _subtitle(results: dict[str, Any]) -> str:
+    name = style.plain(results["vehicle"]["name"])
+    return f"Vehicle {name}, a force of 100 N on the UAV with {results['reading_of_f']}, f = 10."
+
+
+def _farthest(largest: dict[str, tuple[float, str]]) -> str:
+    """Which value of which parameter sets the two models farthest apart, and which least."""
+    most, least = (f(largest, key=lambda name: largest[name][0]) for f in (max, min))
+    far = (
+        f"The decoupled tip gets up to {short(largest[most][0])} m off ({most} {largest[most][1]})"
+    )
+    if most == least:
+        return far
+    return f"{far}; over {least} never more than {short(largest[least][0])} m"
+
+
+def _scatter(results: dict[str, Any]) -> str:
+    """How far the decoupled error changes between neighbouring values."""
+    factors = {}
+    for name, sweep in results["sweeps"].items():
+        error = np.array(sweep["between"]["rmse_xy_m"][_SHOWN], float)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratios = np.exp(np.abs(np.log(error[1:] / error[:-1])))
+        finite = ratios[np.isfinite(ratios)]
+        if finite.size:
+            factors[name] = float(finite.max())
+    if not factors:
+        return "No two values can be compared"
+    most = max(factors, key=factors.__getitem__)
+    wild = sum(factor > WILD for factor in factors.values())
+    if not wild:
+        return f"The decoupled error changes at most {short(factors[most])}-fold between values"
+    return (
+        f"From one value to the next the decoupled error changes up to {short(factors[most])}-fold "
+        f"({most}), and more than {WILD:g}-fold in {wild} of {len(factors)} sweeps"
+    )

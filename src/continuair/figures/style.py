@@ -1,14 +1,15 @@
-"""How figures look: sizes for a printed page, and one colour and dash per model."""
+"""How figures look: sizes for a printed page, one colour and dash per model, a title that tells."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import re
+import textwrap
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import matplotlib
-import xarray as xr
 from matplotlib.figure import Figure
 
 COLUMN_WIDTH, PAGE_WIDTH = 3.5, 7.16
@@ -27,6 +28,15 @@ MODELS: dict[str, dict[str, Any]] = {
 
 PAPER_COLOUR = "#999999"
 """Colour of numbers that were read off the paper."""
+
+FAILED_COLOUR = "#B00020"
+"""Colour of the words on a flight that failed."""
+
+PAPER_VEHICLE = "paper"
+"""Name of the vehicle beside which the numbers that the paper prints are shown."""
+
+UNNAMED = "Amiri et al. do not print their vehicle's parameters, so no match is claimed."
+"""What figures say beside numbers that the paper prints."""
 
 _SETTINGS: dict[Any, Any] = {
     "font.family": "sans-serif",
@@ -48,7 +58,15 @@ _SETTINGS: dict[Any, Any] = {
     "grid.linewidth": 0.5,
     "pdf.fonttype": 42,
     "svg.fonttype": "none",
+    # Without a salt the names of clips and markers in an SVG differ from run to run.
+    "svg.hashsalt": "continuair",
 }
+
+_JOINT = "\xa0"
+"""A space at which no line breaks."""
+
+_LINE = 1.3
+"""Height of a line of text, in its size."""
 
 
 @contextmanager
@@ -69,17 +87,63 @@ def model_legend(figure: Figure, axes: Any) -> None:
     figure.legend(handles, labels, loc="outside upper right", ncols=len(labels))
 
 
-def line(axes: Any, flight: xr.Dataset, values: Any, model: str) -> None:
-    """Draw values over the time of a flight in the style of its model."""
-    axes.plot(flight["time"].to_numpy(), values, label=model, **MODELS[model])
+def head(
+    figure: Figure,
+    finding: str,
+    subtitle: str = "",
+    notes: Sequence[str] = (),
+    handles: Sequence[Any] = (),
+) -> None:
+    """Put a finding, a small subtitle, words on failed flights and a legend above all panels.
 
-
-def finish(figure: Figure, axes: Any, title: str) -> None:
-    """Align labels, and add the legend of the given axes and a title."""
+    The figure grows by as much, so that the panels keep their size. handles: of the legend, with
+    their labels; one of a label that came before is left out.
+    """
+    width, height = figure.get_size_inches()
+    rows = [(line, 9.0, "bold", "#000000") for line in _wrapped(finding, width, 13.0)]
+    rows += [(line, 7.0, "normal", "#555555") for line in _wrapped(subtitle, width, 20.0)]
+    for note in notes:
+        rows += [(line, 7.0, "bold", FAILED_COLOUR) for line in _wrapped(note, width, 17.0)]
+    shown = list({handle.get_label(): handle for handle in reversed(handles)}.values())[::-1]
+    columns = max(1, min(len(shown), int(width / 1.15)))
+    lines = -(-len(shown) // columns)
+    tall = sum(size for _, size, _, _ in rows) * _LINE / 72 + 0.19 * lines + 0.1
+    figure.set_size_inches(width, height + tall)
+    top = height + tall - 0.04
+    for text, size, weight, colour in rows:
+        place = (0.06 / width, top / (height + tall))
+        figure.text(*place, text, size=size, weight=weight, color=colour, va="top")
+        top -= size * _LINE / 72
+    if shown:
+        place = (0.0, top / (height + tall))
+        figure.legend(handles=shown, loc="upper left", bbox_to_anchor=place, ncols=columns)
+    figure.set_layout_engine("constrained", rect=(0, 0, 1, height / (height + tall)))
     figure.align_ylabels()
-    model_legend(figure, axes)
-    if title:
-        figure.suptitle(title, fontsize=9, x=0.01, ha="left")
+
+
+def model_handles(axes: Any) -> list[Any]:
+    """Return what a legend shows of the given axes."""
+    return list(axes.get_legend_handles_labels()[0])
+
+
+def paper_numbers(results: dict[str, Any]) -> dict[str, Any]:
+    """Return the numbers that the paper prints, for the vehicle `paper`; none for any other."""
+    printed: dict[str, Any] = results["printed"]
+    return printed if results["vehicle"]["name"] == PAPER_VEHICLE else {}
+
+
+def short(value: float) -> str:
+    """Return a number with two digits as titles print it, 1,200 rather than 1.2e+03."""
+    rounded = float(f"{value:.2g}")
+    return f"{rounded:,.0f}" if 100.0 <= abs(rounded) < 1e7 else f"{rounded:.2g}"
+
+
+def grouped(words: dict[str, str]) -> str:
+    """Return what is said of each model, of those alike at once, as in "9 Hz coupled and other"."""
+    models: dict[str, list[str]] = {}
+    for model, text in words.items():
+        models.setdefault(text, []).append(model)
+    return ", ".join(f"{text} {' and '.join(names)}" for text, names in models.items())
 
 
 def plain(text: str) -> str:
@@ -88,8 +152,8 @@ def plain(text: str) -> str:
 
 
 def save(figure: Figure, name: str, file: Callable[[str], Path]) -> None:
-    """Write the figure as PNG and PDF; `file` gives the path of a name."""
-    for suffix in ("png", "pdf"):
+    """Write the figure as PNG, SVG and PDF; `file` gives the path of a name."""
+    for suffix in ("png", "svg", "pdf"):
         save_as(figure, file(f"{name}.{suffix}"))
 
 
@@ -97,7 +161,17 @@ def save_as(figure: Figure, path: Path) -> None:
     """Write the figure to a path, in the format of its suffix."""
     with applied():
         # Without a date, equal results give equal files.
-        metadata = {"CreationDate": None} if path.suffix == ".pdf" else None
-        figure.savefig(path, dpi=RESOLUTION, metadata=metadata)
+        undated = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
+        figure.savefig(path, dpi=RESOLUTION, metadata=undated.get(path.suffix))
     # The layout is found once, by the first drawing.
     figure.set_layout_engine("none")
+
+
+def _wrapped(text: str, width: float, letters: float) -> list[str]:
+    """Lines of a text on a figure of that width [inch], at so many letters per inch.
+
+    A number stays with what follows it, which is its unit.
+    """
+    joined = re.sub(r"(?<=\d) (?=\S)", _JOINT, text)
+    lines = textwrap.wrap(joined, int(width * letters), break_long_words=False)
+    return [line.replace(_JOINT, " ") for line in lines]

@@ -1,0 +1,153 @@
+"""Curves over time, one per model: with a cross where a flight failed, as a band where it is noisy.
+
+A flight is a Dataset of one run: `time`, `status` and `end_time` beside its variables.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from continuair.figures import style
+from continuair.kernels.step import NOT_FINITE, STATUS, UNSEEN
+
+Array = NDArray[np.float64]
+
+WINDOW = 0.5
+"""Length of the windows of a band [s]."""
+
+BAND = f"Bands: least to largest, lines: RMS (of DS the mean), in windows of {WINDOW:g} s."
+"""What figures with bands say of them."""
+
+WORDS = STATUS | {NOT_FINITE: "diverged", UNSEEN: "target lost from view"}
+"""How a flight ended, by status."""
+
+_WATCHED = ("tip_position", "bend")
+
+
+def ending(flight: xr.Dataset) -> str:
+    """Return how a flight failed, as in "ended at 3.2 s, diverged"; nothing if it did not.
+
+    A flight that says nothing and holds numbers that are not finite has failed too.
+    """
+    status = int(flight["status"])
+    if status:
+        return f"ended at {float(flight['end_time']):.3g} s, {WORDS[status]}"
+    for name in _WATCHED:
+        finite = np.isfinite(flight[name].transpose("time", ...).to_numpy()).all(-1)
+        if not finite.all():
+            return f"not finite from {float(flight['time'][~finite][0]):.3g} s on"
+    return ""
+
+
+def failures(dataset: xr.Dataset) -> list[str]:
+    """Return a sentence per flight that failed, of all models, letters and runs in a dataset."""
+    named = [
+        " ".join([*names, end])
+        for names, flight in _flights(dataset, [])
+        if (end := ending(flight))
+    ]
+    return [f"× Failed: {'; '.join(named)}."] if named else []
+
+
+def _flights(dataset: xr.Dataset, names: list[str]) -> Iterator[tuple[list[str], xr.Dataset]]:
+    dimensions = dataset["status"].dims
+    if not dimensions:
+        yield names, dataset
+        return
+    first = dimensions[0]
+    for index in range(dataset.sizes[first]):
+        one = dataset.isel({first: index})
+        name = f"{one[first].item()}" if first in dataset.coords else f"{first} {index}"
+        yield from _flights(one, [*names, name])
+
+
+def noisy(dataset: xr.Dataset) -> bool:
+    """Tell whether the camera of these flights has noise."""
+    vehicle = json.loads(dataset.attrs.get("vehicle", "{}"))
+    return bool(vehicle.get("camera", {}).get("noise", 0.0) > 0.0)
+
+
+def line(axes: Any, flight: xr.Dataset, values: Any, model: str, **changes: Any) -> None:
+    """Draw values (time,) over the time of a flight in the style of its model.
+
+    A cross marks where a flight that failed ends. changes: of the line's properties.
+    """
+    time, values = flight["time"].to_numpy(), np.asarray(values)
+    axes.plot(time, values, **{"label": model} | style.MODELS[model] | changes)
+    if _ends(flight, values):
+        cross(axes, time, values, model)
+
+
+def _ends(flight: xr.Dataset, values: Array) -> bool:
+    """Tell whether a flight fails within the times given."""
+    early = int(flight["status"]) != 0 and float(flight["end_time"]) <= float(flight["time"][-1])
+    return early or not bool(np.isfinite(values).all())
+
+
+def cross(axes: Any, x: Array, y: Array, model: str) -> None:
+    """Mark the last place at which a curve is finite, if there is one."""
+    last = np.flatnonzero(np.isfinite(x) & np.isfinite(y))[-1:]
+    if not last.size:
+        return
+    properties = {"ms": 7, "mew": 2, "zorder": 6, "clip_on": False, "gid": "failed"}
+    axes.plot(x[last], y[last], "x", color=style.MODELS[model]["color"], **properties)
+
+
+def band(axes: Any, flight: xr.Dataset, values: Any, model: str, **changes: Any) -> None:
+    """Draw the least and largest value in short windows as a band, and their RMS as a line.
+
+    Of values with a sign, the line is the mean: an RMS would lie beside its band. A flight that
+    fills no window is drawn as it is. changes: of the line's properties.
+    """
+    middle, (low, high, rms, mean) = windows(flight["time"].to_numpy(), np.asarray(values), WINDOW)
+    if not middle.size:
+        line(axes, flight, values, model, **changes)
+        return
+    centre = mean if np.any(low < 0.0) else rms
+    properties = {"label": model} | style.MODELS[model] | changes
+    axes.fill_between(middle, low, high, color=properties["color"], alpha=0.25, lw=0)
+    axes.plot(middle, centre, **properties)
+    if ending(flight):
+        cross(axes, middle, centre, model)
+
+
+def tell_empty(panels: Any) -> None:
+    """Say so in panels in which no curve has a value."""
+    for axes in panels:
+        curves = [np.ravel(drawn.get_ydata()) for drawn in axes.get_lines()]
+        if not np.isfinite(np.concatenate([np.empty(0), *curves]).astype(float)).any():
+            axes.set_xticks([])
+            place = {"transform": axes.transAxes, "ha": "center", "va": "center"}
+            axes.text(0.5, 0.65, "no flight gets here", color=style.FAILED_COLOUR, **place)
+
+
+def logarithmic(panels: Any) -> None:
+    """Give panels of one scale a logarithmic one, if anything in them is above zero."""
+    values = [np.ravel(drawn.get_ydata()) for axes in panels for drawn in axes.get_lines()]
+    if values and np.any(np.concatenate(values).astype(float) > 0.0):
+        for axes in panels:
+            axes.set_yscale("log")
+
+
+def windows(
+    time: Array, values: Array, length: float
+) -> tuple[Array, tuple[Array, Array, Array, Array]]:
+    """Return the middles of windows, and least, largest, RMS and mean of the values in each.
+
+    time, values: (samples,), evenly sampled; a window that is not full or not finite is left out.
+    length: of a window [s].
+    """
+    size = max(1, round(length / float(time[1] - time[0])))
+    count = len(time) // size
+    middle = time[: count * size].reshape(count, size).mean(axis=1)
+    parts = values[: count * size].reshape(count, size)
+    whole = np.isfinite(parts).all(axis=1)
+    middle, parts = middle[whole], parts[whole]
+    rms = np.sqrt(np.mean(parts**2, axis=1))
+    return middle, (parts.min(axis=1), parts.max(axis=1), rms, parts.mean(axis=1))
