@@ -27,6 +27,7 @@ ROOMS = {
         {"sweeps"},
         {"studies", "figures"},
         {"identification"},
+        {"report"},
         {"cli"},
     ],
     "vehicle": [
@@ -68,11 +69,14 @@ ROOMS = {
     "studies.tracking": [{"law_variants", "tuning", "study"}, {"report"}],
     "studies.advise": [{"excitations", "tracking", "verdicts"}, {"study"}, {"report"}],
     "studies.paper": [
-        {"words", "drawn"},
+        {"words", "drawn", "recorded"},
         {"evidence"},
         {"kinematics", "dynamics", "law", "open_loop", "parameters", "closed_loop", "summary"},
         {"judging"},
+        {"study"},
+        {"report"},
     ],
+    "report": [{"contents", "keeping", "verdicts"}, {"page"}],
     "studies.atlas": [{"flights", "loops"}, {"summary", "collapse"}, {"study"}, {"report"}],
 }
 # The readable form is the oracle of the fast one, so that form must not be built on it.

@@ -207,7 +207,6 @@ def test_comparing_runs_that_ended_early_warns_and_names_the_status() -> None:
     assert result[0] == 0 and math.isnan(result[1])
 
 
-<<<<<<< HEAD
 def of_test_a() -> list[xr.Dataset]:
     return [ca.simulate(ca.load_vehicle("paper"), ca.open_loop_test("A"), model=model, sample=2e-3)
             for model in ("coupled", "decoupled")]  # fmt: skip
@@ -235,7 +234,8 @@ def test_runs_are_compared_with_themselves_alone() -> None:
         ca.compare(flights[0].sel(run=[0, 1]), flights[1].sel(run=[1, 2]))
     with pytest.raises(ca.InputError, match="same runs in the same order"):
         ca.compare(flights[0].isel(run=[2, 1, 0]), flights[1])
-=======
+
+
 def swinging(offset: float) -> xr.Dataset:
     """A vehicle that turns steadily while its bend passes zero at a distance of `offset` [1/m].
 
@@ -276,4 +276,3 @@ def test_the_papers_speed_grows_without_bound_where_the_bend_passes_zero(offset:
     # There the bend turns by 0.5 / offset [rad/s], and every other rate stays.
     assert joint_speed(flown).max() == pytest.approx(0.5 / offset, rel=0.01)
     np.testing.assert_allclose(regular_speed(flown), math.sqrt(5.0 + 0.04 + 0.25), rtol=1e-12)
->>>>>>> f9836501735708de683eefd8fd96a66939fec7c6

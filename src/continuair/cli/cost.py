@@ -11,6 +11,7 @@ from continuair.cli.options import (
     JsonOption,
     OutOption,
     VehicleOption,
+    again,
     check_json,
     results_in,
     write_json,
@@ -36,7 +37,7 @@ def run_cost(vehicle: str, out: str | None) -> dict[str, Any]:
     with progress_bar() as progress:
         from continuair.studies import cost as study
 
-        with results_in(out, "cost") as folder:
+        with results_in(out, "cost", again("cost", vehicle=vehicle, out=out)) as folder:
             results = study.cost(loaded, progress=progress)
             if folder is not None:
                 folder.store(results, study.as_table(results))

@@ -12,6 +12,7 @@ from continuair.cli.options import (
     ModelOption,
     OutOption,
     VehicleOption,
+    again,
     check_json,
     results_in,
     tell_where,
@@ -52,15 +53,14 @@ def run_open_loop(vehicle: str, tests: str, models: list[str] | None, out: str |
         from continuair.kernels.dynamics import MODELS
         from continuair.studies.open_loop.study import open_loop as run
 
-        with results_in(out, "open_loop") as folder:
+        command = again("open-loop", vehicle=vehicle, tests=tests, model=models, out=out)
+        with results_in(out, "open_loop", command) as folder:
             study = run(loaded, tests, models or MODELS, progress=progress)
             if folder is not None:
-                from continuair.figures import open_loop as figures
-                from continuair.studies.open_loop import report
+                from continuair.report.keeping import keep
 
                 progress(1, 1, "writing results and figures")
-                report.write(study, folder)
-                figures.write(study.results, study.datasets, folder.file)
+                keep("open_loop", study, folder)
     _show(study)
     tell_where(out)
     return study

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json as json_format
 import os
+import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -49,16 +50,26 @@ def out_folder(text: str) -> Path:
 
 
 @contextmanager
-def results_in(out: str | None, study: str) -> Iterator[ResultFolder | None]:
+def results_in(out: str | None, study: str, command: str = "") -> Iterator[ResultFolder | None]:
     """Claim the folder that --out names, before any work, and finish it when all is written."""
     if out is None:
         yield None
         return
     from continuair.studies.results import ResultFolder
 
-    with ResultFolder(out_folder(out), study) as folder:
+    with ResultFolder(out_folder(out), study, command) as folder:
         yield folder
         folder.finish()
+
+
+def again(name: str, **options: Any) -> str:
+    """The command that does something again: options that are None or False are left out."""
+    words = ["continuair", name]
+    for key, value in options.items():
+        for one in value if isinstance(value, (list, tuple)) else [value]:
+            if one not in (None, False):
+                words += [f"--{key}"] if one is True else [f"--{key}", str(one)]
+    return shlex.join(words)
 
 
 def tell_where(out: str | None) -> None:

@@ -1,29 +1,153 @@
-"""`continuair paper`."""
+"""`continuair paper` and `continuair report`."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from continuair.cli.application import app
-from continuair.cli.cost import run_cost
-from continuair.cli.open_loop import run_open_loop
-from continuair.cli.options import VehicleOption, out_folder
-from continuair.cli.sensitivity import run_sensitivity
-from continuair.cli.tracking import run_tracking
+from continuair.cli.options import (
+    JsonOption,
+    VehicleOption,
+    again,
+    check_json,
+    results_in,
+    write_json,
+)
+from continuair.cli.terminal import print_table, progress_bar
+
+# Everything else is imported inside the commands, so that --help answers at once.
+if TYPE_CHECKING:
+    from continuair.studies.results import ResultFolder
+
+_FAILED = 1
+
+_PAGE = "report.html"
+
+# A study's folder in that of the paper, and the command that does it alone.
+_COMMANDS: dict[str, tuple[str, dict[str, Any]]] = {
+    "open_loop": ("open-loop", {}),
+    "sensitivity": ("sensitivity", {}),
+    "sensitivity_hertz": ("sensitivity", {"hertz": True}),
+    "tracking": ("tracking", {}),
+    "cost": ("cost", {}),
+}
 
 
 @app.command()
 def paper(
     vehicle: VehicleOption = "paper",
     out: Annotated[
-        str, typer.Option(help="Folder for results, one folder per study.", metavar="DIR")
-    ] = "results",
+        str | None,
+        typer.Option(help="Folder for the report and, in it, one folder per study.", metavar="DIR"),
+    ] = None,
+    only: Annotated[
+        str | None,
+        typer.Option(help="Sentences or parts, with commas, such as IV-B,III-C.8. Default: all."),
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Leave out what takes long: under a minute.")
+    ] = False,
+    check: Annotated[
+        bool, typer.Option("--check", help="Exit with 1 unless the recorded verdicts come out.")
+    ] = False,
+    json: JsonOption = None,
 ) -> None:
-    """Run every study of the paper that there is."""
-    folder = out_folder(out)
-    run_open_loop(vehicle, "ABCD", None, str(folder / "open_loop"))
-    run_sensitivity(vehicle, False, str(folder / "sensitivity"))
-    run_tracking(vehicle, "MRAL", "paper", None, str(folder / "tracking"))
-    run_cost(vehicle, str(folder / "cost"))
+    """Judge every sentence of the paper that claims something, and write a report.
+
+    With --out, ends in DIR/report.html, one page with verdicts, figures and tables.
+    Example: continuair paper --out results
+    """
+    from continuair.studies.results import as_json
+
+    check_json(json)
+    chosen = None if only is None else [name.strip() for name in only.split(",")]
+    command = again("paper", vehicle=vehicle, out=out, only=only, quick=quick)
+    with results_in(out, "paper", command) as folder:
+        results = _judged(vehicle, chosen, quick, folder)
+        if folder is not None:
+            _write(results, folder)
+    _show(results)
+    if out is not None:
+        typer.echo(f"The report is {Path(out) / _PAGE}.", err=True)
+    write_json(as_json(results), json)
+    if check:
+        _check(results)
+
+
+@app.command()
+def report(
+    folder: Annotated[str, typer.Argument(help="A folder that a study has written with --out.")],
+) -> None:
+    """Write a study's results as one page that needs nothing else, report.html in its folder.
+
+    Example: continuair report results/tracking
+    """
+    from continuair.report.contents import read
+    from continuair.report.page import page
+    from continuair.studies.results import add_file
+
+    contents = read(folder)
+    path = add_file(contents.path, _PAGE, page(contents))
+    typer.echo(f"The report is {path}.", err=True)
+
+
+def _judged(
+    vehicle: str, only: list[str] | None, quick: bool, folder: ResultFolder | None
+) -> dict[str, Any]:
+    """Judge, and keep each study in a folder of its own as soon as it has run."""
+    from continuair.vehicle.vehicle import load_vehicle
+
+    loaded = load_vehicle(vehicle)
+    with progress_bar() as progress:
+        from continuair.studies.paper.study import paper as run
+
+        def keep(name: str, found: Any) -> None:
+            if folder is None:
+                return
+            from continuair.report.keeping import keep as write
+
+            progress(1, 1, f"writing results and figures of {name}")
+            command, options = _COMMANDS[name]
+            inside = str(folder.path / name)
+            redo = again(command, vehicle=vehicle, **options, out=inside)
+            # The paper's folder comes first: it is claimed, and says that it is incomplete.
+            folder.begin()
+            with results_in(inside, name, redo) as part:
+                assert part is not None
+                write(name, found, part)
+
+        return run(loaded, only, quick=quick, progress=progress, keep=keep)
+
+
+def _write(results: dict[str, Any], folder: ResultFolder) -> None:
+    from continuair.report.contents import read
+    from continuair.report.page import page
+    from continuair.studies.paper.report import write
+
+    write(results, folder)
+    folder.finish()
+    folder.write_text(_PAGE, page(read(folder.path)))
+
+
+def _show(results: dict[str, Any]) -> None:
+    """Show the verdicts on standard error: standard output is for the JSON alone."""
+    from continuair.studies.paper.report import summary
+
+    rows = [[entry["id"], entry["verdict"], entry["claims"]] for entry in results["sentences"]]
+    print_table(["sentence", "verdict", "name"], rows, err=True)
+    typer.echo(summary(results), err=True)
+
+
+def _check(results: dict[str, Any]) -> None:
+    from continuair.studies.paper.recorded import differences
+
+    lines = differences(results)
+    for line in lines:
+        typer.echo(line, err=True)
+    if lines:
+        typer.echo(f"{len(lines)} of the recorded verdicts and numbers did not come out.", err=True)
+        raise typer.Exit(_FAILED)
+    typer.echo("All recorded verdicts and numbers came out.", err=True)

@@ -11,6 +11,7 @@ from continuair.cli.options import (
     JsonOption,
     OutOption,
     VehicleOption,
+    again,
     check_json,
     results_in,
     tell_where,
@@ -52,15 +53,14 @@ def run_sensitivity(vehicle: str, hertz: bool, out: str | None) -> Sensitivity:
     with progress_bar() as progress:
         from continuair.studies.sensitivity.study import sensitivity as run
 
-        with results_in(out, "sensitivity") as folder:
+        command = again("sensitivity", vehicle=vehicle, hertz=hertz, out=out)
+        with results_in(out, "sensitivity", command) as folder:
             study = run(loaded, hertz=hertz, progress=progress)
             if folder is not None:
-                from continuair.figures import sensitivity as figures
-                from continuair.studies.sensitivity import report
+                from continuair.report.keeping import keep
 
                 progress(1, 1, "writing results and figures")
-                report.write(study, folder)
-                figures.write(study.results, study.datasets, folder.file)
+                keep("sensitivity", study, folder)
     _show(study)
     typer.echo(err=True)
     tell_where(out)

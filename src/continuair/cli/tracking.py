@@ -12,6 +12,7 @@ from continuair.cli.options import (
     ModelOption,
     OutOption,
     VehicleOption,
+    again,
     check_json,
     results_in,
     tell_where,
@@ -92,18 +93,19 @@ def run_tracking(
         from continuair.kernels.dynamics import MODELS
         from continuair.studies.tracking.study import tracking as run
 
-        with results_in(out, "tracking") as folder:
+        command = again(
+            "tracking", vehicle=vehicle, letters=letters, gains=gains, model=models, out=out
+        )
+        with results_in(out, "tracking", command) as folder:
             study = run(loaded, letters, law, models or MODELS, progress=progress)
             if folder is not None:
-                from continuair.figures import tracking as figures
-                from continuair.studies.tracking import report
+                from continuair.report.keeping import keep
                 from continuair.studies.tracking.law_variants import law_variants
 
                 first = letters[0].upper()
                 study.results["variants"] = law_variants(loaded, law, first, progress=progress)
                 progress(1, 1, "writing results and figures")
-                report.write(study, folder)
-                figures.write(study.results, study.datasets, loaded.camera, folder.file)
+                keep("tracking", study, folder)
     _show(study)
     tell_where(out)
     return study

@@ -21,6 +21,7 @@ class Contents:
     command: what makes them again; figures: paths by name, of the smallest file of each.
     """
 
+    path: Path
     study: str
     version: str
     command: str
@@ -63,6 +64,7 @@ def _read(path: Path) -> Contents:
         )
     study = str(made["study"])
     return Contents(
+        path,
         study,
         str(made.get("version", "")),
         str(made.get("command", "")),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from continuair.studies.results import ResultFolder
+from continuair.vehicle.vehicle import Vehicle
 
 
 def keep(name: str, found: Any, folder: ResultFolder) -> None:
@@ -33,7 +34,8 @@ def _tracking(found: Any, folder: ResultFolder) -> None:
     from continuair.studies.tracking import report
 
     report.write(found, folder)
-    figures.write(found.results, found.datasets, found.camera, folder.file)
+    camera = Vehicle(**found.results["vehicle"]).camera
+    figures.write(found.results, found.datasets, camera, folder.file)
 
 
 def _cost(found: Any, folder: ResultFolder) -> None:

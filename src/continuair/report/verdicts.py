@@ -57,9 +57,7 @@ def _rows(entries: list[dict[str, Any]]) -> Iterator[str]:
             part = here
             title = PARTS[part]
             shown = part if title == part else f"{part}: {title}"
-            yield (
-                f'<tr class="part" data-part="{part}"><th colspan="4">{escape(shown)}</th></tr>'
-            )
+            yield (f'<tr class="part" data-part="{part}"><th colspan="4">{escape(shown)}</th></tr>')
         yield _row(entry, part)
 
 

@@ -7,6 +7,7 @@ import math
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -17,7 +18,8 @@ from continuair.studies.tables import as_csv
 if TYPE_CHECKING:
     import xarray as xr
 
-_MARKER = ".continuair"
+MARKER = ".continuair"
+"""The file that says of a folder that it holds results, and which files they are."""
 
 UNFINISHED = "INCOMPLETE.txt"
 """The file that a folder holds from its first result until all are written."""
@@ -33,14 +35,15 @@ class ResultFolder:
     first file written removes those of the run before, so that a folder never mixes two runs, and
     until `finish` the folder says that it is incomplete. As a context manager it gives up a folder
     that it has newly taken if an error comes before the first result, and tells one of writing.
-    Raises InputError if the folder holds other things or cannot be written to.
+    Folders of results inside it stay. command: what makes these results again. Raises InputError if
+    the folder holds other things or cannot be written to.
     """
 
-    def __init__(self, path: str | os.PathLike[str], study: str) -> None:
+    def __init__(self, path: str | os.PathLike[str], study: str, command: str = "") -> None:
         if not os.fspath(path):
             raise InputError("out is empty; name a folder, such as results (. is this one).")
         self.path = user_path("out", path)
-        self.study = study
+        self.study, self.command = study, command
         self._stale: set[str] = set()
         self._written: set[str] = set()
         with self._writing():
@@ -62,8 +65,7 @@ class ResultFolder:
 
     def file(self, name: str) -> Path:
         """Return the path of a file of the study, which is now the study's to replace."""
-        if not self._written:
-            self._start()
+        self.begin()
         self._claim(name)
         return self.path / name
 
@@ -94,6 +96,11 @@ class ResultFolder:
             self.write_text(f"{self.study}.csv", as_csv(rows))
         for name, dataset in (datasets or {}).items():
             self.write_dataset(f"{self.study}_{name}.nc", dataset)
+
+    def begin(self) -> None:
+        """Say that results are on their way, as the first file does."""
+        if not self._written:
+            self._start()
 
     def finish(self) -> None:
         """Say that all results are written; a run without any removes those of the run before."""
@@ -158,7 +165,7 @@ class ResultFolder:
         if not self._new:
             return
         try:
-            (self.path / _MARKER).unlink(missing_ok=True)
+            (self.path / MARKER).unlink(missing_ok=True)
             if UNFINISHED in self._written:
                 (self.path / UNFINISHED).unlink(missing_ok=True)
             for path in reversed(self._made):
@@ -167,9 +174,9 @@ class ResultFolder:
             pass  # somebody else uses the folder by now
 
     def _take(self) -> None:
-        marker = self.path / _MARKER
+        marker = self.path / MARKER
         self._new = not os.path.lexists(marker)
-        self._check_file(_MARKER)
+        self._check_file(MARKER)
         if not self._new:
             study, files = _read(marker)
             if study != self.study:
@@ -180,7 +187,7 @@ class ResultFolder:
             for name in files | {UNFINISHED}:
                 self._check_file(name)
             self._stale = files
-        elif any(self.path.iterdir()):
+        elif any(not (entry / MARKER).is_file() for entry in self.path.iterdir()):
             raise InputError(
                 f"out is {printed(self.path)}, which holds files that are not results of this "
                 "study; name a new or empty folder."
@@ -188,9 +195,10 @@ class ResultFolder:
         self._mark(self._stale)
 
     def _mark(self, files: Iterable[str]) -> None:
-        content = {"study": self.study, "files": sorted(files)}
+        content = {"study": self.study, "version": version("continuair"), "command": self.command}
+        content |= {"files": sorted(files)}
         with self._writing():
-            replace(self.path / _MARKER, json.dumps(content, indent=1) + "\n")
+            replace(self.path / MARKER, json.dumps(content, indent=1) + "\n")
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
@@ -214,6 +222,30 @@ def _read(marker: Path) -> tuple[str, set[str]]:
         return str(content["study"]), files
     except (ValueError, KeyError, TypeError, RecursionError):
         return "unknown", set()
+
+
+def add_file(folder: Path, name: str, text: str) -> Path:
+    """Add a text file to a study's finished folder, or replace it if the study wrote it.
+
+    Raises InputError if somebody else's file or a link is in its place, or it cannot be written.
+    """
+    marker, path = folder / MARKER, folder / name
+    try:
+        made = json.loads(marker.read_text(encoding="utf-8"))
+        if os.path.lexists(path) and (path.is_symlink() or name not in made["files"]):
+            raise InputError(
+                f"folder is {printed(folder)}, which holds {name} that no study has written; "
+                "remove that file."
+            )
+        replace(path, text)
+        made["files"] = sorted({*made["files"], name})
+        replace(marker, json.dumps(made, indent=1) + "\n")
+    except (OSError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        problem = f"folder is {printed(folder)}, which cannot be written to ({reason(error)})"
+        raise InputError(f"{problem}; copy it to where you may write.") from None
+    return path
 
 
 def by_model(flights: Mapping[str, xr.Dataset]) -> xr.Dataset:
