@@ -1,4 +1,4 @@
-"""Draw the figures of docs/sensitivity.md, and write its table, from the study itself."""
+"""Draw the figures of docs/sensitivity.md, and write how its errors scatter, from the study."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import Any
 
 from continuair.figures import sensitivity as figures
 from continuair.figures import style
-from continuair.studies.sensitivity.claims import NO_CLAIM
 from continuair.studies.sensitivity.report import closer_share, neighbour_ratio
 from continuair.studies.sensitivity.study import sensitivity
 from continuair.vehicle.vehicle import load_vehicle
@@ -28,34 +27,25 @@ def main() -> None:
             figure.savefig(DOCS / "images" / f"{name}.png", dpi=110)
     page = DOCS / "sensitivity.md"
     before, rest = page.read_text(encoding="utf-8").split(START)
-    after = rest.split(END)[1]
+    after = rest.split(END, 1)[1]
     table = "\n".join(_table(study.results, hertz.results)) + "\n"
     page.write_text(before + START + table + END + after, encoding="utf-8")
 
 
 def _table(results: dict[str, Any], hertz: dict[str, Any]) -> list[str]:
-    """The verdicts of both readings of f, with the numbers of the first; then the scatter."""
-    lines = [
-        "| about | the paper | $\\sin ft$ | $\\sin 2\\pi ft$ | numbers, $\\sin ft$ |",
-        "|---|---|---|---|---|",
-    ]
-    for claim, other in zip(results["claims"], hertz["claims"], strict=True):
-        verdicts = [
-            text if text == NO_CLAIM else f"**{text}**"
-            for text in (claim["verdict"], other["verdict"])
-        ]
-        cells = [claim["about"], claim["sentence"], *verdicts, claim["evidence"]]
-        lines.append(f"| {' | '.join(cells)} |")
+    """How far the error scatters, and how often `independent` is closer, by both readings of f."""
+    lines: list[str] = []
     for title, value in (
         ("Largest factor between the errors at neighbouring values of a sweep", neighbour_ratio),
         ("Share of the values at which `independent` is closer than `decoupled`", closer_share),
     ):
-        lines += ["", f"{title}:", "", f"| reading | {' | '.join(results['sweeps'])} |"]
+        lines += [f"{title}:", "", f"| reading | {' | '.join(results['sweeps'])} |"]
         lines.append("|---|" + "---:|" * len(results["sweeps"]))
         for reading, found in (("$\\sin ft$", results), ("$\\sin 2\\pi ft$", hertz)):
             cells = " | ".join(f"{value(sweep):.2g}" for sweep in found["sweeps"].values())
             lines.append(f"| {reading} | {cells} |")
-    return lines
+        lines.append("")
+    return lines[:-1]
 
 
 if __name__ == "__main__":

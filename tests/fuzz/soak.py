@@ -8,21 +8,26 @@ from pathlib import Path
 
 from tests.fuzz.domains import DOMAINS
 from tests.fuzz.extreme import extreme_flights
-from tests.fuzz.trial import OUTCOMES, Tally, attempt_many
+from tests.fuzz.processes import PROCESSES
+from tests.fuzz.trial import LIMIT, OUTCOMES, Tally, attempt_many
 
-ALL = {**DOMAINS, "extreme flights": extreme_flights}
-_TRIES = {"extreme flights": 5}
+ALL = {**DOMAINS, "extreme flights": extreme_flights, **PROCESSES}
+_TRIES = {"extreme flights": 5} | dict.fromkeys(PROCESSES, 1)
 """Seeds of a domain in a round, where they are not fifty."""
+
+_PATIENCE = 180
+"""Seconds that a try may last that starts processes."""
 
 _FEW = 50
 
 
 _HEAD = """## What comes in from outside
 
-Mutations of real files, odd arguments, and flights at the edge, counted in {minutes:.0f} minutes
-of `make soak` (`tests/fuzz/`). Each is used, or refused in a sentence; a *wrong* one breaks a rule
-of `tests/fuzz/rules.py`, or flies off by more than 0.01 arm lengths, by DOP853, while its
-`step_error` is below 0.001.
+Mutations of real files, odd arguments, flights at the edge, and processes that are killed, start
+together or find the disk full, counted in {minutes:.0f} minutes of `make soak` (`tests/fuzz/`).
+Each is used, or refused in a sentence; a *wrong* one breaks a rule of `tests/fuzz/rules.py`, flies
+off by more than 0.01 arm lengths, by DOP853, while its `step_error` is below 0.001, or leaves
+another store or folder than an undisturbed one.
 """
 
 
@@ -41,7 +46,8 @@ def main() -> int:
             while time.monotonic() < begun + 60.0 * given.minutes:
                 for name, tally in tallies.items():
                     last = seed + _TRIES.get(name, _FEW)
-                    attempt_many(ALL[name], range(seed, last), Path(folder), tally)
+                    limit = _PATIENCE if name in PROCESSES else LIMIT
+                    attempt_many(ALL[name], range(seed, last), Path(folder), tally, limit)
                 seed += _FEW
                 _progress(tallies)
         except KeyboardInterrupt:

@@ -38,14 +38,16 @@ class Tally:
 Attempt = Callable[[np.random.Generator, Path], None]
 
 
-def attempt_one(attempt: Attempt, seed: list[int], folder: Path) -> tuple[str, str]:
-    """The outcome of one try, and what was said."""
+def attempt_one(
+    attempt: Attempt, seed: list[int], folder: Path, limit: int = LIMIT
+) -> tuple[str, str]:
+    """The outcome of one try, and what was said; limit: how long it may last [s]."""
 
     def stop(*_: Any) -> None:
         raise Slow
 
     before = signal.signal(signal.SIGALRM, stop)
-    signal.alarm(LIMIT)
+    signal.alarm(limit)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ContinuairWarning)
@@ -56,7 +58,7 @@ def attempt_one(attempt: Attempt, seed: list[int], folder: Path) -> tuple[str, s
     except Wrong as error:
         return WRONG, str(error)
     except Slow:
-        return HANG, f"more than {LIMIT} s"
+        return HANG, f"more than {limit} s"
     except Exception:
         return TRACEBACK, traceback.format_exc()
     finally:
@@ -72,10 +74,12 @@ def _judged(said: str) -> tuple[str, str]:
     return REFUSED, said
 
 
-def attempt_many(attempt: Attempt, seeds: range, folder: Path, tally: Tally) -> None:
+def attempt_many(
+    attempt: Attempt, seeds: range, folder: Path, tally: Tally, limit: int = LIMIT
+) -> None:
     """Try every seed, and count what becomes of it."""
     for seed in seeds:
-        outcome, said = attempt_one(attempt, [seed], folder)
+        outcome, said = attempt_one(attempt, [seed], folder, limit)
         tally.counts[outcome] += 1
         if outcome not in (USED, REFUSED):
             tally.found.append((seed, outcome, said))

@@ -39,9 +39,18 @@ def print_table(columns: list[str], rows: list[list[str]], err: bool = False) ->
 
 @contextmanager
 def progress_bar() -> Iterator[Progress]:
-    """Yield a function that shows (done, total, what) as a bar, on standard error."""
+    """Yield a function that shows (done, total, what) as a bar, on standard error.
+
+    The time that is left is that of the study under way; each begins with nothing done.
+    """
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, SpinnerColumn, TextColumn
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        SpinnerColumn,
+        TextColumn,
+        TimeRemainingColumn,
+    )
     from rich.progress import Progress as Bar
 
     console = Console(stderr=True)
@@ -49,6 +58,7 @@ def progress_bar() -> Iterator[Progress]:
         SpinnerColumn(),
         BarColumn(20),
         MofNCompleteColumn(),
+        TimeRemainingColumn(compact=True, elapsed_when_finished=True),
         TextColumn("{task.description}"),
     )
     with Bar(*columns, console=console, transient=True) as bar:
@@ -56,6 +66,8 @@ def progress_bar() -> Iterator[Progress]:
 
         def show(done: int, total: int, what: str) -> None:
             note = f": {_COMPILING}" if done == 0 else ""
+            if done == 0:
+                bar.reset(task)
             bar.update(task, completed=done, total=total, description=what + note)
 
         yield show

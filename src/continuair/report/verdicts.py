@@ -83,6 +83,6 @@ def _more(entry: dict[str, Any]) -> str:
         f"<dt>claims</dt><dd>{escape(entry['claims'])}</dd>"
         f"<dt>measured</dt><dd>{escape(entry['measure'])}</dd>"
         f"<dt>reproduced if</dt><dd>{escape(entry['criterion'])}</dd>"
-        f"<dt>numbers</dt><dd><ul>{numbers or '<li>none</li>'}</ul></dd>"
+        f'<dt class="numbers">numbers</dt><dd class="numbers"><ul>{numbers}</ul></dd>'
         f"<dt>again with</dt><dd><code>{escape(entry['redo'])}</code></dd></dl></details>"
     )

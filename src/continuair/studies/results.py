@@ -195,8 +195,12 @@ class ResultFolder:
         self._mark(self._stale)
 
     def _mark(self, files: Iterable[str]) -> None:
-        content = {"study": self.study, "version": version("continuair"), "command": self.command}
-        content |= {"files": sorted(files)}
+        content = {
+            "study": self.study,
+            "version": version("continuair"),
+            "command": self.command,
+            "files": sorted(files),
+        }
         with self._writing():
             replace(self.path / MARKER, json.dumps(content, indent=1) + "\n")
 

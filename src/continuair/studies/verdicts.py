@@ -35,7 +35,8 @@ def all_of(parts: Sequence[Judgement], note: str = "") -> Judgement:
     Its evidence tells the parts' verdicts one by one, and ends with the note.
     """
     several = len(parts) > 1
-    told = [f"{part.evidence}: {part.verdict}" if several else part.evidence for part in parts]
+    told = [f"{part.evidence} ({part.verdict})" if several else part.evidence for part in parts]
+    told = [text[:1].upper() + text[1:] for text in told]
     numbers = {name: value for part in parts for name, value in part.numbers.items()}
     times = {name: value for part in parts for name, value in part.times.items()}
     evidence = ". ".join([*told, note] if note else told)

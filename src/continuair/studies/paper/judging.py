@@ -59,4 +59,6 @@ def judge(names: Iterable[str], evidence: Evidence) -> Iterator[dict[str, Any]]:
             found = JUDGES[name](evidence)
         except NotFlown as missing:
             found = Judgement(NOT_JUDGED, f"a quick run leaves out {missing}")
-        yield vars(sentence) | vars(found) | {"redo": f"continuair paper --only {name}"}
+        evidence_told = found.evidence[:1].upper() + found.evidence[1:]
+        told = {"evidence": evidence_told, "redo": f"continuair paper --only {name}"}
+        yield vars(sentence) | vars(found) | told

@@ -187,8 +187,12 @@ def wrench_at_the_tip(evidence: Evidence) -> Judgement:
 
 def metric(evidence: Evidence) -> Judgement:
     """IV-A.7: has the printed NRMSE no unit, and does the text name the run of its range?"""
-    once, doubled = nrmse_of_test_b(evidence), nrmse_of_test_b(evidence, 2.0)
-    other = nrmse_of_test_b(evidence, reference="decoupled")
+    once, doubled = nrmse_of(evidence, "B"), nrmse_of(evidence, "B", 2.0)
+    by_range = {
+        test: [nrmse_of(evidence, test, reference=model) for model in PLANTS] for test in TESTS
+    }
+    test = max(by_range, key=lambda test: abs(by_range[test][1] / by_range[test][0] - 1.0))
+    coupled, decoupled = by_range[test]
     return all_of(
         [
             judged(
@@ -197,17 +201,19 @@ def metric(evidence: Evidence) -> Judgement:
                 nrmse_t_test_b=once,
             ),
             judged(
-                abs(other / once - 1.0) < 1e-9,
+                abs(decoupled / coupled - 1.0) < 1e-9,
                 "W_max and W_min carry no c or d, so the range may be the coupled or the decoupled "
-                f"run's, which gives {once:.4g} or {other:.4g} there",
+                f"run's, which gives {coupled:.6g} or {decoupled:.6g} in Test {test}",
             ),
         ]
     )
 
 
-def nrmse_of_test_b(evidence: Evidence, scale: float = 1.0, reference: str = REFERENCE) -> float:
+def nrmse_of(
+    evidence: Evidence, test: str, scale: float = 1.0, reference: str = REFERENCE
+) -> float:
     """The printed metric of the tip's position, lengths times a scale, by the range of a run."""
-    flights = evidence.open_loop.datasets["B"]
+    flights = evidence.open_loop.datasets[test]
     coupled, decoupled = (
         scale * samples(flights.sel(model=model), "tip_position", "axis") for model in PLANTS
     )
@@ -218,7 +224,7 @@ def nrmse_of_test_b(evidence: Evidence, scale: float = 1.0, reference: str = REF
 def units_of_the_table(evidence: Evidence) -> Judgement:
     """IV-A.8: has the printed metric the units of the table?"""
     entry = evidence.open_loop.results["tests"]["B"]["decoupled"]
-    once, doubled = nrmse_of_test_b(evidence), nrmse_of_test_b(evidence, 2.0)
+    once, doubled = nrmse_of(evidence, "B"), nrmse_of(evidence, "B", 2.0)
     return judged(
         abs(doubled / once - 2.0) < 1e-9,
         "the printed metric divides metres by metres, and the table prints m and rad; in Test B "

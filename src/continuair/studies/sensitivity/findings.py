@@ -105,7 +105,10 @@ def _bounded(value: Any, holds: Callable[[float], bool], text: str) -> Check:
     def check(sweeps: dict[str, Any]) -> Judgement:
         numbers, usable = value(sweeps)
         verdict = _agreed(usable, [all(holds(number) for number in numbers)])
-        named = {f"{text.format('x')} {i + 1}": number for i, number in enumerate(numbers)}
+        name = text.partition(" (limit")[0].format("…")
+        named = {f"{name} ({i + 1})": number for i, number in enumerate(numbers)}
+        if len(numbers) == 1:
+            named = {name: numbers[0]}
         return Judgement(verdict, text.format(listed(numbers)), named)
 
     return check

@@ -1,0 +1,57 @@
+"""What a run must find again, and that the pages show it."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from continuair.studies.paper import recorded
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def entry(**changes: object) -> dict[str, object]:
+    first = next(iter(recorded.recorded().values()))
+    return {**json.loads(json.dumps(first)), **changes}
+
+
+def test_a_run_that_finds_what_is_recorded_differs_in_nothing() -> None:
+    assert recorded.differences({"sentences": list(recorded.recorded().values())}) == []
+
+
+def test_another_verdict_is_told() -> None:
+    (line,) = recorded.differences({"sentences": [entry(verdict="reproduced?")]})
+    assert "reproduced?, recorded: " in line
+
+
+@pytest.mark.parametrize(
+    ("name", "found", "wanted", "same"),
+    [
+        ("error [m]", 1.01, 1.0, True),
+        ("error [m]", 1.03, 1.0, False),
+        ("error [m]", 3e-7, 1e-9, True),
+        ("rank correlation of the error", 0.05, 0.035, True),
+        ("rank correlation of the error", 0.05, 0.02, False),
+        ("error [m]", None, 1.0, False),
+        ("error [m]", float("nan"), 1.0, False),
+    ],
+)
+def test_numbers_are_found_again_within_their_tolerance(
+    name: str, found: float | None, wanted: float, same: bool
+) -> None:
+    assert recorded.is_found_again(name, found, wanted) is same
+
+
+def test_the_pages_show_the_record(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(DOCS))
+    monkeypatch.delitem(sys.modules, "make_paper", raising=False)
+    import make_paper  # type: ignore[import-not-found]
+
+    entries = list(recorded.recorded().values())
+    for name in make_paper.PAGES:
+        page = (DOCS / name).read_text(encoding="utf-8")
+        assert make_paper.written(page, entries) == page, f"{name}: run docs/make_paper.py"
+        shown = [one["id"] for one in entries if f"| {one['id']} |" in page]
+        assert shown == [one["id"] for one in entries if one["id"].partition(".")[0]
+                         in make_paper.PAGES[name]]  # fmt: skip

@@ -1,0 +1,185 @@
+"""The page of a result folder: everything is on it, nothing is fetched, a browser can filter it."""
+
+import json
+import re
+import shutil
+import subprocess
+from collections import Counter
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from continuair.cli import app
+from continuair.report.contents import read
+from continuair.studies.results import MARKER, UNFINISHED
+from continuair.studies.sentences import sentences
+
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+ARGUMENTS = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-sync",
+    "--disable-background-networking", "--disable-component-update", "--disable-quic",
+)  # fmt: skip
+PARTS = "III-A,III-B,IV.4,IV-A.3"
+
+
+class Page(HTMLParser):
+    """Ids, and what a page would load."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.ids: list[str] = []
+        self.sources: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        for name, value in attrs:
+            if name == "id" and value:
+                self.ids.append(value)
+            if name in ("src", "href", "data", "action") and value:
+                self.sources.append(value)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Results of sentences that need no long flights, and of one study among them."""
+    out = tmp_path_factory.mktemp("report") / "results"
+    done = CliRunner().invoke(app, ["paper", "--out", str(out), "--only", f"{PARTS},IV-A.4"])
+    assert done.exit_code == 0, done.output
+    return out
+
+
+def test_every_sentence_is_on_the_page_once_with_its_verdict(folder: Path) -> None:
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    found = json.loads((folder / "paper.json").read_text(encoding="utf-8"))["sentences"]
+    wanted = [n for n in sentences() if n.startswith(("III-A.", "III-B."))]
+    wanted += ["IV.4", "IV-A.3", "IV-A.4"]
+    assert [entry["id"] for entry in found] == wanted
+    shown = Counter(Page(page).ids)
+    for entry in found:
+        assert shown[entry["id"]] == 1
+        row = page[page.index(f'id="{entry["id"]}"') :].partition("</tr>")[0]
+        assert f'data-verdict="{entry["verdict"]}"' in page
+        assert f">{entry['verdict']}</td>" in row
+        assert f"continuair paper --only {entry['id']}" in row
+
+
+def test_the_page_holds_all_that_it_shows(folder: Path) -> None:
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    sources = Page(page).sources
+    assert any(source.startswith("data:image/") for source in sources)
+    assert all(source.startswith(("data:image/", "#")) for source in sources)
+    assert "default-src 'none'" in page
+    # What figures hold is inside them: no style sheet of theirs fetches anything either.
+    assert not re.search(r"@import|url\((?!#)", page)
+    figures = {path.stem for path in (folder / "open_loop").glob("*.png")}
+    assert len([s for s in sources if s.startswith("data:image/")]) == len(figures)
+    assert len(page) < 15e6
+
+
+def test_a_studys_own_folder_becomes_a_page_too(folder: Path, tmp_path: Path) -> None:
+    study = tmp_path / "open_loop"
+    shutil.copytree(folder / "open_loop", study)
+    for _ in range(2):  # a report that is there is replaced
+        done = CliRunner().invoke(app, ["report", str(study)])
+        assert done.exit_code == 0, done.output
+    page = (study / "report.html").read_text(encoding="utf-8")
+    assert "continuair open-loop" in page
+    assert "NRMSE" in page
+    assert "report.html" in json.loads((study / MARKER).read_text())["files"]
+
+
+def damaged(folder: Path, at: Path, what: str) -> Path:
+    """A copy of a result folder that something is wrong with."""
+    copy = at / "copy"
+    shutil.copytree(folder / "open_loop", copy)
+    marker = copy / MARKER
+    if what == "nothing of ours":
+        marker.unlink()
+    elif what == "interrupted":
+        (copy / UNFINISHED).touch()
+    elif what == "newer":
+        marker.write_text(json.dumps({**json.loads(marker.read_text()), "version": "99.0"}))
+    elif what == "cut":
+        (copy / "open_loop.json").write_text('{"vehicle": ')
+    elif what == "foreign page":
+        (copy / "report.html").write_text("mine")
+    elif what == "link":
+        (copy / "report.html").symlink_to(at / "victim")
+    return copy
+
+
+@pytest.mark.parametrize(
+    ("what", "words"),
+    [
+        ("nothing of ours", "holds no results of continuair"),
+        ("interrupted", "whose writing was interrupted; run the study again"),
+        ("newer", "which continuair 99.0 has written"),
+        ("cut", "whose results cannot be read"),
+        ("foreign page", "holds report.html that no study has written"),
+        ("link", "holds report.html that no study has written"),
+    ],
+)
+def test_a_folder_that_cannot_become_a_page_is_told_in_one_sentence(
+    folder: Path, tmp_path: Path, what: str, words: str
+) -> None:
+    copy = damaged(folder, tmp_path, what)
+    done = CliRunner().invoke(app, ["report", str(copy)])
+    assert done.exit_code == 2
+    assert words in done.output
+    assert len(done.output.strip().splitlines()) == 1
+    assert not (tmp_path / "victim").exists()
+
+
+@pytest.mark.parametrize("only", ["III-Z", "III-A.99", ""])
+def test_an_unknown_sentence_is_told(only: str) -> None:
+    done = CliRunner().invoke(app, ["paper", "--only", only])
+    assert done.exit_code == 2
+    assert "only holds" in done.output
+
+
+def test_what_a_study_wrote_is_read_back(folder: Path) -> None:
+    contents = read(folder)
+    assert [part.study for part in contents.parts] == ["open_loop"]
+    assert contents.parts[0].command.startswith("continuair open-loop --vehicle paper")
+    assert set(contents.parts[0].results["tests"]) == set("ABCD")
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
+def test_a_browser_filters_the_page_and_fetches_nothing(folder: Path, tmp_path: Path) -> None:
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    script = (
+        "<script>const box=document.querySelector('input[data-verdict=\"reproduced\"]');"
+        "box.checked=false;box.dispatchEvent(new Event('input',{bubbles:true}));"
+        "document.title=[...document.querySelectorAll('#verdicts tbody tr:not(.part)')]"
+        ".filter(row=>!row.hidden).map(row=>row.id).join(' ')+'|'"
+        "+performance.getEntriesByType('resource').filter(e=>!e.name.startsWith('data:')).length;"
+        "</script></body>"
+    )
+    tried = tmp_path / "tried.html"
+    tried.write_text(page.replace("</body>", script), encoding="utf-8")
+    dom = browse("--dump-dom", tried, tmp_path)
+    shown, _, fetched = re.search(r"<title>(.*?)</title>", dom)[1].partition("|")  # type: ignore[index]
+    found = json.loads((folder / "paper.json").read_text(encoding="utf-8"))["sentences"]
+    left = [entry["id"] for entry in found if entry["verdict"] != "reproduced"]
+    assert shown.split() == left
+    assert 0 < len(left) < len(found)
+    assert fetched == "0"
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
+def test_the_page_prints(folder: Path, tmp_path: Path) -> None:
+    paper = tmp_path / "report.pdf"
+    browse(f"--print-to-pdf={paper}", folder / "report.html", tmp_path)
+    assert paper.read_bytes().startswith(b"%PDF")
+
+
+def browse(what: str, page: Path, tmp_path: Path) -> str:
+    assert CHROMIUM is not None
+    profile = f"--user-data-dir={tmp_path / 'profile'}"
+    done = subprocess.run(
+        [CHROMIUM, *ARGUMENTS, profile, what, page.as_uri()],
+        capture_output=True, text=True, timeout=120, check=True,
+    )  # fmt: skip
+    return done.stdout

@@ -1,0 +1,36 @@
+"""The list of the paper's sentences: each is judged once, and quoted shortly."""
+
+from continuair.studies.paper.judging import JUDGES, chosen_sentences
+from continuair.studies.paper.recorded import recorded
+from continuair.studies.sensitivity.claims import CLAIMS
+from continuair.studies.sentences import PARTS, sentences
+
+
+def test_every_sentence_has_one_judge_and_every_judge_a_sentence() -> None:
+    assert set(JUDGES) == set(sentences())
+    assert len(sentences()) == len(chosen_sentences()) == 96
+
+
+def test_sentences_stand_in_the_order_of_the_paper() -> None:
+    def place(name: str) -> tuple[int, float]:
+        part, _, number = name.partition(".")
+        # The table stands between the sentences 8 and 9 of its section.
+        return list(PARTS).index(part), 8.5 if number == "T1" else float(number)
+
+    places = [place(name) for name in sentences()]
+    assert places == sorted(set(places))
+
+
+def test_quotations_are_short_and_every_criterion_is_told() -> None:
+    for sentence in sentences().values():
+        assert 0 < len(sentence.quote.replace("…", "").split()) <= 25, sentence.id
+        for text in (sentence.claims, sentence.measure, sentence.criterion):
+            assert text.endswith("."), sentence.id
+
+
+def test_the_record_holds_every_sentence() -> None:
+    assert list(recorded()) == list(sentences())
+
+
+def test_the_claims_of_the_sensitivity_section_are_its_sentences() -> None:
+    assert list(CLAIMS) == [name for name in sentences() if name.startswith("IV-B.")]
