@@ -171,17 +171,6 @@ def test_check_shows_what_constant_curvature_costs_beside_the_beam() -> None:
     assert errors["first frequency, UAV clamped"] == "(+27.2%)"
 
 
-def test_paper_runs_every_study_into_a_folder_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
-    folders: list[str] = []
-    for study_name in ("open_loop", "sensitivity", "tracking", "cost"):
-        monkeypatch.setattr(
-            cli.paper, f"run_{study_name}", lambda *arguments: folders.append(arguments[-1])
-        )
-    assert run("paper", "--out", "out").exit_code == 0
-    expected = ("open_loop", "sensitivity", "tracking", "cost")
-    assert folders == [str(Path("out", name)) for name in expected]
-
-
 def test_version_is_that_of_the_package() -> None:
     assert run("--version").stdout.startswith("continuair ")
 

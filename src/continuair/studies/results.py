@@ -192,7 +192,8 @@ class ResultFolder:
                 f"out is {printed(self.path)}, which holds files that are not results of this "
                 "study; name a new or empty folder."
             )
-        self._mark(self._stale)
+        else:
+            self._mark(self._stale)
 
     def _mark(self, files: Iterable[str]) -> None:
         content = {
