@@ -69,8 +69,9 @@ ROOMS = {
     "studies.tracking": [{"law_variants", "tuning", "study"}, {"report"}],
     "studies.advise": [{"excitations", "tracking", "verdicts"}, {"study"}, {"report"}],
     "studies.paper": [
-        {"words", "drawn", "recorded"},
-        {"evidence"},
+        {"words", "drawn", "recorded", "agreement", "as_printed", "near_straight"},
+        {"evidence", "disks", "elementwise"},
+        {"coupling_elements"},
         {"kinematics", "dynamics", "law", "open_loop", "parameters", "closed_loop", "summary"},
         {"judging"},
         {"study"},
