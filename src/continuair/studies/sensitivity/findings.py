@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.stats import spearmanr
 
 from continuair.kernels.dynamics import PLANTS
@@ -170,7 +171,7 @@ def correlation(sweeps: dict[str, Any], sweep: str, measure: str) -> float:
     return rank_correlation(between["value"], column_between(between, measure))
 
 
-def rank_correlation(x: Sequence[float], y: Sequence[float]) -> float:
+def rank_correlation(x: ArrayLike, y: ArrayLike) -> float:
     """Return Spearman's rank correlation; 0 where one of the two does not vary."""
     if np.ptp(x) == 0 or np.ptp(y) == 0:
         return 0.0

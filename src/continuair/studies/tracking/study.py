@@ -185,13 +185,19 @@ def ds_extremes(coupled: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
 
 
 def ds_by_corner(coupled: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
-    """RMS of DS after the transient where the target accelerates, and where it does not [px]."""
-    ds = norm_difference(coupled, other)
-    velocity = samples(coupled, "target_velocity", "axis")
+    """RMS of DS after the transient where the target turns, and where it does not [px]."""
+    return rms_by_corner(coupled, norm_difference(coupled, other))
+
+
+def rms_by_corner(
+    flight: xr.Dataset, values: np.ndarray, since: float = TRANSIENT
+) -> tuple[float, float]:
+    """RMS of values (time,) from `since` [s] on, where the target turns and where it does not."""
+    velocity = samples(flight, "target_velocity", "axis")
     acceleration = np.linalg.norm(np.gradient(velocity, SAMPLE, axis=0), axis=1)
     turning = acceleration > _TURNING * acceleration.max()
-    late = coupled["time"].to_numpy() >= TRANSIENT
-    corners, straight = (np.sqrt(np.mean(ds[late & part] ** 2)) for part in (turning, ~turning))
+    late = flight["time"].to_numpy() >= since
+    corners, straight = (np.sqrt(np.mean(values[late & part] ** 2)) for part in (turning, ~turning))
     return float(corners), float(straight)
 
 

@@ -1,0 +1,245 @@
+"""Judges of what the conclusions say of the open-loop studies, V.6 to V.12."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from continuair import equations
+from continuair.analysis.metrics import samples
+from continuair.flight.simulate import simulate
+from continuair.kernels.dynamics import PLANTS
+from continuair.scenario.paper_tests import open_loop_test
+from continuair.studies.paper import swing
+from continuair.studies.paper.drawn import MOST
+from continuair.studies.paper.evidence import Evidence, NotFlown
+from continuair.studies.paper.words import NEGLIGIBLE, PRONOUNCED, SAME
+from continuair.studies.results import by_model
+from continuair.studies.sensitivity.findings import column, converged, listed
+from continuair.studies.sensitivity.measures import apart
+from continuair.studies.sensitivity.study import Sensitivity
+from continuair.studies.sensitivity.task import PARAMETERS, batch, flight
+from continuair.studies.tables import percent
+from continuair.studies.verdicts import Judgement, all_of, judged
+from continuair.vehicle.vehicle import Vehicle
+
+ARM = ("arm radius", "arm length", "Young's modulus", "initial bend")
+UAV = ("UAV mass", "initial roll")
+STRUCTURE = ("arm radius", "arm length", "Young's modulus", "UAV mass")
+
+
+def structure(evidence: Evidence) -> Judgement:
+    """V.6: do at least two of four parameters of the structure change the error twofold?"""
+    return _strong(evidence, STRUCTURE, "of the vehicle's structure")
+
+
+def parameters(evidence: Evidence) -> Judgement:
+    """V.8: do at least two of the six parameters change the error twofold?"""
+    return _strong(evidence, (*ARM, *UAV), "of the paper's sweeps")
+
+
+def _strong(evidence: Evidence, names: tuple[str, ...], of: str) -> Judgement:
+    sweeps = evidence.sensitivity.results["sweeps"]
+    factors = {}
+    for name in names:
+        errors = column(sweeps[name]["rows"], "error")
+        factors[name] = max(errors) / min(errors)
+    strong = [n for n in names if factors[n] >= PRONOUNCED and converged(sweeps[n])]
+    told = ", ".join(f"{factor:.2g} ({name})" for name, factor in factors.items())
+    return judged(
+        len(strong) >= 2,
+        f"largest over least horizontal error of a sweep: {told}; {len(strong)} of these "
+        f"{len(names)} parameters {of} change it at least twofold. The error depends finely on "
+        "each of them, and the paper prints neither vehicle nor all values",
+        **{f"largest over least error, {name}": factor for name, factor in factors.items()},
+    )
+
+
+def downward(evidence: Evidence) -> Judgement:
+    """V.7: do Appendices A and B put the arm below the UAV?"""
+    plain = evidence.vehicle.replace({"arm.kappa_s": 0.0})
+    length = float(plain.arm.length)
+    height = _height_of_straight_tip(plain) / length
+    generator = np.random.default_rng(0)
+    errors = {"below": 0.0, "above": 0.0}
+    for q in generator.uniform(0.2, 1.2, (20, 8)):
+        printed = length * equations.appendix_b(plain, q, length)[0]
+        slope = equations.arm_jacobian(plain, q, length)[0][:, 0]
+        for side, sign in (("below", 1.0), ("above", -1.0)):
+            column_of_arm = slope * [1.0, 1.0, sign]
+            ours = plain.arm.mass_per_length * (equations.rotation(q) @ column_of_arm)[0]
+            errors[side] = max(errors[side], abs(printed / ours - 1.0))
+    return judged(
+        height < 0.0 and errors["below"] < 1e-6 < errors["above"],
+        "a half circle ends at the height of its base, from where the slopes of Appendix A lead "
+        f"to a straight tip at z = {height:.3g} l. M17 of Appendix B agrees with an arm below to "
+        f"{'rounding' if errors['below'] < 1e-6 else percent(errors['below'])}, and is off by up "
+        f"to {errors['above']:.2g} times that of an arm above; z points up, as the UAV starts at "
+        "5 m. Eq. (2) has the other sign of z",
+        height_of_the_straight_tip_over_length=height,
+        largest_error_of_m17_for_an_arm_above=errors["above"],
+    )
+
+
+def _height_of_straight_tip(vehicle: Vehicle) -> float:
+    """z of the straight arm's tip from its base [m]: ∂z/∂κ of Appendix A from a half circle on."""
+    length = float(vehicle.arm.length)
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    half = 0.5 * np.pi / length
+    curvatures = half * (1.0 + nodes)
+    slopes = [
+        equations.arm_jacobian(vehicle, np.array([0.0] * 6 + [κ, 0.0]), length)[0][2, 0]
+        for κ in curvatures
+    ]
+    return float(-half * np.dot(weights, slopes))
+
+
+def long_arms(evidence: Evidence) -> Judgement:
+    """V.9: is the oscillation of the longest arm wrong in the decoupled model?"""
+    off = _oscillation(evidence.vehicle, evidence.sensitivity)
+    told = ", ".join(
+        f"{name} by {_amount(name, long)} (0.5 m: {_amount(name, short)})"
+        for name, (short, long) in off.items()
+    )
+    try:
+        hertz = judged(_fails(_oscillation(evidence.vehicle, evidence.sensitivity_hertz)), "")
+        told += f". With f in Hz, sin(2π f t): {hertz.verdict}"
+    except NotFlown:
+        pass
+    return judged(
+        _fails(off),
+        "at 1.5 m the decoupled model's oscillation about the centre of mass is off in "
+        f"{told}. The length of 0.5 m is ours. IV-B.18 makes the same claim, and there the error "
+        "holds the path of the vehicle too",
+        **{f"{name} off by, 1.5 m": long for name, (_, long) in off.items()},
+        **{f"{name} off by, 0.5 m": short for name, (short, _) in off.items()},
+    )
+
+
+def _oscillation(vehicle: Vehicle, study: Sensitivity) -> dict[str, tuple[float, float]]:
+    """How far each property of the oscillation is off at the shortest and at the longest arm."""
+    sweep = PARAMETERS["arm length"]
+    vehicles, _ = batch(vehicle, flight(), sweep, sweep.values)
+    flights = study.datasets[sweep.name]
+    both = [swing.swing(vehicles, flights.sel(model=plant)) for plant in PLANTS]
+    short, long = (swing.differences(both[0][run], both[1][run]) for run in (0, -1))
+    return {name: (short[name], long[name]) for name in long}
+
+
+def _fails(off: dict[str, tuple[float, float]]) -> bool:
+    """Tell whether some property is off by a tenth (a tenth of a radian), more than if short."""
+    return any(long > SAME and long > short for short, long in off.values())
+
+
+def _amount(name: str, value: float) -> str:
+    return f"{value:.2g} rad" if name == "phase" else percent(value)
+
+
+def passive_arm(evidence: Evidence) -> Judgement:
+    """V.10: do the models hardly differ with a passive arm, whatever its modulus?"""
+    sweep = PARAMETERS["Young's modulus"]
+    vehicles, _ = batch(evidence.vehicle, flight(), sweep, sweep.values)
+    flights = {test: _both(vehicles, test) for test in "AB"}
+    found = {
+        "under the force of the sweeps": evidence.sensitivity.datasets[sweep.name],
+        "in Test A": flights["A"],
+    }
+    share = {
+        (name, value): share_of_range(data.isel(run=[run]))
+        for name, data in found.items()
+        for run, value in enumerate(sweep.values)
+    }
+    fall = [float(np.sqrt(np.mean(row**2))) for row in apart(*_pair(flights["B"]))]
+    moduli = ", ".join(f"{1e-9 * value:g}" for value in sweep.values)
+    told = ", and ".join(
+        f"{', '.join(percent(share[name, value]) for value in sweep.values)} {name}"
+        for name in found
+    )
+    return judged(
+        max(share.values()) < NEGLIGIBLE,
+        f"with a passive arm of {moduli} GPa the tip's horizontal error is {told}, as share of "
+        "the range of its motion (in Test B, a free fall in which the UAV carries nothing, "
+        f"{listed(fall)} m). The vehicle is ours",
+        **{
+            f"error over range {name}, {1e-9 * value:g} GPa": part
+            for (name, value), part in share.items()
+        },
+        **{
+            f"error in Test B, {1e-9 * value:g} GPa [m]": error
+            for value, error in zip(sweep.values, fall, strict=True)
+        },
+    )
+
+
+def _both(vehicles: Vehicle, test: str) -> xr.Dataset:
+    """An open-loop test with both models, over (model, run, time)."""
+    return by_model(
+        {
+            model: simulate(vehicles, open_loop_test(test), model=model, variables=["tip_position"])
+            for model in PLANTS
+        }
+    )
+
+
+def share_of_range(flights: xr.Dataset, more: float = 0.0) -> float:
+    """RMS horizontal distance of the tips, and `more` [m], over the range of the coupled one's.
+
+    flights: over (model, run, time), of a single run.
+    """
+    coupled, other = _pair(flights)
+    covered = np.ptp(samples(coupled, "tip_position", "axis")[0, :, :2], axis=0)
+    distance = np.sqrt(np.mean(apart(coupled, other)[0] ** 2))
+    return float((distance + more) / np.linalg.norm(covered))
+
+
+def _pair(flights: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
+    coupled, other = (flights.sel(model=plant) for plant in PLANTS)
+    return coupled, other
+
+
+def modes_of_actuation(evidence: Evidence) -> Judgement:
+    """V.12: does actuating the UAV tell in rotation, and the arm's torques in position?"""
+    tests, drawn = evidence.open_loop.results["tests"], evidence.drawn
+    turned, moved = (
+        tuple(tests[test]["decoupled"][key] for test in "AC") for key in ("rmse_r_rad", "rmse_t_m")
+    )
+    fall = tests["B"]["decoupled"]
+    share_turned = drawn.share(drawn.rotation["A"] > drawn.rotation["C"])
+    share_moved = drawn.share(drawn.position["C"] >= PRONOUNCED * drawn.position["A"])
+    return all_of(
+        [
+            judged(
+                turned[0] > turned[1] and share_turned > MOST,
+                f"the error in rotation is {listed(turned)} rad in Tests A and C, larger in A for "
+                f"{percent(share_turned)} of the vehicles drawn",
+                **{
+                    "rotation, Test A [rad]": turned[0],
+                    "rotation, Test C [rad]": turned[1],
+                    "share larger in A": share_turned,
+                },
+            ),
+            judged(
+                moved[1] >= PRONOUNCED * moved[0] and share_moved > MOST,
+                f"that in position is {listed(moved)} m, at least twice as large in C for "
+                f"{percent(share_moved)}",
+                **{
+                    "position, Test A [m]": moved[0],
+                    "position, Test C [m]": moved[1],
+                    "share twice as large in C": share_moved,
+                },
+            ),
+        ],
+        f"Test B, without any actuation, has {fall['rmse_r_rad']:.3g} rad and "
+        f"{fall['rmse_t_m']:.3g} m",
+    )
+
+
+JUDGES = {
+    "V.6": structure,
+    "V.7": downward,
+    "V.8": parameters,
+    "V.9": long_arms,
+    "V.10": passive_arm,
+    "V.12": modes_of_actuation,
+}
+"""Judge of each of these sentences, by its id."""

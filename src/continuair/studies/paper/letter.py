@@ -1,0 +1,82 @@
+"""Letter M flown once more: at another step or control period, and what couples along it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.spatial.transform import Rotation
+
+from continuair.analysis.mass import mass_distribution
+from continuair.analysis.metrics import samples
+from continuair.controllers.gain_files import load_gains
+from continuair.equations.camera import interaction_matrix, to_normalised
+from continuair.flight.simulate import simulate
+from continuair.scenario.tracking_task import SETTINGS, equipped, task
+from continuair.studies.paper.evidence import Evidence
+from continuair.studies.tracking.study import SAMPLE
+from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
+
+NOMINAL = SETTINGS["nominal"]
+
+_FINE = 1e-3
+"""Time between samples whose slopes are taken [s]: the arm's fastest mode has tens of them."""
+
+
+def flown(evidence: Evidence, model: str) -> xr.Dataset:
+    """Letter M of the study, over time."""
+    return evidence.letter.datasets["nominal"].sel(letter="M", model=model)
+
+
+def fly(
+    evidence: Evidence, model: str, period: float = 1e-3, sample: float = SAMPLE, **options: Any
+) -> xr.Dataset:
+    """Letter M of the study again; period: of control [s]; options: those of `simulate`."""
+    vehicle = equipped(evidence.vehicle, NOMINAL)
+    controller = load_gains("paper").controller(vehicle)
+    scenario = task(vehicle, ["M"], controller, NOMINAL.duration).replace(control_period=period)
+    return simulate(vehicle, scenario, model=model, sample=sample, **options).isel(run=0)
+
+
+def halved(evidence: Evidence, model: str, *names: str) -> xr.Dataset:
+    """Letter M of the study at half its step; names: of the variables to keep."""
+    step = float(flown(evidence, model)["step"]) / 2.0
+    return fly(evidence, model, step=step, variables=names)
+
+
+def image_slopes(flight: xr.Dataset, vehicle: Vehicle) -> Array:
+    """J_L's columns of the UAV's translation (time, 2n, 3): the image's rate per speed [1/m]."""
+    seen = to_normalised(vehicle.camera, samples(flight, "features", "pixel"))
+    L = interaction_matrix(seen, samples(flight, "depth", "point"))
+    axes = Rotation.from_quat(samples(flight, "camera_attitude", "quaternion")).as_matrix()
+    slopes: Array = L[..., :3] @ np.swapaxes(axes, -1, -2)
+    return slopes
+
+
+def forces_on_uav(evidence: Evidence) -> tuple[Array, Array]:
+    """Coupling force and own force in the UAV's rows [N], (time,) each, at the study's samples.
+
+    The own rows of M q̈ + C q̇ are those of a rigid vehicle whose centre of mass c moves at ċ:
+    m (a + ω̇×c + ω×(ω×c) + ω×ċ). The blocks that decoupling zeroes add m (c̈ + ω×ċ).
+    """
+    names = ("velocity", "angular_velocity", "bend")
+    flight = fly(evidence, "coupled", sample=_FINE, variables=names)
+    v, w = (samples(flight, name, "axis") for name in names[:2])
+    bend = samples(flight, "bend", "bend_axis")
+    c = mass_distribution(evidence.vehicle, bend[None])[0][0]
+    moved, turned = _slope(c), _slope(w)
+    a = _slope(v) + np.cross(w, v)
+    drift = np.cross(w, moved)
+    coupling = _slope(moved) + drift
+    own = a + np.cross(turned, c) + np.cross(w, np.cross(w, c)) + drift
+    every = round(SAMPLE / _FINE)
+    mass = float(evidence.vehicle.mass)
+    first, second = (mass * np.linalg.norm(x, axis=1)[::every] for x in (coupling, own))
+    return first, second
+
+
+def _slope(values: Array) -> Array:
+    return np.gradient(values, _FINE, axis=0)

@@ -1,0 +1,75 @@
+"""Evidence that is given instead of flown, so that its verdict is known."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+import continuair as ca
+from continuair.scenario import paths
+from continuair.studies.paper.evidence import Evidence
+
+LETTERS = ("M", "R", "A", "L")
+
+
+def evidence(**studies: Any) -> Evidence:
+    """Evidence of the preset `paper`; studies: results by name, in place of flights."""
+    given = Evidence(ca.load_vehicle("paper"))
+    given.__dict__.update(studies)  # where cached properties keep what they have found
+    return given
+
+
+def cost(coupled: tuple[float, ...], decoupled: tuple[float, ...]) -> dict[str, Any]:
+    """Times of dynamics, camera and control of both plants [µs]."""
+    models = {}
+    for model, times in {"coupled": coupled, "decoupled": decoupled}.items():
+        parts = dict(zip(("dynamics_s", "camera_s", "control_s"), times, strict=True))
+        models[model] = {name: 1e-6 * time for name, time in parts.items()}
+        models[model]["total_s"] = 1e-6 * sum(times)
+    return {"models": models, "printed_ms": {"coupled": 32.0, "decoupled": 22.0}}
+
+
+def letters(ds: Any, apart: Any, error: float = 1.0) -> xr.Dataset:
+    """Both plants over four letters of 50 s: a constant feature error of the coupled one [px].
+
+    ds, apart: functions of time [s] and of whether the target turns, for DS [px] and for the
+    distance of the tips [m].
+    """
+    time = np.linspace(0.0, 50.0, 5001)
+    found = []
+    for letter in LETTERS:
+        position, velocity, acceleration = paths.letter(letter)(time)
+        size = np.linalg.norm(acceleration, axis=1)
+        turns = size > 0.05 * size.max()
+        for model, differs in {"coupled": 0.0, "decoupled": 1.0}.items():
+            # One of eight coordinates is off: its size is the norm.
+            features = np.zeros((len(time), 8))
+            features[:, 0] = error - differs * ds(time, turns)
+            tip = position + differs * np.outer(apart(time, turns), [1.0, 0.0, 0.0])
+            found.append(_flight(model, letter, time, features, tip, velocity))
+    merged = xr.combine_by_coords(found)
+    assert isinstance(merged, xr.Dataset)
+    return merged
+
+
+def _flight(
+    model: str,
+    letter: str,
+    time: np.ndarray,
+    features: np.ndarray,
+    tip: np.ndarray,
+    velocity: np.ndarray,
+) -> xr.Dataset:
+    data = {
+        "feature_error": (("time", "pixel"), features),
+        "tip_position": (("time", "axis"), tip),
+        "target_velocity": (("time", "axis"), velocity),
+        "velocity": (("time", "axis"), velocity),
+        "angular_velocity": (("time", "axis"), 0.0 * velocity),
+        "bend_rate": (("time", "bend_axis"), 0.0 * velocity[:, :2]),
+        "step_error": ((), 1e-5),
+    }
+    flight = xr.Dataset(data, {"time": time})
+    return flight.expand_dims(model=[model], letter=[letter])

@@ -1,0 +1,216 @@
+"""Judges of the closed loop: flights that are known give the verdict that they should."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from continuair import equations
+from continuair.equations.camera import to_normalised
+from continuair.scenario.tracking_task import SETTINGS, equipped
+from continuair.studies.paper import closed_loop, letter
+from continuair.studies.paper.evidence import Evidence
+from continuair.studies.paper.strokes import kinds_of_stroke
+from continuair.studies.tracking.study import Tracking, tracking
+from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED
+from tests.closed_loop import eye
+from tests.paper import given
+
+
+@pytest.fixture(scope="module")
+def flown() -> Evidence:
+    """Letter M on both plants."""
+    found = Evidence(ca.load_vehicle("paper"), quick=True)
+    study = tracking(found.vehicle, "M", models=["decoupled"], settings=["nominal"])
+    found.__dict__["letter"] = study
+    return found
+
+
+def results(coupled: dict[str, float], decoupled: dict[str, float]) -> dict[str, Any]:
+    return {letter: {"coupled": coupled, "decoupled": decoupled} for letter in given.LETTERS}
+
+
+def tracked(
+    ds: Any = lambda t, turns: 0.1 + 0 * t, apart: Any = lambda t, turns: 1e-3 + 0 * t
+) -> Evidence:
+    """Four letters with a given DS [px] and distance of the tips [m], of 10 px feature error."""
+    study = {"letters": results({"rms_px": 10.0}, {"rms_px": 10.0})}
+    flights = {"nominal": given.letters(ds, apart, error=10.0)}
+    found = Tracking(study, flights)
+    return given.evidence(tracking=found, letter=found, quick=True)
+
+
+def in_turns(t: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    return np.where(turns, 1.0, 0.1)
+
+
+def on_lines(t: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    return np.where(turns, 0.1, 1.0)
+
+
+def test_the_law_is_one_and_its_step_does_not_make_ds(flown: Evidence) -> None:
+    found = closed_loop.one_law(flown)
+    assert found.verdict == REPRODUCED
+    ds = found.numbers["RMS of DS, M [px]"]
+    assert ds == pytest.approx(
+        closed_loop.rms(
+            np.linalg.norm(letter.flown(flown, "coupled")["feature_error"], axis=1)
+            - np.linalg.norm(letter.flown(flown, "decoupled")["feature_error"], axis=1)
+        )
+    )
+
+
+def test_another_law_on_one_plant_is_noticed(flown: Evidence) -> None:
+    flights = flown.letter.datasets["nominal"].copy(deep=True)
+    flights["command"].loc[{"model": "decoupled"}] *= 1.01
+    changed = given.evidence(letter=Tracking(flown.letter.results, {"nominal": flights}))
+    assert closed_loop.one_law(changed).verdict == NOT_REPRODUCED
+
+
+def test_plants_differ_from_the_first_push_on(
+    flown: Evidence, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert closed_loop.states_and_jacobians(flown).verdict == REPRODUCED
+    monkeypatch.setattr(
+        closed_loop,
+        "forward_dynamics",
+        lambda *state, model: ca.forward_dynamics(*state, model="coupled"),
+    )
+    assert closed_loop.states_and_jacobians(flown).verdict == NOT_REPRODUCED
+
+
+def test_first_accelerations_are_those_of_the_flights(flown: Evidence) -> None:
+    """Velocity after 1 ms of the push that is held."""
+    found = closed_loop.states_and_jacobians(flown).numbers
+    for plant in ("coupled", "decoupled"):
+        flight = letter.fly(flown, plant, sample=1e-4, step=1e-5, duration=1e-3)
+        speed = np.linalg.norm(flight["velocity"], axis=-1)[1] / 1e-4
+        assert found[f"first acceleration, {plant} [m/s²]"] == pytest.approx(speed, rel=5e-3)
+
+
+def test_columns_of_j_l_are_slopes_of_the_image(flown: Evidence) -> None:
+    """Moving the UAV by 0.1 mm along an axis moves the image of points that stay."""
+    vehicle = flown.vehicle.replace({"arm.kappa_s": 0.0})
+    flight = letter.flown(flown, "coupled").isel(time=slice(5, 6))
+    q = flight["q"].to_numpy()[0]
+    slopes = letter.image_slopes(flight, vehicle)[0]
+    at, R = eye.pose(vehicle, q)
+    seen = to_normalised(vehicle.camera, flight["features"].to_numpy()[0]).reshape(-1, 2)
+    depth = flight["depth"].to_numpy()[0]
+    points = at + np.column_stack([seen * depth[:, None], depth]) @ R.T
+    h = 1e-4
+    for axis in range(3):
+        shift = h * np.eye(8)[axis]
+        ahead, behind = (eye.seen(vehicle, q + by, points)[0] for by in (shift, -shift))
+        np.testing.assert_allclose(slopes[:, axis], (ahead - behind) / (2 * h), atol=1e-7)
+
+
+def test_coupling_force_is_that_of_the_blocks_between_uav_and_arm(flown: Evidence) -> None:
+    """M_ua q̈_a + C_ua q̇_a and M_uu q̈_u + C_uu q̇_u of the readable form, 50 ms after the start."""
+    vehicle = equipped(flown.vehicle, SETTINGS["nominal"])
+    coupling, own = letter.forces_on_uav(flown)
+    at = 5
+    flight = letter.flown(flown, "coupled")
+    q = flight["q"].to_numpy()
+    q_dot = np.gradient(letter.fly(flown, "coupled", sample=1e-4, duration=0.1)["q"], 1e-4, axis=0)
+    rates = q_dot[at * 100]
+    accelerations = np.gradient(q_dot, 1e-4, axis=0)[at * 100]
+    M, C = equations.mass_matrix(vehicle, q[at]), equations.coriolis_matrix(vehicle, q[at], rates)
+    for part, expected in ((slice(6, 8), coupling[at]), (slice(0, 6), own[at])):
+        force = M[:3, part] @ accelerations[part] + C[:3, part] @ rates[part]
+        assert np.linalg.norm(force) == pytest.approx(expected, rel=0.02)
+
+
+def test_the_arm_of_the_r_is_half_a_circle_and_the_l_has_only_straight_strokes() -> None:
+    assert kinds_of_stroke("L") == {"straight along an axis": 1.0, "inclined": 0.0, "curved": 0.0}
+    leg = np.hypot(0.4, 0.5)
+    length = 1.0 + 0.4 + 0.25 * np.pi + 0.15 + leg
+    share = kinds_of_stroke("R")
+    assert share["curved"] == pytest.approx(0.25 * np.pi / length, rel=1e-2)
+    assert share["inclined"] == pytest.approx(leg / length, rel=1e-2)
+
+
+def test_differences_count_where_the_target_turns_and_not_at_the_start() -> None:
+    assert closed_loop.turns_and_lines(tracked(in_turns, in_turns)).verdict == REPRODUCED
+    assert closed_loop.turns_and_lines(tracked(in_turns, on_lines)).verdict == NOT_REPRODUCED
+    assert closed_loop.turns_and_lines(tracked(on_lines, in_turns)).verdict == NOT_REPRODUCED
+
+    def late(t: np.ndarray, turns: np.ndarray) -> np.ndarray:
+        return np.where(t < 2.0, 30.0, in_turns(t, turns))
+
+    assert closed_loop.turns_and_lines(tracked(late, late)).verdict == REPRODUCED
+
+
+def test_a_start_above_the_limit_of_ds_decides() -> None:
+    def judged(early: float, late: float) -> str:
+        entry = {"ds_max_px_before_2s": early, "ds_max_px_after_2s": late}
+        study = Tracking({"letters": results({}, entry)}, {})
+        return closed_loop.largest_ds(given.evidence(tracking=study)).verdict
+
+    assert judged(0.6, 0.6) == REPRODUCED
+    assert judged(0.8, 0.1) == judged(0.1, 0.8) == NOT_REPRODUCED
+
+
+def test_one_letter_that_is_tracked_worse_is_an_impact_and_a_real_camera_is_none() -> None:
+    def judged(decoupled: float, real: float) -> str:
+        letters = results({"rms_px": 1.0, "tip_rms_m": 1.0}, {"rms_px": 1.0, "tip_rms_m": 1.0})
+        letters["A"] = {
+            "coupled": letters["A"]["coupled"],
+            "decoupled": {"rms_px": decoupled, "tip_rms_m": 1.0},
+        }
+        camera = results({"rms_px": 1.0, "tip_rms_m": 1.0}, {"rms_px": real, "tip_rms_m": 1.0})
+        study = Tracking({"letters": letters, "settings": {"camera": {"letters": camera}}}, {})
+        cost = given.cost((1.0, 0.0, 0.0), (0.7, 0.0, 0.0))
+        return closed_loop.negligible_impact(given.evidence(tracking=study, cost=cost)).verdict
+
+    assert judged(1.05, 2.0) == REPRODUCED
+    assert judged(0.85, 1.0) == NOT_REPRODUCED
+
+
+def test_ds_that_follows_the_speed_depends_on_it_and_one_that_grows_with_time_does_not() -> None:
+    def slow_in_turns(t: np.ndarray, turns: np.ndarray) -> np.ndarray:
+        speed = np.linalg.norm(ca.paths.letter("M")(t)[1], axis=1)
+        return 10.0 * speed
+
+    assert closed_loop.speed(tracked(slow_in_turns)).verdict == REPRODUCED
+    assert closed_loop.speed(tracked(lambda t, turns: 0.01 * t)).verdict == NOT_REPRODUCED
+
+
+def test_ds_and_coupling_are_larger_before_convergence(
+    flown: Evidence, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert closed_loop.before_convergence(flown).verdict == REPRODUCED
+    one = np.ones(5001)
+    monkeypatch.setattr(letter, "forces_on_uav", lambda evidence: (one, one))
+    assert closed_loop.before_convergence(flown).verdict == NOT_REPRODUCED
+
+
+@pytest.mark.parametrize("judge", [closed_loop.tasks_done, closed_loop.robust_law])
+def test_an_error_of_two_pixels_on_one_plant_is_no_success(judge: Any) -> None:
+    def judged(decoupled: float) -> str:
+        good = {"rms_px": 0.1, "out_of_view_samples": 0}
+        letters = results(good, good | {"rms_px": decoupled})
+        for entry in letters.values():
+            entry["independent"] = good | {"rms_px": 5.0}
+        return str(judge(given.evidence(tracking=Tracking({"letters": letters}, {}))).verdict)
+
+    assert judged(0.5) == REPRODUCED
+    assert judged(2.0) == NOT_REPRODUCED
+
+
+def test_a_lost_point_is_no_success() -> None:
+    good = {"rms_px": 0.1, "out_of_view_samples": 0}
+    letters = results(good, good | {"out_of_view_samples": 3})
+    found = closed_loop.tasks_done(given.evidence(tracking=Tracking({"letters": letters}, {})))
+    assert found.verdict == NOT_REPRODUCED
+
+
+def test_a_difference_that_dies_out_is_one_of_the_start() -> None:
+    def dying(t: np.ndarray, turns: np.ndarray) -> np.ndarray:
+        return np.exp(-t / 5.0)
+
+    assert closed_loop.start_and_end(tracked(dying)).verdict == REPRODUCED
+    assert closed_loop.start_and_end(tracked(lambda t, _: 1.0 - dying(t, _))).verdict == (
+        NOT_REPRODUCED
+    )
