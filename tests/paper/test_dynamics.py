@@ -10,10 +10,10 @@ import xarray as xr
 import continuair as ca
 from continuair import equations
 from continuair.scenario.paper_tests import open_loop_test
-from continuair.studies.paper import coupling_elements, disks, dynamics
-from continuair.studies.paper.agreement import random_states
-from continuair.studies.paper.elementwise import Elementwise
 from continuair.studies.paper.evidence import Evidence
+from continuair.studies.paper.judges import coupling_elements, disks, dynamics
+from continuair.studies.paper.judges.agreement import random_states
+from continuair.studies.paper.judges.elementwise import Elementwise
 from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED, Judgement
 from continuair.vehicle.vehicle import Vehicle
 

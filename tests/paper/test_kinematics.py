@@ -8,9 +8,9 @@ import pytest
 
 import continuair as ca
 from continuair import equations
-from continuair.studies.paper import as_printed, kinematics, near_straight
-from continuair.studies.paper.agreement import partial, random_states
 from continuair.studies.paper.evidence import Evidence
+from continuair.studies.paper.judges import as_printed, kinematics, near_straight
+from continuair.studies.paper.judges.agreement import partial, random_states
 from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED, Judgement
 
 VEHICLE = ca.load_vehicle("paper")
@@ -55,7 +55,8 @@ def test_a_sum_of_partial_derivatives_that_lacks_one_is_not_the_velocity(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(
-        "continuair.studies.paper.kinematics.partial", lambda f, q, i: partial(f, q, i) * (i == 6)
+        "continuair.studies.paper.judges.kinematics.partial",
+        lambda f, q, i: partial(f, q, i) * (i == 6),
     )
     assert judged("III-A.6").verdict == NOT_REPRODUCED
     assert judged("III-A.8").numbers["largest_relative_difference"] > 0.1

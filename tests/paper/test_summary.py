@@ -8,8 +8,8 @@ import pytest
 import continuair as ca
 from continuair import equations
 from continuair.studies.open_loop.study import OpenLoop
-from continuair.studies.paper import complexity, conclusions, straight, summary, swing
 from continuair.studies.paper.drawn import Drawn
+from continuair.studies.paper.judges import complexity, conclusions, straight, summary, swing
 from continuair.studies.sensitivity.study import Sensitivity
 from continuair.studies.tracking.study import Tracking
 from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED

@@ -3,8 +3,8 @@
 import pytest
 
 from continuair import equations
-from continuair.studies.paper import closed_loop, summary
-from continuair.studies.paper.times import cheaper
+from continuair.studies.paper.judges import closed_loop, summary
+from continuair.studies.paper.judges.times import cheaper
 from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED, UNDECIDED
 from tests.paper import given
 

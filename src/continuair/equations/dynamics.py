@@ -58,7 +58,8 @@ def mass_matrix(vehicle: Vehicle, q: Array, nodes: int = 24) -> Array:
 def coriolis_matrix(vehicle: Vehicle, q: Array, qd: Array, nodes: int = 24) -> Array:
     """C (8, 8) of Eq. (10), from Christoffel symbols: Σ ½ (∂_k M_ij + ∂_j M_ik - ∂_i M_jk) q̇_k.
 
-    The paper does not print its C; this one makes Ṁ - 2C skew.
+    The paper does not print its C; this one makes Ṁ - 2C skew. Where |κ| <= κ_s, M does not change
+    with κ, and its slopes by κ are 0: switch Remark 1 off (arm.kappa_s = 0) for a C near straight.
     """
     dM = _mass_slopes(vehicle, np.asarray(q, float), nodes)
     return 0.5 * (

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from continuair import checks
-from continuair.studies.paper import (
+from continuair.studies.paper.evidence import Evidence, NotFlown
+from continuair.studies.paper.judges import (
     closed_loop,
     dynamics,
     kinematics,
@@ -15,7 +16,6 @@ from continuair.studies.paper import (
     parameters,
     summary,
 )
-from continuair.studies.paper.evidence import Evidence, NotFlown
 from continuair.studies.sentences import PARTS, sentences
 from continuair.studies.verdicts import Judgement
 

@@ -7,6 +7,8 @@ import math
 from importlib import resources
 from typing import Any
 
+from continuair.studies.verdicts import UNDECIDED
+
 RELATIVE, ABSOLUTE = 0.02, 1e-6
 """Numbers count as found again within this share, or within this."""
 
@@ -44,7 +46,7 @@ def _differences(entry: dict[str, Any], known: dict[str, Any] | None) -> list[st
     if known is None:
         return [f"{name}: no verdict is recorded"]
     lines = []
-    if entry["verdict"] != known["verdict"]:
+    if entry["verdict"] != known["verdict"] and not _is_busy(entry):
         lines.append(f"{name}: {entry['verdict']}, recorded: {known['verdict']}")
     numbers = {key: (entry["numbers"].get(key), known["numbers"].get(key))
                for key in {**entry["numbers"], **known["numbers"]}}  # fmt: skip
@@ -53,6 +55,11 @@ def _differences(entry: dict[str, Any], known: dict[str, Any] | None) -> list[st
         for key, (found, wanted) in numbers.items()
         if not is_found_again(key, found, wanted)
     ]
+
+
+def _is_busy(entry: dict[str, Any]) -> bool:
+    """Tell whether times could not decide: a busy machine scatters them."""
+    return bool(entry["times"]) and entry["verdict"] == UNDECIDED
 
 
 def is_found_again(name: str, found: float | None, wanted: float | None) -> bool:

@@ -17,11 +17,11 @@ from continuair.analysis.metrics import (
 from continuair.kernels.dynamics import PLANTS
 from continuair.scenario.letters import LETTERS
 from continuair.studies.cost import ratios
-from continuair.studies.paper import letter
 from continuair.studies.paper.evidence import Evidence
-from continuair.studies.paper.strokes import kinds_of_stroke
-from continuair.studies.paper.times import by_margin, cheaper, measured
-from continuair.studies.paper.words import NEGLIGIBLE, PRONOUNCED, SAME
+from continuair.studies.paper.judges import letter
+from continuair.studies.paper.judges.strokes import kinds_of_stroke
+from continuair.studies.paper.judges.times import by_margin, cheaper, measured
+from continuair.studies.paper.judges.words import NEGLIGIBLE, PRONOUNCED, SAME
 from continuair.studies.sensitivity.findings import STRONG, listed, rank_correlation
 from continuair.studies.tables import percent
 from continuair.studies.tracking.study import CONVERGED, PRINTED, rms_by_corner

@@ -12,8 +12,9 @@ import numpy as np
 
 from continuair import equations
 from continuair.equations.kinematics import skew
-from continuair.studies.paper import as_printed, near_straight
-from continuair.studies.paper.agreement import (
+from continuair.studies.paper.evidence import Evidence
+from continuair.studies.paper.judges import as_printed, near_straight
+from continuair.studies.paper.judges.agreement import (
     AGREES,
     SLOPES_AGREE,
     apart,
@@ -24,7 +25,6 @@ from continuair.studies.paper.agreement import (
     rate,
     spin_of,
 )
-from continuair.studies.paper.evidence import Evidence
 from continuair.studies.verdicts import Judgement, all_of, judged
 from continuair.vehicle.vehicle import Vehicle
 

@@ -15,7 +15,7 @@ from continuair.scenario.paper_tests import bend_torques, open_loop_test, tip_ch
 from continuair.studies.open_loop.study import PRINTED
 from continuair.studies.paper.drawn import FORCE_ON_UAV, MOMENT_ON_UAV, MOST
 from continuair.studies.paper.evidence import Evidence
-from continuair.studies.paper.words import NEGLIGIBLE, PRONOUNCED, SAME
+from continuair.studies.paper.judges.words import NEGLIGIBLE, PRONOUNCED, SAME
 from continuair.studies.sensitivity.task import PARAMETERS
 from continuair.studies.tables import percent
 from continuair.studies.verdicts import Judgement, all_of, judged

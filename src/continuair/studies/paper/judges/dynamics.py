@@ -6,8 +6,9 @@ import numpy as np
 
 from continuair import equations
 from continuair.scenario.paper_tests import open_loop_test
-from continuair.studies.paper import coupling_elements
-from continuair.studies.paper.agreement import (
+from continuair.studies.paper.evidence import Evidence
+from continuair.studies.paper.judges import coupling_elements
+from continuair.studies.paper.judges.agreement import (
     AGREES,
     SLOPES_AGREE,
     apart,
@@ -17,8 +18,8 @@ from continuair.studies.paper.agreement import (
     rate,
     spin_of,
 )
-from continuair.studies.paper.coupling_elements import significant, uav_arm_block
-from continuair.studies.paper.disks import (
+from continuair.studies.paper.judges.coupling_elements import significant, uav_arm_block
+from continuair.studies.paper.judges.disks import (
     MASS,
     RADII,
     SPACING,
@@ -27,9 +28,8 @@ from continuair.studies.paper.disks import (
     with_disks,
     without_disks,
 )
-from continuair.studies.paper.elementwise import Elementwise
-from continuair.studies.paper.evidence import Evidence
-from continuair.studies.paper.words import NEGLIGIBLE, SAME
+from continuair.studies.paper.judges.elementwise import Elementwise
+from continuair.studies.paper.judges.words import NEGLIGIBLE, SAME
 from continuair.studies.tables import percent
 from continuair.studies.verdicts import Judgement, all_of, judged
 from continuair.vehicle.vehicle import Vehicle

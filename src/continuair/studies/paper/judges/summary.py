@@ -10,10 +10,10 @@ from continuair.analysis.metrics import samples
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import PLANTS
 from continuair.scenario.scenarios import Scenario
-from continuair.studies.paper import complexity, conclusions, straight
-from continuair.studies.paper.conclusions import ARM, UAV, share_of_range
 from continuair.studies.paper.evidence import Evidence
-from continuair.studies.paper.times import (
+from continuair.studies.paper.judges import complexity, conclusions, straight
+from continuair.studies.paper.judges.conclusions import ARM, UAV, share_of_range
+from continuair.studies.paper.judges.times import (
     by_margin,
     cheaper,
     measured,
@@ -21,7 +21,7 @@ from continuair.studies.paper.times import (
     seconds,
     unexplained,
 )
-from continuair.studies.paper.words import NEGLIGIBLE, PRONOUNCED, SAME
+from continuair.studies.paper.judges.words import NEGLIGIBLE, PRONOUNCED, SAME
 from continuair.studies.sensitivity.findings import column, listed
 from continuair.studies.tables import percent
 from continuair.studies.verdicts import Judgement, all_of, judged

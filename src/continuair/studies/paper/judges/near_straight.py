@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from continuair import equations
-from continuair.studies.paper.agreement import AGREES
 from continuair.studies.paper.evidence import Evidence
+from continuair.studies.paper.judges.agreement import AGREES
 from continuair.studies.verdicts import Judgement, judged
 from continuair.vehicle.vehicle import Vehicle
 

@@ -10,10 +10,10 @@ from continuair.analysis.metrics import samples
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import PLANTS
 from continuair.scenario.paper_tests import open_loop_test
-from continuair.studies.paper import swing
 from continuair.studies.paper.drawn import MOST
 from continuair.studies.paper.evidence import Evidence, NotFlown
-from continuair.studies.paper.words import NEGLIGIBLE, PRONOUNCED, SAME
+from continuair.studies.paper.judges import swing
+from continuair.studies.paper.judges.words import NEGLIGIBLE, PRONOUNCED, SAME
 from continuair.studies.results import by_model
 from continuair.studies.sensitivity.findings import column, converged, listed
 from continuair.studies.sensitivity.measures import apart

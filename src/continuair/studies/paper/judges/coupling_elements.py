@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from continuair import equations
-from continuair.studies.paper.agreement import (
+from continuair.studies.paper.evidence import Evidence
+from continuair.studies.paper.judges.agreement import (
     AGREES,
     SLOPES_AGREE,
     largest,
@@ -20,7 +21,6 @@ from continuair.studies.paper.agreement import (
     powers,
     random_states,
 )
-from continuair.studies.paper.evidence import Evidence
 from continuair.studies.verdicts import Judgement, judged
 from continuair.vehicle.vehicle import Vehicle
 
