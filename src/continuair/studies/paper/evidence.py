@@ -77,7 +77,8 @@ class Evidence:
         """Letter M in the nominal setting."""
         if not self.quick:
             return self.tracking
-        return self._kept("tracking", tracking(self.vehicle, "M", settings=["nominal"]))
+        found = tracking(self.vehicle, "M", settings=["nominal"], progress=self._progress)
+        return self._kept("tracking", found)
 
     @cached_property
     def cost(self) -> dict[str, Any]:
