@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -107,6 +108,7 @@ def _judged(
         def keep(name: str, found: Any) -> None:
             if folder is None:
                 return
+            from continuair.figures.style import pictures_only
             from continuair.report.keeping import keep as write
 
             progress(1, 1, f"writing results and figures of {name}")
@@ -117,7 +119,8 @@ def _judged(
             folder.begin()
             with results_in(inside, name, redo) as part:
                 assert part is not None
-                write(name, found, part)
+                with pictures_only() if quick else nullcontext():
+                    write(name, found, part)
 
         return run(loaded, only, quick=quick, progress=progress, keep=keep)
 

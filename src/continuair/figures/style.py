@@ -6,6 +6,7 @@ import re
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,8 @@ PAPER_VEHICLE = "paper"
 
 UNNAMED = "Amiri et al. do not print their vehicle's parameters, so no match is claimed."
 """What figures say beside numbers that the paper prints."""
+
+_formats: ContextVar[tuple[str, ...]] = ContextVar("formats", default=("png", "svg", "pdf"))
 
 _SETTINGS: dict[Any, Any] = {
     "font.family": "sans-serif",
@@ -152,9 +155,19 @@ def plain(text: str) -> str:
 
 
 def save(figure: Figure, name: str, file: Callable[[str], Path]) -> None:
-    """Write the figure as PNG, SVG and PDF; `file` gives the path of a name."""
-    for suffix in ("png", "svg", "pdf"):
+    """Write the figure in every format, PNG, SVG and PDF; `file` gives the path of a name."""
+    for suffix in _formats.get():
         save_as(figure, file(f"{name}.{suffix}"))
+
+
+@contextmanager
+def pictures_only() -> Iterator[None]:
+    """Inside the block, `save` writes PNG alone, a third of the work."""
+    before = _formats.set(("png",))
+    try:
+        yield
+    finally:
+        _formats.reset(before)
 
 
 def save_as(figure: Figure, path: Path) -> None:
