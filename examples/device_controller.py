@@ -36,7 +36,7 @@ def law(code: Any) -> SimpleNamespace:
 
 
 def fly(brake: float) -> xr.Dataset:
-    """Hover from a bent start; brake: moment against the bend rate [N m² s]."""
+    """Hover from a bent start; brake: moment against the bend rate [N m³ s]."""
     vehicle = ca.load_vehicle("paper")
     inertia = np.diag(ca.rigid_inertia(vehicle))[3:]
     gains = {"position": [0, 0, 3], "mass": vehicle.mass, "inertia": inertia, "brake": brake}
@@ -48,7 +48,7 @@ def fly(brake: float) -> xr.Dataset:
 def main() -> None:
     for brake in (0.0, 0.3):
         left = float(np.abs(fly(brake).bend[200:]).max())
-        print(f"brake {brake} N m² s: the arm still bends by {left:.1e} 1/m after 0.2 s")
+        print(f"brake {brake} N m³ s: the arm still bends by {left:.1e} 1/m after 0.2 s")
 
 
 if __name__ == "__main__":

@@ -165,6 +165,24 @@ def test_the_ultimate_bound_holds_but_says_little(study: Tracking) -> None:
     assert bound["reached"] < bound["radius_least"] <= bound["radius_provable"]
 
 
+def test_the_study_says_which_conditions_of_stability_its_gains_break(study: Tracking) -> None:
+    table = tracking_output.as_table(study.results)
+    for part in (study.results, study.results["settings"]["fast"]):
+        broken = {
+            (statement, each["name"]): each["value"]
+            for statement, conditions in part["conditions"].items()
+            for each in conditions
+            if not each["holds"]
+        }
+        # The period of control [s], the gains' share off the diagonal, and C_d [s].
+        assert broken["theorem", "control continuous, control_period None"] == 1e-3
+        assert 0.1 < broken["sound", "K_p C_s diagonal, not negative"] < 1.0
+        assert broken["proof", "C_d = 0"] > 0.1
+        assert broken["sound", "target at rest"] == part["ultimate_bound"]["target_speed_m_s"]
+    assert "| sound V | K_p C_s diagonal, not negative | off-diagonal share" in table
+    assert "K_p C_p symmetric positive definite" not in table
+
+
 def test_cancelling_the_spring_lets_the_arm_wind_up(vehicle: ca.Vehicle) -> None:
     rows = {row["variant"]: row for row in law_variants(vehicle, load_gains("paper"))}
     flown = rows["as flown: matrix gains, gravity only"]

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from continuair.analysis.linear import linearize as linearize
     from continuair.analysis.linear import modes as modes
     from continuair.analysis.linear import trim as trim
+    from continuair.analysis.lyapunov import lyapunov as lyapunov
     from continuair.analysis.metrics import compare as compare
     from continuair.controllers.classic import classic as classic
     from continuair.controllers.controller import Controller as Controller
@@ -58,6 +59,7 @@ _HOME = {
     "linearize": "analysis.linear",
     "modes": "analysis.linear",
     "trim": "analysis.linear",
+    "lyapunov": "analysis.lyapunov",
     "compare": "analysis.metrics",
     "Simulation": "flight.live",
     "Target": "scenario.targets",

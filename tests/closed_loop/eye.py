@@ -1,11 +1,10 @@
-"""An eye in hand in plain NumPy, from the readable form, and states to look from."""
+"""States to look from, what an eye in hand looks at there, and the slopes of what it sees."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
 from continuair import equations
-from continuair.equations.kinematics import skew
 from continuair.scenario import paths
 from continuair.scenario.targets import Target
 from continuair.vehicle.coordinates import euler_to_body_rates
@@ -21,6 +20,8 @@ MOUNTED = PLAIN.replace(
         "camera.principal_point": [480.0, 510.0],
     }
 )
+# Of the largest element: central differences reach 1e-10.
+DIFFERENCES = 5e-9
 CORNERS = np.array([[0.1, 0.1, 0.0], [-0.1, 0.1, 0.02], [-0.1, -0.1, 0.0], [0.1, -0.12, 0.0]])
 
 
@@ -28,34 +29,19 @@ def with_frame(vehicle: ca.Vehicle, tip_frame: str) -> ca.Vehicle:
     return vehicle.replace({"camera.tip_frame": tip_frame})
 
 
-def pose(vehicle: ca.Vehicle, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Position (3,) and rotation (3, 3) of the camera in the world."""
-    camera, length = vehicle.camera, vehicle.arm.length
-    tip = equations.rotation(q) @ equations.section_rotation(vehicle, q, length, camera.tip_frame)
-    at = equations.position(vehicle, q, length) + tip @ np.asarray(camera.position)
-    return at, tip @ Rotation.from_quat(camera.attitude).as_matrix()
-
-
-def twist_jacobian(vehicle: ca.Vehicle, q: np.ndarray) -> np.ndarray:
-    """J_c (6, 8): the paper's rates to the camera's twist (v, ω), in camera axes."""
-    camera, length = vehicle.camera, vehicle.arm.length
-    J = equations.jacobian(vehicle, q, length, camera.tip_frame)
-    tip = equations.rotation(q) @ equations.section_rotation(vehicle, q, length, camera.tip_frame)
-    linear = J[:3] - skew(tip @ np.asarray(camera.position)) @ J[3:]
-    R = pose(vehicle, q)[1]
-    return np.vstack([R.T @ linear, R.T @ J[3:]])
-
-
-def seen(vehicle: ca.Vehicle, q: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Normalised image (2n,) and depths (n,) of points (n, 3) in the world."""
-    at, R = pose(vehicle, q)
-    inside = (points - at) @ R
-    return (inside[:, :2] / inside[:, 2:]).ravel(), inside[:, 2]
+def finite_differences(vehicle: ca.Vehicle, q: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """∂(image)/∂q (2n, 8) by central differences: h² of 1e-10 and rounding of 1e-11."""
+    h = 1e-5
+    columns = []
+    for shift in h * np.eye(8):
+        ahead, behind = (equations.look(vehicle, at, points)[0] for at in (q + shift, q - shift))
+        columns.append((ahead - behind) / (2 * h))
+    return np.stack(columns, axis=-1)
 
 
 def in_front(vehicle: ca.Vehicle, q: np.ndarray, distance: float = 3.0) -> np.ndarray:
     """The point (3,) on the optical axis."""
-    at, R = pose(vehicle, q)
+    at, R = equations.camera_pose(vehicle, q)
     return at + distance * R[:, 2]
 
 

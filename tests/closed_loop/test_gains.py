@@ -8,7 +8,7 @@ import pytest
 import continuair as ca
 from continuair import equations
 from continuair.equations.camera import interaction_matrix
-from tests.closed_loop import eye, flights
+from tests.closed_loop import flights
 
 NAMES = ("Kp", "Kd", "Cp", "Cd", "Cs")
 
@@ -25,7 +25,7 @@ def test_the_design_gives_every_motion_of_the_frozen_vehicle_the_double_pole(
     q = flights.start(x=0.0, z=0.0, kappa=1e-6)
     image = flights.STILL.desired
     L = interaction_matrix(image, 2.0)
-    J = (L @ eye.twist_jacobian(vehicle, q))[:, :6]
+    J = (L @ equations.camera_jacobian(vehicle, q))[:, :6]
     M = equations.mass_matrix(vehicle, q)[:6, :6]
     damping = J.T @ (gains["Kp"] @ gains["Cd"] + gains["Kd"]) @ J
     stiffness = J.T @ gains["Kp"] @ J

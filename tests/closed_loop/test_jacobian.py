@@ -6,15 +6,13 @@ from scipy.spatial.transform import Rotation
 
 import continuair as ca
 from continuair import equations
-from continuair.equations.camera import interaction_matrix, to_pixels
+from continuair.equations.camera import to_pixels
 from tests.closed_loop import eye, probes
 
 pytestmark = pytest.mark.targets
 
 STATES = 250
 FRAMES = ("untwisted", "frenet")
-# Of the largest element: central differences reach 1e-10.
-DIFFERENCES = 5e-9
 
 
 def first_sample(
@@ -38,28 +36,6 @@ def assert_close(found: np.ndarray, expected: np.ndarray) -> None:
     assert np.linalg.norm(found - expected) < 1e-12 * np.linalg.norm(expected)
 
 
-def finite_differences(vehicle: ca.Vehicle, q: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """∂(image)/∂q (2n, 8) by central differences: h² of 1e-10 and rounding of 1e-11."""
-    h = 1e-5
-    columns = []
-    for shift in h * np.eye(8):
-        ahead, behind = (eye.seen(vehicle, at, points)[0] for at in (q + shift, q - shift))
-        columns.append((ahead - behind) / (2 * h))
-    return np.stack(columns, axis=-1)
-
-
-@pytest.mark.parametrize("tip_frame", FRAMES)
-def test_j_l_is_the_slope_of_the_projection_through_the_full_kinematics(tip_frame: str) -> None:
-    vehicle = eye.with_frame(eye.MOUNTED, tip_frame)
-    q, _ = eye.states(STATES, seed=5)
-    for at in q:
-        points = eye.in_front(vehicle, at) + eye.CORNERS
-        image, depth = eye.seen(vehicle, at, points)
-        J_L = interaction_matrix(image, depth) @ eye.twist_jacobian(vehicle, at)
-        error = J_L - finite_differences(vehicle, at, points)
-        assert np.abs(error).max() < DIFFERENCES * np.abs(J_L).max()
-
-
 @pytest.mark.parametrize("tip_frame", FRAMES)
 def test_the_device_pushes_along_the_slope_of_the_projection(tip_frame: str) -> None:
     """Every row of J_L in the paper's coordinates, from the pushes J_Lᵀ weights."""
@@ -72,8 +48,8 @@ def test_the_device_pushes_along_the_slope_of_the_projection(tip_frame: str) -> 
         for unit in np.eye(8)
     ]
     for at, J_L in zip(q, np.stack(rows, axis=1), strict=True):
-        slope = finite_differences(vehicle, at, eye.in_front(vehicle, at) + eye.CORNERS)
-        assert np.abs(J_L - slope).max() < DIFFERENCES * np.abs(slope).max()
+        slope = eye.finite_differences(vehicle, at, eye.in_front(vehicle, at) + eye.CORNERS)
+        assert np.abs(J_L - slope).max() < eye.DIFFERENCES * np.abs(slope).max()
 
 
 @pytest.mark.parametrize("tip_frame", FRAMES)
@@ -92,9 +68,9 @@ def test_camera_pose_twist_and_image_of_the_device_equal_the_readable_form(tip_f
     torque = eye.in_paper_coordinates(command, q)
     axes = Rotation.from_quat(attitude).as_matrix()
     for i in range(STATES):
-        position, R = eye.pose(vehicle, q[i])
-        J = eye.twist_jacobian(vehicle, q[i])
-        image, depths = eye.seen(vehicle, q[i], eye.in_front(vehicle, q[i]) + eye.CORNERS)
+        position, R = equations.camera_pose(vehicle, q[i])
+        J = equations.camera_jacobian(vehicle, q[i])
+        image, depths = equations.look(vehicle, q[i], eye.in_front(vehicle, q[i]) + eye.CORNERS)
         assert_close(at[i], position)
         assert_close(axes[i], R)
         assert_close(twist[i], J @ qd[i])

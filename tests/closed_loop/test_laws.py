@@ -24,12 +24,12 @@ class Seen:
 
     def __init__(self, q: np.ndarray, qd: np.ndarray, target: ca.Target) -> None:
         centroid = target.path(np.zeros(1))[0][0]
-        image, depth = eye.seen(VEHICLE, q, centroid + target.points)
+        image, depth = equations.look(VEHICLE, q, centroid + target.points)
         self.L = interaction_matrix(image, depth)
-        self.J = eye.twist_jacobian(VEHICLE, q)
+        self.J = equations.camera_jacobian(VEHICLE, q)
         self.error = target.desired - image
         self.camera = self.J @ qd
-        self.target = np.concatenate([eye.pose(VEHICLE, q)[1].T @ SPEED, np.zeros(3)])
+        self.target = np.concatenate([equations.camera_pose(VEHICLE, q)[1].T @ SPEED, np.zeros(3)])
         self.weight = equations.weight_vector(VEHICLE, q, nodes=32)
 
 

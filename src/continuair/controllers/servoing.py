@@ -33,7 +33,7 @@ def servoing(
     Kp, Kd, Cp, Cd, Cs: scalars, diagonals (2 points,) or matrices (2 points, 2 points), symmetric
     positive definite; sigma: width of tanh, normalised image. compensation: "gravity_only" leaves
     the arm its spring, "literal" cancels the elastic force too, as the printed G does.
-    posture_damping: a moment against the bend rate [N m² s], for the two joint directions that the
+    posture_damping: a moment against the bend rate [N m³ s], for the two joint directions that the
     image does not see. Raises InputError.
     """
     chosen = {"damping": damping, "compensation": compensation}

@@ -6,6 +6,7 @@ function of q also accepts complex q, which the Christoffel symbols are differen
 """
 
 from continuair.equations.appendix import appendix_b, integrated_coupling
+from continuair.equations.camera import interaction_matrix, project
 from continuair.equations.dynamics import (
     MASKS,
     coriolis_matrix,
@@ -18,6 +19,13 @@ from continuair.equations.dynamics import (
     potential_energy,
     weight_vector,
 )
+from continuair.equations.eye import (
+    camera_jacobian,
+    camera_pose,
+    image_jacobian,
+    look,
+    printed_image_jacobian,
+)
 from continuair.equations.kinematics import (
     arm_jacobian,
     arm_position,
@@ -27,24 +35,34 @@ from continuair.equations.kinematics import (
     rotation,
     section_rotation,
 )
+from continuair.equations.servoing import kinematic_servoing, rigid_motion
 
 __all__ = [
     "MASKS",
     "appendix_b",
     "arm_jacobian",
     "arm_position",
+    "camera_jacobian",
+    "camera_pose",
     "coriolis_matrix",
     "damping_vector",
     "elastic_vector",
     "euler_rate_matrix",
     "forward_dynamics",
     "gravity_vector",
+    "image_jacobian",
     "integrated_coupling",
+    "interaction_matrix",
     "jacobian",
+    "kinematic_servoing",
     "kinetic_energy",
+    "look",
     "mass_matrix",
     "position",
     "potential_energy",
+    "printed_image_jacobian",
+    "project",
+    "rigid_motion",
     "rotation",
     "section_rotation",
     "weight_vector",

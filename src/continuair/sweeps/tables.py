@@ -158,7 +158,7 @@ class ControllerTable(Part):
     """C_s of the paper's law [-]"""
 
     posture_damping: NotNegative = 0.0
-    """a moment against the bend rate, in the paper's law [N m² s]"""
+    """a moment against the bend rate, in the paper's law [N m³ s]"""
 
     rate: Positive = 0.5
     """the rate of classic servoing [1/s]"""

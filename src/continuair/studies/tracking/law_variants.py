@@ -24,7 +24,7 @@ LEAD = np.geomspace(0.03, 3.0, 8)
 """Scalar gains that are tried: K_p, and C_d [s]; K_d = K_p / 1000, C_p = 1."""
 
 POSTURE = 0.3
-"""Posture damping that is tried [N m² s]: 10 1/s of the straight arm of the preset `paper`."""
+"""Posture damping that is tried [N m³ s]: 10 1/s of the straight arm of the preset `paper`."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def _variants(vehicle: Vehicle, gains: Gains, scalar: dict[str, dict[str, Any]])
         Variant("damping on -ė instead of J_L q̇", law(damping="feature")),
         Variant("literal G (elasticity cancelled)", law(compensation="literal")),
         Variant(
-            f"literal G, posture damping {POSTURE:g} N m² s",
+            f"literal G, posture damping {POSTURE:g} N m³ s",
             law(compensation="literal", posture_damping=POSTURE),
         ),
         Variant(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ import xarray as xr
 
 from continuair import checks
 from continuair.analysis.convergence import Flown, compared_models
-from continuair.analysis.lyapunov import lyapunov, ultimate_bound
+from continuair.analysis.lyapunov import NEEDED, Lyapunov, lyapunov
 from continuair.analysis.metrics import (
     TRANSIENT,
     feature_norm,
@@ -41,25 +41,8 @@ _TURNING = 0.05
 SAMPLE = 1e-2
 """Time between samples [s]."""
 
-_VARIABLES = (
-    "features",
-    "feature_error",
-    "in_view",
-    "target_position",
-    "camera_position",
-    "tip_position",
-    "q",
-    "bend",
-    "velocity",
-    "angular_velocity",
-    "bend_rate",
-    "command",
-    "kinetic_energy",
-    "elastic_energy",
-    "camera_twist",
-    "camera_attitude",
-    "target_velocity",
-    "depth",
+_VARIABLES = tuple(
+    dict.fromkeys(("target_position", "camera_position", "tip_position", "q", *NEEDED))
 )
 
 
@@ -123,12 +106,14 @@ def _fly(
     controller = gains.controller(flown)
     scenario = task(flown, letters, controller, setting.duration)
     runs, finer = Flown(), Flown()
+    proofs: dict[str, Lyapunov] = {}
     for model in plants:
         steps.begin(f"{name}, {model}")
         with steps_told_of():
             data = simulate(flown, scenario, model=model, sample=SAMPLE, variables=_VARIABLES)
-        data = data.rename(run="letter").assign_coords(letter=letters)
-        runs[model] = data.assign(lyapunov(data, flown, controller))
+        proofs[model] = lyapunov(flown, scenario, data)
+        data = data.merge(proofs[model].over_time)
+        runs[model] = data.rename(run="letter").assign_coords(letter=letters)
         steps.begin(f"{name}, {model}, half the step")
         half = runs[model]["step"].to_numpy() / 2
         with steps_told_of():
@@ -142,7 +127,11 @@ def _fly(
         "duration_s": setting.duration,
         "damping_ratio": flown.arm.damping_ratio,
         "letters": {letter: _entry(letter, runs, finer, setting.settled) for letter in letters},
-        "ultimate_bound": ultimate_bound(scenario) | {"reached": float(reached)},
+        "ultimate_bound": proofs[REFERENCE].bound | {"reached": float(reached)},
+        "conditions": {
+            statement: [asdict(each) for each in conditions]
+            for statement, conditions in proofs[REFERENCE].conditions.items()
+        },
     }
 
 

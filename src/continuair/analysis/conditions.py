@@ -1,0 +1,206 @@
+"""What Theorem 1, its proof, and a sound statement ask of a closed loop, each with a number.
+
+The law is that of Eqs. (15) and (16), Amiri et al. For a target at rest ė = -J_L q̇, and then, with
+u = C_p + C_s D/σ, D = diag(sech²(e_i/σ)),
+
+    d/dt (½ q̇ᵀM q̇ + ½ e_aᵀK_p e_a) = -ėᵀK_d ė + e_aᵀK_p (C_d ë + (u - 1) ė).
+
+The proof drops the last term, which vanishes for every motion only if C_d = 0 and u = 1. The first
+contradicts the theorem, as C_d is to be positive definite, and so does the second for every e, as
+it takes C_s = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from continuair.analysis.metrics import samples
+from continuair.kernels.dynamics import PLANTS
+from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
+Gains = Mapping[str, Array]
+
+_ROUNDING = 1e-13
+"""What counts as nothing beside the norms of the gains that were multiplied."""
+
+_SAMPLES = 20001
+
+
+@dataclass(frozen=True)
+class Condition:
+    """Something that a statement asks for: what was measured of it, and whether it holds."""
+
+    name: str
+    measure: str
+    value: float
+    holds: bool
+
+
+def conditions_of(
+    vehicle: Vehicle, scenario: Scenario, gains: Gains, flight: xr.Dataset | None
+) -> dict[str, tuple[Condition, ...]]:
+    """The conditions of Theorem 1, of its proof beside them, and of the sound statement.
+
+    theorem: as printed. proof: what it needs besides, and does not say. sound: with all of them
+    V_sound does not increase. flight: adds what only a flight can tell.
+    """
+    shared = (_width(gains), _continuous(scenario), *_of_flight(flight))
+    return {
+        "theorem": (*_positive_gains(gains), *_printed_law(gains), *shared),
+        "proof": _cross_term(gains),
+        "sound": (_at_rest(scenario), *_sound_gains(gains), _bend(vehicle, gains), *shared),
+    }
+
+
+def target_norms(scenario: Scenario) -> tuple[Array, Array]:
+    """Times (n,) [s], and norms (targets, 3, n) of velocity, acceleration and jerk of the targets.
+
+    Those of L_1, L_2 and L_3 in Assumption 3; SI units.
+    """
+    time = np.linspace(0.0, scenario.duration, _SAMPLES)
+    norms = []
+    for target in scenario.targets:
+        _, velocity, acceleration = target.path(time)
+        jerk = np.gradient(acceleration, time, axis=0)
+        norms.append([np.linalg.norm(each, axis=1) for each in (velocity, acceleration, jerk)])
+    return time, np.array(norms)
+
+
+def _positive_gains(gains: Gains) -> list[Condition]:
+    letters = {"Kp": "K_p", "Kd": "K_d", "Cp": "C_p", "Cd": "C_d", "Cs": "C_s"}
+    return [
+        _positive_definite(letter, gains[name], _norm(gains[name]))
+        for name, letter in letters.items()
+    ]
+
+
+def _printed_law(gains: Gains) -> list[Condition]:
+    """The choices of the law at which it is Eqs. (15) and (16)."""
+    return [
+        _equal(
+            "G cancelled in full, compensation literal",
+            "share of the spring that is cancelled",
+            gains["spring"],
+            1.0,
+        ),
+        _equal(
+            "damping on J_L q̇, damping camera",
+            "share of L v_t in the damping",
+            gains["on_feature_rate"],
+            0.0,
+        ),
+        _equal(
+            "ė holds the target, feed_forward on",
+            "share of L v_t in ė",
+            gains["feed_forward"],
+            1.0,
+        ),
+        _equal("no posture damping", "posture damping [N m³ s]", gains["posture"], 0.0),
+    ]
+
+
+def _cross_term(gains: Gains) -> tuple[Condition, ...]:
+    # C_p + C_s D/σ is linear in D, which runs from 0 to 1: the two ends decide.
+    one = np.eye(len(gains["Cp"]))
+    far, near = gains["Cp"] - one, gains["Cp"] + gains["Cs"] / gains["sigma"] - one
+    off = max(_norm(far), _norm(near))
+    return (
+        _equal("C_d = 0", "‖C_d‖ [s]", _norm(gains["Cd"]), 0.0),
+        Condition(
+            "C_p + C_s D/σ = 1 at every e",
+            "largest ‖C_p + C_s D/σ - 1‖",
+            off,
+            off <= _ROUNDING * max(1.0, _norm(gains["Cp"])),
+        ),
+    )
+
+
+def _sound_gains(gains: Gains) -> list[Condition]:
+    """The potential of e is one, and what damps e does so.
+
+    -ėᵀ(K_pC_d + K_d)ė is what the law takes from V_sound.
+    """
+    Kp, Kd, Cd = gains["Kp"], gains["Kd"], gains["Cd"]
+    damping = Kp @ Cd + Kd
+    least = _least_eigenvalue(damping)
+    return [
+        _positive_definite("K_p C_p", Kp @ gains["Cp"], _norm(Kp) * _norm(gains["Cp"])),
+        _sliding(Kp @ gains["Cs"], _norm(Kp) * _norm(gains["Cs"])),
+        Condition(
+            "symmetric part of K_p C_d + K_d not negative",
+            "least eigenvalue",
+            least,
+            least >= -_ROUNDING * (_norm(Kp) * _norm(Cd) + _norm(Kd)),
+        ),
+    ]
+
+
+def _sliding(A: Array, size: float) -> Condition:
+    name = "K_p C_s diagonal, not negative"
+    apart = _norm(A - np.diag(np.diag(A)))
+    if apart > _ROUNDING * size:
+        return Condition(name, "off-diagonal share of ‖K_p‖ ‖C_s‖", apart / size, False)
+    least = float(np.diag(A).min())
+    return Condition(name, "least diagonal entry", least, least >= 0.0)
+
+
+def _positive_definite(name: str, A: Array, size: float) -> Condition:
+    name = f"{name} symmetric positive definite"
+    asymmetry = _norm(A - A.T)
+    if asymmetry > _ROUNDING * size:
+        return Condition(name, f"asymmetry, share of {size:.3g}", asymmetry / size, False)
+    least = _least_eigenvalue(A)
+    return Condition(name, "least eigenvalue", least, least > 0.0)
+
+
+def _bend(vehicle: Vehicle, gains: Gains) -> Condition:
+    damping = vehicle.arm.structural_damping * vehicle.arm.length + float(gains["posture"])
+    name = "damping of the bend not negative"
+    return Condition(name, "d l + posture damping [N m³ s]", damping, damping >= 0)
+
+
+def _width(gains: Gains) -> Condition:
+    σ = float(gains["sigma"])
+    return Condition("σ positive", "σ", σ, σ > 0.0)
+
+
+def _continuous(scenario: Scenario) -> Condition:
+    period = scenario.control_period or 0.0
+    return _equal("control continuous, control_period None", "control period [s]", period, 0.0)
+
+
+def _at_rest(scenario: Scenario) -> Condition:
+    speed = float(target_norms(scenario)[1][:, 0].max())
+    return _equal("target at rest", "its largest speed [m/s]", speed, 0.0)
+
+
+def _of_flight(flight: xr.Dataset | None) -> tuple[Condition, ...]:
+    if flight is None:
+        return ()
+    seen = samples(flight, "in_view", "point").sum(-1)
+    # NaN after the end of a run, which then says nothing more.
+    fewest, points = int(np.nanmin(seen)), flight.sizes["point"]
+    model = flight.attrs.get("model", "")
+    return (
+        Condition("every point in view", f"fewest of {points}", fewest, fewest == points),
+        _equal("plant coupled or decoupled", "1 if so", float(model in PLANTS), 1.0),
+    )
+
+
+def _equal(name: str, measure: str, value: float | Array, wanted: float) -> Condition:
+    return Condition(name, measure, float(value), float(value) == wanted)
+
+
+def _norm(A: Array) -> float:
+    return float(np.linalg.norm(A, 2))
+
+
+def _least_eigenvalue(A: Array) -> float:
+    """Of the symmetric part."""
+    return float(np.linalg.eigvalsh((A + A.T) / 2)[0])
