@@ -9,6 +9,7 @@ from continuair import checks
 from continuair.studies.paper import (
     closed_loop,
     dynamics,
+    image,
     kinematics,
     law,
     open_loop,
@@ -27,6 +28,7 @@ Judge = Callable[[Evidence], Judgement]
 JUDGES: dict[str, Judge] = {
     **kinematics.JUDGES,
     **dynamics.JUDGES,
+    **image.JUDGES,
     **law.JUDGES,
     **open_loop.JUDGES,
     **parameters.JUDGES,
