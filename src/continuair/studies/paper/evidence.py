@@ -11,6 +11,7 @@ from continuair.progress import Progress
 from continuair.studies.cost import cost
 from continuair.studies.open_loop.study import OpenLoop, open_loop
 from continuair.studies.paper.drawn import Drawn, fly_drawn
+from continuair.studies.paper.theorem import Theorem, fly_theorem
 from continuair.studies.sensitivity.study import Sensitivity, sensitivity
 from continuair.studies.tracking.law_variants import law_variants
 from continuair.studies.tracking.study import Tracking, tracking
@@ -89,6 +90,11 @@ class Evidence:
     def drawn(self) -> Drawn:
         """Tests A to D with vehicles drawn from what the paper leaves open."""
         return fly_drawn(self.vehicle)
+
+    @cached_property
+    def theorem(self) -> Theorem:
+        """Flights with gains that fulfil Theorem 1."""
+        return fly_theorem(self.vehicle)
 
     def _kept(self, name: str, found: Any) -> Any:
         if self._keep is not None:

@@ -10,6 +10,7 @@ from continuair.studies.paper.evidence import Evidence, NotFlown
 from continuair.studies.paper.judges import (
     closed_loop,
     dynamics,
+    image,
     kinematics,
     law,
     open_loop,
@@ -27,6 +28,7 @@ Judge = Callable[[Evidence], Judgement]
 JUDGES: dict[str, Judge] = {
     **kinematics.JUDGES,
     **dynamics.JUDGES,
+    **image.JUDGES,
     **law.JUDGES,
     **open_loop.JUDGES,
     **parameters.JUDGES,

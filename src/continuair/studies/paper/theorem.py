@@ -1,0 +1,248 @@
+"""Flights under the paper's Theorem 1: gains that fulfil it, from starts near and far.
+
+Three points, as 6×6 gains ask for; continuous control, all of G cancelled, an arm without damping,
+as in Eq. (10), and an image without an edge. The paper prints no gains, no points and no starts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from continuair.analysis.lyapunov import NEEDED, Lyapunov, lyapunov
+from continuair.analysis.metrics import feature_norm, samples
+from continuair.controllers.gains import design
+from continuair.controllers.servoing import servoing
+from continuair.equations import image_jacobian, mass_matrix
+from continuair.equations.camera import over
+from continuair.flight.resolution import steps_told_of
+from continuair.flight.simulate import simulate
+from continuair.scenario import paths
+from continuair.scenario.scenarios import Scenario
+from continuair.scenario.targets import Target
+from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
+Gains = dict[str, Any]
+
+POINTS, SIZE = 3, 6
+"""N points, and the rows of the image and of the gains that they ask for."""
+
+BANDWIDTH = 2.0
+"""Of the gains that are made for the image [rad/s]: their slowest motion decays at 1 1/s."""
+
+RANGES = {"Kp": (1, 100), "Kd": (0.01, 1), "Cp": (0.1, 10), "Cd": (0.01, 1), "Cs": (1e-3, 0.1)}
+"""Eigenvalues of gains drawn at random: log-uniform over two decades, in random directions."""
+
+SIGMA = 0.02
+"""Width of tanh with gains drawn at random, normalised image."""
+
+DRAWS, SEED = 200, 1
+
+UNSTABLE_SETS, FAST = 4, 10.0
+"""Sets that are flown: the first drawn whose error grows from the desired image by more [1/s]."""
+
+STARTS = 8
+"""Starts per set."""
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How long flights are, and how often sampled [s]."""
+
+    duration: float
+    sample: float
+
+
+MADE, DRAWN = Pace(12.0, 1e-2), Pace(4.0, 1e-3)
+"""Of gains made for the image, and drawn at random: those flights end early."""
+
+STEP = 1e-4
+"""Integration step [s]: with gains made for the image what is fastest decays at up to 2e4 1/s."""
+
+OFFSETS = (0.2, 0.2, 0.2, 0.05, 0.05, 0.2, 0.1, np.pi)
+"""Largest offsets of q at the farthest start [m, rad, 1/m, rad]; those of ψa at every start."""
+
+LEAST_BEND = 0.02
+"""Of every start, as ψa has no meaning for a straight arm [1/m]."""
+
+LAST = 0.2
+"""Share of a flight in which what remains is read."""
+
+_EDGELESS = {"camera.image_size": [1_000_000, 1_000_000], "camera.principal_point": [5e5, 5e5]}
+_UNDAMPED = {"arm.damping": 0.0, "arm.damping_ratio": None}
+
+
+@dataclass(frozen=True)
+class Flown:
+    """A set of gains with a target, and its flights.
+
+    made: whether the gains are made for the image or drawn at random. error: ‖e‖ (starts, time)
+    [px]. found: conditions and V of the flights.
+    """
+
+    made: bool
+    moving: bool
+    gains: Gains
+    flight: xr.Dataset
+    error: Array
+    found: Lyapunov
+
+    @property
+    def diverged(self) -> Array:
+        """Which flights (starts,) end early, or have a point beside or behind the camera."""
+        behind = (samples(self.flight, "depth", "point") <= 0.0).any((-2, -1))
+        return (self.flight["status"].to_numpy() != 0) | behind
+
+    @property
+    def remaining(self) -> Array:
+        """The largest ‖e‖ (starts,) in the last part of a flight [px]; NaN after an early end."""
+        return np.asarray(self.error[:, in_the_end(self.flight)].max(-1))
+
+
+@dataclass(frozen=True)
+class Theorem:
+    """What was flown, the gains drawn, and how fast errors grow with each [1/s].
+
+    vehicle: as flown, undamped and its image without an edge. target: the one at rest.
+    """
+
+    vehicle: Vehicle
+    target: Target
+    sets: tuple[Flown, ...]
+    drawn: tuple[Gains, ...]
+    growth: Array
+
+    @property
+    def made(self) -> Gains:
+        """The gains made for the image."""
+        return self.sets[0].gains
+
+    @property
+    def at_rest(self) -> list[Flown]:
+        """The sets with a target at rest."""
+        return [each for each in self.sets if not each.moving]
+
+
+def fly_theorem(vehicle: Vehicle) -> Theorem:
+    """Fly one set of gains made for the image, target at rest and moving, and four drawn sets."""
+    vehicle = vehicle.replace(_UNDAMPED | _EDGELESS)
+    still, moving = Target(paths.hold(), triangle()), Target(paths.circle(0.1, 10.0), triangle())
+    rng = np.random.default_rng(SEED)
+    drawn = [draw_gains(rng) for _ in range(DRAWS)]
+    rates = np.array([growth(vehicle, still, gains) for gains in drawn])
+    flown = [drawn[i] for i in np.flatnonzero(rates > FAST)[:UNSTABLE_SETS]]
+    made = made_gains(vehicle, still)
+    sets = [fly(vehicle, made, still, made=True), fly(vehicle, made, moving, made=True)]
+    sets += [fly(vehicle, gains, still) for gains in flown]
+    return Theorem(vehicle, still, tuple(sets), tuple(drawn), rates)
+
+
+def triangle(radius: float = 0.4) -> Array:
+    """Three points (3, 3) around a centre, level [m]."""
+    angle = np.pi / 2 + 2.0 * np.pi / 3.0 * np.arange(POINTS)
+    return radius * np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
+
+
+def draw_gains(rng: np.random.Generator) -> Gains:
+    """Symmetric positive definite gains (6, 6) at random."""
+    gains = {name: positive_definite(rng, *between) for name, between in RANGES.items()}
+    return gains | {"sigma": SIGMA}
+
+
+def positive_definite(rng: np.random.Generator, least: float, largest: float) -> Array:
+    """A matrix (6, 6) with eigenvalues in that range, log-uniform, in random directions."""
+    axes, _ = np.linalg.qr(rng.normal(size=(SIZE, SIZE)))
+    A = (axes * np.exp(rng.uniform(np.log(least), np.log(largest), SIZE))) @ axes.T
+    return np.asarray((A + A.T) / 2.0)
+
+
+def made_gains(vehicle: Vehicle, target: Target) -> Gains:
+    """Gains of `design` for the desired image, with all directions alike."""
+    found = design(vehicle, BANDWIDTH, conditioning=0.0, desired=target.desired)
+    one = np.eye(SIZE)
+    gains = {name: np.asarray(found[name]) for name in RANGES}
+    gains = {name: gain if gain.ndim else gain * one for name, gain in gains.items()}
+    return gains | {"sigma": 1e-3}
+
+
+def growth(vehicle: Vehicle, target: Target, gains: Gains) -> float:
+    """The fastest growth [1/s] of a small e about the desired image, below 0 if all decay.
+
+    From ë + Λ(K_pC_d + K_d)ė + ΛK_p(C_p + C_s/σ)e = 0, Λ = J_L M⁻¹ J_Lᵀ, the law substituted into
+    Eq. (10) where the target and the vehicle rest.
+    """
+    q = desired_pose(vehicle, target)
+    points = target.path([0.0])[0][0] + target.points
+    J, M = image_jacobian(vehicle, q, points), mass_matrix(vehicle, q)
+    Λ = J @ np.linalg.solve(M, J.T)
+    spring = Λ @ gains["Kp"] @ (gains["Cp"] + gains["Cs"] / gains["sigma"])
+    damping = Λ @ (gains["Kp"] @ gains["Cd"] + gains["Kd"])
+    loop = np.block([[np.zeros_like(Λ), np.eye(len(Λ))], [-spring, -damping]])
+    return float(np.linalg.eigvals(loop).real.max())
+
+
+def desired_pose(vehicle: Vehicle, target: Target) -> Array:
+    """q (8,) of a level vehicle that sees the desired image, its arm straight but for a hair."""
+    q = np.zeros(8)
+    q[:3] = over(vehicle, target.path([0.0])[0][0], target.distance)
+    q[6] = 1e-2 / vehicle.arm.length
+    return q
+
+
+def starts(vehicle: Vehicle, target: Target) -> tuple[Array, Array]:
+    """q and q̇ (starts, 8), from near to far of where the desired image is seen, along with it."""
+    rng = np.random.default_rng(SEED)
+    q = desired_pose(vehicle, target) + offsets(rng, np.linspace(0.1, 1.0, STARTS))
+    qd = np.zeros((STARTS, 8))
+    qd[:, :3] = target.path([0.0])[1][0]
+    return q, qd
+
+
+def offsets(rng: np.random.Generator, sizes: Array) -> Array:
+    """Random offsets (n, 8) of q, at most OFFSETS times the sizes (n,); the bend is off one way."""
+    found = rng.uniform(-1.0, 1.0, (len(sizes), 8)) * OFFSETS
+    found[:, :7] *= sizes[:, None]
+    found[:, 6] = LEAST_BEND + np.abs(found[:, 6])
+    return np.asarray(found)
+
+
+def fly(
+    vehicle: Vehicle,
+    gains: Gains,
+    target: Target,
+    *,
+    made: bool = False,
+) -> Flown:
+    """Fly one set of gains from all starts; the vehicle: undamped, its image without an edge."""
+    pace = MADE if made else DRAWN
+    q, qd = starts(vehicle, target)
+    law = servoing(**gains, points=POINTS, compensation="literal")
+    scenario = Scenario(
+        "Theorem 1",
+        q,
+        qd,
+        controller=law,
+        target=target,
+        control_period=None,
+        duration=pace.duration,
+    )
+    with steps_told_of():
+        flight = simulate(vehicle, scenario, step=STEP, sample=pace.sample, variables=NEEDED)
+    return Flown(
+        made,
+        bool(np.any(qd)),
+        gains,
+        flight,
+        feature_norm(flight),
+        lyapunov(vehicle, scenario, flight),
+    )
+
+
+def in_the_end(flight: xr.Dataset) -> Array:
+    """Which samples (time,) are in the last part."""
+    time = flight["time"].to_numpy()
+    return np.asarray(time >= (1.0 - LAST) * time[-1])
