@@ -69,7 +69,7 @@ ROOMS = {
     "studies.tracking": [{"law_variants", "tuning", "study"}, {"report"}],
     "studies.advise": [{"excitations", "tracking", "verdicts"}, {"study"}, {"report"}],
     "studies.paper": [
-        {"drawn", "recorded"},
+        {"drawn", "recorded", "theorem", "proof"},
         {"evidence"},
         {"judges"},
         {"judging"},
@@ -78,7 +78,7 @@ ROOMS = {
     ],
     "studies.paper.judges": [
         {"words", "agreement", "as_printed"},
-        {"near_straight", "disks", "elementwise", "straight", "strokes", "swing", "times"},
+        {"image", "near_straight", "disks", "elementwise", "straight", "strokes", "swing", "times"},
         {"letter", "coupling_elements", "complexity"},
         {"conclusions"},
         {"kinematics", "dynamics", "law", "open_loop", "parameters", "closed_loop", "summary"},

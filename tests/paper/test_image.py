@@ -7,8 +7,8 @@ import pytest
 
 import continuair as ca
 from continuair.scenario import paths
-from continuair.studies.paper import image
 from continuair.studies.paper.evidence import Evidence
+from continuair.studies.paper.judges import image
 from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED
 
 VEHICLE = ca.load_vehicle("paper")

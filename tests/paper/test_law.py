@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import continuair as ca
-from continuair.studies.paper import law, proof, theorem
+from continuair.studies.paper import proof, theorem
 from continuair.studies.paper.evidence import Evidence
+from continuair.studies.paper.judges import law
 from continuair.studies.paper.theorem import Flown, Theorem
 from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED, Judgement
 
