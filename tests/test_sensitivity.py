@@ -304,8 +304,8 @@ def test_the_command_writes_json_tables_and_figures(
     assert result.exit_code == 0, result.output
     assert json.loads(result.stdout) == json.loads((out / "sensitivity.json").read_text("utf-8"))
     assert {"table.md", "paths.png", "errors.pdf"} <= {path.name for path in out.iterdir()}
-    assert "Similar to the first scenario" in result.stderr
-    assert "reproduced: displacement" in result.stderr
+    assert "IV-B.12, UAV mass: “Similar to the first scenario" in result.stderr
+    assert "reproduced: Displacement" in result.stderr
 
 
 def test_a_folder_of_another_study_is_refused_before_any_flight(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -98,31 +99,49 @@ def report(
 def _judged(
     vehicle: str, only: list[str] | None, quick: bool, folder: ResultFolder | None
 ) -> dict[str, Any]:
-    """Judge, and keep each study in a folder of its own as soon as it has run."""
+    """Judge, and keep each study in a folder of its own while the next one flies."""
     from continuair.vehicle.vehicle import load_vehicle
 
     loaded = load_vehicle(vehicle)
-    with progress_bar() as progress:
+    with progress_bar() as progress, ThreadPoolExecutor(max_workers=1) as writer:
         from continuair.studies.paper.study import paper as run
 
+        writing: list[Future[None]] = []
+
         def keep(name: str, found: Any) -> None:
-            if folder is None:
-                return
-            from continuair.figures.style import pictures_only
-            from continuair.report.keeping import keep as write
+            if folder is not None:
+                # The paper's folder comes first: it is claimed, and says that it is incomplete.
+                folder.begin()
+                inside = str(folder.path / name)
+                writing.append(writer.submit(_keep, name, found, vehicle, inside, quick))
 
-            progress(1, 1, f"writing results and figures of {name}")
-            command, options = _COMMANDS[name]
-            inside = str(folder.path / name)
-            redo = again(command, vehicle=vehicle, **options, out=inside)
-            # The paper's folder comes first: it is claimed, and says that it is incomplete.
-            folder.begin()
-            with results_in(inside, name, redo) as part:
-                assert part is not None
-                with pictures_only() if quick else nullcontext():
-                    write(name, found, part)
+        def settle() -> None:
+            for each in writing:
+                each.result()
 
-        return run(loaded, only, quick=quick, progress=progress, keep=keep)
+        try:
+            results = run(
+                loaded, only, quick=quick, progress=progress, keep=keep, before_timing=settle
+            )
+            progress(1, 1, "writing results and figures")
+            settle()
+        except BaseException:
+            writer.shutdown(cancel_futures=True)
+            raise
+        return results
+
+
+def _keep(name: str, found: Any, vehicle: str, folder: str, quick: bool) -> None:
+    """Write a study's results to its folder."""
+    from continuair.figures.style import pictures_only
+    from continuair.report.keeping import keep
+
+    command, options = _COMMANDS[name]
+    redo = again(command, vehicle=vehicle, **options, out=folder)
+    with results_in(folder, name, redo) as part:
+        assert part is not None
+        with pictures_only() if quick else nullcontext():
+            keep(name, found, part)
 
 
 def _write(results: dict[str, Any], folder: ResultFolder) -> None:

@@ -251,7 +251,7 @@ def _jumps(value: Any, duration: float) -> tuple[float, ...]:
 
 
 def _checked_seed(given: Any) -> int | tuple[int, ...]:
-    if isinstance(given, (list, tuple, np.ndarray)) and len(np.atleast_1d(given)):
+    if isinstance(given, (list, tuple, np.ndarray)) and np.ndim(given) == 1 and len(given):
         return tuple(checks.whole("seed", each, 0, _LARGEST_SEED) for each in given)
     return checks.whole("seed", given, 0, _LARGEST_SEED)
 

@@ -30,7 +30,8 @@ class Evidence:
 
     quick: without the second reading of f, the settings but the nominal one and the letters but M;
     what is left out raises NotFlown. progress: called with (done, total, what) by each study. keep:
-    called with its name and result when one has run. Raises InputError for a batched vehicle.
+    called with its name and result when one has run. before_timing: called before times are taken,
+    to end what else is under way. Raises InputError for a batched vehicle.
     """
 
     def __init__(
@@ -40,10 +41,11 @@ class Evidence:
         quick: bool = False,
         progress: Progress | None = None,
         keep: Keep | None = None,
+        before_timing: Callable[[], None] | None = None,
     ) -> None:
         check_single_vehicle(vehicle)
         self.vehicle, self.quick = vehicle, quick
-        self._progress, self._keep = progress, keep
+        self._progress, self._keep, self._before_timing = progress, keep, before_timing
 
     @cached_property
     def open_loop(self) -> OpenLoop:
@@ -84,6 +86,8 @@ class Evidence:
     @cached_property
     def cost(self) -> dict[str, Any]:
         """Time per sample of each model, on this machine."""
+        if self._before_timing is not None:
+            self._before_timing()
         return self._kept("cost", cost(self.vehicle, progress=self._progress))
 
     @cached_property

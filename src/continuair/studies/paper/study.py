@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from continuair.progress import Progress
@@ -19,15 +19,18 @@ def paper(
     quick: bool = False,
     progress: Progress | None = None,
     keep: Keep | None = None,
+    before_timing: Callable[[], None] | None = None,
 ) -> dict[str, Any]:
     """Judge the sentences of the paper by a vehicle; return them with verdicts, JSON-able.
 
     only: ids of sentences or parts of the paper, such as "III-C.8" or "IV-B". quick: without what
-    takes long, so that some are not judged. progress, keep: as for Evidence. Studies run when a
-    sentence first asks for them. Raises InputError.
+    takes long, so that some are not judged. progress, keep, before_timing: as for Evidence. Studies
+    run when a sentence first asks for them. Raises InputError.
     """
     names = chosen_sentences(only)
-    evidence = Evidence(vehicle, quick=quick, progress=progress, keep=keep)
+    evidence = Evidence(
+        vehicle, quick=quick, progress=progress, keep=keep, before_timing=before_timing
+    )
     found = list(judge(names, evidence))
     return {
         "study": "paper",
