@@ -59,7 +59,7 @@ def _differences(entry: dict[str, Any], known: dict[str, Any] | None) -> list[st
 
 def _is_busy(entry: dict[str, Any]) -> bool:
     """Tell whether times could not decide: a busy machine scatters them."""
-    return bool(entry["times"]) and entry["verdict"] == UNDECIDED
+    return bool(entry.get("times")) and entry["verdict"] == UNDECIDED
 
 
 def is_found_again(name: str, found: float | None, wanted: float | None) -> bool:
