@@ -99,6 +99,7 @@ class Flight:
     automatic: bool
     adaptive: bool
     told: set[str] = field(default_factory=set)
+    _sampled: dict[tuple[bytes, bytes], Drive] = field(default_factory=dict)
 
     @property
     def groups(self) -> int:
@@ -150,12 +151,22 @@ class Flight:
 
     def cohort(self, runs: Array, grid: Grid) -> Cohort:
         """Some runs over a time grid."""
-        drive = self.drive(stage_times(grid), runs)
-        if not self.adaptive:
-            warn_of_jumps(drive, grid.starts, self.coupled.layout, self.told, stacklevel=2)
+        drive = self._drive_at_stages(runs, grid)
         closed = self.scenario.controller is not None
         loop = loop_over(self.vehicle, self.scenario, grid, self.runs) if closed else None
         return Cohort(self, runs, grid, drive, loop)
+
+    def _drive_at_stages(self, runs: Array, grid: Grid) -> Drive:
+        """What acts at the stages of steps; the last is kept, as every model asks for the same."""
+        times = stage_times(grid)
+        key = runs.tobytes(), times.tobytes()
+        if key not in self._sampled:
+            drive = self.drive(times, runs)
+            if not self.adaptive:
+                warn_of_jumps(drive, grid.starts, self.coupled.layout, self.told, stacklevel=3)
+            self._sampled.clear()
+            self._sampled[key] = drive
+        return self._sampled[key]
 
     def drive(self, times: Array, runs: Array) -> Drive:
         """What acts on some runs at some times."""
