@@ -206,3 +206,11 @@ def test_flown_tests_have_converged_and_the_models_agree_on_the_fall() -> None:
     entries = result.results["tests"]["B"]
     for key in ("rmse_t_m", "angle_rad"):
         assert entries["decoupled"][key] == pytest.approx(entries["independent"][key], rel=1e-12)
+
+
+def test_printed_numbers_stand_beside_the_preset_paper_alone() -> None:
+    results = open_loop(load_vehicle("paper"), "B", ["decoupled"]).results
+    assert "0.2378" in open_loop_output.as_table(results)
+    results["vehicle"]["name"] = "mine"
+    assert "0.2378" not in open_loop_output.as_table(results)
+    assert "NRMSE_T" in open_loop_output.as_table(results)

@@ -13,6 +13,8 @@ from typing import Any
 import matplotlib
 from matplotlib.figure import Figure
 
+from continuair.vehicle.vehicle import PAPER_VEHICLE
+
 COLUMN_WIDTH, PAGE_WIDTH = 3.5, 7.16
 """Widths of one and of two columns of a journal page [inch]."""
 
@@ -32,9 +34,6 @@ PAPER_COLOUR = "#999999"
 
 FAILED_COLOUR = "#B00020"
 """Colour of the words on a flight that failed."""
-
-PAPER_VEHICLE = "paper"
-"""Name of the vehicle beside which the numbers that the paper prints are shown."""
 
 UNNAMED = "Amiri et al. do not print their vehicle's parameters, so no match is claimed."
 """What figures say beside numbers that the paper prints."""

@@ -24,6 +24,9 @@ from continuair.vehicle.camera import Camera
 from continuair.vehicle.fields import Part, Title
 from continuair.vehicle.uav import Uav
 
+PAPER_VEHICLE = "paper"
+"""The preset beside which the numbers that the paper prints are shown, and no other vehicle."""
+
 _PRESETS = Presets("vehicle", Path(__file__).parents[1] / "presets")
 
 
