@@ -45,7 +45,9 @@ class Page(HTMLParser):
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Results of sentences that need no long flights, and of one study among them."""
     out = tmp_path_factory.mktemp("report") / "results"
-    done = CliRunner().invoke(app, ["paper", "--out", str(out), "--only", f"{PARTS},IV-A.4"])
+    done = CliRunner().invoke(
+        app, ["paper", "--quick", "--out", str(out), "--only", f"{PARTS},IV-A.4"]
+    )
     assert done.exit_code == 0, done.output
     return out
 
