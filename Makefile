@@ -12,7 +12,7 @@ INPUTS := pyproject.toml constraints.txt
 .PHONY: paper test verify soak bench docs clean
 
 paper: $(VENV)/installed
-	$(BIN)/continuair paper --out results --check
+	$(BIN)/continuair paper --out results/paper --check
 	@echo "The results of every study are in $(CURDIR)/results."
 
 test: $(VENV)/installed-$(subst $(comma),-,$(EXTRAS))

@@ -14,7 +14,8 @@ from typing import Any
 
 from continuair.studies.paper import recorded
 from continuair.studies.paper.report import table
-from continuair.studies.sentences import PARTS
+from continuair.studies.sentences import PARTS, sentences
+from continuair.studies.verdicts import VERDICTS
 
 DOCS = Path(__file__).parent
 RECORD = Path(recorded.__file__).with_name("verdicts.json")
@@ -31,6 +32,9 @@ PAGES = {
 def main(results: str | None = None) -> None:
     if results is not None:
         found = json.loads(Path(results).read_text(encoding="utf-8"))
+        ids = [entry["id"] for entry in found["sentences"]]
+        if found["quick"] or found["vehicle"]["name"] != "paper" or ids != list(sentences()):
+            sys.exit(f"{results} is no whole run of the vehicle paper, which alone is recorded.")
         text = json.dumps(recorded.as_recorded(found), indent=1, ensure_ascii=False) + "\n"
         RECORD.write_text(text, encoding="utf-8")
     entries = list(recorded.recorded().values())
@@ -57,8 +61,9 @@ def blocks(entries: list[dict[str, Any]]) -> dict[str, list[str]]:
 
 def counted(entries: list[dict[str, Any]]) -> list[str]:
     """A table of how many sentences of each part got which verdict."""
-    verdicts = list(dict.fromkeys(entry["verdict"] for entry in entries))
-    lines = [f"| part | sentences | {' | '.join(verdicts)} |", "|---|" + "---:|" * 4]
+    verdicts = VERDICTS
+    rule = "|---|" + "---:|" * (1 + len(verdicts))
+    lines = [f"| part | sentences | {' | '.join(verdicts)} |", rule]
     for part, title in PARTS.items():
         here = [entry["verdict"] for entry in entries if entry["id"].partition(".")[0] == part]
         cells = [str(Counter(here)[verdict] or "") for verdict in verdicts]

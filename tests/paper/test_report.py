@@ -1,6 +1,7 @@
 """The page of a result folder: everything is on it, nothing is fetched, a browser can filter it."""
 
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -11,6 +12,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+import continuair.errors
 from continuair.cli import app
 from continuair.report.contents import read
 from continuair.studies.results import MARKER, UNFINISHED
@@ -64,7 +66,7 @@ def test_every_sentence_is_on_the_page_once_with_its_verdict(folder: Path) -> No
         row = page[page.index(f'id="{entry["id"]}"') :].partition("</tr>")[0]
         assert f'data-verdict="{entry["verdict"]}"' in page
         assert f">{entry['verdict']}</td>" in row
-        assert f"continuair paper --only {entry['id']}" in row
+        assert f"--vehicle paper --only {entry['id']} --quick</code>" in row
 
 
 def test_the_page_holds_all_that_it_shows(folder: Path) -> None:
@@ -87,7 +89,7 @@ def test_a_studys_own_folder_becomes_a_page_too(folder: Path, tmp_path: Path) ->
         done = CliRunner().invoke(app, ["report", str(study)])
         assert done.exit_code == 0, done.output
     page = (study / "report.html").read_text(encoding="utf-8")
-    assert "continuair open-loop" in page
+    assert "continuair paper --vehicle paper --quick" in page
     assert "NRMSE" in page
     assert "report.html" in json.loads((study / MARKER).read_text())["files"]
 
@@ -105,6 +107,18 @@ def damaged(folder: Path, at: Path, what: str) -> Path:
         marker.write_text(json.dumps({**json.loads(marker.read_text()), "version": "99.0"}))
     elif what == "cut":
         (copy / "open_loop.json").write_text('{"vehicle": ')
+    elif what == "list":
+        (copy / "open_loop.json").write_text("[1, 2]")
+    elif what == "vehicle":
+        (copy / "open_loop.json").write_text('{"vehicle": [3]}')
+    elif what == "elsewhere":
+        marker.write_text(json.dumps({**json.loads(marker.read_text()), "study": "../copy/x"}))
+    elif what == "linked":
+        (copy / "table.md").unlink()
+        (copy / "table.md").symlink_to(folder / "table.md")
+    elif what == "endless":
+        (copy / "open_loop.json").unlink()
+        os.mkfifo(copy / "open_loop.json")
     elif what == "foreign page":
         (copy / "report.html").write_text("mine")
     elif what == "link":
@@ -119,6 +133,11 @@ def damaged(folder: Path, at: Path, what: str) -> Path:
         ("interrupted", "whose writing was interrupted; run the study again"),
         ("newer", "which continuair 99.0 has written"),
         ("cut", "whose results cannot be read"),
+        ("list", "whose results cannot be read"),
+        ("vehicle", "whose results cannot be read"),
+        ("elsewhere", "whose results cannot be read"),
+        ("linked", "whose results cannot be read (table.md is a link)"),
+        ("endless", "open_loop.json"),
         ("foreign page", "holds report.html that no study has written"),
         ("link", "holds report.html that no study has written"),
     ],
@@ -134,6 +153,39 @@ def test_a_folder_that_cannot_become_a_page_is_told_in_one_sentence(
     assert not (tmp_path / "victim").exists()
 
 
+def test_a_report_shows_the_studies_of_its_own_run_alone(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "results"
+    shutil.copytree(folder, out)
+    mine = tmp_path / "mine.toml"
+    text = (Path(continuair.errors.__file__).parent / "presets" / "paper.toml").read_text()
+    mine.write_text(text.replace('name = "paper"', 'name = "mine"'))
+    again = ["paper", "--only", "IV.4", "--vehicle", str(mine), "--out", str(out)]
+    assert CliRunner().invoke(app, again).exit_code == 0
+    assert read(out).parts == []
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "vehicle mine" in page and "data:image" not in page
+    # The study of the run before is still the paper's to replace, and a user's own is not.
+    (out / "tracking").mkdir()
+    refused = CliRunner().invoke(app, ["paper", "--only", "IV-A.4", "--out", str(out)])
+    assert refused.exit_code == 2
+    assert "holds tracking that this study has not written" in refused.output
+
+
+def test_a_folder_with_a_study_of_the_users_own_is_refused(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "results"
+    shutil.copytree(folder / "open_loop", out / "open_loop")
+    refused = CliRunner().invoke(app, ["paper", "--only", "IV.4", "--out", str(out)])
+    assert refused.exit_code == 2
+    assert "holds files that are not results of this study" in refused.output
+
+
+def test_the_record_is_of_a_whole_run_of_the_preset() -> None:
+    for options in (["--quick"], ["--vehicle", "slender"]):
+        refused = CliRunner().invoke(app, ["paper", "--check", *options])
+        assert refused.exit_code == 2
+        assert "the record is of the vehicle paper" in refused.output
+
+
 @pytest.mark.parametrize("only", ["III-Z", "III-A.99", ""])
 def test_an_unknown_sentence_is_told(only: str) -> None:
     done = CliRunner().invoke(app, ["paper", "--only", only])
@@ -144,7 +196,7 @@ def test_an_unknown_sentence_is_told(only: str) -> None:
 def test_what_a_study_wrote_is_read_back(folder: Path) -> None:
     contents = read(folder)
     assert [part.study for part in contents.parts] == ["open_loop"]
-    assert contents.parts[0].command.startswith("continuair open-loop --vehicle paper")
+    assert contents.parts[0].command == "continuair paper --vehicle paper --quick"
     assert set(contents.parts[0].results["tests"]) == set("ABCD")
 
 

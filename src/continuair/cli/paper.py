@@ -19,6 +19,7 @@ from continuair.cli.options import (
     write_json,
 )
 from continuair.cli.terminal import print_table, progress_bar
+from continuair.errors import InputError
 
 # Everything else is imported inside the commands, so that --help answers at once.
 if TYPE_CHECKING:
@@ -60,15 +61,20 @@ def paper(
     """Judge every sentence of the paper that claims something, and write a report.
 
     With --out, ends in DIR/report.html, one page with verdicts, figures and tables.
-    Example: continuair paper --out results
+    Example: continuair paper --out results/paper
     """
     from continuair.studies.results import as_json
 
     check_json(json)
+    if check and (vehicle != "paper" or quick):
+        raise InputError("check is asked for, but the record is of the vehicle paper and of a "
+                         "whole run; leave out --vehicle and --quick.")  # fmt: skip
     chosen = None if only is None else [name.strip() for name in only.split(",")]
     command = again("paper", vehicle=vehicle, out=out, only=only, quick=quick)
     with results_in(out, "paper", command) as folder:
         results = _judged(vehicle, chosen, quick, folder)
+        for entry in results["sentences"]:
+            entry["redo"] = again("paper", vehicle=vehicle, only=entry["id"], quick=quick)
         if folder is not None:
             _write(results, folder)
     _show(results)
@@ -103,6 +109,8 @@ def _judged(
     from continuair.vehicle.vehicle import load_vehicle
 
     loaded = load_vehicle(vehicle)
+    if folder is not None:
+        folder.check_parts(_COMMANDS)
     with progress_bar() as progress, ThreadPoolExecutor(max_workers=1) as writer:
         from continuair.studies.paper.study import paper as run
 
@@ -110,9 +118,7 @@ def _judged(
 
         def keep(name: str, found: Any) -> None:
             if folder is not None:
-                # The paper's folder comes first: it is claimed, and says that it is incomplete.
-                folder.begin()
-                inside = str(folder.path / name)
+                inside = str(folder.part(name))
                 writing.append(writer.submit(_keep, name, found, vehicle, inside, quick))
 
         def settle() -> None:
@@ -138,6 +144,8 @@ def _keep(name: str, found: Any, vehicle: str, folder: str, quick: bool) -> None
 
     command, options = _COMMANDS[name]
     redo = again(command, vehicle=vehicle, **options, out=folder)
+    if quick:
+        redo = again("paper", vehicle=vehicle, quick=True)
     with results_in(folder, name, redo) as part:
         assert part is not None
         with pictures_only() if quick else nullcontext():

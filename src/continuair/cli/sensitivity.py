@@ -54,13 +54,14 @@ def run_sensitivity(vehicle: str, hertz: bool, out: str | None) -> Sensitivity:
         from continuair.studies.sensitivity.study import sensitivity as run
 
         command = again("sensitivity", vehicle=vehicle, hertz=hertz, out=out)
-        with results_in(out, "sensitivity", command) as folder:
+        name = "sensitivity_hertz" if hertz else "sensitivity"
+        with results_in(out, name, command) as folder:
             study = run(loaded, hertz=hertz, progress=progress)
             if folder is not None:
                 from continuair.report.keeping import keep
 
                 progress(1, 1, "writing results and figures")
-                keep("sensitivity", study, folder)
+                keep(name, study, folder)
     _show(study)
     typer.echo(err=True)
     tell_where(out)

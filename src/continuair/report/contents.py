@@ -10,8 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from continuair.errors import InputError
-from continuair.files import printed, reason, user_path
-from continuair.studies.results import MARKER, UNFINISHED
+from continuair.files import check_regular, printed, reason, user_path
+from continuair.studies.results import MARKER, UNFINISHED, bare
+
+DAMAGE = (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError)
+"""What comes of reading files that a study has not written so."""
 
 
 @dataclass(frozen=True)
@@ -42,37 +45,61 @@ def read(folder: str | os.PathLike[str]) -> Contents:
         return _read(path)
     except InputError:
         raise
-    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
-        why = reason(error) if isinstance(error, (OSError, ValueError)) else repr(error)
-        raise InputError(
-            f"folder is {printed(path)}, whose results cannot be read ({why}); run the study again."
-        ) from None
+    except DAMAGE as error:
+        raise damaged(path, error) from None
+
+
+def damaged(path: Path, error: Exception) -> InputError:
+    """The refusal of a folder whose files are not as a study writes them."""
+    why = reason(error) if isinstance(error, (OSError, ValueError)) else repr(error)
+    return InputError(
+        f"folder is {printed(path)}, whose results cannot be read ({why}); run the study again."
+    )
 
 
 def _read(path: Path) -> Contents:
     marker = path / MARKER
-    if not marker.is_file():
+    if not marker.is_file() or marker.is_symlink():
         raise InputError(
             f"folder is {printed(path)}, which holds no results of continuair; name one that a "
             "study has written with --out."
         )
-    made = json.loads(marker.read_text(encoding="utf-8"))
+    made = _object(_text(marker))
     _check_version(path, str(made.get("version", "0")))
     if (path / UNFINISHED).exists():
         raise InputError(
             f"folder is {printed(path)}, whose writing was interrupted; run the study again."
         )
-    study = str(made["study"])
+    (study,) = bare([made["study"]])
+    numbers = path / f"{study}.json"
+    results = _object(_text(numbers)) if os.path.lexists(numbers) else {}
+    _object(results.get("vehicle", {}))
     return Contents(
         path,
         study,
         str(made.get("version", "")),
         str(made.get("command", "")),
-        json.loads((path / f"{study}.json").read_text(encoding="utf-8")),
-        (path / "table.md").read_text(encoding="utf-8"),
-        _figures(path, made["files"]),
-        [_read(part) for part in sorted(path.iterdir()) if (part / MARKER).is_file()],
+        results,
+        _text(path / "table.md"),
+        _figures(path, bare(made["files"])),
+        [_read(path / part) for part in sorted(bare(made.get("parts", ())))],
     )
+
+
+def _text(path: Path) -> str:
+    """The text of a plain file: no link is followed, and nothing that may never end is read."""
+    if path.is_symlink():
+        raise ValueError(f"{path.name} is a link")
+    check_regular("folder", path)
+    return path.read_text(encoding="utf-8")
+
+
+def _object(value: str | Any) -> dict[str, Any]:
+    """A JSON object, from its text or already read."""
+    found = json.loads(value) if isinstance(value, str) else value
+    if not isinstance(found, dict):
+        raise ValueError("what should be a JSON object is none")
+    return found
 
 
 def _check_version(path: Path, made: str) -> None:
@@ -88,7 +115,7 @@ def _numbers(text: str) -> list[int]:
     return [int(part) for part in text.split(".") if part.isdecimal()]
 
 
-def _figures(path: Path, files: list[str]) -> dict[str, Path]:
+def _figures(path: Path, files: set[str]) -> dict[str, Path]:
     """The smallest of the files of each figure, as drawing or as picture."""
     found: dict[str, Path] = {}
     for name in sorted(files):

@@ -10,7 +10,7 @@ from typing import Any
 
 from markdown_it import MarkdownIt
 
-from continuair.report.contents import Contents
+from continuair.report.contents import DAMAGE, Contents, damaged
 from continuair.report.verdicts import verdict_section
 
 TITLES = {
@@ -31,9 +31,20 @@ _MARKDOWN = MarkdownIt("commonmark", {"html": False}).enable("table")
 
 
 def page(contents: Contents) -> str:
-    """Return the HTML of a study's results: verdicts, figures, tables, vehicle and command."""
-    name = str(contents.results.get("vehicle", {}).get("name", ""))
-    title = f"{TITLES.get(contents.study, contents.study)}, vehicle {name}"
+    """Return the HTML of a study's results: verdicts, figures, tables, vehicle and command.
+
+    Raises InputError if the results are not as a study writes them.
+    """
+    try:
+        return _page(contents)
+    except DAMAGE as error:
+        raise damaged(contents.path, error) from None
+
+
+def _page(contents: Contents) -> str:
+    title = TITLES.get(contents.study, contents.study)
+    if name := contents.results.get("vehicle", {}).get("name"):
+        title += f", vehicle {name}"
     return "\n".join(
         [
             "<!doctype html>",

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from html import escape
 from typing import Any
 
+from continuair.studies.paper.report import summary
 from continuair.studies.sentences import PARTS
 from continuair.studies.tables import number
 
@@ -16,8 +17,9 @@ def verdict_section(results: dict[str, Any]) -> str:
     return "\n".join(
         [
             '<section id="paper"><h2>Verdicts</h2>',
-            f"<p>{_counted(results)} The paper prints neither its vehicle nor its gains: a verdict "
-            "holds for the vehicle below. Criteria and limits are ours.</p>",
+            f"<p>{escape(summary(results))} It prints neither its vehicle nor its gains: a "
+            "verdict holds for the vehicle below. Criteria and limits are ours. Where a sentence "
+            "has parts, the verdict on each stands in brackets behind it.</p>",
             _filters(results),
             '<table id="verdicts"><thead><tr><th>sentence</th><th>the paper</th><th>verdict</th>'
             "<th>what comes out</th></tr></thead><tbody>",
@@ -25,11 +27,6 @@ def verdict_section(results: dict[str, Any]) -> str:
             "</tbody></table></section>",
         ]
     )
-
-
-def _counted(results: dict[str, Any]) -> str:
-    counts = ", ".join(f"{count} {escape(name)}" for name, count in results["counts"].items())
-    return f"{len(results['sentences'])} sentences of the paper claim something: {counts}."
 
 
 def _filters(results: dict[str, Any]) -> str:

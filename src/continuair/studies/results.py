@@ -35,8 +35,8 @@ class ResultFolder:
     first file written removes those of the run before, so that a folder never mixes two runs, and
     until `finish` the folder says that it is incomplete. As a context manager it gives up a folder
     that it has newly taken if an error comes before the first result, and tells one of writing.
-    Folders of results inside it stay. command: what makes these results again. Raises InputError if
-    the folder holds other things or cannot be written to.
+    Folders of parts inside it are the study's own too. command: what makes these results again.
+    Raises InputError if the folder holds other things or cannot be written to.
     """
 
     def __init__(self, path: str | os.PathLike[str], study: str, command: str = "") -> None:
@@ -45,6 +45,8 @@ class ResultFolder:
         self.path = user_path("out", path)
         self.study, self.command = study, command
         self._stale: set[str] = set()
+        self._parts: set[str] = set()
+        self._earlier_parts: set[str] = set()
         self._written: set[str] = set()
         with self._writing():
             self._made = self._make()
@@ -58,7 +60,7 @@ class ResultFolder:
         return self
 
     def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
-        if error is not None and self._new and not self._results():
+        if error is not None and self._new and not self._results() and not self._parts:
             self._give_up()
         if isinstance(error, OSError) and self._written:
             raise self._unusable(error) from None
@@ -101,6 +103,24 @@ class ResultFolder:
         """Say that results are on their way, as the first file does."""
         if not self._written:
             self._start()
+
+    def check_parts(self, names: Iterable[str]) -> None:
+        """Raise InputError if a part's place is taken by something that this study did not make."""
+        for name in names:
+            ours = name in self._parts | self._earlier_parts
+            if os.path.lexists(self.path / name) and (not ours or (self.path / name).is_symlink()):
+                raise InputError(
+                    f"out is {printed(self.path)}, which holds {name} that this study has not "
+                    "written; move it away or name another folder."
+                )
+
+    def part(self, name: str) -> Path:
+        """Return the path of the folder of a part, which is the study's now."""
+        self.begin()
+        self.check_parts([name])
+        self._parts.add(name)
+        self._mark(self._stale | self._written)
+        return self.path / name
 
     def finish(self) -> None:
         """Say that all results are written; a run without any removes those of the run before."""
@@ -178,7 +198,7 @@ class ResultFolder:
         self._new = not os.path.lexists(marker)
         self._check_file(MARKER)
         if not self._new:
-            study, files = _read(marker)
+            study, files, self._earlier_parts = _read(marker)
             if study != self.study:
                 raise InputError(
                     f"out is {printed(self.path)}, which holds results of another study ({study}); "
@@ -187,7 +207,7 @@ class ResultFolder:
             for name in files | {UNFINISHED}:
                 self._check_file(name)
             self._stale = files
-        elif any(not (entry / MARKER).is_file() for entry in self.path.iterdir()):
+        elif any(self.path.iterdir()):
             raise InputError(
                 f"out is {printed(self.path)}, which holds files that are not results of this "
                 "study; name a new or empty folder."
@@ -201,6 +221,8 @@ class ResultFolder:
             "version": version("continuair"),
             "command": self.command,
             "files": sorted(files),
+            "parts": sorted(self._parts),
+            "earlier_parts": sorted(self._earlier_parts - self._parts),
         }
         with self._writing():
             replace(self.path / MARKER, json.dumps(content, indent=1) + "\n")
@@ -219,14 +241,19 @@ class ResultFolder:
         return InputError(f"{problem}; name a folder that you may write to.")
 
 
-def _read(marker: Path) -> tuple[str, set[str]]:
+def _read(marker: Path) -> tuple[str, set[str], set[str]]:
+    """The study that made a folder, its files and its parts."""
     try:
         content = json.loads(marker.read_text(encoding="utf-8"))
-        # Bare names only: a marker cannot make a study remove files elsewhere.
-        files = {name for name in content["files"] if Path(name).name == name}
-        return str(content["study"]), files
-    except (ValueError, KeyError, TypeError, RecursionError):
-        return "unknown", set()
+        parts = {*content.get("parts", ()), *content.get("earlier_parts", ())}
+        return str(content["study"]), bare(content["files"]), bare(parts)
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return "unknown", set(), set()
+
+
+def bare(names: Iterable[Any]) -> set[str]:
+    """Return those that are plain names of files: a marker cannot lead to others elsewhere."""
+    return {name for name in names if isinstance(name, str) and Path(name).name == name}
 
 
 def add_file(folder: Path, name: str, text: str) -> Path:

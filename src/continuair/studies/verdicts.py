@@ -36,11 +36,17 @@ def all_of(parts: Sequence[Judgement], note: str = "") -> Judgement:
     """
     several = len(parts) > 1
     told = [f"{part.evidence} ({part.verdict})" if several else part.evidence for part in parts]
-    told = [text[:1].upper() + text[1:] for text in told]
+    told = [sentence_case(text) for text in told]
     numbers = {name: value for part in parts for name, value in part.numbers.items()}
     times = {name: value for part in parts for name, value in part.times.items()}
     evidence = ". ".join([*told, note] if note else told)
     return Judgement(_combined([part.verdict for part in parts]), evidence, numbers, times)
+
+
+def sentence_case(text: str) -> str:
+    """Return a text with a capital at its beginning, but a Greek letter as it is: κ is no K."""
+    first = text[:1]
+    return first.upper() + text[1:] if first.isascii() else text
 
 
 def _combined(verdicts: Sequence[str]) -> str:

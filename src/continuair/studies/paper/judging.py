@@ -18,7 +18,7 @@ from continuair.studies.paper.judges import (
     summary,
 )
 from continuair.studies.sentences import PARTS, sentences
-from continuair.studies.verdicts import Judgement
+from continuair.studies.verdicts import Judgement, sentence_case
 
 NOT_JUDGED = "not judged"
 """Verdict on a sentence whose evidence a quick run leaves out."""
@@ -53,7 +53,7 @@ def chosen_sentences(only: Iterable[str] | None = None) -> list[str]:
 
 
 def judge(names: Iterable[str], evidence: Evidence) -> Iterator[dict[str, Any]]:
-    """Yield what each sentence claims, its verdict, evidence and numbers, and how to redo it."""
+    """Yield what each sentence claims, its verdict, evidence and numbers."""
     listed = sentences()
     for name in names:
         sentence = listed[name]
@@ -61,6 +61,4 @@ def judge(names: Iterable[str], evidence: Evidence) -> Iterator[dict[str, Any]]:
             found = JUDGES[name](evidence)
         except NotFlown as missing:
             found = Judgement(NOT_JUDGED, f"a quick run leaves out {missing}")
-        evidence_told = found.evidence[:1].upper() + found.evidence[1:]
-        told = {"evidence": evidence_told, "redo": f"continuair paper --only {name}"}
-        yield vars(sentence) | vars(found) | told
+        yield vars(sentence) | vars(found) | {"evidence": sentence_case(found.evidence)}

@@ -43,7 +43,8 @@ def as_table(results: dict[str, Any]) -> str:
 def summary(results: dict[str, Any]) -> str:
     """Return how many sentences got which verdict."""
     counts = ", ".join(f"{count} {verdict}" for verdict, count in results["counts"].items())
-    return f"{len(results['sentences'])} sentences that claim something: {counts}."
+    number = len(results["sentences"])
+    return f"{number} sentence{'s' if number > 1 else ''} of the paper: {counts}."
 
 
 def table(results: dict[str, Any], part: str) -> list[str]:

@@ -231,7 +231,14 @@ CLAIMS = {
         "The sentence before says the opposite of long arms",
     ),
     "IV-B.19": Claim(
-        _MODULUS, (at_most(_beyond_its_range, 0.0, "the moduli lie outside by shares of {}"),)
+        _MODULUS,
+        (
+            at_most(
+                _beyond_its_range,
+                0.0,
+                "moduli outside the range of their material by shares of {}",
+            ),
+        ),
     ),
     "IV-B.20": Claim(
         _MODULUS,

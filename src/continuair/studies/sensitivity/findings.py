@@ -74,7 +74,8 @@ def largest_above_the_middle(sweep: str) -> Check:
         peak = sweeps[sweep]["scale"] * between["value"][int(np.argmax(many))]
         ends = (np.argmax(few) >= (len(few) - 1) / 2, np.argmax(many) >= (len(many) - 1) / 2)
         evidence = (
-            f"error {listed(few)} m, the largest at {where}; over {len(many)} values the largest, "
+            f"error {listed(few)} m at {', '.join(row['label'] for row in rows)}, the largest at "
+            f"{where}; over {len(many)} values the largest, "
             f"{max(many):.3g} m, is at {peak:.3g} {sweeps[sweep]['units']}"
         )
         numbers = {_name("error", row["label"]): x for row, x in zip(rows, few, strict=True)}

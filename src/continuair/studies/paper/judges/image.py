@@ -104,7 +104,7 @@ def error_rate(evidence: Evidence) -> Judgement:
         "the L of Eq. (14) is that of normalised coordinates, in which sign and magnitude "
         f"{'agree' if max(normalised) < AGREES else 'differ'} to {AGREES:g}, also for a target "
         "that turns. v_t must then be taken at the camera's origin; with the velocity of the "
-        f"target's own centre it is off by {percent(float(np.median(at_centroid)))}, in the middle",
+        f"target's own centre it is off by {percent(float(np.median(at_centroid)))} in the median",
         rate_in_pixels_over_printed=ratio,
         median_error_with_velocity_of_the_centre=float(np.median(at_centroid)),
     )
@@ -233,7 +233,7 @@ def image_jacobian_as_printed(evidence: Evidence) -> Judgement:
         "does not say what it is. Read as the text has J_t and T_e, it "
         f"{'is' if max(level[as_text]) < AGREES else 'is not'} the features' rate for a level UAV "
         "without yaw, and off by "
-        f"{percent(middle[as_text])} of it in the middle of {DRAWS} random states, as T_a⁻¹ stands "
+        f"{percent(middle[as_text])} of it in the median of {DRAWS} random states, as T_a⁻¹ stands "
         f"where a rotation belongs; other readings are off by at least {percent(of_features)} from "
         f"it and by {percent(of_twist)} from the camera's twist",
         median_error_from_feature_rate_as_the_text_has_it=middle[as_text],

@@ -136,8 +136,8 @@ def rate_of_a_section(evidence: Evidence) -> Judgement:
             ),
             judged(
                 max(rates) <= SLOPES_AGREE,
-                f"Ṙ_s is skew, as so(3) asks (its symmetric part is {share:.2g} of it in the "
-                "median of two frames; the paper prints no R_s)",
+                f"so(3) asks for a skew Ṙ_s; its symmetric part is {share:.2g} of it, in the "
+                "median of two frames, as the paper prints no R_s",
                 median_symmetric_share=share,
             ),
         ],

@@ -213,8 +213,8 @@ def convergence(evidence: Evidence) -> Judgement:
     starts = len(found.sets[0].error)
     return judged(
         not made + sum(drawn) and max(widths) <= 1.0 + 1e-6,
-        "before a target at rest the excess over the printed bound, then 0, does not go to zero in "
-        f"{made} of {starts} flights with gains made for the image and {sum(drawn)} of "
+        "before a target at rest, for which the printed bound is 0, the excess stays above it in "
+        f"{made} of {starts} flights with gains made for the image and in {sum(drawn)} of "
         f"{len(drawn) * starts} with gains drawn at random (before a moving one, with λ = ‖K_p‖, "
         f"in {moving} of {starts}; a smaller λ widens the set without limit). Nor does a V that "
         "falls outside a set lead into it, but into the smallest level set of V around it, which "
@@ -318,7 +318,7 @@ def conclusion(evidence: Evidence) -> Judgement:
     settled = int((left < SETTLED).sum())
     return judged(
         len(held) == len(STEPS) and settled == len(left),
-        f"of the steps III-D.15 to III-D.19 {len(held)} of {len(STEPS)} hold: "
+        f"{len(held)} of the {len(STEPS)} steps III-D.15 to III-D.19 hold: "
         f"{', '.join(held) or 'none'}. With gains made for the image and a target at rest, flights "
         f"from {settled} of {len(left)} starts settle to within {SETTLED:g} px",
         steps_that_hold=float(len(held)),

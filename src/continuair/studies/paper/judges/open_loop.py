@@ -55,8 +55,8 @@ def identical_conditions(evidence: Evidence) -> Judgement:
     return judged(
         changes[worst] < NEGLIGIBLE,
         f"halving a step of {1e3 * steps[worst]:g} ms changes the difference of the models by up "
-        f"to {percent(changes[worst])}, in Test {worst}, where Q_ψa is divided by a bend that "
-        f"passes near 0, and by at most {percent(others)} otherwise",
+        f"to {percent(changes[worst])}, in Test {worst}, and by at most {percent(others)} in the "
+        "others; in Test C Q_ψa is divided by a bend that passes near 0",
         **{f"change at half the step, Test {letter}": changes[letter] for letter in "ABD"},
     )
 
@@ -74,7 +74,7 @@ def announced_excitations(evidence: Evidence) -> Judgement:
     missing = [name for name, there in found.items() if not there]
     return judged(
         not missing,
-        f"of the four, {' and '.join(missing) or 'none'} is missing: every input of Tests A to D "
+        f"missing of the four: {' and '.join(missing) or 'none'}. Every input of Tests A to D "
         f"lasts the whole test, and the frequency of Test D is {first:g} Hz at its start and "
         f"{last:g} Hz at its end, as f0 = f1",
         start_hz=first,
@@ -91,7 +91,7 @@ def varied_parameters(_: Evidence) -> Judgement:
     """IV.4: does IV-B vary each of the six parameters?"""
     return judged(
         {parameter.name for parameter in PARAMETERS.values()} == ANNOUNCED,
-        f"section IV-B varies {', '.join(PARAMETERS)}, and so does `continuair sensitivity`",
+        f"section IV-B varies {', '.join(PARAMETERS)}, and so does the study of sensitivity here",
         parameters=float(len(PARAMETERS)),
     )
 
@@ -141,8 +141,8 @@ def excitation_of_the_arm(evidence: Evidence) -> Judgement:
             ),
             judged(
                 abs(metres_in_the_force_on_bend(evidence.vehicle) - 1.0) < 1e-6,
-                "κ̇ is in 1/(m s), so that an input on κ gives watts in N m² and not in N m; read "
-                f"so, the amplitude of 0.1 bends this arm by {static:.2g} 1/m at rest",
+                "the rate of κ is in 1/(m s), so what is conjugate to κ is in N m², not in N m; "
+                f"read so, the amplitude of 0.1 bends this arm by {static:.2g} 1/m at rest",
             ),
         ]
     )
@@ -256,7 +256,7 @@ def table(evidence: Evidence) -> Judgement:
         hits[best] == 8,
         f"read as {best}, {hits[best]} of the eight numbers come out within 10 %; the paper does "
         "not print its vehicle, and a search over thousands of vehicles found none that gives all "
-        "eight (docs/identify.md)",
+        "eight",
         **{f"numbers within 10 %, {name}": float(count) for name, count in hits.items()},
     )
 
@@ -330,7 +330,7 @@ def external_force(evidence: Evidence) -> Judgement:
         f"with the force on the tip the error is {ours['D'] / length:.2g} of the arm's length and "
         f"{ours['D'] / ours['A']:.3g} times that of Test A; above a tenth and at least twice for "
         f"{percent(share)} of the vehicles drawn. The same force on the UAV, as the sentence has "
-        f"it, changes the error of a free fall by a factor of {on_uav:.2g} in the middle",
+        f"it, changes the error of a free fall by a factor of {on_uav:.2g} in the median",
         error_over_length_test_d=ours["D"] / length,
         share_of_vehicles=share,
         median_factor_on_uav=on_uav,
