@@ -8,6 +8,8 @@ import subprocess
 import sys
 import time
 import warnings
+from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,7 @@ from continuair.cli.application import Reporting
 from continuair.cli.terminal import print_table
 from continuair.errors import ContinuairWarning, InputError
 from continuair.figures import open_loop as figures
+from continuair.figures import style
 from continuair.flight.simulate import simulate
 from continuair.studies.tables import number
 from continuair.vehicle.vehicle import load_vehicle
@@ -36,6 +39,13 @@ def no_kernels(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Replace the simulation, and work in an empty folder."""
     monkeypatch.setattr(study, "simulate", flight)
     monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture(autouse=True)
+def fewer_pictures(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Draw figures as PNG alone, but where a test is about what is written."""
+    with nullcontext() if "writes_results" in request.node.name else style.pictures_only():
+        yield
 
 
 def run(*arguments: str) -> Any:
