@@ -142,3 +142,18 @@ def test_the_reference_integrator_does_not_step_over_a_gust() -> None:
     ends = [float(flight.position[-1, 0]) for flight in flights]
     assert ends[1] > 0.1
     assert ends[0] == pytest.approx(ends[1], rel=1e-5)
+
+
+@pytest.mark.parametrize(("period", "hertz"), [(2e-3, 1000.0), (4e-3, 500.0)])
+def test_jumps_that_are_close_together_do_not_hide_a_fast_input(
+    period: float, hertz: float
+) -> None:
+    """Steps that end at every jump would see the sine at its crests alone."""
+    vehicle = ca.load_vehicle("slender")
+    scenario = ca.Scenario(
+        "commands", np.zeros(8), force=[0, 0, vehicle.mass * 9.81], duration=0.5,
+        moment=lambda t: [0, 0.3 * np.cos(2.0 * np.pi * hertz * t), 0],
+        jumps=np.arange(1, round(0.5 / period)) * period,
+    )  # fmt: skip
+    flight = ca.simulate(vehicle, scenario, sample=0.02)
+    assert abs(float(flight.q.sel(coordinate="pitch")[-1])) < 1e-3

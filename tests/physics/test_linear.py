@@ -217,3 +217,11 @@ def test_trim_resolves_the_load_of_a_tiny_vehicle() -> None:
     ]
     assert angles[1] == pytest.approx(angles[0], rel=1e-6)
     assert angles[0] > 0.01
+
+
+def test_shapes_of_modes_are_in_body_axes_however_the_vehicle_is_turned() -> None:
+    mounted = VEHICLE.replace({"uav.mount": [0.1, 0.0, 0.0]})
+    level = ca.modes(mounted).shapes
+    turned = ca.modes(mounted, [0, 0, 0, 1.0, 0.4, 0.7, 0, 0]).shapes
+    np.testing.assert_allclose(turned, level, atol=1e-6)
+    assert np.abs(level[:3]).max() > 1e-3

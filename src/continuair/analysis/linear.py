@@ -100,6 +100,9 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
     if free:
         # The base follows the bend: its accelerations per acceleration of the bend.
         base_rows = A[base_rate, bend] @ np.linalg.solve(A[rate, bend], shapes)
+        # Velocities of the linear system are in world axes, shapes in those of the body.
+        attitude = state_from_paper(at[None], np.zeros((1, n)))[0][Layout.attitude]
+        base_rows[:3] = Rotation.from_quat(attitude).inv().as_matrix() @ base_rows[:3]
         shapes = np.vstack([base_rows, shapes])
     return Modes(frequencies, damping, shapes / np.linalg.norm(shapes, axis=0))
 
@@ -142,8 +145,8 @@ def linearize(
     Perturbations: position 3 (world), rotation 3 (body axes), bend 2, velocity 3 (world), angular
     velocity 3 (body), bend rate 2; inputs: world force 3, body moment 3, bend moment 2. The four
     inputs given, a hover's from `trim`, hold at the operating point. Central differences of fourth
-    order: about 1e-9 relative. The bend must leave room for them below a full circle, 0.005 1/m.
-    Raises InputError.
+    order: about 1e-9 relative for arms of a metre, 1e-3 for arms of millimetres. The bend must
+    leave room for them below a full circle, 0.005 1/m. Raises InputError.
     """
     check_single_vehicle(vehicle)
     checks.choice("model", model, MODELS)

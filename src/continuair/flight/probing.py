@@ -36,6 +36,9 @@ _HALVINGS = 8
 _COARSEST = 8
 """The coarsest steps of a batch are looked at, where its runs take many."""
 
+_INSIDE = 1e-9
+"""Share of a step that is left out at both of its ends where it is looked into."""
+
 _STAGES = np.array([0.0, 0.5, 1.0])
 # Between the stages, and not placed evenly, so that no sine is zero at both of them and at stages.
 _PROBES = np.array([0.211, 0.727])
@@ -105,23 +108,32 @@ class Probe:
         return self._known[step]
 
     def _looked(self, step: float) -> list[Blur]:
-        width = min(step, self.duration)
-        starts = (self.duration - width) * (_SPREAD * np.arange(1, _WINDOWS + 1) % 1.0)
-        for jump in self.scenario.jumps:
-            starts = starts[(jump < starts) | (starts + width < jump)]
+        starts, widths = self._windows(min(step, self.duration))
         found = []
         for name in FIELDS:
             value = getattr(self.scenario, name)
             # An input that tells its fastest rate is resolved by the automatic step.
-            if not callable(value) or hasattr(value, "fastest") or not len(starts):
+            if not callable(value) or hasattr(value, "fastest"):
                 continue
             try:
-                shares = _blur_of(name, value, field_width(name, self.layout), starts, width)
+                shares = _blur_of(name, value, field_width(name, self.layout), starts, widths)
             except InputError:
                 # The flight samples it in order, and tells where it fails first.
                 return []
-            found.append(Blur(name, shares, starts + width / 2.0))
+            found.append(Blur(name, shares, starts + widths / 2.0))
         return found
+
+    def _windows(self, width: float) -> tuple[Array, Array]:
+        """Starts and widths of the steps that are looked into; none reaches over a jump."""
+        starts = (self.duration - width) * (_SPREAD * np.arange(1, _WINDOWS + 1) % 1.0)
+        edges = np.array([0.0, *(t for t in self.scenario.jumps if t < self.duration)])
+        edges = np.append(edges, self.duration)
+        piece = np.clip(np.searchsorted(edges, starts, side="right"), 1, len(edges) - 1)
+        ends = np.minimum(starts + width, edges[piece])
+        begins = np.maximum(ends - width, edges[piece - 1])
+        # Just inside: at a jump itself the input is that of one side or the other.
+        inside = _INSIDE * (ends - begins)
+        return begins + inside, ends - begins - 2.0 * inside
 
 
 def warn_of_jumps(
@@ -150,10 +162,10 @@ def warn_of_jumps(
             return
 
 
-def _blur_of(name: str, value: Any, size: int, starts: Array, width: float) -> Array:
+def _blur_of(name: str, value: Any, size: int, starts: Array, widths: Array) -> Array:
     """Share (starts, runs or 1) that an input is off the parabola through the stages of steps."""
     stages, probes = (
-        evaluated(name, value, (starts[:, None] + width * at).ravel(), size)
+        evaluated(name, value, (starts[:, None] + widths[:, None] * at).ravel(), size)
         for at in (_STAGES, _PROBES)
     )
     stages, probes = (x.reshape(len(starts), -1, *x.shape[1:]) for x in (stages, probes))
