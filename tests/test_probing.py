@@ -153,7 +153,7 @@ def test_jumps_that_are_close_together_do_not_hide_a_fast_input(
     scenario = ca.Scenario(
         "commands", np.zeros(8), force=[0, 0, vehicle.mass * 9.81], duration=0.5,
         moment=lambda t: [0, 0.3 * np.cos(2.0 * np.pi * hertz * t), 0],
-        jumps=np.arange(1, round(0.5 / period)) * period,
+        jumps=tuple(np.arange(1, round(0.5 / period)) * period),
     )  # fmt: skip
     flight = ca.simulate(vehicle, scenario, sample=0.02)
     assert abs(float(flight.q.sel(coordinate="pitch")[-1])) < 1e-3
