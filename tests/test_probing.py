@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import continuair as ca
-from continuair.scenario.excitations import Wave
+from continuair.flight.prepare import prepare
+from continuair.scenario.excitations import Wave, plus
 
 VEHICLE = ca.load_vehicle("paper")
 unseen = pytest.mark.filterwarnings("ignore:.*jumps within a step")
@@ -157,3 +158,27 @@ def test_jumps_that_are_close_together_do_not_hide_a_fast_input(
     )  # fmt: skip
     flight = ca.simulate(vehicle, scenario, sample=0.02)
     assert abs(float(flight.q.sel(coordinate="pitch")[-1])) < 1e-3
+
+
+@unseen
+@pytest.mark.filterwarnings("ignore:force changes within steps", "ignore:step is 0.001 s")
+@pytest.mark.parametrize(
+    "force",
+    [sine(1000.0), Wave(3, 0, 200.0, 1000.0, 1000.0, 0.0, 0.2), plus(sine(1000.0), np.ones(3))],
+)
+def test_no_step_error_is_claimed_where_steps_miss_an_input(force: Any) -> None:
+    flight = ca.simulate(VEHICLE, push(force), step=1e-3)
+    assert np.isinf(flight.step_error)
+    assert np.isfinite(ca.simulate(VEHICLE, push(force)).step_error)
+
+
+def test_an_excitation_plus_a_constant_is_probed_as_it_is_alone() -> None:
+    """The sum tells a rate if the excitation does, and no other."""
+    wave = Wave(3, 0, 200.0, 1000.0, 1000.0, 0.0, 0.2)
+    steps = [
+        prepare(VEHICLE, push(plus(force, np.ones(3))), sample=1e-2).steps[0]
+        for force in (wave, sine(1000.0), sine(1.0))
+    ]
+    assert steps[0] < 1e-4
+    assert steps[1] < 2e-4
+    assert steps[2] > 1e-3

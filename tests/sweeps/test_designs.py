@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -275,3 +276,19 @@ def test_runs_of_a_sweep_that_steps_do_not_resolve_are_told_of(tmp_path: Path) -
         ca.sweep(design, tmp_path / "store.zarr")
     with pytest.warns(ca.ContinuairWarning, match="in 1 of 2 runs"):
         ca.open_sweep(tmp_path / "store.zarr")
+
+
+def test_an_excitation_that_a_given_step_misses_is_told_of(tmp_path: Path) -> None:
+    """Steps of 1 ms see a sine of 1 kHz at its zeros alone, so no sum over them can tell."""
+    design = xr.Dataset(
+        {"scenario.frequency": ("frequency", [10.0, 1000.0])},
+        attrs={
+            "scenario": {"excitation": "sine", "on": "force_x", "amplitude": 50.0, "duration": 0.1},
+            "step": 1e-3,
+        },
+    )
+    ways: list[Callable[[Path], xr.Dataset]] = [lambda out: ca.sweep(design, out), ca.open_sweep]
+    for way in ways:
+        with pytest.warns(ca.ContinuairWarning, match="inf in 1 of 2 runs: inputs change within"):
+            found = way(tmp_path / "store.zarr")
+    assert np.isinf(found["step_error"].to_numpy()).tolist() == [[False] * 2, [True] * 2]

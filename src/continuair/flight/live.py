@@ -15,7 +15,6 @@ from continuair.engine.loop import Scene, watch
 from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import motion_of
 from continuair.flight.prepare import Cohort, check_scenario, checked_step, prepare
-from continuair.flight.resolution import step_error
 from continuair.flight.steps import check_divides
 from continuair.flight.time_grid import Grid, Marks, grid_of, marks_of, stage_times
 from continuair.flight.trajectory import WATCHED_VARIABLES, Recorder, default_variables
@@ -106,7 +105,7 @@ class Simulation:
     @property
     def step_error(self) -> float:
         """Estimated largest error of the tip so far that the step made, in arm lengths."""
-        return float(step_error(self._errors))
+        return float(self._flight.step_error(self._errors[None], np.zeros(1, int))[0])
 
     @property
     def state(self) -> Array:

@@ -19,7 +19,7 @@ from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import check_view, loop_over
 from continuair.flight.inputs import groups_in_use, sample_inputs
 from continuair.flight.probing import Probe, warn_of_jumps
-from continuair.flight.resolution import unresolved
+from continuair.flight.resolution import UNSEEN, step_error, unresolved
 from continuair.flight.steps import automatic_step, declared_rate, steps_of
 from continuair.flight.time_grid import (
     Grid,
@@ -81,8 +81,9 @@ class Flight:
     """A vehicle in a scenario, ready to be flown with any model.
 
     runs: how many; batched: whether results have a dimension for them. start: of all runs; steps:
-    of each run (runs,) [s]; marks: times that steps end at. coupled: an engine of that model, which
-    others share what they can with. automatic: whether the steps may be made finer;
+    of each run (runs,) [s]; missed: whether its steps miss what its inputs do (runs,); marks: times
+    that steps end at. coupled: an engine of that model, which others share
+    what they can with. automatic: whether the steps may be made finer;
     adaptive: whether the integrator takes its own; told: inputs whose jumps have been told of.
     """
 
@@ -94,6 +95,7 @@ class Flight:
     batched: bool
     start: Start
     steps: Array
+    missed: Array
     marks: Marks
     coupled: Engine
     automatic: bool
@@ -106,9 +108,24 @@ class Flight:
         """Bits of the groups of inputs that act."""
         return groups_in_use(self.scenario) | COMMAND * (self.scenario.controller is not None)
 
+    def step_error(self, sums: Array, chosen: Array) -> Array:
+        """step_error (n,) or (n, models) of runs, by their indices, from a roll-out's sums.
+
+        It is inf where the sums cannot tell, as no stage of a step has seen what an input does, and
+        NaN where nothing is known.
+        """
+        law = self.scenario.controller
+        found = step_error(sums, looking=law is not None and law.looks)
+        found[self.missed[chosen]] += np.inf
+        return found
+
     def improvable(self, errors: Array) -> Array:
         """Runs that half an automatic step may resolve, by step_error (runs,) or (runs, models)."""
-        return unresolved(errors) if self.automatic else np.zeros(0, int)
+        return (
+            unresolved(np.where(np.isinf(errors), 0.0, errors))
+            if self.automatic
+            else np.zeros(0, int)
+        )
 
     def halved(self, runs: Array) -> Flight:
         """The same flight, but some runs, by their indices, take half the step."""
@@ -204,14 +221,17 @@ def prepare(
     runs, batched = _runs(vehicle, scenario, coupled)
     if asked is not None:
         check_same_runs(runs, {"step": len(asked)})
-    fine = np.broadcast_to(automatic_step(coupled, q, qd, declared_rate(scenario)), runs)
+    driven = np.broadcast_to(declared_rate(scenario), runs)
+    fine = np.broadcast_to(automatic_step(coupled, q, qd, driven), runs)
     probe = Probe(scenario, coupled.layout, max(duration, horizon))
     if asked is None:
         fine = np.minimum(fine, probe.following_step(sample))
     steps = steps_of(scenario, asked, fine, sample, None if adaptive else stacklevel + 1)
     check_steps(duration, min(float(steps.min()), sample))
+    missed = np.zeros(runs, bool)
     if not adaptive:
         probe.warn_of_blur(steps, stacklevel + 1)
+        missed = probe.missed(steps) | (driven * steps > UNSEEN)
     q, qd = (np.broadcast_to(rows, (runs, rows.shape[1])) for rows in (q, qd))
     start = Start(state_from_paper(q, qd), q[:, -1])
     period = scenario.control_period if scenario.controller is not None else None
@@ -226,6 +246,7 @@ def prepare(
         batched,
         start,
         steps,
+        missed,
         marks,
         coupled,
         automatic=asked is None and not adaptive,

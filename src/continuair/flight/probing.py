@@ -10,7 +10,7 @@ import numpy as np
 
 from continuair.engine.engine import Drive
 from continuair.errors import ContinuairWarning, InputError
-from continuair.flight.inputs import evaluated, field_width
+from continuair.flight.inputs import evaluated, field_width, told_rate
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import FIELDS, Layout
 
@@ -81,6 +81,14 @@ class Probe:
                 break
         return np.where(np.isnan(found), longest, found)
 
+    def missed(self, steps: Array) -> Array:
+        """Whether the step (runs,) [s] of a run misses what its inputs do."""
+        found = np.zeros(len(steps), bool)
+        for step in np.unique(steps)[-_COARSEST:]:
+            for blur in self.blurs(float(step)):
+                found |= (steps == step) & (blur.shares.max(axis=0) > BLUR)
+        return found
+
     def warn_of_blur(self, steps: Array, stacklevel: int) -> None:
         """Warn if a run's step (runs,) [s] does not follow its inputs."""
         worst = None
@@ -113,7 +121,7 @@ class Probe:
         for name in FIELDS:
             value = getattr(self.scenario, name)
             # An input that tells its fastest rate is resolved by the automatic step.
-            if not callable(value) or hasattr(value, "fastest"):
+            if not callable(value) or told_rate(value) is not None:
                 continue
             try:
                 shares = _blur_of(name, value, field_width(name, self.layout), starts, widths)

@@ -15,6 +15,9 @@ Array = np.ndarray
 RESOLVED = 1e-3
 """Largest step_error of a flight that counts as resolved [arm lengths]."""
 
+UNSEEN = 1.0
+"""Phase of a known input from which a step does not follow it [rad]: six steps a period."""
+
 _GROWTH = 0.004
 # By this a loop around a camera grows them at the least, where it is far from its target.
 _LOOP = 50.0
@@ -41,7 +44,11 @@ def unresolved(errors: Array) -> Array:
 
 
 def warn_of_coarse_steps(errors: Array, steps: Array, stacklevel: int) -> None:
-    """Warn if steps (runs,) [s] left runs unresolved, by step_error (runs,) or (runs, models)."""
+    """Warn if steps (runs,) [s] left runs unresolved, by step_error (runs,) or (runs, models).
+
+    Not of an inf: the inputs that steps miss are told of when they are prepared.
+    """
+    errors = np.where(np.isinf(errors), np.nan, errors)
     coarse = unresolved(errors)
     if not len(coarse):
         return
@@ -53,6 +60,18 @@ def warn_of_coarse_steps(errors: Array, steps: Array, stacklevel: int) -> None:
         ContinuairWarning,
         stacklevel=stacklevel,
     )
+
+
+def warn_of_missed_inputs(errors: Array, steps: Array, stacklevel: int) -> None:
+    """Warn if steps (runs,) [s] missed what inputs do, by step_error (runs, models)."""
+    missed = np.isinf(errors).any(axis=1)
+    if missed.any():
+        warnings.warn(
+            f"step_error is inf in {missed.sum()} of {len(errors)} runs: inputs change within "
+            f"steps of {steps[missed].min():.3g} s; give a shorter step, or step = 'auto'.",
+            ContinuairWarning,
+            stacklevel=stacklevel,
+        )
 
 
 @contextmanager

@@ -9,6 +9,7 @@ import numpy as np
 
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.errors import ContinuairWarning, InputError
+from continuair.flight.inputs import told_rate
 from continuair.kernels.step import STEP_PHASE
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import state_from_paper
@@ -73,7 +74,8 @@ def _largest_compliance(engine: Engine, q: Any) -> np.ndarray:
 
 def declared_rate(scenario: Scenario) -> Any:
     """Fastest rate (runs or 1) [rad/s] of inputs that tell theirs, by an attribute `fastest`."""
-    rates = [getattr(getattr(scenario, field), "fastest", 0.0) for field in FIELDS]
+    told = [told_rate(getattr(scenario, field)) for field in FIELDS]
+    rates = [0.0, *(rate for rate in told if rate is not None)]
     return np.max(np.broadcast_arrays(*rates), axis=0)
 
 

@@ -13,7 +13,6 @@ from scipy.spatial.transform import Rotation
 
 from continuair.engine.engine import Logs
 from continuair.flight.prepare import Cohort, Flight
-from continuair.flight.resolution import step_error
 from continuair.flight.turns import followed_euler
 from continuair.kernels.step import STATUS
 from continuair.vehicle.layout import ACTUATORS, COORDINATES, MOTION, OBSERVED, watched_columns
@@ -125,8 +124,7 @@ class Recorder:
                 self._values[name] = np.empty(shape, self.dtype)
             self._values[name][at] = values
         self._status[at] = logs.status
-        law = self.flight.scenario.controller
-        self.step_error[at] = step_error(logs.errors, law is not None and law.looks)
+        self.step_error[at] = self.flight.step_error(logs.errors, cohort.runs)
         times = np.append(cohort.grid.starts, cohort.grid.samples[-1])
         self._end_time[at] = times[logs.last_step]
 

@@ -53,6 +53,11 @@ class Scaled:
     def __call__(self, t: float) -> Array:
         return np.asarray(self.amplitude)[..., None] * np.asarray(self.function(t))
 
+    @property
+    def fastest(self) -> Any:
+        """As the function's, None if it does not tell."""
+        return getattr(self.function, "fastest", None)
+
 
 @dataclass(frozen=True)
 class Offset:
@@ -66,8 +71,8 @@ class Offset:
 
     @property
     def fastest(self) -> Any:
-        """As the function's, 0 if it does not tell."""
-        return getattr(self.function, "fastest", 0.0)
+        """As the function's, None if it does not tell."""
+        return getattr(self.function, "fastest", None)
 
 
 def plus(excitation: Any, constant: Any) -> Any:

@@ -12,7 +12,7 @@ from continuair import checks
 from continuair.engine.pairs import Pairs
 from continuair.errors import InputError, shown
 from continuair.flight.prepare import Flight, prepare
-from continuair.flight.resolution import step_error, warn_of_coarse_steps
+from continuair.flight.resolution import warn_of_coarse_steps
 from continuair.flight.simulate import error_by_halving
 from continuair.flight.trajectory import STEP_ERROR
 from continuair.kernels.dynamics import MODELS, REFERENCE, SIMPLER
@@ -118,7 +118,7 @@ def _fly(
         end_time[runs] = np.append(grid.starts, grid.samples[-1])[pairs.last_step[runs]]
     metrics = {name: pairs.deviations[chosen, :, i] for i, name in enumerate(DEVIATIONS)}
     tip, status, ends = (each[chosen] for each in (pairs.tip, pairs.status, end_time))
-    return Reduced(metrics, tip, status, ends, step_error(pairs.errors[chosen]))
+    return Reduced(metrics, tip, status, ends, flight.step_error(pairs.errors[chosen], chosen))
 
 
 def _variables(found: Reduced) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import xarray as xr
 
 from continuair.errors import InputError
 from continuair.files import user_path
-from continuair.flight.resolution import warn_of_coarse_steps
+from continuair.flight.resolution import warn_of_coarse_steps, warn_of_missed_inputs
 from continuair.flight.trajectory import STEP_ERROR
 from continuair.sweeps.design import Design
 from continuair.sweeps.pairs import METRICS
@@ -56,9 +56,9 @@ def labelled(design: Design, results: np.ndarray, attributes: dict[str, Any]) ->
         units, meaning = _UNITS[name]
         data[name] = ([*dims, "model"], grid[..., index], {"units": units, "long_name": meaning})
     names = list(attributes["quantities"])
-    warn_of_coarse_steps(
-        results[..., names.index("step_error")], results[..., 0, names.index("step")], stacklevel=4
-    )
+    errors, steps = results[..., names.index("step_error")], results[..., 0, names.index("step")]
+    warn_of_coarse_steps(errors, steps, stacklevel=4)
+    warn_of_missed_inputs(errors, steps, stacklevel=4)
     coordinates: dict[str, Any] = {
         name: (list(variable.dims), variable.values) for name, variable in design.variables.items()
     }
