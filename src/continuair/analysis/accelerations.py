@@ -44,7 +44,7 @@ def forward_dynamics(
     checks.choice("dtype", dtype, ("float64", "float32"))
     check_device(device)
     gravity = checks.gravity(gravity)
-    layout = Layout(vehicle.sections)
+    layout = Layout(vehicle.shape)
     arrays = {
         name: checks.rows(name, value, width)
         for name, value, width in (
@@ -63,7 +63,7 @@ def forward_dynamics(
     for field in ("tau", "tip_wrench"):
         layout.add(inputs, FIELDS[field], arrays[field])
     engine = Engine(vehicle, model, dtype, device)
-    start = Start(state_from_paper(at, rates), at[:, -1])
+    start = Start(state_from_paper(at, rates), at[:, 7::2])
     rate = engine.derivative(start, Drive(inputs, False, GENERAL + PAPER + TIP, gravity))
     accelerations = paper_accelerations(at, rates, rate, vehicle.arm.kappa_s)
     return accelerations if np.ndim(q) == 2 or n > 1 else accelerations[0]

@@ -78,7 +78,7 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
     at = _configuration("q", q, vehicle)
     free = base == "free"
     felt = 0.0 if free else gravity
-    held = _holding(vehicle, at[None], felt)[0][Layout(vehicle.sections).bend_moment]
+    held = _holding(vehicle, at[None], felt)[0][Layout(vehicle.shape).bend_moment]
     A, _ = linearize(
         vehicle, at, bend_moment=held, model="coupled" if free else "independent", gravity=felt
     )
@@ -159,7 +159,10 @@ def linearize(
     held = _held(engine.layout, force, moment, bend_moment, tip_wrench)
 
     def slopes(states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-        frozen, angles = np.broadcast_to(centre, states.shape), np.full(len(states), at[-1])
+        frozen, angles = (
+            np.broadcast_to(centre, states.shape),
+            np.broadcast_to(at[7::2], (len(states), n // 2 - 3)),
+        )
         acting = Drive(inputs, False, GENERAL + TIP, gravity)
         rate = engine.derivative(Start(states, angles, frozen), acting)
         tangent = _tangent(rate, states, engine.layout).reshape(-1, len(_STEPS), 2 * n)
@@ -223,7 +226,7 @@ def trim(
         q = np.concatenate([position, [0.0, 0.0, yaw], [np.hypot(*k), np.arctan2(k[1], k[0])]])
         return q, _holding(vehicle, q[None], gravity, tip_wrench)[0]
 
-    layout = Layout(vehicle.sections)
+    layout = Layout(vehicle.shape)
     if bend is None:
         k = _free_bend(vehicle, lambda k: held(k)[1][layout.bend_moment])
     else:
@@ -280,7 +283,7 @@ def held_hover(vehicle: Vehicle, q: np.ndarray, gravity: float = 9.81) -> dict[s
     """
     held = _holding(vehicle, np.atleast_2d(q), gravity)
     held = held[0] if np.ndim(q) == 1 and vehicle.runs is None else held
-    layout = Layout(vehicle.sections)
+    layout = Layout(vehicle.shape)
     return {
         "force": held[..., layout.force],
         "moment": held[..., layout.moment],
@@ -308,7 +311,7 @@ def _holding(
         inputs[..., layout.tip_wrench] = tip_wrench
         inputs[0, :, layout.push] = scale * push
         acting = Drive(inputs, False, GENERAL + TIP, gravity)
-        return engine.derivative(Start(state, rows[:, -1]), acting)[:, layout.velocity.start :]
+        return engine.derivative(Start(state, rows[:, 7::2]), acting)[:, layout.velocity.start :]
 
     still = pushed(np.zeros(layout.coordinates))
     answers = [pushed(unit) - still for unit in np.eye(layout.coordinates)]
@@ -316,7 +319,7 @@ def _holding(
 
 
 def _configuration(name: str, q: Any, vehicle: Vehicle) -> np.ndarray:
-    width = Layout(vehicle.sections).coordinates
+    width = Layout(vehicle.shape).coordinates
     at = np.zeros(width) if q is None else checks.row(name, q, width)
     _check_bend(name, at, abs(float(at[6])), vehicle)
     return at

@@ -59,7 +59,7 @@ def _derived(vehicle: Vehicle) -> list[tuple[str, str]]:
 
     arm = vehicle.arm
     clamped, free = (float(value) for value in bending_frequencies(vehicle))
-    straight = [0.0] * Layout(vehicle.sections).coordinates
+    straight = [0.0] * Layout(vehicle.shape).coordinates
     step = float(automatic_step(Engine(vehicle, "coupled"), straight)[0])
     hertz = [f"{value:.4g} rad/s ({value / (2 * pi):.4g} Hz)" for value in (clamped, free)]
     return [

@@ -12,10 +12,9 @@ import warp as wp
 
 from continuair.engine.compiling import load, start_warp
 from continuair.engine.factory import kernels
-from continuair.engine.pack import pack
+from continuair.engine.pack import pack_plants, pack_table, tree_of
 from continuair.errors import InputError, shown
-from continuair.kernels.dynamics import OWN_BASE
-from continuair.vehicle.layout import OBSERVED, Layout, width_of
+from continuair.vehicle.layout import observed_columns, width_of
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -36,7 +35,8 @@ def check_device(device: Any) -> None:
 
 @dataclass(frozen=True)
 class Start:
-    """Where runs begin: states (runs, state), ψa (runs,) naming the signed branch of the bend; and
+    """Where runs begin: states (runs, state), ψa (runs, sections) naming the signed
+    branches of the bends; and
     the states that `independent` freezes, if they are others."""
 
     states: Array
@@ -103,17 +103,16 @@ class Engine:
     ) -> None:
         start_warp()
         self.vehicle, self.model = vehicle, model
-        self.layout = Layout(vehicle.sections)
-        self.kernels = kernels(precision, vehicle.sections, model)
+        self.tree = tree_of(vehicle)
+        self.layout = self.tree.layout
+        self.kernels = kernels(precision, self.tree, model)
         self.dtype: np.dtype[Any] = np.dtype(precision)
         self.device = device
         self.threads = threads or os.cpu_count() or 1
-        coupled = None if beside is None else beside.full_table
-        own_base = model in OWN_BASE
-        Plant = self.kernels.types.Plant
-        self.plants: Array
-        self.full_table: Array
-        self.plants, self.full_table = pack(vehicle, Plant, self.threads, own_base, coupled)
+        self.plants = pack_plants(vehicle, self.kernels.types.Plant)
+        full = pack_table(vehicle, self.threads) if beside is None else beside.full_table
+        self.full_table: Array = full
+        self.observed = observed_columns(self.layout.arms)
         self.table: Array = self.full_table.astype(self.dtype)
 
     def roll_out(
@@ -137,7 +136,7 @@ class Engine:
         errors = np.zeros((n, 2), self.dtype)
         observed = None
         if at_samples is not None:
-            observed = np.full((n, samples, width_of(OBSERVED)), np.nan, self.dtype)
+            observed = np.full((n, samples, width_of(self.observed)), np.nan, self.dtype)
         packed = None if loop is None else loop.on(self)
         kernel = self.kernels.rollout if packed is None else packed.kernels.rollout
         steps = self.steps(grid)
@@ -164,8 +163,8 @@ class Engine:
         return Logs(log, status, last, errors, observed, loop.watch(self, log, runs), loop.scene)
 
     def observe(self, log: Array, drive: Drive, runs: Array | slice = slice(None)) -> Array:
-        """Observed columns (runs, samples, OBSERVED) of logged rows (runs, samples, log)."""
-        seen = np.full((*log.shape[:2], width_of(OBSERVED)), np.nan, self.dtype)
+        """Observed columns (runs, samples, columns) of logged rows (runs, samples, log)."""
+        seen = np.full((*log.shape[:2], width_of(self.observed)), np.nan, self.dtype)
         out, acting = self.upload(seen), self.drive(drive, slice(None), 1)
         rows = [self.vehicles(runs), acting, self.upload(log), out]
         self.launch(self.kernels.observe, log.shape[:2], rows)

@@ -1,4 +1,4 @@
-"""The factory of all kernels: from precision, number of sections, model and controller."""
+"""The factory of all kernels: from precision, tree of arms, model and controller."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from continuair.kernels.rollout import Arguments, arguments, derivative_kernel, 
 from continuair.kernels.sensing.eye import Eye, eye_code
 from continuair.kernels.sensing.pilot import PilotCode, law_pilot, no_pilot
 from continuair.kernels.sensing.sense import law_code
-from continuair.kernels.types import Types, device_types
+from continuair.kernels.types import Tree, Types, device_types
 
 
 @dataclass(frozen=True)
@@ -51,9 +51,9 @@ class LoopKernels:
 
 
 @made_once
-def kernels(precision: str, sections: int, model: str) -> Kernels:
+def kernels(precision: str, tree: Tree, model: str) -> Kernels:
     """The kernels of a model in open loop; each compiles when it is first launched."""
-    of = precision, sections
+    of = precision, tree
     dynamics, pilot = dynamics_code(*of, model), no_pilot(*of)
     return Kernels(
         types=device_types(*of),
@@ -70,14 +70,14 @@ def kernels(precision: str, sections: int, model: str) -> Kernels:
 @made_once
 def closed_loop(
     precision: str,
-    sections: int,
+    tree: Tree,
     model: str,
     law: Callable[..., SimpleNamespace],
     points: int,
     every_stage: bool,
 ) -> LoopKernels:
     """The roll-out with a controller's law; raises InputError for a law without its parts."""
-    of = precision, sections
+    of = precision, tree
     found = law(law_code(*of, points))
     for name in ("Gains", "control"):
         if not hasattr(found, name):
@@ -97,7 +97,7 @@ def deviation(precision: str) -> wp.Kernel:
 
 
 @made_once
-def watching(precision: str, sections: int, points: int) -> tuple[wp.Kernel, Eye]:
+def watching(precision: str, tree: Tree, points: int) -> tuple[wp.Kernel, Eye]:
     """The kernel `watch`, the same for every model, and its eye."""
-    eye = eye_code(precision, sections, points)
-    return watch_kernel(precision, sections, eye), eye
+    eye = eye_code(precision, tree, points)
+    return watch_kernel(precision, tree, eye), eye

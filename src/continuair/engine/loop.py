@@ -67,8 +67,8 @@ class Loop:
 
     def on(self, engine: Engine) -> PackedLoop:
         """This loop packed for an engine; raises InputError if the gains do not fit the law."""
-        sections, every_stage = engine.vehicle.sections, self.timing.every_stage
-        of = engine.dtype.name, sections, engine.model
+        every_stage = self.timing.every_stage
+        of = engine.dtype.name, engine.tree, engine.model
         kernels = closed_loop(*of, self.controller.law, self.points, every_stage)
         gains = pack_gains(self.controller, kernels.Gains, self.points)
         return PackedLoop(self, kernels, pack_cameras(engine.vehicle, kernels.eye.Camera), gains)
@@ -119,7 +119,7 @@ def watch(
     corners: (points, 3); motion: (samples, runs or 1, 6) of the target's centroid, as in a Scene;
     runs: their indices into the vehicles and the motion, all by default.
     """
-    kernel, eye = watching(engine.dtype.name, engine.vehicle.sections, len(corners))
+    kernel, eye = watching(engine.dtype.name, engine.tree, len(corners))
     runs = np.arange(len(log)) if runs is None else runs
     shape = (*log.shape[:2], width_of(watched_columns(len(corners))))
     watched = np.full(shape, np.nan, engine.dtype)

@@ -11,16 +11,14 @@ dimensionless and w = |b|² - 1 runs over [-1, 1] up to the full circle |k| l = 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cache
 from math import factorial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from continuair.kernels.arm.one_section import MAX_BEND_ANGLE
-from continuair.kernels.types import MOMENTS
+from continuair.kernels.types import FULL_LENGTH, MOMENTS
 
 TERMS = 16
 """Polynomial terms; with these the interpolation error is below 1e-13 of each moment's range."""
@@ -29,25 +27,13 @@ TERMS = 16
 # works in extended precision where the platform has it.
 _Fine = np.longdouble
 
-_FULL_LENGTH = MAX_BEND_ANGLE / np.sqrt(2.0)
 _SAMPLES = TERMS + 4
 _QUADRATURE = 40
 
 
-class Moments(NamedTuple):
-    """Moment functions of a batch of arms at the Chebyshev nodes, arrays (runs, samples).
-
-    value: name -> function; slope: alpha and beta -> derivative in |b|². The inertia of the arm is
-    d 1 - [P bbᵀ - Q(bẑᵀ + ẑbᵀ) + S ẑẑᵀ] with d = |b|² P + S + ∫(axial section inertia) ds.
-    """
-
-    value: dict[str, np.ndarray]
-    slope: dict[str, np.ndarray]
-
-
 def length_unit(length: Any) -> Any:
     """λ [m]: the bend vector k [1/m] times λ is the kernels' dimensionless bend b."""
-    return np.asarray(length) / _FULL_LENGTH
+    return np.asarray(length) / FULL_LENGTH
 
 
 @cache
@@ -101,21 +87,18 @@ def _series(order: int, z: Any) -> Any:
     return total
 
 
-def integrands(
-    s: np.ndarray, u: np.ndarray
-) -> tuple[dict[str, tuple[Any, ...]], dict[str, np.ndarray]]:
+def integrands(s: np.ndarray, u: np.ndarray) -> dict[str, tuple[Any, ...]]:
     """Contribution of the section at arc length s to every moment, with s and 1/√u in units of λ.
 
-    Returns name -> (per mass, per transverse inertia, per axial minus transverse inertia), and the
-    slopes of alpha and beta in u per mass. Primes are d/du; c' of a Stumpff function needs no
-    division: c_m' = (m c_{m+2} - c_{m+1}) / 2.
+    Returns name -> (per mass, per transverse inertia, per axial minus transverse inertia). Primes
+    are d/du; c' of a Stumpff function needs no division: c_m' = (m c_{m+2} - c_{m+1}) / 2.
     """
     s, u = np.broadcast_arrays(np.asarray(s, _Fine), u)
     c0, c1, c2, c3, c4 = _stumpff(s**2 * u)
     A, B, C, Γ = s**2 * c2, s * c1, c0, s**3 * c3
     dA, dB = s**4 * (c4 - 0.5 * c3), s**3 * 0.5 * (c3 - c2)
     none = np.zeros_like(A)
-    by_density = {
+    return {
         "alpha": (A, none, none),
         "beta": (B, none, none),
         "P": (A**2, none, -(B**2)),
@@ -127,7 +110,6 @@ def integrands(
         "NP": (A**2, B**2 + u * A**2, u * A**2),
         "ND": (4.0 * (A * dA + u * dA**2 + dB**2), Γ * (s + B) - A**2, -(A**2)),
     }
-    return by_density, {"alpha": dA, "beta": dB}
 
 
 def _gauss_legendre() -> tuple[np.ndarray, np.ndarray]:
@@ -144,66 +126,46 @@ def _gauss_legendre() -> tuple[np.ndarray, np.ndarray]:
 
 
 @cache
-def _uniform_rod() -> tuple[dict[str, tuple[Any, ...]], dict[str, np.ndarray]]:
+def _uniform_rod() -> dict[str, tuple[Any, ...]]:
     """Integrals of the integrands over σ = s / l in [0, 1], for unit density."""
     x, weight = _gauss_legendre()
-    s = _FULL_LENGTH * 0.5 * (1.0 + x)
-    by_density, slopes = integrands(s, squared_bends()[:, None])
+    s = FULL_LENGTH * 0.5 * (1.0 + x)
+    by_density = integrands(s, squared_bends()[:, None])
     integrate = 0.5 * weight
-    return (
-        {name: tuple(f @ integrate for f in parts) for name, parts in by_density.items()},
-        {name: f @ integrate for name, f in slopes.items()},
-    )
+    return {name: tuple(f @ integrate for f in parts) for name, parts in by_density.items()}
 
 
-def moments(
-    length: np.ndarray, backbone: Any, disks: Any, names: Sequence[str] = MOMENTS
-) -> Moments:
-    """Moments of uniform backbones with disks, about the arm's base.
+@cache
+def _end() -> tuple[np.ndarray, np.ndarray]:
+    """A and Γ at a section's end, in units of λ: they are the same for every section."""
+    s = _Fine(FULL_LENGTH)
+    *_, c2, c3, _ = _stumpff(s**2 * squared_bends())
+    return interpolate(s**2 * c2), interpolate(s**3 * c3)
+
+
+def polynomials(length: np.ndarray, backbone: Any, disks: Any) -> np.ndarray:
+    """Coefficients (runs, terms, MOMENTS) of sections: uniform backbones with disks.
 
     length: (runs,) [m]. backbone: (mass, transverse, axial inertia) of the whole backbone, each
-    (runs,) [kg, kg m², kg m²]. disks: (position, mass, transverse, axial) each, of (runs,). names:
-    the functions that are wanted.
+    (runs,) [kg, kg m², kg m²]. disks: (position, mass, transverse, axial) each, of (runs,). Moments
+    are about the section's own base; powers of w = |b|² - 1, the highest first.
     """
     unit = length_unit(length)[:, None]
-    rods = [(*backbone, *_uniform_rod())]
+    rods = [(*backbone, _uniform_rod())]
     for position, *inertia in disks:
         s = np.asarray(position)[:, None] / unit
-        rods.append((*inertia, *integrands(s, squared_bends())))
-    value = {name: np.zeros((len(unit), _SAMPLES), _Fine) for name in names}
-    slope = {name: np.zeros((len(unit), _SAMPLES), _Fine) for name in ("alpha", "beta")}
-    for mass, transverse, axial, by_density, by_mass in rods:
-        for name in names:
+        rods.append((*inertia, integrands(s, squared_bends())))
+    table = np.empty((len(unit), TERMS, len(MOMENTS)))
+    for index, name in enumerate(MOMENTS[:-2]):
+        power = 1 if name in ("alpha", "beta") else 2
+        value = np.zeros((len(unit), _SAMPLES), _Fine)
+        for mass, transverse, axial, by_density in rods:
             per_mass, per_transverse, per_difference = by_density[name]
-            power = 1 if name in slope else 2
-            value[name] += (
+            value += (
                 mass[:, None] * per_mass * unit**power
                 + transverse[:, None] * per_transverse
                 + (axial - transverse)[:, None] * per_difference
             )
-        for name, per_mass in by_mass.items():
-            slope[name] += mass[:, None] * per_mass * unit
-    return Moments(value, slope)
-
-
-def about_common_centre(arm: Moments, total_mass: np.ndarray, height: np.ndarray) -> Moments:
-    """Moments about the common centre of mass of UAV and arm.
-
-    total_mass: (runs,) [kg]. height: (runs,) effective vertical offset of the mount,
-    z_mount times UAV mass over total mass [m]; the horizontal offset is left to the device.
-    """
-    u, m, z = squared_bends(), total_mass[:, None], height[:, None]
-    f, α, β = arm.value, arm.value["alpha"], arm.value["beta"]
-    dα, dβ = arm.slope["alpha"], arm.slope["beta"]
-    reduced = dict(
-        f,
-        P=f["P"] - α**2 / m,
-        KP=f["KP"] - α**2 / m,
-        NP=f["NP"] - α**2 / m,
-        Q=f["Q"] - α * β / m - z * α,
-        KQ=f["KQ"] - α * β / m - z * α,
-        S=f["S"] - β**2 / m - 2.0 * z * β,
-        KW=f["KW"] - (dα * β - α * dβ) / m - z * dα,
-        ND=f["ND"] - 4.0 * (α * dα + u * dα**2 + dβ**2) / m,
-    )
-    return Moments(reduced, arm.slope)
+        table[..., index] = interpolate(value)
+    table[..., -2], table[..., -1] = _end()
+    return table

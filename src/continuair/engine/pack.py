@@ -3,102 +3,150 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from continuair.engine import moments as arc
-from continuair.kernels.types import MOMENTS
+from continuair.engine.moments import length_unit, polynomials
+from continuair.kernels.types import Tree
+from continuair.vehicle.arms import ArmChain
+from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
+
 
 # Vehicles whose moments are sampled at once: bounds the memory of the host side.
 _BLOCK = 1024
 
 
-_OWN = ("NP", "ND")
-"""Moments that some models take about the arm's own base."""
+def tree_of(vehicle: Vehicle) -> Tree:
+    """What kernels are made for to fly a vehicle."""
+    arms = vehicle.arms
+    straight = np.array([0.0, 0.0, 0.0, 1.0])
+    return Tree(
+        tuple(len(arm.section) for arm in arms),
+        bodies=any(arm.tip is not None for arm in arms),
+        turned=any((np.asarray(arm.attitude) != straight).any() for arm in arms),
+        eye=vehicle.camera_arm,
+    )
 
 
-def pack(
-    vehicle: Vehicle, Plant: Any, threads: int, own_base: bool, coupled: Array | None = None
-) -> tuple[Array, Array]:
-    """Structured parameters (vehicles,) and moment polynomials (vehicles, terms, moments).
+def pack_table(vehicle: Vehicle, threads: int) -> Array:
+    """Polynomials (vehicles, sections times terms, functions) of all sections, arm by arm.
 
-    vehicle: plain or batched. Plant: the struct that the rows fill. threads: how many blocks of
-    vehicles are sampled at once. own_base: the inertia of bending is about the arm's own base, not
-    the common centre of mass. coupled: the polynomials about that centre, where they are known.
+    threads: how many blocks of vehicles are sampled at once.
     """
-    parts = _parts(vehicle)
-    blocks = [slice(first, first + _BLOCK) for first in range(0, len(parts.length), _BLOCK)]
+    runs = vehicle.runs or 1
+    sections = [_Rod(each, runs) for arm in vehicle.arms for each in arm.section]
+    blocks = [slice(first, first + _BLOCK) for first in range(0, runs, _BLOCK)]
 
     def sample(at: slice) -> Array:
-        if coupled is not None and not own_base:
-            return coupled[at]
-        rod = [part[at] for part in parts.backbone]
-        added = [[part[at] for part in disk] for disk in parts.disks]
-        if coupled is not None:
-            return _with_own(coupled[at], arc.moments(parts.length[at], rod, added, _OWN))
-        height = parts.lever[at, 2]
-        return _table(own_base, parts.length[at], rod, added, parts.mass[at], height)
+        return np.concatenate([each.polynomials(at) for each in sections], axis=1)
 
+    if len(blocks) == 1:
+        return sample(blocks[0])
     # NumPy lets go of the interpreter in these, so that blocks run side by side.
     with ThreadPoolExecutor(threads) as pool:
-        table = np.concatenate(list(pool.map(sample, blocks)))
-    return _plants(vehicle, parts, Plant), table
+        return np.concatenate(list(pool.map(sample, blocks)))
 
 
-class _Parts(NamedTuple):
-    """A vehicle's parts over its runs: length (runs,); (mass, transverse, axial inertia) of the
-    backbone, and after its position of every disk; mass (runs,), lever of the mount (runs, 3)."""
+class _Rod:
+    """A section's parts over runs: length (runs,); (mass, transverse, axial inertia) of the
+    backbone, and after its position of every disk."""
 
-    length: Array
-    backbone: tuple[Array, ...]
-    disks: list[tuple[Array, ...]]
-    mass: Array
-    lever: Array
+    def __init__(self, section: Section, runs: int) -> None:
+        self.length = per_run(section.length, runs)
+        densities = (
+            section.mass_per_length,
+            section.transverse_inertia_per_length,
+            section.axial_inertia_per_length,
+        )
+        self.backbone = [per_run(density, runs) * self.length for density in densities]
+        self.disks = [
+            [
+                per_run(value, runs)
+                for value in (d.position, d.mass, d.transverse_inertia, d.axial_inertia)
+            ]
+            for d in section.disks
+        ]
+
+    def polynomials(self, at: slice) -> Array:
+        """Coefficients (n, terms, functions) of some runs."""
+        disks = [[part[at] for part in disk] for disk in self.disks]
+        return polynomials(self.length[at], [part[at] for part in self.backbone], disks)
+
+    @property
+    def axial_inertia(self) -> Array:
+        """Of backbone and disks about the tangent (runs,) [kg m²]."""
+        return np.asarray(self.backbone[2] + sum(disk[3] for disk in self.disks))
 
 
-def _parts(vehicle: Vehicle) -> _Parts:
-    runs, rod = vehicle.runs or 1, vehicle.arm
-    length, uav_mass = per_run(rod.length, runs), per_run(vehicle.uav.mass, runs)
-    densities = (
-        rod.mass_per_length,
-        rod.transverse_inertia_per_length,
-        rod.axial_inertia_per_length,
-    )
-    backbone = tuple(per_run(density, runs) * length for density in densities)
-    disks = [
-        tuple(per_run(v, runs) for v in (d.position, d.mass, d.transverse_inertia, d.axial_inertia))
-        for d in rod.disks
-    ]
-    mass = uav_mass + per_run(rod.mass, runs)
-    lever = per_run(vehicle.uav.mount, runs, 3) * (uav_mass / mass)[:, None]
-    return _Parts(length, backbone, disks, mass, lever)
-
-
-def _plants(vehicle: Vehicle, parts: _Parts, Plant: Any) -> Array:
-    """Structured parameters (vehicles,)."""
-    runs, uav, rod = len(parts.length), vehicle.uav, vehicle.arm
-    unit, uav_mass = arc.length_unit(parts.length), per_run(uav.mass, runs)
-    arm_mass, mount = per_run(rod.mass, runs), per_run(uav.mount, runs, 3)
-    axial = parts.backbone[2] + sum((disk[3] for disk in parts.disks), np.zeros(runs))
-    reduced = uav_mass * arm_mass / parts.mass
-    inertia = per_run(uav.inertia, runs, 3, 3)
+def pack_plants(vehicle: Vehicle, Plant: Any) -> Array:
+    """Structured parameters (vehicles,); Plant: the struct that they fill."""
+    runs, uav, arms = vehicle.runs or 1, vehicle.uav, vehicle.arms
     plants = np.zeros(runs, dtype=Plant.numpy_dtype())
-    plants["mass"], plants["arm_mass"], plants["uav_mass"] = parts.mass, arm_mass, uav_mass
-    plants["unit"] = unit
-    plants["stiffness"] = per_run(rod.bending_stiffness, runs) * parts.length / unit**2
-    plants["damping"] = per_run(rod.structural_damping, runs) * parts.length / unit**2
-    plants["threshold"] = per_run(rod.kappa_s, runs) * unit
-    plants["mount"] = mount
-    plants["uav_inertia"] = inertia
-    plants["lever"][:, :2] = parts.lever[:, :2]
-    plants["inertia"] = (
-        inertia + axial[:, None, None] * np.eye(3) + reduced[:, None, None] * _spread(mount)
-    )
+    plants["uav_mass"] = per_run(uav.mass, runs)
+    plants["uav_inertia"] = per_run(uav.inertia, runs, 3, 3)
+    plants["mass"] = per_run(vehicle.mass, runs)
+    lengths = [sum(per_run(each.length, runs) for each in arm.section) for arm in arms]
+    plants["length"] = np.max(lengths, axis=0)
+    first = 0
+    for index, arm in enumerate(arms):
+        plants["arm_mass"][:, index] = per_run(arm.mass, runs)
+        _pack_mount(plants, index, arm)
+        _pack_body(plants, index, arm)
+        _pack_sections(plants, first, arm, lengths[index])
+        first += len(arm.section)
     return plants
+
+
+def _pack_mount(plants: Array, index: int, arm: ArmChain) -> None:
+    runs = len(plants)
+    attitude = per_run(arm.attitude, runs, 4)
+    plants["mount"][:, index] = per_run(arm.mount, runs, 3)
+    plants["mount_attitude"][:, index] = attitude
+    plants["turn"][:, index] = Rotation.from_quat(attitude).as_matrix().reshape(runs, 9)
+
+
+def _pack_body(plants: Array, index: int, arm: ArmChain) -> None:
+    """The body on a tip about that point, in axes in which the arm ends along -z."""
+    if arm.tip is None:
+        return
+    runs, half_turn = len(plants), np.array([1.0, -1.0, -1.0])
+    mass = per_run(arm.tip.mass, runs)
+    centre = per_run(arm.tip.centre, runs, 3) * half_turn
+    inertia = per_run(arm.tip.inertia, runs, 3, 3) * np.outer(half_turn, half_turn)
+    inertia = inertia + mass[:, None, None] * _spread(centre)
+    plants["body_mass"][:, index] = mass
+    plants["body_moment"][:, index] = mass[:, None] * centre
+    plants["body_inertia"][:, index] = inertia.reshape(runs, 9)
+
+
+def _pack_sections(plants: Array, first: int, arm: ArmChain, whole: Array) -> None:
+    """whole: length of the arm (runs,) [m]."""
+    runs = len(plants)
+    beyond = np.zeros(runs) if arm.tip is None else per_run(arm.tip.mass, runs)
+    reach = np.zeros(runs)
+    for at in range(len(arm.section) - 1, -1, -1):
+        section, where = arm.section[at], first + at
+        length = per_run(section.length, runs)
+        unit = length_unit(length)
+        mass = per_run(section.mass, runs)
+        columns = {
+            "unit": unit,
+            "stiffness": per_run(section.bending_stiffness, runs) * length / unit**2,
+            "damping": per_run(section.structural_damping, runs) * length / unit**2,
+            "threshold": per_run(section.kappa_s, runs) * unit,
+            "axial": _Rod(section, runs).axial_inertia,
+            "section_mass": mass,
+            "beyond": beyond,
+            "reach": (reach + 0.5 * length) / whole,
+        }
+        for name, values in columns.items():
+            plants[name][:, where] = values
+        beyond, reach = beyond + mass, reach + length
 
 
 def per_run(value: Any, runs: int, *shape: int) -> Array:
@@ -108,30 +156,11 @@ def per_run(value: Any, runs: int, *shape: int) -> Array:
     return np.stack([np.broadcast_to(x, runs) for x in _leaves(value)], -1).reshape(runs, *shape)
 
 
-def _table(
-    own_base: bool, length: Array, backbone: Any, disks: Any, mass: Array, height: Array
-) -> Array:
-    """Moment polynomials (vehicles, terms, moments) of a block of vehicles."""
-    own = arc.moments(length, backbone, disks)
-    reduced = arc.about_common_centre(own, mass, height)
-    if own_base:
-        reduced.value.update({name: own.value[name] for name in _OWN})
-    return np.stack([arc.interpolate(reduced.value[name]) for name in MOMENTS], axis=-1)
-
-
-def _with_own(table: Array, own: arc.Moments) -> Array:
-    """The coupled model's moment polynomials, those of the arm about its base in their place."""
-    table = table.copy()
-    for name in _OWN:
-        table[..., MOMENTS.index(name)] = arc.interpolate(own.value[name])
-    return table
-
-
 def _leaves(value: Any) -> list[Any]:
     return [x for entry in value for x in _leaves(entry)] if isinstance(value, tuple) else [value]
 
 
-def _spread(mount: Array) -> Array:
-    """|m|² 1 - m mᵀ of the mount offset (runs, 3)."""
-    square = np.einsum("ni,ni->n", mount, mount)[:, None, None] * np.eye(3)
-    return square - mount[:, :, None] * mount[:, None, :]
+def _spread(at: Array) -> Array:
+    """|r|² 1 - r rᵀ of points (runs, 3)."""
+    square = np.einsum("ni,ni->n", at, at)[:, None, None] * np.eye(3)
+    return square - at[:, :, None] * at[:, None, :]

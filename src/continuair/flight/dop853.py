@@ -29,7 +29,7 @@ def integrate_reference(flight: Flight, engine: Engine, cohort: Cohort, toleranc
     """Integrate one run piece by piece between input jumps; inputs are called at its own stages."""
     grid, layout, start = cohort.grid, engine.layout, flight.start
     log = np.full((1, len(grid.samples), layout.log), np.nan)
-    branch = [float(start.angle[0])]
+    branch = [start.angle[0]]
     y = start.states[0].copy()
     log[0, 0] = _row(y, branch[0], layout)
     edges = [0.0, *grid.starts[grid.opens], float(grid.samples[-1])]
@@ -43,7 +43,7 @@ def integrate_reference(flight: Flight, engine: Engine, cohort: Cohort, toleranc
         def rate(t: float, state: Array, inside: Any = inside, branch: Any = branch) -> np.ndarray:
             # The polar torques act along the branch followed so far.
             acting = flight.drive(np.clip([t], *inside), cohort.runs)
-            angle = np.array([_follow(state, branch[0], layout)])
+            angle = _follow(state, branch[0], layout)[None]
             at = Start(state[None], angle, start.states)
             found: Array = engine.derivative(at, acting)[0]
             if np.isnan(found).any() and np.isfinite(state).all():
@@ -84,15 +84,16 @@ def _unit(state: np.ndarray, layout: Layout) -> np.ndarray:
     return state
 
 
-def _follow(state: np.ndarray, branch: float, layout: Layout) -> float:
-    """ψa of the bend on the signed branch nearest to the one followed so far."""
-    x, y = state[layout.bend]
-    if x == y == 0.0:
-        return branch
+def _follow(state: np.ndarray, branch: np.ndarray, layout: Layout) -> np.ndarray:
+    """ψa of each bend on the signed branch nearest to the one followed so far."""
+    x, y = state[layout.bend].reshape(-1, 2).T
     angle = np.arctan2(y, x)
-    return float(angle + np.pi * np.round((branch - angle) / np.pi))
+    nearest = angle + np.pi * np.round((branch - angle) / np.pi)
+    return np.where((x == 0.0) & (y == 0.0), branch, nearest)
 
 
-def _row(state: np.ndarray, branch: float, layout: Layout) -> np.ndarray:
-    kappa = state[layout.bend] @ [np.cos(branch), np.sin(branch)]
-    return np.concatenate([state, [kappa, branch], np.zeros(layout.coordinates)])
+def _row(state: np.ndarray, branch: np.ndarray, layout: Layout) -> np.ndarray:
+    along = np.stack([np.cos(branch), np.sin(branch)], axis=-1)
+    kappa = (state[layout.bend].reshape(-1, 2) * along).sum(-1)
+    polar = np.stack([kappa, branch], axis=-1).ravel()
+    return np.concatenate([state, polar, np.zeros(layout.push.stop)])

@@ -138,7 +138,7 @@ class Simulation:
             )
         layout, row, grid = self._engine.layout, self._rows[-1], self._grid()
         states, first = row[None, : layout.state], self._rows[0][None, : layout.state]
-        start = Start(states, row[None, layout.branch.stop - 1], frozen=first)
+        start = Start(states, row[None, layout.branch][:, 1::2], frozen=first)
         acting = self._drive(stage_times(grid), push)
         logs = self._engine.roll_out(_ONE, start, grid, acting)
         self._taus[-1] = push

@@ -233,7 +233,7 @@ def prepare(
         probe.warn_of_blur(steps, stacklevel + 1)
         missed = probe.missed(steps) | (driven * steps > UNSEEN)
     q, qd = (np.broadcast_to(rows, (runs, rows.shape[1])) for rows in (q, qd))
-    start = Start(state_from_paper(q, qd), q[:, -1])
+    start = Start(state_from_paper(q, qd), q[:, 7::2])
     period = scenario.control_period if scenario.controller is not None else None
     marks = marks_of(duration, sample, scenario.jumps, period)
     check_view(coupled, scenario, start)

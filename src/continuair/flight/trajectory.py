@@ -15,7 +15,13 @@ from continuair.engine.engine import Logs
 from continuair.flight.prepare import Cohort, Flight
 from continuair.flight.turns import followed_euler
 from continuair.kernels.step import STATUS
-from continuair.vehicle.layout import ACTUATORS, COORDINATES, MOTION, OBSERVED, watched_columns
+from continuair.vehicle.layout import (
+    ACTUATORS,
+    COORDINATES,
+    MOTION,
+    observed_columns,
+    watched_columns,
+)
 
 Array = np.ndarray
 
@@ -35,6 +41,8 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "q": ("coordinate", "m, rad, 1/m", "the paper's coordinates, angles on continuous branches"),
     "tip_position": ("axis", "m", "tip of the arm, world axes"),
     "tip_attitude": ("quaternion", "1", "untwisted tip frame (z along the tangent) to world"),
+    "tip_velocity": ("axis", "m/s", "velocity of the tip, world axes"),
+    "tip_angular_velocity": ("axis", "rad/s", "angular velocity of the tip, world axes"),
     "kinetic_energy": ("", "J", "kinetic energy of the model"),
     "gravity_energy": ("", "J", "potential energy of gravity, 0 at world z = 0"),
     "elastic_energy": ("", "J", "½ E I l |k|²"),
@@ -71,7 +79,7 @@ WATCHED_VARIABLES = frozenset(
 )
 """Variables of a closed loop with a target."""
 
-OBSERVED_VARIABLES = frozenset(OBSERVED)
+OBSERVED_VARIABLES = frozenset(observed_columns(1))
 
 _LOGGED = ("position", "attitude", "bend", "angular_velocity", "bend_rate", "command")
 """Variables that are a slice of the log, by the name of that slice in `Layout`."""
@@ -176,9 +184,9 @@ def values_of(name: str, logs: Logs, cohort: Cohort) -> Array:
     layout = cohort.flight.coupled.layout
     if name in WATCHED_VARIABLES:
         return _watched(name, logs, cohort)
-    if name in OBSERVED:
+    if name in OBSERVED_VARIABLES:
         assert logs.observed is not None
-        values = logs.observed[..., OBSERVED[name]]
+        values = logs.observed[..., observed_columns(layout.arms)[name]]
         return values if VARIABLES[name][0] else values[..., 0]
     log = logs.log
     if name in _LOGGED:

@@ -86,7 +86,7 @@ def _start(rows: Array) -> Start:
     """Where runs begin, from rows of START."""
     attitude = Rotation.from_rotvec(rows[:, 3:6]).as_quat()
     states = np.hstack([rows[:, :3], attitude, rows[:, 6:]])
-    return Start(states, np.arctan2(rows[:, 7], rows[:, 6]))
+    return Start(states, np.arctan2(rows[:, 7:8], rows[:, 6:7]))
 
 
 def _held(recording: Recording) -> Scenario:

@@ -6,8 +6,10 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.arm.one_section import section_code
-from continuair.kernels.types import device_types, holding
+from continuair.kernels.arm.chain import chain_code
+from continuair.kernels.arm.rigid import rigid_code
+from continuair.kernels.arm.tip import tip_code
+from continuair.kernels.types import Tree, device_types, holding
 
 
 @dataclass(frozen=True)
@@ -23,18 +25,18 @@ class FlightCode:
 
 
 @cache
-def flight_code(precision: str, sections: int) -> FlightCode:
-    """The structs for one precision and number of sections."""
-    types, section = device_types(precision, sections), section_code(precision, sections)
+def flight_code(precision: str, tree: Tree) -> FlightCode:
+    """The structs for one precision and tree of arms."""
+    types, tips = device_types(precision, tree), tip_code(precision, tree)
     Real, Row, State, Plant = types.Real, types.Row, types.State, types.Plant
-    vec3, mat33, quat = types.vec3, types.mat33, types.quat
-    attitude_of, bend_of = types.attitude_of, types.bend_of
-    shape, tip_of = section.shape, section.tip_of
-    inertia_of, moment_of_arm = section.inertia_of, section.moment_of_arm
+    vec3, mat33, quat, Vectors = types.vec3, types.mat33, types.quat, types.Vectors
+    attitude_of, between = types.attitude_of, rigid_code(precision, tree).between
+    total_of = chain_code(precision, tree, "alone").total_of
+    points_of_tips = tips.points_of_tips
 
     @wp.struct
     class Vehicles:
-        """Plants (vehicles,) and moment polynomials (vehicles, terms): one, or one per run."""
+        """Plants (vehicles,) and polynomials (vehicles, sections times terms): one, or one per run."""
 
         plants: wp.array(dtype=Plant)
         coefficients: wp.array2d(dtype=Row)
@@ -50,12 +52,13 @@ def flight_code(precision: str, sections: int) -> FlightCode:
 
     @wp.struct
     class Frozen:
-        """What `independent` keeps from the initial state: payload, tip and attitude."""
+        """What `independent` keeps from the initial state: first moment of the arms and inertia of
+        all about B, that about the common centre of mass inverted; the tips, and the attitude."""
 
         moment: vec3
         inertia: mat33
         inverse: mat33
-        tip: vec3
+        tips: Vectors
         attitude: quat
 
     @wp.struct
@@ -77,12 +80,12 @@ def flight_code(precision: str, sections: int) -> FlightCode:
         """What `independent` keeps of the state y."""
         out = Frozen()
         plant = flight.plant
-        b = bend_of(y)
-        s = shape(flight.coefficients, flight.vehicle, wp.dot(b, b))
-        out.moment = plant.arm_mass * plant.mount + moment_of_arm(s, b)
-        out.inertia = inertia_of(s, plant, b)
-        out.inverse = wp.inverse(out.inertia)
-        out.tip = plant.mount + plant.unit * tip_of(b).point
+        total = total_of(y, flight.coefficients, plant, flight.vehicle)
+        out.moment = total.H
+        out.inertia = plant.uav_inertia + total.I
+        c = total.H / plant.mass
+        out.inverse = wp.inverse(out.inertia - between(c, vec3(), plant.mass, mat33()))
+        out.tips = points_of_tips(y, plant)
         out.attitude = attitude_of(y)
         return out
 

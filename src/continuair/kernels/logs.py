@@ -5,20 +5,20 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.arm.one_section import section_code
+from continuair.kernels.arm.tip import tip_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.step import stepping_code
-from continuair.kernels.types import device_types
+from continuair.kernels.types import Tree, device_types
 from continuair.vehicle.layout import TIP_POSE
 
 
 @cache
-def state_logger(precision: str, sections: int) -> Any:
+def state_logger(precision: str, tree: Tree) -> Any:
     """The function `log_row`: state, branch and push, as `Layout` orders a log row."""
-    types, stepping = device_types(precision, sections), stepping_code(precision, sections)
+    types, stepping = device_types(precision, tree), stepping_code(precision, tree)
     Real, State, Push, Branch = types.Real, types.State, types.Push, stepping.Branch
-    Flight, angle_of = flight_code(precision, sections).Flight, stepping.angle_of
-    bend_of, layout = types.bend_of, types.layout
+    Flight, signed_of = flight_code(precision, tree).Flight, stepping.signed_of
+    layout = types.layout
     width, bends, pushes = layout.state, layout.bends, layout.push.stop
     B, DB = layout.bend.start, layout.bend_rate.start
     branch_at, command_at = layout.branch.start, layout.command.start
@@ -32,10 +32,12 @@ def state_logger(precision: str, sections: int) -> Any:
         for j in range(width):
             log[run, sample, j] = y[j]
         for j in range(bends):
-            log[run, sample, B + j] = y[B + j] / unit
-            log[run, sample, DB + j] = y[DB + j] / unit
-        log[run, sample, branch_at] = wp.dot(bend_of(y), branch.direction) / unit
-        log[run, sample, branch_at + 1] = angle_of(branch)
+            log[run, sample, B + j] = y[B + j] / unit[j // 2]
+            log[run, sample, DB + j] = y[DB + j] / unit[j // 2]
+        signed = signed_of(branch, y)
+        for k in range(bends // 2):
+            log[run, sample, branch_at + 2 * k] = signed[2 * k] / unit[k]
+            log[run, sample, branch_at + 2 * k + 1] = signed[2 * k + 1]
         for j in range(pushes):
             log[run, sample, command_at + j] = push[j]
 
@@ -43,16 +45,15 @@ def state_logger(precision: str, sections: int) -> Any:
 
 
 @cache
-def tip_logger(precision: str, sections: int) -> Any:
-    """The function `log_row` that writes the tip's pose, TIP_POSE, and nothing else."""
-    types, section = device_types(precision, sections), section_code(precision, sections)
+def tip_logger(precision: str, tree: Tree) -> Any:
+    """The function `log_row` that writes the pose of the camera's tip, TIP_POSE, and nothing else."""
+    types, tip_of = device_types(precision, tree), tip_code(precision, tree).tip_of(tree.eye)
     Real, State, Push = types.Real, types.State, types.Push
     Flight, Branch = (
-        flight_code(precision, sections).Flight,
-        stepping_code(precision, sections).Branch,
+        flight_code(precision, tree).Flight,
+        stepping_code(precision, tree).Branch,
     )
-    position_of, attitude_of, bend_of = types.position_of, types.attitude_of, types.bend_of
-    tip_of, tip_attitude = section.tip_of, section.tip_attitude
+    position_of, attitude_of = types.position_of, types.attitude_of
     P, Q = TIP_POSE["position"].start, TIP_POSE["attitude"].start
 
     @wp.func
@@ -60,9 +61,10 @@ def tip_logger(precision: str, sections: int) -> Any:
         log: wp.array3d(dtype=Real), run: int, sample: int, y: State, flight: Flight,
         branch: Branch, push: Push,
     ):  # fmt: skip
-        q, b, plant = attitude_of(y), bend_of(y), flight.plant
-        at = position_of(y) + wp.quat_rotate(q, plant.mount + plant.unit * tip_of(b).point)
-        turn = q * tip_attitude(b)
+        q = attitude_of(y)
+        tip = tip_of(y, flight.plant)
+        at = position_of(y) + wp.quat_rotate(q, tip.point)
+        turn = q * tip.attitude
         for j in range(3):
             log[run, sample, P + j] = at[j]
         for j in range(4):

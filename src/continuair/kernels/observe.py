@@ -1,41 +1,113 @@
-"""Kernels that look back along a log: tip, energies, momenta and reaction; what the camera saw."""
+"""Kernels that look back along a log: tips, reactions, energies, momenta; what the camera saw."""
 
 from typing import Any
 
 import warp as wp
 
-from continuair.kernels.arm.one_section import section_code
-from continuair.kernels.bias import bias_code
+from continuair.kernels.arm.chain import chain_code, total_types
+from continuair.kernels.arm.tip import tip_code
 from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.flight import flight_code
 from continuair.kernels.options import OPTIONS
 from continuair.kernels.sensing.eye import Eye
-from continuair.kernels.types import MOMENTS, device_types
-from continuair.vehicle.layout import MOTION, OBSERVED, watched_columns
+from continuair.kernels.types import Tree, device_types
+from continuair.vehicle.layout import MOTION, TIP, observed_columns, watched_columns
 
 
-def observe_kernel(precision: str, sections: int, dynamics: Dynamics) -> Any:
-    """The kernel `observe` of a model: columns OBSERVED for each run and sample."""
-    types, section = device_types(precision, sections), section_code(precision, sections)
-    structs, motion_of = flight_code(precision, sections), bias_code(precision, sections).motion_of
-    Real, Push, layout = types.Real, types.Push, types.layout
-    vec2, vec3 = types.vec2, types.vec3
+def _observer_of_arm(precision: str, tree: Tree, dynamics: Dynamics, before: Any, arm: int) -> Any:
+    """The function that writes what is observed of an arm, after what `before` writes."""
+    types, tips = device_types(precision, tree), tip_code(precision, tree)
+    Real, State, Flight = types.Real, types.State, flight_code(precision, tree).Flight
+    vec3, bends, at = types.vec3, types.layout.bends, observed_columns(len(tree.sections))
+    Total = total_types(precision, tree).Total
+    moving_tip, load_on_tip = tips.moving_tip_of(arm), dynamics.loads.load_on_tip(arm)
+    arm_total = chain_code(precision, tree, dynamics.bias).of_arm(arm)
     position_of, attitude_of, velocity_of = types.position_of, types.attitude_of, types.velocity_of
-    bend_of, spin_of = types.bend_of, types.spin_of
-    shape, tip_of, tip_attitude = section.shape, section.tip_of, section.tip_attitude
-    moment_of_arm, Vehicles, Drive = section.moment_of_arm, structs.Vehicles, structs.Drive
+    spin_of, bend_rates_of = types.spin_of, types.bend_rates_of
+    attitude = at["tip_attitude"].start + 4 * arm
+    names = ("tip_position", "tip_velocity", "tip_angular_velocity", "base_force", "base_moment")
+    position, velocity, turning, force, moment = (at[name].start + 3 * arm for name in names)
+    freezes, couples = dynamics.freezes, dynamics.couples
+
+    @wp.func
+    def observe(
+        out: wp.array3d(dtype=Real), run: int, sample: int, y: State, dy: State, begun: State,
+        flight: Flight, row: int,
+    ):  # fmt: skip
+        before(out, run, sample, y, dy, begun, flight, row)
+        q, w, plant = attitude_of(y), spin_of(y), flight.plant
+        moving = moving_tip(y, plant)
+        point = moving.tip.point
+        at_tip = position_of(y) + wp.quat_rotate(q, point)
+        swept = velocity_of(y) + wp.quat_rotate(q, wp.cross(w, point) + moving.swept)
+        spun = wp.quat_rotate(q, w + moving.turned)
+        turn = q * moving.tip.attitude
+        # What the rows of the UAV hold of this arm, the arm takes from it.
+        seen = y
+        if wp.static(freezes):
+            seen = begun
+        total = arm_total(seen, flight.coefficients, plant, flight.vehicle)
+        falling = velocity_of(dy) + vec3(Real(0.0), Real(0.0), flight.gravity)
+        a = wp.quat_rotate_inv(q, falling)
+        dw = spin_of(dy)
+        taken = plant.arm_mass[arm] * a + wp.cross(dw, total.H)
+        twisted = wp.cross(total.H, a) + total.I * dw
+        if wp.static(freezes):
+            taken += wp.cross(w, wp.cross(w, total.H))
+            twisted += wp.cross(w, total.I * w)
+        else:
+            taken += total.force
+            twisted += total.moment
+        if wp.static(couples):
+            ddb = bend_rates_of(dy)
+            for j in range(bends):
+                taken += ddb[j] * vec3(total.F[0, j], total.F[1, j], total.F[2, j])
+                twisted += ddb[j] * vec3(total.L[0, j], total.L[1, j], total.L[2, j])
+        if (flight.groups & TIP) != 0:
+            load = load_on_tip(y, flight, row)
+            taken -= load.force
+            twisted -= load.moment
+        for j in range(3):
+            out[run, sample, position + j] = at_tip[j]
+            out[run, sample, velocity + j] = swept[j]
+            out[run, sample, turning + j] = spun[j]
+            out[run, sample, force + j] = -taken[j]
+            out[run, sample, moment + j] = -twisted[j]
+        for j in range(4):
+            out[run, sample, attitude + j] = turn[j]
+
+    return observe
+
+
+def observe_kernel(precision: str, tree: Tree, dynamics: Dynamics) -> Any:
+    """The kernel `observe` of a model: columns observed_columns for each run and sample."""
+    types, structs = device_types(precision, tree), flight_code(precision, tree)
+    chain = chain_code(precision, tree, dynamics.bias)
+    Real, State, Push, layout = types.Real, types.State, types.Push, types.layout
+    vec3, Bends, Flight = types.vec3, types.Bends, structs.Flight
+    position_of, attitude_of, velocity_of = types.position_of, types.attitude_of, types.velocity_of
+    bends_of, bend_rates_of, spin_of = types.bends_of, types.bend_rates_of, types.spin_of
+    Vehicles, Drive, mount_of = structs.Vehicles, structs.Drive, types.mount_of
     flight_of, freeze, load_state = structs.flight_of, structs.freeze, types.load_state
-    rate_of, load_on_uav = dynamics.rate_of, dynamics.loads.load_on_uav
-    half, zero, quarter = Real(0.5), Real(0.0), Real(0.25)
-    NP, ND = MOMENTS.index("NP"), MOMENTS.index("ND")
-    angle_at, pushes, command_at = layout.branch.start + 1, layout.push.stop, layout.command.start
-    at = {name: where.start for name, where in OBSERVED.items()}
-    position, attitude = at["tip_position"], at["tip_attitude"]
+    rate_of, total_of, half = dynamics.rate_of, chain.total_of, Real(0.5)
+    branch_at, pushes, command_at = layout.branch.start, layout.push.stop, layout.command.start
+    at = {name: where.start for name, where in observed_columns(layout.arms).items()}
     kinetic_energy, gravity_energy = at["kinetic_energy"], at["gravity_energy"]
     elastic_energy = at["elastic_energy"]
     linear_momentum, angular_momentum = at["linear_momentum"], at["angular_momentum"]
-    base_force, base_moment = at["base_force"], at["base_moment"]
-    coupled, independent = dynamics.model == "coupled", dynamics.freezes
+    coupled, freezes = dynamics.model == "coupled", dynamics.freezes
+    bends, arms, sections = layout.bends, layout.arms, layout.sections
+
+    @wp.func
+    def nothing(
+        out: wp.array3d(dtype=Real), run: int, sample: int, y: State, dy: State, begun: State,
+        flight: Flight, row: int,
+    ):  # fmt: skip
+        pass
+
+    observe_arms = nothing
+    for arm in range(arms):
+        observe_arms = _observer_of_arm(precision, tree, dynamics, observe_arms, arm)
 
     @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
     def observe(
@@ -49,79 +121,79 @@ def observe_kernel(precision: str, sections: int, dynamics: Dynamics) -> Any:
         flight = flight_of(vehicles, drive, run)
         plant = flight.plant
         y = load_state(log[run], sample, plant.unit)
-        if wp.static(dynamics.freezes):
-            flight.frozen = freeze(flight, load_state(log[run], 0, plant.unit))
+        begun = y
+        if wp.static(freezes):
+            begun = load_state(log[run], 0, plant.unit)
+            flight.frozen = freeze(flight, begun)
         row = sample * flight.stride
-        angle = log[run, sample, angle_at]
-        along = vec2(wp.cos(angle), wp.sin(angle))
+        along = Bends()
+        for k in range(sections):
+            angle = log[run, sample, branch_at + 2 * k + 1]
+            along[2 * k] = wp.cos(angle)
+            along[2 * k + 1] = wp.sin(angle)
         push = Push()
         for j in range(pushes):
             push[j] = log[run, sample, command_at + j]
         dy = rate_of(y, along, flight, row, push)
+        observe_arms(out, run, sample, y, dy, begun, flight, row)
 
-        p, q, v = position_of(y), attitude_of(y), velocity_of(y)
-        b, w = bend_of(y), spin_of(y)
-        s = shape(flight.coefficients, flight.vehicle, wp.dot(b, b))
-        m = motion_of(y, s, plant)
-        tip = p + wp.quat_rotate(q, plant.mount + plant.unit * tip_of(b).point)
-        turn = q * tip_attitude(b)
-
-        height = plant.mass * p[2]
-        if wp.static(independent):
+        p, q, w, m = position_of(y), attitude_of(y), spin_of(y), plant.mass
+        b = bends_of(y)
+        db = bend_rates_of(y)
+        total = total_of(y, flight.coefficients, plant, flight.vehicle)
+        # What moves with the UAV, and what the bends add to it.
+        c = total.H
+        inertia = plant.uav_inertia + total.I
+        height = m * p[2]
+        if wp.static(freezes):
             c = flight.frozen.moment
             inertia = flight.frozen.inertia
-            hb = vec3(zero, zero, zero)
-            swept = vec3(zero, zero, zero)
-            height += wp.quat_rotate(flight.frozen.attitude, moment_of_arm(s, b))[2]
-        else:
-            c = m.c
-            inertia = m.inertia
-            hb = m.hb
-            swept = m.hd
+            own = total.H
+            for k in range(arms):
+                own -= plant.arm_mass[k] * mount_of(plant, k)
+            height += wp.quat_rotate(flight.frozen.attitude, own)[2]
         height += wp.quat_rotate(q, c)[2]
-        moving = v + wp.quat_rotate(q, wp.cross(w, c) + swept) / plant.mass
-        spin = inertia * w
-        kinetic = half * (s.f[NP] * wp.dot(m.db, m.db) + quarter * s.f[ND] * m.du * m.du)
-        kinetic += half * wp.dot(w, spin)
+        swept = vec3()
+        spun = vec3()
+        own_energy = Real(0.0)
+        stored = Real(0.0)
+        for j in range(bends):
+            swept += db[j] * vec3(total.F[0, j], total.F[1, j], total.F[2, j])
+            spun += db[j] * vec3(total.L[0, j], total.L[1, j], total.L[2, j])
+            stored += half * plant.stiffness[j // 2] * b[j] * b[j]
+            for i in range(bends):
+                own_energy += half * total.M[i, j] * db[i] * db[j]
+        if wp.static(freezes):
+            swept = vec3()
+            spun = vec3()
+        v = wp.quat_rotate_inv(q, velocity_of(y))
+        linear = m * v + wp.cross(w, c)
+        angular = wp.cross(c, v) + inertia * w
+        kinetic = own_energy + half * (wp.dot(v, linear) + wp.dot(w, angular))
         if wp.static(coupled):
-            kinetic += wp.dot(w, hb) + half * plant.mass * wp.dot(moving, moving)
-        else:
-            frozen_velocity = v + wp.quat_rotate(q, wp.cross(w, c)) / plant.mass
-            kinetic += half * plant.mass * wp.dot(frozen_velocity, frozen_velocity)
-        centre = p + wp.quat_rotate(q, c) / plant.mass
-        linear = plant.mass * moving
-        angular = wp.quat_rotate(q, spin + hb) + wp.cross(centre, linear)
-
-        falling = velocity_of(dy) + vec3(zero, zero, flight.gravity)
-        a = wp.quat_rotate_inv(q, falling)
-        on_uav = load_on_uav(y, along, flight, row, push)
-        force = plant.uav_mass * a - on_uav.force
-        moment = plant.uav_inertia * spin_of(dy) + wp.cross(w, plant.uav_inertia * w)
-        moment -= on_uav.moment
+            kinetic += wp.dot(v, swept) + wp.dot(w, spun)
+        moving = wp.quat_rotate(q, linear + swept)
+        about_origin = wp.quat_rotate(q, angular + spun) + wp.cross(p, moving)
         for j in range(3):
-            out[run, sample, position + j] = tip[j]
-            out[run, sample, linear_momentum + j] = linear[j]
-            out[run, sample, angular_momentum + j] = angular[j]
-            out[run, sample, base_force + j] = force[j]
-            out[run, sample, base_moment + j] = moment[j]
-        for j in range(4):
-            out[run, sample, attitude + j] = turn[j]
+            out[run, sample, linear_momentum + j] = moving[j]
+            out[run, sample, angular_momentum + j] = about_origin[j]
         out[run, sample, kinetic_energy] = kinetic
         out[run, sample, gravity_energy] = flight.gravity * height
-        out[run, sample, elastic_energy] = half * plant.stiffness * m.u
+        out[run, sample, elastic_energy] = stored
 
     return observe
 
 
-def watch_kernel(precision: str, sections: int, eye: Eye) -> Any:
+def watch_kernel(precision: str, tree: Tree, eye: Eye) -> Any:
     """The kernel `watch`: the true image and the camera's pose and twist, columns watched_columns.
 
     motion: of the target's centroid at the samples (samples, runs or 1, MOTION).
     """
-    types = device_types(precision, sections)
+    types = device_types(precision, tree)
     Real, Plant, Camera, points = types.Real, types.Plant, eye.Camera, eye.points
     load_state, three_of = types.load_state, types.three_of
-    vec2, vec3, angle_at = types.vec2, types.vec3, types.layout.branch.start + 1
+    vec3, Bends, sections = types.vec3, types.Bends, types.layout.sections
+    branch_at = types.layout.branch.start
     view_of, look, columns = eye.view_of, eye.look, watched_columns(points)
     position, attitude = columns["camera_position"].start, columns["camera_attitude"].start
     centroid = MOTION["position"].start
@@ -142,8 +214,12 @@ def watch_kernel(precision: str, sections: int, eye: Eye) -> Any:
         camera = cameras[wp.min(run, cameras.shape[0] - 1)]
         column = wp.min(run, motion.shape[1] - 1)
         y = load_state(log[run], sample, plant.unit)
-        angle = log[run, sample, angle_at]
-        view = view_of(y, vec2(wp.cos(angle), wp.sin(angle)), plant, camera)
+        along = Bends()
+        for k in range(sections):
+            angle = log[run, sample, branch_at + 2 * k + 1]
+            along[2 * k] = wp.cos(angle)
+            along[2 * k + 1] = wp.sin(angle)
+        view = view_of(y, along, plant, camera)
         sight = look(view, camera, three_of(motion, sample, column, centroid), corners)
         for j in range(3):
             out[run, sample, position + j] = view.position[j]

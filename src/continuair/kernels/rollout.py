@@ -6,13 +6,12 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.arm.one_section import section_code
 from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.flight import flight_code
 from continuair.kernels.options import OPTIONS
 from continuair.kernels.sensing.pilot import PilotCode
 from continuair.kernels.step import OK, UNSEEN, step_code, stepping_code
-from continuair.kernels.types import device_types, holding
+from continuair.kernels.types import FULL_LENGTH, Tree, device_types, holding
 from continuair.vehicle.layout import PAPER
 
 MEASURED_EVERY = 4
@@ -37,11 +36,11 @@ def arguments(precision: str) -> Arguments:
 
     @wp.struct
     class Start:
-        """states (runs, state); frozen, the same or what `independent` freezes; ψa (runs,)."""
+        """states (runs, state); frozen, the same or what `independent` freezes; ψa (runs, sections)."""
 
         states: wp.array2d(dtype=Real)
         frozen: wp.array2d(dtype=Real)
-        angle: wp.array(dtype=Real)
+        angle: wp.array2d(dtype=Real)
 
     @wp.struct
     class Steps:
@@ -55,7 +54,7 @@ def arguments(precision: str) -> Arguments:
 
 
 def rollout_kernel(
-    precision: str, sections: int, dynamics: Dynamics, pilot: PilotCode, log_row: Any
+    precision: str, tree: Tree, dynamics: Dynamics, pilot: PilotCode, log_row: Any
 ) -> Any:
     """The kernel `rollout` of a model under a pilot; log_row: of kernels/logs.py.
 
@@ -63,17 +62,17 @@ def rollout_kernel(
     errors: (runs, 2), in arm lengths the sum of what its steps leave out and the most that
     torques may have gone the wrong way, and its swing, the integral of |k| |k̇| l² over time.
     """
-    types, structs = device_types(precision, sections), flight_code(precision, sections)
-    stepping, begins = stepping_code(precision, sections), arguments(precision)
+    types, structs = device_types(precision, tree), flight_code(precision, tree)
+    stepping, begins = stepping_code(precision, tree), arguments(precision)
     Real, Push, load_state = types.Real, types.Push, types.load_state
     Vehicles, Drive, Start, Steps = structs.Vehicles, structs.Drive, begins.Start, begins.Steps
     flight_of, freeze = structs.flight_of, structs.freeze
     branch_at, followed, end_of = stepping.branch_at, stepping.followed, stepping.end_of
     Loop, pilot_of, decide, push_at = pilot.Loop, pilot.pilot_of, pilot.decide, pilot.push_at
-    step = step_code(precision, sections, dynamics.rate_of, pilot)
+    step = step_code(precision, tree, dynamics.rate_of, pilot)
     bend_of, bend_rate_of = types.bend_of, types.bend_rate_of
     one_of, few = MEASURED_EVERY, FEW_STEPS
-    ok, unseen, full = OK, UNSEEN, section_code(precision, sections).full
+    ok, unseen, full, sections = OK, UNSEEN, Real(FULL_LENGTH), types.layout.sections
     paper, misdirected = PAPER, dynamics.loads.misdirected
 
     @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
@@ -93,7 +92,7 @@ def rollout_kernel(
         if wp.static(dynamics.freezes):
             flight.frozen = freeze(flight, load_state(start.frozen, run, flight.plant.unit))
         y = load_state(start.states, run, flight.plant.unit)
-        branch = branch_at(start.angle[run])
+        branch = branch_at(start.angle, run)
         pilot = pilot_of(loop, run)
         push = Push()
         ended = wp.int32(ok)
@@ -120,7 +119,10 @@ def rollout_kernel(
             measured = i % every == 0
             if measured:
                 stands_for = Real(wp.min(every, count - i))
-                swing += stands_for * h * wp.length(bend_of(y)) * wp.length(bend_rate_of(y))
+                for k in range(sections):
+                    swing += (
+                        stands_for * h * wp.length(bend_of(y, k)) * wp.length(bend_rate_of(y, k))
+                    )
             begun = y
             y, left_out = step(
                 i, steps.starts[i], h, y, branch.direction, flight, pilot, push, measured
@@ -152,14 +154,15 @@ def rollout_kernel(
     return rollout
 
 
-def derivative_kernel(precision: str, sections: int, dynamics: Dynamics) -> Any:
+def derivative_kernel(precision: str, tree: Tree, dynamics: Dynamics) -> Any:
     """The kernel `derivative` of a model: rates of states, under one row of inputs."""
-    types, structs = device_types(precision, sections), flight_code(precision, sections)
-    stepping, begins = stepping_code(precision, sections), arguments(precision)
+    types, structs = device_types(precision, tree), flight_code(precision, tree)
+    stepping, begins = stepping_code(precision, tree), arguments(precision)
     Real, Push, load_state, bend_of = types.Real, types.Push, types.load_state, types.bend_of
     Vehicles, Drive, Start = structs.Vehicles, structs.Drive, begins.Start
     flight_of, freeze, branch_at = structs.flight_of, structs.freeze, stepping.branch_at
     layout, two, rate_of = types.layout, Real(2.0), dynamics.rate_of
+    sections = layout.sections
     width, bends, B, DB = layout.state, layout.bends, layout.bend.start, layout.bend_rate.start
 
     @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
@@ -170,13 +173,14 @@ def derivative_kernel(precision: str, sections: int, dynamics: Dynamics) -> Any:
         if wp.static(dynamics.freezes):
             flight.frozen = freeze(flight, load_state(start.frozen, run, unit))
         y = load_state(start.states, run, unit)
-        dy = rate_of(y, branch_at(start.angle[run]).direction, flight, 0, Push())
+        dy = rate_of(y, branch_at(start.angle, run).direction, flight, 0, Push())
         for j in range(bends):
-            dy[B + j] = dy[B + j] / unit
-            dy[DB + j] = dy[DB + j] / unit
+            dy[B + j] = dy[B + j] / unit[j // 2]
+            dy[DB + j] = dy[DB + j] / unit[j // 2]
         for j in range(width):
             rates[run, j] = dy[j]
-            if wp.length_sq(bend_of(y)) > two:
-                rates[run, j] = Real(wp.nan)
+            for k in range(sections):
+                if wp.length_sq(bend_of(y, k)) > two:
+                    rates[run, j] = Real(wp.nan)
 
     return derivative

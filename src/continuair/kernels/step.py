@@ -4,13 +4,11 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-import numpy as np
 import warp as wp
 
-from continuair.kernels.arm.one_section import MAX_BEND_ANGLE, section_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.sensing.pilot import PilotCode
-from continuair.kernels.types import device_types, holding
+from continuair.kernels.types import FULL_LENGTH, Tree, device_types, holding
 
 STEP_PHASE = 0.2
 """Largest product of an automatic step and the fastest rate: RK4 then keeps the amplitude of the
@@ -27,61 +25,76 @@ STATUS = {
 
 @dataclass(frozen=True)
 class Stepping:
-    """Branch, a struct, and how it and a state go on; end_of gives the status of a state."""
+    """Branch, a struct, and how it and a state go on; end_of gives the status of a state.
+
+    signed_of(branch, y) is κ and ψa of each section on its branch.
+    """
 
     Branch: Any
     branch_at: Any
-    angle_of: Any
+    signed_of: Any
     followed: Any
     unit_attitude: Any
     end_of: Any
 
 
 @cache
-def stepping_code(precision: str, sections: int) -> Stepping:
+def stepping_code(precision: str, tree: Tree) -> Stepping:
     """What follows each step."""
-    types = device_types(precision, sections)
-    Real, State, vec2 = types.Real, types.State, types.vec2
-    bend_of, attitude_of = types.bend_of, types.attitude_of
+    types = device_types(precision, tree)
+    Real, State, vec2, Bends = types.Real, types.State, types.vec2, types.Bends
+    PerSection, two_of = types.PerSection, types.two_of
+    bend_of, attitude_of, sections = types.bend_of, types.attitude_of, types.layout.sections
     Q = types.layout.attitude.start
     zero, one, two, pi = Real(0.0), Real(1.0), Real(2.0), Real(3.141592653589793)
     finite, not_finite, overbent = OK, NOT_FINITE, OVERBENT
 
     @wp.struct
     class Branch:
-        """(cos ψa, sin ψa) of the signed branch followed, and its full turns."""
+        """(cos ψa, sin ψa) of each section on the signed branch followed, and its full turns."""
 
-        direction: vec2
-        turns: Real
+        direction: Bends
+        turns: PerSection
 
     @wp.func
-    def branch_at(angle: Real):
+    def branch_at(angles: wp.array2d(dtype=Real), run: int):
         out = Branch()
-        out.direction = vec2(wp.cos(angle), wp.sin(angle))
-        within = wp.atan2(out.direction[1], out.direction[0])
-        out.turns = wp.round((angle - within) / (two * pi))
+        for i in range(sections):
+            angle = angles[run, i]
+            x = wp.cos(angle)
+            y = wp.sin(angle)
+            out.direction[2 * i] = x
+            out.direction[2 * i + 1] = y
+            out.turns[i] = wp.round((angle - wp.atan2(y, x)) / (two * pi))
         return out
 
     @wp.func
-    def angle_of(branch: Branch):
-        """ψa, continuous."""
-        return wp.atan2(branch.direction[1], branch.direction[0]) + two * pi * branch.turns
+    def signed_of(branch: Branch, y: State):
+        """κ and ψa of each section, ψa continuous."""
+        out = Bends()
+        for i in range(sections):
+            along = two_of(branch.direction, i)
+            out[2 * i] = wp.dot(bend_of(y, i), along)
+            out[2 * i + 1] = wp.atan2(along[1], along[0]) + two * pi * branch.turns[i]
+        return out
 
     @wp.func
     def followed(branch: Branch, y: State):
-        """κ changes sign when the bend passes through straight; ψa stays continuous."""
-        b = bend_of(y)
-        u = wp.dot(b, b)
-        before = branch.direction
-        if u > zero:
-            side = wp.where(wp.dot(b, before) < zero, -one, one)
-            turned = b * (side / wp.sqrt(u))
-            if before[0] + turned[0] < zero:
-                if before[1] >= zero and turned[1] < zero:
-                    branch.turns += one
-                if before[1] < zero and turned[1] >= zero:
-                    branch.turns -= one
-            branch.direction = turned
+        """κ changes sign when a bend passes through straight; ψa stays continuous."""
+        for i in range(sections):
+            b = bend_of(y, i)
+            u = wp.dot(b, b)
+            before = two_of(branch.direction, i)
+            if u > zero:
+                side = wp.where(wp.dot(b, before) < zero, -one, one)
+                turned = b * (side / wp.sqrt(u))
+                if before[0] + turned[0] < zero:
+                    if before[1] >= zero and turned[1] < zero:
+                        branch.turns[i] = branch.turns[i] + one
+                    if before[1] < zero and turned[1] >= zero:
+                        branch.turns[i] = branch.turns[i] - one
+                branch.direction[2 * i] = turned[0]
+                branch.direction[2 * i + 1] = turned[1]
         return branch
 
     @wp.func
@@ -97,40 +110,43 @@ def stepping_code(precision: str, sections: int) -> Stepping:
         """The status that a state ends a run with, 0 if none."""
         if not wp.isfinite(wp.length_sq(y)):
             return wp.int32(not_finite)
-        if wp.length_sq(bend_of(y)) > two:
-            return wp.int32(overbent)
+        for i in range(sections):
+            if wp.length_sq(bend_of(y, i)) > two:
+                return wp.int32(overbent)
         return wp.int32(finite)
 
     return holding(Stepping, locals())
 
 
 @cache
-def resolution_code(precision: str, sections: int) -> Any:
+def resolution_code(precision: str, tree: Tree) -> Any:
     """The function `unresolved`: what a step of RK4 leaves out, from its stages.
 
     On y' = λ y, z = λ h, the stages are k₁ times 1, 1 + z/2, 1 + z/2 + z²/4 and so on, and a step
     errs by y z⁵/120. So |z| is twice |k₃ - k₂| / |k₂ - k₁|, and the error h |k₃ - k₂| z²/30.
     """
-    types, full = device_types(precision, sections), section_code(precision, sections).full
+    types, full = device_types(precision, tree), FULL_LENGTH
     Real, State, Plant = types.Real, types.State, types.Plant
     position_of, velocity_of, spin_of = types.position_of, types.velocity_of, types.spin_of
     attitude_of, bend_of, bend_rate_of = types.attitude_of, types.bend_of, types.bend_rate_of
     zero, four, thirty, phase = Real(0.0), Real(4.0), Real(30.0), Real(STEP_PHASE)
-    bending = Real((MAX_BEND_ANGLE / np.sqrt(2.0) / 2.0) ** 2)
+    sections, turn = types.layout.sections, Real(full)
 
     @wp.func
     def squared_size(d: State, plant: Plant, period: Real):
         """Of a difference of rates: how far it moves the tip, squared, in arm lengths per second.
 
         A moment of the arm turns by twice a change of the quaternion, and a bend moves the tip by
-        half the length times its angle; accelerations act for a period [s].
+        its angle times its section's reach; accelerations act for a period [s].
         """
-        length = plant.unit * full
+        area = plant.length * plant.length
         q = attitude_of(d)
-        moved = wp.length_sq(position_of(d)) / (length * length) + four * wp.dot(q, q)
-        moved += bending * wp.length_sq(bend_of(d))
-        pushed = wp.length_sq(velocity_of(d)) / (length * length) + wp.length_sq(spin_of(d))
-        pushed += bending * wp.length_sq(bend_rate_of(d))
+        moved = wp.length_sq(position_of(d)) / area + four * wp.dot(q, q)
+        pushed = wp.length_sq(velocity_of(d)) / area + wp.length_sq(spin_of(d))
+        for i in range(sections):
+            bending = turn * plant.reach[i]
+            moved += bending * bending * wp.length_sq(bend_of(d, i))
+            pushed += bending * bending * wp.length_sq(bend_rate_of(d, i))
         return moved + period * period * pushed
 
     @wp.func
@@ -148,21 +164,21 @@ def resolution_code(precision: str, sections: int) -> Any:
     return unresolved
 
 
-def step_code(precision: str, sections: int, rate_of: Any, pilot: PilotCode) -> Any:
+def step_code(precision: str, tree: Tree, rate_of: Any, pilot: PilotCode) -> Any:
     """The function `step`: one step of RK4 of a model, by its rate_of, under a pilot.
 
     It returns the state at the step's end, and the error of the step in arm lengths; 0 for a step
     that is not measured.
     """
-    types, stepping = device_types(precision, sections), stepping_code(precision, sections)
-    Real, State, Push, vec2 = types.Real, types.State, types.Push, types.vec2
-    Flight, Pilot, push_at = flight_code(precision, sections).Flight, pilot.Pilot, pilot.push_at
-    unit_attitude, unresolved = stepping.unit_attitude, resolution_code(precision, sections)
+    types, stepping = device_types(precision, tree), stepping_code(precision, tree)
+    Real, State, Push, Bends = types.Real, types.State, types.Push, types.Bends
+    Flight, Pilot, push_at = flight_code(precision, tree).Flight, pilot.Pilot, pilot.push_at
+    unit_attitude, unresolved = stepping.unit_attitude, resolution_code(precision, tree)
     half, sixth, two, zero = Real(0.5), Real(1.0 / 6.0), Real(2.0), Real(0.0)
 
     @wp.func
     def slope(
-        i: int, ahead: int, time: Real, y: State, along: vec2, flight: Flight, pilot: Pilot,
+        i: int, ahead: int, time: Real, y: State, along: Bends, flight: Flight, pilot: Pilot,
         held: Push,
     ):  # fmt: skip
         """dy/dt at a stage of step i; ahead: 0 at its start, 1 in its middle, 2 at its end."""
@@ -172,7 +188,7 @@ def step_code(precision: str, sections: int, rate_of: Any, pilot: PilotCode) -> 
 
     @wp.func
     def step(
-        i: int, time: Real, h: Real, y: State, along: vec2, flight: Flight, pilot: Pilot,
+        i: int, time: Real, h: Real, y: State, along: Bends, flight: Flight, pilot: Pilot,
         held: Push, measured: wp.bool,
     ):  # fmt: skip
         """The state at the end of step i, which starts at a time and lasts h."""

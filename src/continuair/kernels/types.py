@@ -1,15 +1,47 @@
-"""Warp types of one precision and number of sections, and the parts of a state by name."""
+"""Warp types of one precision and tree of arms, and the parts of a state by name."""
 
 from dataclasses import dataclass, fields
 from functools import cache
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 from continuair.vehicle.layout import Layout
 
-MOMENTS = ("alpha", "beta", "P", "Q", "S", "KP", "KQ", "KW", "NP", "ND")
-"""Moment functions of an arm (engine/moments.py), in the order in which device code reads them."""
+MOMENTS = ("alpha", "beta", "P", "Q", "S", "KP", "KQ", "KW", "NP", "ND", "A", "Gamma")
+"""Functions of a section (engine/moments.py), in the order in which device code reads them: ten
+moments about its own base, and what its tip's place and turn follow from."""
+
+MAX_BEND_ANGLE = 2.0 * np.pi
+"""Largest |k| l [rad] for which the polynomials hold; beyond it a run ends with a status."""
+
+FULL_LENGTH = MAX_BEND_ANGLE / np.sqrt(2.0)
+"""Length of every section in units of its own λ, in which device code measures."""
+
+
+@dataclass(frozen=True)
+class Tree:
+    """What kernels are made for: sections of each arm, and what costs time where it is absent.
+
+    bodies: whether tips carry rigid bodies; turned: whether mounts turn an arm. eye: the arm at
+    whose tip the camera is.
+    """
+
+    sections: tuple[int, ...]
+    bodies: bool = False
+    turned: bool = False
+    eye: int = 0
+
+    @property
+    def layout(self) -> Layout:
+        """Columns of its states, inputs and logs."""
+        return Layout(self.sections)
+
+    @property
+    def first(self) -> tuple[int, ...]:
+        """The first section of each arm, and the number of all."""
+        return tuple(sum(self.sections[:arm]) for arm in range(len(self.sections) + 1))
 
 
 def holding(kind: type, found: dict[str, Any]) -> Any:
@@ -21,8 +53,9 @@ def holding(kind: type, found: dict[str, Any]) -> Any:
 class Types:
     """Types, and functions of a `State` y and of a `Push`, what actuators do.
 
-    y holds, as `Layout` orders it, position, attitude, b, world velocity, ω and ḃ. A push is
-    push_of(force, moment, bend): world axes [N], body axes [N m], bend moments [N m²].
+    y holds, as `Layout` orders it, position, attitude, b of each section, world velocity, ω and ḃ.
+    A push is push_of(force, moment, bend): world axes [N], body axes [N m], bend moments [N m²].
+    Bends holds two numbers per section; bend_of and bend_rate_of give those of one, by its index.
     """
 
     layout: Layout
@@ -32,16 +65,23 @@ class Types:
     vec4: Any
     mat33: Any
     quat: Any
+    Bends: Any
+    Matrices: Any
+    Vectors: Any
+    PerSection: Any
     Row: Any
     State: Any
     Push: Any
     Plant: Any
     position_of: Any
     attitude_of: Any
+    bends_of: Any
+    bend_rates_of: Any
     bend_of: Any
+    bend_rate_of: Any
     velocity_of: Any
     spin_of: Any
-    bend_rate_of: Any
+    two_of: Any
     state_of: Any
     load_state: Any
     three_of: Any
@@ -49,20 +89,23 @@ class Types:
     force_of: Any
     moment_of: Any
     bend_moment_of: Any
+    mount_of: Any
 
 
 @cache
-def device_types(precision: str, sections: int) -> Types:
-    """The types for "float64" or "float32" and one section."""
-    if sections != 1:
-        raise NotImplementedError(f"kernels for {sections} sections")
-    layout = Layout(sections)
+def device_types(precision: str, tree: Tree) -> Types:
+    """The types for "float64" or "float32" and a tree of arms."""
+    layout = tree.layout
     Real = getattr(wp, precision)
     vec2, vec3 = wp.types.vector(2, Real), wp.types.vector(3, Real)
     vec4, mat33 = wp.types.vector(4, Real), wp.types.matrix((3, 3), Real)
     quat = wp.types.quaternion(Real)
     Row, State = wp.types.vector(len(MOMENTS), Real), wp.types.vector(layout.state, Real)
-    Push = wp.types.vector(layout.push.stop, Real)
+    Push, Bends = wp.types.vector(layout.push.stop, Real), wp.types.vector(layout.bends, Real)
+    arms, sections = len(tree.sections), layout.sections
+    PerSection, PerArm = wp.types.vector(sections, Real), wp.types.vector(arms, Real)
+    Vectors, Matrices = wp.types.matrix((arms, 3), Real), wp.types.matrix((arms, 9), Real)
+    Quaternions = wp.types.matrix((arms, 4), Real)
     width, bends = layout.state, layout.bends
     P, Q, B = layout.position.start, layout.attitude.start, layout.bend.start
     V, W, DB = layout.velocity.start, layout.angular_velocity.start, layout.bend_rate.start
@@ -70,19 +113,34 @@ def device_types(precision: str, sections: int) -> Types:
 
     @wp.struct
     class Plant:
-        """A vehicle, bends in units of the kernels; lever: of the mount, horizontal part."""
+        """A vehicle, bends in units of the kernels, λ of each section.
+
+        Per section: its mass, that of all that hangs on its tip, the polar inertia of its
+        cross-sections, and reach, how far its turning by 1 moves the tip [arm lengths]. Per arm:
+        mass, mount, turn (arm axes to body) and the
+        same as a quaternion; mass, first moment and inertia of the body on its
+        tip about that point, in the last section's axes at it. length: of the longest arm [m].
+        """
 
         mass: Real
-        arm_mass: Real
         uav_mass: Real
-        unit: Real
-        stiffness: Real
-        damping: Real
-        threshold: Real
-        mount: vec3
-        lever: vec3
-        inertia: mat33
+        length: Real
         uav_inertia: mat33
+        unit: PerSection
+        stiffness: PerSection
+        damping: PerSection
+        threshold: PerSection
+        axial: PerSection
+        section_mass: PerSection
+        beyond: PerSection
+        reach: PerSection
+        arm_mass: PerArm
+        mount: Vectors
+        turn: Matrices
+        mount_attitude: Quaternions
+        body_mass: PerArm
+        body_moment: Vectors
+        body_inertia: Matrices
 
     @wp.func
     def position_of(y: State):
@@ -93,8 +151,26 @@ def device_types(precision: str, sections: int) -> Types:
         return quat(y[Q], y[Q + 1], y[Q + 2], y[Q + 3])
 
     @wp.func
-    def bend_of(y: State):
-        return vec2(y[B], y[B + 1])
+    def bends_of(y: State):
+        out = Bends()
+        for j in range(bends):
+            out[j] = y[B + j]
+        return out
+
+    @wp.func
+    def bend_rates_of(y: State):
+        out = Bends()
+        for j in range(bends):
+            out[j] = y[DB + j]
+        return out
+
+    @wp.func
+    def bend_of(y: State, section: int):
+        return vec2(y[B + 2 * section], y[B + 2 * section + 1])
+
+    @wp.func
+    def bend_rate_of(y: State, section: int):
+        return vec2(y[DB + 2 * section], y[DB + 2 * section + 1])
 
     @wp.func
     def velocity_of(y: State):
@@ -105,25 +181,33 @@ def device_types(precision: str, sections: int) -> Types:
         return vec3(y[W], y[W + 1], y[W + 2])
 
     @wp.func
-    def bend_rate_of(y: State):
-        return vec2(y[DB], y[DB + 1])
+    def two_of(bends: Bends, section: int):
+        """Those of one section."""
+        return vec2(bends[2 * section], bends[2 * section + 1])
 
     @wp.func
-    def state_of(p: vec3, q: quat, b: vec2, v: vec3, w: vec3, db: vec2):
+    def state_of(p: vec3, q: quat, b: Bends, v: vec3, w: vec3, db: Bends):
         """A state, or its rate, from its parts."""
-        return State(
-            p[0], p[1], p[2], q[0], q[1], q[2], q[3], b[0], b[1],
-            v[0], v[1], v[2], w[0], w[1], w[2], db[0], db[1],
-        )  # fmt: skip
+        out = State()
+        for j in range(3):
+            out[P + j] = p[j]
+            out[V + j] = v[j]
+            out[W + j] = w[j]
+        for j in range(4):
+            out[Q + j] = q[j]
+        for j in range(bends):
+            out[B + j] = b[j]
+            out[DB + j] = db[j]
+        return out
 
     @wp.func
-    def load_state(rows: wp.array2d(dtype=Real), run: int, unit: Real):
+    def load_state(rows: wp.array2d(dtype=Real), run: int, unit: PerSection):
         y = State()
         for j in range(width):
             y[j] = rows[run, j]
         for j in range(bends):
-            y[B + j] = y[B + j] * unit
-            y[DB + j] = y[DB + j] * unit
+            y[B + j] = y[B + j] * unit[j // 2]
+            y[DB + j] = y[DB + j] * unit[j // 2]
         return y
 
     @wp.func
@@ -132,8 +216,14 @@ def device_types(precision: str, sections: int) -> Types:
         return vec3(rows[row, run, first], rows[row, run, first + 1], rows[row, run, first + 2])
 
     @wp.func
-    def push_of(force: vec3, moment: vec3, bend: vec2):
-        return Push(force[0], force[1], force[2], moment[0], moment[1], moment[2], bend[0], bend[1])
+    def push_of(force: vec3, moment: vec3, bend: Bends):
+        out = Push()
+        for j in range(3):
+            out[F + j] = force[j]
+            out[M + j] = moment[j]
+        for j in range(bends):
+            out[BM + j] = bend[j]
+        return out
 
     @wp.func
     def force_of(push: Push):
@@ -145,6 +235,13 @@ def device_types(precision: str, sections: int) -> Types:
 
     @wp.func
     def bend_moment_of(push: Push):
-        return vec2(push[BM], push[BM + 1])
+        out = Bends()
+        for j in range(bends):
+            out[j] = push[BM + j]
+        return out
+
+    @wp.func
+    def mount_of(plant: Plant, arm: int):
+        return vec3(plant.mount[arm, 0], plant.mount[arm, 1], plant.mount[arm, 2])
 
     return holding(Types, locals())

@@ -1,6 +1,7 @@
 """The paper's coordinates q = [x y z φ θ ψ κ ψa] as a view of the singularity-free state.
 
-One section of constant curvature; `Layout` orders the columns of the state.
+(κ, ψa) follow for every section, arm by arm from the base out; `Layout` orders the columns of the
+state.
 """
 
 from __future__ import annotations
@@ -10,50 +11,76 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from continuair.vehicle.layout import ONE_SECTION
+from continuair.vehicle.layout import Layout
 
 
 def state_from_paper(q: np.ndarray, qd: np.ndarray) -> np.ndarray:
-    """States (runs, state) from paper coordinates and their rates, both (runs, 8)."""
+    """States (runs, state) from paper coordinates and their rates, both (runs, coordinates)."""
     attitude = Rotation.from_euler("ZYX", q[:, [5, 4, 3]]).as_quat()
-    along, across = _bend_directions(q)
-    bend = q[:, 6:7] * along
-    bend_rate = qd[:, 6:7] * along + q[:, 6:7] * qd[:, 7:8] * across
+    (kappa, psi), (kappa_d, psi_d) = _polar(q), _polar(qd)
+    along, across = _bend_directions(psi)
+    bend = kappa[..., None] * along
+    bend_rate = kappa_d[..., None] * along + (kappa * psi_d)[..., None] * across
     spin = np.einsum("nij,nj->ni", euler_to_body_rates(q), qd[:, 3:6])
+    bend, bend_rate = (x.reshape(len(q), -1) for x in (bend, bend_rate))
     return np.hstack([q[:, :3], attitude, bend, qd[:, :3], spin, bend_rate])
 
 
 def paper_rates(q: np.ndarray, state: np.ndarray, threshold: Any) -> np.ndarray:
-    """q̇ (runs, 8) of states (runs, state) at paper coordinates q: `state_from_paper`, undone.
+    """q̇ (runs, coordinates) of states (runs, state) at q: `state_from_paper`, undone.
 
-    threshold: κ_s [1/m], as in `paper_accelerations`; ψ̇a of a straight arm with κ_s = 0 is 0.
+    threshold: κ_s [1/m] of each section, or of all, as in `paper_accelerations`; ψ̇a of a straight
+    section with κ_s = 0 is 0.
     """
-    spin = state[:, ONE_SECTION.angular_velocity, None]
-    euler = np.linalg.solve(euler_to_body_rates(q), spin)[..., 0]
-    along, across = _bend_directions(q)
-    bend_rate, kappa = state[:, ONE_SECTION.bend_rate], q[:, 6]
-    safe = np.copysign(np.maximum(np.abs(kappa), threshold), kappa)
-    around = (bend_rate * across).sum(1)
-    psi = np.divide(around, safe, out=np.zeros_like(around), where=safe != 0.0)
-    return np.column_stack([state[:, ONE_SECTION.velocity], euler, (bend_rate * along).sum(1), psi])
+    layout, (kappa, psi) = _layout(q), _polar(q)
+    euler = np.linalg.solve(euler_to_body_rates(q), state[:, layout.angular_velocity, None])[..., 0]
+    along, across = _bend_directions(psi)
+    bend_rate = state[:, layout.bend_rate].reshape(*kappa.shape, 2)
+    safe = np.copysign(np.maximum(np.abs(kappa), _per_section(threshold)), kappa)
+    around = (bend_rate * across).sum(-1)
+    psi_d = np.divide(around, safe, out=np.zeros_like(around), where=safe != 0.0)
+    return _joined(state[:, layout.velocity], euler, (bend_rate * along).sum(-1), psi_d)
 
 
 def paper_accelerations(
     q: np.ndarray, qd: np.ndarray, rate: np.ndarray, threshold: Any
 ) -> np.ndarray:
-    """q̈ (runs, 8) from the state's rate (runs, state).
+    """q̈ (runs, coordinates) from the state's rate (runs, state).
 
-    threshold: κ_s [1/m] (Remark 1): |κ| below it divides ψ̈a as κ_s, with the sign of κ.
+    threshold: κ_s [1/m] (Remark 1), of each section or of all: |κ| below it divides ψ̈a as κ_s, with
+    the sign of κ.
     """
+    layout, (kappa, psi), (kappa_d, psi_d) = _layout(q), _polar(q), _polar(qd)
     E, Ed = euler_to_body_rates(q), _euler_to_body_rates_dot(q, qd)
-    spin = rate[:, ONE_SECTION.angular_velocity] - np.einsum("nij,nj->ni", Ed, qd[:, 3:6])
+    spin = rate[:, layout.angular_velocity] - np.einsum("nij,nj->ni", Ed, qd[:, 3:6])
     euler = np.linalg.solve(E, spin[..., None])[..., 0]
-    along, across = _bend_directions(q)
-    bend, kappa = rate[:, ONE_SECTION.bend_rate], q[:, 6]
-    kappa_dd = (bend * along).sum(1) + kappa * qd[:, 7] ** 2
-    safe = np.copysign(np.maximum(np.abs(kappa), threshold), kappa)
-    psi_dd = ((bend * across).sum(1) - 2.0 * qd[:, 6] * qd[:, 7]) / safe
-    return np.column_stack([rate[:, ONE_SECTION.velocity], euler, kappa_dd, psi_dd])
+    along, across = _bend_directions(psi)
+    bend = rate[:, layout.bend_rate].reshape(*kappa.shape, 2)
+    kappa_dd = (bend * along).sum(-1) + kappa * psi_d**2
+    safe = np.copysign(np.maximum(np.abs(kappa), _per_section(threshold)), kappa)
+    psi_dd = ((bend * across).sum(-1) - 2.0 * kappa_d * psi_d) / safe
+    return _joined(rate[:, layout.velocity], euler, kappa_dd, psi_dd)
+
+
+def _layout(q: np.ndarray) -> Layout:
+    """Columns of a state; the arms that sections belong to do not change them."""
+    return Layout((q.shape[1] // 2 - 3,))
+
+
+def _polar(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """κ and ψa (runs, sections), or their rates."""
+    return q[:, 6::2], q[:, 7::2]
+
+
+def _per_section(threshold: Any) -> np.ndarray:
+    """κ_s (runs or 1, sections or 1) from one number, or one per run, or those."""
+    found = np.asarray(threshold)
+    return found if found.ndim == 2 else found.reshape(-1, 1)
+
+
+def _joined(moved: np.ndarray, euler: np.ndarray, kappa: np.ndarray, psi: np.ndarray) -> np.ndarray:
+    polar = np.stack([kappa, psi], axis=-1).reshape(len(kappa), -1)
+    return np.hstack([moved, euler, polar])
 
 
 def continuous_euler(attitude: np.ndarray) -> np.ndarray:
@@ -112,6 +139,7 @@ def _matrix(rows: list[list[np.ndarray]]) -> np.ndarray:
     return np.stack([np.stack(row, -1) for row in rows], -2)
 
 
-def _bend_directions(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    sine, cosine = _sine_cosine(q[:, 7])
-    return np.column_stack([cosine, sine]), np.column_stack([-sine, cosine])
+def _bend_directions(psi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Along the bend and across it, (..., 2) each."""
+    sine, cosine = _sine_cosine(psi)
+    return np.stack([cosine, sine], axis=-1), np.stack([-sine, cosine], axis=-1)

@@ -14,7 +14,7 @@ wrench at the tip; and a controller's push, which is no column of the inputs."""
 
 @dataclass(frozen=True)
 class Input:
-    """An input of a flight: its columns per vehicle, or per section, and what they mean.
+    """An input of a flight: its columns per vehicle, section or arm, and what they mean.
 
     axes: letters of the components. channel: what a design calls each run of components, if it has
     names for them. bit: of the group that it belongs to.
@@ -26,16 +26,16 @@ class Input:
     meaning: str
     bit: int
     channels: tuple[str, ...] = ()
-    per_section: bool = False
+    per: str = "vehicle"
 
     @property
     def components(self) -> tuple[str, ...]:
         """Names of the components for one section, as logs and recordings call them."""
         return tuple(f"{self.name}_{axis}" for axis in self.axes)
 
-    def width(self, sections: int) -> int:
+    def width(self, sections: int, arms: int = 1) -> int:
         """Number of columns."""
-        return len(self.axes) * (sections if self.per_section else 1)
+        return len(self.axes) * {"vehicle": 1, "section": sections, "arm": arms}[self.per]
 
 
 INPUTS = (
@@ -43,13 +43,13 @@ INPUTS = (
           ("force",)),
     Input("moment", "xyz", "N m", "a moment on the UAV in body axes [N m]", GENERAL, ("moment",)),
     Input("bend_moment", "xy", "N m²", "the generalised forces of the bend vector [N m²]", GENERAL,
-          ("bend",), per_section=True),
+          ("bend",), per="section"),
     Input("euler_torque", "xyz", "N m", "Euler torques [N m]", PAPER),
     Input("polar_torque", "κψ", "N m², N m", "Q_kappa [N m²] and Q_psi_a [N m]", PAPER,
-          per_section=True),
+          per="section"),
     Input("tip_wrench", "xyzxyz", "N, N m",
           "a force [N] and a moment [N m] at the tip in world axes", TIP,
-          ("tip_force", "tip_moment")),
+          ("tip_force", "tip_moment"), per="arm"),
 )  # fmt: skip
 """The table of inputs, in the order of their columns; all that has inputs follows it."""
 
@@ -92,18 +92,28 @@ def columns(widths: Iterable[tuple[str, int]]) -> dict[str, slice]:
 
 @dataclass(frozen=True)
 class Layout:
-    """Slices of the columns of a vehicle whose arm has `sections` sections of constant curvature.
+    """Slices of the columns of a vehicle, by the number of sections of each of its arms.
 
-    State: position (world), attitude (x y z w, body to world), bend vectors [1/m], velocity of B's
+    Sections go arm by arm, each from its base out. State: position (world), attitude (x y z w, body to world), bend vectors [1/m], velocity of B's
     origin (world axes), angular velocity (body axes), bend rates. A log row is a state, then
     (κ, ψa) of each section on its signed branch, then a controller's push. Inputs: those of the
     table INPUTS. Attributes named after a quantity are the slice of its columns.
     """
 
-    sections: int
+    shape: tuple[int, ...]
 
     position = slice(0, 3)
     attitude = slice(3, 7)
+
+    @cached_property
+    def sections(self) -> int:
+        """The number of sections of all arms."""
+        return sum(self.shape)
+
+    @cached_property
+    def arms(self) -> int:
+        """The number of arms."""
+        return len(self.shape)
 
     @cached_property
     def bends(self) -> int:
@@ -158,7 +168,7 @@ class Layout:
     @cached_property
     def of_input(self) -> dict[str, slice]:
         """Columns of each input in a row of inputs."""
-        return columns((each.name, each.width(self.sections)) for each in INPUTS)
+        return columns((each.name, each.width(self.sections, self.arms)) for each in INPUTS)
 
     @property
     def force(self) -> slice:
@@ -182,7 +192,7 @@ class Layout:
 
     @property
     def tip_wrench(self) -> slice:
-        """Tip wrench in a row of inputs."""
+        """Tip wrenches in a row of inputs, arm by arm."""
         return self.of_input["tip_wrench"]
 
     @cached_property
@@ -209,15 +219,23 @@ def _joined(parts: list[slice]) -> slice:
     return slice(parts[0].start, parts[-1].stop)
 
 
-ONE_SECTION = Layout(sections=1)
+ONE_SECTION = Layout((1,))
 """The layout of the paper's vehicle: eight coordinates, 17 numbers in a state."""
 
-OBSERVED = columns([
-    ("tip_position", 3), ("tip_attitude", 4), ("kinetic_energy", 1), ("gravity_energy", 1),
-    ("elastic_energy", 1), ("linear_momentum", 3), ("angular_momentum", 3), ("base_force", 3),
-    ("base_moment", 3),
-])  # fmt: skip
-"""Columns of what is observed along a log."""
+OF_ARM = ("tip_position", "tip_attitude", "tip_velocity", "tip_angular_velocity", "base_force",
+          "base_moment")  # fmt: skip
+"""What is observed of each arm."""
+
+
+def observed_columns(arms: int) -> dict[str, slice]:
+    """Columns of what is observed along a log; those of each arm follow one another."""
+    widths = [
+        ("tip_position", 3), ("tip_attitude", 4), ("tip_velocity", 3), ("tip_angular_velocity", 3),
+        ("base_force", 3), ("base_moment", 3), ("kinetic_energy", 1), ("gravity_energy", 1),
+        ("elastic_energy", 1), ("linear_momentum", 3), ("angular_momentum", 3),
+    ]  # fmt: skip
+    return columns((name, width * (arms if name in OF_ARM else 1)) for name, width in widths)
+
 
 TIP_POSE = columns([("position", 3), ("attitude", 4)])
 """Columns of a logged tip: tip frame to world, x y z w."""

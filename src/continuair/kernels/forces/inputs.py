@@ -6,38 +6,39 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.arm.one_section import section_code
+from continuair.kernels.arm.tip import tip_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.forces.load import load_code
-from continuair.kernels.types import device_types, holding
+from continuair.kernels.types import FULL_LENGTH, Tree, device_types, holding
 from continuair.vehicle.layout import COMMAND
 
 
 @dataclass(frozen=True)
 class InputCode:
-    """Loads of the inputs and a push on the vehicle, of the paper's torques, and on the tip;
-    misdirected, what the polar ones of a step may do that passes through straight."""
+    """Loads of the inputs and a push on the vehicle, of the paper's torques, and on the tips, of
+    all and of one, load_on_tip(arm); misdirected, what polar ones may do near straight."""
 
     push_load: Any
     paper_load: Any
     tip_load: Any
+    load_on_tip: Any
     misdirected: Any
 
 
 @cache
-def input_code(precision: str, sections: int, frozen_arm: bool) -> InputCode:
+def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
     """Forces of the inputs; frozen_arm: the tip pushes the base where it was at the start."""
-    types, section = device_types(precision, sections), section_code(precision, sections)
-    flight, Load = flight_code(precision, sections), load_code(precision, sections).Load
+    types, tips = device_types(precision, tree), tip_code(precision, tree)
+    flight, loads = flight_code(precision, tree), load_code(precision, tree)
+    Load, plus = loads.Load, loads.plus
     Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
     vec2, vec3, quat, layout = types.vec2, types.vec3, types.quat, types.layout
+    Bends, two_of = types.Bends, types.two_of
     attitude_of, bend_of, three_of = types.attitude_of, types.bend_of, types.three_of
     force_of, moment_of, bend_moment_of = types.force_of, types.moment_of, types.bend_moment_of
-    tip_of, wrench_on_bend, Flight = section.tip_of, section.wrench_on_bend, flight.Flight
-    pushes = layout.push.stop
+    Tip, Flight, pushes, sections = tips.Tip, flight.Flight, layout.push.stop, layout.sections
     euler, polar = layout.of_input["euler_torque"].start, layout.of_input["polar_torque"].start
-    tip_force, tip_moment = layout.tip_wrench.start, layout.tip_wrench.start + 3
-    zero, one, full = Real(0.0), Real(1.0), section.full
+    zero, one, full = Real(0.0), Real(1.0), Real(FULL_LENGTH)
     # The bend's turn in a step that counts as followed, and the sine of one that is in a plane.
     clear, planar = Real(0.5), Real(1e-6)
 
@@ -84,59 +85,100 @@ def input_code(precision: str, sections: int, frozen_arm: bool) -> InputCode:
         out = Load()
         out.force = wp.quat_rotate_inv(attitude_of(y), force_of(push))
         out.moment = moment_of(push)
-        out.bend = bend_moment_of(push) / flight.plant.unit
+        out.bend = bend_moment_of(push)
+        for j in range(2 * sections):
+            out.bend[j] = out.bend[j] / flight.plant.unit[j // 2]
         return out
 
     @wp.func
-    def paper_load(y: State, branch: vec2, flight: Flight, row: int):
-        """Torques conjugate to the paper's angles and bend; Eq. of motion, Amiri et al."""
+    def polar_load(y: State, along: Bends, flight: Flight, row: int, section: int):
+        """The paper's torques on the bend of a section."""
+        unit = flight.plant.unit[section]
+        threshold = flight.plant.threshold[section]
+        pushed = flight.inputs[row, flight.column, polar + 2 * section]
+        around = unit * flight.inputs[row, flight.column, polar + 2 * section + 1]
+        b = bend_of(y, section)
+        return polar_to_bend(b, two_of(along, section), threshold, pushed, around) / unit
+
+    @wp.func
+    def paper_load(y: State, along: Bends, flight: Flight, row: int):
+        """Torques conjugate to the paper's angles and bends; Eq. of motion, Amiri et al."""
         out = Load()
-        unit = flight.plant.unit
         torque = three_of(flight.inputs, row, flight.column, euler)
         if wp.length_sq(torque) > zero:
             out.moment = euler_torque_to_body(attitude_of(y), torque)
-        along = flight.inputs[row, flight.column, polar]
-        around = unit * flight.inputs[row, flight.column, polar + 1]
-        out.bend = polar_to_bend(bend_of(y), branch, flight.plant.threshold, along, around) / unit
+        for i in range(sections):
+            pushed = polar_load(y, along, flight, row, i)
+            out.bend[2 * i] = pushed[0]
+            out.bend[2 * i + 1] = pushed[1]
         return out
 
     @wp.func
-    def misdirected(y: State, end: State, branch: vec2, flight: Flight, row: int):
+    def misdirected(y: State, end: State, along: Bends, flight: Flight, row: int):
         """How far the polar torques may move the tip the wrong way [arm lengths], from a step.
 
-        From y to the end of the step the bend turns so far, beside straight, that another step
-        would take the other side and with it the other sign of κ: the torques would point the
-        other way. Twice what they bend the arm by at rest, whose tip moves by half the angle; at
-        most an arm length.
+        From y to the end of the step a bend turns so far, beside straight, that another step would
+        take the other side and with it the other sign of κ: the torques would point the other way.
+        Twice what they bend a section by at rest, which moves the tip by its reach; at most an arm
+        length.
         """
-        b = bend_of(end)
-        size = wp.length(b)
-        cosine = wp.dot(b, branch)
-        aside = wp.abs(branch[0] * b[1] - branch[1] * b[0])
-        if cosine > clear * size or (cosine < zero and aside <= planar * size):
-            return zero
-        pushed = paper_load(y, branch, flight, row).bend
-        return wp.min(one, full * wp.length(pushed) / flight.plant.stiffness)
+        worst = zero
+        for i in range(sections):
+            b = bend_of(end, i)
+            branch = two_of(along, i)
+            size = wp.length(b)
+            cosine = wp.dot(b, branch)
+            aside = wp.abs(branch[0] * b[1] - branch[1] * b[0])
+            if cosine <= clear * size and (cosine >= zero or aside > planar * size):
+                pushed = polar_load(y, along, flight, row, i)
+                bent = wp.length(pushed) / flight.plant.stiffness[i]
+                worst = wp.max(worst, wp.min(one, flight.plant.reach[i] * Real(2.0) * full * bent))
+        return worst
+
+    def load_on_tip(arm: int) -> Any:
+        """The function that gives the load of the wrench on an arm's tip."""
+        tip_of, wrench_on = tips.tip_of(arm), tips.wrench_on(arm)
+        tip_force = layout.tip_wrench.start + 6 * arm
+        tip_moment = tip_force + 3
+
+        @wp.func
+        def load(y: State, flight: Flight, row: int):
+            out = Load()
+            plant, q = flight.plant, attitude_of(y)
+            force = three_of(flight.inputs, row, flight.column, tip_force)
+            moment = three_of(flight.inputs, row, flight.column, tip_moment)
+            tip = tip_of(y, plant)
+            out.force = wp.quat_rotate_inv(q, force)
+            on_arm = out.force
+            turning = wp.quat_rotate_inv(q, moment)
+            bending = turning
+            point = tip.point
+            if wp.static(frozen_arm):
+                frozen = flight.frozen
+                point = vec3(frozen.tips[arm, 0], frozen.tips[arm, 1], frozen.tips[arm, 2])
+                on_arm = wp.quat_rotate_inv(frozen.attitude, force)
+                bending = wp.quat_rotate_inv(frozen.attitude, moment)
+            out.moment = wp.cross(point, out.force) + turning
+            out.bend = wrench_on(y, plant, tip, on_arm, bending)
+            return out
+
+        return load
 
     @wp.func
-    def tip_load(y: State, flight: Flight, row: int):
-        """The wrench on the tip."""
-        out = Load()
-        plant, q, b = flight.plant, attitude_of(y), bend_of(y)
-        force = three_of(flight.inputs, row, flight.column, tip_force)
-        moment = three_of(flight.inputs, row, flight.column, tip_moment)
-        tip = tip_of(b)
-        out.force = wp.quat_rotate_inv(q, force)
-        on_arm = out.force
-        turning = wp.quat_rotate_inv(q, moment)
-        bending = turning
-        point = plant.mount + plant.unit * tip.point
-        if wp.static(frozen_arm):
-            point = flight.frozen.tip
-            on_arm = wp.quat_rotate_inv(flight.frozen.attitude, force)
-            bending = wp.quat_rotate_inv(flight.frozen.attitude, moment)
-        out.moment = wp.cross(point, out.force) + turning
-        out.bend = wrench_on_bend(tip, plant.unit, b, on_arm, bending)
-        return out
+    def no_load(y: State, flight: Flight, row: int):
+        return Load()
 
+    def plus_tip(before: Any, arm: int) -> Any:
+        of_arm = load_on_tip(arm)
+
+        @wp.func
+        def load(y: State, flight: Flight, row: int):
+            """The wrenches on the tips."""
+            return plus(before(y, flight, row), of_arm(y, flight, row))
+
+        return load
+
+    tip_load = no_load
+    for arm in range(layout.arms):
+        tip_load = plus_tip(tip_load, arm)
     return holding(InputCode, locals())

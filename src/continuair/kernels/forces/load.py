@@ -6,7 +6,7 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.types import device_types, holding
+from continuair.kernels.types import Tree, device_types, holding
 
 
 @dataclass(frozen=True)
@@ -18,18 +18,18 @@ class LoadCode:
 
 
 @cache
-def load_code(precision: str, sections: int) -> LoadCode:
-    """The struct for one precision and number of sections."""
-    types = device_types(precision, sections)
-    vec2, vec3 = types.vec2, types.vec3
+def load_code(precision: str, tree: Tree) -> LoadCode:
+    """The struct for one precision and tree of arms."""
+    types = device_types(precision, tree)
+    Bends, vec3 = types.Bends, types.vec3
 
     @wp.struct
     class Load:
-        """External force and moment on the vehicle in body axes, and on the bend."""
+        """External force and moment on the vehicle in body axes, and on the bends."""
 
         force: vec3
         moment: vec3
-        bend: vec2
+        bend: Bends
 
     @wp.func
     def plus(a: Load, b: Load):

@@ -10,14 +10,14 @@ from continuair.kernels.sensing.sense import LawCode
 def law(code: LawCode) -> SimpleNamespace:
     """The law on the device."""
     Real, Sense, push = code.Real, code.Sense, code.push
-    vec2, vec3, quat, mat33 = code.vec2, code.vec3, code.quat, code.mat33
+    Bends, vec3, quat, mat33 = code.Bends, code.vec3, code.quat, code.mat33
     two, zero, one = Real(2.0), Real(0.0), Real(1.0)
 
     @wp.struct
     class Gains:
         position: vec3
         attitude: quat
-        bend: vec2
+        bend: Bends
         mass: Real
         inertia: mat33
         bend_inertia: Real

@@ -24,7 +24,7 @@ def carry(code: LawCode) -> SimpleNamespace:
 
 def look(code: LawCode) -> SimpleNamespace:
     """Carries the weight and has the camera's image, which it does not use."""
-    Sense, push, vec2, vec3 = code.Sense, code.push, code.vec2, code.vec3
+    Sense, push, Bends, vec3 = code.Sense, code.push, code.Bends, code.vec3
 
     @wp.struct
     class Gains:
@@ -34,6 +34,6 @@ def look(code: LawCode) -> SimpleNamespace:
     def control(sense: Sense, gains: Gains):
         # The image has to be computed, but must not act.
         nothing = gains.nothing * wp.dot(sense.sight.image, sense.desired)
-        return sense.weight + nothing * push(vec3(), vec3(), vec2())
+        return sense.weight + nothing * push(vec3(), vec3(), Bends())
 
     return SimpleNamespace(Gains=Gains, control=control)

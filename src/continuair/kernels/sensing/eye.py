@@ -10,8 +10,8 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.arm.one_section import section_code
-from continuair.kernels.types import device_types, holding
+from continuair.kernels.arm.tip import tip_code
+from continuair.kernels.types import Tree, device_types, holding
 
 
 @dataclass(frozen=True)
@@ -33,16 +33,17 @@ class Eye:
 
 
 @cache
-def eye_code(precision: str, sections: int, points: int) -> Eye:
-    """The eye for one precision and numbers of sections and feature points."""
-    types, section = device_types(precision, sections), section_code(precision, sections)
+def eye_code(precision: str, tree: Tree, points: int) -> Eye:
+    """The eye for one precision and tree of arms, and a number of feature points."""
+    types, tips = device_types(precision, tree), tip_code(precision, tree)
     Real, State, Plant, push_of = types.Real, types.State, types.Plant, types.push_of
-    vec2, vec3, quat = types.vec2, types.vec3, types.quat
+    vec2, vec3, quat, Bends = types.vec2, types.vec3, types.quat, types.Bends
     position_of, attitude_of, velocity_of = types.position_of, types.attitude_of, types.velocity_of
     bend_of, bend_rate_of, spin_of = types.bend_of, types.bend_rate_of, types.spin_of
-    tip_of, tip_attitude, full = section.tip_of, section.tip_attitude, section.full
-    wrench_on_bend = section.wrench_on_bend
-    zero, half, one, two = Real(0.0), Real(0.5), Real(1.0), Real(2.0)
+    Tip, two_of = tips.Tip, types.two_of
+    moving_tip_of, wrench_on = tips.moving_tip_of(tree.eye), tips.wrench_on(tree.eye)
+    last, bends = tree.first[tree.eye + 1] - 1, types.layout.bends
+    zero, half, one = Real(0.0), Real(0.5), Real(1.0)
     # A controller may look at nothing, but Warp has no vectors of length 0.
     count = max(points, 1)
     Image, Depth = wp.types.vector(2 * count, Real), wp.types.vector(count, Real)
@@ -64,10 +65,12 @@ def eye_code(precision: str, sections: int, points: int) -> Eye:
 
     @wp.struct
     class View:
-        """Camera pose in the world and on the body, its tip frame's spin axis, and its twist."""
+        """Camera pose in the world and on the body, the tip that it is on, with the axis that its
+        frame spins about, and its twist."""
 
         position: vec3
         attitude: quat
+        tip: Tip
         on_body: vec3
         to_body: quat
         axis: vec3
@@ -85,48 +88,39 @@ def eye_code(precision: str, sections: int, points: int) -> Eye:
     @wp.func
     def spin_per_bend_rate(b: vec2, plant: Plant):
         """∂ψ̇a/∂ḃ, finite at the straight arm (Remark 1)."""
-        u = wp.max(wp.dot(b, b), plant.threshold * plant.threshold)
+        u = wp.max(wp.dot(b, b), plant.threshold[last] * plant.threshold[last])
         if u == zero:
             return vec2(zero, zero)
         return vec2(-b[1], b[0]) / u
 
     @wp.func
-    def view_of(y: State, direction: vec2, plant: Plant, camera: Camera):
-        """direction: (cos ψa, sin ψa) on the followed branch, which names the frenet frame."""
+    def view_of(y: State, along: Bends, plant: Plant, camera: Camera):
+        """along: (cos ψa, sin ψa) on the followed branch, which names the frenet frame."""
         out = View()
-        b = bend_of(y)
-        db = bend_rate_of(y)
+        b = bend_of(y, last)
+        db = bend_rate_of(y, last)
         w = spin_of(y)
-        tip = tip_of(b)
-        turn = tip_attitude(b)
+        moving = moving_tip_of(y, plant)
+        turn = moving.tip.attitude
+        out.tip = moving.tip
+        direction = two_of(along, last)
         size = wp.length(b)
         if size > zero:
             # Between the steps, too, the frenet frame is that of the bend itself.
             direction = b * (wp.where(wp.dot(b, direction) < zero, -one, one) / size)
         out.axis = wp.quat_rotate(turn, vec3(zero, zero, one))
-        # The untwisted section turns with the bend; the frenet frame spins about its axis besides.
-        across = b[0] * db[1] - b[1] * db[0]
-        spin = w + vec3(
-            full * db[1] - tip.Gamma * b[0] * across,
-            -full * db[0] - tip.Gamma * b[1] * across,
-            tip.A * across,
-        )
+        # The untwisted tip turns with the bends; the frenet frame spins about its axis besides.
+        spin = w + moving.turned
         if camera.frenet != 0:
             angle = half * wp.atan2(direction[1], direction[0])
             turn = turn * quat(zero, zero, -wp.sin(angle), wp.cos(angle))
             spin -= wp.dot(spin_per_bend_rate(b, plant), db) * out.axis
         arm = wp.quat_rotate(turn, camera.position)
-        out.on_body = plant.mount + plant.unit * tip.point + arm
+        out.on_body = moving.tip.point + arm
         out.to_body = turn * camera.attitude
-        along = two * wp.dot(b, db)
-        swept = vec3(
-            tip.A * db[0] + tip.dA * along * b[0],
-            tip.A * db[1] + tip.dA * along * b[1],
-            -tip.dB * along,
-        )
         q = attitude_of(y)
         v = wp.quat_rotate_inv(q, velocity_of(y))
-        v += wp.cross(w, out.on_body - arm) + plant.unit * swept + wp.cross(spin, arm)
+        v += wp.cross(w, moving.tip.point) + moving.swept + wp.cross(spin, arm)
         v = wp.quat_rotate_inv(out.to_body, v)
         spin = wp.quat_rotate_inv(out.to_body, spin)
         out.twist = Twist(v[0], v[1], v[2], spin[0], spin[1], spin[2])
@@ -189,16 +183,17 @@ def eye_code(precision: str, sections: int, points: int) -> Eye:
     @wp.func
     def camera_push(y: State, view: View, plant: Plant, camera: Camera, wrench: Twist):
         """J_cᵀ wrench: a wrench on the camera, in its axes, as a push on the vehicle."""
-        b = bend_of(y)
-        tip = tip_of(b)
         f = wp.quat_rotate(view.to_body, vec3(wrench[0], wrench[1], wrench[2]))
         m = wp.quat_rotate(view.to_body, vec3(wrench[3], wrench[4], wrench[5]))
-        point = plant.mount + plant.unit * tip.point
-        t = m + wp.cross(view.on_body - point, f)
-        bend = wrench_on_bend(tip, plant.unit, b, f, t)
+        t = m + wp.cross(view.on_body - view.tip.point, f)
+        bend = wrench_on(y, plant, view.tip, f, t)
         if camera.frenet != 0:
-            bend -= wp.dot(view.axis, t) * spin_per_bend_rate(b, plant)
+            on_last = wp.dot(view.axis, t) * spin_per_bend_rate(bend_of(y, last), plant)
+            bend[2 * last] = bend[2 * last] - on_last[0]
+            bend[2 * last + 1] = bend[2 * last + 1] - on_last[1]
+        for j in range(bends):
+            bend[j] = plant.unit[j // 2] * bend[j]
         force = wp.quat_rotate(attitude_of(y), f)
-        return push_of(force, wp.cross(point, f) + t, plant.unit * bend)
+        return push_of(force, wp.cross(view.tip.point, f) + t, bend)
 
     return holding(Eye, locals())

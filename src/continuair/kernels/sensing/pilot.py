@@ -15,7 +15,7 @@ import warp as wp
 from continuair.kernels.flight import flight_code
 from continuair.kernels.sensing.eye import eye_code
 from continuair.kernels.sensing.sense import law_code
-from continuair.kernels.types import device_types, holding
+from continuair.kernels.types import Tree, device_types, holding
 from continuair.vehicle.layout import MOTION, frame_columns
 
 
@@ -32,10 +32,10 @@ class PilotCode:
 
 
 @cache
-def no_pilot(precision: str, sections: int) -> PilotCode:
+def no_pilot(precision: str, tree: Tree) -> PilotCode:
     """Nobody pushes."""
-    types, Flight = device_types(precision, sections), flight_code(precision, sections).Flight
-    Real, State, Push, vec2 = types.Real, types.State, types.Push, types.vec2
+    types, Flight = device_types(precision, tree), flight_code(precision, tree).Flight
+    Real, State, Push, Bends = types.Real, types.State, types.Push, types.Bends
 
     @wp.struct
     class Loop:
@@ -55,23 +55,25 @@ def no_pilot(precision: str, sections: int) -> PilotCode:
         return Pilot()
 
     @wp.func
-    def decide(i: int, time: Real, y: State, along: vec2, flight: Flight, pilot: Pilot, held: Push):
+    def decide(
+        i: int, time: Real, y: State, along: Bends, flight: Flight, pilot: Pilot, held: Push
+    ):
         return Decision()
 
     @wp.func
     def push_at(
-        row: int, time: Real, y: State, along: vec2, flight: Flight, pilot: Pilot, held: Push
+        row: int, time: Real, y: State, along: Bends, flight: Flight, pilot: Pilot, held: Push
     ):
         return held
 
     return holding(PilotCode, locals())
 
 
-def law_pilot(precision: str, sections: int, points: int, law: Any, every_stage: bool) -> PilotCode:
+def law_pilot(precision: str, tree: Tree, points: int, law: Any, every_stage: bool) -> PilotCode:
     """A law pushes; every_stage: at every stage of a step, else its push is held."""
-    types, Flight = device_types(precision, sections), flight_code(precision, sections).Flight
-    eye, ground = eye_code(precision, sections, points), law_code(precision, sections, points)
-    Real, State, Push, vec2, vec3 = types.Real, types.State, types.Push, types.vec2, types.vec3
+    types, Flight = device_types(precision, tree), flight_code(precision, tree).Flight
+    eye, ground = eye_code(precision, tree, points), law_code(precision, tree, points)
+    Real, State, Push, Bends, vec3 = types.Real, types.State, types.Push, types.Bends, types.vec3
     Camera, Sight, Twist, Sense = eye.Camera, eye.Sight, eye.Twist, ground.Sense
     view_of, look, blur, proprioception = eye.view_of, eye.look, eye.blur, ground.proprioception
     Gains, control, has_camera = law.Gains, law.control, points > 0
@@ -150,7 +152,7 @@ def law_pilot(precision: str, sections: int, points: int, law: Any, every_stage:
         return out
 
     @wp.func
-    def sense_of(row: int, time: Real, y: State, along: vec2, flight: Flight, pilot: Pilot):
+    def sense_of(row: int, time: Real, y: State, along: Bends, flight: Flight, pilot: Pilot):
         """All that is sensed, with the true image; row: of the target's motion."""
         out = proprioception(time, y, flight)
         if wp.static(has_camera):
@@ -170,7 +172,9 @@ def law_pilot(precision: str, sections: int, points: int, law: Any, every_stage:
         return out
 
     @wp.func
-    def decide(i: int, time: Real, y: State, along: vec2, flight: Flight, pilot: Pilot, held: Push):
+    def decide(
+        i: int, time: Real, y: State, along: Bends, flight: Flight, pilot: Pilot, held: Push
+    ):
         loop, out = pilot.loop, Decision()
         out.push = held
         if loop.acts[i] != 0:
@@ -192,7 +196,7 @@ def law_pilot(precision: str, sections: int, points: int, law: Any, every_stage:
 
     @wp.func
     def push_at(
-        row: int, time: Real, y: State, along: vec2, flight: Flight, pilot: Pilot, held: Push
+        row: int, time: Real, y: State, along: Bends, flight: Flight, pilot: Pilot, held: Push
     ):
         if wp.static(every_stage):
             return control(sense_of(row, time, y, along, flight, pilot), pilot.gains)

@@ -12,17 +12,18 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.arm.one_section import section_code
+from continuair.kernels.arm.chain import chain_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.sensing.eye import eye_code
-from continuair.kernels.types import device_types, holding
+from continuair.kernels.types import Tree, device_types, holding
 
 
 @dataclass(frozen=True)
 class LawCode:
     """What a law is written with: types, and functions of what it senses.
 
-    push(force: vec3, moment: vec3, bend: vec2) -> Push, which adds up; camera_push(sense, wrench:
+    push(force: vec3, moment: vec3, bend: Bends) -> Push, which adds up, with two numbers per
+    section in Bends, arm by arm from the base out, which for one section is vec2; camera_push(sense, wrench:
     Twist) -> Push, J_cᵀ wrench; interaction(sight) -> L, Eq. (14), Amiri et al.; points: number of
     feature points; Image, ImageGain, Twist: vectors and matrices for them; Sense: below.
     """
@@ -30,6 +31,7 @@ class LawCode:
     points: int
     Real: Any
     vec2: Any
+    Bends: Any
     vec3: Any
     quat: Any
     mat33: Any
@@ -45,15 +47,15 @@ class LawCode:
 
 
 @cache
-def law_code(precision: str, sections: int, points: int) -> LawCode:
-    """The common ground for one precision and numbers of sections and feature points."""
-    types, section = device_types(precision, sections), section_code(precision, sections)
-    eye, Flight = eye_code(precision, sections, points), flight_code(precision, sections).Flight
+def law_code(precision: str, tree: Tree, points: int) -> LawCode:
+    """The common ground for one precision and tree of arms, and a number of feature points."""
+    types, total_of = device_types(precision, tree), chain_code(precision, tree, "alone").total_of
+    eye, Flight = eye_code(precision, tree, points), flight_code(precision, tree).Flight
     Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
     vec2, vec3, quat, mat33 = types.vec2, types.vec3, types.quat, types.mat33
     position_of, attitude_of, velocity_of = types.position_of, types.attitude_of, types.velocity_of
-    bend_of, bend_rate_of, spin_of = types.bend_of, types.bend_rate_of, types.spin_of
-    shape, moment_of_arm, bend_force = section.shape, section.moment_of_arm, section.bend_force
+    bends_of, bend_rates_of, spin_of = types.bends_of, types.bend_rates_of, types.spin_of
+    Bends, bends = types.Bends, types.layout.bends
     Camera, View, Sight, Image, Twist = eye.Camera, eye.View, eye.Sight, eye.Image, eye.Twist
     ImageGain, interaction, push_of_camera = eye.ImageGain, eye.interaction, eye.camera_push
     push, zero = types.push_of, Real(0.0)
@@ -71,10 +73,10 @@ def law_code(precision: str, sections: int, points: int) -> LawCode:
         time: Real
         position: vec3
         attitude: quat
-        bend: vec2
+        bend: Bends
         velocity: vec3
         angular_velocity: vec3
-        bend_rate: vec2
+        bend_rate: Bends
         sight: Sight
         desired: Image
         camera_twist: Twist
@@ -89,12 +91,15 @@ def law_code(precision: str, sections: int, points: int) -> LawCode:
     @wp.func
     def weight_push(y: State, flight: Flight):
         """The push that carries the weight of UAV and arm."""
-        plant, b = flight.plant, bend_of(y)
-        s = shape(flight.coefficients, flight.vehicle, wp.dot(b, b))
+        plant = flight.plant
+        total = total_of(y, flight.coefficients, plant, flight.vehicle)
         down = wp.quat_rotate_inv(attitude_of(y), vec3(zero, zero, -flight.gravity))
         lift = vec3(zero, zero, plant.mass * flight.gravity)
-        moment = wp.cross(down, plant.arm_mass * plant.mount + moment_of_arm(s, b))
-        return push(lift, moment, -plant.unit * bend_force(s, b, down))
+        bend = Bends()
+        for j in range(bends):
+            pull = total.F[0, j] * down[0] + total.F[1, j] * down[1] + total.F[2, j] * down[2]
+            bend[j] = -plant.unit[j // 2] * pull
+        return push(lift, wp.cross(down, total.H), bend)
 
     @wp.func
     def proprioception(time: Real, y: State, flight: Flight):
@@ -105,12 +110,17 @@ def law_code(precision: str, sections: int, points: int) -> LawCode:
         out.time = time
         out.position = position_of(y)
         out.attitude = attitude_of(y)
-        out.bend = bend_of(y) / plant.unit
+        b = bends_of(y)
+        db = bend_rates_of(y)
+        spring = Bends()
+        for j in range(bends):
+            out.bend[j] = b[j] / plant.unit[j // 2]
+            out.bend_rate[j] = db[j] / plant.unit[j // 2]
+            spring[j] = plant.unit[j // 2] * plant.stiffness[j // 2] * b[j]
         out.velocity = velocity_of(y)
         out.angular_velocity = spin_of(y)
-        out.bend_rate = bend_rate_of(y) / plant.unit
         out.weight = weight_push(y, flight)
-        out.spring = push(nothing, nothing, plant.unit * plant.stiffness * bend_of(y))
+        out.spring = push(nothing, nothing, spring)
         out.state = y
         out.plant = plant
         return out

@@ -1,0 +1,346 @@
+"""Device code of arms of any number of sections: composite inertias, from the tips to the body.
+
+What hangs on a section's tip adds to it as one rigid body that its bends carry, and brings the
+columns of its own bends along. A function per section calls that of the next one between its way
+out, of velocities and what they carry, and its way back, of inertias and wrenches. Everything is
+about a section's base, in its axes; at the body, about B's origin in body axes. Kinds of bias:
+
+"full", all that is quadratic in the rates; "block", for the rows of the UAV B(z, (ω, 0)) and for
+those of the arms B(z, (0, ḃ)), see kernels/arm/element.py; "alone", of arms on a base at rest.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import warp as wp
+
+from continuair.kernels.arm.element import element_code
+from continuair.kernels.arm.joint import joint_code
+from continuair.kernels.arm.rigid import rigid_code
+from continuair.kernels.types import Tree, device_types, holding
+
+
+@dataclass(frozen=True)
+class TotalTypes:
+    """Total, a struct, and its matrices: columns of bends, and bends by bends."""
+
+    Total: Any
+    Columns: Any
+    Square: Any
+
+
+@cache
+def total_types(precision: str, tree: Tree) -> TotalTypes:
+    """The types for one precision and tree."""
+    types = device_types(precision, tree)
+    Real, vec3, mat33, Bends = types.Real, types.vec3, types.mat33, types.Bends
+    width = types.layout.bends
+    Columns = wp.types.matrix((3, width), Real)
+    Square = wp.types.matrix((width, width), Real)
+
+    @wp.struct
+    class Total:
+        """Of all arms about B: first moment, inertia and bias wrench; of their bends the columns of
+        force and moment on the body, inertia M and bias."""
+
+        H: vec3
+        I: mat33
+        force: vec3
+        moment: vec3
+        F: Columns
+        L: Columns
+        M: Square
+        bend: Bends
+
+    return holding(TotalTypes, locals())
+
+
+@dataclass(frozen=True)
+class ChainCode:
+    """Total, a struct, and total_of(y, table, plant, vehicle), all arms on the body; of_arm(arm)
+    gives the same function of one arm alone."""
+
+    Total: Any
+    total_of: Any
+    of_arm: Any
+
+
+@cache
+def chain_code(precision: str, tree: Tree, bias: str) -> ChainCode:
+    """The sum over all arms for one precision, tree and kind of bias."""
+    types, rigid = device_types(precision, tree), rigid_code(precision, tree)
+    Real, State, Plant, Row = types.Real, types.State, types.Plant, types.Row
+    vec3, spin_of, mount_of = types.vec3, types.spin_of, types.mount_of
+    matrix_of, Carried = rigid.matrix_of, joint_code(precision, tree).Carried
+    between, turned_by = rigid.between, rigid.turned_by
+    Total = total_types(precision, tree).Total
+    turned, block, alone = tree.turned, bias == "block", bias == "alone"
+
+    def adding(arm: int) -> Any:
+        """The function that adds an arm to the others."""
+        visit = _section(precision, tree, bias, arm, 0).visit
+        first, count = 2 * tree.first[arm], 2 * tree.sections[arm]
+
+        @wp.func
+        def add(total: Total, y: State, table: wp.array2d(dtype=Row), plant: Plant, vehicle: int):
+            p = mount_of(plant, arm)
+            T = matrix_of(plant.turn, arm)
+            w = spin_of(y)
+            if wp.static(alone):
+                w = vec3()
+            carried = Carried()
+            carried.base = wp.cross(w, wp.cross(w, p))
+            if wp.static(turned):
+                w = wp.transpose(T) * w
+                carried.base = wp.transpose(T) * carried.base
+            if wp.static(block):
+                c = visit(y, table, plant, vehicle, w, w, carried, Carried())
+            else:
+                c = visit(y, table, plant, vehicle, w, w, Carried(), carried)
+            body = c.body
+            F = c.F
+            L = c.L
+            if wp.static(turned):
+                body = turned_by(T, body)
+                F = T * F
+                L = T * L
+            f = body.force
+            n = body.moment
+            if wp.static(block):
+                f = body.turning_force
+                n = body.turning_moment
+            total.I += between(p, body.H, plant.arm_mass[arm], body.I)
+            total.H += body.H + plant.arm_mass[arm] * p
+            total.force += f
+            total.moment += n + wp.cross(p, f)
+            for j in range(count):
+                on = vec3(F[0, j], F[1, j], F[2, j])
+                about = vec3(L[0, j], L[1, j], L[2, j]) + wp.cross(p, on)
+                for r in range(3):
+                    total.F[r, first + j] = on[r]
+                    total.L[r, first + j] = about[r]
+                total.bend[first + j] = c.bend[j]
+                for r in range(count):
+                    total.M[first + r, first + j] = c.M[r, j]
+            return total
+
+        return add
+
+    @wp.func
+    def none(y: State, table: wp.array2d(dtype=Row), plant: Plant, vehicle: int):
+        return Total()
+
+    def plus_arm(before: Any, arm: int) -> Any:
+        """The function that sums what another one does, and an arm."""
+        add = adding(arm)
+
+        @wp.func
+        def summed(y: State, table: wp.array2d(dtype=Row), plant: Plant, vehicle: int):
+            return add(before(y, table, plant, vehicle), y, table, plant, vehicle)
+
+        return summed
+
+    @cache
+    def of_arm(arm: int) -> Any:
+        return plus_arm(none, arm)
+
+    total_of = none
+    for arm in range(len(tree.sections)):
+        total_of = plus_arm(total_of, arm)
+    return holding(ChainCode, locals())
+
+
+def _section(precision: str, tree: Tree, bias: str, arm: int, index: int) -> SimpleNamespace:
+    """The function visit(y, table, plant, vehicle, w, v, turning, bending) of a section and all
+    beyond it.
+
+    w: how its base turns; v: what of that is the body's turning, not that of bends. turning and
+    bending: what the base carries, by the parts of the bias; all in bending unless it is "block".
+    It returns a struct: body, the Rigid that all of it is on the base, and of the bends F, L, M
+    and bias, as in Total.
+    """
+    types, code = device_types(precision, tree), element_code(precision, tree)
+    joints, rigid = joint_code(precision, tree), rigid_code(precision, tree)
+    Real, State, Plant, Row = types.Real, types.State, types.Plant, types.Row
+    vec2, vec3, bend_of, bend_rate_of = types.vec2, types.vec3, types.bend_of, types.bend_rate_of
+    Carried, Joint, Rigid, Bias = joints.Carried, joints.Joint, rigid.Rigid, code.Bias
+    Element, Motion, Shape = code.Element, code.Motion, code.Shape
+    shape, motion, element = code.shape, code.motion, code.element
+    full_bias, turning_bias, bending_bias = code.full_bias, code.turning_bias, code.bending_bias
+    first_bending, own_bending, joint = code.first_bending, code.own_bending, joints.joint
+    full_carried, turning_carried = joints.full_carried, joints.turning_carried
+    bending_carried, carried_on = joints.bending_carried, joints.carried_on
+    turned_by, between, body_on_tip = rigid.turned_by, rigid.between, rigid.body_on_tip
+    at, beyond = tree.first[arm] + index, tree.sections[arm] - index - 1
+    first, block, alone = index == 0, bias == "block", bias == "alone"
+    own, others = 2 * (beyond + 1), 2 * beyond
+    loaded = beyond > 0 or tree.bodies
+    Columns, Square = wp.types.matrix((3, own), Real), wp.types.matrix((own, own), Real)
+    OwnBends = wp.types.vector(own, Real)
+    inner = _section(precision, tree, bias, arm, index + 1) if beyond else None
+
+    @wp.struct
+    class Chain:
+        body: Rigid
+        F: Columns
+        L: Columns
+        M: Square
+        bend: OwnBends
+
+    @wp.struct
+    class Biases:
+        turning: Bias
+        bending: Bias
+
+    @wp.func
+    def carried_by_base(e: Element, mass: Real, b: Bias, carried: Carried):
+        """A bias with what the base carries, too; that of an arm carries no turning."""
+        b.force += mass * carried.base
+        b.moment += wp.cross(e.H, carried.base)
+        b.bend += vec2(wp.dot(e.c0, carried.base), wp.dot(e.c1, carried.base))
+        if wp.static(not first):
+            b.force += wp.cross(carried.spin, e.H)
+            b.moment += e.I * carried.spin
+            b.bend += vec2(wp.dot(e.j0, carried.spin), wp.dot(e.j1, carried.spin))
+        return b
+
+    @wp.func
+    def biases(
+        s: Shape, e: Element, m: Motion, mass: Real, w: vec3, v: vec3, turning: Carried,
+        bending: Carried,
+    ):  # fmt: skip
+        out = Biases()
+        if wp.static(block):
+            out.turning = carried_by_base(e, mass, turning_bias(s, e, m, w, v), turning)
+            if wp.static(first):
+                out.bending = first_bending(s, e, m, w)
+            else:
+                out.bending = bending_bias(s, e, m, w, w - v)
+                out.bending = carried_by_base(e, mass, out.bending, bending)
+        elif wp.static(alone and first):
+            out.bending.bend = own_bending(s, m)
+        else:
+            out.bending = carried_by_base(e, mass, full_bias(s, e, m, w), bending)
+        return out
+
+    @wp.func
+    def bent(
+        y: State, plant: Plant, s: Shape, e: Element, m: Motion, w: vec3, v: vec3,
+        turning: Carried, bending: Carried,
+    ):  # fmt: skip
+        """The section alone."""
+        out = Chain()
+        b = biases(s, e, m, plant.section_mass[at], w, v, turning, bending)
+        out.body.H = e.H
+        out.body.I = e.I
+        out.body.force = b.bending.force
+        out.body.moment = b.bending.moment
+        out.body.turning_force = b.turning.force
+        out.body.turning_moment = b.turning.moment
+        for r in range(3):
+            out.F[r, 0] = e.c0[r]
+            out.F[r, 1] = e.c1[r]
+            out.L[r, 0] = e.j0[r]
+            out.L[r, 1] = e.j1[r]
+        out.M[0, 0] = e.n00
+        out.M[0, 1] = e.n01
+        out.M[1, 0] = e.n01
+        out.M[1, 1] = e.n11
+        out.bend[0] = b.bending.bend[0]
+        out.bend[1] = b.bending.bend[1]
+        return out
+
+    @wp.func
+    def with_body(out: Chain, j: Joint, m: Real, body: Rigid):
+        """The section with what hangs on its tip, of mass m, as a rigid body in its axes."""
+        H, I, f = body.H, body.I, body.force
+        u0 = m * j.p0 + wp.cross(j.w0, H)
+        u1 = m * j.p1 + wp.cross(j.w1, H)
+        v0 = wp.cross(H, j.p0) + I * j.w0
+        v1 = wp.cross(H, j.p1) + I * j.w1
+        out.body.I += between(j.p, H, m, I)
+        out.body.H += H + m * j.p
+        out.body.force += f
+        out.body.moment += body.moment + wp.cross(j.p, f)
+        out.body.turning_force += body.turning_force
+        out.body.turning_moment += body.turning_moment + wp.cross(j.p, body.turning_force)
+        n01 = wp.dot(j.p0, u1) + wp.dot(j.w0, v1)
+        out.M[0, 0] += wp.dot(j.p0, u0) + wp.dot(j.w0, v0)
+        out.M[0, 1] += n01
+        out.M[1, 0] += n01
+        out.M[1, 1] += wp.dot(j.p1, u1) + wp.dot(j.w1, v1)
+        out.bend[0] += wp.dot(j.p0, f) + wp.dot(j.w0, body.moment)
+        out.bend[1] += wp.dot(j.p1, f) + wp.dot(j.w1, body.moment)
+        l0 = v0 + wp.cross(j.p, u0)
+        l1 = v1 + wp.cross(j.p, u1)
+        for r in range(3):
+            out.F[r, 0] += u0[r]
+            out.F[r, 1] += u1[r]
+            out.L[r, 0] += l0[r]
+            out.L[r, 1] += l1[r]
+        return out
+
+    InnerChain = inner.Chain if inner else Chain
+    visit_inner = inner.visit if inner else None
+
+    @wp.func
+    def brought(out: Chain, j: Joint, c: InnerChain):
+        """With the columns of the bends beyond the joint."""
+        F = j.R * c.F
+        L = j.R * c.L
+        for k in range(others):
+            on = vec3(F[0, k], F[1, k], F[2, k])
+            about = vec3(L[0, k], L[1, k], L[2, k])
+            m0 = wp.dot(j.p0, on) + wp.dot(j.w0, about)
+            m1 = wp.dot(j.p1, on) + wp.dot(j.w1, about)
+            out.M[0, k + 2] = m0
+            out.M[1, k + 2] = m1
+            out.M[k + 2, 0] = m0
+            out.M[k + 2, 1] = m1
+            about += wp.cross(j.p, on)
+            for r in range(3):
+                out.F[r, k + 2] = on[r]
+                out.L[r, k + 2] = about[r]
+            out.bend[k + 2] = c.bend[k]
+            for r in range(others):
+                out.M[r + 2, k + 2] = c.M[r, k]
+        return out
+
+    @wp.func
+    def visit(
+        y: State, table: wp.array2d(dtype=Row), plant: Plant, vehicle: int, w: vec3, v: vec3,
+        turning: Carried, bending: Carried,
+    ):  # fmt: skip
+        b = bend_of(y, at)
+        db = bend_rate_of(y, at)
+        s = shape(table, vehicle, at, wp.dot(b, b))
+        m = motion(s, b, db)
+        e = element(s, plant.axial[at], b)
+        out = bent(y, plant, s, e, m, w, v, turning, bending)
+        if wp.static(loaded):
+            j = joint(s, plant.unit[at], b, db)
+            back = wp.transpose(j.R)
+            tip_w = back * (w + j.turned)
+            tip_v = back * v
+            on_tip = Carried()
+            if wp.static(block):
+                on_tip = carried_on(turning, turning_carried(j, w, v), j)
+                by_bends = bending_carried(s, plant.unit[at], j, m, w, w - v)
+            else:
+                by_bends = full_carried(s, plant.unit[at], j, m, w)
+            rest = carried_on(bending, by_bends, j)
+            if wp.static(beyond == 0):
+                of_bends = tip_w
+                if wp.static(block):
+                    of_bends = tip_w - tip_v
+                body = body_on_tip(plant, arm, tip_w, tip_v, of_bends, on_tip, rest)
+                out = with_body(out, j, plant.beyond[at], turned_by(j.R, body))
+            else:
+                c = visit_inner(y, table, plant, vehicle, tip_w, tip_v, on_tip, rest)
+                out = with_body(out, j, plant.beyond[at], turned_by(j.R, c.body))
+                out = brought(out, j, c)
+        return out
+
+    return SimpleNamespace(visit=visit, Chain=Chain)

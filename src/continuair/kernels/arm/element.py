@@ -1,0 +1,263 @@
+"""Device code of one section as a body with two bends, about its own base and in its own axes.
+
+A section's axes are those in which it points along -z where it is straight; lengths along it are in
+units of its λ (engine/moments.py). With a the acceleration of the base, ω and ω̇ its turning,
+
+    force on the base  m a + ω̇×H + J_c b̈ + f        moment  H×a + I ω̇ + J b̈ + n
+    on the bend        J_cᵀ a + Jᵀ ω̇ + N b̈ + q
+
+and f, n, q quadratic in z = (ω, ḃ). docs/numerics.md derives every term. Of the symmetric form
+B(z, z') with (f, n, q) = B(z, z) the block-decoupled models take parts: z' = (ω', 0), how UAV and
+frozen arms turn, for the rows of the UAV, and the rest, z' = z - (ω', 0), for those of the arms.
+Warp reads annotations as types, so they are not postponed here.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from continuair.kernels.types import MOMENTS, Tree, device_types, holding
+
+
+@dataclass(frozen=True)
+class ElementCode:
+    """Structs and functions of a section; each is defined, and said what it is, below."""
+
+    Shape: Any
+    Element: Any
+    Motion: Any
+    Bias: Any
+    shape: Any
+    motion: Any
+    element: Any
+    full_bias: Any
+    turning_bias: Any
+    bending_bias: Any
+    own_bending: Any
+    first_bending: Any
+
+
+@cache
+def element_code(precision: str, tree: Tree) -> ElementCode:
+    """The functions for one precision; the tree says what types they take."""
+    types = device_types(precision, tree)
+    Real, Row = types.Real, types.Row
+    vec2, vec3, mat33 = types.vec2, types.vec3, types.mat33
+    alpha, beta, P, Q, S, KP, KQ, KW, NP, ND, A, Gamma = range(len(MOMENTS))
+    quarter, half, two = Real(0.25), Real(0.5), Real(2.0)
+    sections = types.layout.sections
+
+    @wp.struct
+    class Shape:
+        """Functions of a section at u = |b|², their first derivatives in u, and four second."""
+
+        f: Row
+        d: Row
+        dd_alpha: Real
+        dd_beta: Real
+        dd_A: Real
+        dd_Gamma: Real
+
+    @wp.struct
+    class Motion:
+        """How a section bends: b, ḃ, u̇, b×ḃ; and the first moment's rate, J ḃ."""
+
+        b: vec2
+        db: vec2
+        u: Real
+        du: Real
+        c: Real
+        moved: vec3
+        turned: vec3
+
+    @wp.struct
+    class Element:
+        """First moment H, inertia I, columns of J_c and J per bend, and N."""
+
+        H: vec3
+        I: mat33
+        c0: vec3
+        c1: vec3
+        j0: vec3
+        j1: vec3
+        n00: Real
+        n01: Real
+        n11: Real
+
+    @wp.struct
+    class Bias:
+        """f, n and q."""
+
+        force: vec3
+        moment: vec3
+        bend: vec2
+
+    @wp.func
+    def shape(table: wp.array2d(dtype=Row), vehicle: int, section: int, u: Real):
+        """Polynomials of a section, at its bend; the terms of the sections follow each other."""
+        w = u - Real(1.0)
+        f = Row()
+        d = Row()
+        sa = Real(0.0)
+        sb = Real(0.0)
+        sA = Real(0.0)
+        sG = Real(0.0)
+        terms = table.shape[1] // sections
+        for j in range(terms):
+            sa = sa * w + d[alpha]
+            sb = sb * w + d[beta]
+            sA = sA * w + d[A]
+            sG = sG * w + d[Gamma]
+            d = d * w + f
+            f = f * w + table[vehicle, section * terms + j]
+        out = Shape()
+        out.f = f
+        out.d = d
+        out.dd_alpha = Real(2.0) * sa
+        out.dd_beta = Real(2.0) * sb
+        out.dd_A = Real(2.0) * sA
+        out.dd_Gamma = Real(2.0) * sG
+        return out
+
+    @wp.func
+    def motion(s: Shape, b: vec2, db: vec2):
+        out = Motion()
+        out.b = b
+        out.db = db
+        out.u = wp.dot(b, b)
+        out.du = two * wp.dot(b, db)
+        out.c = b[0] * db[1] - b[1] * db[0]
+        lift = s.d[alpha] * out.du
+        out.moved = vec3(
+            s.f[alpha] * db[0] + lift * b[0], s.f[alpha] * db[1] + lift * b[1], -s.d[beta] * out.du
+        )
+        spin = s.f[KW] * out.du
+        out.turned = vec3(
+            s.f[KQ] * db[1] + spin * b[1], -s.f[KQ] * db[0] - spin * b[0], s.f[KP] * out.c
+        )
+        return out
+
+    @wp.func
+    def element(s: Shape, axial: Real, b: vec2):
+        out = Element()
+        x = b[0]
+        y = b[1]
+        u = wp.dot(b, b)
+        f = s.f
+        out.H = vec3(f[alpha] * x, f[alpha] * y, -f[beta])
+        d = axial + u * f[P] + f[S]
+        xy = -f[P] * x * y
+        xz = f[Q] * x
+        yz = f[Q] * y
+        out.I = mat33(d - f[P] * x * x, xy, xz, xy, d - f[P] * y * y, yz, xz, yz, d - f[S])
+        ca = two * s.d[alpha]
+        cb = -two * s.d[beta]
+        out.c0 = vec3(f[alpha] + ca * x * x, ca * x * y, cb * x)
+        out.c1 = vec3(ca * x * y, f[alpha] + ca * y * y, cb * y)
+        kw = two * f[KW]
+        out.j0 = vec3(kw * x * y, -f[KQ] - kw * x * x, -f[KP] * y)
+        out.j1 = vec3(f[KQ] + kw * y * y, -kw * x * y, f[KP] * x)
+        out.n00 = f[NP] + f[ND] * x * x
+        out.n01 = f[ND] * x * y
+        out.n11 = f[NP] + f[ND] * y * y
+        return out
+
+    @wp.func
+    def second_rate(s: Shape, m: Motion):
+        """d²H/dt² at b̈ = 0, in the section's axes."""
+        ddu = two * wp.dot(m.db, m.db)
+        lift = two * s.d[alpha] * m.du
+        out = s.d[alpha] * ddu + s.dd_alpha * m.du * m.du
+        up = s.d[beta] * ddu + s.dd_beta * m.du * m.du
+        return vec3(lift * m.db[0] + out * m.b[0], lift * m.db[1] + out * m.b[1], -up)
+
+    @wp.func
+    def second_turn(s: Shape, m: Motion):
+        """The rate of J ḃ at b̈ = 0, in the section's axes."""
+        ddu = two * wp.dot(m.db, m.db)
+        turn = (s.d[KQ] + s.f[KW]) * m.du
+        twist = s.d[KW] * m.du * m.du + s.f[KW] * ddu
+        b, db = m.b, m.db
+        return vec3(turn * db[1] + twist * b[1], -turn * db[0] - twist * b[0], s.d[KP] * m.du * m.c)
+
+    @wp.func
+    def exchange(s: Shape, m: Motion, w: vec3):
+        """İ ω: the inertia changes as the section bends."""
+        b, db = m.b, m.db
+        bw = b[0] * w[0] + b[1] * w[1]
+        dbw = db[0] * w[0] + db[1] * w[1]
+        on_b = m.du * (s.d[Q] * w[2] - s.d[P] * bw) - s.f[P] * dbw
+        on_db = s.f[Q] * w[2] - s.f[P] * bw
+        on_z = m.du * (s.d[Q] * bw - s.d[S] * w[2]) + s.f[Q] * dbw
+        on_w = m.du * (s.f[P] + m.u * s.d[P] + s.d[S])
+        return on_w * w + vec3(on_b * b[0] + on_db * db[0], on_b * b[1] + on_db * db[1], on_z)
+
+    @wp.func
+    def own_bending(s: Shape, m: Motion):
+        """q of a section whose base does not turn: Ṅ ḃ - ½ ∂(ḃᵀ N ḃ)/∂b."""
+        ddu = two * wp.dot(m.db, m.db)
+        along = quarter * s.d[ND] * m.du * m.du + half * (s.f[ND] - s.d[NP]) * ddu
+        return s.d[NP] * m.du * m.db + along * m.b
+
+    @wp.func
+    def across(s: Shape, m: Motion, w: vec3):
+        """How a turning w and a bend's rate across it push the bend: half of that part of q."""
+        bw = m.b[0] * w[0] + m.b[1] * w[1]
+        return (s.d[KQ] - s.f[KW]) * bw + (s.f[KP] + m.u * s.d[KP]) * w[2]
+
+    @wp.func
+    def centrifugal(s: Shape, m: Motion, w: vec3, v: vec3):
+        """-½ ∂(ωᵀ I ω)/∂b, as a symmetric form in w and v."""
+        bw = m.b[0] * w[0] + m.b[1] * w[1]
+        bv = m.b[0] * v[0] + m.b[1] * v[1]
+        slope = s.f[P] + m.u * s.d[P] + s.d[S]
+        along = slope * wp.dot(w, v) - s.d[P] * bw * bv - s.d[S] * w[2] * v[2]
+        along += s.d[Q] * (bw * v[2] + bv * w[2])
+        of_w = half * (s.f[P] * bw - s.f[Q] * w[2])
+        of_v = half * (s.f[P] * bv - s.f[Q] * v[2])
+        return of_w * vec2(v[0], v[1]) + of_v * vec2(w[0], w[1]) - along * m.b
+
+    @wp.func
+    def full_bias(s: Shape, e: Element, m: Motion, w: vec3):
+        """B(z, z)."""
+        out = Bias()
+        out.force = wp.cross(w, wp.cross(w, e.H) + two * m.moved) + second_rate(s, m)
+        out.moment = wp.cross(w, e.I * w + m.turned) + exchange(s, m, w) + second_turn(s, m)
+        rate = two * across(s, m, w)
+        out.bend = own_bending(s, m) + rate * vec2(-m.db[1], m.db[0]) + centrifugal(s, m, w, w)
+        return out
+
+    @wp.func
+    def turning_bias(s: Shape, e: Element, m: Motion, w: vec3, v: vec3):
+        """Force and moment of B(z, (v, 0)); w: of z."""
+        out = Bias()
+        out.force = half * (wp.cross(w, wp.cross(v, e.H)) + wp.cross(v, wp.cross(w, e.H)))
+        out.force += wp.cross(v, m.moved)
+        out.moment = wp.cross(w, e.I * v) + wp.cross(v, e.I * w + m.turned) + exchange(s, m, v)
+        out.moment = half * out.moment
+        return out
+
+    @wp.func
+    def bending_bias(s: Shape, e: Element, m: Motion, w: vec3, v: vec3):
+        """B(z, (v, ḃ)) with the bend's rate of z; w: of z."""
+        out = Bias()
+        out.force = half * (wp.cross(w, wp.cross(v, e.H)) + wp.cross(v, wp.cross(w, e.H)))
+        out.force += wp.cross(w + v, m.moved) + second_rate(s, m)
+        out.moment = wp.cross(w, e.I * v + m.turned) + wp.cross(v, e.I * w + m.turned)
+        out.moment = half * (out.moment + exchange(s, m, w + v)) + second_turn(s, m)
+        rate = across(s, m, w + v)
+        out.bend = own_bending(s, m) + rate * vec2(-m.db[1], m.db[0]) + centrifugal(s, m, w, v)
+        return out
+
+    @wp.func
+    def first_bending(s: Shape, e: Element, m: Motion, w: vec3):
+        """As bending_bias with v = 0: of a section whose base the arms do not turn."""
+        out = Bias()
+        out.force = wp.cross(w, m.moved) + second_rate(s, m)
+        out.moment = half * (wp.cross(w, m.turned) + exchange(s, m, w)) + second_turn(s, m)
+        out.bend = own_bending(s, m) + across(s, m, w) * vec2(-m.db[1], m.db[0])
+        return out
+
+    return holding(ElementCode, locals())

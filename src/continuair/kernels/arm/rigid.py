@@ -1,0 +1,116 @@
+"""Device code of rigid bodies: what hangs on a joint, with its wrenches, and the body on a tip."""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from continuair.kernels.arm.joint import joint_code
+from continuair.kernels.types import Tree, device_types, holding
+
+
+@dataclass(frozen=True)
+class RigidCode:
+    """Rigid, a struct, and what joints do to one; body_on_tip gives that of an arm."""
+
+    Rigid: Any
+    between: Any
+    congruent: Any
+    turned_by: Any
+    matrix_of: Any
+    body_on_tip: Any
+
+
+@cache
+def rigid_code(precision: str, tree: Tree) -> RigidCode:
+    """The functions for one precision and tree."""
+    types, Carried = device_types(precision, tree), joint_code(precision, tree).Carried
+    Real, vec3, mat33, Plant = types.Real, types.vec3, types.mat33, types.Plant
+    Matrices = types.Matrices
+    half, two = Real(0.5), Real(2.0)
+
+    @wp.struct
+    class Rigid:
+        """First moment, inertia and bias wrench; and the bias of turning, where it is apart."""
+
+        H: vec3
+        I: mat33
+        force: vec3
+        moment: vec3
+        turning_force: vec3
+        turning_moment: vec3
+
+    @wp.func
+    def between(p: vec3, H: vec3, m: Real, I: mat33):
+        """Inertia about a base of what has mass m, first moment H and inertia I about point p."""
+        h = two * H + m * p
+        d = wp.dot(p, h)
+        xy = -half * (p[0] * h[1] + p[1] * h[0])
+        xz = -half * (p[0] * h[2] + p[2] * h[0])
+        yz = -half * (p[1] * h[2] + p[2] * h[1])
+        return I + mat33(d - p[0] * h[0], xy, xz, xy, d - p[1] * h[1], yz, xz, yz, d - p[2] * h[2])
+
+    @wp.func
+    def congruent(R: mat33, I: mat33):
+        """R I Rᵀ of a symmetric I."""
+        T = R * I
+        xx = T[0, 0] * R[0, 0] + T[0, 1] * R[0, 1] + T[0, 2] * R[0, 2]
+        xy = T[0, 0] * R[1, 0] + T[0, 1] * R[1, 1] + T[0, 2] * R[1, 2]
+        xz = T[0, 0] * R[2, 0] + T[0, 1] * R[2, 1] + T[0, 2] * R[2, 2]
+        yy = T[1, 0] * R[1, 0] + T[1, 1] * R[1, 1] + T[1, 2] * R[1, 2]
+        yz = T[1, 0] * R[2, 0] + T[1, 1] * R[2, 1] + T[1, 2] * R[2, 2]
+        zz = T[2, 0] * R[2, 0] + T[2, 1] * R[2, 1] + T[2, 2] * R[2, 2]
+        return mat33(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+
+    @wp.func
+    def turned_by(R: mat33, body: Rigid):
+        """In axes that R turns to."""
+        out = Rigid()
+        out.H = R * body.H
+        out.I = congruent(R, body.I)
+        out.force = R * body.force
+        out.moment = R * body.moment
+        out.turning_force = R * body.turning_force
+        out.turning_moment = R * body.turning_moment
+        return out
+
+    @wp.func
+    def matrix_of(rows: Matrices, arm: int):
+        """That of one arm."""
+        return mat33(
+            rows[arm, 0], rows[arm, 1], rows[arm, 2], rows[arm, 3], rows[arm, 4], rows[arm, 5],
+            rows[arm, 6], rows[arm, 7], rows[arm, 8],
+        )  # fmt: skip
+
+    @wp.func
+    def force_of_turning(H: vec3, w: vec3, v: vec3):
+        """The symmetric form of ω×(ω×H)."""
+        return half * (wp.cross(w, wp.cross(v, H)) + wp.cross(v, wp.cross(w, H)))
+
+    @wp.func
+    def moment_of_turning(I: mat33, w: vec3, v: vec3):
+        """The symmetric form of ω×(I ω)."""
+        return half * (wp.cross(w, I * v) + wp.cross(v, I * w))
+
+    @wp.func
+    def body_on_tip(
+        plant: Plant, arm: int, w: vec3, v: vec3, rest: vec3, turning: Carried, bending: Carried
+    ):
+        """w: turning of the tip; v and rest: what of it the parts `turning` and `bending` hold."""
+        out = Rigid()
+        m = plant.body_mass[arm]
+        b = plant.body_moment
+        H = vec3(b[arm, 0], b[arm, 1], b[arm, 2])
+        I = matrix_of(plant.body_inertia, arm)
+        out.H = H
+        out.I = I
+        out.force = m * bending.base + wp.cross(bending.spin, H) + force_of_turning(H, w, rest)
+        out.moment = wp.cross(H, bending.base) + I * bending.spin + moment_of_turning(I, w, rest)
+        out.turning_force = m * turning.base + wp.cross(turning.spin, H)
+        out.turning_force += force_of_turning(H, w, v)
+        out.turning_moment = wp.cross(H, turning.base) + I * turning.spin
+        out.turning_moment += moment_of_turning(I, w, v)
+        return out
+
+    return holding(RigidCode, locals())

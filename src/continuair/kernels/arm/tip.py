@@ -1,0 +1,264 @@
+"""Device code of where the arms' tips are, how they move, and what a wrench on one does.
+
+An arm is followed section by section from its mount, in body axes; a section's tip lies in closed
+form at its bend, in units of its λ. The tip's axes are the last section's, turned half about x.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from continuair.kernels.types import FULL_LENGTH, Tree, device_types, holding
+
+
+@dataclass(frozen=True)
+class TipCode:
+    """Structs and functions of the arms' tips; each is defined, and said what it is, below.
+
+    tip_of(arm), moving_tip_of(arm) and wrench_on(arm) give the functions of one arm;
+    points_of_tips is of all.
+    """
+
+    Tip: Any
+    MovingTip: Any
+    End: Any
+    end_of: Any
+    bent_by: Any
+    tip_of: Any
+    moving_tip_of: Any
+    wrench_on: Any
+    points_of_tips: Any
+
+
+@cache
+def tip_code(precision: str, tree: Tree) -> TipCode:
+    """The functions for one precision and tree."""
+    types = device_types(precision, tree)
+    Real, State, Plant, Bends = types.Real, types.State, types.Plant, types.Bends
+    Vectors = types.Vectors
+    vec2, vec3, vec4, quat = types.vec2, types.vec3, types.vec4, types.quat
+    bend_of, bend_rate_of, mount_of = types.bend_of, types.bend_rate_of, types.mount_of
+    zero, half, one, two = Real(0.0), Real(0.5), Real(1.0), Real(2.0)
+    full, turned = Real(FULL_LENGTH), tree.turned
+
+    @wp.struct
+    class End:
+        """A section's end seen from its base: point [λ], and A, A', B', Γ there."""
+
+        point: vec3
+        A: Real
+        dA: Real
+        dB: Real
+        Gamma: Real
+
+    @wp.struct
+    class Tip:
+        """An arm's tip on the body: point [m] and tip frame."""
+
+        point: vec3
+        attitude: quat
+
+    @wp.struct
+    class MovingTip:
+        """A tip with its velocity as bends move it [m/s], and its turning with that of bends."""
+
+        tip: Tip
+        swept: vec3
+        turned: vec3
+
+    @wp.func
+    def stumpff(z: Real):
+        """c_1 … c_4 of z; c_0 is 1 - z c_2."""
+        if z < Real(0.25):
+            c3 = Real(0.0)
+            c4 = Real(0.0)
+            for i in range(7):
+                n = Real(2.0) * Real(6 - i)
+                # The compiler folds these quotients of constants; dividing would wait for each.
+                c3 = (Real(1.0) - z * c3) * (Real(1.0) / ((n + Real(3.0)) * (n + Real(2.0))))
+                c4 = (Real(1.0) - z * c4) * (Real(1.0) / ((n + Real(4.0)) * (n + Real(3.0))))
+            c4 = c4 * Real(0.5)
+            return vec4(Real(1.0) - z * c3, Real(0.5) - z * c4, c3, c4)
+        x = wp.sqrt(z)
+        sine = wp.sin(Real(0.5) * x)
+        c1 = wp.sin(x) / x
+        c2 = Real(2.0) * sine * sine / z
+        return vec4(c1, c2, (Real(1.0) - c1) / z, (Real(0.5) - c2) / z)
+
+    @wp.func
+    def end_of(b: vec2):
+        out = End()
+        c = stumpff(full * full * wp.dot(b, b))
+        A = full * full * c[1]
+        out.A = A
+        out.dA = full * full * full * full * (c[3] - half * c[2])
+        out.dB = half * full * full * full * (c[2] - c[1])
+        out.Gamma = full * full * full * c[2]
+        out.point = vec3(A * b[0], A * b[1], -full * c[0])
+        return out
+
+    @wp.func
+    def bent_by(b: vec2):
+        """The turn of a section's end, about (-b_y, b_x) by -|b| σ."""
+        x = half * full * wp.sqrt(wp.dot(b, b))
+        s = half * full
+        if x > Real(1e-4):
+            s = half * full * wp.sin(x) / x
+        return quat(s * b[1], -s * b[0], zero, wp.cos(x))
+
+    @wp.func
+    def along_bend(a: Real, d_a: Real, d_beta: Real, b: vec2, force: vec3):
+        """Jᵀ force of a point at (a b, -β), whose derivatives in u are d_a and d_beta."""
+        h = vec2(force[0], force[1])
+        return a * h + two * (d_a * wp.dot(b, h) - d_beta * force[2]) * b
+
+    @wp.func
+    def wrench_on_bend(end: End, unit: Real, b: vec2, force: vec3, moment: vec3):
+        """Jᵀ (force, moment): a wrench on a section's end, in its axes, as a force on its bend."""
+        twist = end.A * moment[2] - end.Gamma * (b[0] * moment[0] + b[1] * moment[1])
+        bend = unit * along_bend(end.A, end.dA, end.dB, b, force)
+        return bend + full * vec2(-moment[1], moment[0]) + twist * vec2(-b[1], b[0])
+
+    @wp.func
+    def swept_by(end: End, unit: Real, b: vec2, db: vec2):
+        """Velocity of a section's end as it bends [m/s], in its axes."""
+        along = two * wp.dot(b, db)
+        return unit * vec3(
+            end.A * db[0] + end.dA * along * b[0],
+            end.A * db[1] + end.dA * along * b[1],
+            -end.dB * along,
+        )
+
+    @wp.func
+    def turned_by(end: End, b: vec2, db: vec2):
+        """Turning of a section's end as it bends, in its axes."""
+        across = b[0] * db[1] - b[1] * db[0]
+        return vec3(
+            full * db[1] - end.Gamma * b[0] * across,
+            -full * db[0] - end.Gamma * b[1] * across,
+            end.A * across,
+        )
+
+    @wp.func
+    def mounted(plant: Plant, arm: int):
+        """Where an arm begins."""
+        out = Tip()
+        out.point = mount_of(plant, arm)
+        t = plant.mount_attitude
+        out.attitude = quat(t[arm, 0], t[arm, 1], t[arm, 2], t[arm, 3])
+        return out
+
+    @wp.func
+    def half_turn(attitude: quat):
+        """The tip frame, whose z points out of the arm, on axes in which it lies along -z."""
+        return attitude * quat(one, zero, zero, zero)
+
+    def tip_of(arm: int) -> Any:
+        first, last = tree.first[arm], tree.first[arm] + tree.sections[arm]
+
+        @wp.func
+        def tip(y: State, plant: Plant):
+            """The Tip of this arm."""
+            out = mounted(plant, arm)
+            for i in range(first, last):
+                b = bend_of(y, i)
+                step = plant.unit[i] * end_of(b).point
+                if wp.static(turned or tree.sections[arm] > 1):
+                    step = wp.quat_rotate(out.attitude, step)
+                out.point += step
+                if wp.static(turned or tree.sections[arm] > 1):
+                    out.attitude = out.attitude * bent_by(b)
+                else:
+                    out.attitude = bent_by(b)
+            out.attitude = half_turn(out.attitude)
+            return out
+
+        return tip
+
+    def moving_tip_of(arm: int) -> Any:
+        first, last = tree.first[arm], tree.first[arm] + tree.sections[arm]
+
+        @wp.func
+        def moving_tip(y: State, plant: Plant):
+            """The MovingTip of this arm, in body axes."""
+            at = mounted(plant, arm)
+            swept = vec3()
+            spun = vec3()
+            for i in range(first, last):
+                b = bend_of(y, i)
+                db = bend_rate_of(y, i)
+                end = end_of(b)
+                step = plant.unit[i] * end.point
+                moved = swept_by(end, plant.unit[i], b, db)
+                spin = turned_by(end, b, db)
+                turn = bent_by(b)
+                if wp.static(turned or tree.sections[arm] > 1):
+                    step = wp.quat_rotate(at.attitude, step)
+                    moved = wp.quat_rotate(at.attitude, moved)
+                    spin = wp.quat_rotate(at.attitude, spin)
+                    turn = at.attitude * turn
+                swept += wp.cross(spun, step) + moved
+                spun += spin
+                at.point += step
+                at.attitude = turn
+            at.attitude = half_turn(at.attitude)
+            out = MovingTip()
+            out.tip = at
+            out.swept = swept
+            out.turned = spun
+            return out
+
+        return moving_tip
+
+    def wrench_on(arm: int) -> Any:
+        first, count = tree.first[arm], tree.sections[arm]
+
+        @wp.func
+        def wrench(y: State, plant: Plant, tip: Tip, force: vec3, moment: vec3):
+            """Jᵀ (force, moment): a wrench on this arm's tip, in body axes, on all bends."""
+            out = Bends()
+            at = mounted(plant, arm)
+            for k in range(count):
+                i = first + k
+                b = bend_of(y, i)
+                end = end_of(b)
+                f = force
+                m = moment
+                if wp.static(turned or count > 1):
+                    at.point += wp.quat_rotate(at.attitude, plant.unit[i] * end.point)
+                    f = wp.quat_rotate_inv(at.attitude, force)
+                    m = wp.quat_rotate_inv(
+                        at.attitude, moment + wp.cross(tip.point - at.point, force)
+                    )
+                    at.attitude = at.attitude * bent_by(b)
+                on = wrench_on_bend(end, plant.unit[i], b, f, m)
+                out[2 * i] = on[0]
+                out[2 * i + 1] = on[1]
+            return out
+
+        return wrench
+
+    @wp.func
+    def no_points(y: State, plant: Plant):
+        return Vectors()
+
+    def plus_point(before: Any, arm: int) -> Any:
+        tip = tip_of(arm)
+
+        @wp.func
+        def points(y: State, plant: Plant):
+            """The tips on the body [m], arm by arm."""
+            out = before(y, plant)
+            at = tip(y, plant).point
+            for j in range(3):
+                out[arm, j] = at[j]
+            return out
+
+        return points
+
+    points_of_tips = no_points
+    for arm in range(len(tree.sections)):
+        points_of_tips = plus_point(points_of_tips, arm)
+    return holding(TipCode, locals())

@@ -1,0 +1,176 @@
+"""Device code that solves the rows of the dynamics (kernels/dynamics.py) for the accelerations."""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from continuair.kernels.arm.chain import total_types
+from continuair.kernels.arm.rigid import rigid_code
+from continuair.kernels.types import Tree, device_types, holding
+
+
+@dataclass(frozen=True)
+class EliminationCode:
+    """Rows and Accelerations, structs; the rows solved with the blocks between UAV and arms, and
+    without; and the bends alone."""
+
+    Rows: Any
+    Accelerations: Any
+    together: Any
+    apart: Any
+    bends_alone: Any
+
+
+@cache
+def elimination_code(precision: str, tree: Tree) -> EliminationCode:
+    """The functions for one precision and tree."""
+    types, between = device_types(precision, tree), rigid_code(precision, tree).between
+    Real, vec3, mat33, Bends = types.Real, types.vec3, types.mat33, types.Bends
+    sums = total_types(precision, tree)
+    Total, Columns, Square = sums.Total, sums.Columns, sums.Square
+    one, bends = Real(1.0), types.layout.bends
+
+    @wp.struct
+    class Rows:
+        """Right sides: force [N] and moment about B's origin [N m], body axes; on the bends."""
+
+        force: vec3
+        moment: vec3
+        bend: Bends
+
+    @wp.struct
+    class Accelerations:
+        """a' in body axes, ω̇ and b̈."""
+
+        base: vec3
+        spin: vec3
+        bend: Bends
+
+    @wp.func
+    def solve_symmetric(m: mat33, r: vec3):
+        """m⁻¹ r for a symmetric m."""
+        a = m[1, 1] * m[2, 2] - m[1, 2] * m[1, 2]
+        d = m[0, 2] * m[1, 2] - m[0, 1] * m[2, 2]
+        e = m[0, 1] * m[1, 2] - m[0, 2] * m[1, 1]
+        scale = one / (m[0, 0] * a + m[0, 1] * d + m[0, 2] * e)
+        b = m[0, 0] * m[2, 2] - m[0, 2] * m[0, 2]
+        c = m[0, 0] * m[1, 1] - m[0, 1] * m[0, 1]
+        f = m[0, 1] * m[0, 2] - m[0, 0] * m[1, 2]
+        return scale * vec3(
+            a * r[0] + d * r[1] + e * r[2],
+            d * r[0] + b * r[1] + f * r[2],
+            e * r[0] + f * r[1] + c * r[2],
+        )
+
+    @wp.func
+    def column(m: Columns, j: int):
+        return vec3(m[0, j], m[1, j], m[2, j])
+
+    @wp.struct
+    class Factors:
+        """Of a symmetric matrix Uᵀ D U: D inverted, and U, whose diagonal is 1 and not kept."""
+
+        U: Square
+        inverse: Bends
+
+    @wp.func
+    def factored(M: Square):
+        """Of the upper triangle of M."""
+        out = Factors()
+        for j in range(bends):
+            inverse = one / M[j, j]
+            out.inverse[j] = inverse
+            for i in range(bends):
+                if wp.static(i > j):
+                    share = M[j, i] * inverse
+                    out.U[j, i] = share
+                    for h in range(bends):
+                        if wp.static(h >= i):
+                            M[i, h] = M[i, h] - share * M[j, h]
+        return out
+
+    @wp.func
+    def forward(f: Factors, r: Bends):
+        """U⁻ᵀ r."""
+        for j in range(bends):
+            for i in range(bends):
+                if wp.static(i > j):
+                    r[i] = r[i] - f.U[j, i] * r[j]
+        return r
+
+    @wp.func
+    def backward(f: Factors, r: Bends):
+        """(D U)⁻¹ r."""
+        for k in range(bends):
+            j = wp.static(bends - 1 - k)
+            x = f.inverse[j] * r[j]
+            for i in range(bends):
+                if wp.static(i > bends - 1 - k):
+                    x = x - f.U[j, i] * r[i]
+            r[j] = x
+        return r
+
+    @wp.func
+    def bends_alone(total: Total, rows: Rows):
+        """b̈ of arms on a base that is at rest."""
+        f = factored(total.M)
+        return backward(f, forward(f, rows.bend))
+
+    @wp.func
+    def apart(mass: Real, inertia: mat33, total: Total, rows: Rows):
+        """The vehicle with its arms frozen, and the arms, each alone."""
+        c = total.H / mass
+        out = Accelerations()
+        reduced = inertia - between(c, vec3(), mass, mat33())
+        out.spin = solve_symmetric(reduced, rows.moment - wp.cross(c, rows.force))
+        out.bend = bends_alone(total, rows)
+        out.base = (rows.force - wp.cross(out.spin, total.H)) / mass
+        return out
+
+    @wp.func
+    def about_common_centre(mass: Real, c: vec3, total: Total):
+        """M and L with the translation eliminated; c: the common centre of mass."""
+        for j in range(bends):
+            on = column(total.F, j)
+            about = wp.cross(c, on)
+            for k in range(3):
+                total.L[k, j] = total.L[k, j] - about[k]
+            for i in range(bends):
+                if wp.static(i <= j):
+                    total.M[i, j] = total.M[i, j] - wp.dot(column(total.F, i), on) / mass
+        return total
+
+    @wp.func
+    def together(mass: Real, inertia: mat33, total: Total, rows: Rows):
+        """All rows; inertia: of UAV and arms about B's origin."""
+        c = total.H / mass
+        about = about_common_centre(mass, c, total)
+        f = factored(about.M)
+        L = about.L
+        for j in range(bends):
+            for i in range(bends):
+                if wp.static(i > j):
+                    for k in range(3):
+                        L[k, i] = L[k, i] - f.U[j, i] * L[k, j]
+        r = forward(f, rows.bend)
+        schur = inertia - between(c, vec3(), mass, mat33())
+        moment = rows.moment - wp.cross(c, rows.force)
+        for j in range(bends):
+            turn = column(L, j)
+            scaled = f.inverse[j] * turn
+            schur -= wp.outer(scaled, turn)
+            moment -= r[j] * scaled
+        out = Accelerations()
+        out.spin = solve_symmetric(schur, moment)
+        for j in range(bends):
+            r[j] = r[j] - wp.dot(column(L, j), out.spin)
+        out.bend = backward(f, r)
+        moved = wp.cross(out.spin, total.H)
+        for j in range(bends):
+            moved += out.bend[j] * column(total.F, j)
+        out.base = (rows.force - moved) / mass
+        return out
+
+    return holding(EliminationCode, locals())
