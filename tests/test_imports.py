@@ -31,8 +31,11 @@ ROOMS = {
         {"cli"},
     ],
     "vehicle": [
-        {"fields", "runs", "layout"},
-        {"arm", "camera", "uav", "coordinates"},
+        {"fields", "layout"},
+        {"inertia", "runs"},
+        {"disk", "camera", "uav", "coordinates"},
+        {"section"},
+        {"arms", "changes"},
         {"vehicle"},
         {"vehicle_file"},
     ],

@@ -16,7 +16,8 @@ import numpy as np
 from pydantic import BaseModel
 
 from continuair import checks
-from continuair.errors import ContinuairWarning, InputError, nearest, shown
+from continuair.errors import ContinuairWarning, InputError, named_fields, nearest, shown
+from continuair.vehicle.fields import kinds, label, named
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -34,12 +35,9 @@ def replace(model: Model, changes: Mapping[str, Any]) -> Model:
     for path, value in changes.items():
         _set(tree, path, value)
     runs = _common_length(tree)
-    parts = {name: getattr(model, name) for name in type(model).model_fields}
+    parts = dict(model)
     for name in {path.split(".")[0] for path in changes}:
-        if isinstance(parts[name], BaseModel) and isinstance(tree[name], dict):
-            parts[name] = _build(type(parts[name]), tree[name], runs, f"{name}.")
-        else:
-            parts[name] = tree[name]
+        parts[name] = _rebuilt(type(model), name, tree[name], runs)
     # A model is validated again inside another, which holds for one run only.
     checked = type(model)(**{name: pick(part, 0) for name, part in parts.items()})
     return type(model).model_construct(**(dict(checked) | parts)) if runs else checked
@@ -126,8 +124,14 @@ def _index(node: Any, key: str, parents: list[str]) -> str | int:
     if not isinstance(node, list):
         whole = "differs from run to run" if isinstance(node, _Runs) else "has no parts"
         raise InputError(f"{path} cannot be set because {owner} {whole}; give {owner} as a whole.")
+    names = [label(entry, index) for index, entry in enumerate(node)]
+    if key in names:
+        return names.index(key)
     if key.isdecimal() and int(key) < len(node):
         return int(key)
+    if names and not all(name.isdecimal() for name in names):
+        valid = [".".join([*parents, name]) for name in names]
+        raise InputError(f"{path} does not exist; {nearest(path, valid)}.")
     remedy = f"use an index from 0 to {len(node) - 1}" if node else f"set {owner} first"
     raise InputError(f"{path} does not exist because {owner} has length {len(node)}; {remedy}.")
 
@@ -171,7 +175,7 @@ def _lengths(node: Any, path: str) -> Iterator[tuple[str, int]]:
             yield from _lengths(child, f"{path}.{name}" if path else name)
     elif isinstance(node, list):
         for index, child in enumerate(node):
-            yield from _lengths(child, f"{path}.{index}")
+            yield from _lengths(child, f"{path}.{label(child, index)}")
 
 
 def _common_length(tree: Any) -> int:
@@ -198,24 +202,39 @@ def _row(node: Any, run: int) -> Any:
     return [_row(child, run) for child in node] if isinstance(node, list) else node
 
 
+def _rebuilt(model: type[BaseModel], field: str, node: Any, runs: int) -> Any:
+    """Return what a field holds, from its tree: parts are built, and anything else is as it is."""
+    of_table, of_entries = kinds(model, field)
+    if of_table and isinstance(node, dict):
+        return _build(of_table, node, runs, f"{field}.")
+    if of_entries and isinstance(node, list) and all(isinstance(each, dict) for each in node):
+        return tuple(
+            _build(of_entries, named(each, index), runs, f"{field}.{label(each, index)}.")
+            for index, each in enumerate(node)
+        )
+    return node
+
+
 def _build(model: type[Model], fields: dict[str, Any], runs: int, prefix: str) -> Model:
-    varied = {name: node for name, node in fields.items() if _varies(node)}
-    if not varied:
+    if not _varies(fields):
         try:
             return model(**fields)
         except InputError as error:
             raise error.within(prefix) from None
-    columns, first = _columns(model, fields, varied, runs, prefix)
-    stacked = {name: _stacked(varied[name], column) for name, column in columns.items()}
-    return model.model_construct(**(dict(first) | stacked))
+    columns = _columns(model, fields, runs, prefix)
+    stacked = {
+        name: _stacked(fields.get(name), column, f"{prefix}{name}")
+        for name, column in columns.items()
+    }
+    return model.model_construct(**stacked)
 
 
 def _columns(
-    model: type[Model], fields: dict[str, Any], varied: dict[str, Any], runs: int, prefix: str
-) -> tuple[dict[str, list[Any]], Model]:
-    """Return the validated values of the varied fields, and the model of run 0."""
-    columns: dict[str, list[Any]] = {name: [] for name in varied}
-    first: Model | None = None
+    model: type[Model], fields: dict[str, Any], runs: int, prefix: str
+) -> dict[str, list[Any]]:
+    """Return the validated values of all fields over the runs."""
+    columns: dict[str, list[Any]] = {name: [] for name in named_fields(model)}
+    varied = {name: node for name, node in fields.items() if _varies(node)}
     warned: list[int] = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -226,29 +245,43 @@ def _columns(
                 notes = [node.note for node in varied.values() if isinstance(node, _Runs)]
                 note = "".join(f" ({text})" for text in notes if text)
                 raise error.within(f"run {run}{note}: {prefix}") from None
-            first = built if first is None else first
-            for name, column in columns.items():
-                column.append(getattr(built, name))
+            for name, value in built:
+                columns[name].append(value)
             if len(caught) > len(warned):
                 warned.append(run)
     if warned:
         text = f"run {warned[0]} (of {len(warned)} that warn): {caught[0].message}"
         warnings.warn(text, ContinuairWarning, stacklevel=5)
-    assert first is not None
-    return columns, first
+    return columns
 
 
-def _stacked(node: Any, column: list[Any]) -> Any:
-    """Return one value holding the values of all runs: arrays wherever the tree node varies."""
+def _stacked(node: Any, column: list[Any], path: str) -> Any:
+    """Return one value holding the values of all runs: arrays where they, or the tree, vary."""
     first = column[0]
-    if not _varies(node):
+    if not _varies(node) and all(value == first for value in column):
         return first
     if isinstance(first, BaseModel):
-        names = type(first).model_fields
-        fields = {n: _stacked(node.get(n), [getattr(v, n) for v in column]) for n in names}
+        rows = [dict(value) for value in column]
+        fields = {
+            name: _stacked(_child(node, name), [row[name] for row in rows], f"{path}.{name}")
+            for name in rows[0]
+        }
         return type(first).model_construct(**fields)
-    if isinstance(first[0] if isinstance(first, tuple) else first, BaseModel):
+    if isinstance(first, tuple) and any(isinstance(entry, BaseModel) for entry in first):
+        lengths = {len(value) for value in column}
+        if len(lengths) > 1:
+            several = " or ".join(str(length) for length in sorted(lengths))
+            raise InputError(f"{path} holds {several} entries; give as many in every run.")
         return tuple(
-            _stacked(child, [value[i] for value in column]) for i, child in enumerate(node)
+            _stacked(_child(node, index), list(entries), f"{path}.{label(entries[0], index)}")
+            for index, entries in enumerate(zip(*column, strict=True))
         )
     return checks.frozen(np.array(column))
+
+
+def _child(node: Any, key: str | int) -> Any:
+    """Return the tree of a field or an entry, None where the tree has none of its own."""
+    if isinstance(node, dict):
+        # A table in the place of a list holds what all its entries share.
+        return node if isinstance(key, int) else node.get(key)
+    return node[key] if isinstance(node, list) and isinstance(key, int) else None
