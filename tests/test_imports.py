@@ -31,8 +31,8 @@ ROOMS = {
         {"cli"},
     ],
     "vehicle": [
-        {"fields", "layout"},
-        {"inertia", "runs"},
+        {"fields", "runs", "layout"},
+        {"inertia", "replacing"},
         {"disk", "camera", "uav", "coordinates"},
         {"section"},
         {"arms", "changes"},

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import ClassVar, TypeVar
 
-import numpy as np
 from pydantic import field_validator
 
 from continuair.errors import InputError, named_fields, shown
@@ -20,7 +19,7 @@ from continuair.vehicle.inertia import (
 from continuair.vehicle.section import Section
 
 MOST_ARMS = 8
-"""Arms of a vehicle, and sections of an arm, that device code is made for."""
+"""Arms of a vehicle at most, and sections of an arm: device code is compiled for each number."""
 
 Member = TypeVar("Member", "Section", "ArmChain")
 
@@ -90,7 +89,7 @@ class ArmChain(Part):
 
 def members(kind: type[Member], value: object, noun: str) -> tuple[Member, ...]:
     """Return the arms of a vehicle or the sections of an arm, each with a name of its own."""
-    if isinstance(value, np.ndarray) or not isinstance(value, Sequence) or isinstance(value, str):
+    if not isinstance(value, (list, tuple)):
         raise ValueError("must be a list")
     if not 0 < len(value) <= MOST_ARMS:
         raise ValueError(f"must hold 1 to {MOST_ARMS} {noun}s (it has {len(value)})")

@@ -18,6 +18,7 @@ from pydantic import Field, field_validator, model_validator
 from continuair import checks
 from continuair.errors import InputError, nearest, shown
 from continuair.files import Presets
+from continuair.vehicle import replacing
 from continuair.vehicle import runs as batch
 from continuair.vehicle.arms import ArmChain, members
 from continuair.vehicle.camera import Camera
@@ -152,7 +153,7 @@ class Vehicle(Part):
         if not isinstance(changes, Mapping):
             text = "must be a mapping such as {'arm.radius': 0.01}"
             raise InputError(f"changes is {shown(changes)}, but {text}; give the fields to change.")
-        found = batch.replace(self, implied(self, changes) | dict(changes))
+        found = replacing.replace(self, implied(self, changes) | dict(changes))
         found._check_mount()
         return found
 
