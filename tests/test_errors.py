@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from continuair.errors import InputError, shown
-from continuair.vehicle.arm import Disk
+from continuair.vehicle.disk import Disk
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
 
 PAPER = load_vehicle("paper")

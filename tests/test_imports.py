@@ -32,7 +32,10 @@ ROOMS = {
     ],
     "vehicle": [
         {"fields", "runs", "layout"},
-        {"arm", "camera", "uav", "coordinates"},
+        {"inertia", "replacing"},
+        {"disk", "camera", "uav", "coordinates"},
+        {"section"},
+        {"arms", "changes"},
         {"vehicle"},
         {"vehicle_file"},
     ],

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from continuair.errors import ContinuairWarning, InputError
-from continuair.vehicle.arm import Arm, Disk
 from continuair.vehicle.camera import Camera
+from continuair.vehicle.disk import Disk
+from continuair.vehicle.section import Section
 from continuair.vehicle.uav import Uav
 from continuair.vehicle.vehicle import load_vehicle, preset_names
 
@@ -25,7 +26,7 @@ lengths = st.floats(0.1, 3.0)
 radii = st.floats(1e-4, 0.05)
 densities = st.floats(100.0, 2e4)
 moduli = st.floats(1e6, 4e11)
-arms = st.builds(Arm, length=lengths, radius=radii, density=densities, youngs_modulus=moduli)
+arms = st.builds(Section, length=lengths, radius=radii, density=densities, youngs_modulus=moduli)
 
 
 def test_paper_preset_holds_values_that_the_paper_sweeps_and_our_choices() -> None:
@@ -71,7 +72,7 @@ def test_clamped_frequency_is_27_percent_above_a_true_cantilever() -> None:
 
 
 @given(arms)
-def test_section_properties_are_integrals_over_a_disk(arm: Arm) -> None:
+def test_section_properties_are_integrals_over_a_disk(arm: Section) -> None:
     # Strips across a unit disk at height sin(t): smooth in t, so that quad is exact to rounding.
     unit_area, _ = quad(lambda t: 2 * math.cos(t) ** 2, -math.pi / 2, math.pi / 2)
     unit_second, _ = quad(lambda t: 2 * (math.sin(t) * math.cos(t)) ** 2, -math.pi / 2, math.pi / 2)
@@ -87,11 +88,11 @@ def test_section_properties_are_integrals_over_a_disk(arm: Arm) -> None:
 
 @given(arms, st.floats(0, 1), st.floats(0, 1), st.floats(0, 1e-3))
 def test_straight_modal_mass_is_twice_the_kinetic_energy_of_unit_bend_rate(
-    arm: Arm, fraction: float, mass: float, moment: float
+    arm: Section, fraction: float, mass: float, moment: float
 ) -> None:
     s_disk = fraction * arm.length
     disk = Disk(position=s_disk, mass=mass, inertia=(moment, moment))
-    loaded = Arm(**{**dict(arm), "disks": (disk,)})
+    loaded = Section(**{**dict(arm), "disks": (disk,)})
     # At bend 0 and unit bend rate a section moves s^2/2 sideways and turns by s.
     nodes, weights = np.polynomial.legendre.leggauss(5)
     s = arm.length * (nodes + 1) / 2
@@ -106,8 +107,8 @@ def test_straight_modal_mass_is_twice_the_kinetic_energy_of_unit_bend_rate(
 
 
 @given(arms, st.floats(1e-3, 0.9))
-def test_damping_ratio_sets_the_decay_of_the_clamped_mode(arm: Arm, ratio: float) -> None:
-    damped = Arm(**{**dict(arm), "damping_ratio": ratio})
+def test_damping_ratio_sets_the_decay_of_the_clamped_mode(arm: Section, ratio: float) -> None:
+    damped = Section(**{**dict(arm), "damping_ratio": ratio})
     # Free motion: M k'' + d l k' + E I l k = 0; its roots' real part is -ratio * frequency.
     roots = np.roots(
         [

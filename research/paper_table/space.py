@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from continuair.vehicle.arm import Arm
+from continuair.vehicle.section import Section
 from continuair.vehicle.uav import Uav
 from continuair.vehicle.vehicle import Vehicle
 
@@ -99,7 +99,7 @@ def _six_digits(numbers: Array) -> Array:
 
 def _template() -> Vehicle:
     uav = Uav(mass=1.0, inertia=(0.01, 0.01, 0.02))
-    arm = Arm(
+    arm = Section(
         length=1.0,
         radius=5e-3,
         density=7850.0,

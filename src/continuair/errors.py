@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import reprlib
 from collections.abc import Iterable
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pydantic import BaseModel, ValidationError
+    from pydantic.fields import FieldInfo
 
 INTERRUPTED = 130
 """What shells report for a process ended by Ctrl-C."""
@@ -82,6 +84,12 @@ def shortened(text: str, longest: int) -> str:
     return text if len(text) <= longest else text[: longest - 3] + "..."
 
 
+@cache
+def named_fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
+    """Return a model's fields by the names that users give them, which attributes may not have."""
+    return {field.alias or name: field for name, field in model.model_fields.items()}
+
+
 def input_error(model: type[BaseModel], error: ValidationError) -> InputError:
     """Return pydantic's complaint about building a `model` as an InputError.
 
@@ -96,7 +104,7 @@ def _sentences(model: type[BaseModel], item: Any) -> list[str]:
     if isinstance(cause, InputError):
         return list(cause.within(f"{field}." if field else "").sentences)
     name = str(item["loc"][0])
-    description = " ".join((model.model_fields[name].description or "a valid value").split())
+    description = " ".join((named_fields(model)[name].description or "a valid value").split())
     if item["type"] == "missing":
         return [f"{field} is missing; give {description}."]
     demand = str(cause) if cause else _demand(item)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 import uuid
 from dataclasses import dataclass
@@ -124,6 +125,10 @@ def read_toml(path: Path, otherwise: str = "") -> dict[str, Any]:
     except RecursionError:
         raise InputError(_nested(path)) from None
     except tomllib.TOMLDecodeError as error:
+        if name := _table_and_list(text):
+            raise InputError(
+                f"{printed(path)}: has both [{name}] and [[{name}]]; write one of them only."
+            ) from None
         last_line = f"at line {text.count(chr(10)) + 1}, the end of the file"
         problem = str(error).replace("at end of document", last_line)
         raise InputError(
@@ -136,6 +141,13 @@ def read_toml(path: Path, otherwise: str = "") -> dict[str, Any]:
     if not _is_shallow(fields, _DEEPEST):
         raise InputError(_nested(path))
     return fields
+
+
+def _table_and_list(text: str) -> str | None:
+    """Return the name of what a text declares both as a table and as a list of tables."""
+    lists = re.findall(r"^\s*\[\[\s*([^][]+?)\s*\]\]", text, re.MULTILINE)
+    tables = re.findall(r"^\s*\[\s*([^][]+?)\s*\]", text, re.MULTILINE)
+    return next((name for name in lists if name in tables), None)
 
 
 def _is_shallow(value: Any, levels: int) -> bool:

@@ -14,7 +14,7 @@ import numpy as np
 
 from continuair.engine.engine import Engine
 from continuair.flight.steps import fastest_frequency
-from continuair.vehicle.arm import Arm
+from continuair.vehicle.section import Section
 from continuair.vehicle.uav import Uav
 from continuair.vehicle.vehicle import Vehicle
 
@@ -89,7 +89,7 @@ def vehicle_of(groups: Mapping[str, Any], period: Any = PERIOD, uav_mass: Any = 
     template = Vehicle(
         name="atlas",
         uav=Uav(mass=1.0, inertia=(1.0, 1.0, YAW_TO_PITCH)),
-        arm=Arm(length=1.0, radius=0.01, density=1e3, youngs_modulus=1e9, damping_ratio=0.0),
+        arm=Section(length=1.0, radius=0.01, density=1e3, youngs_modulus=1e9, damping_ratio=0.0),
     )
     inertia = np.zeros((len(length), 3, 3))
     for axis, ratio in enumerate((1.0, 1.0, YAW_TO_PITCH)):

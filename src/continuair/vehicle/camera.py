@@ -1,28 +1,26 @@
-"""The camera at the arm's tip."""
+"""The camera at an arm's tip."""
 
 from __future__ import annotations
 
-import math
 from typing import Literal
 
-from pydantic import field_validator
-
 from continuair.vehicle.fields import (
-    ROUNDING,
     CountPair,
+    Name,
     NotNegative,
     Pair,
     Part,
     PositivePair,
-    Quaternion,
     Vector,
 )
-
-_UNIT_NORM_TOLERANCE = 1e-3
+from continuair.vehicle.inertia import UnitQuaternion
 
 
 class Camera(Part):
-    """The camera at the arm's tip; it looks along the arm's tangent, +z of the tip frame."""
+    """The camera at an arm's tip; it looks along the arm's tangent, +z of the tip frame."""
+
+    arm: Name = ""
+    """the name or the index, as text, of the arm that carries it; the first by default"""
 
     focal_length: PositivePair = (800.0, 800.0)
     """the focal lengths along the image's axes, as 2 numbers [px]"""
@@ -36,7 +34,7 @@ class Camera(Part):
     position: Vector = (0.0, 0.0, 0.0)
     """the position of the camera in the tip frame, as 3 numbers [m]"""
 
-    attitude: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    attitude: UnitQuaternion = (0.0, 0.0, 0.0, 1.0)
     """the rotation from camera axes to the tip frame, as a unit quaternion (x, y, z, w) [-]"""
 
     tip_frame: Literal["untwisted", "frenet"] = "untwisted"
@@ -50,13 +48,3 @@ class Camera(Part):
 
     latency: NotNegative = 0.0
     """the time from a frame's exposure until the controller has it [s]"""
-
-    @field_validator("attitude")
-    @classmethod
-    def _unit_norm(cls, value: tuple[float, float, float, float]) -> tuple[float, ...]:
-        norm = math.hypot(*value)
-        if abs(norm - 1) > _UNIT_NORM_TOLERANCE:
-            raise ValueError(f"must have norm 1 (it has {norm:.6g})")
-        if abs(norm - 1) <= ROUNDING:
-            return value
-        return tuple(component / norm for component in value)

@@ -6,21 +6,22 @@ Fields accept Python and NumPy numbers, lists, tuples and arrays, and hold plain
 from __future__ import annotations
 
 import math
-import warnings
-from collections.abc import Callable, Iterator, Mapping
-from typing import Annotated, Any, get_args
+import re
+from collections.abc import Callable, Generator, Iterator, Mapping
+from functools import cache
+from types import UnionType
+from typing import Annotated, Any, ClassVar, TypeGuard, Union, get_args, get_origin
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
 from continuair import checks
-from continuair.errors import ContinuairWarning, InputError, input_error, nearest, shown
+from continuair.errors import InputError, input_error, named_fields, nearest, shown
 
 ROUNDING = 1e-9
 """Share by which numbers that are meant to be equal may differ."""
 
-# No rigid body exceeds the triangle inequality of its moments; rounded or measured data may.
-_TRIANGLE_EXCESS = 0.05
+_UNIONS = (Union, UnionType)
 
 
 def _real(value: object) -> float:
@@ -32,7 +33,8 @@ def _real(value: object) -> float:
     return float(value) if checks.is_number(value) else math.nan
 
 
-def _finite(value: object) -> float:
+def finite(value: object) -> float:
+    """Return a finite number as float; ValueError for anything else."""
     number = _real(value)
     if not math.isfinite(number):
         raise ValueError("must be a finite number")
@@ -80,6 +82,19 @@ def _title(value: object) -> str:
     return value
 
 
+def is_word(value: object) -> TypeGuard[str]:
+    """Tell whether a value is a word that can stand in the path of a field."""
+    return isinstance(value, str) and re.fullmatch(r"[A-Za-z0-9_-]+", value) is not None
+
+
+def _name(value: object) -> str:
+    if not isinstance(value, str):
+        raise ValueError("must be text")
+    if value and not is_word(value):
+        raise ValueError("must be one word of letters, digits, _ and -")
+    return value
+
+
 def _entries(length: int, entry: Callable[[object], float]) -> BeforeValidator:
     def validate(value: object) -> tuple[float, ...]:
         if isinstance(value, np.ndarray):
@@ -94,57 +109,19 @@ def _entries(length: int, entry: Callable[[object], float]) -> BeforeValidator:
     return BeforeValidator(validate)
 
 
-Finite = Annotated[float, BeforeValidator(_finite)]
+Finite = Annotated[float, BeforeValidator(finite)]
 Title = Annotated[str, BeforeValidator(_title)]
+Name = Annotated[str, BeforeValidator(_name)]
 Positive = Annotated[float, BeforeValidator(_positive)]
 NotNegative = Annotated[float, BeforeValidator(_not_negative)]
 PositivePair = Annotated[tuple[float, float], _entries(2, _positive)]
 NotNegativePair = Annotated[tuple[float, float], _entries(2, _not_negative)]
-Pair = Annotated[tuple[float, float], _entries(2, _finite)]
+Pair = Annotated[tuple[float, float], _entries(2, finite)]
 Count = Annotated[int, BeforeValidator(_count)]
 Whole = Annotated[int, BeforeValidator(_whole)]
 CountPair = Annotated[tuple[int, int], _entries(2, _count)]
-Vector = Annotated[tuple[float, float, float], _entries(3, _finite)]
-Quaternion = Annotated[tuple[float, float, float, float], _entries(4, _finite)]
-Matrix = tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
-
-
-def symmetric_matrix(value: object) -> Matrix:
-    """Return 3 numbers (the diagonal) or 3x3 numbers as a matrix; ValueError if not symmetric."""
-    demand = "must hold 3 numbers (the diagonal) or 3 rows of 3 numbers"
-    rows = value.tolist() if isinstance(value, np.ndarray) else value
-    if not isinstance(rows, (list, tuple)) or len(rows) != 3:
-        raise ValueError(demand)
-    rows = [row.tolist() if isinstance(row, np.ndarray) else row for row in rows]
-    try:
-        if all(isinstance(row, (list, tuple)) and len(row) == 3 for row in rows):
-            entries = [_finite(entry) for row in rows for entry in row]
-        else:
-            entries = [_finite(entry) for entry in rows]
-    except ValueError as error:
-        raise ValueError(f"{demand}, and each {error}") from None
-    if len(entries) == 3:
-        xx, yy, zz = entries
-        return (xx, 0.0, 0.0), (0.0, yy, 0.0), (0.0, 0.0, zz)
-    xx, xy, xz, yx, yy, yz, zx, zy, zz = entries
-    tolerance = ROUNDING * max(map(abs, entries))
-    if max(abs(xy - yx), abs(xz - zx), abs(yz - zy)) > tolerance:
-        raise ValueError("must be symmetric")
-    return (xx, xy, xz), (xy, yy, yz), (xz, yz, zz)
-
-
-def check_moments(field: str, smallest: float, middle: float, largest: float) -> None:
-    """Refuse, or warn about, principal moments that no distribution of mass can have."""
-    if largest <= (smallest + middle) * (1 + ROUNDING):
-        return
-    text = (
-        f"the largest principal moment {largest:.6g} kg m² exceeds the sum "
-        f"{smallest + middle:.6g} kg m² of the other two"
-    )
-    if largest > (smallest + middle) * (1 + _TRIANGLE_EXCESS):
-        raise ValueError(f"belongs to no rigid body: {text} by more than 5 %")
-    text = f"{field} belongs to no rigid body: {text} by less than 5 %, and is used as given."
-    warnings.warn(text, ContinuairWarning, stacklevel=2)
+Vector = Annotated[tuple[float, float, float], _entries(3, finite)]
+Quaternion = Annotated[tuple[float, float, float, float], _entries(4, finite)]
 
 
 class _Shape(str):
@@ -153,31 +130,60 @@ class _Shape(str):
     __repr__ = str.__str__
 
 
-def _check_names(part: type[BaseModel], fields: Mapping[str, Any], path: str) -> None:
+def label(entry: object, index: int) -> str:
+    """Return what an entry of a list is called in the path of a field: its name, or its index."""
+    name = entry.get("name") if isinstance(entry, Mapping) else getattr(entry, "name", None)
+    return name if is_word(name) else str(index)
+
+
+def named(entry: Mapping[str, Any], index: int) -> dict[str, Any]:
+    """Return an entry of a list of named tables; one without a name is called by its index."""
+    return {**entry, "name": entry.get("name") or str(index)}
+
+
+@cache
+def kinds(part: type[BaseModel], field: str) -> tuple[type[Part] | None, type[Part] | None]:
+    """Return the part that a table of a field is read as, and that of the entries of a list."""
+    annotation: Any = named_fields(part)[field].annotation
+    options = get_args(annotation) if get_origin(annotation) in _UNIONS else (annotation,)
+    of_entries = [get_args(each)[0] for each in options if get_origin(each) is tuple]
+    return next(filter(_is_part, options), None), next(filter(_is_part, of_entries), None)
+
+
+def _is_part(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, Part)
+
+
+def _check_names(part: type[Part], fields: Mapping[str, Any], path: str) -> None:
     """Refuse unknown fields of a part and of its parts before a missing one is complained about."""
+    known = named_fields(part)
     for name, value in fields.items():
-        if name not in part.model_fields:
-            remedy = nearest(f"{path}{name}", [f"{path}{known}" for known in part.model_fields])
+        if name in part.refused:
+            raise InputError(f"{path}{name} {part.refused[name]}.")
+        if name not in known:
+            remedy = nearest(f"{path}{name}", [f"{path}{each}" for each in known])
             raise InputError(f"{path}{name} = {shown(value)} is not a known field; {remedy}.")
-        annotation = part.model_fields[name].annotation
-        if isinstance(value, Mapping) and isinstance(annotation, type):
-            if issubclass(annotation, Part):
-                _check_names(annotation, value, f"{path}{name}.")
-        elif isinstance(value, list | tuple) and (kind := _kind_of_entries(annotation)):
+        if not isinstance(value, Mapping | list | tuple):
+            continue
+        of_table, of_entries = kinds(part, name)
+        if isinstance(value, Mapping) and of_table:
+            _check_names(of_table, value, f"{path}{name}.")
+        elif of_entries:
             for index, entry in enumerate(value):
                 if isinstance(entry, Mapping):
-                    _check_names(kind, entry, f"{path}{name}.{index}.")
-
-
-def _kind_of_entries(annotation: Any) -> type[Part] | None:
-    kinds = get_args(annotation)
-    return kinds[0] if kinds and isinstance(kinds[0], type) and issubclass(kinds[0], Part) else None
+                    _check_names(of_entries, entry, f"{path}{name}.{label(entry, index)}.")
 
 
 class Part(BaseModel):
-    """Immutable parameters; an unknown, missing or unusable field is an InputError."""
+    """Immutable parameters; an unknown, missing or unusable field is an InputError.
+
+    Iterating gives pairs of a field's name, as files have it, and its value.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    refused: ClassVar[Mapping[str, str]] = {}
+    """What files may hold elsewhere, or later -> the rest of the sentence that refuses it."""
 
     def __init__(self, /, **fields: Any) -> None:
         _check_names(type(self), fields, "")
@@ -198,7 +204,11 @@ class Part(BaseModel):
             "use vehicle.replace({...}), which returns a changed copy."
         )
 
+    def __iter__(self) -> Generator[tuple[str, Any], None, None]:
+        for name, field in type(self).model_fields.items():
+            yield field.alias or name, getattr(self, name)
+
     def __repr_args__(self) -> Iterator[tuple[str | None, Any]]:
-        for name, value in super().__repr_args__():
+        for name, value in self:
             is_array = isinstance(value, np.ndarray)
             yield name, _Shape(f"array{value.shape}") if is_array else value

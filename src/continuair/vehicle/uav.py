@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Mapping
+from typing import ClassVar
+
 from pydantic import field_validator
 
-from continuair.vehicle.fields import (
+from continuair.vehicle.fields import Part, Positive, Vector
+from continuair.vehicle.inertia import (
     Matrix,
-    Part,
-    Positive,
-    Vector,
     check_moments,
+    principal_moments,
     symmetric_matrix,
 )
 
@@ -18,23 +19,25 @@ from continuair.vehicle.fields import (
 class Uav(Part):
     """The multirotor, a rigid body."""
 
+    refused: ClassVar[Mapping[str, str]] = {
+        "rotors": "is not simulated yet; leave the table out, and give forces directly",
+        "drag": "is not simulated yet; leave the table out, and give forces directly",
+    }
+
     mass: Positive
-    """the mass of the UAV without the arm [kg]"""
+    """the mass of the UAV without its arms [kg]"""
 
     inertia: Matrix
     """the inertia of the UAV about its centre of mass in body axes, diagonal or 3x3 [kg m²]"""
 
     mount: Vector = (0.0, 0.0, 0.0)
-    """the position of the arm's base in body axes, as 3 numbers [m]"""
+    """the position of the single arm's base ([arm]) in body axes, as 3 numbers [m]"""
 
     @field_validator("inertia", mode="before")
     @classmethod
     def _physical_inertia(cls, value: object) -> Matrix:
         matrix = symmetric_matrix(value)
-        if not (matrix[0][1] or matrix[0][2] or matrix[1][2]):
-            moments = sorted((matrix[0][0], matrix[1][1], matrix[2][2]))
-        else:
-            moments = np.linalg.eigvalsh(matrix).tolist()
+        moments = principal_moments(matrix)
         if not moments[0] > 0:
             raise ValueError(
                 f"must be positive definite, and its eigenvalue {moments[0]:.6g} kg m² is not"

@@ -1,4 +1,4 @@
-"""The vehicle: a multirotor UAV, a continuum arm that hangs from it, and a camera at the arm's tip.
+"""The vehicle: a multirotor UAV, the continuum arms that hang from it, and a camera at a tip.
 
 SI units and radians. Body axes: x forward, y left, z up, at the UAV's centre of mass.
 All classes are immutable and hold plain numbers and tuples; in a *batched* vehicle, made by
@@ -10,18 +10,21 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
-from pydantic import field_validator
+from pydantic import Field, field_validator, model_validator
 
 from continuair import checks
-from continuair.errors import InputError, shown
+from continuair.errors import InputError, nearest, shown
 from continuair.files import Presets
+from continuair.vehicle import replacing
 from continuair.vehicle import runs as batch
-from continuair.vehicle.arm import Arm
+from continuair.vehicle.arms import ArmChain, members
 from continuair.vehicle.camera import Camera
+from continuair.vehicle.changes import implied
 from continuair.vehicle.fields import Part, Title
+from continuair.vehicle.section import Section
 from continuair.vehicle.uav import Uav
 
 PAPER_VEHICLE = "paper"
@@ -31,7 +34,7 @@ _PRESETS = Presets("vehicle", Path(__file__).parents[1] / "presets")
 
 
 class Vehicle(Part):
-    """An aerial continuum manipulator: UAV, arm and camera; for one run or batched over runs."""
+    """An aerial continuum manipulator: UAV, arms and camera; for one run or batched over runs."""
 
     name: Title
     """the name of the vehicle, for titles and provenance"""
@@ -39,28 +42,97 @@ class Vehicle(Part):
     uav: Uav
     """the UAV's parameters, a table ([uav])"""
 
-    arm: Arm
-    """the arm's parameters, a table ([arm])"""
+    arm_tables: Section | tuple[ArmChain, ...] = Field(alias="arm")
+    """the arm's parameters, a table ([arm]), or those of several arms or sections ([[arm]])"""
 
     camera: Camera = Camera()
     """the camera's parameters, a table ([camera])"""
 
-    @field_validator("uav", "arm", "camera", mode="before")
+    @field_validator("uav", "arm_tables", "camera", mode="before")
     @classmethod
     def _one_run(cls, value: object) -> object:
-        if batch.count(value) is not None:
+        if batch.count(tuple(value) if isinstance(value, list) else value) is not None:
             raise ValueError("must be of one run (a batched vehicle is made by vehicle.replace)")
         return value
 
+    @field_validator("arm_tables", mode="before")
+    @classmethod
+    def _table_or_list(cls, value: object) -> Section | tuple[ArmChain, ...]:
+        if isinstance(value, (list, tuple)):
+            return members(ArmChain, value, "arm")
+        section = Section(**value) if isinstance(value, Mapping) else value
+        if not isinstance(section, Section):
+            raise ValueError("must be a table of fields, or a list of them")
+        if section.name:
+            raise InputError(
+                f"name is {section.name!r}, but only arms of a list have names; leave it out, or "
+                "write [[arm]]."
+            )
+        return section
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        self._check_mount()
+        names = [arm.name for arm in self.arms]
+        valid = ["", *names, *(str(index) for index in range(len(names)))]
+        if self.camera.arm not in valid:
+            raise InputError(
+                f"camera.arm is {self.camera.arm!r}, but no arm has that name; "
+                f"{nearest(self.camera.arm, names)}."
+            )
+        return self
+
+    def _check_mount(self) -> None:
+        if self.has_arm_list and np.any(self.uav.mount):
+            raise InputError(
+                f"uav.mount is {shown(self.uav.mount)}, but the arms of a list have mounts of "
+                "their own; give the mount in each [[arm]] instead."
+            )
+
+    @property
+    def has_arm_list(self) -> bool:
+        """Whether the arms are a list ([[arm]]), not one table ([arm])."""
+        return isinstance(self.arm_tables, tuple)
+
+    @property
+    def arm(self) -> Section:
+        """The single arm of an [arm] table; InputError where the arms are a list ([[arm]])."""
+        if isinstance(self.arm_tables, tuple):
+            raise InputError(
+                f"vehicle {shown(self.name)} has [[arm]], but this needs the single section of an "
+                "[arm] table; use a vehicle with [arm]."
+            )
+        return self.arm_tables
+
+    @property
+    def arms(self) -> tuple[ArmChain, ...]:
+        """The arms; that of an [arm] table is "arm", at uav.mount, and its section is "0"."""
+        if isinstance(self.arm_tables, tuple):
+            return self.arm_tables
+        section = self.arm_tables.model_copy(update={"name": "0"})
+        return (ArmChain.model_construct(name="arm", mount=self.uav.mount, section=(section,)),)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The number of sections of each arm."""
+        return tuple(len(arm.section) for arm in self.arms)
+
     @property
     def sections(self) -> int:
-        """The number of the arm's sections, each of constant curvature."""
-        return 1
+        """The number of sections of all arms, each of constant curvature."""
+        return sum(self.shape)
+
+    @property
+    def camera_arm(self) -> int:
+        """The index of the arm at whose tip the camera is."""
+        names = [arm.name for arm in self.arms]
+        given = self.camera.arm or "0"
+        return names.index(given) if given in names else int(given)
 
     @property
     def mass(self) -> float:
-        """The mass of UAV and arm [kg]."""
-        return self.uav.mass + self.arm.mass
+        """The mass of UAV and arms [kg]."""
+        return self.uav.mass + sum(arm.mass for arm in self.arms)
 
     @property
     def runs(self) -> int | None:
@@ -70,31 +142,20 @@ class Vehicle(Part):
     def replace(self, changes: Mapping[str, Any]) -> Vehicle:
         """Return a copy with dotted fields changed, as in `{"arm.radius": 0.01, "uav.mass": 3}`.
 
-        Parameters in a list go by index: "arm.disks.0.mass". A value with one more leading
-        dimension than its field is an array over runs and makes the copy batched; all such arrays
-        must be of one length. (An inertia of shape (3, 3) is one matrix; give three runs of
-        diagonals as (3, 3, 3).) Disks keep their share of an arm whose length changes, unless their
-        positions are given too. Raises InputError, naming the run, if any run is not valid.
+        Parameters in a list go by index or name: "arm.disks.0.mass", "arm.left.section.1.length". A
+        value with one more leading dimension than its field is an array over runs and makes the
+        copy batched; all such arrays must be of one length. (An inertia of shape (3, 3) is one
+        matrix; give three runs of diagonals as (3, 3, 3).) Disks keep their share of a section
+        whose length changes, unless their positions are given too, and a bending stiffness replaces
+        Young's modulus, or a mass per length the density, and conversely. Raises InputError, naming
+        the run, if any run is not valid.
         """
         if not isinstance(changes, Mapping):
             text = "must be a mapping such as {'arm.radius': 0.01}"
             raise InputError(f"changes is {shown(changes)}, but {text}; give the fields to change.")
-        return batch.replace(self, self._moved_disks(changes) | dict(changes))
-
-    def _moved_disks(self, changes: Mapping[str, Any]) -> dict[str, Any]:
-        """Positions of the disks on an arm of another length: one at the tip stays there."""
-        length = checks.finite_array(changes.get("arm.length"))
-        if length is None or length.ndim > 1 or not (length > 0.0).all():
-            return {}
-        if changes.keys() & {"arm", "arm.disks"}:
-            return {}
-        moved = {}
-        for index, disk in enumerate(self.arm.disks):
-            share = np.divide(disk.position, self.arm.length)
-            # Arrays over different numbers of runs are refused by their names.
-            if share.ndim == 0 or length.shape in ((), share.shape):
-                moved[f"arm.disks.{index}.position"] = share * length
-        return moved
+        found = replacing.replace(self, implied(self, changes) | dict(changes))
+        found._check_mount()
+        return found
 
     def select(self, run: int) -> Vehicle:
         """Return the plain vehicle of one run; a plain vehicle is the same in every run."""

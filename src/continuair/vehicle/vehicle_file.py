@@ -18,16 +18,42 @@ _MARK = "A vehicle written by continuair; without this line it is not replaced."
 def as_toml(vehicle: Vehicle, comment: Iterable[str] = ()) -> str:
     """A plain vehicle as TOML, all its fields, under comment lines."""
     fields = vehicle.describe()
-    disks = fields["arm"].pop("disks")
-    inertia = fields["uav"]["inertia"]
-    if not (inertia[0][1] or inertia[0][2] or inertia[1][2]):
-        fields["uav"]["inertia"] = [inertia[i][i] for i in range(3)]
+    uav, arms = fields["uav"], fields["arm"]
+    if vehicle.has_arm_list:
+        del uav["mount"]
+        below = [line for arm in arms for line in _arm(arm)]
+    else:
+        below = _section("[arm]", "arm", arms)
     lines = [f"# {line}".rstrip() for line in comment]
     lines.append(f"name = {json.dumps(fields['name'], ensure_ascii=False)}")
-    lines += _table("[uav]", fields["uav"]) + _table("[arm]", fields["arm"])
-    for disk in disks:
-        lines += _table("[[arm.disks]]", disk)
+    lines += _table("[uav]", _short_inertia(uav)) + below
     return "\n".join([*lines, *_table("[camera]", fields["camera"])]) + "\n"
+
+
+def _arm(fields: dict[str, Any]) -> list[str]:
+    """An arm of a list, in the order that TOML needs: its sections and tip are those of the last
+    [[arm]]."""
+    sections, tip = fields.pop("section"), fields.pop("tip")
+    lines = _table("[[arm]]", fields)
+    for section in sections:
+        lines += _section("[[arm.section]]", "arm.section", section)
+    return lines + (_table("[arm.tip]", _short_inertia(tip)) if tip else [])
+
+
+def _section(heading: str, path: str, fields: dict[str, Any]) -> list[str]:
+    disks = fields.pop("disks")
+    lines = _table(heading, fields)
+    for disk in disks:
+        lines += _table(f"[[{path}.disks]]", disk)
+    return lines
+
+
+def _short_inertia(fields: dict[str, Any]) -> dict[str, Any]:
+    """The fields of a body, its inertia as the diagonal where it has no other elements."""
+    inertia = fields["inertia"]
+    if inertia[0][1] or inertia[0][2] or inertia[1][2]:
+        return fields
+    return fields | {"inertia": [inertia[i][i] for i in range(3)]}
 
 
 def check_file(path: str | os.PathLike[str], force: bool = False) -> None:
@@ -84,5 +110,6 @@ def _is_ours(path: Path) -> bool:
 
 def _table(heading: str, fields: dict[str, Any]) -> list[str]:
     # JSON writes numbers, text and lists as TOML does; an absent field has no TOML form.
-    rows = [f"{name} = {json.dumps(value)}" for name, value in fields.items() if value is not None]
+    given = {name: value for name, value in fields.items() if value not in (None, "")}
+    rows = [f"{name} = {json.dumps(value)}" for name, value in given.items()]
     return ["", heading, *rows]

@@ -1,0 +1,244 @@
+"""Changing fields of immutable parameter models by dotted name, for one run or for many.
+
+A *tree* is a model taken apart into dicts and lists; a field that differs from run to run is a
+`_Runs` in it. Every run is validated by building the models of that run from the tree.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from numbers import Real
+from typing import Any, TypeVar
+
+import numpy as np
+from pydantic import BaseModel
+
+from continuair import checks
+from continuair.errors import ContinuairWarning, InputError, named_fields, nearest, shown
+from continuair.vehicle.fields import kinds, label, named
+from continuair.vehicle.runs import pick
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+@dataclass(frozen=True)
+class _Runs:
+    values: list[Any]
+    note: str = ""
+    """how the values were understood, where there was a choice"""
+
+
+def replace(model: Model, changes: Mapping[str, Any]) -> Model:
+    """Return a copy of `model` with dotted fields changed; arrays over runs make a batched copy."""
+    tree = _tree(model)
+    for path, value in changes.items():
+        _set(tree, path, value)
+    runs = _common_length(tree)
+    parts = dict(model)
+    for name in {path.split(".")[0] for path in changes}:
+        parts[name] = _rebuilt(type(model), name, tree[name], runs)
+    # A model is validated again inside another, which holds for one run only.
+    checked = type(model)(**{name: pick(part, 0) for name, part in parts.items()})
+    return type(model).model_construct(**(dict(checked) | parts)) if runs else checked
+
+
+def _tree(value: Any) -> Any:
+    if isinstance(value, BaseModel):
+        return {name: _tree(child) for name, child in value}
+    if isinstance(value, Mapping):
+        return {name: _tree(child) for name, child in value.items()}
+    if isinstance(value, np.ndarray):
+        return _Runs(value.tolist())
+    return [_tree(child) for child in value] if isinstance(value, (tuple, list)) else value
+
+
+def _set(tree: Any, path: str, value: object) -> None:
+    node: Any = tree
+    *parents, last = _keys(path)
+    for depth, key in enumerate(parents):
+        node = node[_index(node, key, parents[:depth])]
+    index = _index(node, last, parents)
+    node[index] = _over_runs(path, value, node[index])
+
+
+def _keys(path: object) -> list[str]:
+    if not isinstance(path, str):
+        raise InputError(f"{shown(path)} is not the name of a field; give text like 'arm.radius'.")
+    return path.split(".")
+
+
+def _index(node: Any, key: str, parents: list[str]) -> str | int:
+    """Return the key into a tree node, or say which keys there are."""
+    path = ".".join([*parents, key])
+    if isinstance(node, dict):
+        if key in node:
+            return key
+        valid = [".".join([*parents, name]) for name in node]
+        raise InputError(f"{path or repr(path)} is not a known field; {nearest(path, valid)}.")
+    owner = ".".join(parents)
+    if not isinstance(node, list):
+        whole = "differs from run to run" if isinstance(node, _Runs) else "has no parts"
+        raise InputError(f"{path} cannot be set because {owner} {whole}; give {owner} as a whole.")
+    names = [label(entry, index) for index, entry in enumerate(node)]
+    if key in names:
+        return names.index(key)
+    if key.isdecimal() and int(key) < len(node):
+        return int(key)
+    if names and not all(name.isdecimal() for name in names):
+        valid = [".".join([*parents, name]) for name in names]
+        raise InputError(f"{path} does not exist; {nearest(path, valid)}.")
+    remedy = f"use an index from 0 to {len(node) - 1}" if node else f"set {owner} first"
+    raise InputError(f"{path} does not exist because {owner} has length {len(node)}; {remedy}.")
+
+
+def _over_runs(path: str, value: Any, old: Any) -> Any:
+    """Return the new node for `value`: `_Runs` if it has one dimension more than the field."""
+    if isinstance(value, (np.ndarray, np.generic)) or hasattr(value, "__array__"):
+        value = np.asanyarray(value).tolist()  # None where it is masked
+    template = old.values[0] if isinstance(old, _Runs) else old
+    if not isinstance(value, (list, tuple)) or not _numeric(template):
+        return _tree(value)
+    try:
+        shape = np.shape(value)
+    except ValueError:  # ragged: no field has such a value, so the model refuses it by name
+        return value
+    field = np.shape(template) if template is not None else ()
+    # An inertia may be given by its diagonal, which has one dimension less than it is stored with.
+    diagonals = len(field) == 2 and len(shape) == 2 and shape != field
+    if len(shape) != len(field) + 1 and not diagonals:
+        return list(value)
+    if not value:
+        raise InputError(f"{path} is [], but an array over runs needs at least one value.")
+    if None in value:
+        run = value.index(None)
+        raise InputError(f"{path} is None in run {run}; give a number for every run.")
+    note = f"{path} holds {len(value)} rows, read as the diagonals of {len(value)} runs"
+    return _Runs(list(value), note if diagonals else "")
+
+
+def _numeric(template: Any) -> bool:
+    if isinstance(template, list):
+        return bool(template) and all(_numeric(child) for child in template)
+    return template is None or isinstance(template, Real)
+
+
+def _lengths(node: Any, path: str) -> Iterator[tuple[str, int]]:
+    if isinstance(node, _Runs):
+        yield path, len(node.values)
+    elif isinstance(node, dict):
+        for name, child in node.items():
+            yield from _lengths(child, f"{path}.{name}" if path else name)
+    elif isinstance(node, list):
+        for index, child in enumerate(node):
+            yield from _lengths(child, f"{path}.{label(child, index)}")
+
+
+def _common_length(tree: Any) -> int:
+    lengths = list(_lengths(tree, ""))
+    for path, length in lengths[1:]:
+        first_path, first = lengths[0]
+        if length != first:
+            raise InputError(
+                f"{path} holds {length} runs while {first_path} holds {first}; "
+                "give arrays of the same length."
+            )
+    return lengths[0][1] if lengths else 0
+
+
+def _varies(node: Any) -> bool:
+    return next(_lengths(node, ""), None) is not None
+
+
+def _row(node: Any, run: int) -> Any:
+    if isinstance(node, _Runs):
+        return node.values[run]
+    if isinstance(node, dict):
+        return {name: _row(child, run) for name, child in node.items()}
+    return [_row(child, run) for child in node] if isinstance(node, list) else node
+
+
+def _rebuilt(model: type[BaseModel], field: str, node: Any, runs: int) -> Any:
+    """Return what a field holds, from its tree: parts are built, and anything else is as it is."""
+    of_table, of_entries = kinds(model, field)
+    if of_table and isinstance(node, dict):
+        return _build(of_table, node, runs, f"{field}.")
+    if of_entries and isinstance(node, list) and all(isinstance(each, dict) for each in node):
+        return tuple(
+            _build(of_entries, named(each, index), runs, f"{field}.{label(each, index)}.")
+            for index, each in enumerate(node)
+        )
+    return node
+
+
+def _build(model: type[Model], fields: dict[str, Any], runs: int, prefix: str) -> Model:
+    if not _varies(fields):
+        try:
+            return model(**fields)
+        except InputError as error:
+            raise error.within(prefix) from None
+    columns = _columns(model, fields, runs, prefix)
+    stacked = {
+        name: _stacked(fields.get(name), column, f"{prefix}{name}")
+        for name, column in columns.items()
+    }
+    return model.model_construct(**stacked)
+
+
+def _columns(
+    model: type[Model], fields: dict[str, Any], runs: int, prefix: str
+) -> dict[str, list[Any]]:
+    """Return the validated values of all fields over the runs."""
+    columns: dict[str, list[Any]] = {name: [] for name in named_fields(model)}
+    varied = {name: node for name, node in fields.items() if _varies(node)}
+    warned: list[int] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        for run in range(runs):
+            try:
+                built = model(**fields | {name: _row(node, run) for name, node in varied.items()})
+            except InputError as error:
+                notes = [node.note for node in varied.values() if isinstance(node, _Runs)]
+                note = "".join(f" ({text})" for text in notes if text)
+                raise error.within(f"run {run}{note}: {prefix}") from None
+            for name, value in built:
+                columns[name].append(value)
+            if len(caught) > len(warned):
+                warned.append(run)
+    if warned:
+        text = f"run {warned[0]} (of {len(warned)} that warn): {caught[0].message}"
+        warnings.warn(text, ContinuairWarning, stacklevel=5)
+    return columns
+
+
+def _stacked(node: Any, column: list[Any], path: str) -> Any:
+    """Return one value holding the values of all runs: arrays where they, or the tree, vary."""
+    first = column[0]
+    if not _varies(node) and all(value == first for value in column):
+        return first
+    if isinstance(first, BaseModel):
+        rows = [dict(value) for value in column]
+        fields = {
+            name: _stacked(_child(node, name), [row[name] for row in rows], f"{path}.{name}")
+            for name in rows[0]
+        }
+        return type(first).model_construct(**fields)
+    if isinstance(first, tuple) and any(isinstance(entry, BaseModel) for entry in first):
+        lengths = {len(value) for value in column}
+        if len(lengths) > 1:
+            several = " or ".join(str(length) for length in sorted(lengths))
+            raise InputError(f"{path} holds {several} entries; give as many in every run.")
+        return tuple(
+            _stacked(_child(node, index), list(entries), f"{path}.{label(entries[0], index)}")
+            for index, entries in enumerate(zip(*column, strict=True))
+        )
+    return checks.frozen(np.array(column))
+
+
+def _child(node: Any, key: str | int) -> Any:
+    """Return the tree of a field or an entry, None where the tree has none of its own."""
+    if isinstance(node, dict):
+        # A table in the place of a list holds what all its entries share.
+        return node if isinstance(key, int) else node.get(key)
+    return node[key] if isinstance(node, list) and isinstance(key, int) else None

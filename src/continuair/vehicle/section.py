@@ -1,0 +1,232 @@
+"""A section: a backbone of constant curvature, with its disks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import ClassVar, Self
+
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from continuair.errors import InputError
+from continuair.vehicle.disk import Disk, disks_of
+from continuair.vehicle.fields import ROUNDING, Name, NotNegative, Part, Positive
+
+EITHER = {"youngs_modulus": "bending_stiffness", "density": "mass_per_length"}
+"""A property of the rod's material -> the one of the whole section that may stand in its place."""
+
+_OF_LIST = "belongs to an arm of a list; write [[arm]], with its sections as [[arm.section]]"
+
+
+class Section(Part):
+    """A section of constant curvature; at bend 0 it runs along -z of the axes at its base.
+
+    The material is that of a round, solid rod (radius, density, Young's modulus), or a bending
+    stiffness and a mass per length in its place. Derived properties broadcast: in a batched vehicle
+    they are arrays over the runs.
+    """
+
+    refused: ClassVar[Mapping[str, str]] = {
+        "poisson_ratio": "is not needed, because bending alone does not use it; leave it out",
+        "tendons": "are not simulated yet; leave the tables out, and give bend moments directly",
+        **dict.fromkeys(("section", "mount", "attitude", "tip"), _OF_LIST),
+    }
+
+    name: Name = ""
+    """the section's name in an arm's list, its index there by default"""
+
+    length: Positive
+    """the length of the backbone [m]"""
+
+    given_radius: Positive | None = Field(None, alias="radius")
+    """the radius of the round, solid backbone, at most half its length [m]"""
+
+    given_density: Positive | None = Field(None, alias="density")
+    """the density of the backbone [kg/m³]"""
+
+    given_mass_per_length: Positive | None = Field(None, alias="mass_per_length")
+    """the backbone's mass per unit length, instead of its density [kg/m]"""
+
+    given_youngs_modulus: Positive | None = Field(None, alias="youngs_modulus")
+    """Young's modulus of the backbone [Pa]"""
+
+    given_bending_stiffness: Positive | None = Field(None, alias="bending_stiffness")
+    """the bending stiffness, instead of Young's modulus [N m²]"""
+
+    damping: NotNegative = 0.0
+    """the structural damping per unit length: the bend moment per bend rate [N m² s]"""
+
+    damping_ratio: NotNegative | None = None
+    """the damping ratio of the clamped first mode at bend 0, instead of damping [-]"""
+
+    disks: tuple[Disk, ...] = ()
+    """the spacer disks and tip masses, a list of tables ([[arm.disks]]), or a table of a count,
+    mass and inertia for equal ones at even distances"""
+
+    kappa_s: NotNegative = 1e-3
+    """the curvature below which generalised inputs in polar coordinates use kappa_s in place of
+    the curvature they are divided by; Remark 1, Amiri et al. [1/m]"""
+
+    @field_validator("disks", mode="before")
+    @classmethod
+    def _listed_disks(cls, value: object, info: ValidationInfo) -> object:
+        return disks_of(value, info.data.get("length"))
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        self._check_material()
+        if self.damping and self.damping_ratio is not None:
+            raise InputError(
+                f"damping is {self.damping} while damping_ratio is {self.damping_ratio}; "
+                "keep one of them (damping 0, or no damping_ratio)."
+            )
+        owner = "section" if self.name else "arm"
+        for index, disk in enumerate(self.disks):
+            if disk.position > self.length * (1 + ROUNDING):
+                raise InputError(
+                    f"disks.{index}.position is {disk.position}, beyond the {owner}'s end; give a "
+                    f"position from 0 to the {owner}'s length {self.length} [m]."
+                )
+        self._check_frequency()
+        if self.given_radius is not None and self.radius > self.length / 2:
+            raise InputError(
+                f"radius is {self.radius}, with which a backbone of length {self.length} would be "
+                f"thicker than it is long; give a radius of at most {self.length / 2:g} [m]."
+            )
+        return self
+
+    def _check_material(self) -> None:
+        """Refuse both or none of a pair, and a material without the radius that it needs."""
+        for material, whole in EITHER.items():
+            its, own = getattr(self, f"given_{material}"), getattr(self, f"given_{whole}")
+            if its is not None and own is not None:
+                raise InputError(f"{whole} is {own} while {material} is {its}; keep one of them.")
+            if its is None and own is None:
+                raise InputError(f"{material} is missing; give it, or {whole} in its place.")
+            if its is not None and self.given_radius is None:
+                raise InputError(
+                    f"radius is missing, which {material} needs; give the radius of the round, "
+                    f"solid backbone [m], or {whole} in place of {material}."
+                )
+
+    def _check_frequency(self) -> None:
+        try:
+            usable = 0 < self.clamped_frequency < math.inf
+        except (OverflowError, ZeroDivisionError):
+            usable = False
+        if not usable:
+            names = ("radius", "length", *EITHER, *EITHER.values())
+            given = {name: value for name in names if (value := dict(self)[name]) is not None}
+            first, *others = [f"{name} {value}" for name, value in given.items()]
+            raise InputError(
+                f"{first.replace(' ', ' is ')}, which with {', '.join(others[:-1])} and "
+                f"{others[-1]} gives no finite natural frequency; give all of them in SI units."
+            )
+
+    @property
+    def radius(self) -> float:
+        """The radius of the round, solid backbone [m]; InputError if there is none."""
+        if self.given_radius is None:
+            raise InputError(
+                "radius is missing, but this needs it; give the radius of the round, solid "
+                "backbone [m]."
+            )
+        return self.given_radius
+
+    @property
+    def density(self) -> float:
+        """The density of a round, solid backbone [kg/m³]; InputError without a radius."""
+        if self.given_density is None:
+            return self.mass_per_length / self.area
+        return self.given_density
+
+    @property
+    def youngs_modulus(self) -> float:
+        """Young's modulus of a round, solid backbone [Pa]; InputError without a radius."""
+        if self.given_youngs_modulus is None:
+            return self.bending_stiffness / self.second_moment
+        return self.given_youngs_modulus
+
+    @property
+    def area(self) -> float:
+        """The cross-section's area [m²]."""
+        return math.pi * self.radius**2
+
+    @property
+    def second_moment(self) -> float:
+        """The cross-section's second moment of area about a diameter, I [m⁴]."""
+        return math.pi / 4 * self.radius**4
+
+    @property
+    def bending_stiffness(self) -> float:
+        """The bending stiffness E I [N m²]."""
+        if self.given_bending_stiffness is None:
+            return self.youngs_modulus * self.second_moment
+        return self.given_bending_stiffness
+
+    @property
+    def mass_per_length(self) -> float:
+        """The backbone's mass per unit length, rho A [kg/m]."""
+        if self.given_mass_per_length is None:
+            return self.density * self.area
+        return self.given_mass_per_length
+
+    @property
+    def transverse_inertia_per_length(self) -> float:
+        """The cross-sections' moment of inertia about a diameter per unit length, rho I [kg m].
+
+        It is 0 without a radius, and m' r²/4 where the mass per length m' is given beside one.
+        """
+        if self.given_mass_per_length is None:
+            return self.density * self.second_moment
+        radius = 0.0 if self.given_radius is None else self.given_radius
+        return self.mass_per_length * radius**2 / 4
+
+    @property
+    def axial_inertia_per_length(self) -> float:
+        """The cross-sections' moment of inertia about the tangent per unit length [kg m]."""
+        return 2 * self.transverse_inertia_per_length
+
+    @property
+    def backbone_mass(self) -> float:
+        """The mass of the backbone without disks [kg]."""
+        return self.mass_per_length * self.length
+
+    @property
+    def mass(self) -> float:
+        """The mass of backbone and disks [kg]."""
+        return self.backbone_mass + sum(disk.mass for disk in self.disks)
+
+    @property
+    def straight_modal_mass(self) -> float:
+        """The generalised mass of one bend coordinate at bend 0, the base clamped [kg m⁴].
+
+        rho A l⁵/20 + rho I l³/3, plus m s⁴/4 + j_t s² of each disk.
+        """
+        backbone = (
+            self.mass_per_length * self.length**5 / 20
+            + self.transverse_inertia_per_length * self.length**3 / 3
+        )
+        return backbone + sum(
+            disk.mass * disk.position**4 / 4 + disk.transverse_inertia * disk.position**2
+            for disk in self.disks
+        )
+
+    @property
+    def clamped_frequency(self) -> float:
+        """The natural frequency of the section alone at bend 0, clamped, gravity off [rad/s].
+
+        Constant curvature is stiffer than a true cantilever, whose first mode is 21 % lower.
+        """
+        stiffness = self.bending_stiffness * self.length
+        frequency: float = (stiffness / self.straight_modal_mass) ** 0.5
+        return frequency
+
+    @property
+    def structural_damping(self) -> float:
+        """The structural damping per unit length, from damping or damping_ratio [N m² s]."""
+        if self.damping_ratio is None:
+            return self.damping
+        stiffness = self.bending_stiffness * self.length
+        critical: float = 2 * (stiffness * self.straight_modal_mass) ** 0.5 / self.length
+        return self.damping_ratio * critical
