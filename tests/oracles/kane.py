@@ -84,14 +84,14 @@ def equations(
     vehicle, state, inputs, h = exact(vehicle), exact(state), exact(inputs), mpf(step)
     at, u, body = configuration(vehicle, state), speeds(state), pieces(vehicle, nodes)
     here = poses(body, vehicle, at)
-    partials = partial_motions(body, vehicle, at, here, len(u), h)
+    partials = partial_motions(body, vehicle, at, len(u), h)
     inertias = [inertia_in_world(piece, axes) for piece, (_, axes) in zip(body, here, strict=True)]
     still = [mpf(0)] * len(u)
     every, of_uav, of_bends = (
         _bias(body, inertias, partials, motions(body, vehicle, at, each, h))
         for each in (u, u[:6] + still[6:], still[:6] + u[6:])
     )
-    mass = _mass_matrix(body, inertias, partials)
+    mass = mass_matrix(body, inertias, partials)
     force = _forces(body, vehicle, at, partials, state, inputs)
     return Equations(mass, every, of_uav, of_bends, force)
 
@@ -120,9 +120,8 @@ def speeds(state: Any) -> Vector:
     return [*state["velocity"], *state["angular_velocity"], *rates]
 
 
-def _mass_matrix(
-    body: list[Piece], inertias: list[Matrix], partials: list[PartialMotion]
-) -> Matrix:
+def mass_matrix(body: list[Piece], inertias: list[Matrix], partials: list[PartialMotion]) -> Matrix:
+    """Σ velocity · m velocity + spin · I spin of all pieces, by pairs of speeds."""
     n = len(partials[0].velocity)
     M = [[mpf(0)] * n for _ in range(n)]
     for piece, inertia, partial in zip(body, inertias, partials, strict=True):

@@ -77,3 +77,13 @@ def from_quaternion(q: Vector) -> Matrix:
     ]
     square = xx + yy + zz + ww
     return [[each / square for each in row] for row in M]
+
+
+def largest_gap(found: Any, expected: Any) -> Any:
+    """The largest difference between lists of any depth, as a share of the largest expected."""
+    pairs = list(zip(_flat(found), _flat(expected), strict=True))
+    return max(abs(a - b) for a, b in pairs) / max(abs(b) for _, b in pairs)
+
+
+def _flat(value: Any) -> Vector:
+    return [x for each in value for x in _flat(each)] if isinstance(value, list) else [value]

@@ -37,38 +37,48 @@ def motions(
     h: Any,
     change: Vector | None = None,
 ) -> list[Motion]:
-    """Of all pieces, by differences over a time h; change: u̇, or none.
-
-    Of a rotation R, [spin]× is the skew part of Ṙ Rᵀ and [angular acceleration]× that of R̈ Rᵀ.
-    """
+    """Of all pieces, by differences over a time h; change: u̇, or none."""
     times = [poses(body, vehicle, moved(at, u, t, change)) for t in (-h, mpf(0), h)]
     found = []
     for (p0, R0), (p1, R1), (p2, R2) in zip(*times, strict=True):
-        back = transposed(R1)
-        turning = [_rate(*rows, h) for rows in zip(R0, R2, strict=True)]
-        bending = [_second_rate(*rows, h) for rows in zip(R0, R1, R2, strict=True)]
-        spin, spin_rate = skew_part(product(turning, back)), skew_part(product(bending, back))
-        found.append(Motion(_rate(p0, p2, h), spin, _second_rate(p0, p1, p2, h), spin_rate))
+        velocity, acceleration = rate(p0, p2, h), _second_rate(p0, p1, p2, h)
+        # [ω̇]× is the skew part of R̈ Rᵀ, whose other part is [ω]×².
+        turning = [_second_rate(*rows, h) for rows in zip(R0, R1, R2, strict=True)]
+        spin_rate = skew_part(product(turning, transposed(R1)))
+        found.append(Motion(velocity, spin(R0, R1, R2, h), acceleration, spin_rate))
     return found
 
 
 def partial_motions(
-    body: list[Piece], vehicle: Any, at: Configuration, here: list[Pose], n: int, h: Any
+    body: list[Piece], vehicle: Any, at: Configuration, n: int, h: Any
 ) -> list[PartialMotion]:
     """Of all pieces, for n speeds."""
-    found = [PartialMotion([], []) for _ in body]
+    sides = []
     for j in range(n):
         unit = [mpf(i == j) for i in range(n)]
-        sides = [poses(body, vehicle, moved(at, unit, t)) for t in (-h, h)]
-        for partial, (_, R), (p0, R0), (p2, R2) in zip(found, here, *sides, strict=True):
-            turning = [_rate(*rows, h) for rows in zip(R0, R2, strict=True)]
-            partial.velocity.append(_rate(p0, p2, h))
-            partial.spin.append(skew_part(product(turning, transposed(R))))
+        sides.append([poses(body, vehicle, moved(at, unit, t)) for t in (-h, h)])
+    return differences(poses(body, vehicle, at), sides, h)
+
+
+def differences(here: list[Pose], sides: list[list[list[Pose]]], h: Any) -> list[PartialMotion]:
+    """Motions of all pieces from their poses and, by speed, those a step before and after."""
+    found = [PartialMotion([], []) for _ in here]
+    for before, after in sides:
+        for partial, (_, R), (p0, R0), (p2, R2) in zip(found, here, before, after, strict=True):
+            partial.velocity.append(rate(p0, p2, h))
+            partial.spin.append(spin(R0, R, R2, h))
     return found
 
 
-def _rate(before: Vector, after: Vector, h: Any) -> Vector:
+def rate(before: Vector, after: Vector, h: Any) -> Vector:
+    """The first derivative, from a step h on either side."""
     return [(b - a) / (2 * h) for a, b in zip(before, after, strict=True)]
+
+
+def spin(before: Matrix, here: Matrix, after: Matrix, h: Any) -> Vector:
+    """The angular velocity ω of axes R in the axes that they are given in: [ω]× = Ṙ Rᵀ."""
+    turning = [rate(*rows, h) for rows in zip(before, after, strict=True)]
+    return skew_part(product(turning, transposed(here)))
 
 
 def _second_rate(before: Vector, here: Vector, after: Vector, h: Any) -> Vector:
