@@ -19,7 +19,14 @@ Claim = Callable[..., None]
 Entry = dict[str, Any]
 
 _CLAIMS = pytest.StashKey[list[Entry]]()
-_OURS = ("test_bend_vector.py", "test_claims.py", "test_visp.py")
+_OURS = (
+    "test_bend_vector.py",
+    "test_claims.py",
+    "test_kane.py",
+    "test_kane_lagrange.py",
+    "test_kane_mechanics.py",
+    "test_visp.py",
+)
 """Files that need no other engine, and run with all other tests."""
 
 
