@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from continuair.errors import ContinuairWarning, InputError
 from continuair.vehicle.arms import ArmChain, TipBody
@@ -228,3 +229,16 @@ def test_batched_arms_are_refused_by_the_constructor() -> None:
     batch = VEHICLE.replace({"arm.left.tip.mass": [1.0, 2.0]})
     with pytest.raises(InputError, match="made by vehicle.replace"):
         Vehicle(name="x", uav=batch.uav, arm=list(batch.arms))
+
+
+def test_presets_of_several_sections_and_arms_are_mirrored_and_slender_as_they_say() -> None:
+    two, dual = load_vehicle("two_section"), load_vehicle("dual_arm")
+    assert (two.shape, dual.shape) == ((2,), (1, 1))
+    assert [section.name for section in two.arms[0].section] == ["base", "tip"]
+    assert dual.arms[dual.camera_arm].name == "right"
+    # The straight arms, -z of their axes, lean outwards, by 20 degrees.
+    for arm, side in zip(dual.arms, (1, -1), strict=True):
+        along = Rotation.from_quat(arm.attitude).apply([0, 0, -1])
+        np.testing.assert_allclose(
+            along, [0, side * math.sin(math.pi / 9), -math.cos(math.pi / 9)], atol=1e-5
+        )

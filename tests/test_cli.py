@@ -139,7 +139,7 @@ def test_json_holds_the_metrics_of_every_test_and_model() -> None:
 def test_vehicles_lists_the_presets_with_their_units() -> None:
     result = run("vehicles")
     assert result.exit_code == 0
-    for part in ("paper", "slender", "UAV [kg]", "length [m]"):
+    for part in ("paper", "two_section", "UAV [kg]", "length [m]", "0.3, 0.25"):
         assert part in result.stdout
 
 

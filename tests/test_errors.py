@@ -181,11 +181,14 @@ def test_malformed_file_is_refused_in_one_sentence_that_names_it(
     [
         (
             "papr",
-            "vehicle is 'papr', but there is no preset of that name; use paper (known: paper,",
+            "vehicle is 'papr', but there is no preset of that name; use paper (known: dual_arm,",
         ),
         ("", "vehicle is '', but there is no preset"),
         ("x" * 5000, "cannot be used (File name too long)"),
-        ("nowhere/mine.toml", "mine.toml: no such file; correct the path, or use a preset (paper"),
+        (
+            "nowhere/mine.toml",
+            "mine.toml: no such file; correct the path, or use a preset (dual_arm",
+        ),
         (Path("paper"), "paper: no such file"),
         ("a\0.toml", "cannot be used (embedded null byte)"),
         (3, "vehicle is 3, but must be the name of a preset or a path"),

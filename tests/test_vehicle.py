@@ -30,7 +30,7 @@ arms = st.builds(Section, length=lengths, radius=radii, density=densities, young
 
 
 def test_paper_preset_holds_values_that_the_paper_sweeps_and_our_choices() -> None:
-    assert preset_names() == ("paper", "slender", "table1")
+    assert preset_names() == ("dual_arm", "paper", "slender", "table1", "two_section")
     assert PAPER.uav.mass == 2.0
     np.testing.assert_array_equal(PAPER.uav.inertia, np.diag([0.024, 0.024, 0.047]))
     arm = PAPER.arm

@@ -26,7 +26,7 @@ from tests.oracles.make_kane_cases import MODELS, held
 
 CASES = held()
 ALONE = CASES["1: bent, all at once"]
-MANY = [CASES["1+1: of all bends"], CASES["2: of all bends"]]
+MANY = [CASES["1+1: bent, all at once"], CASES["2: far bent, all at once"]]
 FEW = 3
 """Nodes where any number of rigid slices has to keep the law."""
 
@@ -52,9 +52,11 @@ def test_a_straight_vehicle_at_rest_falls_freely(name: str) -> None:
 
 @pytest.mark.parametrize("case", MANY, ids=lambda case: case["name"])
 def test_momenta_and_energy_change_by_what_acts(case: dict[str, Any]) -> None:
-    """Of all pieces, flown along the accelerations that were found; reached: 1e-30."""
+    """Of all pieces, flown along the accelerations that were found.
+
+    Reached: 1e-25, the square of the step times that of accelerations of 1e6.
+    """
     vehicle, state, inputs = parts(case)
-    inputs["gravity"] = mpf("9.81")
     change = solved(equations(vehicle, state, inputs, nodes=FEW), "coupled")
     at, body = configuration(vehicle, state), pieces(vehicle, FEW)
     here = poses(body, vehicle, at)
@@ -71,7 +73,7 @@ def test_momenta_and_energy_change_by_what_acts(case: dict[str, Any]) -> None:
         acting = plus_push(acting, here[i][0], flown[i], wrench[:3], wrench[3:])
     acting[2] += bending_power(vehicle, state, inputs)
     for found, expected in zip(gained, acting, strict=True):
-        assert largest_gap([found], [expected]) < 1e-26
+        assert largest_gap([found], [expected]) < 1e-23
 
 
 def plus_push(total: Any, place: Vector, of: Motion, force: Vector, moment: Vector) -> Any:
@@ -115,6 +117,22 @@ def halves(section: Any) -> list[Any]:
         else:
             near.append(disk)
     return [section | {"length": half, "disks": disks} for disks in (near, far)]
+
+
+def test_a_body_on_the_tip_lies_beyond_it_along_the_tangent() -> None:
+    """In axes of a straight tip: x is the body's x; y and z are against the body's."""
+    vehicle, state, _ = parts(ALONE)
+    arm = vehicle["arms"][0]
+    arm["attitude"], arm["mount"] = exact([0, 0, 0, 1]), exact([0, 0, 0])
+    arm["sections"][0]["length"] = mpf(1)
+    arm["tip"]["centre"] = exact([1, 2, 3])
+    arm["tip"]["inertia"] = exact([[9, 1, 2], [1, 8, 3], [2, 3, 7]])
+    state["attitude"], state["bend"] = exact([0, 0, 0, 1]), exact([[0, 0]])
+    body = pieces(vehicle, FEW)
+    on_tip = next(i for i, piece in enumerate(body) if piece.offset)
+    place, axes = poses(body, vehicle, configuration(vehicle, state))[on_tip]
+    assert place == [1, -2, -4]
+    assert inertia_in_world(body[on_tip], axes) == [[9, -1, -2], [-1, 8, 3], [-2, 3, 7]]
 
 
 def test_a_round_body_at_the_tip_is_a_disk() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -22,13 +23,20 @@ def vehicles() -> None:
     rows = []
     for name in preset_names():
         preset = load_vehicle(name)
-        arm = preset.arm
+        sections = [section for arm in preset.arms for section in arm.section]
         rows.append(
-            [name, f"{preset.uav.mass:g}", f"{arm.mass:.3g}", f"{arm.length:g}"]
-            + [f"{1e3 * arm.radius:g}", f"{arm.youngs_modulus / 1e9:g}"]
+            [name, f"{preset.uav.mass:g}", f"{sum(arm.mass for arm in preset.arms):.3g}"]
+            + [" and ".join(str(number) for number in preset.shape)]
+            + [_each(section.length for section in sections)]
+            + [_each(section.bending_stiffness for section in sections)]
         )
-    columns = ["name", "UAV [kg]", "arm [kg]", "length [m]", "radius [mm]", "E [GPa]"]
+    columns = ["name", "UAV [kg]", "arms [kg]", "sections", "length [m]", "EI [N m²]"]
     print_table(columns, rows)
+
+
+def _each(values: Iterable[float]) -> str:
+    """Return the different values among those of the sections, in order."""
+    return ", ".join(dict.fromkeys(f"{value:.3g}" for value in values))
 
 
 @app.command()
