@@ -42,7 +42,7 @@ ROOMS = {
     "kernels": [
         {"options", "types"},
         {"arm"},
-        {"flight", "bias"},
+        {"flight", "elimination"},
         {"forces.load"},
         {"forces"},
         {"dynamics"},

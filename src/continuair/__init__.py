@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     __version__: str
     from continuair import equations as equations
+    from continuair.analysis.accelerations import accelerations as accelerations
     from continuair.analysis.accelerations import forward_dynamics as forward_dynamics
     from continuair.analysis.beam import curvature_error as curvature_error
     from continuair.analysis.linear import linearize as linearize
@@ -53,6 +54,7 @@ _HOME = {
     "Scenario": "scenario.scenarios",
     "open_loop_test": "scenario.paper_tests",
     "simulate": "flight.simulate",
+    "accelerations": "analysis.accelerations",
     "forward_dynamics": "analysis.accelerations",
     "MODELS": "kernels.dynamics",
     "curvature_error": "analysis.beam",

@@ -1,4 +1,4 @@
-"""Accelerations of any model at a configuration, in the paper's coordinates."""
+"""Accelerations of any model: in the paper's coordinates, and in regular ones."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from continuair import checks
 from continuair.engine.engine import Drive, Engine, Start, check_device
-from continuair.errors import InputError
+from continuair.errors import InputError, shown
 from continuair.flight.prepare import check_same_runs
 from continuair.kernels.dynamics import MODELS
 from continuair.vehicle.coordinates import paper_accelerations, state_from_paper
@@ -33,8 +33,9 @@ def forward_dynamics(
 ) -> np.ndarray:
     """Accelerations q̈ in the paper's coordinates, (8,) or (n, 8), through the kernels.
 
-    q, qd: (8,) or (n, 8); tau: generalised forces (8,) or (n, 8), 0 for none; tip_wrench: force
-    and moment on the tip in world axes (6,) or (n, 6). ψ̈a divides by κ: |κ| below κ_s counts as
+    q, qd: (8,) or (n, 8), for several sections 6 + 2 numbers per section; tau: generalised forces
+    conjugate to q, 0 for none; tip_wrench: force and moment on the tip in world axes (6,) or (n,
+    6), of several arms in turn. ψ̈a divides by κ: |κ| below κ_s counts as
     κ_s (Remark 1). NaN where |κ| l exceeds 2π. dtype, device: as in `simulate`. Eq. of motion,
     Amiri et al. Raises InputError, also where the coordinates are singular: at cos θ = 0, and at
     κ = 0 if κ_s is 0.
@@ -51,13 +52,14 @@ def forward_dynamics(
             ("q", q, layout.coordinates),
             ("qd", qd, layout.coordinates),
             ("tau", tau, layout.coordinates),
-            ("tip_wrench", tip_wrench, 6),
+            ("tip_wrench", tip_wrench, 6 * layout.arms),
         )
     }
     sizes = {"vehicle": vehicle.runs or 1} | {name: len(rows) for name, rows in arrays.items()}
     n = max(sizes.values())
     check_same_runs(n, sizes)
-    _check_regular(arrays["q"], vehicle.arm.kappa_s)
+    thresholds = kappa_s_of(vehicle)
+    _check_regular(arrays["q"], thresholds)
     at, rates = (np.broadcast_to(arrays[name], (n, layout.coordinates)) for name in ("q", "qd"))
     inputs = np.zeros((1, n, layout.inputs))
     for field in ("tau", "tip_wrench"):
@@ -65,19 +67,110 @@ def forward_dynamics(
     engine = Engine(vehicle, model, dtype, device)
     start = Start(state_from_paper(at, rates), at[:, 7::2])
     rate = engine.derivative(start, Drive(inputs, False, GENERAL + PAPER + TIP, gravity))
-    accelerations = paper_accelerations(at, rates, rate, vehicle.arm.kappa_s)
-    return accelerations if np.ndim(q) == 2 or n > 1 else accelerations[0]
+    found = paper_accelerations(at, rates, rate, thresholds)
+    return found if np.ndim(q) == 2 or n > 1 else found[0]
 
 
-def _check_regular(q: np.ndarray, kappa_s: Any) -> None:
+def accelerations(
+    vehicle: Vehicle,
+    *,
+    attitude: Any = (0.0, 0.0, 0.0, 1.0),
+    bend: Any = None,
+    velocity: Any = None,
+    angular_velocity: Any = None,
+    bend_rate: Any = None,
+    force: Any = None,
+    moment: Any = None,
+    bend_moment: Any = None,
+    tip_wrench: Any = None,
+    gravity: float = 9.81,
+    model: str = "coupled",
+    dtype: str = "float64",
+    device: str = "cpu",
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Accelerations (v̇, ω̇, k̈) in coordinates without singularities, through the kernels.
+
+    attitude: (4,) x y z w, body to world, of any length above 0. bend, bend_rate, bend_moment:
+    (N, 2) over all sections, arm by arm from the base out [1/m, 1/(m s), N m²], a bend moment
+    conjugate to its bend. velocity of B's origin and force at it: (3,), world axes; angular
+    velocity and moment: (3,), body axes. tip_wrench: (arms, 6), force and moment on each tip about
+    it, world axes. What is missing is 0. All take a leading axis for a batch (n, …), as the vehicle
+    may have runs; gravity, dtype, device: as in `simulate`.
+
+    Returns v̇ = dv/dt (3,) in world axes, which is -gravity in free fall, ω̇ (3,) in body axes and k̈
+    (N, 2), each with the leading axis of a batch; NaN where a section is bent beyond a full circle.
+    `independent` freezes its arms as they are here. Raises InputError.
+    """
+    check_vehicle(vehicle)
+    checks.choice("model", model, MODELS)
+    checks.choice("dtype", dtype, ("float64", "float32"))
+    check_device(device)
+    gravity = checks.gravity(gravity)
+    layout = Layout(vehicle.shape)
+    per_section, per_arm = (layout.sections, 2), (layout.arms, 6)
+    given = {
+        "attitude": (attitude, (4,)),
+        "bend": (bend, per_section),
+        "velocity": (velocity, (3,)),
+        "angular_velocity": (angular_velocity, (3,)),
+        "bend_rate": (bend_rate, per_section),
+        "force": (force, (3,)),
+        "moment": (moment, (3,)),
+        "bend_moment": (bend_moment, per_section),
+        "tip_wrench": (tip_wrench, per_arm),
+    }
+    arrays = {name: _batch_of(name, *each) for name, each in given.items()}
+    lengths = np.linalg.norm(arrays["attitude"], axis=1)
+    if not (lengths > 0.0).all():
+        raise InputError("attitude has length 0; give a quaternion x y z w.")
+    arrays["attitude"] = arrays["attitude"] / lengths[:, None]
+    sizes = {"vehicle": vehicle.runs or 1} | {name: len(rows) for name, rows in arrays.items()}
+    n = max(sizes.values())
+    check_same_runs(n, sizes)
+    states, inputs = np.zeros((n, layout.state)), np.zeros((1, n, layout.inputs))
+    for name in ("attitude", "bend", "velocity", "angular_velocity", "bend_rate"):
+        states[:, getattr(layout, name)] = arrays[name]
+    for name in ("force", "moment", "bend_moment", "tip_wrench"):
+        inputs[0, :, layout.of_input[name]] = arrays[name]
+    engine = Engine(vehicle, model, dtype, device)
+    # No polar torque acts, so that no branch of the bend is needed.
+    start = Start(states, np.zeros((n, layout.sections)))
+    rate = engine.derivative(start, Drive(inputs, False, GENERAL + TIP, gravity))
+    found = [rate[:, where] for where in (layout.velocity, layout.angular_velocity)]
+    found.append(rate[:, layout.bend_rate].reshape(n, *per_section))
+    alone = n == 1 and not any(np.ndim(value) > len(one) for value, one in given.values())
+    v, w, k = (each[0] for each in found) if alone and vehicle.runs is None else found
+    return v, w, k
+
+
+def _batch_of(name: str, value: Any, one: tuple[int, ...]) -> np.ndarray:
+    """Rows (n or 1, numbers) of a quantity whose value for one run has a shape; None is 0."""
+    if value is None:
+        return np.zeros((1, int(np.prod(one))))
+    found = checks.finite_array(value)
+    if found is None or found.ndim not in (len(one), len(one) + 1) or found.shape[-len(one):] != one:
+        raise InputError(
+            f"{name} is {shown(value)}; give finite numbers of shape {one}, or with a leading axis "
+            "for a batch."
+        )
+    return found.reshape(-1 if found.ndim > len(one) else 1, int(np.prod(one)))
+
+
+def kappa_s_of(vehicle: Vehicle) -> np.ndarray:
+    """κ_s (runs or 1, sections) [1/m]."""
+    each = [section.kappa_s for arm in vehicle.arms for section in arm.section]
+    return np.atleast_2d(np.stack(np.broadcast_arrays(*each), axis=-1))
+
+
+def _check_regular(q: np.ndarray, kappa_s: np.ndarray) -> None:
     """Refuse configurations at which Euler angles or polar bend have no accelerations."""
     if (np.abs(np.cos(q[:, 4])) < _REGULAR).any():
         raise InputError(
             "q holds a pitch of a quarter turn, where roll and yaw have no accelerations; give "
             "another pitch, or simulate, whose state has no singularity."
         )
-    if ((q[:, 6] == 0.0) & (np.asarray(kappa_s) == 0.0)).any():
+    if ((q[:, 6::2] == 0.0) & (kappa_s == 0.0)).any():
         raise InputError(
-            "q holds a bend of 0 while arm.kappa_s is 0, where psi_a has no acceleration; give a "
+            "q holds a bend of 0 while its kappa_s is 0, where psi_a has no acceleration; give a "
             "bend, or a kappa_s above 0."
         )
