@@ -10,7 +10,8 @@ import numpy as np
 
 from continuair.engine.engine import Drive
 from continuair.errors import ContinuairWarning, InputError
-from continuair.flight.inputs import evaluated, field_width, told_rate
+from continuair.flight.inputs import evaluated, field_width
+from continuair.flight.steps import told_rate
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import FIELDS, Layout
 

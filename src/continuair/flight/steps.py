@@ -9,7 +9,6 @@ import numpy as np
 
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.errors import ContinuairWarning, InputError
-from continuair.flight.inputs import told_rate
 from continuair.kernels.step import STEP_PHASE
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import state_from_paper
@@ -70,6 +69,11 @@ def _largest_compliance(engine: Engine, q: Any) -> np.ndarray:
     symmetric = np.where(known[:, None, None], compliance + compliance.swapaxes(1, 2), 0.0)
     largest: np.ndarray = np.where(known, 0.5 * np.linalg.eigvalsh(symmetric)[:, -1], np.nan)
     return largest
+
+
+def told_rate(value: Any) -> Any:
+    """The fastest rate (runs or 1) [rad/s] that an input tells, by an attribute; else None."""
+    return getattr(value, "fastest", None)
 
 
 def declared_rate(scenario: Scenario) -> Any:
