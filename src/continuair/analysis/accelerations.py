@@ -148,7 +148,11 @@ def _batch_of(name: str, value: Any, one: tuple[int, ...]) -> np.ndarray:
     if value is None:
         return np.zeros((1, int(np.prod(one))))
     found = checks.finite_array(value)
-    if found is None or found.ndim not in (len(one), len(one) + 1) or found.shape[-len(one):] != one:
+    if (
+        found is None
+        or found.ndim not in (len(one), len(one) + 1)
+        or found.shape[-len(one) :] != one
+    ):
         raise InputError(
             f"{name} is {shown(value)}; give finite numbers of shape {one}, or with a leading axis "
             "for a batch."

@@ -39,11 +39,11 @@ def sample_inputs(
     runs: indices of the runs that are wanted, of inputs that hold a row per run. Raises InputError.
     """
     parts: list[tuple[str, Array]] = []
-    for field, inputs in FIELDS.items():
+    for field in FIELDS:
         value = getattr(scenario, field)
         if value is not None:
             sign = scenario.tip_wrench_sign if field == "tip_wrench" else 1.0
-            width = sum(OF_NAME[name].width(layout.sections) for name in inputs)
+            width = field_width(field, layout)
             parts.append((field, sign * _at(field, value, times, width, runs)))
     rows = max((v.shape[0] for _, v in parts), default=1)
     count = max((v.shape[1] for _, v in parts), default=1)

@@ -31,7 +31,7 @@ from continuair.flight.time_grid import (
 )
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import state_from_paper
-from continuair.vehicle.layout import COMMAND, FIELDS
+from continuair.vehicle.layout import COMMAND, FIELDS, Layout
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
 Array = np.ndarray
@@ -217,6 +217,7 @@ def prepare(
     if threads is not None:
         checks.whole("threads", threads, 1)
     coupled = Engine(vehicle, "coupled", device=device, threads=threads)
+    check_fits(scenario, coupled.layout)
     q, qd = np.atleast_2d(scenario.q), np.atleast_2d(scenario.qd)
     runs, batched = _runs(vehicle, scenario, coupled)
     if asked is not None:
@@ -260,6 +261,23 @@ def check_scenario(scenario: Any) -> None:
         raise InputError(
             f"scenario is {shown(scenario)}; give a continuair.Scenario, such as "
             "continuair.open_loop_test('A')."
+        )
+
+
+def check_fits(scenario: Scenario, layout: Layout) -> None:
+    """Raise InputError unless a scenario is for as many sections and arms as a vehicle has."""
+    if scenario.sections != layout.sections:
+        raise InputError(
+            f"scenario.q holds {np.shape(scenario.q)[-1]} numbers, but the vehicle has "
+            f"{layout.sections} sections; give {layout.coordinates}: x y z roll pitch yaw, and "
+            "kappa psi_a of each section."
+        )
+    wrench = scenario.tip_wrench
+    given = wrench(0.0) if callable(wrench) else wrench
+    if given is not None and np.shape(given)[-1] != 6 * layout.arms:
+        raise InputError(
+            f"scenario.tip_wrench holds {np.shape(given)[-1]} numbers, but the vehicle has "
+            f"{layout.arms} arms; give 6 for each."
         )
 
 

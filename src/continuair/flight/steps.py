@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from continuair.engine.engine import Drive, Engine, Start
+from continuair.engine.pack import per_run
 from continuair.errors import ContinuairWarning, InputError
 from continuair.kernels.step import STEP_PHASE
 from continuair.scenario.scenarios import Scenario
@@ -44,31 +45,65 @@ def bend_compliance(engine: Engine, q: Any) -> np.ndarray:
 
 
 def fastest_frequency(engine: Engine, q: Any) -> np.ndarray:
-    """ω_max (runs,) [rad/s] from the pencil (K, M) at q: the largest √eig(E I l [M⁻¹]_bend)."""
-    arm = engine.vehicle.arm
-    return np.sqrt(_largest_compliance(engine, q) * arm.bending_stiffness * arm.length)
+    """ω_max (runs,) [rad/s] from the pencil (K, M) at q: the largest √eig([M⁻¹]_bend K)."""
+    return np.sqrt(_largest(_symmetric(engine, q)))
 
 
 def fastest_rate(engine: Engine, q: Any) -> np.ndarray:
-    """Largest |λ| (runs,) [1/s] of λ² + 2 γ λ + ω² = 0, the stiffest mode damped, at q.
+    """Largest |λ| (runs,) [1/s] of the bends at q with their damping, base free or clamped.
 
-    It is ω while the mode oscillates, and the decay γ + √(γ² - ω²) when it is overdamped.
+    With one section |λ| is ω of its stiffest mode, λ² + 2 γ λ + ω² = 0, while that oscillates, and
+    the decay γ + √(γ² - ω²) when it is overdamped.
     """
-    arm = engine.vehicle.arm
-    compliance = _largest_compliance(engine, q)
-    decay = 0.5 * compliance * arm.structural_damping * arm.length
-    frequency = np.sqrt(compliance * arm.bending_stiffness * arm.length)
-    over = np.sqrt(np.maximum(decay**2 - frequency**2, 0.0))
-    return np.where(decay > frequency, decay + over, frequency)
+    squares = _symmetric(engine, q)
+    stiffness, damping = _of_bends(engine)
+    share = damping / stiffness
+    if (share == share[:, :1]).all():
+        # Damping in proportion to stiffness leaves the modes apart.
+        largest = _largest(squares)
+        decay, frequency = 0.5 * share[:, 0] * largest, np.sqrt(largest)
+        over = np.sqrt(np.maximum(decay**2 - frequency**2, 0.0))
+        return np.where(decay > frequency, decay + over, frequency)
+    return _largest_of_pencil(squares, np.sqrt(stiffness), damping)
 
 
-def _largest_compliance(engine: Engine, q: Any) -> np.ndarray:
-    compliance = bend_compliance(engine, q)
-    # A configuration past a full circle has none.
-    known = np.isfinite(compliance).all((1, 2))
-    symmetric = np.where(known[:, None, None], compliance + compliance.swapaxes(1, 2), 0.0)
-    largest: np.ndarray = np.where(known, 0.5 * np.linalg.eigvalsh(symmetric)[:, -1], np.nan)
-    return largest
+def _largest_of_pencil(squares: Array, root: Array, damping: Array) -> Array:
+    """Largest |λ| of λ² + S R⁻¹ D R⁻¹ λ + S, with S (runs, bends, bends) and R² the stiffness."""
+    runs, n = squares.shape[:2]
+    known = np.isfinite(squares).all((1, 2))
+    companion = np.zeros((runs, 2 * n, 2 * n))
+    companion[:, :n, n:] = np.eye(n)
+    companion[:, n:, :n] = -np.where(known[:, None, None], squares, 0.0)
+    companion[:, n:, n:] = companion[:, n:, :n] * (damping / root**2)[:, None, :]
+    found = np.abs(np.linalg.eigvals(companion)).max(axis=1)
+    return np.asarray(np.where(known, found, np.nan))
+
+
+def _of_bends(engine: Engine) -> tuple[Array, Array]:
+    """E I l and d l (runs, bends) [N m³, N m³ s] of each bend."""
+    runs = engine.vehicle.runs or 1
+    sections = [section for arm in engine.vehicle.arms for section in arm.section]
+    lengths = [per_run(each.length, runs) for each in sections]
+    rows = (
+        [per_run(getattr(each, name), runs) * length for each, length in zip(sections, lengths)]
+        for name in ("bending_stiffness", "structural_damping")
+    )
+    stiffness, damping = (np.repeat(np.stack(each, axis=-1), 2, axis=1) for each in rows)
+    return stiffness, damping
+
+
+def _symmetric(engine: Engine, q: Any) -> Array:
+    """√K [M⁻¹]_bend √K (runs, bends, bends) [1/s²] at q, symmetric; its eigenvalues are ω²."""
+    compliance, root = bend_compliance(engine, q), np.sqrt(_of_bends(engine)[0])
+    found: Array = root[:, :, None] * compliance * root[:, None, :]
+    return 0.5 * (found + found.swapaxes(1, 2))
+
+
+def _largest(squares: Array) -> Array:
+    """The largest eigenvalue (runs,) of each; NaN for a configuration past a full circle."""
+    known = np.isfinite(squares).all((1, 2))
+    filled = np.where(known[:, None, None], squares, 0.0)
+    return np.asarray(np.where(known, np.linalg.eigvalsh(filled)[:, -1], np.nan))
 
 
 def told_rate(value: Any) -> Any:
@@ -88,7 +123,7 @@ def automatic_step(coupled: Engine, q: Any, qd: Any = None, driven: Any = 0.0) -
 
     That rate is `driven`, of its inputs, or the spin |ω| at the start, plus what is faster seen
     from the turning body: the stiffest mode (straight or at the initial bend, with its damping), or
-    the tip's turning |k̇| l. coupled: an engine of the coupled model, whose free base raises the
+    a tip's turning Σ |k̇| l. coupled: an engine of the coupled model, whose free base raises the
     rates most. q, qd: (runs or 1, 8) paper coordinates and rates, at rest by default. A run that
     has no finite rate, as a bend past a full circle has none, has the step inf. Raises InputError
     if no run has one.
@@ -109,10 +144,21 @@ def automatic_step(coupled: Engine, q: Any, qd: Any = None, driven: Any = 0.0) -
     with np.errstate(over="ignore", divide="ignore"):
         state = state_from_paper(q, qd)
         spin = np.linalg.norm(state[:, layout.angular_velocity], axis=1)
-        turning = np.linalg.norm(state[:, layout.bend_rate], axis=1) * coupled.vehicle.arm.length
+        turning = _turning_of_tips(coupled, state)
         step = STEP_PHASE / np.fmax(np.fmax(modes, turning) + spin, driven)
     found: Array = np.where(np.isnan(step), np.inf, step)
     return found
+
+
+def _turning_of_tips(engine: Engine, state: Array) -> Array:
+    """The fastest turning (runs,) [rad/s] that the rates of a state's bends give a tip."""
+    rates = np.linalg.norm(state[:, engine.layout.bend_rate].reshape(len(state), -1, 2), axis=2)
+    found, first = [], 0
+    for arm in engine.vehicle.arms:
+        of_sections = (each.length * rates[:, first + i] for i, each in enumerate(arm.section))
+        found.append(sum(of_sections, np.zeros(len(state))))
+        first += len(arm.section)
+    return np.asarray(np.max(found, axis=0))
 
 
 def steps_of(

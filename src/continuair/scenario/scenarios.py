@@ -1,7 +1,8 @@
 """Scenarios: how a flight starts, what acts on the vehicle over time, and for how long.
 
 Paper coordinates are q = [x y z roll pitch yaw kappa psi_a]: position [m], ZYX Euler angles [rad],
-bend [1/m] and its direction [rad]. An input is None, a constant or a function of the time [s];
+bend [1/m] and its direction [rad], the last two of every section in turn, arm by arm from the base
+out, where a vehicle has more than one. An input is None, a constant or a function of the time [s];
 one row of it acts in all runs, and a leading dimension (runs,) gives each run its own.
 """
 
@@ -31,15 +32,13 @@ _Record = TypeVar("_Record")
 
 _LARGEST_SEED = 2**63 - 1
 
-_COORDINATES = ONE_SECTION.coordinates
+_ONE = ONE_SECTION.coordinates
+_OF_TIP = OF_NAME["tip_wrench"].width(sections=1)
+
 _INPUTS = {
-    field: (
-        sum(OF_NAME[name].width(sections=1) for name in given),
-        ", ".join(OF_NAME[name].meaning for name in given),
-    )
-    for field, given in FIELDS.items()
+    field: ", ".join(OF_NAME[name].meaning for name in given) for field, given in FIELDS.items()
 }
-"""Field -> how many numbers it holds, and which."""
+"""Field -> which numbers it holds."""
 
 
 def _with_known_fields(record: type[_Record]) -> type[_Record]:
@@ -78,14 +77,15 @@ class Scenario:
     """the name of the scenario, for titles and provenance"""
 
     q: ArrayLike
-    """initial paper coordinates, shape (8,), or (runs, 8) for a batch [m, rad, 1/m, rad]"""
+    """initial paper coordinates, shape (8,), or (runs, 8) for a batch [m, rad, 1/m, rad]; for N
+    sections 6 + 2 N numbers"""
 
-    qd: ArrayLike = (0.0,) * _COORDINATES
-    """initial rates of the paper coordinates, shape (8,) or (runs, 8) [per s]"""
+    qd: ArrayLike | None = None
+    """initial rates of the paper coordinates, shape (8,) or (runs, 8) [per s]; at rest by default"""
 
     tau: Input = None
-    """generalised forces conjugate to q, shape (8,) [N, N m, N m², N m]; Eq. of motion, Amiri et
-    al.: world axes for the force, Euler-angle torques, Q_kappa and Q_psi_a"""
+    """generalised forces conjugate to q, shape (8,), as many as q has [N, N m, N m², N m]; Eq. of
+    motion, Amiri et al.: world axes for the force, Euler-angle torques, Q_kappa and Q_psi_a"""
 
     force: Input = None
     """force at the UAV's centre of mass in world axes, shape (3,) [N]"""
@@ -94,10 +94,10 @@ class Scenario:
     """moment on the UAV in body axes, shape (3,) [N m]"""
 
     bend_moment: Input = None
-    """generalised forces of the bend vector, shape (2,) [N m²]"""
+    """generalised forces of the bend vector, shape (2,), or 2 for each section in turn [N m²]"""
 
     tip_wrench: Input = None
-    """force and moment at the tip in world axes, shape (6,) [N, N m]"""
+    """force and moment at the tip in world axes, shape (6,), or 6 for each arm in turn [N, N m]"""
 
     tip_wrench_sign: int = 1
     """1: the wrench acts on the tip; -1: as the paper's equations write it, it acts reversed"""
@@ -126,8 +126,11 @@ class Scenario:
     def __post_init__(self) -> None:
         if not is_title(self.name):
             raise InputError(f"name is {shown(self.name)}, but must be text; give a name.")
-        checked: dict[str, Any] = {name: _state(name, getattr(self, name)) for name in ("q", "qd")}
-        checked |= {name: _input(name, getattr(self, name)) for name in _INPUTS}
+        checked: dict[str, Any] = {"q": _state("q", self.q)}
+        width = checked["q"].shape[-1]
+        given = np.zeros(width) if self.qd is None else self.qd
+        checked["qd"] = _state("qd", given, width)
+        checked |= {name: _input(name, getattr(self, name), width) for name in _INPUTS}
         _check_runs(checked)
         if not checks.is_number(self.tip_wrench_sign) or self.tip_wrench_sign not in (1, -1):
             problem = f"tip_wrench_sign is {shown(self.tip_wrench_sign)}, but must be 1 or -1"
@@ -167,6 +170,11 @@ class Scenario:
         return (self.target,) if isinstance(self.target, Target) else tuple(self.target)
 
     @property
+    def sections(self) -> int:
+        """The number of sections of all arms, which q holds the bends of."""
+        return (np.shape(self.q)[-1] - 6) // 2
+
+    @property
     def runs(self) -> int | None:
         """The number of runs if a state or a constant input holds a row per run, else None."""
         values = [getattr(self, name) for name in ("q", "qd", *_INPUTS)]
@@ -189,20 +197,36 @@ def _finite_array(value: object) -> Array | None:
     return None if array is None else checks.frozen(array)
 
 
-def _is_rows(array: Array, width: int) -> bool:
-    """Tell whether an array is one row, or a row per run, of that width."""
-    return array.ndim in (1, 2) and array.shape[-1] == width and array.size > 0
+def _is_rows(array: Array) -> bool:
+    """Tell whether an array is one row, or a row per run."""
+    return array.ndim in (1, 2) and array.size > 0
 
 
-def _state(field: str, value: object) -> Array:
+def _state(field: str, value: object, width: int | None = None) -> Array:
+    """Coordinates of any number of sections, or as many numbers as those are."""
     array = _finite_array(value)
-    if array is not None and _is_rows(array, _COORDINATES):
-        return array
-    rates = " (rates)" if field == "qd" else ""
+    if array is not None and _is_rows(array):
+        found = array.shape[-1]
+        if found == width or (width is None and found >= _ONE and found % 2 == 0):
+            return array
+    rates, many = " (rates)" if field == "qd" else "", width or _ONE
+    further = " and kappa psi_a of each further section" if width != _ONE else ""
     raise InputError(
-        f"{field} is {shown(value)}, but must be 8 finite numbers or a row of 8 per run; "
-        f"give [x y z roll pitch yaw kappa psi_a]{rates}."
+        f"{field} is {shown(value)}, but must be {many} finite numbers or a row of {many} per run; "
+        f"give [x y z roll pitch yaw kappa psi_a]{further}{rates}."
     )
+
+
+def _fits(field: str, found: int, width: int) -> bool:
+    """Tell whether a field of an input holds as many numbers as coordinates of a width call for."""
+    if field == "tip_wrench":
+        return found % _OF_TIP == 0
+    return found == _width_of(field, width)
+
+
+def _width_of(field: str, width: int) -> int:
+    """How many numbers an input has, of one arm, where there are as many coordinates."""
+    return sum(OF_NAME[name].width(width // 2 - 3) for name in FIELDS[field])
 
 
 def _check_runs(fields: dict[str, Any]) -> None:
@@ -217,10 +241,10 @@ def _check_runs(fields: dict[str, Any]) -> None:
         raise InputError(f"{found} runs; give as many rows in each, or one row for all runs.")
 
 
-def _input(field: str, value: Any) -> Array | Callable[[float], ArrayLike] | None:
+def _input(field: str, value: Any, width: int) -> Array | Callable[[float], ArrayLike] | None:
     if value is None:
         return None
-    size, meaning = _INPUTS[field]
+    size = _width_of(field, width)
     given, at = value, ""
     if callable(value):
         at = " at t = 0"
@@ -232,10 +256,10 @@ def _input(field: str, value: Any) -> Array | Callable[[float], ArrayLike] | Non
             problem = f"{field} cannot be evaluated at t = 0 ({reason})"
             raise InputError(f"{problem}; give a function of the time alone.") from error
     array = _finite_array(given)
-    if array is None or not _is_rows(array, size):
+    if array is None or not _is_rows(array) or not _fits(field, array.shape[-1], width):
         numbers = f"{size} finite numbers or a row of {size} per run"
         problem = f"{field} is {shown(given)}{at}, but must be {numbers}"
-        raise InputError(f"{problem}; give {meaning}.")
+        raise InputError(f"{problem}; give {_INPUTS[field]}.")
     result: Array | Callable[[float], ArrayLike] = value if at else array
     return result
 
