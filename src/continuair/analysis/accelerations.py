@@ -11,7 +11,7 @@ from continuair.engine.engine import Drive, Engine, Start, check_device
 from continuair.errors import InputError, shown
 from continuair.flight.prepare import check_same_runs
 from continuair.kernels.dynamics import MODELS
-from continuair.vehicle.coordinates import paper_accelerations, state_from_paper
+from continuair.vehicle.coordinates import branches_of, paper_accelerations, state_from_paper
 from continuair.vehicle.layout import FIELDS, GENERAL, PAPER, TIP, Layout
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
@@ -65,7 +65,7 @@ def forward_dynamics(
     for field in ("tau", "tip_wrench"):
         layout.add(inputs, FIELDS[field], arrays[field])
     engine = Engine(vehicle, model, dtype, device)
-    start = Start(state_from_paper(at, rates), at[:, 7::2])
+    start = Start(state_from_paper(at, rates), branches_of(at))
     rate = engine.derivative(start, Drive(inputs, False, GENERAL + PAPER + TIP, gravity))
     found = paper_accelerations(at, rates, rate, thresholds)
     return found if np.ndim(q) == 2 or n > 1 else found[0]
@@ -134,7 +134,7 @@ def accelerations(
         inputs[0, :, layout.of_input[name]] = arrays[name]
     engine = Engine(vehicle, model, dtype, device)
     # No polar torque acts, so that no branch of the bend is needed.
-    start = Start(states, np.zeros((n, layout.sections)))
+    start = Start(states, np.zeros((n, layout.sections + 1)))
     rate = engine.derivative(start, Drive(inputs, False, GENERAL + TIP, gravity))
     found = [rate[:, where] for where in (layout.velocity, layout.angular_velocity)]
     found.append(rate[:, layout.bend_rate].reshape(n, *per_section))

@@ -14,7 +14,7 @@ from continuair.engine.engine import Drive, Engine, Start
 from continuair.errors import InputError, shown
 from continuair.flight.steps import bend_compliance, fastest_frequency
 from continuair.kernels.dynamics import MODELS
-from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import GENERAL, TIP, Layout
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
@@ -161,7 +161,7 @@ def linearize(
     def slopes(states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         frozen, angles = (
             np.broadcast_to(centre, states.shape),
-            np.broadcast_to(at[7::2], (len(states), n // 2 - 3)),
+            np.repeat(branches_of(at[None]), len(states), axis=0),
         )
         acting = Drive(inputs, False, GENERAL + TIP, gravity)
         rate = engine.derivative(Start(states, angles, frozen), acting)
@@ -311,7 +311,9 @@ def _holding(
         inputs[..., layout.tip_wrench] = tip_wrench
         inputs[0, :, layout.push] = scale * push
         acting = Drive(inputs, False, GENERAL + TIP, gravity)
-        return engine.derivative(Start(state, rows[:, 7::2]), acting)[:, layout.velocity.start :]
+        return engine.derivative(Start(state, branches_of(rows)), acting)[
+            :, layout.velocity.start :
+        ]
 
     still = pushed(np.zeros(layout.coordinates))
     answers = [pushed(unit) - still for unit in np.eye(layout.coordinates)]

@@ -85,15 +85,22 @@ def _unit(state: np.ndarray, layout: Layout) -> np.ndarray:
 
 
 def _follow(state: np.ndarray, branch: np.ndarray, layout: Layout) -> np.ndarray:
-    """ψa of each bend on the signed branch nearest to the one followed so far."""
-    x, y = state[layout.bend].reshape(-1, 2).T
+    """ψa of each bend, and the roll, on the branches nearest to the ones followed so far."""
+    x, y = np.vstack([state[layout.bend].reshape(-1, 2), _tilt(state[layout.attitude])]).T
     angle = np.arctan2(y, x)
     nearest = angle + np.pi * np.round((branch - angle) / np.pi)
     return np.where((x == 0.0) & (y == 0.0), branch, nearest)
 
 
 def _row(state: np.ndarray, branch: np.ndarray, layout: Layout) -> np.ndarray:
-    along = np.stack([np.cos(branch), np.sin(branch)], axis=-1)
+    psi = branch[:-1]
+    along = np.stack([np.cos(psi), np.sin(psi)], axis=-1)
     kappa = (state[layout.bend].reshape(-1, 2) * along).sum(-1)
-    polar = np.stack([kappa, branch], axis=-1).ravel()
-    return np.concatenate([state, polar, np.zeros(layout.push.stop)])
+    polar = np.stack([kappa, psi], axis=-1).ravel()
+    return np.concatenate([state, polar, branch[-1:], np.zeros(layout.push.stop)])
+
+
+def _tilt(attitude: np.ndarray) -> np.ndarray:
+    """cos θ (cos φ, sin φ) of an attitude."""
+    x, y, z, w = attitude
+    return np.array([1.0 - 2.0 * (x * x + y * y), 2.0 * (y * z + x * w)])

@@ -89,6 +89,7 @@ class Simulation:
         row = np.zeros(layout.log)
         row[: layout.state] = self._flight.start.states[0]
         row[layout.branch] = np.atleast_2d(scenario.q)[0, 6:]
+        row[layout.roll] = np.atleast_2d(scenario.q)[0, 3]
         self._rows, self._taus = [row], [np.zeros(layout.coordinates)]
         self._euler = continuous_euler(row[None, layout.attitude])[0]
 
@@ -138,7 +139,8 @@ class Simulation:
             )
         layout, row, grid = self._engine.layout, self._rows[-1], self._grid()
         states, first = row[None, : layout.state], self._rows[0][None, : layout.state]
-        start = Start(states, row[None, layout.branch][:, 1::2], frozen=first)
+        angles = np.append(row[layout.branch][1::2], row[layout.roll])
+        start = Start(states, angles[None], frozen=first)
         acting = self._drive(stage_times(grid), push)
         logs = self._engine.roll_out(_ONE, start, grid, acting)
         self._taus[-1] = push

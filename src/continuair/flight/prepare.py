@@ -30,7 +30,7 @@ from continuair.flight.time_grid import (
     stage_times,
 )
 from continuair.scenario.scenarios import Scenario
-from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import COMMAND, FIELDS, Layout
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
@@ -234,7 +234,7 @@ def prepare(
         probe.warn_of_blur(steps, stacklevel + 1)
         missed = probe.missed(steps) | (driven * steps > UNSEEN)
     q, qd = (np.broadcast_to(rows, (runs, rows.shape[1])) for rows in (q, qd))
-    start = Start(state_from_paper(q, qd), q[:, 7::2])
+    start = Start(state_from_paper(q, qd), branches_of(q))
     period = scenario.control_period if scenario.controller is not None else None
     marks = marks_of(duration, sample, scenario.jumps, period)
     check_view(coupled, scenario, start)

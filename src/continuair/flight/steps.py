@@ -12,7 +12,7 @@ from continuair.engine.pack import per_run
 from continuair.errors import ContinuairWarning, InputError
 from continuair.kernels.step import STEP_PHASE
 from continuair.scenario.scenarios import Scenario
-from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import FIELDS, GENERAL
 
 Array = np.ndarray
@@ -36,7 +36,7 @@ def bend_compliance(engine: Engine, q: Any) -> np.ndarray:
     def pushed(bend_moment: Any) -> np.ndarray:
         inputs = np.zeros((1, 1, layout.inputs))
         inputs[..., layout.bend_moment] = bend_moment
-        return engine.derivative(Start(states, q[:, 7::2]), Drive(inputs, False, GENERAL, 0.0))[
+        return engine.derivative(Start(states, branches_of(q)), Drive(inputs, False, GENERAL, 0.0))[
             :, layout.bend_rate
         ]
 

@@ -86,7 +86,8 @@ def _start(rows: Array) -> Start:
     """Where runs begin, from rows of START."""
     attitude = Rotation.from_rotvec(rows[:, 3:6]).as_quat()
     states = np.hstack([rows[:, :3], attitude, rows[:, 6:]])
-    return Start(states, np.arctan2(rows[:, 7:8], rows[:, 6:7]))
+    roll = continuous_euler(attitude[:, None])[:, 0, :1]
+    return Start(states, np.hstack([np.arctan2(rows[:, 7:8], rows[:, 6:7]), roll]))
 
 
 def _held(recording: Recording) -> Scenario:
@@ -96,7 +97,7 @@ def _held(recording: Recording) -> Scenario:
     start = _start(first_start(recording)[None])
     state, layout = start.states, ONE_SECTION
     euler, size = continuous_euler(state[:, layout.attitude]), np.hypot(*state[0, layout.bend])
-    q = np.column_stack([state[:, layout.position], euler, size, start.angle])
+    q = np.column_stack([state[:, layout.position], euler, size, start.angle[:, 0]])
 
     def held(columns: slice) -> Callable[[float], Array]:
         # The last row ends the flight, and is not held.

@@ -76,6 +76,7 @@ def dynamics_code(precision: str, tree: Tree, model: str) -> Dynamics:
     chain, solved = chain_code(precision, tree, bias), elimination_code(precision, tree)
     loads = acting_code(precision, tree, frozen_arm=freezes)
     Real, State, Plant, Push, Bends = types.Real, types.State, types.Plant, types.Push, types.Bends
+    Along = types.Along
     vec3, quat, Flight, Load = types.vec3, types.quat, structs.Flight, loads.Load
     attitude_of, velocity_of, spin_of = types.attitude_of, types.velocity_of, types.spin_of
     bends_of, bend_rates_of, state_of = types.bends_of, types.bend_rates_of, types.state_of
@@ -136,7 +137,7 @@ def dynamics_code(precision: str, tree: Tree, model: str) -> Dynamics:
         return out
 
     @wp.func
-    def rate_of(y: State, along: Bends, flight: Flight, row: int, push: Push):
+    def rate_of(y: State, along: Along, flight: Flight, row: int, push: Push):
         """dy/dt under the inputs of a row and a controller's push."""
         load = load_of(y, along, flight, row, push)
         total = total_of(y, flight.coefficients, flight.plant, flight.vehicle)

@@ -14,14 +14,14 @@ from continuair.vehicle.layout import TIP_POSE
 
 @cache
 def state_logger(precision: str, tree: Tree) -> Any:
-    """The function `log_row`: state, branch and push, as `Layout` orders a log row."""
+    """The function `log_row`: state, branches and push, as `Layout` orders a log row."""
     types, stepping = device_types(precision, tree), stepping_code(precision, tree)
     Real, State, Push, Branch = types.Real, types.State, types.Push, stepping.Branch
     Flight, signed_of = flight_code(precision, tree).Flight, stepping.signed_of
     layout = types.layout
     width, bends, pushes = layout.state, layout.bends, layout.push.stop
     B, DB = layout.bend.start, layout.bend_rate.start
-    branch_at, command_at = layout.branch.start, layout.command.start
+    branch_at, command_at, roll_at = layout.branch.start, layout.command.start, layout.roll.start
 
     @wp.func
     def log_row(
@@ -38,6 +38,8 @@ def state_logger(precision: str, tree: Tree) -> Any:
         for k in range(bends // 2):
             log[run, sample, branch_at + 2 * k] = signed[2 * k] / unit[k]
             log[run, sample, branch_at + 2 * k + 1] = signed[2 * k + 1]
+        roll = branch.direction
+        log[run, sample, roll_at] = wp.atan2(roll[bends + 1], roll[bends])
         for j in range(pushes):
             log[run, sample, command_at + j] = push[j]
 

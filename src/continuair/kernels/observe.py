@@ -1,5 +1,6 @@
 """Kernels that look back along a log: tips, reactions, energies, momenta; what the camera saw."""
 
+from functools import cache
 from typing import Any
 
 import warp as wp
@@ -12,6 +13,28 @@ from continuair.kernels.options import OPTIONS
 from continuair.kernels.sensing.eye import Eye
 from continuair.kernels.types import Tree, device_types
 from continuair.vehicle.layout import MOTION, TIP, observed_columns, watched_columns
+
+
+@cache
+def _branches_of_log(precision: str, tree: Tree) -> Any:
+    """The function that gives the branches followed (cos, sin) at a logged row."""
+    types = device_types(precision, tree)
+    Real, Along, sections = types.Real, types.Along, types.layout.sections
+    branch_at, roll_at = types.layout.branch.start, types.layout.roll.start
+
+    @wp.func
+    def logged_along(log: wp.array3d(dtype=Real), run: int, sample: int):
+        out = Along()
+        for k in range(sections):
+            angle = log[run, sample, branch_at + 2 * k + 1]
+            out[2 * k] = wp.cos(angle)
+            out[2 * k + 1] = wp.sin(angle)
+        roll = log[run, sample, roll_at]
+        out[2 * sections] = wp.cos(roll)
+        out[2 * sections + 1] = wp.sin(roll)
+        return out
+
+    return logged_along
 
 
 def _observer_of_arm(precision: str, tree: Tree, dynamics: Dynamics, before: Any, arm: int) -> Any:
@@ -84,19 +107,20 @@ def observe_kernel(precision: str, tree: Tree, dynamics: Dynamics) -> Any:
     types, structs = device_types(precision, tree), flight_code(precision, tree)
     chain = chain_code(precision, tree, dynamics.bias)
     Real, State, Push, layout = types.Real, types.State, types.Push, types.layout
-    vec3, Bends, Flight = types.vec3, types.Bends, structs.Flight
+    vec3, Flight = types.vec3, structs.Flight
     position_of, attitude_of, velocity_of = types.position_of, types.attitude_of, types.velocity_of
     bends_of, bend_rates_of, spin_of = types.bends_of, types.bend_rates_of, types.spin_of
     Vehicles, Drive, mount_of = structs.Vehicles, structs.Drive, types.mount_of
     flight_of, freeze, load_state = structs.flight_of, structs.freeze, types.load_state
     rate_of, total_of, half = dynamics.rate_of, chain.total_of, Real(0.5)
-    branch_at, pushes, command_at = layout.branch.start, layout.push.stop, layout.command.start
+    pushes, command_at = layout.push.stop, layout.command.start
+    logged_along = _branches_of_log(precision, tree)
     at = {name: where.start for name, where in observed_columns(layout.arms).items()}
     kinetic_energy, gravity_energy = at["kinetic_energy"], at["gravity_energy"]
     elastic_energy = at["elastic_energy"]
     linear_momentum, angular_momentum = at["linear_momentum"], at["angular_momentum"]
     coupled, freezes = dynamics.model == "coupled", dynamics.freezes
-    bends, arms, sections = layout.bends, layout.arms, layout.sections
+    bends, arms = layout.bends, layout.arms
 
     @wp.func
     def nothing(
@@ -126,11 +150,7 @@ def observe_kernel(precision: str, tree: Tree, dynamics: Dynamics) -> Any:
             begun = load_state(log[run], 0, plant.unit)
             flight.frozen = freeze(flight, begun)
         row = sample * flight.stride
-        along = Bends()
-        for k in range(sections):
-            angle = log[run, sample, branch_at + 2 * k + 1]
-            along[2 * k] = wp.cos(angle)
-            along[2 * k + 1] = wp.sin(angle)
+        along = logged_along(log, run, sample)
         push = Push()
         for j in range(pushes):
             push[j] = log[run, sample, command_at + j]
@@ -192,8 +212,7 @@ def watch_kernel(precision: str, tree: Tree, eye: Eye) -> Any:
     types = device_types(precision, tree)
     Real, Plant, Camera, points = types.Real, types.Plant, eye.Camera, eye.points
     load_state, three_of = types.load_state, types.three_of
-    vec3, Bends, sections = types.vec3, types.Bends, types.layout.sections
-    branch_at = types.layout.branch.start
+    vec3, logged_along = types.vec3, _branches_of_log(precision, tree)
     view_of, look, columns = eye.view_of, eye.look, watched_columns(points)
     position, attitude = columns["camera_position"].start, columns["camera_attitude"].start
     centroid = MOTION["position"].start
@@ -214,11 +233,7 @@ def watch_kernel(precision: str, tree: Tree, eye: Eye) -> Any:
         camera = cameras[wp.min(run, cameras.shape[0] - 1)]
         column = wp.min(run, motion.shape[1] - 1)
         y = load_state(log[run], sample, plant.unit)
-        along = Bends()
-        for k in range(sections):
-            angle = log[run, sample, branch_at + 2 * k + 1]
-            along[2 * k] = wp.cos(angle)
-            along[2 * k + 1] = wp.sin(angle)
+        along = logged_along(log, run, sample)
         view = view_of(y, along, plant, camera)
         sight = look(view, camera, three_of(motion, sample, column, centroid), corners)
         for j in range(3):

@@ -43,6 +43,7 @@ def stepping_code(precision: str, tree: Tree) -> Stepping:
     """What follows each step."""
     types = device_types(precision, tree)
     Real, State, vec2, Bends = types.Real, types.State, types.vec2, types.Bends
+    Along, tilt_of = types.Along, types.tilt_of
     PerSection, two_of = types.PerSection, types.two_of
     bend_of, attitude_of, sections = types.bend_of, types.attitude_of, types.layout.sections
     Q = types.layout.attitude.start
@@ -51,9 +52,10 @@ def stepping_code(precision: str, tree: Tree) -> Stepping:
 
     @wp.struct
     class Branch:
-        """(cos ψa, sin ψa) of each section on the signed branch followed, and its full turns."""
+        """(cos ψa, sin ψa) of each section on the signed branch followed, and its full turns; and
+        (cos φ, sin φ) of the roll on the triple of Euler angles followed."""
 
-        direction: Bends
+        direction: Along
         turns: PerSection
 
     @wp.func
@@ -66,6 +68,9 @@ def stepping_code(precision: str, tree: Tree) -> Stepping:
             out.direction[2 * i] = x
             out.direction[2 * i + 1] = y
             out.turns[i] = wp.round((angle - wp.atan2(y, x)) / (two * pi))
+        roll = angles[run, sections]
+        out.direction[2 * sections] = wp.cos(roll)
+        out.direction[2 * sections + 1] = wp.sin(roll)
         return out
 
     @wp.func
@@ -80,7 +85,8 @@ def stepping_code(precision: str, tree: Tree) -> Stepping:
 
     @wp.func
     def followed(branch: Branch, y: State):
-        """κ changes sign when a bend passes through straight; ψa stays continuous."""
+        """κ changes sign when a bend passes through straight, and cos θ at a quarter turn of pitch;
+        ψa and roll stay continuous."""
         for i in range(sections):
             b = bend_of(y, i)
             u = wp.dot(b, b)
@@ -95,6 +101,13 @@ def stepping_code(precision: str, tree: Tree) -> Stepping:
                         branch.turns[i] = branch.turns[i] - one
                 branch.direction[2 * i] = turned[0]
                 branch.direction[2 * i + 1] = turned[1]
+        tilt = tilt_of(y)
+        level = wp.dot(tilt, tilt)
+        if level > zero:
+            ahead = wp.dot(tilt, two_of(branch.direction, sections))
+            roll = tilt * (wp.where(ahead < zero, -one, one) / wp.sqrt(level))
+            branch.direction[2 * sections] = roll[0]
+            branch.direction[2 * sections + 1] = roll[1]
         return branch
 
     @wp.func
@@ -171,14 +184,14 @@ def step_code(precision: str, tree: Tree, rate_of: Any, pilot: PilotCode) -> Any
     that is not measured.
     """
     types, stepping = device_types(precision, tree), stepping_code(precision, tree)
-    Real, State, Push, Bends = types.Real, types.State, types.Push, types.Bends
+    Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
     Flight, Pilot, push_at = flight_code(precision, tree).Flight, pilot.Pilot, pilot.push_at
     unit_attitude, unresolved = stepping.unit_attitude, resolution_code(precision, tree)
     half, sixth, two, zero = Real(0.5), Real(1.0 / 6.0), Real(2.0), Real(0.0)
 
     @wp.func
     def slope(
-        i: int, ahead: int, time: Real, y: State, along: Bends, flight: Flight, pilot: Pilot,
+        i: int, ahead: int, time: Real, y: State, along: Along, flight: Flight, pilot: Pilot,
         held: Push,
     ):  # fmt: skip
         """dy/dt at a stage of step i; ahead: 0 at its start, 1 in its middle, 2 at its end."""
@@ -188,7 +201,7 @@ def step_code(precision: str, tree: Tree, rate_of: Any, pilot: PilotCode) -> Any
 
     @wp.func
     def step(
-        i: int, time: Real, h: Real, y: State, along: Bends, flight: Flight, pilot: Pilot,
+        i: int, time: Real, h: Real, y: State, along: Along, flight: Flight, pilot: Pilot,
         held: Push, measured: wp.bool,
     ):  # fmt: skip
         """The state at the end of step i, which starts at a time and lasts h."""

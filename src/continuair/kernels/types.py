@@ -56,6 +56,8 @@ class Types:
     y holds, as `Layout` orders it, position, attitude, b of each section, world velocity, ω and ḃ.
     A push is push_of(force, moment, bend): world axes [N], body axes [N m], bend moments [N m²].
     Bends holds two numbers per section; bend_of and bend_rate_of give those of one, by its index.
+    Along holds (cos, sin) of ψa of each section and of the roll, on the branches that are followed;
+    tilt_of(y) is cos θ (cos φ, sin φ), to roll and pitch what b is to ψa and κ.
     """
 
     layout: Layout
@@ -66,6 +68,7 @@ class Types:
     mat33: Any
     quat: Any
     Bends: Any
+    Along: Any
     Matrices: Any
     Vectors: Any
     PerSection: Any
@@ -82,6 +85,7 @@ class Types:
     velocity_of: Any
     spin_of: Any
     two_of: Any
+    tilt_of: Any
     state_of: Any
     load_state: Any
     three_of: Any
@@ -102,6 +106,7 @@ def device_types(precision: str, tree: Tree) -> Types:
     quat = wp.types.quaternion(Real)
     Row, State = wp.types.vector(len(MOMENTS), Real), wp.types.vector(layout.state, Real)
     Push, Bends = wp.types.vector(layout.push.stop, Real), wp.types.vector(layout.bends, Real)
+    Along = wp.types.vector(layout.bends + 2, Real)
     arms, sections = len(tree.sections), layout.sections
     PerSection, PerArm = wp.types.vector(sections, Real), wp.types.vector(arms, Real)
     Vectors, Matrices = wp.types.matrix((arms, 3), Real), wp.types.matrix((arms, 9), Real)
@@ -181,9 +186,18 @@ def device_types(precision: str, tree: Tree) -> Types:
         return vec3(y[W], y[W + 1], y[W + 2])
 
     @wp.func
-    def two_of(bends: Bends, section: int):
-        """Those of one section."""
-        return vec2(bends[2 * section], bends[2 * section + 1])
+    def two_of(along: Along, section: int):
+        """(cos ψa, sin ψa) of one section."""
+        return vec2(along[2 * section], along[2 * section + 1])
+
+    @wp.func
+    def tilt_of(y: State):
+        """cos θ (cos φ, sin φ): the parts of the world's vertical along z and y of the body."""
+        q = attitude_of(y)
+        return vec2(
+            Real(1.0) - Real(2.0) * (q[0] * q[0] + q[1] * q[1]),
+            Real(2.0) * (q[1] * q[2] + q[0] * q[3]),
+        )
 
     @wp.func
     def state_of(p: vec3, q: quat, b: Bends, v: vec3, w: vec3, db: Bends):

@@ -26,6 +26,12 @@ def state_from_paper(q: np.ndarray, qd: np.ndarray) -> np.ndarray:
     return np.hstack([q[:, :3], attitude, bend, qd[:, :3], spin, bend_rate])
 
 
+def branches_of(q: np.ndarray) -> np.ndarray:
+    """What names the branches of the coordinates q (runs, coordinates): ψa of each section and the
+    roll, (runs, sections + 1)."""
+    return np.hstack([q[:, 7::2], q[:, 3:4]])
+
+
 def paper_rates(q: np.ndarray, state: np.ndarray, threshold: Any) -> np.ndarray:
     """q̇ (runs, coordinates) of states (runs, state) at q: `state_from_paper`, undone.
 

@@ -156,9 +156,14 @@ class Layout:
         return _after(self.bend_rate, self.bends)
 
     @cached_property
+    def roll(self) -> slice:
+        """Roll in a log row, within a turn, on the triple of Euler angles that is followed."""
+        return _after(self.branch, 1)
+
+    @cached_property
     def command(self) -> slice:
         """A controller's push in a log row."""
-        return _after(self.branch, self.push.stop)
+        return _after(self.roll, self.push.stop)
 
     @cached_property
     def log(self) -> int:

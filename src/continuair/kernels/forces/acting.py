@@ -29,14 +29,14 @@ class ActingCode:
 def acting_code(precision: str, tree: Tree, frozen_arm: bool) -> ActingCode:
     """The sums; frozen_arm: the tip pushes the base where it was at the start."""
     types, loads = device_types(precision, tree), load_code(precision, tree)
-    State, Push, Bends = types.State, types.Push, types.Bends
+    State, Push, Along = types.State, types.Push, types.Along
     Flight, Load, plus = flight_code(precision, tree).Flight, loads.Load, loads.plus
     inputs = input_code(precision, tree, frozen_arm)
     push_load, paper_load, tip_load = inputs.push_load, inputs.paper_load, inputs.tip_load
     load_on_tip, misdirected = inputs.load_on_tip, inputs.misdirected
 
     @wp.func
-    def load_on_uav(y: State, along: Bends, flight: Flight, row: int, command: Push):
+    def load_on_uav(y: State, along: Along, flight: Flight, row: int, command: Push):
         """What acts otherwise than at the tips."""
         out = Load()
         if flight.groups != 0:
@@ -46,7 +46,7 @@ def acting_code(precision: str, tree: Tree, frozen_arm: bool) -> ActingCode:
         return out
 
     @wp.func
-    def load_of(y: State, along: Bends, flight: Flight, row: int, command: Push):
+    def load_of(y: State, along: Along, flight: Flight, row: int, command: Push):
         """All that acts."""
         out = load_on_uav(y, along, flight, row, command)
         if (flight.groups & TIP) != 0:

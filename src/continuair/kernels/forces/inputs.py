@@ -33,7 +33,7 @@ def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
     Load, plus = loads.Load, loads.plus
     Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
     vec2, vec3, quat, layout = types.vec2, types.vec3, types.quat, types.layout
-    Bends, two_of = types.Bends, types.two_of
+    Along, two_of, tilt_of = types.Along, types.two_of, types.tilt_of
     attitude_of, bend_of, three_of = types.attitude_of, types.bend_of, types.three_of
     force_of, moment_of, bend_moment_of = types.force_of, types.moment_of, types.bend_moment_of
     Tip, Flight, pushes, sections = tips.Tip, flight.Flight, layout.push.stop, layout.sections
@@ -41,12 +41,19 @@ def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
     zero, one, full = Real(0.0), Real(1.0), Real(FULL_LENGTH)
     # The bend's turn in a step that counts as followed, and the sine of one that is in a plane.
     clear, planar = Real(0.5), Real(1e-6)
+    # Steps by which gimbal lock is passed count as near it: RK4 then follows 1/cos θ to 1e-3.
+    near = Real(0.25)
 
     @wp.func
-    def euler_torque_to_body(q: quat, torque: vec3):
-        """E^{-T} τ: torques conjugate to ZYX Euler rates as a body moment."""
+    def euler_torque_to_body(q: quat, torque: vec3, roll: vec2):
+        """E^{-T} τ: torques conjugate to ZYX Euler rates as a body moment.
+
+        roll: (cos φ, sin φ) on the branch followed so far, which gives cos θ its sign.
+        """
         x = wp.quat_rotate_inv(q, vec3(zero, zero, one))
         cos_pitch = wp.sqrt(x[1] * x[1] + x[2] * x[2])
+        if x[2] * roll[0] + x[1] * roll[1] < zero:
+            cos_pitch = -cos_pitch
         sin_roll = x[1] / cos_pitch
         cos_roll = x[2] / cos_pitch
         # The third row of R is (-sin θ, sin φ cos θ, cos φ cos θ).
@@ -91,7 +98,7 @@ def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
         return out
 
     @wp.func
-    def polar_load(y: State, along: Bends, flight: Flight, row: int, section: int):
+    def polar_load(y: State, along: Along, flight: Flight, row: int, section: int):
         """The paper's torques on the bend of a section."""
         unit = flight.plant.unit[section]
         threshold = flight.plant.threshold[section]
@@ -101,12 +108,13 @@ def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
         return polar_to_bend(b, two_of(along, section), threshold, pushed, around) / unit
 
     @wp.func
-    def paper_load(y: State, along: Bends, flight: Flight, row: int):
+    def paper_load(y: State, along: Along, flight: Flight, row: int):
         """Torques conjugate to the paper's angles and bends; Eq. of motion, Amiri et al."""
         out = Load()
         torque = three_of(flight.inputs, row, flight.column, euler)
         if wp.length_sq(torque) > zero:
-            out.moment = euler_torque_to_body(attitude_of(y), torque)
+            roll = two_of(along, sections)
+            out.moment = euler_torque_to_body(attitude_of(y), torque, roll)
         for i in range(sections):
             pushed = polar_load(y, along, flight, row, i)
             out.bend[2 * i] = pushed[0]
@@ -114,15 +122,36 @@ def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
         return out
 
     @wp.func
-    def misdirected(y: State, end: State, along: Bends, flight: Flight, row: int):
-        """How far the polar torques may move the tip the wrong way [arm lengths], from a step.
+    def passes_gimbal_lock(y: State, end: State, along: Along, flight: Flight, row: int):
+        """Whether a step passes a pitch of a quarter turn so near that Euler torques hang on it.
+
+        There roll and yaw turn by half a turn, one way or the other, and what acts along yaw grows
+        as 1/cos θ. A pass through it in a plane is none: torques along the pitch stay what they are.
+        """
+        torque = three_of(flight.inputs, row, flight.column, euler)
+        tilt = tilt_of(end)
+        roll = two_of(along, sections)
+        size = wp.length(tilt)
+        grows = torque[0] != zero or torque[2] != zero
+        if grows and wp.length(tilt - tilt_of(y)) > near * size:
+            return True
+        cosine = wp.dot(tilt, roll)
+        aside = wp.abs(roll[0] * tilt[1] - roll[1] * tilt[0])
+        turned = cosine <= clear * size and (cosine >= zero or aside > planar * size)
+        return turned and torque[1] != zero
+
+    @wp.func
+    def misdirected(y: State, end: State, along: Along, flight: Flight, row: int):
+        """How far the paper's torques may move the tip the wrong way [arm lengths], from a step.
 
         From y to the end of the step a bend turns so far, beside straight, that another step would
         take the other side and with it the other sign of κ: the torques would point the other way.
         Twice what they bend a section by at rest, which moves the tip by its reach; at most an arm
-        length.
+        length, which it is for torques along roll, pitch and yaw near gimbal lock.
         """
         worst = zero
+        if passes_gimbal_lock(y, end, along, flight, row):
+            worst = one
         for i in range(sections):
             b = bend_of(end, i)
             branch = two_of(along, i)

@@ -37,7 +37,7 @@ def eye_code(precision: str, tree: Tree, points: int) -> Eye:
     """The eye for one precision and tree of arms, and a number of feature points."""
     types, tips = device_types(precision, tree), tip_code(precision, tree)
     Real, State, Plant, push_of = types.Real, types.State, types.Plant, types.push_of
-    vec2, vec3, quat, Bends = types.vec2, types.vec3, types.quat, types.Bends
+    vec2, vec3, quat, Along = types.vec2, types.vec3, types.quat, types.Along
     position_of, attitude_of, velocity_of = types.position_of, types.attitude_of, types.velocity_of
     bend_of, bend_rate_of, spin_of = types.bend_of, types.bend_rate_of, types.spin_of
     Tip, two_of = tips.Tip, types.two_of
@@ -94,7 +94,7 @@ def eye_code(precision: str, tree: Tree, points: int) -> Eye:
         return vec2(-b[1], b[0]) / u
 
     @wp.func
-    def view_of(y: State, along: Bends, plant: Plant, camera: Camera):
+    def view_of(y: State, along: Along, plant: Plant, camera: Camera):
         """along: (cos ψa, sin ψa) on the followed branch, which names the frenet frame."""
         out = View()
         b = bend_of(y, last)

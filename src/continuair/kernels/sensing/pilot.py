@@ -35,7 +35,7 @@ class PilotCode:
 def no_pilot(precision: str, tree: Tree) -> PilotCode:
     """Nobody pushes."""
     types, Flight = device_types(precision, tree), flight_code(precision, tree).Flight
-    Real, State, Push, Bends = types.Real, types.State, types.Push, types.Bends
+    Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
 
     @wp.struct
     class Loop:
@@ -56,13 +56,13 @@ def no_pilot(precision: str, tree: Tree) -> PilotCode:
 
     @wp.func
     def decide(
-        i: int, time: Real, y: State, along: Bends, flight: Flight, pilot: Pilot, held: Push
+        i: int, time: Real, y: State, along: Along, flight: Flight, pilot: Pilot, held: Push
     ):
         return Decision()
 
     @wp.func
     def push_at(
-        row: int, time: Real, y: State, along: Bends, flight: Flight, pilot: Pilot, held: Push
+        row: int, time: Real, y: State, along: Along, flight: Flight, pilot: Pilot, held: Push
     ):
         return held
 
@@ -73,7 +73,7 @@ def law_pilot(precision: str, tree: Tree, points: int, law: Any, every_stage: bo
     """A law pushes; every_stage: at every stage of a step, else its push is held."""
     types, Flight = device_types(precision, tree), flight_code(precision, tree).Flight
     eye, ground = eye_code(precision, tree, points), law_code(precision, tree, points)
-    Real, State, Push, Bends, vec3 = types.Real, types.State, types.Push, types.Bends, types.vec3
+    Real, State, Push, Along, vec3 = types.Real, types.State, types.Push, types.Along, types.vec3
     Camera, Sight, Twist, Sense = eye.Camera, eye.Sight, eye.Twist, ground.Sense
     view_of, look, blur, proprioception = eye.view_of, eye.look, eye.blur, ground.proprioception
     Gains, control, has_camera = law.Gains, law.control, points > 0
@@ -152,7 +152,7 @@ def law_pilot(precision: str, tree: Tree, points: int, law: Any, every_stage: bo
         return out
 
     @wp.func
-    def sense_of(row: int, time: Real, y: State, along: Bends, flight: Flight, pilot: Pilot):
+    def sense_of(row: int, time: Real, y: State, along: Along, flight: Flight, pilot: Pilot):
         """All that is sensed, with the true image; row: of the target's motion."""
         out = proprioception(time, y, flight)
         if wp.static(has_camera):
@@ -173,7 +173,7 @@ def law_pilot(precision: str, tree: Tree, points: int, law: Any, every_stage: bo
 
     @wp.func
     def decide(
-        i: int, time: Real, y: State, along: Bends, flight: Flight, pilot: Pilot, held: Push
+        i: int, time: Real, y: State, along: Along, flight: Flight, pilot: Pilot, held: Push
     ):
         loop, out = pilot.loop, Decision()
         out.push = held
@@ -196,7 +196,7 @@ def law_pilot(precision: str, tree: Tree, points: int, law: Any, every_stage: bo
 
     @wp.func
     def push_at(
-        row: int, time: Real, y: State, along: Bends, flight: Flight, pilot: Pilot, held: Push
+        row: int, time: Real, y: State, along: Along, flight: Flight, pilot: Pilot, held: Push
     ):
         if wp.static(every_stage):
             return control(sense_of(row, time, y, along, flight, pilot), pilot.gains)
