@@ -76,3 +76,35 @@ def test_a_flight_of_a_simpler_model_swings_its_arm_as_on_a_clamped_base(model: 
     )
     expected = 1e-3 * np.cos(rate * flight["time"].to_numpy())
     np.testing.assert_allclose(flight["bend"][:, 0], expected, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("pitch", [1.3, 2.0, -2.0])
+def test_a_pitch_torque_does_the_work_of_its_pitch_past_a_quarter_turn(pitch: float) -> None:
+    """It is conjugate to the pitch of q, which goes on beyond π/2, where cos θ is negative."""
+    vehicle, torque = ca.load_vehicle("paper"), 0.05
+    q, qd = np.zeros((2, 8))
+    q[4], qd[4] = pitch, 0.5
+    scenario = ca.Scenario("pitch", q, qd, tau=torque * np.eye(8)[4], gravity=0.0, duration=2.5)
+    flight = ca.simulate(vehicle, scenario, sample=0.05)
+    angles, energy = flight["q"].sel(coordinate="pitch"), flight.kinetic_energy
+    gained = (energy + flight.elastic_energy) - float(energy[0] + flight.elastic_energy[0])
+    turned = angles - float(angles[0])
+    np.testing.assert_allclose(gained, torque * turned, rtol=0, atol=1e-8)
+    assert float(abs(turned[-1])) > 1.0
+    stepped = ca.Simulation(vehicle, scenario.replace(tau=None), control_period=0.05)
+    for _ in range(50):
+        stepped.step(torque * np.eye(8)[4])
+    np.testing.assert_allclose(stepped.q[4] - pitch, turned[-1], rtol=1e-6)
+
+
+def test_a_pass_near_gimbal_lock_under_euler_torques_counts_in_step_error() -> None:
+    """A torque along yaw grows as 1/cos θ there, in less than a step."""
+    q, qd = np.zeros((2, 8))
+    q[4], qd[4] = 1.5, 2.0
+    scenario = ca.Scenario("yaw", q, qd, tau=1e-3 * np.eye(8)[5], gravity=0.0, duration=0.1)
+    vehicle = ca.load_vehicle("slender")
+    with pytest.warns(ca.ContinuairWarning, match="step_error reaches"):
+        flight = ca.simulate(vehicle, scenario, step=2e-3, sample=0.01)
+    assert float(flight.step_error) > 0.1
+    away = scenario.replace(q=q - np.eye(8)[4])
+    assert float(ca.simulate(vehicle, away, step=2e-3, sample=0.01).step_error) < 1e-3

@@ -41,7 +41,7 @@ _COUNTS = 0.1
 def bending_frequencies(vehicle: Vehicle, q: Any = None) -> tuple[float, float]:
     """Highest bending frequency [rad/s] of the arm, clamped and on the free vehicle.
 
-    q: paper coordinates (8,), the straight arm by default. Raises InputError.
+    q: paper coordinates (coordinates,), straight arms by default. Raises InputError.
     """
     at = _configuration("q", q, check_single_vehicle(vehicle))
     clamped, free = (
@@ -93,10 +93,10 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
             "configuration near a stable balance (a hanging arm, less gravity or a stiffer arm)."
         )
     frequencies = np.sqrt(squares)
-    d = vehicle.arm.structural_damping * vehicle.arm.length
     modal = np.linalg.solve(compliance, shapes)
     mass = np.einsum("im,im->m", shapes, modal)
-    damping = d * np.einsum("im,im->m", shapes, shapes) / (2.0 * frequencies * mass)
+    lost = np.einsum("i,im,im->m", _of_bends(vehicle, "structural_damping"), shapes, shapes)
+    damping = lost / (2.0 * frequencies * mass)
     if free:
         # The base follows the bend: its accelerations per acceleration of the bend.
         base_rows = A[base_rate, bend] @ np.linalg.solve(A[rate, bend], shapes)
@@ -105,6 +105,12 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
         base_rows[:3] = Rotation.from_quat(attitude).inv().as_matrix() @ base_rows[:3]
         shapes = np.vstack([base_rows, shapes])
     return Modes(frequencies, damping, shapes / np.linalg.norm(shapes, axis=0))
+
+
+def _of_bends(vehicle: Vehicle, per_length: str) -> np.ndarray:
+    """A property of the sections per length, times their length, of each bend (bends,)."""
+    sections = [section for arm in vehicle.arms for section in arm.section]
+    return np.repeat([getattr(each, per_length) * each.length for each in sections], 2)
 
 
 def _eigenmodes(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -143,7 +149,8 @@ def linearize(
     """A (16, 16) and B (16, 8) of the dynamics about a configuration and its rates.
 
     Perturbations: position 3 (world), rotation 3 (body axes), bend 2, velocity 3 (world), angular
-    velocity 3 (body), bend rate 2; inputs: world force 3, body moment 3, bend moment 2. The four
+    velocity 3 (body), bend rate 2; inputs: world force 3, body moment 3, bend moment 2. Of several
+    sections each has its 2, arm by arm from the base out, and each arm a tip_wrench. The four
     inputs given, a hover's from `trim`, hold at the operating point. Central differences of fourth
     order: about 1e-9 relative for arms of a metre, 1e-3 for arms of millimetres. The bend must
     leave room for them below a full circle, 0.005 1/m. Raises InputError.
@@ -185,7 +192,7 @@ def _held(layout: Layout, force: Any, moment: Any, bend_moment: Any, tip_wrench:
     inputs[layout.force] = checks.row("force", force, 3)
     inputs[layout.moment] = checks.row("moment", moment, 3)
     inputs[layout.bend_moment] = checks.row("bend_moment", bend_moment, layout.bends)
-    inputs[layout.tip_wrench] = checks.row("tip_wrench", tip_wrench, 6)
+    inputs[layout.tip_wrench] = checks.row("tip_wrench", tip_wrench, 6 * layout.arms)
     return inputs
 
 
@@ -193,7 +200,7 @@ def _held(layout: Layout, force: Any, moment: Any, bend_moment: Any, tip_wrench:
 class Trim:
     """A hovering equilibrium: paper coordinates q (8,) and the inputs that hold it.
 
-    force [N, world], moment [N m, body, about B's origin], bend_moment [N m²].
+    force [N, world], moment [N m, body, about B's origin], bend_moment [N m²], of each section.
     """
 
     q: np.ndarray
@@ -213,25 +220,28 @@ def trim(
 ) -> Trim:
     """Hover with level base: the inputs that make every acceleration zero.
 
-    bend: bend vector (2,) [1/m] to hold, or None for the bend that the arm takes by itself under
-    gravity and tip_wrench (6,) [N, N m, world axes], with no bend moment. Raises InputError.
+    bend: bend vector (2,) [1/m] to hold, of each section in turn, or None for the bend that the
+    arms take by themselves under gravity and tip_wrench (6,) [N, N m, world axes], of each arm in
+    turn, with no bend moment. Raises InputError.
     """
     check_single_vehicle(vehicle)
     gravity = checks.gravity(gravity)
     yaw, position = float(checks.row("yaw", yaw, 1)[0]), checks.row("position", position, 3)
-    tip_wrench = checks.row("tip_wrench", tip_wrench, 6)
+    layout = Layout(vehicle.shape)
+    tip_wrench = checks.row("tip_wrench", tip_wrench, 6 * layout.arms)
 
     def held(k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Paper coordinates at bend k, and the push that holds the vehicle there."""
-        q = np.concatenate([position, [0.0, 0.0, yaw], [np.hypot(*k), np.arctan2(k[1], k[0])]])
+        x, y = k.reshape(-1, 2).T
+        polar = np.stack([np.hypot(x, y), np.arctan2(y, x)], axis=-1).ravel()
+        q = np.concatenate([position, [0.0, 0.0, yaw], polar])
         return q, _holding(vehicle, q[None], gravity, tip_wrench)[0]
 
-    layout = Layout(vehicle.shape)
     if bend is None:
         k = _free_bend(vehicle, lambda k: held(k)[1][layout.bend_moment])
     else:
         k = checks.vector("bend", bend, layout.bends)
-        _check_bend("bend", bend, float(np.hypot(*k)), vehicle)
+        _check_bend("bend", bend, np.linalg.norm(k.reshape(-1, 2), axis=1), vehicle)
     q, push = held(k)
     bend_moment = np.zeros(layout.bends) if bend is None else push[layout.bend_moment]
     return Trim(q, push[layout.force], push[layout.moment], bend_moment)
@@ -245,16 +255,18 @@ def _free_bend(vehicle: Vehicle, needed: Callable[[np.ndarray], np.ndarray]) -> 
     # Slow to import.
     from scipy.optimize import root
 
-    length, stiffness = vehicle.arm.length, vehicle.arm.bending_stiffness
+    sections = [section for arm in vehicle.arms for section in arm.section]
+    length = np.repeat([each.length for each in sections], 2)
+    stiffness = np.repeat([each.bending_stiffness for each in sections], 2)
 
     def unbalanced(x: np.ndarray) -> np.ndarray:
-        """Moment over E I, at a bend of x over the length."""
+        """Moments over E I, at bends of x over the lengths."""
         return needed(x / length) / stiffness
 
     found = [
         x
         for start in _STARTS
-        for x in [root(unbalanced, start, tol=1e-13).x]
+        for x in [root(unbalanced, np.tile(start, len(sections)), tol=1e-13).x]
         if np.abs(unbalanced(x)).max() < _BALANCED and _is_stable(unbalanced, x)
     ]
     if not found:
@@ -262,7 +274,7 @@ def _free_bend(vehicle: Vehicle, needed: Callable[[np.ndarray], np.ndarray]) -> 
             "tip_wrench leaves the arm no stable equilibrium below a full circle; give a smaller "
             "wrench, or the bend to hold."
         )
-    return min(found, key=lambda x: float(np.hypot(*x))) / length
+    return np.asarray(min(found, key=lambda x: float(np.linalg.norm(x))) / length)
 
 
 def _is_stable(unbalanced: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> bool:
@@ -300,11 +312,7 @@ def _holding(
     rows = np.broadcast_to(rows, (max(len(rows), vehicle.runs or 1), layout.coordinates))
     state = state_from_paper(rows, np.zeros(rows.shape))
     # Unit pushes would be lost in the rounding of a large vehicle's accelerations.
-    arm = vehicle.arm
-    inertial = np.asarray(vehicle.mass * arm.length * np.square(arm.clamped_frequency))
-    powers = np.array([1.0] * 3 + [2.0] * 3 + [3.0] * layout.bends)
-    scale = inertial[..., None] * np.asarray(arm.length)[..., None] ** (powers - 1.0)
-    scale = np.broadcast_to(scale, (len(rows), layout.coordinates))
+    scale = _scale_of_pushes(vehicle, len(rows))
 
     def pushed(push: np.ndarray) -> np.ndarray:
         inputs = np.zeros((1, len(rows), layout.inputs))
@@ -320,20 +328,32 @@ def _holding(
     return scale * np.linalg.solve(np.stack(answers, axis=-1), -still[..., None])[..., 0]
 
 
+def _scale_of_pushes(vehicle: Vehicle, runs: int) -> np.ndarray:
+    """Sizes of pushes (runs, coordinates): forces, moments and bend moments as vibration has."""
+    sections = [section for arm in vehicle.arms for section in arm.section]
+    columns = []
+    for power, section in [(1, sections[0]), (2, sections[0]), *((3, each) for each in sections)]:
+        inertial = vehicle.mass * np.square(section.clamped_frequency) * section.length**power
+        columns += [np.broadcast_to(inertial, runs)] * (3 if power < 3 else 2)
+    return np.stack(columns, axis=-1)
+
+
 def _configuration(name: str, q: Any, vehicle: Vehicle) -> np.ndarray:
     width = Layout(vehicle.shape).coordinates
     at = np.zeros(width) if q is None else checks.row(name, q, width)
-    _check_bend(name, at, abs(float(at[6])), vehicle)
+    _check_bend(name, at, np.abs(at[6::2]), vehicle)
     return at
 
 
-def _check_bend(name: str, value: Any, kappa: float, vehicle: Vehicle) -> None:
-    largest = 2.0 * np.pi / vehicle.arm.length - _ROOM
-    if kappa > largest:
-        raise InputError(
-            f"{name} is {shown(value)}, which bends the arm to {kappa:g} 1/m; give a bend of at "
-            f"most {largest:.4g} 1/m, just below a full circle."
-        )
+def _check_bend(name: str, value: Any, kappas: np.ndarray, vehicle: Vehicle) -> None:
+    sections = (section for arm in vehicle.arms for section in arm.section)
+    for kappa, section in zip(kappas, sections, strict=True):
+        largest = 2.0 * np.pi / section.length - _ROOM
+        if kappa > largest:
+            raise InputError(
+                f"{name} is {shown(value)}, which bends a section of {section.length:g} m to "
+                f"{kappa:g} 1/m; give a bend of at most {largest:.4g} 1/m, just below a full circle."
+            )
 
 
 def _skew(w: np.ndarray) -> np.ndarray:
