@@ -23,6 +23,7 @@ _OURS = (
     "test_bend_vector.py",
     "test_claims.py",
     "test_kane.py",
+    "test_kane_kernels.py",
     "test_kane_lagrange.py",
     "test_kane_mechanics.py",
     "test_visp.py",
