@@ -58,7 +58,7 @@ def forward_dynamics(
     sizes = {"vehicle": vehicle.runs or 1} | {name: len(rows) for name, rows in arrays.items()}
     n = max(sizes.values())
     check_same_runs(n, sizes)
-    thresholds = kappa_s_of(vehicle)
+    thresholds = vehicle.kappa_s
     _check_regular(arrays["q"], thresholds)
     at, rates = (np.broadcast_to(arrays[name], (n, layout.coordinates)) for name in ("q", "qd"))
     inputs = np.zeros((1, n, layout.inputs))
@@ -158,12 +158,6 @@ def _batch_of(name: str, value: Any, one: tuple[int, ...]) -> np.ndarray:
             "for a batch."
         )
     return found.reshape(-1 if found.ndim > len(one) else 1, int(np.prod(one)))
-
-
-def kappa_s_of(vehicle: Vehicle) -> np.ndarray:
-    """κ_s (runs or 1, sections) [1/m]."""
-    each = [section.kappa_s for arm in vehicle.arms for section in arm.section]
-    return np.atleast_2d(np.stack(np.broadcast_arrays(*each), axis=-1))
 
 
 def _check_regular(q: np.ndarray, kappa_s: np.ndarray) -> None:

@@ -56,31 +56,67 @@ def check(
 
 def _derived(vehicle: Vehicle) -> list[tuple[str, str]]:
     """Return names and values of what a vehicle's parameters imply."""
-    from math import pi
-
-    from continuair.analysis.beam import curvature_error
-    from continuair.analysis.linear import bending_frequencies
     from continuair.engine.engine import Engine
     from continuair.flight.steps import automatic_step
     from continuair.kernels.step import STEP_PHASE
     from continuair.vehicle.layout import Layout
 
-    arm = vehicle.arm
-    clamped, free = (float(value) for value in bending_frequencies(vehicle))
     straight = [0.0] * Layout(vehicle.shape).coordinates
     step = float(automatic_step(Engine(vehicle, "coupled"), straight)[0])
-    hertz = [f"{value:.4g} rad/s ({value / (2 * pi):.4g} Hz)" for value in (clamped, free)]
+    mass = sum(arm.mass for arm in vehicle.arms)
     return [
-        ("arm mass", f"{arm.mass:.4g} kg"),
-        ("arm mass / UAV mass", f"{arm.mass / vehicle.uav.mass:.4g}"),
-        ("bending stiffness EI", f"{arm.bending_stiffness:.4g} N m²"),
-        ("bending frequency, UAV clamped", hertz[0]),
-        ("bending frequency, UAV free", hertz[1]),
+        ("arm mass", f"{mass:.4g} kg"),
+        ("arm mass / UAV mass", f"{mass / vehicle.uav.mass:.4g}"),
+        *(_of_sections(vehicle) if vehicle.has_arm_list else _of_arm(vehicle)),
         ("fastest rate, damping included", f"{STEP_PHASE / step:.4g} 1/s"),
         ("automatic step, from rest", f"{1e3 * step:.3g} ms"),
-        *(
-            (f"beam: {name}", f"{entry['reference']:.4g} {entry['units']} ({entry['error']:+.1%})")
-            for name, entry in curvature_error(vehicle).items()
-            if entry["error"] and "decoupled" not in name
-        ),
+        *([] if vehicle.has_arm_list else _beside_a_beam(vehicle)),
     ]
+
+
+def _of_arm(vehicle: Vehicle) -> list[tuple[str, str]]:
+    """Return the stiffness of the one section, and its frequency."""
+    from continuair.analysis.linear import bending_frequencies
+
+    clamped, free = bending_frequencies(vehicle)
+    return [
+        ("bending stiffness EI", f"{vehicle.arm.bending_stiffness:.4g} N m²"),
+        ("bending frequency, UAV clamped", _hertz(clamped)),
+        ("bending frequency, UAV free", _hertz(free)),
+    ]
+
+
+def _of_sections(vehicle: Vehicle) -> list[tuple[str, str]]:
+    """Return what each section is, and the lowest and highest frequencies of all together."""
+    from continuair.analysis.linear import modes
+
+    rows = [
+        (
+            f"section {arm.name}.{section.name}",
+            f"{section.length:.4g} m, {section.mass:.4g} kg, EI {section.bending_stiffness:.4g} N m²",
+        )
+        for arm in vehicle.arms
+        for section in arm.section
+    ]
+    for base in ("clamped", "free"):
+        # Without gravity, as the line of one section has it.
+        found = modes(vehicle, base=base, gravity=0.0).frequencies
+        rows.append((f"lowest bending frequency, UAV {base}", _hertz(found[0])))
+        rows.append((f"highest bending frequency, UAV {base}", _hertz(found[-1])))
+    return rows
+
+
+def _beside_a_beam(vehicle: Vehicle) -> list[tuple[str, str]]:
+    from continuair.analysis.beam import curvature_error
+
+    return [
+        (f"beam: {name}", f"{entry['reference']:.4g} {entry['units']} ({entry['error']:+.1%})")
+        for name, entry in curvature_error(vehicle).items()
+        if entry["error"] and "decoupled" not in name
+    ]
+
+
+def _hertz(rate: float) -> str:
+    from math import pi
+
+    return f"{rate:.4g} rad/s ({rate / (2 * pi):.4g} Hz)"

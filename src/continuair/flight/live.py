@@ -122,7 +122,7 @@ class Simulation:
     @property
     def qd(self) -> Array:
         """Rates of the paper's coordinates (8,)."""
-        return paper_rates(self.q[None], self.state[None], self._vehicle.arm.kappa_s)[0]
+        return paper_rates(self.q[None], self.state[None], self._vehicle.kappa_s)[0]
 
     def step(self, tau: Any) -> None:
         """Advance one control period under generalised forces tau (8,), conjugate to q.

@@ -108,7 +108,7 @@ def error_by_halving(flight: Flight, model: str, runs: Array) -> Array:
     and what does not fall with the step has no order.
     """
     share = 1.0 if flight.scenario.tau is not None else 1.0 / 15.0
-    finer, length = flight.halved(runs), per_run(flight.vehicle.arm.length, flight.runs)
+    finer, length = flight.halved(runs), per_run(flight.vehicle.reach, flight.runs)
     found = []
     for part in np.array_split(runs, -(-len(runs) // _most_runs(flight.marks.samples))):
         tips = [

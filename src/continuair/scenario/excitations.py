@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from continuair.errors import InputError, shown
 from continuair.scenario.paper_tests import open_loop_test
-from continuair.vehicle.layout import CHANNELS, OF_NAME
+from continuair.vehicle.layout import CHANNELS, OF_NAME, ONE_SECTION, Layout
 
 Array = np.ndarray
 
@@ -82,14 +83,23 @@ def plus(excitation: Any, constant: Any) -> Any:
     return Offset(excitation, constant) if callable(excitation) else excitation + constant
 
 
-def inputs(fields: dict[str, Any]) -> dict[str, Any]:
-    """Fields of a `Scenario` that excite it, from those of a scenario table over runs."""
+def inputs(fields: dict[str, Any], layout: Layout) -> dict[str, Any]:
+    """Fields of a `Scenario` that excite it, from those of a scenario table over runs.
+
+    layout: of the vehicle; on its bends and tips, the first section and the first arm are excited.
+    Raises InputError for a test of the paper on a vehicle that is not the paper's.
+    """
     if fields["test"] is not None:
+        if layout.shape != ONE_SECTION.shape:
+            raise InputError(
+                f"scenario.test is {shown(fields['test'])}, which is for one arm of one section; "
+                "give an excitation."
+            )
         return _test_inputs(fields)
     if fields["excitation"] == "none":
         return {}
     name, component = CHANNELS[fields["on"]]
-    width = OF_NAME[name].width(sections=1)
+    width = OF_NAME[name].width(layout.sections, layout.arms)
     amplitude = fields["amplitude"]
     if fields["excitation"] == "constant":
         rows = np.zeros((*np.shape(amplitude), width))

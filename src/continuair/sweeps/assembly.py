@@ -20,7 +20,7 @@ from continuair.scenario.targets import Target, square
 from continuair.scenario.tracking_task import START_OFFSET
 from continuair.sweeps.design import Design
 from continuair.sweeps.tables import TABLES, ControllerTable, TargetTable, changed
-from continuair.vehicle.layout import COORDINATES
+from continuair.vehicle.layout import COORDINATES, Layout
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -108,12 +108,12 @@ def _shared(values: Array) -> Any:
 
 def _open_loop(vehicle: Vehicle, fields: dict[str, Any]) -> Scenario:
     given = {name: _AT_REST[name] if fields[name] is None else fields[name] for name in COORDINATES}
-    return _scenario(fields, given, **_inputs(vehicle, fields))
+    return _scenario(vehicle, fields, given, **_inputs(vehicle, fields))
 
 
 def _inputs(vehicle: Vehicle, fields: dict[str, Any]) -> dict[str, Any]:
     """The excitation, and a lift in weights of the vehicle."""
-    excited = inputs(fields)
+    excited = inputs(fields, Layout(vehicle.shape))
     if np.any(fields["lift"]):
         weight = np.asarray(fields["lift"]) * vehicle.mass * fields["gravity"]
         lift = np.zeros((*np.shape(weight), 3))
@@ -122,13 +122,17 @@ def _inputs(vehicle: Vehicle, fields: dict[str, Any]) -> dict[str, Any]:
     return excited
 
 
-def _scenario(fields: dict[str, Any], state: dict[str, Any], **rest: Any) -> Scenario:
-    q = np.stack(np.broadcast_arrays(*(state[name] for name in COORDINATES)), axis=-1)
-    rates = np.broadcast_arrays(*(fields[f"{name}_rate"] for name in COORDINATES))
+def _scenario(
+    vehicle: Vehicle, fields: dict[str, Any], state: dict[str, Any], **rest: Any
+) -> Scenario:
+    """All sections begin with the same bend."""
+    names = COORDINATES[:6] + COORDINATES[6:] * vehicle.sections
+    q = np.stack(np.broadcast_arrays(*(state[name] for name in names)), axis=-1)
+    rates = np.broadcast_arrays(*(fields[f"{name}_rate"] for name in names))
     qd = np.stack(rates, axis=-1)
     if q.ndim != qd.ndim:
         runs = max(len(np.atleast_2d(q)), len(np.atleast_2d(qd)))
-        q, qd = (np.broadcast_to(rows, (runs, len(COORDINATES))) for rows in (q, qd))
+        q, qd = (np.broadcast_to(rows, (runs, len(names))) for rows in (q, qd))
     options = {"duration": fields["duration"], "gravity": fields["gravity"]}
     return Scenario("sweep", q, qd, **options, **rest)
 
@@ -147,6 +151,7 @@ def _closed_loop(vehicle: Vehicle, fields: dict[str, dict[str, Any]], runs: int)
         for run, one in enumerate(_each(fields["controller"], runs))
     ]
     return _scenario(
+        vehicle,
         scenario,
         state,
         **_inputs(vehicle, scenario),

@@ -135,6 +135,18 @@ class Vehicle(Part):
         return self.uav.mass + sum(arm.mass for arm in self.arms)
 
     @property
+    def kappa_s(self) -> np.ndarray:
+        """κ_s of all sections (runs or 1, sections) [1/m]; Remark 1, Amiri et al."""
+        each = np.broadcast_arrays(*(part.kappa_s for arm in self.arms for part in arm.section))
+        return np.atleast_2d(np.stack(each, axis=-1))
+
+    @property
+    def reach(self) -> Any:
+        """The length of the longest arm [m]; an array in a batched vehicle."""
+        lengths = [sum(part.length for part in arm.section) for arm in self.arms]
+        return np.max(np.stack(np.broadcast_arrays(*lengths)), axis=0)
+
+    @property
     def runs(self) -> int | None:
         """The number of runs of a batched vehicle; None for a plain one."""
         return batch.count(self)
