@@ -17,6 +17,9 @@ from continuair.vehicle.layout import FIELDS, GENERAL
 
 Array = np.ndarray
 
+# Configurations whose bends are pushed at once: bounds the memory of large batches.
+_AT_ONCE = 1024
+
 LOOP_STEP = 1e-4
 """Largest automatic step of control at every stage: the loop may be faster than the arm [s]."""
 
@@ -28,43 +31,60 @@ def bend_compliance(engine: Engine, q: Any) -> np.ndarray:
     free base, for one of `independent` on a clamped one.
     """
     q = np.atleast_2d(q)
-    runs = max(len(q), engine.vehicle.runs or 1)
-    layout = engine.layout
-    q = np.broadcast_to(q, (runs, layout.coordinates))
-    states = state_from_paper(q, np.zeros(q.shape))
-
-    def pushed(bend_moment: Any) -> np.ndarray:
-        inputs = np.zeros((1, 1, layout.inputs))
-        inputs[..., layout.bend_moment] = bend_moment
-        return engine.derivative(Start(states, q[:, -1]), Drive(inputs, False, GENERAL, 0.0))[
-            :, layout.bend_rate
-        ]
-
-    still = pushed(0.0)
-    return np.stack([pushed(unit) - still for unit in np.eye(layout.bends)], axis=-1)
+    return _compliance(engine, np.broadcast_to(q, (_runs(engine, q), q.shape[1])))
 
 
 def fastest_frequency(engine: Engine, q: Any) -> np.ndarray:
     """ω_max (runs,) [rad/s] from the pencil (K, M) at q: the largest √eig(E I l [M⁻¹]_bend)."""
     arm = engine.vehicle.arm
-    return np.sqrt(_largest_compliance(engine, q) * arm.bending_stiffness * arm.length)
+    return np.sqrt(_largest(bend_compliance(engine, q)) * arm.bending_stiffness * arm.length)
 
 
 def fastest_rate(engine: Engine, q: Any) -> np.ndarray:
     """Largest |λ| (runs,) [1/s] of λ² + 2 γ λ + ω² = 0, the stiffest mode damped, at q.
 
-    It is ω while the mode oscillates, and the decay γ + √(γ² - ω²) when it is overdamped.
+    It is ω while the mode oscillates, and the decay γ + √(γ² - ω²) when it is overdamped. q: of
+    the runs, or (configurations, runs, 8): then it is the largest of all configurations of a run.
     """
-    arm = engine.vehicle.arm
-    compliance = _largest_compliance(engine, q)
+    q = np.atleast_2d(q)
+    of_runs = np.broadcast_to(q, (*q.shape[:-2], _runs(engine, q), q.shape[-1]))
+    # At once: launches cost more than what few runs compute.
+    found = _largest(_compliance(engine, of_runs.reshape(-1, q.shape[-1])))
+    compliance, arm = found.reshape(-1, of_runs.shape[-2]), engine.vehicle.arm
     decay = 0.5 * compliance * arm.structural_damping * arm.length
     frequency = np.sqrt(compliance * arm.bending_stiffness * arm.length)
     over = np.sqrt(np.maximum(decay**2 - frequency**2, 0.0))
-    return np.where(decay > frequency, decay + over, frequency)
+    rates = np.where(decay > frequency, decay + over, frequency)
+    largest: np.ndarray = np.fmax.reduce(rates)
+    return largest
 
 
-def _largest_compliance(engine: Engine, q: Any) -> np.ndarray:
-    compliance = bend_compliance(engine, q)
+def _runs(engine: Engine, q: Array) -> int:
+    return max(q.shape[-2], len(engine.plants))
+
+
+def _compliance(engine: Engine, q: Array) -> Array:
+    """`bend_compliance` of rows (n, 8) that go through all runs, once or several times."""
+    plants = np.arange(len(q)) % len(engine.plants)
+    blocks = [slice(first, first + _AT_ONCE) for first in range(0, len(q), _AT_ONCE)]
+    return np.concatenate([_compliance_at_once(engine, q[at], plants[at]) for at in blocks])
+
+
+def _compliance_at_once(engine: Engine, q: Array, plants: Array) -> Array:
+    layout, n = engine.layout, len(q)
+    pushes = np.vstack([np.zeros(layout.bends), np.eye(layout.bends)])
+    inputs = np.zeros((1, len(pushes), n, layout.inputs))
+    inputs[0, :, :, layout.bend_moment] = pushes[:, None]
+    states = np.tile(state_from_paper(q, np.zeros(q.shape)), (len(pushes), 1))
+    start = Start(states, np.tile(q[:, -1], len(pushes)))
+    acting = Drive(inputs.reshape(1, -1, layout.inputs), False, GENERAL, 0.0)
+    rates = engine.derivative(start, acting, np.tile(plants, len(pushes)))[:, layout.bend_rate]
+    still, *pushed = rates.reshape(len(pushes), n, layout.bends)
+    return np.stack([rate - still for rate in pushed], axis=-1)
+
+
+def _largest(compliance: Array) -> Array:
+    """The largest eigenvalue (n,) of compliances (n, bends, bends)."""
     # A configuration past a full circle has none.
     known = np.isfinite(compliance).all((1, 2))
     symmetric = np.where(known[:, None, None], compliance + compliance.swapaxes(1, 2), 0.0)
@@ -93,7 +113,7 @@ def automatic_step(coupled: Engine, q: Any, qd: Any = None, driven: Any = 0.0) -
     qd = np.zeros_like(q) if qd is None else np.atleast_2d(qd)
     straight = np.array(q)
     straight[:, 6::2] = 0.0
-    modes = np.fmax(*(fastest_rate(coupled, at) for at in (straight, q)))
+    modes = fastest_rate(coupled, np.stack([straight, q]))
     if not np.isfinite(modes).any():
         raise InputError(
             "vehicle has no finite bending frequency: its arm is too heavy or too "
