@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.spatial.transform import Rotation
+from xarray.indexes import PandasIndex
 
 from continuair.engine.engine import Logs
+from continuair.engine.rows import adjacent
 from continuair.flight.prepare import Cohort, Flight
-from continuair.flight.turns import followed_euler
+from continuair.flight.turns import followed_euler, in_body_axes
 from continuair.kernels.step import STATUS
 from continuair.vehicle.layout import ACTUATORS, COORDINATES, MOTION, OBSERVED, watched_columns
 
@@ -116,36 +117,54 @@ class Recorder:
 
     def keep(self, cohort: Cohort, logs: Logs) -> None:
         """Keep what the logs of a cohort hold."""
-        at = self._row[cohort.runs]
+        at = adjacent(self._row[cohort.runs])
         for name in self.names:
-            values = values_of(name, logs, cohort)
-            if name not in self._values:
-                shape = (len(self.runs), *values.shape[1:])
-                self._values[name] = np.empty(shape, self.dtype)
-            self._values[name][at] = values
+            self._put(at, name, values_of(name, logs, cohort))
         self._status[at] = logs.status
         self.step_error[at] = self.flight.step_error(logs.errors, cohort.runs)
         times = np.append(cohort.grid.starts, cohort.grid.samples[-1])
         self._end_time[at] = times[logs.last_step]
 
+    def _put(self, at: Array | slice, name: str, parts: tuple[Array, ...]) -> None:
+        """Keep a variable of some runs, whose columns come in parts."""
+        if name not in self._values:
+            width = sum(part.shape[-1] for part in parts)
+            shape = (len(self.runs), *parts[0].shape[1:-1], width)
+            # Of the threads that may all be at a variable first, one makes the room for it.
+            self._values.setdefault(name, np.empty(shape, self.dtype))
+        kept, first = self._values[name], 0
+        for part in parts:
+            kept[at, :, first : first + part.shape[-1]] = part
+            first += part.shape[-1]
+
     def dataset(self, provenance: dict[str, Any]) -> xr.Dataset:
         """All that was kept; provenance: attributes beside those that follow from the flight."""
-        data = {name: _variable(name, self._values[name], self.model) for name in self.names}
+        kept: dict[str, tuple[tuple[str, ...], Array, dict[str, str]]] = {
+            name: _variable(name, self._values[name], self.model) for name in self.names
+        }
         codes = ", ".join(f"{code} {text}" for code, text in STATUS.items())
-        data["status"] = ("run", self._status, {"long_name": f"how the run ended: {codes}"})
+        kept["status"] = ("run",), self._status, {"long_name": f"how the run ended: {codes}"}
         until = {"units": "s", "long_name": "time up to which the run is valid"}
-        data["end_time"] = ("run", self._end_time, until)
-        data["step_error"] = ("run", self.step_error, STEP_ERROR)
+        kept["end_time"] = ("run",), self._end_time, until
+        kept["step_error"] = ("run",), self.step_error, STEP_ERROR
         if self.flight.batched:
             taken = {"units": "s", "long_name": "integration step"}
-            data["step"] = ("run", self.flight.steps[self.runs], taken)
-        used = {VARIABLES[name][0] for name in self.names} - {""}
-        coordinates: dict[str, Any] = {
-            n: _COORDINATES[n] for n in sorted(used) if n in _COORDINATES
-        }
-        coordinates["time"] = ("time", self.flight.marks.samples, {"units": "s"})
-        found = xr.Dataset(data, coordinates, self._attributes() | provenance)
-        return found.assign_coords(run=self.runs) if self.flight.batched else found.isel(run=0)
+            kept["step"] = ("run",), self.flight.steps[self.runs], taken
+        else:
+            kept = {name: (dims[1:], of[0], told) for name, (dims, of, told) in kept.items()}
+        return xr.Dataset(kept, self._coordinates(), self._attributes() | provenance)
+
+    def _coordinates(self) -> xr.Coordinates:
+        """Coordinates with their indexes, as xarray takes longer to make them than to fly a run."""
+        used = sorted({VARIABLES[name][0] for name in self.names} & _COORDINATES.keys())
+        own = {"time": xr.Variable("time", self.flight.marks.samples, {"units": "s"})}
+        if self.flight.batched:
+            own["run"] = xr.Variable("run", self.runs)
+        own = {name: each.to_index_variable() for name, each in own.items()}
+        labels = _labels()
+        indexes: dict[Any, Any] = {name: labels.xindexes[name] for name in used}
+        indexes |= {name: PandasIndex(each.to_index(), name) for name, each in own.items()}
+        return xr.Coordinates({name: labels[name].variable for name in used} | own, indexes)
 
     def _attributes(self) -> dict[str, Any]:
         flight = self.flight
@@ -165,42 +184,48 @@ STEP_ERROR = {"units": "1", "long_name": "estimated largest error of the tip, in
 
 
 @cache
+def _labels() -> xr.Coordinates:
+    """The coordinates that are the same in every trajectory."""
+    return xr.Coordinates(_COORDINATES)
+
+
+@cache
 def versions() -> str:
     """Versions of what computed a result, as JSON."""
     names = ("continuair", "warp-lang", "numpy", "scipy")
     return json.dumps({name: version(name) for name in names})
 
 
-def values_of(name: str, logs: Logs, cohort: Cohort) -> Array:
-    """Values (runs, samples, …) of a variable of VARIABLES, from the logs of a cohort."""
+def values_of(name: str, logs: Logs, cohort: Cohort) -> tuple[Array, ...]:
+    """Values (runs, samples, columns) of a variable of VARIABLES, from the logs of a cohort.
+
+    The columns come in parts, that they may be put where they are kept without a copy before.
+    """
     layout = cohort.flight.coupled.layout
     if name in WATCHED_VARIABLES:
-        return _watched(name, logs, cohort)
+        return (_watched(name, logs, cohort),)
     if name in OBSERVED:
         assert logs.observed is not None
-        values = logs.observed[..., OBSERVED[name]]
-        return values if VARIABLES[name][0] else values[..., 0]
+        return (logs.observed[..., OBSERVED[name]],)
     log = logs.log
     if name in _LOGGED:
-        return log[..., getattr(layout, name)]
+        return (log[..., getattr(layout, name)],)
+    attitude = log[..., layout.attitude]
     if name == "q":
         spin, times = log[..., layout.angular_velocity], cohort.flight.marks.samples
-        euler = followed_euler(log[..., layout.attitude], spin, times)
-        return np.concatenate([log[..., layout.position], euler, log[..., layout.branch]], -1)
+        euler = followed_euler(attitude, spin, times)
+        return log[..., layout.position], euler, log[..., layout.branch]
     # The kernels integrate the velocity of B's origin in world axes.
-    attitude = log[..., layout.attitude].reshape(-1, 4)
-    valid = np.isfinite(attitude).all(-1)
-    turned = np.full((len(attitude), 3), np.nan, log.dtype)
-    turned[valid] = Rotation.from_quat(attitude[valid]).apply(
-        log[..., layout.velocity].reshape(-1, 3)[valid], inverse=True
-    )
-    return turned.reshape(*log.shape[:-1], 3)
+    return (in_body_axes(log[..., layout.velocity], attitude),)
 
 
-def _variable(name: str, values: Array, model: str) -> tuple[Any, ...]:
+def _variable(
+    name: str, values: Array, model: str
+) -> tuple[tuple[str, ...], Array, dict[str, str]]:
     """A variable of a Dataset: dimensions, values, attributes."""
     dimension, units, meaning = VARIABLES[name]
     dims = ("run", "time", dimension) if dimension else ("run", "time")
+    values = values if dimension else values[..., 0]
     if name == "kinetic_energy":
         meaning = _BENDING.get(model, "") + meaning
     return dims, values, {"units": units, "long_name": meaning}
