@@ -116,3 +116,25 @@ def test_runs_that_cannot_be_flown_far_do_not_change_their_neighbours() -> None:
     for run in range(3):
         own = together.replace(bend_moment=bends[run])
         assert_same(ca.simulate(vehicle.select(run), own), batch.isel(run=run))
+
+
+def test_a_run_that_spins_fast_does_not_change_the_angles_of_its_neighbours() -> None:
+    # At 10 ms the attitudes of the second run say nothing about its turns; its spin does.
+    rates = [30.0, 900.0, 60.0]
+    qd = np.array([[0.0, 0.0, 0.0, 0.3 * rate, 0.0, rate, 0.0, 0.0] for rate in rates])
+    vehicle = ca.load_vehicle("paper")
+
+    def flown(qd: np.ndarray) -> xr.Dataset:
+        return ca.simulate(vehicle, ca.Scenario("spin", Q, qd, duration=0.3), sample=0.01)
+
+    batch = flown(qd)
+    for run, rate in enumerate(qd):
+        np.testing.assert_array_equal(batch["q"].isel(run=run), flown(rate)["q"])
+
+
+def test_notes_on_one_trajectory_do_not_appear_on_the_next() -> None:
+    vehicle, scenario = ca.load_vehicle("paper"), ca.Scenario("short", Q, duration=0.01)
+    first = ca.simulate(vehicle, scenario)
+    first["axis"].attrs["note"], first["time"].attrs["note"] = "mine", "mine"
+    again = ca.simulate(vehicle, scenario)
+    assert "note" not in again["axis"].attrs | again["time"].attrs

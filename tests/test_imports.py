@@ -53,7 +53,14 @@ ROOMS = {
         {"logs"},
         {"rollout", "observe", "deviations"},
     ],
-    "engine": [{"moments", "compiling"}, {"factory"}, {"pack"}, {"engine"}, {"loop"}, {"pairs"}],
+    "engine": [
+        {"moments", "compiling", "rows"},
+        {"factory"},
+        {"pack"},
+        {"engine"},
+        {"loop"},
+        {"pairs"},
+    ],
     "flight": [
         {"time_grid", "inputs", "steps", "resolution", "turns"},
         {"camera_timing", "probing"},

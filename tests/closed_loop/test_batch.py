@@ -63,7 +63,8 @@ def test_noisy_runs_do_not_depend_on_threads_or_on_how_the_batch_is_cut(
     )
     whole = fly(NOISY, scenario, threads=2)
     # Two runs per launch: their samples are what a launch may log.
-    monkeypatch.setattr(simulation, "_CHUNK_NUMBERS", 2.5 * 201 * simulation._NUMBERS_PER_SAMPLE)
+    numbers = 2.5 * 201 * simulation._NUMBERS_PER_SAMPLE
+    monkeypatch.setattr(simulation, "_LOGGED_AT_ONCE", {"cpu": numbers})
     assert_equal(fly(NOISY, scenario, threads=threads), whole)
 
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import os
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -13,6 +16,7 @@ import warp as wp
 from continuair.engine.compiling import load, start_warp
 from continuair.engine.factory import kernels
 from continuair.engine.pack import pack_plants, pack_table, tree_of
+from continuair.engine.rows import adjacent, forget_unreached
 from continuair.errors import InputError, shown
 from continuair.vehicle.layout import observed_columns, width_of
 from continuair.vehicle.vehicle import Vehicle
@@ -113,7 +117,31 @@ class Engine:
         full = pack_table(vehicle, self.threads) if beside is None else beside.full_table
         self.full_table: Array = full
         self.observed = observed_columns(self.layout.arms)
-        self.table: Array = self.full_table.astype(self.dtype)
+        self.table: Array = self.full_table.astype(self.dtype, copy=False)
+
+    def on_one_thread(self) -> Engine:
+        """The same engine for one thread, which may be one of several that fly side by side."""
+        alone = copy.copy(self)
+        alone.threads = 1
+        return alone
+
+    def load_rollout(self, loop: Closing | None, observe: bool) -> wp.Kernel:
+        """Load the kernel of a roll-out, and the one that observes, before threads wait for it."""
+        kernel = self.kernels.rollout if loop is None else loop.on(self).kernels.rollout
+        for each in [kernel] + [self.kernels.observe] * observe:
+            load(each, self.device)
+        return kernel
+
+    def side_by_side(self, work: Callable[[Any], None], parts: Iterable[Any]) -> None:
+        """Do some work on every part, on as many threads as there are."""
+        parts = list(parts)
+        threads = min(self.threads, len(parts)) if self.device == "cpu" else 1
+        if threads == 1:
+            for part in parts:
+                work(part)
+            return
+        with ThreadPoolExecutor(threads) as pool:
+            list(pool.map(work, parts))
 
     def roll_out(
         self,
@@ -131,14 +159,14 @@ class Engine:
         at_samples: what acts at the samples, to log what is observed too.
         """
         n, samples = len(runs), len(grid.samples)
-        log = np.full((n, samples, self.layout.log), np.nan, self.dtype)
+        log = np.empty((n, samples, self.layout.log), self.dtype)
         status, last = np.zeros(n, np.int32), np.zeros(n, np.int32)
         errors = np.zeros((n, 2), self.dtype)
         observed = None
         if at_samples is not None:
-            observed = np.full((n, samples, width_of(self.observed)), np.nan, self.dtype)
+            observed = np.empty((n, samples, width_of(self.observed)), self.dtype)
         packed = None if loop is None else loop.on(self)
-        kernel = self.kernels.rollout if packed is None else packed.kernels.rollout
+        kernel = self.load_rollout(loop, observed is not None)
         steps = self.steps(grid)
 
         def work(part: slice) -> None:
@@ -157,12 +185,14 @@ class Engine:
                 self.launch(self.kernels.observe, seen.shape[:2], [vehicles, acting, out, seen])
                 self.download(seen, observed[part])
 
-        self._split(n, work, [kernel] + [self.kernels.observe] * (observed is not None))
+        self.side_by_side(work, self._split(n))
+        for each in (log, observed) if observed is not None else (log,):
+            forget_unreached(each, status, last, grid.sample_after)
         if loop is None:
             return Logs(log, status, last, errors, observed)
         return Logs(log, status, last, errors, observed, loop.watch(self, log, runs), loop.scene)
 
-    def observe(self, log: Array, drive: Drive, runs: Array | slice = slice(None)) -> Array:
+    def observe(self, log: Array, drive: Drive, runs: Array | None = None) -> Array:
         """Observed columns (runs, samples, columns) of logged rows (runs, samples, log)."""
         seen = np.full((*log.shape[:2], width_of(self.observed)), np.nan, self.dtype)
         out, acting = self.upload(seen), self.drive(drive, slice(None), 1)
@@ -171,7 +201,7 @@ class Engine:
         self.download(out, seen)
         return seen
 
-    def derivative(self, start: Start, drive: Drive, runs: Array | slice = slice(None)) -> Array:
+    def derivative(self, start: Start, drive: Drive, runs: Array | None = None) -> Array:
         """Rates (runs, state) of the states of a start, under the first row of what acts."""
         rates = np.empty((len(start.states), self.layout.state), self.dtype)
         out, acting = self.upload(rates), self.drive(drive, slice(None), 0)
@@ -180,15 +210,27 @@ class Engine:
         self.download(out, rates)
         return rates
 
-    def vehicles(self, runs: Array | slice) -> Any:
-        """The struct of some runs' vehicles."""
-        shared, types = len(self.plants) == 1, self.kernels.types
-        plants = self.plants if shared else self.plants[runs]
-        table = self.table if shared else self.table[runs]
+    def vehicles(self, runs: Array | slice | None = None) -> Any:
+        """The struct of some runs' vehicles, or of all."""
+        if len(self.plants) == 1 or runs is None:
+            return self._all_vehicles
+        at = runs if isinstance(runs, slice) else adjacent(runs)
+        if self.device != "cpu" or not isinstance(at, slice):
+            return self._struct_of(self.plants[at], self.table[at])
         found = self.kernels.structs.Vehicles()
-        found.plants = wp.array(plants, dtype=types.Plant, device=self.device)
-        table = np.ascontiguousarray(table)
-        found.coefficients = wp.array(table, dtype=types.Row, device=self.device)
+        found.plants = self._all_vehicles.plants[at]
+        found.coefficients = self._all_vehicles.coefficients[at]
+        return found
+
+    @cached_property
+    def _all_vehicles(self) -> Any:
+        return self._struct_of(self.plants, self.table)
+
+    def _struct_of(self, plants: Array, table: Array) -> Any:
+        found, types = self.kernels.structs.Vehicles(), self.kernels.types
+        place, copied = self.device, self.device != "cpu"
+        found.plants = wp.array(plants, dtype=types.Plant, device=place, copy=copied)
+        found.coefficients = wp.array(table, dtype=types.Row, device=place, copy=copied)
         return found
 
     def start(self, start: Start, part: slice | Array) -> Any:
@@ -247,14 +289,8 @@ class Engine:
         if self.device != "cpu":
             target[...] = source.numpy()
 
-    def _split(self, runs: int, work: Any, used: list[wp.Kernel]) -> None:
+    def _split(self, runs: int) -> list[slice]:
+        """A part of the runs for every thread."""
         parts = min(self.threads, runs) if self.device == "cpu" else 1
-        if parts == 1:
-            work(slice(0, runs))
-            return
         edges = np.linspace(0, runs, parts + 1).astype(int)
-        # The threads would all wait for the first of them to compile.
-        for kernel in used:
-            load(kernel, self.device)
-        with ThreadPoolExecutor(parts) as pool:
-            list(pool.map(work, map(slice, edges[:-1], edges[1:])))
+        return [slice(*ends) for ends in zip(edges[:-1], edges[1:], strict=True)]

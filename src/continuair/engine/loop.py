@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -59,6 +59,7 @@ class Loop:
     timing: Timing
     scene: Scene | None
     seeds: Array
+    _packed: dict[Engine, PackedLoop] = field(default_factory=dict)
 
     @property
     def points(self) -> int:
@@ -67,11 +68,14 @@ class Loop:
 
     def on(self, engine: Engine) -> PackedLoop:
         """This loop packed for an engine; raises InputError if the gains do not fit the law."""
-        every_stage = self.timing.every_stage
-        of = engine.dtype.name, engine.tree, engine.model
-        kernels = closed_loop(*of, self.controller.law, self.points, every_stage)
-        gains = pack_gains(self.controller, kernels.Gains, self.points)
-        return PackedLoop(self, kernels, pack_cameras(engine.vehicle, kernels.eye.Camera), gains)
+        if engine not in self._packed:
+            of = engine.dtype.name, engine.tree, engine.model
+            every_stage = self.timing.every_stage
+            kernels = closed_loop(*of, self.controller.law, self.points, every_stage)
+            gains = pack_gains(self.controller, kernels.Gains, self.points)
+            cameras = pack_cameras(engine.vehicle, kernels.eye.Camera)
+            self._packed[engine] = PackedLoop(self, kernels, cameras, gains)
+        return self._packed[engine]
 
     def watch(self, engine: Engine, log: Array, runs: Array) -> Array | None:
         """What the camera sees along logged rows of some runs; None without a target."""
@@ -122,7 +126,7 @@ def watch(
     kernel, eye = watching(engine.dtype.name, engine.tree, len(corners))
     runs = np.arange(len(log)) if runs is None else runs
     shape = (*log.shape[:2], width_of(watched_columns(len(corners))))
-    watched = np.full(shape, np.nan, engine.dtype)
+    watched = np.empty(shape, engine.dtype)
     out = engine.upload(watched)
     cameras = _rows(pack_cameras(engine.vehicle, eye.Camera), runs)
     engine.launch(

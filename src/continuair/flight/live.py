@@ -91,7 +91,7 @@ class Simulation:
         row[layout.branch] = np.atleast_2d(scenario.q)[0, 6:]
         row[layout.roll] = np.atleast_2d(scenario.q)[0, 3]
         self._rows, self._taus = [row], [np.zeros(layout.coordinates)]
-        self._euler = continuous_euler(row[None, layout.attitude])[0]
+        self._euler = _nearest_euler(row[layout.attitude], np.zeros(3), row[layout.roll][0])
 
     @property
     def time(self) -> float:
@@ -151,7 +151,8 @@ class Simulation:
             return
         self._taus.append(push)
         self._rows.append(logs.log[0, -1])
-        self._euler = _nearest_euler(self._rows[-1][layout.attitude], self._euler)
+        row = self._rows[-1]
+        self._euler = _nearest_euler(row[layout.attitude], self._euler, row[layout.roll][0])
 
     def observe(self) -> Observation:
         """What the camera sees now; raises InputError without a target."""
@@ -250,9 +251,10 @@ def _numbers(tau: Any, size: int) -> Array:
     return array
 
 
-def _nearest_euler(attitude: Array, before: Array) -> Array:
-    """The triple of ZYX angles (3,), of all that an attitude has, nearest to the one before."""
+def _nearest_euler(attitude: Array, before: Array, branch: float) -> Array:
+    """ZYX angles (3,) on the triple whose roll is `branch`, within a turn, nearest to others."""
     roll, pitch, yaw = continuous_euler(attitude[None])[0]
-    triples = np.array([[roll, pitch, yaw], [roll + np.pi, np.pi - pitch, yaw + np.pi]])
-    triples += 2.0 * np.pi * np.round((before - triples) / (2.0 * np.pi))
-    return np.asarray(triples[np.argmin(((triples - before) ** 2).sum(1))])
+    triple = np.array([roll, pitch, yaw])
+    if np.cos(roll - branch) < 0.0:
+        triple = np.array([roll + np.pi, np.pi - pitch, yaw + np.pi])
+    return np.asarray(triple + 2.0 * np.pi * np.round((before - triple) / (2.0 * np.pi)))

@@ -43,18 +43,19 @@ _INPUT_BYTES = {"cpu": 1e8, "cuda": 2e9}
 @dataclass(frozen=True, eq=False)
 class Cohort:
     """Runs of a flight, by their indices (n,), that share a time grid; what acts on them at the
-    stages of the steps, and what closes their loop, if anything does."""
+    stages of the steps and, where it is known, at the samples; and what closes their loop."""
 
     flight: Flight
     runs: Array
     grid: Grid
     drive: Drive
     loop: Loop | None
+    sampled: Drive | None = None
 
     @cached_property
     def at_samples(self) -> Drive:
         """What acts on these runs at the samples."""
-        return self.flight.drive(self.grid.samples, self.runs)
+        return self.sampled or self.flight.drive(self.grid.samples, self.runs)
 
     @property
     def start(self) -> Start:
@@ -62,11 +63,15 @@ class Cohort:
         start = self.flight.start
         return Start(start.states[self.runs], start.angle[self.runs])
 
-    def part(self, at: slice) -> Cohort:
-        """The cohort of some of its runs."""
-        drive = self.drive
-        table = drive.table if drive.table.shape[1] == 1 else drive.table[:, at]
-        return replace(self, runs=self.runs[at], drive=replace(drive, table=table))
+    def part(self, at: slice, observe: bool) -> Cohort:
+        """The cohort of some of its runs; observe: whether it is told what acts at the samples."""
+
+        def of(drive: Drive) -> Drive:
+            table = drive.table if drive.table.shape[1] == 1 else drive.table[:, at]
+            return replace(drive, table=table)
+
+        sampled = of(self.at_samples) if observe else None
+        return replace(self, runs=self.runs[at], drive=of(self.drive), sampled=sampled)
 
     def fly(self, engine: Engine, observe: bool) -> Logs:
         """Fly these runs with one model."""

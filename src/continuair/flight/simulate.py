@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from continuair import checks
+from continuair.engine.engine import Engine
 from continuair.engine.pack import per_run
 from continuair.errors import InputError, nearest, shown
 from continuair.flight.prepare import Cohort, Flight, check_scenario, prepare
@@ -29,8 +30,9 @@ Array = np.ndarray
 _FINEST_TOLERANCE = 1e-13
 """Relative tolerance below which rounding errors of float64 would steer DOP853's steps."""
 
-# Runs per launch: bounds the memory of what is logged but not kept.
-_CHUNK_NUMBERS = 2.0e7
+# Numbers that are logged at once before they are kept: on the CPU they stay near the core.
+_LOGGED_AT_ONCE = {"cpu": 1.0e6, "cuda": 2.0e7}
+_HALVED_AT_ONCE = 2.0e7
 _NUMBERS_PER_SAMPLE = 50
 
 
@@ -110,7 +112,8 @@ def error_by_halving(flight: Flight, model: str, runs: Array) -> Array:
     share = 1.0 if flight.scenario.tau is not None else 1.0 / 15.0
     finer, length = flight.halved(runs), per_run(flight.vehicle.reach, flight.runs)
     found = []
-    for part in np.array_split(runs, -(-len(runs) // _most_runs(flight.marks.samples))):
+    most = _most_runs(flight.marks.samples, _HALVED_AT_ONCE)
+    for part in np.array_split(runs, -(-len(runs) // most)):
         tips = [
             fly(each, model, ("tip_position",), part)["tip_position"]
             .to_numpy()
@@ -128,9 +131,13 @@ def record(recorder: Recorder, runs: Array | None = None) -> None:
     flight = recorder.flight
     engine = flight.engine(recorder.model, recorder.dtype)
     observe = any(name in OBSERVED_VARIABLES for name in recorder.names)
+    alone = engine.on_one_thread()
     for cohort in flight.parts(runs):
-        for part in _parts(cohort):
-            recorder.keep(part, part.fly(engine, observe))
+        alone.load_rollout(cohort.loop, observe)
+        engine.side_by_side(
+            lambda part: recorder.keep(part, part.fly(alone, observe)),
+            _parts(cohort, engine, observe),
+        )
 
 
 def _fly_adaptive(flight: Flight, model: str, names: tuple[str, ...], tolerance: float) -> Any:
@@ -149,16 +156,19 @@ def _fly_adaptive(flight: Flight, model: str, names: tuple[str, ...], tolerance:
     return recorder.dataset({"step": "adaptive", "integrator": "dop853", "tolerance": tolerance})
 
 
-def _parts(cohort: Cohort) -> Iterator[Cohort]:
+def _parts(cohort: Cohort, engine: Engine, observe: bool) -> Iterator[Cohort]:
     """The cohort in parts whose logs fit into memory."""
-    size = _most_runs(cohort.grid.samples)
-    for first in range(0, len(cohort.runs), size):
-        yield cohort.part(slice(first, first + size))
+    kind, runs = engine.device.split(":")[0], len(cohort.runs)
+    size = _most_runs(cohort.grid.samples, _LOGGED_AT_ONCE[kind])
+    if kind == "cpu":
+        size = min(size, -(-runs // engine.threads))
+    for first in range(0, runs, size):
+        yield cohort.part(slice(first, first + size), observe)
 
 
-def _most_runs(samples: Array) -> int:
-    """How many runs of some samples are logged at once."""
-    return max(1, int(_CHUNK_NUMBERS / (len(samples) * _NUMBERS_PER_SAMPLE)))
+def _most_runs(samples: Array, numbers: float) -> int:
+    """How many runs of some samples make that many numbers."""
+    return max(1, int(numbers / (len(samples) * _NUMBERS_PER_SAMPLE)))
 
 
 def _checked_integrator(scenario: Any, integrator: Any, tolerance: Any, dtype: Any) -> bool:

@@ -17,6 +17,9 @@ from continuair.vehicle.layout import FIELDS, GENERAL
 
 Array = np.ndarray
 
+# Configurations whose bends are pushed at once: bounds the memory of large batches.
+_AT_ONCE = 1024
+
 LOOP_STEP = 1e-4
 """Largest automatic step of control at every stage: the loop may be faster than the arm [s]."""
 
@@ -28,79 +31,105 @@ def bend_compliance(engine: Engine, q: Any) -> np.ndarray:
     free base, for one of `independent` on a clamped one.
     """
     q = np.atleast_2d(q)
-    runs = max(len(q), engine.vehicle.runs or 1)
-    layout = engine.layout
-    q = np.broadcast_to(q, (runs, layout.coordinates))
-    states = state_from_paper(q, np.zeros(q.shape))
-
-    def pushed(bend_moment: Any) -> np.ndarray:
-        inputs = np.zeros((1, 1, layout.inputs))
-        inputs[..., layout.bend_moment] = bend_moment
-        return engine.derivative(Start(states, branches_of(q)), Drive(inputs, False, GENERAL, 0.0))[
-            :, layout.bend_rate
-        ]
-
-    still = pushed(0.0)
-    return np.stack([pushed(unit) - still for unit in np.eye(layout.bends)], axis=-1)
+    return _compliance(engine, np.broadcast_to(q, (_runs(engine, q), q.shape[1])))
 
 
 def fastest_frequency(engine: Engine, q: Any) -> np.ndarray:
     """ω_max (runs,) [rad/s] from the pencil (K, M) at q: the largest √eig([M⁻¹]_bend K)."""
-    return np.sqrt(_largest(_symmetric(engine, q)))
+    stiffness, _ = _of_bends(engine)
+    return np.sqrt(_largest(_symmetric(bend_compliance(engine, q), stiffness)))
 
 
 def fastest_rate(engine: Engine, q: Any) -> np.ndarray:
     """Largest |λ| (runs,) [1/s] of the bends at q with their damping, base free or clamped.
 
     With one section |λ| is ω of its stiffest mode, λ² + 2 γ λ + ω² = 0, while that oscillates, and
-    the decay γ + √(γ² - ω²) when it is overdamped.
+    the decay γ + √(γ² - ω²) when it is overdamped. q: of the runs, or (configurations, runs,
+    coordinates): then it is the largest of all configurations of a run.
     """
-    squares = _symmetric(engine, q)
-    stiffness, damping = _of_bends(engine)
+    q = np.atleast_2d(q)
+    of_runs = np.broadcast_to(q, (*q.shape[:-2], _runs(engine, q), q.shape[-1]))
+    # At once: launches cost more than what few runs compute.
+    compliance = _compliance(engine, of_runs.reshape(-1, q.shape[-1]))
+    stiffness, damping = (
+        np.resize(each, (len(compliance), each.shape[1])) for each in _of_bends(engine)
+    )
+    rates = _fastest(_symmetric(compliance, stiffness), stiffness, damping)
+    largest: np.ndarray = np.fmax.reduce(rates.reshape(-1, of_runs.shape[-2]))
+    return largest
+
+
+def _fastest(squares: Array, stiffness: Array, damping: Array) -> Array:
+    """Largest |λ| (n,) of bends with √K [M⁻¹] √K (n, bends, bends), K and D (n, bends)."""
     share = damping / stiffness
-    if (share == share[:, :1]).all():
-        # Damping in proportion to stiffness leaves the modes apart.
-        largest = _largest(squares)
-        decay, frequency = 0.5 * share[:, 0] * largest, np.sqrt(largest)
-        over = np.sqrt(np.maximum(decay**2 - frequency**2, 0.0))
-        return np.where(decay > frequency, decay + over, frequency)
-    return _largest_of_pencil(squares, np.sqrt(stiffness), damping)
+    if not (share == share[:, :1]).all():
+        return _largest_of_pencil(squares, share)
+    # Damping in proportion to stiffness leaves the modes apart.
+    largest = _largest(squares)
+    decay, frequency = 0.5 * share[:, 0] * largest, np.sqrt(largest)
+    over = np.sqrt(np.maximum(decay**2 - frequency**2, 0.0))
+    return np.where(decay > frequency, decay + over, frequency)
 
 
-def _largest_of_pencil(squares: Array, root: Array, damping: Array) -> Array:
-    """Largest |λ| of λ² + S R⁻¹ D R⁻¹ λ + S, with S (runs, bends, bends) and R² the stiffness."""
+def _largest_of_pencil(squares: Array, share: Array) -> Array:
+    """Largest |λ| (n,) of λ² + S diag(share) λ + S, with S (n, bends, bends), share D over K."""
     runs, n = squares.shape[:2]
     known = np.isfinite(squares).all((1, 2))
     companion = np.zeros((runs, 2 * n, 2 * n))
     companion[:, :n, n:] = np.eye(n)
     companion[:, n:, :n] = -np.where(known[:, None, None], squares, 0.0)
-    companion[:, n:, n:] = companion[:, n:, :n] * (damping / root**2)[:, None, :]
+    companion[:, n:, n:] = companion[:, n:, :n] * share[:, None, :]
     found = np.abs(np.linalg.eigvals(companion)).max(axis=1)
     return np.asarray(np.where(known, found, np.nan))
 
 
 def _of_bends(engine: Engine) -> tuple[Array, Array]:
-    """E I l and d l (runs, bends) [N m³, N m³ s] of each bend."""
-    runs = engine.vehicle.runs or 1
+    """E I l and d l (runs or 1, bends) [N m³, N m³ s] of each bend."""
+    runs = len(engine.plants)
     sections = [section for arm in engine.vehicle.arms for section in arm.section]
-    lengths = [per_run(each.length, runs) for each in sections]
-    rows = (
-        [per_run(getattr(each, name), runs) * length for each, length in zip(sections, lengths)]
+    stiffness, damping = (
+        np.stack(
+            [per_run(getattr(each, name), runs) * per_run(each.length, runs) for each in sections],
+            axis=-1,
+        ).repeat(2, axis=1)
         for name in ("bending_stiffness", "structural_damping")
     )
-    stiffness, damping = (np.repeat(np.stack(each, axis=-1), 2, axis=1) for each in rows)
     return stiffness, damping
 
 
-def _symmetric(engine: Engine, q: Any) -> Array:
-    """√K [M⁻¹]_bend √K (runs, bends, bends) [1/s²] at q, symmetric; its eigenvalues are ω²."""
-    compliance, root = bend_compliance(engine, q), np.sqrt(_of_bends(engine)[0])
+def _symmetric(compliance: Array, stiffness: Array) -> Array:
+    """√K [M⁻¹]_bend √K (n, bends, bends) [1/s²], symmetric; its eigenvalues are ω²."""
+    root = np.sqrt(stiffness)
     found: Array = root[:, :, None] * compliance * root[:, None, :]
     return 0.5 * (found + found.swapaxes(1, 2))
 
 
+def _runs(engine: Engine, q: Array) -> int:
+    return max(q.shape[-2], len(engine.plants))
+
+
+def _compliance(engine: Engine, q: Array) -> Array:
+    """`bend_compliance` of rows (n, coordinates) that go through all runs, once or more often."""
+    plants = np.arange(len(q)) % len(engine.plants)
+    blocks = [slice(first, first + _AT_ONCE) for first in range(0, len(q), _AT_ONCE)]
+    return np.concatenate([_compliance_at_once(engine, q[at], plants[at]) for at in blocks])
+
+
+def _compliance_at_once(engine: Engine, q: Array, plants: Array) -> Array:
+    layout, n = engine.layout, len(q)
+    pushes = np.vstack([np.zeros(layout.bends), np.eye(layout.bends)])
+    inputs = np.zeros((1, len(pushes), n, layout.inputs))
+    inputs[0, :, :, layout.bend_moment] = pushes[:, None]
+    states = np.tile(state_from_paper(q, np.zeros(q.shape)), (len(pushes), 1))
+    start = Start(states, np.tile(branches_of(q), (len(pushes), 1)))
+    acting = Drive(inputs.reshape(1, -1, layout.inputs), False, GENERAL, 0.0)
+    rates = engine.derivative(start, acting, np.tile(plants, len(pushes)))[:, layout.bend_rate]
+    still, *pushed = rates.reshape(len(pushes), n, layout.bends)
+    return np.stack([rate - still for rate in pushed], axis=-1)
+
+
 def _largest(squares: Array) -> Array:
-    """The largest eigenvalue (runs,) of each; NaN for a configuration past a full circle."""
+    """The largest eigenvalue (n,) of each; NaN for a configuration past a full circle."""
     known = np.isfinite(squares).all((1, 2))
     filled = np.where(known[:, None, None], squares, 0.0)
     return np.asarray(np.where(known, np.linalg.eigvalsh(filled)[:, -1], np.nan))
@@ -132,7 +161,7 @@ def automatic_step(coupled: Engine, q: Any, qd: Any = None, driven: Any = 0.0) -
     qd = np.zeros_like(q) if qd is None else np.atleast_2d(qd)
     straight = np.array(q)
     straight[:, 6::2] = 0.0
-    modes = np.fmax(*(fastest_rate(coupled, at) for at in (straight, q)))
+    modes = fastest_rate(coupled, np.stack([straight, q]))
     if not np.isfinite(modes).any():
         raise InputError(
             "vehicle has no finite bending frequency: its arm is too heavy or too "

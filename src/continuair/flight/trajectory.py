@@ -9,19 +9,22 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.spatial.transform import Rotation
+from xarray.indexes import PandasIndex
 
 from continuair.engine.engine import Logs
+from continuair.engine.rows import adjacent
 from continuair.flight.prepare import Cohort, Flight
-from continuair.flight.turns import followed_euler
+from continuair.flight.turns import followed_euler, in_body_axes, on_triple
 from continuair.kernels.step import STATUS
 from continuair.vehicle.layout import (
     ACTUATORS,
     COORDINATES,
     MOTION,
+    OF_ARM,
     observed_columns,
     watched_columns,
 )
+from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 
@@ -34,10 +37,10 @@ _BENDING = {
 VARIABLES: dict[str, tuple[str, str, str]] = {
     "position": ("axis", "m", "origin of B (UAV centre of mass), world axes"),
     "attitude": ("quaternion", "1", "B to world, x y z w"),
-    "bend": ("bend_axis", "1/m", "bend vector κ (cos ψa, sin ψa), body axes"),
+    "bend": ("bend_axis", "1/m", "bend vector κ (cos ψa, sin ψa), axes of the section's base"),
     "velocity": ("axis", "m/s", "velocity of B's origin, body axes"),
     "angular_velocity": ("axis", "rad/s", "angular velocity of B, body axes"),
-    "bend_rate": ("bend_axis", "1/(m s)", "rate of the bend vector, body axes"),
+    "bend_rate": ("bend_axis", "1/(m s)", "rate of the bend vector, axes of the section's base"),
     "q": ("coordinate", "m, rad, 1/m", "the paper's coordinates, angles on continuous branches"),
     "tip_position": ("axis", "m", "tip of the arm, world axes"),
     "tip_attitude": ("quaternion", "1", "untwisted tip frame (z along the tangent) to world"),
@@ -45,7 +48,7 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "tip_angular_velocity": ("axis", "rad/s", "angular velocity of the tip, world axes"),
     "kinetic_energy": ("", "J", "kinetic energy of the model"),
     "gravity_energy": ("", "J", "potential energy of gravity, 0 at world z = 0"),
-    "elastic_energy": ("", "J", "½ E I l |k|²"),
+    "elastic_energy": ("", "J", "½ E I l |k|² of all sections"),
     "linear_momentum": ("axis", "kg m/s", "linear momentum of what the model moves, world axes"),
     "angular_momentum": ("axis", "kg m²/s", "angular momentum about the world origin, world axes"),
     "base_force": ("axis", "N", "force that the arm puts on the UAV, body axes"),
@@ -81,16 +84,17 @@ WATCHED_VARIABLES = frozenset(
 
 OBSERVED_VARIABLES = frozenset(observed_columns(1))
 
+_OF_SECTION = ("bend", "bend_rate")
+"""Variables that each section has."""
+
 _LOGGED = ("position", "attitude", "bend", "angular_velocity", "bend_rate", "command")
 """Variables that are a slice of the log, by the name of that slice in `Layout`."""
 
 _COORDINATES: dict[str, list[Any]] = {
-    "actuator": list(ACTUATORS),
     "twist": ["vx", "vy", "vz", "wx", "wy", "wz"],
     "axis": list("xyz"),
     "quaternion": list("xyzw"),
     "bend_axis": ["x", "y"],
-    "coordinate": list(COORDINATES),
 }
 
 
@@ -124,36 +128,74 @@ class Recorder:
 
     def keep(self, cohort: Cohort, logs: Logs) -> None:
         """Keep what the logs of a cohort hold."""
-        at = self._row[cohort.runs]
+        at = adjacent(self._row[cohort.runs])
         for name in self.names:
-            values = values_of(name, logs, cohort)
-            if name not in self._values:
-                shape = (len(self.runs), *values.shape[1:])
-                self._values[name] = np.empty(shape, self.dtype)
-            self._values[name][at] = values
+            self._put(at, name, values_of(name, logs, cohort))
         self._status[at] = logs.status
         self.step_error[at] = self.flight.step_error(logs.errors, cohort.runs)
         times = np.append(cohort.grid.starts, cohort.grid.samples[-1])
         self._end_time[at] = times[logs.last_step]
 
+    def _put(self, at: Array | slice, name: str, parts: tuple[Array, ...]) -> None:
+        """Keep a variable of some runs, whose columns come in parts."""
+        if name not in self._values:
+            width = sum(part.shape[-1] for part in parts)
+            shape = (len(self.runs), *parts[0].shape[1:-1], width)
+            # Of the threads that may all be at a variable first, one makes the room for it.
+            self._values.setdefault(name, np.empty(shape, self.dtype))
+        kept, first = self._values[name], 0
+        for part in parts:
+            kept[at, :, first : first + part.shape[-1]] = part
+            first += part.shape[-1]
+
     def dataset(self, provenance: dict[str, Any]) -> xr.Dataset:
         """All that was kept; provenance: attributes beside those that follow from the flight."""
-        data = {name: _variable(name, self._values[name], self.model) for name in self.names}
+        kept = {name: self._variable(name) for name in self.names}
         codes = ", ".join(f"{code} {text}" for code, text in STATUS.items())
-        data["status"] = ("run", self._status, {"long_name": f"how the run ended: {codes}"})
+        kept["status"] = ("run",), self._status, {"long_name": f"how the run ended: {codes}"}
         until = {"units": "s", "long_name": "time up to which the run is valid"}
-        data["end_time"] = ("run", self._end_time, until)
-        data["step_error"] = ("run", self.step_error, STEP_ERROR)
+        kept["end_time"] = ("run",), self._end_time, until
+        kept["step_error"] = ("run",), self.step_error, STEP_ERROR
         if self.flight.batched:
             taken = {"units": "s", "long_name": "integration step"}
-            data["step"] = ("run", self.flight.steps[self.runs], taken)
-        used = {VARIABLES[name][0] for name in self.names} - {""}
-        coordinates: dict[str, Any] = {
-            n: _COORDINATES[n] for n in sorted(used) if n in _COORDINATES
-        }
-        coordinates["time"] = ("time", self.flight.marks.samples, {"units": "s"})
-        found = xr.Dataset(data, coordinates, self._attributes() | provenance)
-        return found.assign_coords(run=self.runs) if self.flight.batched else found.isel(run=0)
+            kept["step"] = ("run",), self.flight.steps[self.runs], taken
+        else:
+            kept = {name: (dims[1:], of[0], told) for name, (dims, of, told) in kept.items()}
+        return xr.Dataset(kept, self._coordinates(), self._attributes() | provenance)
+
+    def _coordinates(self) -> xr.Coordinates:
+        """Coordinates with their indexes, as xarray takes longer to make them than to fly a run."""
+        labels = _labels(*_parts_of(self.flight.vehicle))
+        dims = {dim for name in self.names for dim in (*self._parts(name), VARIABLES[name][0])}
+        used = sorted(dims & set(labels))
+        own = {"time": xr.Variable("time", self.flight.marks.samples, {"units": "s"})}
+        if self.flight.batched:
+            own["run"] = xr.Variable("run", self.runs)
+        own = {name: each.to_index_variable() for name, each in own.items()}
+        indexes: dict[Any, Any] = {name: labels.xindexes[name] for name in used}
+        indexes |= {name: PandasIndex(each.to_index(), name) for name, each in own.items()}
+        return xr.Coordinates({name: labels[name].variable for name in used} | own, indexes)
+
+    def _parts(self, name: str) -> dict[str, int]:
+        """Dimensions of a variable over arms or sections, which exist where they are a list."""
+        vehicle = self.flight.vehicle
+        if not vehicle.has_arm_list:
+            return {}
+        if name in _OF_SECTION:
+            return {"section": vehicle.sections}
+        return {"arm": len(vehicle.arms)} if name in OF_ARM else {}
+
+    def _variable(self, name: str) -> tuple[tuple[str, ...], Array, dict[str, str]]:
+        """A variable of a Dataset: dimensions, values, attributes."""
+        dimension, units, meaning = VARIABLES[name]
+        values, parts = self._values[name], self._parts(name)
+        dims = ("run", "time", *parts, *([dimension] if dimension else []))
+        if parts:
+            values = values.reshape(*values.shape[:2], *parts.values(), -1)
+        values = values if dimension else values[..., 0]
+        if name == "kinetic_energy":
+            meaning = _BENDING.get(self.model, "") + meaning
+        return dims, values, {"units": units, "long_name": meaning}
 
     def _attributes(self) -> dict[str, Any]:
         flight = self.flight
@@ -172,6 +214,26 @@ STEP_ERROR = {"units": "1", "long_name": "estimated largest error of the tip, in
 """Attributes of step_error."""
 
 
+def _parts_of(vehicle: Vehicle) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of the arms and of the sections; none of those of an [arm] table."""
+    if not vehicle.has_arm_list:
+        return (), ()
+    sections = (f"{arm.name}.{each.name}" for arm in vehicle.arms for each in arm.section)
+    return tuple(arm.name for arm in vehicle.arms), tuple(sections)
+
+
+@cache
+def _labels(arms: tuple[str, ...], sections: tuple[str, ...]) -> xr.Coordinates:
+    """The coordinates that are the same in every trajectory of vehicles with such parts."""
+    if not arms:
+        own = {"actuator": list(ACTUATORS), "coordinate": list(COORDINATES)}
+        return xr.Coordinates(_COORDINATES | own)
+    polar = [f"{name}_{k}" for k in range(1, len(sections) + 1) for name in COORDINATES[6:]]
+    pushes = [f"{name}_{k}" for k in range(1, len(sections) + 1) for name in ACTUATORS[6:]]
+    own = {"actuator": [*ACTUATORS[:6], *pushes], "coordinate": [*COORDINATES[:6], *polar]}
+    return xr.Coordinates(_COORDINATES | own | {"arm": list(arms), "section": list(sections)})
+
+
 @cache
 def versions() -> str:
     """Versions of what computed a result, as JSON."""
@@ -179,39 +241,27 @@ def versions() -> str:
     return json.dumps({name: version(name) for name in names})
 
 
-def values_of(name: str, logs: Logs, cohort: Cohort) -> Array:
-    """Values (runs, samples, …) of a variable of VARIABLES, from the logs of a cohort."""
+def values_of(name: str, logs: Logs, cohort: Cohort) -> tuple[Array, ...]:
+    """Values (runs, samples, columns) of a variable of VARIABLES, from the logs of a cohort.
+
+    The columns come in parts, that they may be put where they are kept without a copy before.
+    """
     layout = cohort.flight.coupled.layout
     if name in WATCHED_VARIABLES:
-        return _watched(name, logs, cohort)
+        return (_watched(name, logs, cohort),)
     if name in OBSERVED_VARIABLES:
         assert logs.observed is not None
-        values = logs.observed[..., observed_columns(layout.arms)[name]]
-        return values if VARIABLES[name][0] else values[..., 0]
+        return (logs.observed[..., observed_columns(layout.arms)[name]],)
     log = logs.log
     if name in _LOGGED:
-        return log[..., getattr(layout, name)]
+        return (log[..., getattr(layout, name)],)
+    attitude = log[..., layout.attitude]
     if name == "q":
         spin, times = log[..., layout.angular_velocity], cohort.flight.marks.samples
-        euler = followed_euler(log[..., layout.attitude], spin, times)
-        return np.concatenate([log[..., layout.position], euler, log[..., layout.branch]], -1)
+        euler = on_triple(followed_euler(attitude, spin, times), log[..., layout.roll.start])
+        return log[..., layout.position], euler, log[..., layout.branch]
     # The kernels integrate the velocity of B's origin in world axes.
-    attitude = log[..., layout.attitude].reshape(-1, 4)
-    valid = np.isfinite(attitude).all(-1)
-    turned = np.full((len(attitude), 3), np.nan, log.dtype)
-    turned[valid] = Rotation.from_quat(attitude[valid]).apply(
-        log[..., layout.velocity].reshape(-1, 3)[valid], inverse=True
-    )
-    return turned.reshape(*log.shape[:-1], 3)
-
-
-def _variable(name: str, values: Array, model: str) -> tuple[Any, ...]:
-    """A variable of a Dataset: dimensions, values, attributes."""
-    dimension, units, meaning = VARIABLES[name]
-    dims = ("run", "time", dimension) if dimension else ("run", "time")
-    if name == "kinetic_energy":
-        meaning = _BENDING.get(model, "") + meaning
-    return dims, values, {"units": units, "long_name": meaning}
+    return (in_body_axes(log[..., layout.velocity], attitude),)
 
 
 def _watched(name: str, logs: Logs, cohort: Cohort) -> Array:

@@ -1,0 +1,26 @@
+"""Rows of runs: which lie side by side, and which samples of a log a run has not reached."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from continuair.kernels.step import OK
+
+Array = np.ndarray
+
+
+def adjacent(rows: Array) -> Array | slice:
+    """Indices (n,) as a slice, which takes no copy, where they lie side by side."""
+    first, last = int(rows[0]), int(rows[-1])
+    beside = len(rows) == last - first + 1 and bool((np.diff(rows) == 1).all())
+    return slice(first, last + 1) if beside else rows
+
+
+def forget_unreached(rows: Array, status: Array, last_step: Array, sample_after: Array) -> None:
+    """Make NaN, of rows (runs, samples, columns), what runs that ended early have not reached.
+
+    status, last_step: (runs,), of the roll-out; sample_after: (steps,), as in a Grid.
+    """
+    reached = 1 + np.append(0, np.cumsum(sample_after >= 0))
+    for run in np.flatnonzero(status != OK):
+        rows[run, reached[last_step[run]] :] = np.nan
