@@ -156,7 +156,7 @@ def _mask(mask: Any, n: int) -> Array:
         named = masks(n)
         if mask not in named:
             names = ", ".join(named)
-            raise InputError(f"mask is {shown(mask)}; use {names}, or an {n}x{n} array of factors.")
+            raise InputError(f"mask is {shown(mask)}; use {names}, or factors of shape {(n, n)}.")
         return named[mask]
     return of_shape("mask", mask, (n, n))
 

@@ -62,7 +62,7 @@ def look(vehicle: Vehicle, q: Array, points: Any) -> tuple[Array, Array]:
 
 
 def image_jacobian(vehicle: Vehicle, q: Array, points: Any) -> Array:
-    """J_L (2n, 6 + 2N) = L J_c, Eqs. (12) and (14): from q̇ to the rate of the image of still points.
+    """J_L (2n, 6 + 2N), from q̇ to the rate of the image of points at rest: L J_c, Eqs. (12), (14).
 
     points: (n, 3) in the world [m]. Raises InputError for a point that is not in front of
     the camera.

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from continuair.equations.dynamics import forward_dynamics, of_shape
-from continuair.equations.kinematics import Array, euler_rate_matrix
+from continuair.equations.kinematics import Array, euler_rate_matrix, rotation
 from continuair.equations.turns import of_quaternion
 from continuair.errors import InputError
 from continuair.vehicle.vehicle import Vehicle
@@ -53,32 +53,52 @@ def accelerations(
     per_section = (vehicle.sections, 2)
     k, k_rate, Q = (of_shape(*each, per_section, or_zero=True) for each in bends.items())
     wrenches = of_shape("tip_wrench", tip_wrench, (len(vehicle.arms), 6), or_zero=True).ravel()
-    R = of_quaternion(of_shape("attitude", attitude, (4,)))
-    κ, along, across = _polar(k)
-    q = np.concatenate([np.zeros(3), _euler_angles(R), _pairs(κ, np.arctan2(k[:, 1], k[:, 0]))])
-    T = euler_rate_matrix(q)
-    euler_rate = np.linalg.solve(T, R @ ω)
-    κ_rate, ψ_rate = _dot(k_rate, along), _dot(k_rate, across) / κ
-    qd = np.concatenate([v, euler_rate, _pairs(κ_rate, ψ_rate)])
-    tau = np.concatenate([F, T.T @ R @ M, _pairs(_dot(Q, along), κ * _dot(Q, across))])
+    turned = of_shape("attitude", attitude, (4,))
+    if not turned.any():
+        raise InputError("attitude has length 0; give a quaternion x y z w.")
+    R = of_quaternion(turned)
+    q, qd = _paper_motion(R, v, ω, k, k_rate)
+    tau = np.concatenate([F, euler_rate_matrix(q).T @ R @ M, _polar_forces(q, Q)])
     qdd = forward_dynamics(vehicle, q, qd, tau, wrenches, mask=mask, gravity=gravity, nodes=nodes)
-    T_rate = euler_rate_matrix(q + 1j * _COMPLEX_STEP * qd).imag / _COMPLEX_STEP
-    ω_rate = R.T @ (T @ qdd[3:6] + T_rate @ euler_rate)
-    radial = qdd[6::2] - κ * ψ_rate**2
-    circular = κ * qdd[7::2] + 2.0 * κ_rate * ψ_rate
-    return qdd[:3], ω_rate, radial[:, None] * along + circular[:, None] * across
+    return _regular_rates(q, qd, qdd)
 
 
-def _polar(bend: Array) -> tuple[Array, Array, Array]:
-    """|κ| (N,), and unit vectors (N, 2) along the bends and across them."""
-    κ = np.hypot(bend[:, 0], bend[:, 1])
+def _paper_motion(R: Array, v: Array, ω: Array, k: Array, k_rate: Array) -> tuple[Array, Array]:
+    """q and q̇ of a vehicle whose B is at the world's origin; R: body to world."""
+    κ = np.hypot(k[:, 0], k[:, 1])
     if not κ.all():
         raise InputError(
             "bend holds a section with bend 0, which has no polar coordinates; give it a bend, or "
             "use continuair.accelerations."
         )
-    along = bend / κ[:, None]
-    return κ, along, np.stack([-along[:, 1], along[:, 0]], axis=-1)
+    q = np.concatenate([np.zeros(3), _euler_angles(R), _pairs(κ, np.arctan2(k[:, 1], k[:, 0]))])
+    along, across = _directions(q)
+    euler_rate = np.linalg.solve(euler_rate_matrix(q), R @ ω)
+    polar_rate = _pairs(_dot(k_rate, along), _dot(k_rate, across) / κ)
+    return q, np.concatenate([v, euler_rate, polar_rate])
+
+
+def _polar_forces(q: Array, bend_moment: Array) -> Array:
+    """(Q_κ, Q_ψa) of every section (2N,) [N m², N m] of bend moments (N, 2) [N m²]."""
+    along, across = _directions(q)
+    return _pairs(_dot(bend_moment, along), q[6::2] * _dot(bend_moment, across))
+
+
+def _regular_rates(q: Array, qd: Array, qdd: Array) -> tuple[Array, Array, Array]:
+    """(v̇, ω̇, k̈): of B in world axes, of the body in its own axes, of the bend vectors (N, 2)."""
+    T_rate = euler_rate_matrix(q + 1j * _COMPLEX_STEP * qd).imag / _COMPLEX_STEP
+    # The rate of ω is the same vector seen from body and world, as ω × ω is 0.
+    ω_rate = rotation(q).T @ (euler_rate_matrix(q) @ qdd[3:6] + T_rate @ qd[3:6])
+    along, across = _directions(q)
+    radial = qdd[6::2] - q[6::2] * qd[7::2] ** 2
+    circular = q[6::2] * qdd[7::2] + 2.0 * qd[6::2] * qd[7::2]
+    return qdd[:3], ω_rate, radial[:, None] * along + circular[:, None] * across
+
+
+def _directions(q: Array) -> tuple[Array, Array]:
+    """Unit vectors (N, 2) along the bends and across them."""
+    sine, cosine = np.sin(q[7::2]), np.cos(q[7::2])
+    return np.stack([cosine, sine], axis=-1), np.stack([-sine, cosine], axis=-1)
 
 
 def _euler_angles(R: Array) -> Array:
