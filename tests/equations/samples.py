@@ -53,7 +53,7 @@ def states(n: int, seed: int, smallest: float = 0.2) -> list[tuple[np.ndarray, n
 def slope(function: Callable[[np.ndarray], Any], q: np.ndarray) -> np.ndarray:
     """∂function/∂q on the last axis, by complex steps: exact to rounding."""
     columns = []
-    for i in range(8):
+    for i in range(len(q)):
         shifted = q.astype(complex)
         shifted[i] += 1e-30j
         columns.append(np.imag(function(shifted)) / 1e-30)

@@ -1,8 +1,10 @@
 """The paper's equations in the paper's coordinates, in plain NumPy: to read beside the paper.
 
-q = [x y z φ θ ψ κ ψa]. Slow and literal, and the oracle of the fast kernels, with which it shares
-no code. Source throughout: Amiri, Sepahvand, Mantegh, Janabi-Sharifi, arXiv 2602.18684. Every
-function of q also accepts complex q, which the Christoffel symbols are differentiated with.
+q = [x y z φ θ ψ κ ψa], with (κ, ψa) of every section where there are several, arm by arm from the
+base out. Slow and literal, and the oracle of the fast kernels, with which it shares no code. Source
+throughout: Amiri, Sepahvand, Mantegh, Janabi-Sharifi, arXiv 2602.18684; more sections and arms are
+its section composed. Every function of q also accepts complex q, which the Christoffel symbols are
+differentiated with.
 """
 
 from continuair.equations.appendix import appendix_b, integrated_coupling
@@ -15,9 +17,8 @@ from continuair.equations.dynamics import (
     forward_dynamics,
     gravity_vector,
     kinetic_energy,
-    mass_matrix,
+    masks,
     potential_energy,
-    weight_vector,
 )
 from continuair.equations.eye import (
     camera_jacobian,
@@ -29,21 +30,27 @@ from continuair.equations.eye import (
 from continuair.equations.kinematics import (
     arm_jacobian,
     arm_position,
+    columns_of,
     euler_rate_matrix,
     jacobian,
     position,
     rotation,
     section_rotation,
+    tip_of,
 )
+from continuair.equations.masses import mass_matrix, weight_vector
+from continuair.equations.regular import accelerations
 from continuair.equations.servoing import kinematic_servoing, rigid_motion
 
 __all__ = [
     "MASKS",
+    "accelerations",
     "appendix_b",
     "arm_jacobian",
     "arm_position",
     "camera_jacobian",
     "camera_pose",
+    "columns_of",
     "coriolis_matrix",
     "damping_vector",
     "elastic_vector",
@@ -57,6 +64,7 @@ __all__ = [
     "kinematic_servoing",
     "kinetic_energy",
     "look",
+    "masks",
     "mass_matrix",
     "position",
     "potential_energy",
@@ -65,5 +73,6 @@ __all__ = [
     "rigid_motion",
     "rotation",
     "section_rotation",
+    "tip_of",
     "weight_vector",
 ]

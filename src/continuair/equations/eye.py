@@ -21,6 +21,7 @@ from continuair.equations.kinematics import (
     rotation,
     section_rotation,
     skew,
+    tip_of,
 )
 from continuair.vehicle.vehicle import Vehicle
 
@@ -28,21 +29,22 @@ from continuair.vehicle.vehicle import Vehicle
 def camera_pose(vehicle: Vehicle, q: Array) -> tuple[Array, Array]:
     """Position (3,) [m] of the camera and its axes (3, 3) in the world: Eq. (1) and its mount.
 
-    q: (8,). The mount, camera.position and camera.attitude, is in the tip frame camera.tip_frame.
+    q: (6 + 2N,). The mount, camera.position and camera.attitude, is in the frame camera.tip_frame
+    of the tip of its arm, camera.arm.
     """
     camera = vehicle.camera
-    tip = _tip_axes(vehicle, q)
-    at = position(vehicle, q, vehicle.arm.length) + tip @ np.asarray(camera.position)
+    at, tip = position(vehicle, q, **_tip(vehicle)), _tip_axes(vehicle, q)
+    at = at + tip @ np.asarray(camera.position)
     return at, tip @ Rotation.from_quat(camera.attitude).as_matrix()
 
 
 def camera_jacobian(vehicle: Vehicle, q: Array) -> Array:
-    """J_c (6, 8): from q̇ to the camera's twist (v, ω) [m/s, rad/s], in camera axes.
+    """J_c (6, 6 + 2N): from q̇ to the camera's twist (v, ω) [m/s, rad/s], in camera axes.
 
-    q: (8,). J at the tip, before Eq. (8), with v = v_tip + ω × (what the camera sits off the tip),
+    J at the tip, before Eq. (8), with v = v_tip + ω × (what the camera sits off the tip),
     both turned from world into camera axes. The frame camera.tip_frame decides what ψ̇a turns.
     """
-    J = jacobian(vehicle, q, vehicle.arm.length, vehicle.camera.tip_frame)
+    J = jacobian(vehicle, q, tip_frame=vehicle.camera.tip_frame, **_tip(vehicle))
     off_tip = _tip_axes(vehicle, q) @ np.asarray(vehicle.camera.position)
     linear, angular = J[:3] - skew(off_tip) @ J[3:], J[3:]
     _, axes = camera_pose(vehicle, q)
@@ -60,16 +62,16 @@ def look(vehicle: Vehicle, q: Array, points: Any) -> tuple[Array, Array]:
 
 
 def image_jacobian(vehicle: Vehicle, q: Array, points: Any) -> Array:
-    """J_L (2n, 8): from q̇ to the rate of the image of points at rest, L J_c, Eqs. (12) and (14).
+    """J_L (2n, 6 + 2N), from q̇ to the rate of the image of points at rest: L J_c, Eqs. (12), (14).
 
-    q: (8,); points: (n, 3) in the world [m]. Raises InputError for a point that is not in front of
+    points: (n, 3) in the world [m]. Raises InputError for a point that is not in front of
     the camera.
     """
     return interaction_matrix(*look(vehicle, q, points)) @ camera_jacobian(vehicle, q)
 
 
 def printed_image_jacobian(vehicle: Vehicle, q: Array, points: Any) -> Array:
-    """J_L (2n, 8) with the paper's T_a⁻¹ in it, L T_a⁻¹ J_t; arguments as in `image_jacobian`.
+    """J_L (2n, 6 + 2N) with the paper's T_a⁻¹ in it, L T_a⁻¹ J_t; arguments as in `image_jacobian`.
 
     T_a = diag(T_e, T_e). J_t is read as the text has it, "expressed in the tip frame", and at the
     camera: that is J_c, so that T_a⁻¹ is all that differs. It is 1 for a level UAV without yaw
@@ -83,6 +85,10 @@ def printed_image_jacobian(vehicle: Vehicle, q: Array, points: Any) -> Array:
     return np.asarray(L @ np.linalg.solve(T_a, camera_jacobian(vehicle, q)))
 
 
+def _tip(vehicle: Vehicle) -> dict[str, Any]:
+    return tip_of(vehicle, vehicle.camera_arm)
+
+
 def _tip_axes(vehicle: Vehicle, q: Array) -> Array:
-    frame = section_rotation(vehicle, q, vehicle.arm.length, vehicle.camera.tip_frame)
+    frame = section_rotation(vehicle, q, tip_frame=vehicle.camera.tip_frame, **_tip(vehicle))
     return rotation(q) @ frame

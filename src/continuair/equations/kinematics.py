@@ -1,6 +1,11 @@
-"""Differential kinematics of a UAV with one constant-curvature section, Eqs. (1)-(7).
+"""Differential kinematics of a UAV with continuum arms, Eqs. (1)-(7).
 
-Remark 1, Eq. (6), holds throughout: |κ| <= κ_s counts as κ_s, the parameter arm.kappa_s; 0
+q = [x y z φ θ ψ | κ ψa of each section], sections arm by arm from the base out: (6 + 2N,), the
+paper's (8,) for one section. Each section is the paper's arm in the axes of its base: those of its
+arm's mount, or of the end of the section before, carried there without twist. arm and section say
+which one is meant, both counted from 0.
+
+Remark 1, Eq. (6), holds throughout: |κ| <= κ_s counts as κ_s, the section's parameter kappa_s; 0
 switches it off, and then κ = 0 divides by zero.
 """
 
@@ -10,16 +15,20 @@ from typing import Any
 
 import numpy as np
 
+from continuair.equations.arc import arc_jacobian, arc_position, arc_rotation, arc_tangent
+from continuair.equations.turns import Array as Array
+from continuair.equations.turns import about_x, about_y, about_z, by_rows, of_quaternion
 from continuair.errors import InputError, shown
+from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.vehicle import Vehicle
 
-Array = np.ndarray[Any, np.dtype[Any]]
-TIP_FRAMES = ("untwisted", "frenet")
+Pose = tuple[Array, Array]
+"""Origin (3,) [m] and axes (3, 3) in body axes."""
 
 
 def rotation(q: Array) -> Array:
     """R_B: body to world, (3, 3), of the ZYX Euler angles of q, Eq. (7): Rz(ψ) Ry(θ) Rx(φ)."""
-    return _about_z(q[5]) @ _about_y(q[4]) @ _about_x(q[3])
+    return about_z(q[5]) @ about_y(q[4]) @ about_x(q[3])
 
 
 def euler_rate_matrix(q: Array) -> Array:
@@ -34,90 +43,130 @@ def euler_rate_matrix(q: Array) -> Array:
     return np.array([[cψ * cθ, -sψ, nil], [sψ * cθ, cψ, nil], [-sθ, nil, one]])
 
 
-def bend_of(vehicle: Vehicle, q: Array) -> tuple[Any, Any]:
+def columns_of(vehicle: Vehicle, arm: int = 0, section: int = 0) -> slice:
+    """Where (κ, ψa) of a section are in q; InputError if there is no such section."""
+    return _found(vehicle, arm, section)[0]
+
+
+def bend_of(vehicle: Vehicle, q: Array, arm: int = 0, section: int = 0) -> tuple[Any, Any]:
     """(κ, ψa) with Remark 1, Eq. (6): |κ| <= κ_s counts as κ_s, whatever the sign of κ."""
-    threshold = vehicle.arm.kappa_s
-    κ = q[6]
-    return (threshold + 0.0 * κ if abs(κ.real) <= threshold else κ), q[7]
+    where, chain = _found(vehicle, arm, section)
+    threshold = chain.section[section].kappa_s
+    κ, ψ = q[where]
+    return (threshold + 0.0 * κ if abs(κ.real) <= threshold else κ), ψ
 
 
-def arm_position(vehicle: Vehicle, q: Array, s: Any) -> Array:
-    """F(s, κ, ψa), Eq. (2): backbone points (..., 3) in body axes from the arm's base [m].
+def tip_of(vehicle: Vehicle, arm: int = 0) -> dict[str, Any]:
+    """Where an arm's tip is, as s, arm and section of the functions below."""
+    sections = vehicle.arms[arm].section
+    return {"s": sections[-1].length, "arm": arm, "section": len(sections) - 1}
 
-    s: arc lengths (...) [m]. The paper prints z = +sin(κs)/κ; the arm hangs, and Appendix A is the
-    derivative of -sin(κs)/κ.
+
+def arm_position(vehicle: Vehicle, q: Array, s: Any, arm: int = 0, section: int = 0) -> Array:
+    """F(s, κ, ψa), Eq. (2), of a section: points (..., 3) in the axes of its base [m].
+
+    s: arc lengths (...) [m]. Those are body axes for the paper's arm; formula in `arc_position`.
     """
-    κ, ψ = bend_of(vehicle, q)
-    s = np.asarray(s, float)
-    out = (1.0 - np.cos(s * κ)) / κ
-    return np.stack([out * np.cos(ψ), out * np.sin(ψ), -np.sin(s * κ) / κ], axis=-1)
-
-
-def position(vehicle: Vehicle, q: Array, s: Any) -> Array:
-    """Backbone points (..., 3) in the world [m]: Eq. (1), mount P_o included, carried there by q.
-
-    s: arc lengths (...) from 0 to the arm's length [m].
-    """
-    body = np.asarray(vehicle.uav.mount) + arm_position(vehicle, q, s)
-    return q[:3] + body @ rotation(q).T
-
-
-def section_rotation(vehicle: Vehicle, q: Array, s: Any, tip_frame: str = "untwisted") -> Array:
-    """R_s: section frames at s to body, (..., 3, 3), z along the tangent, away from the UAV.
-
-    s: arc lengths (...) [m]. "untwisted": Rz(ψa) Ry(-κs) Rz(-ψa) diag(1, -1, -1), what a
-    tendon-driven arm does. "frenet": without Rz(-ψa), the frame of the paper's Eq. (5), which spins
-    with ψa. Raises InputError for any other frame.
-    """
-    _check_frame(tip_frame)
-    κ, ψ = bend_of(vehicle, q)
-    bent = _about_z(ψ) @ _about_y(-κ * np.asarray(s, float))
-    return (bent @ _about_z(-ψ) if tip_frame == "untwisted" else bent) @ np.diag([1.0, -1.0, -1.0])
+    return arc_position(*bend_of(vehicle, q, arm, section), s)
 
 
 def arm_jacobian(
-    vehicle: Vehicle, q: Array, s: Any, tip_frame: str = "untwisted"
+    vehicle: Vehicle,
+    q: Array,
+    s: Any,
+    tip_frame: str = "untwisted",
+    arm: int = 0,
+    section: int = 0,
 ) -> tuple[Array, Array]:
-    """J_pa (Appendix A) and J_oa (Eq. (5)), each (..., 3, 2), in body axes, for (κ̇, ψ̇a).
+    """J_pa (Appendix A) and J_oa (Eq. (5)) of a section, each (..., 3, 2), in axes of its base.
 
-    s: arc lengths (...) [m]. Appendix A is used as printed. The paper's second column of J_oa,
-    [0 0 1], is that of the Frenet frame; the untwisted one is [sin κs cos ψa, sin κs sin ψa,
-    1 - cos κs]. Its first column, [-s sin ψa, s cos ψa, 0], is that of an arm that points up, as
-    Eq. (2) is printed; the hanging arm of Appendix A turns the other way. Eq. (4) puts the rate of
-    R_s into so(3), where it is the rate times the transpose of R_s that belongs there.
+    s: arc lengths (...) [m]. For the section's own (κ̇, ψ̇a); formulas in `arc_jacobian`.
     """
-    _check_frame(tip_frame)
-    κ, ψ = bend_of(vehicle, q)
-    s = np.asarray(s, float)
-    sine, cosine, sψ, cψ = np.sin(κ * s), np.cos(κ * s), np.sin(ψ), np.cos(ψ)
-    nil = 0.0 * sine
-    radial = (cosine - 1.0) / κ**2 + s * sine / κ
-    by_κ = [cψ * radial, sψ * radial, sine / κ**2 - s * cosine / κ]
-    by_ψ = [sψ * (cosine - 1.0) / κ, -cψ * (cosine - 1.0) / κ, nil]
-    spin_κ = [s * sψ + nil, -s * cψ + nil, nil]
-    spin_ψ = [nil, nil, nil + 1.0]
-    if tip_frame == "untwisted":
-        spin_ψ = [sine * cψ, sine * sψ, 1.0 - cosine]
-    return _columns(by_κ, by_ψ), _columns(spin_κ, spin_ψ)
+    return arc_jacobian(*bend_of(vehicle, q, arm, section), s, tip_frame)
 
 
-def jacobian(vehicle: Vehicle, q: Array, s: Any, tip_frame: str = "untwisted") -> Array:
-    """J (..., 6, 8): linear rows, then angular rows, in world axes, at s; before Eq. (8).
+def section_bases(vehicle: Vehicle, q: Array, arm: int = 0, section: int = 0) -> list[Pose]:
+    """Poses in body axes of the bases of an arm's sections up to one, that one included.
 
-    s: arc lengths (...) from 0 to the arm's length [m]. J_p = [1, -[R P_s]× T, R J_pa] and
+    The mount's, times a transform per section in between. A section hangs along -z of its base.
+    """
+    _, chain = _found(vehicle, arm, section)
+    origin, axes = np.asarray(chain.mount), of_quaternion(chain.attitude)
+    found = [(origin, axes)]
+    for index in range(section):
+        bend, length = bend_of(vehicle, q, arm, index), chain.section[index].length
+        origin = origin + axes @ arc_position(*bend, length)
+        axes = axes @ arc_rotation(*bend, length)
+        found.append((origin, axes))
+    return found
+
+
+def position(vehicle: Vehicle, q: Array, s: Any, arm: int = 0, section: int = 0) -> Array:
+    """Backbone points (..., 3) in the world [m]: Eq. (1), mount P_o included, carried there by q.
+
+    s: arc lengths (...) from 0 to the section's length [m].
+    """
+    base = section_bases(vehicle, q, arm, section)[-1]
+    return q[:3] + _carried(base, arm_position(vehicle, q, s, arm, section)) @ rotation(q).T
+
+
+def section_rotation(
+    vehicle: Vehicle,
+    q: Array,
+    s: Any,
+    tip_frame: str = "untwisted",
+    arm: int = 0,
+    section: int = 0,
+) -> Array:
+    """R_s: section frames at s to body, (..., 3, 3), z along the tangent, away from the UAV.
+
+    s: arc lengths (...) [m]. "untwisted": Rz(ψa) Ry(-κs) Rz(-ψa) diag(1, -1, -1), what a
+    tendon-driven arm does, in axes of the section's base. "frenet": without Rz(-ψa), the frame of
+    the paper's Eq. (5), which spins with ψa. Raises InputError for any other frame.
+    """
+    bent = arc_rotation(*bend_of(vehicle, q, arm, section), s, tip_frame)
+    _, axes = section_bases(vehicle, q, arm, section)[-1]
+    return axes @ bent @ np.diag([1.0, -1.0, -1.0])
+
+
+def tangents(vehicle: Vehicle, q: Array, s: Any, arm: int = 0, section: int = 0) -> Array:
+    """Unit tangents (..., 3) in world axes, away from the UAV; s: arc lengths (...) [m]."""
+    _, axes = section_bases(vehicle, q, arm, section)[-1]
+    return arc_tangent(*bend_of(vehicle, q, arm, section), s) @ axes.T @ rotation(q).T
+
+
+def jacobian(
+    vehicle: Vehicle,
+    q: Array,
+    s: Any,
+    tip_frame: str = "untwisted",
+    arm: int = 0,
+    section: int = 0,
+) -> Array:
+    """J (..., 6, 6 + 2N): linear rows, then angular rows, in world axes, at s; before Eq. (8).
+
+    s: arc lengths (...) from 0 to the section's length [m]. J_p = [1, -[R P_s]× T, R J_pa] and
     J_o = [0, T, R J_oa], where the paper prints T_e⁻¹ for T (`euler_rate_matrix`), J_p3 for J_o3,
-    and other columns of J_oa (`arm_jacobian`). Raises InputError for an unknown frame.
+    and other columns of J_oa (`arc_jacobian`). Other arms, and sections further out, move nothing
+    here. Raises InputError for an unknown frame or section.
     """
     s = np.asarray(s, float)
     R, T = rotation(q), euler_rate_matrix(q)
-    J_pa, J_oa = arm_jacobian(vehicle, q, s, tip_frame)
-    lever = (np.asarray(vehicle.uav.mount) + arm_position(vehicle, q, s)) @ R.T
-    J = np.zeros((*s.shape, 6, 8), dtype=np.result_type(q, float))
+    bases = section_bases(vehicle, q, arm, section)
+    at = _carried(bases[-1], arm_position(vehicle, q, s, arm, section))
+    J = np.zeros((*s.shape, 6, len(q)), dtype=np.result_type(q, float))
     J[..., :3, :3] = np.eye(3)
-    J[..., :3, 3:6] = -skew(lever) @ T
-    J[..., :3, 6:] = R @ J_pa
+    J[..., :3, 3:6] = -skew(at @ R.T) @ T
     J[..., 3:, 3:6] = T
-    J[..., 3:, 6:] = R @ J_oa
+    for index, (_, axes) in enumerate(bases):
+        where, chain = _found(vehicle, arm, index)
+        here = index == section
+        end, frame = (s, tip_frame) if here else (chain.section[index].length, "untwisted")
+        J_pa, J_oa = (axes @ X for X in arm_jacobian(vehicle, q, end, frame, arm, index))
+        if not here:
+            # A section carries what lies beyond its end.
+            J_pa = J_pa - skew(at - bases[index + 1][0]) @ J_oa
+        J[..., :3, where], J[..., 3:, where] = R @ J_pa, R @ J_oa
     return J
 
 
@@ -125,37 +174,23 @@ def skew(v: Array) -> Array:
     """[v]×, (..., 3, 3), of vectors (..., 3)."""
     x, y, z = np.moveaxis(v, -1, 0)
     nil = 0.0 * x
-    return _rows([nil, -z, y], [z, nil, -x], [-y, x, nil])
+    return by_rows([nil, -z, y], [z, nil, -x], [-y, x, nil])
 
 
-def _check_frame(tip_frame: str) -> None:
-    if tip_frame not in TIP_FRAMES:
-        raise InputError(f"tip_frame is {shown(tip_frame)}; use 'untwisted' or 'frenet'.")
+def _carried(base: Pose, points: Array) -> Array:
+    """Points (..., 3) of a section, in axes of its base, in body axes."""
+    origin, axes = base
+    return origin + points @ axes.T
 
 
-def _columns(first: list[Any], second: list[Any]) -> Array:
-    return np.stack([np.stack(first, -1), np.stack(second, -1)], -1)
-
-
-def _about_x(angle: Any) -> Array:
-    s, c, nil, one = _turn(angle)
-    return _rows([one, nil, nil], [nil, c, -s], [nil, s, c])
-
-
-def _about_y(angle: Any) -> Array:
-    s, c, nil, one = _turn(angle)
-    return _rows([c, nil, s], [nil, one, nil], [-s, nil, c])
-
-
-def _about_z(angle: Any) -> Array:
-    s, c, nil, one = _turn(angle)
-    return _rows([c, -s, nil], [s, c, nil], [nil, nil, one])
-
-
-def _turn(angle: Any) -> tuple[Any, Any, Any, Any]:
-    nil = 0.0 * angle
-    return np.sin(angle), np.cos(angle), nil, 1.0 + nil
-
-
-def _rows(*rows: list[Any]) -> Array:
-    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+def _found(vehicle: Vehicle, arm: int, section: int) -> tuple[slice, ArmChain]:
+    """Where (κ, ψa) of a section are in q, and its arm."""
+    arms = vehicle.arms
+    if not 0 <= arm < len(arms):
+        raise InputError(f"arm is {shown(arm)}; give a whole number from 0 to {len(arms) - 1}.")
+    chain = arms[arm]
+    if not 0 <= section < len(chain.section):
+        highest = len(chain.section) - 1
+        raise InputError(f"section is {shown(section)}; give a whole number from 0 to {highest}.")
+    first = 6 + 2 * (sum(len(each.section) for each in arms[:arm]) + section)
+    return slice(first, first + 2), chain
