@@ -30,8 +30,7 @@ def bend_compliance(engine: Engine, q: Any) -> np.ndarray:
     It is the acceleration of the bend under a unit bend moment: for an engine of `coupled` on the
     free base, for one of `independent` on a clamped one.
     """
-    q = np.atleast_2d(q)
-    return _compliance(engine, np.broadcast_to(q, (_runs(engine, q), q.shape[1])))
+    return _compliance(engine, np.atleast_2d(q)[None])[0]
 
 
 def fastest_frequency(engine: Engine, q: Any) -> np.ndarray:
@@ -46,49 +45,58 @@ def fastest_rate(engine: Engine, q: Any) -> np.ndarray:
     It is ω while the mode oscillates, and the decay γ + √(γ² - ω²) when it is overdamped. q: of
     the runs, or (configurations, runs, 8): then it is the largest of all configurations of a run.
     """
-    q = np.atleast_2d(q)
-    of_runs = np.broadcast_to(q, (*q.shape[:-2], _runs(engine, q), q.shape[-1]))
-    # At once: launches cost more than what few runs compute.
-    found = _largest(_compliance(engine, of_runs.reshape(-1, q.shape[-1])))
-    compliance, arm = found.reshape(-1, of_runs.shape[-2]), engine.vehicle.arm
+    q, arm = np.atleast_2d(q), engine.vehicle.arm
+    compliance = _largest(_compliance(engine, q.reshape(-1, *q.shape[-2:])))
     decay = 0.5 * compliance * arm.structural_damping * arm.length
     frequency = np.sqrt(compliance * arm.bending_stiffness * arm.length)
     over = np.sqrt(np.maximum(decay**2 - frequency**2, 0.0))
-    rates = np.where(decay > frequency, decay + over, frequency)
-    largest: np.ndarray = np.fmax.reduce(rates)
+    largest: np.ndarray = np.fmax.reduce(np.where(decay > frequency, decay + over, frequency))
     return largest
 
 
-def _runs(engine: Engine, q: Array) -> int:
-    return max(q.shape[-2], len(engine.plants))
-
-
 def _compliance(engine: Engine, q: Array) -> Array:
-    """`bend_compliance` of rows (n, 8) that go through all runs, once or several times."""
-    plants = np.arange(len(q)) % len(engine.plants)
-    blocks = [slice(first, first + _AT_ONCE) for first in range(0, len(q), _AT_ONCE)]
-    return np.concatenate([_compliance_at_once(engine, q[at], plants[at]) for at in blocks])
+    """Bend blocks (configurations, runs, bends, bends) of `bend_compliance`.
+
+    q: (configurations, runs or 1, 8).
+    """
+    flat, plants = q.reshape(-1, q.shape[-1]), len(engine.plants)
+    states = state_from_paper(flat, np.zeros(flat.shape)).reshape(*q.shape[:-1], -1)
+    runs = max(q.shape[1], plants)
+    angles = np.broadcast_to(q[..., -1], (len(q), runs))
+    states = np.broadcast_to(states, (len(q), runs, states.shape[-1]))
+    blocks = [slice(first, first + _AT_ONCE) for first in range(0, runs, _AT_ONCE)]
+    return np.concatenate(
+        [_pushed(engine, states[:, at], angles[:, at], np.arange(runs)[at]) for at in blocks],
+        axis=1,
+    )
 
 
-def _compliance_at_once(engine: Engine, q: Array, plants: Array) -> Array:
-    layout, n = engine.layout, len(q)
+def _pushed(engine: Engine, states: Array, angles: Array, runs: Array) -> Array:
+    """`_compliance` of some runs, all in one launch, which costs more than few runs do.
+
+    states: (configurations, runs, state); angles: ψa of them.
+    """
+    layout, shape = engine.layout, angles.shape
     pushes = np.vstack([np.zeros(layout.bends), np.eye(layout.bends)])
-    inputs = np.zeros((1, len(pushes), n, layout.inputs))
-    inputs[0, :, :, layout.bend_moment] = pushes[:, None]
-    states = np.tile(state_from_paper(q, np.zeros(q.shape)), (len(pushes), 1))
-    start = Start(states, np.tile(q[:, -1], len(pushes)))
-    acting = Drive(inputs.reshape(1, -1, layout.inputs), False, GENERAL, 0.0)
-    rates = engine.derivative(start, acting, np.tile(plants, len(pushes)))[:, layout.bend_rate]
-    still, *pushed = rates.reshape(len(pushes), n, layout.bends)
+    inputs = np.zeros((len(pushes), angles.size, layout.inputs))
+    inputs[..., layout.bend_moment] = pushes[:, None]
+    many = len(pushes) * angles.size
+    start = Start(
+        np.broadcast_to(states, (len(pushes), *states.shape)).reshape(many, -1),
+        np.broadcast_to(angles, (len(pushes), *shape)).ravel(),
+    )
+    acting = Drive(inputs.reshape(1, many, -1), False, GENERAL, 0.0)
+    rates = engine.derivative(start, acting, np.resize(runs, many))[:, layout.bend_rate]
+    still, *pushed = rates.reshape(len(pushes), *shape, layout.bends)
     return np.stack([rate - still for rate in pushed], axis=-1)
 
 
 def _largest(compliance: Array) -> Array:
-    """The largest eigenvalue (n,) of compliances (n, bends, bends)."""
+    """The largest eigenvalue (...) of compliances (..., bends, bends)."""
     # A configuration past a full circle has none.
-    known = np.isfinite(compliance).all((1, 2))
-    symmetric = np.where(known[:, None, None], compliance + compliance.swapaxes(1, 2), 0.0)
-    largest: np.ndarray = np.where(known, 0.5 * np.linalg.eigvalsh(symmetric)[:, -1], np.nan)
+    known = np.isfinite(compliance).all((-1, -2))
+    symmetric = np.where(known[..., None, None], compliance + compliance.swapaxes(-1, -2), 0.0)
+    largest: np.ndarray = np.where(known, 0.5 * np.linalg.eigvalsh(symmetric)[..., -1], np.nan)
     return largest
 
 
