@@ -238,8 +238,9 @@ def prepare(
     if not adaptive:
         probe.warn_of_blur(steps, stacklevel + 1)
         missed = probe.missed(steps) | (driven * steps > UNSEEN)
-    q, qd = (np.broadcast_to(rows, (runs, rows.shape[1])) for rows in (q, qd))
-    start = Start(state_from_paper(q, qd), branches_of(q))
+    states = state_from_paper(*np.broadcast_arrays(q, qd))
+    branches = branches_of(q)
+    start = Start(*(np.broadcast_to(each, (runs, each.shape[1])) for each in (states, branches)))
     period = scenario.control_period if scenario.controller is not None else None
     marks = marks_of(duration, sample, scenario.jumps, period)
     check_view(coupled, scenario, start)

@@ -30,8 +30,7 @@ def bend_compliance(engine: Engine, q: Any) -> np.ndarray:
     It is the acceleration of the bend under a unit bend moment: for an engine of `coupled` on the
     free base, for one of `independent` on a clamped one.
     """
-    q = np.atleast_2d(q)
-    return _compliance(engine, np.broadcast_to(q, (_runs(engine, q), q.shape[1])))
+    return _compliance(engine, np.atleast_2d(q)[None])[0]
 
 
 def fastest_frequency(engine: Engine, q: Any) -> np.ndarray:
@@ -48,20 +47,18 @@ def fastest_rate(engine: Engine, q: Any) -> np.ndarray:
     coordinates): then it is the largest of all configurations of a run.
     """
     q = np.atleast_2d(q)
-    of_runs = np.broadcast_to(q, (*q.shape[:-2], _runs(engine, q), q.shape[-1]))
-    # At once: launches cost more than what few runs compute.
-    compliance = _compliance(engine, of_runs.reshape(-1, q.shape[-1]))
-    stiffness, damping = (
-        np.resize(each, (len(compliance), each.shape[1])) for each in _of_bends(engine)
-    )
-    rates = _fastest(_symmetric(compliance, stiffness), stiffness, damping)
-    largest: np.ndarray = np.fmax.reduce(rates.reshape(-1, of_runs.shape[-2]))
+    compliance = _compliance(engine, q.reshape(-1, *q.shape[-2:]))
+    stiffness, damping = _of_bends(engine)
+    rates = _fastest(_symmetric(compliance, stiffness), damping / stiffness)
+    largest: np.ndarray = np.fmax.reduce(rates)
     return largest
 
 
-def _fastest(squares: Array, stiffness: Array, damping: Array) -> Array:
-    """Largest |λ| (n,) of bends with √K [M⁻¹] √K (n, bends, bends), K and D (n, bends)."""
-    share = damping / stiffness
+def _fastest(squares: Array, share: Array) -> Array:
+    """Largest |λ| (..., runs) of bends, by √K [M⁻¹] √K (..., runs, bends, bends).
+
+    share: D over K of each bend (runs or 1, bends).
+    """
     if not (share == share[:, :1]).all():
         return _largest_of_pencil(squares, share)
     # Damping in proportion to stiffness leaves the modes apart.
@@ -72,14 +69,15 @@ def _fastest(squares: Array, stiffness: Array, damping: Array) -> Array:
 
 
 def _largest_of_pencil(squares: Array, share: Array) -> Array:
-    """Largest |λ| (n,) of λ² + S diag(share) λ + S, with S (n, bends, bends), share D over K."""
-    runs, n = squares.shape[:2]
-    known = np.isfinite(squares).all((1, 2))
-    companion = np.zeros((runs, 2 * n, 2 * n))
-    companion[:, :n, n:] = np.eye(n)
-    companion[:, n:, :n] = -np.where(known[:, None, None], squares, 0.0)
-    companion[:, n:, n:] = companion[:, n:, :n] * share[:, None, :]
-    found = np.abs(np.linalg.eigvals(companion)).max(axis=1)
+    """Largest |λ| of λ² + S diag(share) λ + S, with S (..., bends, bends)."""
+    n = squares.shape[-1]
+    known = np.isfinite(squares).all((-1, -2))
+    filled = np.where(known[..., None, None], squares, 0.0)
+    companion = np.zeros((*squares.shape[:-2], 2 * n, 2 * n))
+    companion[..., :n, n:] = np.eye(n)
+    companion[..., n:, :n] = -filled
+    companion[..., n:, n:] = -filled * share[:, None, :]
+    found = np.abs(np.linalg.eigvals(companion)).max(axis=-1)
     return np.asarray(np.where(known, found, np.nan))
 
 
@@ -98,41 +96,58 @@ def _of_bends(engine: Engine) -> tuple[Array, Array]:
 
 
 def _symmetric(compliance: Array, stiffness: Array) -> Array:
-    """√K [M⁻¹]_bend √K (n, bends, bends) [1/s²], symmetric; its eigenvalues are ω²."""
+    """√K [M⁻¹]_bend √K (..., bends, bends) [1/s²], symmetric; its eigenvalues are ω²."""
     root = np.sqrt(stiffness)
     found: Array = root[:, :, None] * compliance * root[:, None, :]
-    return 0.5 * (found + found.swapaxes(1, 2))
-
-
-def _runs(engine: Engine, q: Array) -> int:
-    return max(q.shape[-2], len(engine.plants))
+    return 0.5 * (found + found.swapaxes(-1, -2))
 
 
 def _compliance(engine: Engine, q: Array) -> Array:
-    """`bend_compliance` of rows (n, coordinates) that go through all runs, once or more often."""
-    plants = np.arange(len(q)) % len(engine.plants)
-    blocks = [slice(first, first + _AT_ONCE) for first in range(0, len(q), _AT_ONCE)]
-    return np.concatenate([_compliance_at_once(engine, q[at], plants[at]) for at in blocks])
+    """Bend blocks (configurations, runs, bends, bends) of `bend_compliance`.
+
+    q: (configurations, runs or 1, coordinates).
+    """
+    flat, plants = q.reshape(-1, q.shape[-1]), len(engine.plants)
+    states, angles = state_from_paper(flat, np.zeros(flat.shape)), branches_of(flat)
+    runs = max(q.shape[1], plants)
+    states, angles = (
+        np.broadcast_to(each.reshape(*q.shape[:-1], -1), (len(q), runs, each.shape[-1]))
+        for each in (states, angles)
+    )
+    blocks = [slice(first, first + _AT_ONCE) for first in range(0, runs, _AT_ONCE)]
+    return np.concatenate(
+        [_pushed(engine, states[:, at], angles[:, at], np.arange(runs)[at]) for at in blocks],
+        axis=1,
+    )
 
 
-def _compliance_at_once(engine: Engine, q: Array, plants: Array) -> Array:
-    layout, n = engine.layout, len(q)
+def _pushed(engine: Engine, states: Array, angles: Array, runs: Array) -> Array:
+    """`_compliance` of some runs, all in one launch, which costs more than few runs do.
+
+    states: (configurations, runs, state); angles: what names their branches.
+    """
+    layout, shape = engine.layout, angles.shape[:2]
     pushes = np.vstack([np.zeros(layout.bends), np.eye(layout.bends)])
-    inputs = np.zeros((1, len(pushes), n, layout.inputs))
-    inputs[0, :, :, layout.bend_moment] = pushes[:, None]
-    states = np.tile(state_from_paper(q, np.zeros(q.shape)), (len(pushes), 1))
-    start = Start(states, np.tile(branches_of(q), (len(pushes), 1)))
-    acting = Drive(inputs.reshape(1, -1, layout.inputs), False, GENERAL, 0.0)
-    rates = engine.derivative(start, acting, np.tile(plants, len(pushes)))[:, layout.bend_rate]
-    still, *pushed = rates.reshape(len(pushes), n, layout.bends)
+    inputs = np.zeros((len(pushes), shape[0] * shape[1], layout.inputs))
+    inputs[..., layout.bend_moment] = pushes[:, None]
+    many = len(pushes) * shape[0] * shape[1]
+    start = Start(
+        *(
+            np.broadcast_to(each, (len(pushes), *each.shape)).reshape(many, -1)
+            for each in (states, angles)
+        )
+    )
+    acting = Drive(inputs.reshape(1, many, -1), False, GENERAL, 0.0)
+    rates = engine.derivative(start, acting, np.resize(runs, many))[:, layout.bend_rate]
+    still, *pushed = rates.reshape(len(pushes), *shape, layout.bends)
     return np.stack([rate - still for rate in pushed], axis=-1)
 
 
 def _largest(squares: Array) -> Array:
-    """The largest eigenvalue (n,) of each; NaN for a configuration past a full circle."""
-    known = np.isfinite(squares).all((1, 2))
-    filled = np.where(known[:, None, None], squares, 0.0)
-    return np.asarray(np.where(known, np.linalg.eigvalsh(filled)[:, -1], np.nan))
+    """The largest eigenvalue (...) of each; NaN for a configuration past a full circle."""
+    known = np.isfinite(squares).all((-1, -2))
+    filled = np.where(known[..., None, None], squares, 0.0)
+    return np.asarray(np.where(known, np.linalg.eigvalsh(filled)[..., -1], np.nan))
 
 
 def told_rate(value: Any) -> Any:
