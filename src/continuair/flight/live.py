@@ -16,7 +16,7 @@ from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import motion_of
 from continuair.flight.prepare import Cohort, check_scenario, checked_step, prepare
 from continuair.flight.steps import check_divides
-from continuair.flight.time_grid import Grid, Marks, grid_of, marks_of, stage_times
+from continuair.flight.time_grid import Grid, Marks, grid_of, marks_at, stage_times
 from continuair.flight.trajectory import WATCHED_VARIABLES, Recorder, default_variables
 from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import OK, STATUS
@@ -28,6 +28,9 @@ from continuair.vehicle.vehicle import Vehicle, check_vehicle
 Array = np.ndarray
 
 _ONE = np.zeros(1, int)  # the index of the only run
+
+_ROUNDING = 1e-6
+"""Share of a period by which its steps may differ from those of the first one."""
 
 
 @dataclass(frozen=True)
@@ -173,7 +176,7 @@ class Simulation:
     def trajectory(self) -> xr.Dataset:
         """The flight so far, a sample per control period, as `simulate` returns it."""
         scenario, engine = self._scenario, self._engine
-        times = self._period * np.arange(len(self._rows))
+        times = self._marks(0).samples[:-1]
         log = np.stack(self._rows)[None]
         acting = self._drive(times, np.stack(self._taus)[:, None])
         names, scene, watched = default_variables(scenario), None, None
@@ -194,14 +197,14 @@ class Simulation:
         return recorder.dataset({"step": self._step})
 
     def _grid(self) -> Grid:
-        """The steps of the next control period; input jumps at its edges are met from inside."""
-        now, period, jumps = self.time, self._period, np.array(self._scenario.jumps)
-        margin = 1e-9 * period
-        inside = jumps[(jumps > now + margin) & (jumps < now + period - margin)] - now
-        grid = grid_of(marks_of(period, period, inside), self._step)
-        grid.opens[0] |= bool((np.abs(jumps - now) <= margin).any())
-        grid.closes[-1] |= bool((np.abs(jumps - now - period) <= margin).any())
-        return dataclasses.replace(grid, samples=now + grid.samples, starts=now + grid.starts)
+        """The steps of the next control period, between the same jumps as in `simulate`."""
+        # A period late in the flight is longer than the first by rounding, and takes no more steps.
+        return grid_of(self._marks(len(self._rows) - 1), self._step * (1.0 + _ROUNDING))
+
+    def _marks(self, first: int) -> Marks:
+        """The marks of the control periods from one on to the next that is flown."""
+        edges = self._period * np.arange(first, len(self._rows) + 1)
+        return marks_at(edges, self._scenario.jumps)
 
     def _drive(self, times: Array, tau: Array) -> Drive:
         """What acts at times; tau (8,), or (n, 1, 8) at each time."""
