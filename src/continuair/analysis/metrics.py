@@ -38,13 +38,19 @@ def samples(flight: xr.Dataset, name: str, component: str) -> Array:
 
 
 def feature_norm(flight: xr.Dataset) -> Array:
-    """Return ‖e‖ (..., time), the norm of the stacked errors of all feature points [px]."""
+    """Return ‖e‖ (..., time), the norm of the stacked errors of all feature points [px].
+
+    NaN while a point is behind the camera, where it has no image.
+    """
     norm: Array = np.linalg.norm(samples(flight, "feature_error", "pixel"), axis=-1)
     return norm
 
 
 def feature_rms(flight: xr.Dataset) -> Any:
-    """Return the RMS of the feature errors over coordinates and samples [px]."""
+    """Return the RMS of the feature errors over coordinates and samples [px].
+
+    NaN if a point is behind the camera at one of them.
+    """
     error = samples(flight, "feature_error", "pixel")
     return _per_run(np.sqrt(np.mean(error**2, axis=(-2, -1))))
 

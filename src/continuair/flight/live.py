@@ -17,7 +17,7 @@ from continuair.flight.camera_timing import motion_of
 from continuair.flight.prepare import Cohort, check_scenario, checked_step, prepare
 from continuair.flight.steps import check_divides
 from continuair.flight.time_grid import Grid, Marks, grid_of, marks_at, stage_times
-from continuair.flight.trajectory import WATCHED_VARIABLES, Recorder, default_variables
+from continuair.flight.trajectory import WATCHED_VARIABLES, Recorder, default_variables, in_front
 from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import OK, STATUS
 from continuair.scenario.scenarios import Scenario
@@ -37,7 +37,8 @@ _ROUNDING = 1e-6
 class Observation:
     """What the camera sees now, without its noise and latency.
 
-    features, desired (2n,): image and the image to reach, (u, v) in turn [px]; depth (n,) [m];
+    features, desired (2n,): image and the image to reach, (u, v) in turn [px], features NaN of
+    points that are not before the camera; depth (n,) [m];
     in_view (n,): whether a point is in the image and before the camera; camera_position (3,) [m]
     and camera_attitude (4,), camera axes to world, x y z w; camera_twist (6,): (v, ω) in camera
     axes; target_velocity (3,) of the centroid in world axes [m/s].
@@ -163,7 +164,7 @@ class Simulation:
         centre = np.tile(camera.principal_point, n)
         seen = {name: watched[at] for name, at in watched_columns(n).items()}
         return Observation(
-            features=scale * seen["image"] + centre,
+            features=scale * in_front(seen["image"], seen["depth"]) + centre,
             desired=scale * target.desired + centre,
             depth=seen["depth"],
             in_view=seen["in_view"] > 0.0,
