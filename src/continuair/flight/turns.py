@@ -23,13 +23,45 @@ def followed_euler(attitude: Array, spin: Array, times: Array) -> Array:
     one.
     """
     apart = np.diff(times)
-    turned = np.linalg.norm(spin, axis=-1)[:, :-1] * apart
     if not len(apart):
         return continuous_euler(attitude)
-    parts = int(np.clip(np.ceil(np.nanmax(turned, initial=0.0) / FOLLOWED), 1, _MOST))
-    if parts == 1:
+    # Of the largest spin and interval: more parts than needed do no harm.
+    x, y, z = np.moveaxis(spin, -1, 0)
+    fastest = np.sqrt(np.fmax.reduce(x * x + y * y + z * z, axis=1, initial=0.0))
+    turned = fastest * apart.max()
+    parts = np.clip(np.ceil(turned / FOLLOWED), 1, _MOST).astype(int)
+    if (parts == 1).all():
         return continuous_euler(attitude)
-    filled = np.full((len(attitude), len(apart) * parts + 1, 4), np.nan)
+    found = np.empty((*attitude.shape[:-1], 3))
+    for each in np.unique(parts):
+        runs = parts == each
+        found[runs] = _followed(attitude[runs], spin[runs], apart, int(each))
+    return found
+
+
+def in_body_axes(vectors: Array, attitude: Array) -> Array:
+    """Vectors (..., 3) in world axes, turned back by attitudes (..., 4); NaN stays."""
+    x, y, z, w = _columns(attitude)
+    size = np.sqrt(x * x + y * y + z * z + w * w)
+    x, y, z, w = x / size, y / size, z / size, w / size
+    xx, yy, zz, ww = x * x, y * y, z * z, w * w
+    xy, xz, yz, xw, yw, zw = x * y, x * z, y * z, x * w, y * w, z * w
+    a, b, c = _columns(vectors)
+    turned = np.empty(vectors.shape)
+    turned[..., 0] = (xx - yy - zz + ww) * a + 2.0 * (xy + zw) * b + 2.0 * (xz - yw) * c
+    turned[..., 1] = 2.0 * (xy - zw) * a + (-xx + yy - zz + ww) * b + 2.0 * (yz + xw) * c
+    turned[..., 2] = 2.0 * (xz + yw) * a + 2.0 * (yz - xw) * b + (-xx - yy + zz + ww) * c
+    return turned
+
+
+def _columns(rows: Array) -> Array:
+    """The columns of rows (..., n) each by itself, which is faster to compute with."""
+    return np.array(np.moveaxis(rows, -1, 0), float, order="C")
+
+
+def _followed(attitude: Array, spin: Array, apart: Array, parts: int) -> Array:
+    """The angles with every interval between samples in parts, which the spin turns through."""
+    filled = np.empty((len(attitude), len(apart) * parts + 1, 4))
     filled[:, ::parts] = attitude
     for part in range(1, parts):
         nearer = slice(None, -1) if 2 * part <= parts else slice(1, None)

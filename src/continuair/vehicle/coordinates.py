@@ -13,6 +13,10 @@ from scipy.spatial.transform import Rotation
 
 from continuair.vehicle.layout import Layout
 
+_NEAR = 1.5
+"""Roll and yaw that both change by less from sample to sample neither jump nor change triple: the
+other triple is by π - 1.5 and more apart in each, and the pitch never nearer [rad]."""
+
 
 def state_from_paper(q: np.ndarray, qd: np.ndarray) -> np.ndarray:
     """States (runs, state) from paper coordinates and their rates, both (runs, coordinates)."""
@@ -89,23 +93,63 @@ def continuous_euler(attitude: np.ndarray) -> np.ndarray:
     Of the two triples of one attitude, (φ, θ, ψ) and (φ + π, π - θ, ψ + π), each sample takes the
     one nearest to the sample before, so that a tumble through θ = π/2 stays smooth.
     """
-    flat = attitude.reshape(-1, *attitude.shape[-2:])
-    valid = np.isfinite(flat).all(-1)
-    filled = np.where(valid[..., None], flat, np.array([0.0, 0.0, 0.0, 1.0]))
-    x, y, z, w = np.moveaxis(filled, -1, 0)
+    flat = np.asarray(attitude, float).reshape(-1, *attitude.shape[-2:])
+    flown = np.isfinite(flat).all(axis=(1, 2))
+    if flown.all():
+        found = _smooth(flat)
+    else:
+        found = np.empty((*flat.shape[:2], 3))
+        found[flown], found[~flown] = _smooth(flat[flown]), _as_far_as_known(flat[~flown])
+    return found.reshape(*attitude.shape[:-1], 3)
+
+
+def _as_far_as_known(attitude: np.ndarray) -> np.ndarray:
+    """As `_smooth`, with NaN where an attitude is not finite."""
+    valid = np.isfinite(attitude).all(-1)
+    found = _smooth(np.where(valid[..., None], attitude, np.array([0.0, 0.0, 0.0, 1.0])))
+    found[~valid] = np.nan
+    return found
+
+
+def _smooth(attitude: np.ndarray) -> np.ndarray:
+    """Angles (runs, samples, 3) without jumps, of finite attitudes (runs, samples, 4)."""
+    x, y, z, w = np.array(np.moveaxis(attitude, -1, 0), order="C")
     roll = np.arctan2(2 * (y * z + w * x), 1 - 2 * (x * x + y * y))
     pitch = np.arcsin(np.clip(2 * (w * y - x * z), -1.0, 1.0))
     yaw = np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z))
     angles = np.stack([roll, pitch, yaw], -1)
-    other = np.stack([roll + np.pi, np.pi - pitch, yaw + np.pi], -1)
+    far = (np.abs(np.diff(roll)) > _NEAR) | (np.abs(np.diff(yaw)) > _NEAR)
+    jumping = far.any(axis=1)
+    if jumping.any():
+        angles[jumping] = _without_jumps(angles[jumping], *np.nonzero(far[jumping]))
+    return angles
+
+
+def _without_jumps(angles: np.ndarray, run: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Angles (runs, samples, 3) that may jump after samples `at` of some runs, and nowhere else."""
+    before, after = angles[run, at], angles[run, at + 1]
+    changes, turns = np.zeros((len(angles), angles.shape[1] - 1), bool), np.zeros_like(angles)
     # Both ways of changing triple are equally far, so that each step says stay or change by itself.
-    stay = (_wrapped(angles[:, 1:] - angles[:, :-1]) ** 2).sum(-1)
-    change = (_wrapped(other[:, 1:] - angles[:, :-1]) ** 2).sum(-1)
-    changed = np.cumsum(change < stay, axis=1) % 2 == 1
-    angles[:, 1:] = np.where(changed[..., None], other[:, 1:], angles[:, 1:])
-    angles = np.unwrap(angles, axis=1)
-    angles[~valid] = np.nan
-    return np.asarray(angles.reshape(*attitude.shape[:-1], 3))
+    stay = (_wrapped(after - before) ** 2).sum(-1)
+    changes[run, at] = (_wrapped(_other(after) - before) ** 2).sum(-1) < stay
+    changed = np.zeros(angles.shape[:2], bool)
+    np.logical_xor.accumulate(changes, axis=1, out=changed[:, 1:])
+    angles[changed] = _other(angles[changed])
+    turns[run, at + 1] = _turns(angles[run, at + 1] - angles[run, at])
+    angles += np.cumsum(turns, axis=1, out=turns)
+    return angles
+
+
+def _other(angles: np.ndarray) -> np.ndarray:
+    """The other triple (n, 3) of the same attitudes."""
+    return np.pi + np.array([1.0, -1.0, 1.0]) * angles
+
+
+def _turns(step: np.ndarray) -> np.ndarray:
+    """What steps of π and more have to be changed by to be the shorter way round."""
+    shorter = np.mod(step + np.pi, 2.0 * np.pi) - np.pi
+    shorter[(shorter == -np.pi) & (step > 0.0)] = np.pi
+    return np.where(np.abs(step) < np.pi, 0.0, shorter - step)
 
 
 def _wrapped(angle: np.ndarray) -> np.ndarray:
