@@ -64,7 +64,8 @@ def joint_speed(flight: xr.Dataset) -> Array:
     """Return ‖q̇‖ (time,) of one run, of the paper's q = [x y z φ θ ψ κ ψa], ψ̇a among its rates.
 
     Euler rates and polar bend rates, in mixed units [m/s, rad/s, 1/(m s), rad/s]. ψ̇a is the rate of
-    the bend across its direction over κ: it grows without bound where the bend passes zero.
+    the bend across its direction over κ: it grows without bound where the bend passes zero. NaN at
+    a pitch of ±π/2, where the Euler angles have no rates.
     """
     state = np.zeros((flight.sizes["time"], ONE_SECTION.state))
     for name, dimension in _RATES:  # a velocity is as long in body axes as in the world's

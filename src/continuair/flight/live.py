@@ -21,7 +21,7 @@ from continuair.flight.trajectory import WATCHED_VARIABLES, Recorder, default_va
 from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import OK, STATUS
 from continuair.scenario.scenarios import Scenario
-from continuair.vehicle.coordinates import continuous_euler, paper_rates
+from continuair.vehicle.coordinates import continuous_euler, nearest_euler, paper_rates
 from continuair.vehicle.layout import GENERAL, PAPER, TAU, watched_columns
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
@@ -124,7 +124,7 @@ class Simulation:
 
     @property
     def qd(self) -> Array:
-        """Rates of the paper's coordinates (8,)."""
+        """Rates of the paper's coordinates (8,), NaN of the Euler angles at a pitch of ±π/2."""
         return paper_rates(self.q[None], self.state[None], self._vehicle.arm.kappa_s)[0]
 
     def step(self, tau: Any) -> None:
@@ -153,7 +153,7 @@ class Simulation:
             return
         self._taus.append(push)
         self._rows.append(logs.log[0, -1])
-        self._euler = _nearest_euler(self._rows[-1][layout.attitude], self._euler)
+        self._euler = nearest_euler(self._rows[-1][layout.attitude], self._euler)
 
     def observe(self) -> Observation:
         """What the camera sees now; raises InputError without a target."""
@@ -250,11 +250,3 @@ def _numbers(tau: Any, size: int) -> Array:
     if array is None or array.shape != (size,):
         raise InputError(f"tau is {shown(tau)}; give {size} finite generalised forces.")
     return array
-
-
-def _nearest_euler(attitude: Array, before: Array) -> Array:
-    """The triple of ZYX angles (3,), of all that an attitude has, nearest to the one before."""
-    roll, pitch, yaw = continuous_euler(attitude[None])[0]
-    triples = np.array([[roll, pitch, yaw], [roll + np.pi, np.pi - pitch, yaw + np.pi]])
-    triples += 2.0 * np.pi * np.round((before - triples) / (2.0 * np.pi))
-    return np.asarray(triples[np.argmin(((triples - before) ** 2).sum(1))])

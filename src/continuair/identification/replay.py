@@ -17,7 +17,7 @@ from continuair.flight.time_grid import marks_at
 from continuair.identification.recording import Recording
 from continuair.scenario.paper_tests import open_loop_test
 from continuair.scenario.scenarios import Scenario
-from continuair.vehicle.coordinates import continuous_euler, paper_rates
+from continuair.vehicle.coordinates import paper_rates
 from continuair.vehicle.layout import ACTUATORS, ONE_SECTION, PUSH
 from continuair.vehicle.vehicle import Vehicle
 
@@ -127,13 +127,14 @@ def _start(rows: Array) -> Start:
 
 
 def _held(recording: Recording) -> Scenario:
-    """What was recorded: a start as in its first rows, and each row of inputs held to the next."""
+    """What was recorded: a level start that moves and bends as in its first rows, whose attitude
+    changes no step, and each row of inputs held to the next."""
     assert recording.inputs is not None
     times, rows = recording.time.tolist(), recording.inputs
     start = _start(first_start(recording)[None])
     state, layout = start.states, ONE_SECTION
-    euler, size = continuous_euler(state[:, layout.attitude]), np.hypot(*state[0, layout.bend])
-    q = np.column_stack([state[:, layout.position], euler, size, start.angle])
+    size = np.hypot(*state[0, layout.bend])
+    q = np.column_stack([state[:, layout.position], np.zeros((1, 3)), size, start.angle])
 
     def held(columns: slice) -> Callable[[float], Array]:
         # The last row ends the flight, and is not held.
