@@ -31,7 +31,7 @@ ROOMS = {
         {"cli"},
     ],
     "vehicle": [
-        {"fields", "runs", "layout"},
+        {"fields", "runs", "layout", "poles"},
         {"inertia", "replacing"},
         {"disk", "camera", "uav", "coordinates"},
         {"section"},

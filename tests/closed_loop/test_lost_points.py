@@ -57,6 +57,36 @@ def test_a_point_out_of_view_does_not_act() -> None:
     np.testing.assert_allclose(push, state.command, rtol=0, atol=1e-3 * np.abs(state.command).max())
 
 
+def test_points_behind_the_camera_have_no_image_and_no_error_in_pixels() -> None:
+    """The vehicle holds its place, and its target rises through the camera."""
+    vehicle = flights.VEHICLE
+    path = ca.paths.line([0, 0, 0], [0, 0, 40.0], duration=1.0)
+    target = ca.Target(path, ca.square(0.5))
+    scenario = flights.scenario(ca.hold(vehicle, [0, 0, 3.0]), 0.2, target=target)
+    flight = ca.simulate(vehicle, scenario, sample=0.01)
+    behind = flight.depth.to_numpy() <= 0.0
+    assert flight.status == 0 and behind.any() and not behind.all()
+    for name in ("features", "feature_error"):
+        missing = np.isnan(flight[name].to_numpy())
+        np.testing.assert_array_equal(missing, np.repeat(behind, 2, axis=1))
+    seen, blind = (
+        ca.run_pairs(vehicle, scenario, sample=0.01, duration=each) for each in (0.05, 0.2)
+    )
+    for name in ("rms_px", "max_px", "ds_max_px"):
+        assert np.isfinite(seen[name]).all() and np.isnan(blind[name]).all()
+    assert np.isfinite(blind.angle_rad).all()
+
+
+def test_what_a_simulation_observes_behind_the_camera_has_no_image() -> None:
+    target = ca.Target(ca.paths.line([0, 0, 0], [0, 0, 40.0], duration=1.0), ca.square(0.5))
+    start = flights.scenario(ca.hold(flights.VEHICLE, [0, 0, 3.0]), 0.2, target=target)
+    sim = ca.Simulation(flights.VEHICLE, start.replace(controller=None), control_period=0.1)
+    assert np.isfinite(sim.observe().features).all()
+    sim.step(np.zeros(8))
+    seen = sim.observe()
+    assert (seen.depth < 0.0).all() and np.isnan(seen.features).all() and not seen.in_view.any()
+
+
 def _rates(run: xr.Dataset, i: int) -> np.ndarray:
     """Rates of the paper's coordinates by central differences."""
     return np.asarray((run.q[i + 1] - run.q[i - 1]) / 2e-3)

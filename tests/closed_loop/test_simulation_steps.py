@@ -57,6 +57,42 @@ def test_held_inputs_give_the_same_flight_to_rounding(model: str) -> None:
     np.testing.assert_allclose(sim.q, whole.q[-1], rtol=0, atol=2e-11)
 
 
+@pytest.mark.parametrize(
+    ("period", "jumps"),
+    [
+        (0.01, (0.35,)),
+        (0.01, (0.41, 0.41 + 1e-13)),
+        (1e-3, (0.009, 0.013)),
+        (1e-3, (0.009 - 1e-13, 0.009)),
+    ],
+)
+def test_a_jump_at_an_edge_that_rounds_past_it_is_met_from_its_own_side(
+    period: float, jumps: tuple[float, ...]
+) -> None:
+    """n periods round to above the jump or below it, and the push of either side is 40 N."""
+
+    def force(t: float) -> Any:
+        return [40.0 if t >= max(jumps) else 0.0, 0.0, 26.0]
+
+    periods = round(max(jumps) / period) + 3
+    push = scenario(tip_wrench=None, force=force, jumps=jumps, duration=periods * period)
+    sim = ca.Simulation(VEHICLE, push, step=period / 8, control_period=period)
+    for _ in range(periods):
+        sim.step(np.zeros(8))
+    stepped, whole = sim.trajectory(), ca.simulate(VEHICLE, push, sample=period, step=period / 8)
+    for name in ("position", "bend", "velocity", "bend_rate", "base_force", "time"):
+        np.testing.assert_allclose(stepped[name], whole[name], rtol=0, atol=1e-9, err_msg=name)
+
+
+def test_a_flight_that_ends_at_a_jump_meets_it_from_before() -> None:
+    push = scenario(tip_wrench=None, force=lambda t: [40.0 * (t >= 0.02), 0, 26.0], jumps=(0.02,))
+    ended, still = (
+        ca.simulate(VEHICLE, each, duration=0.02, sample=1e-3, step=1e-3)
+        for each in (push, push.replace(force=[0, 0, 26.0], jumps=()))
+    )
+    np.testing.assert_allclose(ended.position, still.position, rtol=0, atol=1e-14)
+
+
 def test_rates_are_the_slopes_of_the_coordinates() -> None:
     sim = ca.Simulation(VEHICLE, scenario(), control_period=1e-4)
     np.testing.assert_allclose(sim.q, np.asarray(scenario().q), rtol=0, atol=5e-15)

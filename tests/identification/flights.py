@@ -35,9 +35,15 @@ def held_inputs(time: np.ndarray) -> np.ndarray:
 
 
 def record(
-    path: Path, *, test: str | None = None, seed: int | None = None, duration: float = 1.0
+    path: Path,
+    *,
+    test: str | None = None,
+    seed: int | None = None,
+    duration: float = 1.0,
+    vehicle: ca.Vehicle | None = None,
+    step: float = 2e-4,
 ) -> None:
-    """Write a flight of the true vehicle, with NOISE of a seed, in a test or under held inputs."""
+    """Write a flight with NOISE of a seed, of a vehicle, in a test or under held inputs."""
     time = SAMPLE * np.arange(round(duration / SAMPLE) + 1)
     scenario = ca.open_loop_test(test or "B")
     inputs = held_inputs(time)
@@ -58,7 +64,9 @@ def record(
             jumps=tuple(time[1:-1]),
             duration=duration,
         )
-    found = ca.simulate(true_vehicle(), scenario, sample=SAMPLE, step=2e-4, duration=duration)
+    found = ca.simulate(
+        vehicle or true_vehicle(), scenario, sample=SAMPLE, step=step, duration=duration
+    )
     position, attitude, bend = (found[name].to_numpy() for name in NOISE)
     if seed is not None:
         rng = np.random.default_rng(seed)

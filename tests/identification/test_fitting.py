@@ -58,6 +58,31 @@ def test_a_noisy_flight_gives_back_its_vehicle_within_its_standard_errors() -> N
     np.testing.assert_allclose(list(found.deviations.values()), list(NOISE.values()), rtol=0.15)
 
 
+def fitted_from_softer(times: float) -> Fit:
+    """A stiff arm with little damping, fitted from a vehicle that is softer."""
+    changes = {"arm.length": 0.4, "arm.radius": 0.008, "arm.damping_ratio": 0.005}
+    stiff = true_vehicle().replace(changes | {"arm.disks": [{"position": 0.4, "mass": 0.01}]})
+    record(Path("flight.csv"), seed=1, duration=0.3, vehicle=stiff, step=5e-5)
+    start = stiff.replace({"arm.youngs_modulus": 40e9 / times})
+    return fit(start, load_recording("flight.csv"), FIELDS[:2])
+
+
+def test_a_fit_from_a_far_softer_arm_is_not_biased_by_the_steps_of_its_start() -> None:
+    far, near = fitted_from_softer(20.0), fitted_from_softer(1.0)
+    assert far.converged and far.doubts == ()
+    # At the steps of the start the stiffness would be off by two standard errors.
+    assert (np.abs(far.values - near.values) < 0.05 * near.errors).all()
+
+
+def test_a_fit_whose_steps_never_follow_the_vehicle_says_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("continuair.identification.replay._MOST_FINER", 1.0)
+    found = fitted_from_softer(20.0)
+    assert not found.converged
+    assert any("moves faster than the fit's steps of" in doubt for doubt in found.doubts)
+
+
 def test_standard_errors_are_the_spread_of_repeated_flights() -> None:
     fields = FIELDS[:2]
     fits = [fitted(fields, "D", seed, {k: WRONG[k] for k in fields}) for seed in range(12)]

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import continuair as ca
 from continuair.identification.recording import Recording
@@ -37,6 +40,14 @@ def test_a_fast_spin_at_the_start_is_replayed_in_steps_that_resolve_it() -> None
     # Steps of 0.1 of the spin's period over 2π err by 4e-7 rad in these 20 rad; the milliseconds
     # that the arm alone allows, by 3e-4.
     assert np.abs(left).max() < 1e-5
+
+
+def test_a_recording_may_start_at_a_pitch_without_euler_rates() -> None:
+    recording, _ = spinning()
+    up = Rotation.from_euler("y", np.pi / 2)
+    attitude = (up * Rotation.from_quat(recording.attitude)).as_quat()
+    upright = Replay(VEHICLE, dataclasses.replace(recording, attitude=attitude), None)
+    assert upright.step == pytest.approx(Replay(VEHICLE, recording, None).step, rel=1e-9)
 
 
 def test_inputs_are_held_from_each_row_to_the_next_so_that_the_last_row_pushes_nothing() -> None:

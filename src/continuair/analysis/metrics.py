@@ -38,13 +38,19 @@ def samples(flight: xr.Dataset, name: str, component: str) -> Array:
 
 
 def feature_norm(flight: xr.Dataset) -> Array:
-    """Return ‖e‖ (..., time), the norm of the stacked errors of all feature points [px]."""
+    """Return ‖e‖ (..., time), the norm of the stacked errors of all feature points [px].
+
+    NaN while a point is behind the camera, where it has no image.
+    """
     norm: Array = np.linalg.norm(samples(flight, "feature_error", "pixel"), axis=-1)
     return norm
 
 
 def feature_rms(flight: xr.Dataset) -> Any:
-    """Return the RMS of the feature errors over coordinates and samples [px]."""
+    """Return the RMS of the feature errors over coordinates and samples [px].
+
+    NaN if a point is behind the camera at one of them.
+    """
     error = samples(flight, "feature_error", "pixel")
     return _per_run(np.sqrt(np.mean(error**2, axis=(-2, -1))))
 
@@ -58,7 +64,8 @@ def joint_speed(flight: xr.Dataset) -> Array:
     """Return ‖q̇‖ (time,) of one run, of the paper's q = [x y z φ θ ψ κ ψa], ψ̇a among its rates.
 
     Euler rates and polar bend rates, in mixed units [m/s, rad/s, 1/(m s), rad/s]. ψ̇a is the rate of
-    the bend across its direction over κ: it grows without bound where the bend passes zero.
+    the bend across its direction over κ: it grows without bound where the bend passes zero. NaN at
+    a pitch of ±π/2, where the Euler angles have no rates.
     """
     state = np.zeros((flight.sizes["time"], ONE_SECTION.state))
     for name, dimension in _RATES:  # a velocity is as long in body axes as in the world's

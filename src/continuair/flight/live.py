@@ -16,12 +16,12 @@ from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import motion_of
 from continuair.flight.prepare import Cohort, check_scenario, checked_step, prepare
 from continuair.flight.steps import check_divides
-from continuair.flight.time_grid import Grid, Marks, grid_of, marks_of, stage_times
-from continuair.flight.trajectory import WATCHED_VARIABLES, Recorder, default_variables
+from continuair.flight.time_grid import Grid, Marks, grid_of, marks_at, stage_times
+from continuair.flight.trajectory import WATCHED_VARIABLES, Recorder, default_variables, in_front
 from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import OK, STATUS
 from continuair.scenario.scenarios import Scenario
-from continuair.vehicle.coordinates import continuous_euler, paper_rates
+from continuair.vehicle.coordinates import nearest_euler, paper_rates
 from continuair.vehicle.layout import GENERAL, PAPER, TAU, watched_columns
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
@@ -29,12 +29,16 @@ Array = np.ndarray
 
 _ONE = np.zeros(1, int)  # the index of the only run
 
+_ROUNDING = 1e-6
+"""Share of a period by which its steps may differ from those of the first one."""
+
 
 @dataclass(frozen=True)
 class Observation:
     """What the camera sees now, without its noise and latency.
 
-    features, desired (2n,): image and the image to reach, (u, v) in turn [px]; depth (n,) [m];
+    features, desired (2n,): image and the image to reach, (u, v) in turn [px], features NaN of
+    points that are not before the camera; depth (n,) [m];
     in_view (n,): whether a point is in the image and before the camera; camera_position (3,) [m]
     and camera_attitude (4,), camera axes to world, x y z w; camera_twist (6,): (v, ω) in camera
     axes; target_velocity (3,) of the centroid in world axes [m/s].
@@ -91,7 +95,7 @@ class Simulation:
         row[layout.branch] = np.atleast_2d(scenario.q)[0, 6:]
         row[layout.roll] = np.atleast_2d(scenario.q)[0, 3]
         self._rows, self._taus = [row], [np.zeros(layout.coordinates)]
-        self._euler = _nearest_euler(row[layout.attitude], np.zeros(3), row[layout.roll][0])
+        self._euler = nearest_euler(row[layout.attitude], np.zeros(3), row[layout.roll][0])
 
     @property
     def time(self) -> float:
@@ -121,7 +125,7 @@ class Simulation:
 
     @property
     def qd(self) -> Array:
-        """Rates of the paper's coordinates (8,)."""
+        """Rates of the paper's coordinates (8,), NaN of the Euler angles at a pitch of ±π/2."""
         return paper_rates(self.q[None], self.state[None], self._vehicle.kappa_s)[0]
 
     def step(self, tau: Any) -> None:
@@ -152,7 +156,7 @@ class Simulation:
         self._taus.append(push)
         self._rows.append(logs.log[0, -1])
         row = self._rows[-1]
-        self._euler = _nearest_euler(row[layout.attitude], self._euler, row[layout.roll][0])
+        self._euler = nearest_euler(row[layout.attitude], self._euler, row[layout.roll][0])
 
     def observe(self) -> Observation:
         """What the camera sees now; raises InputError without a target."""
@@ -163,7 +167,7 @@ class Simulation:
         centre = np.tile(camera.principal_point, n)
         seen = {name: watched[at] for name, at in watched_columns(n).items()}
         return Observation(
-            features=scale * seen["image"] + centre,
+            features=scale * in_front(seen["image"], seen["depth"]) + centre,
             desired=scale * target.desired + centre,
             depth=seen["depth"],
             in_view=seen["in_view"] > 0.0,
@@ -176,7 +180,7 @@ class Simulation:
     def trajectory(self) -> xr.Dataset:
         """The flight so far, a sample per control period, as `simulate` returns it."""
         scenario, engine = self._scenario, self._engine
-        times = self._period * np.arange(len(self._rows))
+        times = self._marks(0).samples[:-1]
         log = np.stack(self._rows)[None]
         acting = self._drive(times, np.stack(self._taus)[:, None])
         names, scene, watched = default_variables(scenario), None, None
@@ -197,14 +201,14 @@ class Simulation:
         return recorder.dataset({"step": self._step})
 
     def _grid(self) -> Grid:
-        """The steps of the next control period; input jumps at its edges are met from inside."""
-        now, period, jumps = self.time, self._period, np.array(self._scenario.jumps)
-        margin = 1e-9 * period
-        inside = jumps[(jumps > now + margin) & (jumps < now + period - margin)] - now
-        grid = grid_of(marks_of(period, period, inside), self._step)
-        grid.opens[0] |= bool((np.abs(jumps - now) <= margin).any())
-        grid.closes[-1] |= bool((np.abs(jumps - now - period) <= margin).any())
-        return dataclasses.replace(grid, samples=now + grid.samples, starts=now + grid.starts)
+        """The steps of the next control period, between the same jumps as in `simulate`."""
+        # A period late in the flight is longer than the first by rounding, and takes no more steps.
+        return grid_of(self._marks(len(self._rows) - 1), self._step * (1.0 + _ROUNDING))
+
+    def _marks(self, first: int) -> Marks:
+        """The marks of the control periods from one on to the next that is flown."""
+        edges = self._period * np.arange(first, len(self._rows) + 1)
+        return marks_at(edges, self._scenario.jumps)
 
     def _drive(self, times: Array, tau: Array) -> Drive:
         """What acts at times; tau (8,), or (n, 1, 8) at each time."""
@@ -249,12 +253,3 @@ def _numbers(tau: Any, size: int) -> Array:
     if array is None or array.shape != (size,):
         raise InputError(f"tau is {shown(tau)}; give {size} finite generalised forces.")
     return array
-
-
-def _nearest_euler(attitude: Array, before: Array, branch: float) -> Array:
-    """ZYX angles (3,) on the triple whose roll is `branch`, within a turn, nearest to others."""
-    roll, pitch, yaw = continuous_euler(attitude[None])[0]
-    triple = np.array([roll, pitch, yaw])
-    if np.cos(roll - branch) < 0.0:
-        triple = np.array([roll + np.pi, np.pi - pitch, yaw + np.pi])
-    return np.asarray(triple + 2.0 * np.pi * np.round((before - triple) / (2.0 * np.pi)))

@@ -53,20 +53,21 @@ def marks_of(
 def marks_at(
     samples: np.ndarray, jumps: Iterable[float] = (), control_period: float | None = None
 ) -> Marks:
-    """The marks of a flight with samples (n,) at these times [s], the first 0 and the last its end.
+    """The marks of a flight, or of a part, with samples (n,) at these times [s], first to last.
 
-    A jump within rounding of a sample is that sample, which moves there.
+    A jump within rounding of a sample is that sample, which moves there; the first and the last one
+    are met from inside.
     """
-    samples, duration = np.array(samples, float), float(samples[-1])
-    inside = np.array([t for t in jumps if 0.0 < t < duration])
+    samples, end = np.array(samples, float), float(samples[-1])
+    near_end = 1e-9 * end
+    inside = np.array([t for t in jumps if samples[0] - near_end < t < end + near_end])
     near = _nearest(samples, inside)
-    same = np.abs(samples[near] - inside) < 1e-9 * duration
+    same = np.abs(samples[near] - inside) < near_end
     samples[near[same]] = inside[same]
+    inside = inside[(inside >= samples[0]) & (inside <= samples[-1])]
     times = np.union1d(samples, inside)
     if control_period is not None:
-        times = _merged(
-            times, np.arange(control_instants(duration, control_period)), control_period
-        )
+        times = _merged(times, np.arange(control_instants(end, control_period)), control_period)
     return Marks(samples, times, inside)
 
 

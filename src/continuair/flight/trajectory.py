@@ -64,8 +64,12 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
         "the controller's push, from each sample on: force in world axes, moment on the UAV in "
         "body axes, bend moments",
     ),
-    "features": ("pixel", "px", "true image of the feature points, (u, v) in turn"),
-    "feature_error": ("pixel", "px", "desired minus true image, (u, v) in turn"),
+    "features": (
+        "pixel",
+        "px",
+        "true image of the feature points, (u, v) in turn; NaN of points behind the camera",
+    ),
+    "feature_error": ("pixel", "px", "desired minus true image, (u, v) in turn; NaN as features"),
     "depth": ("point", "m", "depth of the feature points"),
     "in_view": ("point", "1", "1 where a feature point is in the image and before the camera"),
     "camera_position": ("axis", "m", "the camera, world axes"),
@@ -281,11 +285,16 @@ def _watched(name: str, logs: Logs, cohort: Cohort) -> Array:
         return np.broadcast_to(rows, (*watched.shape[:2], 3))
     if name in columns:
         return watched[..., columns[name]]
-    image = watched[..., columns["image"]]
+    image = in_front(watched[..., columns["image"]], watched[..., columns["depth"]])
     scale = np.tile(of_runs(camera.focal_length), n)[:, None]
     if name == "feature_error":
         return scale * (of_runs(scene.desired)[:, None] - image)
     return scale * image + np.tile(of_runs(camera.principal_point), n)[:, None]
+
+
+def in_front(image: Array, depth: Array) -> Array:
+    """The image (..., 2n) of points of a depth (..., n), NaN of what is not before the camera."""
+    return np.where(np.repeat(depth > 0.0, 2, axis=-1), image, np.nan)
 
 
 def default_variables(scenario: Any) -> tuple[str, ...]:

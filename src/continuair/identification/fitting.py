@@ -33,6 +33,7 @@ _DIFFERENCE = 1e-4
 _LEAST_DEVIATION = 1e-10
 _FAR = 1e4
 _MOST = 60
+_MOST_REFINED = 4
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,8 @@ class Fit:
     fields: what was fitted. values, errors (fields,): estimates and standard errors, in the unit of
     the field; an error is inf where the data determine nothing. deviations: GROUPS -> standard
     deviation of what is left over. condition: of the Jacobian, its columns scaled to norm 1, start
-    included; doubts: sentences about what the data cannot determine. rows, converged.
+    included; doubts: sentences about what the data cannot determine, or the steps do not follow.
+    rows, converged.
     """
 
     vehicle: Vehicle
@@ -96,17 +98,17 @@ def fit(
     chosen = fitted_fields(vehicle, fields)
     replay = Replay(vehicle, recording, test)
     problem = _Problem(chosen, replay, progress or (lambda done, total, what: None))
-    where = problem.scan()
-    deviations = np.array([0.01, 0.01, 0.01 / float(vehicle.arm.length)])
-    for _ in range(2):
-        solution = problem.solve(where, deviations)
-        where = solution.x
-        left = problem.residuals(where[None], np.ones(3))[0].reshape(-1, 8)
-        deviations = _deviations(left, len(where))
+    where, deviations, converged = problem.settle()
+    found, resolved = problem.vehicle(where), replay.resolves(problem.vehicle(where))
     errors, condition, doubts = _confidence(problem, where, deviations)
-    values = chosen.values(where[None, : len(chosen.names)])[0]
+    if not resolved:
+        doubts += (
+            f"the fitted vehicle moves faster than the fit's steps of {replay.step:.2g} s follow; "
+            "start nearer to it.",
+        )
+    values = problem.values(where)
     return Fit(
-        vehicle=chosen.vehicle_of(values),
+        vehicle=found,
         fields=chosen.names,
         start=chosen.start,
         values=values,
@@ -115,7 +117,7 @@ def fit(
         condition=condition,
         doubts=doubts,
         rows=len(recording.time),
-        converged=bool(solution.status > 0),
+        converged=converged and resolved,
     )
 
 
@@ -149,6 +151,35 @@ class _Problem:
         cost = (self.residuals(rows, np.array([0.1, 0.1, 0.1])) ** 2).sum(1)
         best: Array = rows[np.argmin(cost)]
         return best
+
+    def values(self, row: Array) -> Array:
+        """Values of the fields (fields,) of a row of unknowns."""
+        return self.chosen.values(row[None, : self.fields])[0]
+
+    def vehicle(self, row: Array) -> Vehicle:
+        """The plain vehicle of a row of unknowns."""
+        return self.chosen.vehicle_of(self.values(row))
+
+    def settle(self) -> tuple[Array, Array, bool]:
+        """The best row, the deviations that are left, and whether it converged.
+
+        Its vehicle may move faster than the one whose steps were taken: then on with its own steps.
+        """
+        length = float(self.chosen.of.arm.length)
+        found = self._best_near(self.scan(), np.array([0.01, 0.01, 0.01 / length]))
+        for _ in range(_MOST_REFINED):
+            if not self.replay.refine(self.vehicle(found[0])):
+                break
+            found = self._best_near(*found[:2])
+        return found
+
+    def _best_near(self, where: Array, deviations: Array) -> tuple[Array, Array, bool]:
+        for _ in range(2):
+            solution = self.solve(where, deviations)
+            where = solution.x
+            left = self.residuals(where[None], np.ones(3))[0].reshape(-1, 8)
+            deviations = _deviations(left, len(where))
+        return where, deviations, bool(solution.status > 0)
 
     def solve(self, start: Array, deviations: Array) -> Any:
         def at(row: Array) -> Array:

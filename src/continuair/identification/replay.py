@@ -12,12 +12,12 @@ from scipy.spatial.transform import Rotation
 
 from continuair.engine.engine import Engine, Start
 from continuair.errors import InputError
-from continuair.flight.prepare import prepare
+from continuair.flight.prepare import Cohort, Flight, prepare
 from continuair.flight.time_grid import marks_at
 from continuair.identification.recording import Recording
 from continuair.scenario.paper_tests import open_loop_test
 from continuair.scenario.scenarios import Scenario
-from continuair.vehicle.coordinates import continuous_euler, paper_rates
+from continuair.vehicle.coordinates import paper_rates
 from continuair.vehicle.layout import ACTUATORS, ONE_SECTION, PUSH
 from continuair.vehicle.vehicle import Vehicle
 
@@ -29,6 +29,11 @@ in world axes, angular velocity in body axes."""
 
 # The step is kept for all vehicles of a fit: a margin over what the first one needs.
 _FINER = 0.5
+
+# Share of it by which that of the fitted vehicle may be finer, without a fit from there.
+_LEEWAY = 1.25
+# What the first step is divided by at most; a fit becomes slower by as much.
+_MOST_FINER = 100.0
 _LONGEST_STEP = 1e-3
 _ROWS_OF_START = 5
 
@@ -43,11 +48,43 @@ class Replay:
                 f"{', '.join(ACTUATORS)}, or say with --test which open-loop test was flown."
             )
         self.recording, self.test = recording, test
-        scenario, times = open_loop_test(test) if test else _held(recording), recording.time
+        self._scenario = open_loop_test(test) if test else _held(recording)
+        self._flown = self._cohort(vehicle)
+        self._finest = self.step / _MOST_FINER
+
+    @property
+    def step(self) -> float:
+        """The longest step of the flights [s]."""
+        return float(self._flown.grid.steps.max())
+
+    def resolves(self, vehicle: Vehicle) -> bool:
+        """Whether the step is one that a vehicle allows: errors of a longer one would pass for its
+        damping and stiffness."""
+        return self.step <= self._allowed(vehicle)
+
+    def refine(self, vehicle: Vehicle) -> bool:
+        """Take the step of a vehicle where it is finer; whether it was taken."""
+        if self.resolves(vehicle) or self._allowed(vehicle) < self._finest:
+            return False
+        self._flown = self._cohort(vehicle)
+        return True
+
+    def _allowed(self, vehicle: Vehicle) -> float:
+        try:
+            return _LEEWAY * float(self._flight(vehicle).steps[0])
+        except InputError:  # no step that fits into memory is fine enough
+            return 0.0
+
+    def _flight(self, vehicle: Vehicle) -> Flight:
+        """The recorded flight of a vehicle, with its step [s]."""
+        scenario, times = self._scenario, self.recording.time
         apart = min(_LONGEST_STEP / _FINER, times[-1])
         flight = prepare(vehicle, scenario, sample=apart, duration=times[-1])
-        finer, marks = _FINER * flight.steps, marks_at(times, scenario.jumps)
-        self._flown = next(dataclasses.replace(flight, steps=finer, marks=marks).cohorts())
+        marks = marks_at(times, scenario.jumps)
+        return dataclasses.replace(flight, steps=_FINER * flight.steps, marks=marks)
+
+    def _cohort(self, vehicle: Vehicle) -> Cohort:
+        return next(self._flight(vehicle).cohorts())
 
     def residuals(self, vehicle: Vehicle, start: Array | None, runs: int) -> Array:
         """Simulated minus measured (runs, samples, 8): position, rotation, bend. NaN: it failed.
@@ -91,13 +128,15 @@ def _start(rows: Array) -> Start:
 
 
 def _held(recording: Recording) -> Scenario:
-    """What was recorded: a start as in its first rows, and each row of inputs held to the next."""
+    """What was recorded: a level start that moves and bends as in its first rows, whose attitude
+    changes no step, and each row of inputs held to the next."""
     assert recording.inputs is not None
     times, rows = recording.time.tolist(), recording.inputs
     start = _start(first_start(recording)[None])
     state, layout = start.states, ONE_SECTION
-    euler, size = continuous_euler(state[:, layout.attitude]), np.hypot(*state[0, layout.bend])
-    q = np.column_stack([state[:, layout.position], euler, size, start.angle[:, 0]])
+    size = np.hypot(*state[0, layout.bend])
+    angles = np.column_stack([np.zeros((1, 3)), size, start.angle[:, 0]])
+    q = np.hstack([state[:, layout.position], angles])
 
     def held(columns: slice) -> Callable[[float], Array]:
         # The last row ends the flight, and is not held.

@@ -61,7 +61,8 @@ def run_pairs(
     Returns a Dataset over (run, model), "coupled" first: the metrics of `continuair.compare`
     nrmse_t, nrmse_r, rmse_t_m, rmse_r_rad, angle_rad against the coupled run (0 for itself); with
     a controller that looks at a target also rms_px, max_px and ds_max_px (of the norm of the
-    feature error, against the coupled run's); tip_position and tip_attitude at the end; status
+    feature error, against the coupled run's), NaN of a run in which a point is behind the camera at
+    a sample that counts, as it has no image there; tip_position and tip_attitude at the end; status
     (0: ok; the meanings are in its attributes), end_time [s], step_error and step [s]: as for
     `simulate`, but where one model asks for half the step, all models of that run take it. A run of
     a status other than 0, or beside such a coupled run, has NaN metrics. Raises InputError.

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from continuair.vehicle.layout import Layout
+from continuair.vehicle.poles import POLE, mend_near_poles, with_roll
 
 _NEAR = 1.5
 """Roll and yaw that both change by less from sample to sample neither jump nor change triple: the
@@ -40,10 +41,12 @@ def paper_rates(q: np.ndarray, state: np.ndarray, threshold: Any) -> np.ndarray:
     """q̇ (runs, coordinates) of states (runs, state) at q: `state_from_paper`, undone.
 
     threshold: κ_s [1/m] of each section, or of all, as in `paper_accelerations`; ψ̇a of a straight
-    section with κ_s = 0 is 0.
+    section with κ_s = 0 is 0. Rates of the Euler angles at a pitch of ±π/2 are NaN: roll and yaw
+    have none there.
     """
     layout, (kappa, psi) = _layout(q), _polar(q)
     euler = np.linalg.solve(euler_to_body_rates(q), state[:, layout.angular_velocity, None])[..., 0]
+    euler[np.abs(np.cos(q[:, 4])) < POLE] = np.nan
     along, across = _bend_directions(psi)
     bend_rate = state[:, layout.bend_rate].reshape(*kappa.shape, 2)
     safe = np.copysign(np.maximum(np.abs(kappa), _per_section(threshold)), kappa)
@@ -97,7 +100,8 @@ def continuous_euler(attitude: np.ndarray) -> np.ndarray:
     """ZYX Euler angles (roll, pitch, yaw) along samples (..., samples, 4), free of jumps.
 
     Of the two triples of one attitude, (φ, θ, ψ) and (φ + π, π - θ, ψ + π), each sample takes the
-    one nearest to the sample before, so that a tumble through θ = π/2 stays smooth.
+    one nearest to the sample before, so that a tumble through θ = π/2 stays smooth. At a pitch of
+    ±π/2, where only φ ∓ ψ is known, φ is that of the sample before.
     """
     flat = np.asarray(attitude, float).reshape(-1, *attitude.shape[-2:])
     flown = np.isfinite(flat).all(axis=(1, 2))
@@ -107,6 +111,17 @@ def continuous_euler(attitude: np.ndarray) -> np.ndarray:
         found = np.empty((*flat.shape[:2], 3))
         found[flown], found[~flown] = _smooth(flat[flown]), _as_far_as_known(flat[~flown])
     return found.reshape(*attitude.shape[:-1], 3)
+
+
+def nearest_euler(attitude: np.ndarray, before: np.ndarray, roll: float) -> np.ndarray:
+    """The ZYX angles (3,) of an attitude (4,) on the triple of a roll, which is known within a
+    turn, whole turns nearest to the angles before."""
+    angles = continuous_euler(attitude[None])[0]
+    if abs(np.cos(angles[1])) < POLE:
+        angles = with_roll(angles, before[0])
+    elif np.cos(angles[0] - roll) < 0.0:
+        angles = _other(angles)
+    return np.asarray(angles + 2.0 * np.pi * np.round((before - angles) / (2.0 * np.pi)))
 
 
 def _as_far_as_known(attitude: np.ndarray) -> np.ndarray:
@@ -124,6 +139,8 @@ def _smooth(attitude: np.ndarray) -> np.ndarray:
     pitch = np.arcsin(np.clip(2 * (w * y - x * z), -1.0, 1.0))
     yaw = np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z))
     angles = np.stack([roll, pitch, yaw], -1)
+    mend_near_poles(angles, attitude)
+    roll, yaw = angles[..., 0], angles[..., 2]
     far = (np.abs(np.diff(roll)) > _NEAR) | (np.abs(np.diff(yaw)) > _NEAR)
     jumping = far.any(axis=1)
     if jumping.any():
