@@ -17,7 +17,7 @@ from continuair.flight.time_grid import marks_at
 from continuair.identification.recording import Recording
 from continuair.scenario.paper_tests import open_loop_test
 from continuair.scenario.scenarios import Scenario
-from continuair.vehicle.coordinates import paper_rates
+from continuair.vehicle.coordinates import continuous_euler, paper_rates
 from continuair.vehicle.layout import ACTUATORS, ONE_SECTION, PUSH
 from continuair.vehicle.vehicle import Vehicle
 
