@@ -352,7 +352,8 @@ def _check_bend(name: str, value: Any, kappas: np.ndarray, vehicle: Vehicle) -> 
         if kappa > largest:
             raise InputError(
                 f"{name} is {shown(value)}, which bends a section of {section.length:g} m to "
-                f"{kappa:g} 1/m; give a bend of at most {largest:.4g} 1/m, just below a full circle."
+                f"{kappa:g} 1/m; give a bend of at most {largest:.4g} 1/m, just below a full "
+                "circle."
             )
 
 

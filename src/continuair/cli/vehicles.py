@@ -93,7 +93,8 @@ def _of_sections(vehicle: Vehicle) -> list[tuple[str, str]]:
     rows = [
         (
             f"section {arm.name}.{section.name}",
-            f"{section.length:.4g} m, {section.mass:.4g} kg, EI {section.bending_stiffness:.4g} N m²",
+            f"{section.length:.4g} m, {section.mass:.4g} kg, "
+            f"EI {section.bending_stiffness:.4g} N m²",
         )
         for arm in vehicle.arms
         for section in arm.section

@@ -1,7 +1,7 @@
 """Device code of the models: the rate of the state of an aerial continuum manipulator.
 
-With a' = a_o - g, what a body at B's origin feels, in body axes, and H, I, F, L, M of all arms about
-it (kernels/arm/chain.py), the rows of the coupled system are
+With a' = a_o - g, what a body at B's origin feels, in body axes, and H, I, F, L, M of all arms
+about it (kernels/arm/chain.py), the rows of the coupled system are
 
     m a' + ω̇×H + F b̈ = f        H×a' + (I_u + I) ω̇ + L b̈ = n        Fᵀ a' + Lᵀ ω̇ + M b̈ = Q
 

@@ -36,7 +36,7 @@ def flight_code(precision: str, tree: Tree) -> FlightCode:
 
     @wp.struct
     class Vehicles:
-        """Plants (vehicles,) and polynomials (vehicles, sections times terms): one, or one per run."""
+        """Plants (vehicles,), polynomials (vehicles, sections times terms): one, or one per run."""
 
         plants: wp.array(dtype=Plant)
         coefficients: wp.array2d(dtype=Row)

@@ -48,7 +48,7 @@ def state_logger(precision: str, tree: Tree) -> Any:
 
 @cache
 def tip_logger(precision: str, tree: Tree) -> Any:
-    """The function `log_row` that writes the pose of the camera's tip, TIP_POSE, and nothing else."""
+    """The function `log_row` that writes the pose of the camera's tip, TIP_POSE, alone."""
     types, tip_of = device_types(precision, tree), tip_code(precision, tree).tip_of(tree.eye)
     Real, State, Push = types.Real, types.State, types.Push
     Flight, Branch = (

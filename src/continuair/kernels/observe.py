@@ -5,7 +5,7 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.arm.chain import chain_code, total_types
+from continuair.kernels.arm.chain import chain_code
 from continuair.kernels.arm.tip import tip_code
 from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.flight import flight_code
@@ -42,7 +42,6 @@ def _observer_of_arm(precision: str, tree: Tree, dynamics: Dynamics, before: Any
     types, tips = device_types(precision, tree), tip_code(precision, tree)
     Real, State, Flight = types.Real, types.State, flight_code(precision, tree).Flight
     vec3, bends, at = types.vec3, types.layout.bends, observed_columns(len(tree.sections))
-    Total = total_types(precision, tree).Total
     moving_tip, load_on_tip = tips.moving_tip_of(arm), dynamics.loads.load_on_tip(arm)
     arm_total = chain_code(precision, tree, dynamics.bias).of_arm(arm)
     position_of, attitude_of, velocity_of = types.position_of, types.attitude_of, types.velocity_of

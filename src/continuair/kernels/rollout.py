@@ -36,8 +36,8 @@ def arguments(precision: str) -> Arguments:
 
     @wp.struct
     class Start:
-        """states (runs, state); frozen, the same or what `independent` freezes; angle (runs, sections + 1), ψa of
-        each section and the roll."""
+        """states (runs, state); frozen, the same or what `independent` freezes; angle (runs,
+        sections + 1), ψa of each section and the roll."""
 
         states: wp.array2d(dtype=Real)
         frozen: wp.array2d(dtype=Real)

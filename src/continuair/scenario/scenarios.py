@@ -81,7 +81,7 @@ class Scenario:
     sections 6 + 2 N numbers"""
 
     qd: ArrayLike | None = None
-    """initial rates of the paper coordinates, shape (8,) or (runs, 8) [per s]; at rest by default"""
+    """initial rates of the paper coordinates, shape (8,) or (runs, 8) [per s]; 0 by default"""
 
     tau: Input = None
     """generalised forces conjugate to q, shape (8,), as many as q has [N, N m, N m², N m]; Eq. of

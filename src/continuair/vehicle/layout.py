@@ -94,10 +94,10 @@ def columns(widths: Iterable[tuple[str, int]]) -> dict[str, slice]:
 class Layout:
     """Slices of the columns of a vehicle, by the number of sections of each of its arms.
 
-    Sections go arm by arm, each from its base out. State: position (world), attitude (x y z w, body to world), bend vectors [1/m], velocity of B's
-    origin (world axes), angular velocity (body axes), bend rates. A log row is a state, then
-    (κ, ψa) of each section on its signed branch, then a controller's push. Inputs: those of the
-    table INPUTS. Attributes named after a quantity are the slice of its columns.
+    Sections go arm by arm, each from its base out. State: position (world), attitude (x y z w, body
+    to world), bend vectors [1/m], velocity of B's origin (world axes), angular velocity (body
+    axes), bend rates. A log row is a state, then (κ, ψa) of each section on its signed branch, the
+    roll, and a controller's push. Inputs: those of the table INPUTS. Attributes named after a quantity are the slice of its columns.
     """
 
     shape: tuple[int, ...]

@@ -125,8 +125,8 @@ def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
     def passes_gimbal_lock(y: State, end: State, along: Along, flight: Flight, row: int):
         """Whether a step passes a pitch of a quarter turn so near that Euler torques hang on it.
 
-        There roll and yaw turn by half a turn, one way or the other, and what acts along yaw grows
-        as 1/cos θ. A pass through it in a plane is none: torques along the pitch stay what they are.
+        There roll and yaw turn by half a turn, one way or the other; what acts along yaw grows
+        as 1/cos θ. A pass through it in a plane is none: torques along pitch stay what they are.
         """
         torque = three_of(flight.inputs, row, flight.column, euler)
         tilt = tilt_of(end)

@@ -23,8 +23,8 @@ class LawCode:
     """What a law is written with: types, and functions of what it senses.
 
     push(force: vec3, moment: vec3, bend: Bends) -> Push, which adds up, with two numbers per
-    section in Bends, arm by arm from the base out, which for one section is vec2; camera_push(sense, wrench:
-    Twist) -> Push, J_cᵀ wrench; interaction(sight) -> L, Eq. (14), Amiri et al.; points: number of
+    section in Bends, arm by arm from the base out: for one section it is vec2;
+    camera_push(sense, wrench: Twist) -> Push, J_cᵀ wrench; interaction(sight) -> L, Eq. (14), Amiri et al.; points: number of
     feature points; Image, ImageGain, Twist: vectors and matrices for them; Sense: below.
     """
 
