@@ -11,8 +11,10 @@ import numpy as np
 import warp as wp
 
 from continuair.engine.compiling import load, start_warp
-from continuair.engine.factory import kernels
+from continuair.engine.factory import Kernels, kernels
+from continuair.engine.lanes import packs_of, struct_rows, table_rows
 from continuair.engine.pack import pack_plants, pack_table, tree_of
+from continuair.engine.packs import lanes_of
 from continuair.errors import InputError, shown
 from continuair.vehicle.layout import observed_columns, width_of
 from continuair.vehicle.vehicle import Vehicle
@@ -137,27 +139,30 @@ class Engine:
         observed = None
         if at_samples is not None:
             observed = np.full((n, samples, width_of(self.observed)), np.nan, self.dtype)
-        packed = None if loop is None else loop.on(self)
-        kernel = self.kernels.rollout if packed is None else packed.kernels.rollout
+        closed = None if loop is None else loop.on(self)
+        used = self.kernels if closed else self.kernels_for(n)
+        lanes = used.lanes
+        rollout = used.rollout if closed is None else closed.kernels.rollout
         steps = self.steps(grid)
 
         def work(part: slice) -> None:
-            vehicles = self.vehicles(runs[part])
+            vehicles = self.vehicles(runs[part], used)
             out = self.upload(log[part])
             ends = [self.upload(each[part], wp.int32) for each in (status, last)]
             ends.append(self.upload(errors[part]))
             begin, acting = self.start(start, part), self.drive(drive, part, 3)
-            flown = self.no_loop() if packed is None else packed.struct(self, runs[part])
-            self.launch(kernel, len(out), [vehicles, begin, acting, steps, flown, out, *ends])
+            flown = self.no_loop() if closed is None else closed.struct(self, runs[part])
+            threads = packs_of(len(out), lanes)
+            self.launch(rollout, threads, [vehicles, begin, acting, steps, flown, out, *ends])
             self.download(out, log[part])
             for source, target in zip(ends, (status, last, errors), strict=True):
                 self.download(source, target[part])
             if observed is not None and at_samples is not None:
                 seen, acting = self.upload(observed[part]), self.drive(at_samples, part, 1)
-                self.launch(self.kernels.observe, seen.shape[:2], [vehicles, acting, out, seen])
+                self.launch(used.observe, (threads, samples), [vehicles, acting, out, seen])
                 self.download(seen, observed[part])
 
-        self._split(n, work, [kernel] + [self.kernels.observe] * (observed is not None))
+        self._split(n, lanes, work, [rollout] + [used.observe] * (observed is not None))
         if loop is None:
             return Logs(log, status, last, errors, observed)
         return Logs(log, status, last, errors, observed, loop.watch(self, log, runs), loop.scene)
@@ -165,46 +170,54 @@ class Engine:
     def observe(self, log: Array, drive: Drive, runs: Array | slice = slice(None)) -> Array:
         """Observed columns (runs, samples, columns) of logged rows (runs, samples, log)."""
         seen = np.full((*log.shape[:2], width_of(self.observed)), np.nan, self.dtype)
+        used = self.kernels_for(len(log))
         out, acting = self.upload(seen), self.drive(drive, slice(None), 1)
-        rows = [self.vehicles(runs), acting, self.upload(log), out]
-        self.launch(self.kernels.observe, log.shape[:2], rows)
+        rows = [self.vehicles(runs, used), acting, self.upload(log), out]
+        self.launch(used.observe, (packs_of(len(log), used.lanes), log.shape[1]), rows)
         self.download(out, seen)
         return seen
 
     def derivative(self, start: Start, drive: Drive, runs: Array | slice = slice(None)) -> Array:
         """Rates (runs, state) of the states of a start, under the first row of what acts."""
         rates = np.empty((len(start.states), self.layout.state), self.dtype)
+        # One kernel for any number of them: they are few, and what steps follow from.
+        used = self.kernels_for(1)
         out, acting = self.upload(rates), self.drive(drive, slice(None), 0)
-        begin = self.start(start, slice(None))
-        self.launch(self.kernels.derivative, len(rates), [self.vehicles(runs), begin, acting, out])
+        arguments = [self.vehicles(runs, used), self.start(start, slice(None)), acting, out]
+        self.launch(used.derivative, packs_of(len(rates), used.lanes), arguments)
         self.download(out, rates)
         return rates
 
-    def vehicles(self, runs: Array | slice) -> Any:
-        """The struct of some runs' vehicles."""
-        shared, types = len(self.plants) == 1, self.kernels.types
+    def kernels_for(self, runs: int) -> Kernels:
+        """The kernels that a number of runs fly with: on the CPU in packs."""
+        precision = self.dtype.name
+        lanes = lanes_of(runs, self.threads, precision, self.device)
+        return kernels(precision, self.tree, self.model, lanes)
+
+    def vehicles(self, runs: Array | slice, found: Kernels) -> Any:
+        """The struct of some runs' vehicles, for some kernels."""
+        shared = len(self.plants) == 1
         plants = self.plants if shared else self.plants[runs]
         table = self.table if shared else self.table[runs]
-        found = self.kernels.structs.Vehicles()
-        found.plants = wp.array(plants, dtype=types.Plant, device=self.device)
-        table = np.ascontiguousarray(table)
-        found.coefficients = wp.array(table, dtype=types.Row, device=self.device)
-        return found
+        out = found.structs.Vehicles()
+        out.plants = struct_rows(plants, found.types.Plant, found.lanes, self.device)
+        out.coefficients = table_rows(table, found.types.Row, found.lanes, self.device)
+        return out
 
     def start(self, start: Start, part: slice | Array) -> Any:
         """The struct of where a part of the runs begins."""
         found = self.kernels.arguments.Start()
-        found.states = self.upload(start.states[part])
+        found.states = self.upload(start.states[part][:, None])
         # Unless told otherwise, each model freezes what it does not integrate at the start.
         frozen = start.frozen
-        found.frozen = found.states if frozen is None else self.upload(frozen[part])
+        found.frozen = found.states if frozen is None else self.upload(frozen[part][:, None])
         found.angle = self.upload(start.angle[part])
         return found
 
     def drive(self, drive: Drive, part: slice | Array, rows: int) -> Any:
         """The struct of what acts on a part of the runs; rows: of the table, per step or sample."""
         table = drive.table if drive.table.shape[1] == 1 else drive.table[:, part]
-        found = self.kernels.structs.Drive()
+        found = self.kernels.arguments.Drive()
         found.inputs = self.upload(table)
         found.stride = rows * drive.timed
         found.groups, found.gravity = drive.groups, drive.gravity
@@ -237,22 +250,18 @@ class Engine:
             copy=self.device != "cpu",
         )
 
-    def upload_vectors(self, rows: Any) -> Any:
-        """Vectors (n, 3) as the kernels take them."""
-        rows = np.ascontiguousarray(rows, self.dtype)
-        return wp.array(rows, dtype=self.kernels.types.vec3, device=self.device)
-
     def download(self, source: Any, target: Array) -> None:
         """Bring back what was uploaded; on the CPU it never left."""
         if self.device != "cpu":
             target[...] = source.numpy()
 
-    def _split(self, runs: int, work: Any, used: list[wp.Kernel]) -> None:
-        parts = min(self.threads, runs) if self.device == "cpu" else 1
+    def _split(self, runs: int, lanes: int, work: Any, used: list[wp.Kernel]) -> None:
+        packs = packs_of(runs, lanes)
+        parts = min(self.threads, packs) if self.device == "cpu" else 1
         if parts == 1:
             work(slice(0, runs))
             return
-        edges = np.linspace(0, runs, parts + 1).astype(int)
+        edges = np.minimum(lanes * np.linspace(0, packs, parts + 1).astype(int), runs)
         # The threads would all wait for the first of them to compile.
         for kernel in used:
             load(kernel, self.device)

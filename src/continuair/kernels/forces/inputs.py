@@ -9,6 +9,7 @@ import warp as wp
 from continuair.kernels.arm.tip import tip_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.forces.load import load_code
+from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.types import FULL_LENGTH, Tree, device_types, holding
 from continuair.vehicle.layout import COMMAND
 
@@ -26,11 +27,12 @@ class InputCode:
 
 
 @cache
-def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
+def input_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> InputCode:
     """Forces of the inputs; frozen_arm: the tip pushes the base where it was at the start."""
-    types, tips = device_types(precision, tree), tip_code(precision, tree)
-    flight, loads = flight_code(precision, tree), load_code(precision, tree)
-    Load, plus = loads.Load, loads.plus
+    types, tips = device_types(numbers, tree), tip_code(numbers, tree)
+    flight, loads = flight_code(numbers, tree), load_code(numbers, tree)
+    Load, plus, code = loads.Load, loads.plus, number_code(numbers)
+    above, finite, of_row = code.above, code.finite, code.of_row
     Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
     vec2, vec3, quat, layout = types.vec2, types.vec3, types.quat, types.layout
     Bends, two_of = types.Bends, types.two_of
@@ -64,16 +66,13 @@ def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
         branch: (cos ψa, sin ψa) of the signed branch followed so far; Q_κ acts along it.
         """
         size = wp.length(b)
-        direction = branch
-        if size > zero:
-            direction = b / size
-        pushed = along * direction
-        if wp.dot(direction, branch) < zero:
-            pushed = -pushed
+        n = one / above(size, zero, size, one)
+        x = above(size, zero, n * b[0], branch[0])
+        y = above(size, zero, n * b[1], branch[1])
+        pushed = above(zero, x * branch[0] + y * branch[1], -along, along) * vec2(x, y)
         scaled = wp.max(size, threshold)
-        if around == zero or scaled == zero:
-            return pushed
-        return pushed + around / scaled * vec2(-direction[1], direction[0])
+        turning = above(scaled, zero, around / above(scaled, zero, scaled, one), zero)
+        return pushed + turning * vec2(-y, x)
 
     @wp.func
     def push_load(y: State, flight: Flight, row: int, command: Push):
@@ -81,7 +80,7 @@ def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
         push = command
         if flight.groups != COMMAND:
             for j in range(pushes):
-                push[j] = push[j] + flight.inputs[row, flight.column, j]
+                push[j] = push[j] + of_row(flight.inputs, row, flight.run, j)
         out = Load()
         out.force = wp.quat_rotate_inv(attitude_of(y), force_of(push))
         out.moment = moment_of(push)
@@ -95,8 +94,8 @@ def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
         """The paper's torques on the bend of a section."""
         unit = flight.plant.unit[section]
         threshold = flight.plant.threshold[section]
-        pushed = flight.inputs[row, flight.column, polar + 2 * section]
-        around = unit * flight.inputs[row, flight.column, polar + 2 * section + 1]
+        pushed = of_row(flight.inputs, row, flight.run, polar + 2 * section)
+        around = unit * of_row(flight.inputs, row, flight.run, polar + 2 * section + 1)
         b = bend_of(y, section)
         return polar_to_bend(b, two_of(along, section), threshold, pushed, around) / unit
 
@@ -104,9 +103,12 @@ def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
     def paper_load(y: State, along: Bends, flight: Flight, row: int):
         """Torques conjugate to the paper's angles and bends; Eq. of motion, Amiri et al."""
         out = Load()
-        torque = three_of(flight.inputs, row, flight.column, euler)
-        if wp.length_sq(torque) > zero:
-            out.moment = euler_torque_to_body(attitude_of(y), torque)
+        torque = three_of(flight.inputs, row, flight.run, euler)
+        size = wp.length_sq(torque)
+        moment = euler_torque_to_body(attitude_of(y), torque)
+        for j in range(3):
+            # At a pitch of a quarter turn no torque is none.
+            out.moment[j] = above(size, zero, moment[j], zero)
         for i in range(sections):
             pushed = polar_load(y, along, flight, row, i)
             out.bend[2 * i] = pushed[0]
@@ -129,10 +131,12 @@ def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
             size = wp.length(b)
             cosine = wp.dot(b, branch)
             aside = wp.abs(branch[0] * b[1] - branch[1] * b[0])
-            if cosine <= clear * size and (cosine >= zero or aside > planar * size):
-                pushed = polar_load(y, along, flight, row, i)
-                bent = wp.length(pushed) / flight.plant.stiffness[i]
-                worst = wp.max(worst, wp.min(one, flight.plant.reach[i] * Real(2.0) * full * bent))
+            pushed = polar_load(y, along, flight, row, i)
+            bent = wp.length(pushed) / flight.plant.stiffness[i]
+            moved = wp.min(one, flight.plant.reach[i] * Real(2.0) * full * bent)
+            beside = above(zero, cosine, above(aside, planar * size, moved, zero), moved)
+            beside = above(cosine, clear * size, zero, beside)
+            worst = wp.max(worst, finite(cosine, beside, zero))
         return worst
 
     def load_on_tip(arm: int) -> Any:
@@ -145,8 +149,8 @@ def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
         def load(y: State, flight: Flight, row: int):
             out = Load()
             plant, q = flight.plant, attitude_of(y)
-            force = three_of(flight.inputs, row, flight.column, tip_force)
-            moment = three_of(flight.inputs, row, flight.column, tip_moment)
+            force = three_of(flight.inputs, row, flight.run, tip_force)
+            moment = three_of(flight.inputs, row, flight.run, tip_moment)
             tip = tip_of(y, plant)
             out.force = wp.quat_rotate_inv(q, force)
             on_arm = out.force
