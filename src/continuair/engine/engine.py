@@ -14,8 +14,10 @@ import numpy as np
 import warp as wp
 
 from continuair.engine.compiling import load, start_warp
-from continuair.engine.factory import kernels
+from continuair.engine.factory import Kernels, kernels
+from continuair.engine.lanes import packs_of, struct_rows, table_rows
 from continuair.engine.pack import pack_plants, pack_table, tree_of
+from continuair.engine.packs import lanes_of
 from continuair.engine.rows import adjacent, forget_unreached
 from continuair.errors import InputError, shown
 from continuair.vehicle.layout import observed_columns, width_of
@@ -118,6 +120,7 @@ class Engine:
         self.full_table: Array = full
         self.observed = observed_columns(self.layout.arms)
         self.table: Array = self.full_table.astype(self.dtype, copy=False)
+        self._packed: dict[int, Any] = {}
 
     def on_one_thread(self) -> Engine:
         """The same engine for one thread, which may be one of several that fly side by side."""
@@ -125,12 +128,12 @@ class Engine:
         alone.threads = 1
         return alone
 
-    def load_rollout(self, loop: Closing | None, observe: bool) -> wp.Kernel:
-        """Load the kernel of a roll-out, and the one that observes, before threads wait for it."""
-        kernel = self.kernels.rollout if loop is None else loop.on(self).kernels.rollout
-        for each in [kernel] + [self.kernels.observe] * observe:
+    def load_rollout(self, loop: Closing | None, observe: bool, runs: int) -> None:
+        """Load the kernels that so many runs fly with, before threads wait for one of them."""
+        used = self.kernels if loop is not None else self.kernels_for(runs)
+        rollout = used.rollout if loop is None else loop.on(self).kernels.rollout
+        for each in [rollout] + [used.observe] * observe:
             load(each, self.device)
-        return kernel
 
     def side_by_side(self, work: Callable[[Any], None], parts: Iterable[Any]) -> None:
         """Do some work on every part, on as many threads as there are."""
@@ -165,27 +168,31 @@ class Engine:
         observed = None
         if at_samples is not None:
             observed = np.empty((n, samples, width_of(self.observed)), self.dtype)
-        packed = None if loop is None else loop.on(self)
-        kernel = self.load_rollout(loop, observed is not None)
+        closed = None if loop is None else loop.on(self)
+        used = self.kernels if closed else self.kernels_for(n)
+        lanes = used.lanes
+        rollout = used.rollout if closed is None else closed.kernels.rollout
+        self.load_rollout(loop, observed is not None, n)
         steps = self.steps(grid)
 
         def work(part: slice) -> None:
-            vehicles = self.vehicles(runs[part])
+            vehicles = self.vehicles(runs[part], used)
             out = self.upload(log[part])
             ends = [self.upload(each[part], wp.int32) for each in (status, last)]
             ends.append(self.upload(errors[part]))
             begin, acting = self.start(start, part), self.drive(drive, part, 3)
-            flown = self.no_loop() if packed is None else packed.struct(self, runs[part])
-            self.launch(kernel, len(out), [vehicles, begin, acting, steps, flown, out, *ends])
+            flown = self.no_loop() if closed is None else closed.struct(self, runs[part])
+            threads = packs_of(len(out), lanes)
+            self.launch(rollout, threads, [vehicles, begin, acting, steps, flown, out, *ends])
             self.download(out, log[part])
             for source, target in zip(ends, (status, last, errors), strict=True):
                 self.download(source, target[part])
             if observed is not None and at_samples is not None:
                 seen, acting = self.upload(observed[part]), self.drive(at_samples, part, 1)
-                self.launch(self.kernels.observe, seen.shape[:2], [vehicles, acting, out, seen])
+                self.launch(used.observe, (threads, samples), [vehicles, acting, out, seen])
                 self.download(seen, observed[part])
 
-        self.side_by_side(work, self._split(n))
+        self.side_by_side(work, self._split(n, lanes))
         for each in (log, observed) if observed is not None else (log,):
             forget_unreached(each, status, last, grid.sample_after)
         if loop is None:
@@ -195,58 +202,63 @@ class Engine:
     def observe(self, log: Array, drive: Drive, runs: Array | None = None) -> Array:
         """Observed columns (runs, samples, columns) of logged rows (runs, samples, log)."""
         seen = np.full((*log.shape[:2], width_of(self.observed)), np.nan, self.dtype)
+        used = self.kernels_for(len(log))
         out, acting = self.upload(seen), self.drive(drive, slice(None), 1)
-        rows = [self.vehicles(runs), acting, self.upload(log), out]
-        self.launch(self.kernels.observe, log.shape[:2], rows)
+        rows = [self.vehicles(runs, used), acting, self.upload(log), out]
+        self.launch(used.observe, (packs_of(len(log), used.lanes), log.shape[1]), rows)
         self.download(out, seen)
         return seen
 
     def derivative(self, start: Start, drive: Drive, runs: Array | None = None) -> Array:
         """Rates (runs, state) of the states of a start, under the first row of what acts."""
         rates = np.empty((len(start.states), self.layout.state), self.dtype)
+        # One kernel for any number of them: they are few, and what steps follow from.
+        used = self.kernels_for(1)
         out, acting = self.upload(rates), self.drive(drive, slice(None), 0)
-        begin = self.start(start, slice(None))
-        self.launch(self.kernels.derivative, len(rates), [self.vehicles(runs), begin, acting, out])
+        arguments = [self.vehicles(runs, used), self.start(start, slice(None)), acting, out]
+        self.launch(used.derivative, packs_of(len(rates), used.lanes), arguments)
         self.download(out, rates)
         return rates
 
-    def vehicles(self, runs: Array | slice | None = None) -> Any:
-        """The struct of some runs' vehicles, or of all."""
-        if len(self.plants) == 1 or runs is None:
-            return self._all_vehicles
-        at = runs if isinstance(runs, slice) else adjacent(runs)
-        if self.device != "cpu" or not isinstance(at, slice):
-            return self._struct_of(self.plants[at], self.table[at])
-        found = self.kernels.structs.Vehicles()
-        found.plants = self._all_vehicles.plants[at]
-        found.coefficients = self._all_vehicles.coefficients[at]
-        return found
+    def kernels_for(self, runs: int) -> Kernels:
+        """The kernels that a number of runs fly with: on the CPU in packs."""
+        precision = self.dtype.name
+        lanes = lanes_of(runs, self.threads, precision, self.device)
+        return kernels(precision, self.tree, self.model, lanes)
 
-    @cached_property
-    def _all_vehicles(self) -> Any:
-        return self._struct_of(self.plants, self.table)
+    def vehicles(self, runs: Array | slice | None, found: Kernels) -> Any:
+        """The struct of some runs' vehicles, or of all, for some kernels."""
+        out = found.structs.Vehicles()
+        at = slice(None) if runs is None or len(self.plants) == 1 else runs
+        at = at if isinstance(at, slice) else adjacent(at)
+        if at == slice(None):
+            return self._all_vehicles(found)
+        out.plants = struct_rows(self.plants[at], found.types.Plant, found.lanes, self.device)
+        out.coefficients = table_rows(self.table[at], found.types.Row, found.lanes, self.device)
+        return out
 
-    def _struct_of(self, plants: Array, table: Array) -> Any:
-        found, types = self.kernels.structs.Vehicles(), self.kernels.types
-        place, copied = self.device, self.device != "cpu"
-        found.plants = wp.array(plants, dtype=types.Plant, device=place, copy=copied)
-        found.coefficients = wp.array(table, dtype=types.Row, device=place, copy=copied)
-        return found
+    def _all_vehicles(self, found: Kernels) -> Any:
+        if found.lanes not in self._packed:
+            out = found.structs.Vehicles()
+            out.plants = struct_rows(self.plants, found.types.Plant, found.lanes, self.device)
+            out.coefficients = table_rows(self.table, found.types.Row, found.lanes, self.device)
+            self._packed[found.lanes] = out
+        return self._packed[found.lanes]
 
     def start(self, start: Start, part: slice | Array) -> Any:
         """The struct of where a part of the runs begins."""
         found = self.kernels.arguments.Start()
-        found.states = self.upload(start.states[part])
+        found.states = self.upload(start.states[part][:, None])
         # Unless told otherwise, each model freezes what it does not integrate at the start.
         frozen = start.frozen
-        found.frozen = found.states if frozen is None else self.upload(frozen[part])
+        found.frozen = found.states if frozen is None else self.upload(frozen[part][:, None])
         found.angle = self.upload(start.angle[part])
         return found
 
     def drive(self, drive: Drive, part: slice | Array, rows: int) -> Any:
         """The struct of what acts on a part of the runs; rows: of the table, per step or sample."""
         table = drive.table if drive.table.shape[1] == 1 else drive.table[:, part]
-        found = self.kernels.structs.Drive()
+        found = self.kernels.arguments.Drive()
         found.inputs = self.upload(table)
         found.stride = rows * drive.timed
         found.groups, found.gravity = drive.groups, drive.gravity
@@ -279,18 +291,14 @@ class Engine:
             copy=self.device != "cpu",
         )
 
-    def upload_vectors(self, rows: Any) -> Any:
-        """Vectors (n, 3) as the kernels take them."""
-        rows = np.ascontiguousarray(rows, self.dtype)
-        return wp.array(rows, dtype=self.kernels.types.vec3, device=self.device)
-
     def download(self, source: Any, target: Array) -> None:
         """Bring back what was uploaded; on the CPU it never left."""
         if self.device != "cpu":
             target[...] = source.numpy()
 
-    def _split(self, runs: int) -> list[slice]:
-        """A part of the runs for every thread."""
-        parts = min(self.threads, runs) if self.device == "cpu" else 1
-        edges = np.linspace(0, runs, parts + 1).astype(int)
+    def _split(self, runs: int, lanes: int) -> list[slice]:
+        """A part of the runs for every thread, of whole packs."""
+        packs = packs_of(runs, lanes)
+        parts = min(self.threads, packs) if self.device == "cpu" else 1
+        edges = np.minimum(lanes * np.linspace(0, packs, parts + 1).astype(int), runs)
         return [slice(*ends) for ends in zip(edges[:-1], edges[1:], strict=True)]

@@ -11,12 +11,14 @@ import warp as wp
 
 from continuair.engine.compiling import made_once
 from continuair.errors import InputError
+from continuair.kernels.arguments import Arguments, arguments
 from continuair.kernels.deviations import deviation_kernel
 from continuair.kernels.dynamics import dynamics_code
 from continuair.kernels.flight import FlightCode, flight_code
 from continuair.kernels.logs import state_logger, tip_logger
+from continuair.kernels.numbers import Numbers
 from continuair.kernels.observe import observe_kernel, watch_kernel
-from continuair.kernels.rollout import Arguments, arguments, derivative_kernel, rollout_kernel
+from continuair.kernels.rollout import derivative_kernel, rollout_kernel
 from continuair.kernels.sensing.eye import Eye, eye_code
 from continuair.kernels.sensing.pilot import PilotCode, law_pilot, no_pilot
 from continuair.kernels.sensing.sense import law_code
@@ -27,9 +29,11 @@ from continuair.kernels.types import Tree, Types, device_types
 class Kernels:
     """Kernels of a model in open loop, and the structs of their arguments.
 
+    lanes: the runs that a thread flies, 1 or those of a pack.
     tip_rollout logs the tip's pose and nothing else.
     """
 
+    lanes: int
     types: Types
     structs: FlightCode
     arguments: Arguments
@@ -51,11 +55,15 @@ class LoopKernels:
 
 
 @made_once
-def kernels(precision: str, tree: Tree, model: str) -> Kernels:
-    """The kernels of a model in open loop; each compiles when it is first launched."""
-    of = precision, tree
+def kernels(precision: str, tree: Tree, model: str, lanes: int = 1) -> Kernels:
+    """The kernels of a model in open loop; each compiles when it is first launched.
+
+    lanes: runs that fly at once in a pack, 1 for kernels that fly one by one.
+    """
+    of = Numbers(precision, lanes), tree
     dynamics, pilot = dynamics_code(*of, model), no_pilot(*of)
     return Kernels(
+        lanes=lanes,
         types=device_types(*of),
         structs=flight_code(*of),
         arguments=arguments(precision),
@@ -75,9 +83,10 @@ def closed_loop(
     law: Callable[..., SimpleNamespace],
     points: int,
     every_stage: bool,
+    lanes: int = 1,
 ) -> LoopKernels:
     """The roll-out with a controller's law; raises InputError for a law without its parts."""
-    of = precision, tree
+    of = Numbers(precision, lanes), tree
     found = law(law_code(*of, points))
     for name in ("Gains", "control"):
         if not hasattr(found, name):
@@ -91,13 +100,14 @@ def closed_loop(
 
 
 @made_once
-def deviation(precision: str) -> wp.Kernel:
+def deviation(precision: str, lanes: int = 1) -> wp.Kernel:
     """The kernel that compares logged tips, the same for every model."""
-    return deviation_kernel(getattr(wp, precision))
+    return deviation_kernel(Numbers(precision, lanes))
 
 
 @made_once
-def watching(precision: str, tree: Tree, points: int) -> tuple[wp.Kernel, Eye]:
+def watching(precision: str, tree: Tree, points: int, lanes: int = 1) -> tuple[wp.Kernel, Eye]:
     """The kernel `watch`, the same for every model, and its eye."""
-    eye = eye_code(precision, tree, points)
-    return watch_kernel(precision, tree, eye), eye
+    of = Numbers(precision, lanes), tree
+    eye = eye_code(*of, points)
+    return watch_kernel(*of, eye), eye

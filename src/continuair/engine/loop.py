@@ -106,7 +106,7 @@ class PackedLoop:
         cameras, gains = _rows(self.cameras, runs), _rows(self.gains, runs)
         found.cameras = wp.array(cameras, dtype=kernels.eye.Camera, device=engine.device)
         found.gains = wp.array(gains, dtype=kernels.Gains, device=engine.device)
-        found.corners = engine.upload_vectors(scene.corners)
+        found.corners = engine.upload(scene.corners)
         found.motion = engine.upload(_columns(scene.motion, runs))
         found.desired = engine.upload(_rows(scene.desired, runs))
         columns = width_of(frame_columns(max(loop.points, 1)))
@@ -133,9 +133,9 @@ def watch(
         kernel,
         log.shape[:2],
         [
-            engine.vehicles(runs).plants,
+            engine.vehicles(runs, engine.kernels).plants,
             wp.array(cameras, dtype=eye.Camera, device=engine.device),
-            engine.upload_vectors(corners),
+            engine.upload(corners),
             engine.upload(_columns(motion, runs)),
             engine.upload(log),
             out,

@@ -11,7 +11,8 @@ import warp as wp
 
 from continuair.engine.compiling import load
 from continuair.engine.engine import Drive, Engine, Start
-from continuair.engine.factory import deviation
+from continuair.engine.factory import Kernels, deviation
+from continuair.engine.lanes import packs_of
 from continuair.vehicle.layout import DEVIATIONS, TIP_POSE, width_of
 
 Array = np.ndarray
@@ -38,40 +39,45 @@ class Pairs:
     def fly(self, runs: Array, start: Start, grid: Any, drive: Drive) -> None:
         """Fly some runs, by their indices, that share a time grid; start, drive: of these runs."""
         first = self.engines[0]
-        for engine in self.engines:
-            load(engine.kernels.tip_rollout, first.device)
-        load(deviation(first.dtype.name), first.device)
+        flown = [engine.kernels_for(len(runs)) for engine in self.engines]
+        for kernels in flown:
+            load(kernels.tip_rollout, first.device)
+        load(deviation(first.dtype.name, flown[0].lanes), first.device)
 
         def work(part: slice) -> None:
             begin, acting = first.start(start, part), first.drive(drive, part, 3)
-            self._fly_block(runs[part], grid, begin, acting)
+            self._fly_block(runs[part], flown, grid, begin, acting)
 
-        blocks = _blocks(len(runs), grid, len(self.engines), first)
+        blocks = _blocks(len(runs), flown[0].lanes, grid, len(self.engines), first)
         if len(blocks) == 1:
             work(blocks[0])
             return
         with ThreadPoolExecutor(first.threads if first.device == "cpu" else 1) as pool:
             list(pool.map(work, blocks))
 
-    def _fly_block(self, runs: Array, grid: Any, start: Any, drive: Any) -> None:
+    def _fly_block(
+        self, runs: Array, flown: list[Kernels], grid: Any, start: Any, drive: Any
+    ) -> None:
         first = self.engines[0]
         steps, logs = first.steps(grid), []
-        for column, engine in enumerate(self.engines):
+        threads = packs_of(len(runs), flown[0].lanes)
+        for column, (engine, kernels) in enumerate(zip(self.engines, flown, strict=True)):
             log = wp.empty((len(runs), len(grid.samples), POSE), wp.float64, device=first.device)
             ends = [wp.zeros(len(runs), wp.int32, device=first.device) for _ in range(2)]
-            begins = [engine.vehicles(runs), start, drive, steps, engine.no_loop()]
+            begins = [engine.vehicles(runs, kernels), start, drive, steps, engine.no_loop()]
             errors = wp.zeros((len(runs), 2), wp.float64, device=first.device)
-            engine.launch(engine.kernels.tip_rollout, len(runs), [*begins, log, *ends, errors])
+            engine.launch(kernels.tip_rollout, threads, [*begins, log, *ends, errors])
             logs.append(log)
             self.status[runs, column], self.last_step[runs, column] = (a.numpy() for a in ends)
             self.errors[runs, column] = errors.numpy()
-            self._compare(runs, column, logs)
+            self._compare(runs, column, logs, kernels.lanes)
 
-    def _compare(self, runs: Array, column: int, logs: list[Any]) -> None:
+    def _compare(self, runs: Array, column: int, logs: list[Any], lanes: int) -> None:
         first, log = self.engines[0], logs[column]
         found = wp.zeros((len(runs), len(DEVIATIONS)), wp.float64, device=first.device)
         if column > 0:
-            first.launch(deviation(first.dtype.name), len(runs), [logs[0], log, found])
+            kernel = deviation(first.dtype.name, lanes)
+            first.launch(kernel, packs_of(len(runs), lanes), [logs[0], log, found])
         # What a run has not reached, its log does not hold.
         flown = self.status[runs, column] == 0
         both = flown & (self.status[runs, 0] == 0)
@@ -79,11 +85,11 @@ class Pairs:
         self.tip[runs[flown], column] = log[:, log.shape[1] - 1].numpy()[flown]
 
 
-def _blocks(runs: int, grid: Any, models: int, engine: Engine) -> list[slice]:
+def _blocks(runs: int, lanes: int, grid: Any, models: int, engine: Engine) -> list[slice]:
     """Parts of the runs that are flown at once: as many as fit, and some for every thread."""
     kind = engine.device.split(":")[0]
     most = int(_BLOCK_BYTES[kind] / (8 * POSE * models * len(grid.samples)))
     if kind == "cpu" and engine.threads > 1:
         most = min(most, -(-runs // (_BLOCKS_PER_THREAD * engine.threads)))
-    size = max(1, most)
+    size = lanes * max(1, most // lanes)
     return [slice(at, min(at + size, runs)) for at in range(0, runs, size)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import xarray as xr
 
 from continuair import checks
 from continuair.engine.engine import Engine
+from continuair.engine.lanes import packs_of
 from continuair.engine.pack import per_run
 from continuair.errors import InputError, nearest, shown
 from continuair.flight.prepare import Cohort, Flight, check_scenario, prepare
@@ -133,11 +134,13 @@ def record(recorder: Recorder, runs: Array | None = None) -> None:
     observe = any(name in OBSERVED_VARIABLES for name in recorder.names)
     alone = engine.on_one_thread()
     for cohort in flight.parts(runs):
-        alone.load_rollout(cohort.loop, observe)
-        engine.side_by_side(
-            lambda part: recorder.keep(part, part.fly(alone, observe)),
-            _parts(cohort, engine, observe),
+        size = _runs_at_once(cohort, engine)
+        alone.load_rollout(cohort.loop, observe, size)
+        parts = (
+            cohort.part(slice(first, first + size), observe)
+            for first in range(0, len(cohort.runs), size)
         )
+        engine.side_by_side(lambda part: recorder.keep(part, part.fly(alone, observe)), parts)
 
 
 def _fly_adaptive(flight: Flight, model: str, names: tuple[str, ...], tolerance: float) -> Any:
@@ -156,14 +159,14 @@ def _fly_adaptive(flight: Flight, model: str, names: tuple[str, ...], tolerance:
     return recorder.dataset({"step": "adaptive", "integrator": "dop853", "tolerance": tolerance})
 
 
-def _parts(cohort: Cohort, engine: Engine, observe: bool) -> Iterator[Cohort]:
-    """The cohort in parts whose logs fit into memory."""
+def _runs_at_once(cohort: Cohort, engine: Engine) -> int:
+    """How many runs of a cohort fit into memory, in whole packs."""
     kind, runs = engine.device.split(":")[0], len(cohort.runs)
     size = _most_runs(cohort.grid.samples, _LOGGED_AT_ONCE[kind])
     if kind == "cpu":
         size = min(size, -(-runs // engine.threads))
-    for first in range(0, runs, size):
-        yield cohort.part(slice(first, first + size), observe)
+    lanes = engine.kernels_for(size).lanes
+    return lanes * packs_of(size, lanes)
 
 
 def _most_runs(samples: Array, numbers: float) -> int:

@@ -4,12 +4,16 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.options import OPTIONS
+from continuair.kernels.elementary import elementary_code
+from continuair.kernels.numbers import Numbers, number_code
 from continuair.vehicle.layout import DEVIATIONS, TIP_POSE
 
 
-def deviation_kernel(Real: Any) -> Any:
-    """The kernel `deviate`: the columns DEVIATIONS, one run per thread."""
+def deviation_kernel(numbers: Numbers) -> Any:
+    """The kernel `deviate`: the columns DEVIATIONS, one run or pack per thread."""
+    code, angle_of = number_code(numbers), elementary_code(numbers).angle_of
+    Cell, Real, above, lanes = code.Cell, code.Real, code.above, code.lanes
+    of_sample, keep_of_run = code.of_sample, code.keep_of_run
     vec3 = wp.types.vector(3, Real)
     quat = wp.types.quaternion(Real)
     zero, one, two = Real(0.0), Real(1.0), Real(2.0)
@@ -19,30 +23,32 @@ def deviation_kernel(Real: Any) -> Any:
 
     @wp.struct
     class Angles:
-        """Continuous ZYX angles: principal ones, which triple is followed, and whole turns."""
+        """Continuous ZYX angles: principal ones, other, 1 if the other
+        triple is followed; and whole turns."""
 
         principal: vec3
         chosen: vec3
         turns: vec3
-        other: wp.bool
+        other: Real
 
     @wp.func
-    def attitude(log: wp.array3d(dtype=Real), run: int, sample: int):
+    def attitude(log: wp.array3d(dtype=Cell), run: int, sample: int):
         return quat(
-            log[run, sample, Q],
-            log[run, sample, Q + 1],
-            log[run, sample, Q + 2],
-            log[run, sample, Q + 3],
+            of_sample(log, run, sample, Q),
+            of_sample(log, run, sample, Q + 1),
+            of_sample(log, run, sample, Q + 2),
+            of_sample(log, run, sample, Q + 3),
         )
 
     @wp.func
     def euler(tip: quat):
         """Principal roll, pitch, yaw of R_tip diag(1, -1, -1)."""
         x, y, z, w = tip[3], tip[2], -tip[1], -tip[0]
+        sine = wp.max(-one, wp.min(one, two * (w * y - x * z)))
         return vec3(
-            wp.atan2(two * (y * z + w * x), one - two * (x * x + y * y)),
-            wp.asin(wp.clamp(two * (w * y - x * z), -one, one)),
-            wp.atan2(two * (x * y + w * z), one - two * (y * y + z * z)),
+            angle_of(two * (y * z + w * x), one - two * (x * x + y * y)),
+            angle_of(sine, wp.sqrt((one - sine) * (one + sine))),
+            angle_of(two * (x * y + w * z), one - two * (y * y + z * z)),
         )
 
     @wp.func
@@ -64,7 +70,7 @@ def deviation_kernel(Real: Any) -> Any:
     @wp.func
     def turn_of(a: Real):
         """The whole turn, -1, 0 or 1, that a step by a holds, for |a| up to 3π."""
-        return wp.where(a > pi, one, wp.where(a < -pi, -one, zero))
+        return above(a, pi, one, above(-pi, a, -one, zero))
 
     @wp.func
     def begin(tip: quat):
@@ -78,11 +84,14 @@ def deviation_kernel(Real: Any) -> Any:
         """The next sample's angles on the branch nearest to those before; see tip_euler."""
         a = euler(tip)
         b = turned(a)
-        change = wrapped_square(b - angles.principal) < wrapped_square(a - angles.principal)
+        nearer = wrapped_square(a - angles.principal)
+        other = above(
+            nearer, wrapped_square(b - angles.principal), one - angles.other, angles.other
+        )
         out = Angles()
         out.principal = a
-        out.other = angles.other != change
-        out.chosen = wp.where(out.other, b, a)
+        out.other = other
+        out.chosen = a + other * (b - a)
         step = out.chosen - angles.chosen
         out.turns = angles.turns - vec3(turn_of(step[0]), turn_of(step[1]), turn_of(step[2]))
         return out
@@ -90,43 +99,45 @@ def deviation_kernel(Real: Any) -> Any:
     @wp.func
     def ratio(squares: Real, spread: vec3, samples: Real):
         """The paper's NRMSE, Amiri et al.: 0 if nothing differs."""
-        if squares == zero:
-            return zero
-        return wp.sqrt(squares / (samples * wp.length_sq(spread)))
+        return above(squares, zero, wp.sqrt(squares / (samples * wp.length_sq(spread))), squares)
 
     @wp.func
     def angle_between(a: quat, b: quat):
         turn = wp.quat_inverse(a) * b
-        return two * wp.atan2(wp.length(vec3(turn[0], turn[1], turn[2])), wp.abs(turn[3]))
+        return two * angle_of(wp.length(vec3(turn[0], turn[1], turn[2])), wp.abs(turn[3]))
 
-    @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
+    @wp.kernel(enable_backward=False, module="unique", module_options=code.options)
     def deviate(
-        reference: wp.array3d(dtype=Real),
-        other: wp.array3d(dtype=Real),
-        out: wp.array2d(dtype=Real),
+        reference: wp.array3d(dtype=Cell),
+        other: wp.array3d(dtype=Cell),
+        out: wp.array2d(dtype=Cell),
     ):
-        run = wp.tid()
+        run = wp.tid() * lanes
         samples = reference.shape[1]
-        at = vec3(reference[run, 0, P], reference[run, 0, P + 1], reference[run, 0, P + 2])
+        at = vec3(
+            of_sample(reference, run, 0, P),
+            of_sample(reference, run, 0, P + 1),
+            of_sample(reference, run, 0, P + 2),
+        )
         least = at
         most = at
         ours = begin(attitude(reference, run, 0))
         theirs = begin(attitude(other, run, 0))
         least_angle = ours.chosen
         most_angle = ours.chosen
-        moved = zero
-        rotated = zero
-        apart = zero
+        moved = Real(0.0)
+        rotated = Real(0.0)
+        apart = Real(0.0)
         for i in range(samples):
             r, s = attitude(reference, run, i), attitude(other, run, i)
             if i > 0:
                 ours = follow(ours, r)
                 theirs = follow(theirs, s)
             for j in range(3):
-                x = reference[run, i, P + j]
+                x = of_sample(reference, run, i, P + j)
                 least[j] = wp.min(least[j], x)
                 most[j] = wp.max(most[j], x)
-                gap = x - other[run, i, P + j]
+                gap = x - of_sample(other, run, i, P + j)
                 moved += gap * gap
             angles = ours.chosen + two * pi * ours.turns
             least_angle = wp.min(least_angle, angles)
@@ -135,10 +146,10 @@ def deviation_kernel(Real: Any) -> Any:
             turn = angle_between(r, s)
             apart += turn * turn
         n = Real(samples)
-        out[run, nrmse_t] = ratio(moved, most - least, n)
-        out[run, nrmse_r] = ratio(rotated, most_angle - least_angle, n)
-        out[run, rmse_t] = wp.sqrt(moved / n)
-        out[run, rmse_r] = wp.sqrt(rotated / n)
-        out[run, angle] = wp.sqrt(apart / n)
+        keep_of_run(out, run, nrmse_t, ratio(moved, most - least, n))
+        keep_of_run(out, run, nrmse_r, ratio(rotated, most_angle - least_angle, n))
+        keep_of_run(out, run, rmse_t, wp.sqrt(moved / n))
+        keep_of_run(out, run, rmse_r, wp.sqrt(rotated / n))
+        keep_of_run(out, run, angle, wp.sqrt(apart / n))
 
     return deviate

@@ -21,6 +21,7 @@ from continuair.kernels.arm.chain import chain_code
 from continuair.kernels.elimination import elimination_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.forces.acting import acting_code
+from continuair.kernels.numbers import Numbers
 from continuair.kernels.types import Tree, device_types, holding
 
 MODELS = ("coupled", "decoupled", "independent")
@@ -69,14 +70,14 @@ def bias_of(model: str) -> str:
 
 
 @cache
-def dynamics_code(precision: str, tree: Tree, model: str) -> Dynamics:
-    """The rate of the state for one precision, tree of arms and model."""
-    types, structs = device_types(precision, tree), flight_code(precision, tree)
+def dynamics_code(numbers: Numbers, tree: Tree, model: str) -> Dynamics:
+    """The rate of the state for one kind of numbers, tree of arms and model."""
+    types, structs = device_types(numbers, tree), flight_code(numbers, tree)
     freezes, bias, couples = model == "independent", bias_of(model), model in COUPLED
-    chain, solved = chain_code(precision, tree, bias), elimination_code(precision, tree)
-    loads = acting_code(precision, tree, frozen_arm=freezes)
-    Real, State, Plant, Push, Bends = types.Real, types.State, types.Plant, types.Push, types.Bends
-    Along = types.Along
+    chain, solved = chain_code(numbers, tree, bias), elimination_code(numbers, tree)
+    loads = acting_code(numbers, tree, frozen_arm=freezes)
+    Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
+    Bends, Along = types.Bends, types.Along
     vec3, quat, Flight, Load = types.vec3, types.quat, structs.Flight, loads.Load
     attitude_of, velocity_of, spin_of = types.attitude_of, types.velocity_of, types.spin_of
     bends_of, bend_rates_of, state_of = types.bends_of, types.bend_rates_of, types.state_of

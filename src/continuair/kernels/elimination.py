@@ -8,6 +8,7 @@ import warp as wp
 
 from continuair.kernels.arm.chain import total_types
 from continuair.kernels.arm.rigid import rigid_code
+from continuair.kernels.numbers import Numbers
 from continuair.kernels.types import Tree, device_types, holding
 
 
@@ -24,11 +25,12 @@ class EliminationCode:
 
 
 @cache
-def elimination_code(precision: str, tree: Tree) -> EliminationCode:
-    """The functions for one precision and tree."""
-    types, between = device_types(precision, tree), rigid_code(precision, tree).between
+def elimination_code(numbers: Numbers, tree: Tree) -> EliminationCode:
+    """The functions for one kind of numbers and tree."""
+    types, rigid = device_types(numbers, tree), rigid_code(numbers, tree)
+    between, inverse_of = rigid.between, rigid.inverse_of
     Real, vec3, mat33, Bends = types.Real, types.vec3, types.mat33, types.Bends
-    sums = total_types(precision, tree)
+    sums = total_types(numbers, tree)
     Total, Columns, Square = sums.Total, sums.Columns, sums.Square
     one, bends = Real(1.0), types.layout.bends
 
@@ -47,22 +49,6 @@ def elimination_code(precision: str, tree: Tree) -> EliminationCode:
         base: vec3
         spin: vec3
         bend: Bends
-
-    @wp.func
-    def solve_symmetric(m: mat33, r: vec3):
-        """m⁻¹ r for a symmetric m."""
-        a = m[1, 1] * m[2, 2] - m[1, 2] * m[1, 2]
-        d = m[0, 2] * m[1, 2] - m[0, 1] * m[2, 2]
-        e = m[0, 1] * m[1, 2] - m[0, 2] * m[1, 1]
-        scale = one / (m[0, 0] * a + m[0, 1] * d + m[0, 2] * e)
-        b = m[0, 0] * m[2, 2] - m[0, 2] * m[0, 2]
-        c = m[0, 0] * m[1, 1] - m[0, 1] * m[0, 1]
-        f = m[0, 1] * m[0, 2] - m[0, 0] * m[1, 2]
-        return scale * vec3(
-            a * r[0] + d * r[1] + e * r[2],
-            d * r[0] + b * r[1] + f * r[2],
-            e * r[0] + f * r[1] + c * r[2],
-        )
 
     @wp.func
     def column(m: Columns, j: int):
@@ -124,7 +110,7 @@ def elimination_code(precision: str, tree: Tree) -> EliminationCode:
         c = total.H / mass
         out = Accelerations()
         reduced = inertia - between(c, vec3(), mass, mat33())
-        out.spin = solve_symmetric(reduced, rows.moment - wp.cross(c, rows.force))
+        out.spin = inverse_of(reduced) * (rows.moment - wp.cross(c, rows.force))
         out.bend = bends_alone(total, rows)
         out.base = (rows.force - wp.cross(out.spin, total.H)) / mass
         return out
@@ -163,7 +149,7 @@ def elimination_code(precision: str, tree: Tree) -> EliminationCode:
             schur -= wp.outer(scaled, turn)
             moment -= r[j] * scaled
         out = Accelerations()
-        out.spin = solve_symmetric(schur, moment)
+        out.spin = inverse_of(schur) * moment
         for j in range(bends):
             r[j] = r[j] - wp.dot(column(L, j), out.spin)
         out.bend = backward(f, r)

@@ -6,9 +6,11 @@ from typing import Any
 
 import warp as wp
 
+from continuair.kernels.arguments import arguments
 from continuair.kernels.arm.chain import chain_code
 from continuair.kernels.arm.rigid import rigid_code
 from continuair.kernels.arm.tip import tip_code
+from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.types import Tree, device_types, holding
 
 
@@ -17,7 +19,6 @@ class FlightCode:
     """Structs, defined below; flight_of makes a run's, freeze what `independent` keeps."""
 
     Vehicles: Any
-    Drive: Any
     Frozen: Any
     Flight: Any
     freeze: Any
@@ -25,30 +26,25 @@ class FlightCode:
 
 
 @cache
-def flight_code(precision: str, tree: Tree) -> FlightCode:
-    """The structs for one precision and tree of arms."""
-    types, tips = device_types(precision, tree), tip_code(precision, tree)
-    Real, Row, State, Plant = types.Real, types.Row, types.State, types.Plant
+def flight_code(numbers: Numbers, tree: Tree) -> FlightCode:
+    """The structs for one kind of numbers and tree of arms."""
+    types, tips = device_types(numbers, tree), tip_code(numbers, tree)
+    code, rigid = number_code(numbers), rigid_code(numbers, tree)
+    Cell, Real, Table = types.Cell, types.Real, types.Table
+    State, Plant, Plants = types.State, types.Plant, code.rows_of(types.Plant)
     vec3, mat33, quat, Vectors = types.vec3, types.mat33, types.quat, types.Vectors
-    attitude_of, between = types.attitude_of, rigid_code(precision, tree).between
-    total_of = chain_code(precision, tree, "alone").total_of
+    attitude_of, between, inverse_of = types.attitude_of, rigid.between, rigid.inverse_of
+    plant_of, lanes = code.reader_of(Plant), code.lanes
+    Drive = arguments(numbers.precision).Drive
+    total_of = chain_code(numbers, tree, "alone").total_of
     points_of_tips = tips.points_of_tips
 
     @wp.struct
     class Vehicles:
-        """Plants (vehicles,), polynomials (vehicles, sections times terms): one, or one per run."""
+        """Plants and polynomials of their sections (vehicles, terms): of each run, or one."""
 
-        plants: wp.array(dtype=Plant)
-        coefficients: wp.array2d(dtype=Row)
-
-    @wp.struct
-    class Drive:
-        """What acts: inputs (rows, runs or 1, inputs), rows per step (3 or 0), groups in use."""
-
-        inputs: wp.array3d(dtype=Real)
-        stride: wp.int32
-        groups: wp.int32
-        gravity: Real
+        plants: Plants
+        coefficients: Table
 
     @wp.struct
     class Frozen:
@@ -63,13 +59,13 @@ def flight_code(precision: str, tree: Tree) -> FlightCode:
 
     @wp.struct
     class Flight:
-        """One run: its plant, its row of moment polynomials and its column of the inputs."""
+        """One run, or those of a pack: its plant, its row of moment polynomials and its inputs."""
 
+        run: wp.int32
         plant: Plant
-        coefficients: wp.array2d(dtype=Row)
+        coefficients: Table
         vehicle: wp.int32
-        inputs: wp.array3d(dtype=Real)
-        column: wp.int32
+        inputs: wp.array3d(dtype=Cell)
         stride: wp.int32
         groups: wp.int32
         gravity: Real
@@ -84,23 +80,23 @@ def flight_code(precision: str, tree: Tree) -> FlightCode:
         out.moment = total.H
         out.inertia = plant.uav_inertia + total.I
         c = total.H / plant.mass
-        out.inverse = wp.inverse(out.inertia - between(c, vec3(), plant.mass, mat33()))
+        out.inverse = inverse_of(out.inertia - between(c, vec3(), plant.mass, mat33()))
         out.tips = points_of_tips(y, plant)
         out.attitude = attitude_of(y)
         return out
 
     @wp.func
     def flight_of(vehicles: Vehicles, drive: Drive, run: int):
-        """The flight of a run, with nothing frozen yet."""
+        """The flight of a run, or of the pack that it is the first of, with nothing frozen yet."""
         out = Flight()
-        out.vehicle = wp.min(run, vehicles.plants.shape[0] - 1)
-        out.plant = vehicles.plants[out.vehicle]
+        out.run = run
+        out.plant = plant_of(vehicles.plants, run)
         out.coefficients = vehicles.coefficients
+        out.vehicle = wp.min(run // lanes, vehicles.coefficients.shape[0] - 1)
         out.inputs = drive.inputs
-        out.column = wp.min(run, drive.inputs.shape[1] - 1)
         out.stride = drive.stride
         out.groups = drive.groups
-        out.gravity = drive.gravity
+        out.gravity = Real(drive.gravity)
         return out
 
     return holding(FlightCode, locals())

@@ -5,45 +5,51 @@ from typing import Any
 
 import warp as wp
 
+from continuair.kernels.arguments import arguments
 from continuair.kernels.arm.chain import chain_code
 from continuair.kernels.arm.tip import tip_code
 from continuair.kernels.dynamics import Dynamics
+from continuair.kernels.elementary import elementary_code
 from continuair.kernels.flight import flight_code
-from continuair.kernels.options import OPTIONS
+from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.eye import Eye
 from continuair.kernels.types import Tree, device_types
 from continuair.vehicle.layout import MOTION, TIP, observed_columns, watched_columns
 
 
 @cache
-def _branches_of_log(precision: str, tree: Tree) -> Any:
+def _branches_of_log(numbers: Numbers, tree: Tree) -> Any:
     """The function that gives the branches followed (cos, sin) at a logged row."""
-    types = device_types(precision, tree)
-    Real, Along, sections = types.Real, types.Along, types.layout.sections
+    types, known = device_types(numbers, tree), elementary_code(numbers)
+    Cell, Along, sections = types.Cell, types.Along, types.layout.sections
+    of_sample, sine, cosine = number_code(numbers).of_sample, known.sine, known.cosine
     branch_at, roll_at = types.layout.branch.start, types.layout.roll.start
 
     @wp.func
-    def logged_along(log: wp.array3d(dtype=Real), run: int, sample: int):
+    def logged_along(log: wp.array3d(dtype=Cell), run: int, sample: int):
         out = Along()
         for k in range(sections):
-            angle = log[run, sample, branch_at + 2 * k + 1]
-            out[2 * k] = wp.cos(angle)
-            out[2 * k + 1] = wp.sin(angle)
-        roll = log[run, sample, roll_at]
-        out[2 * sections] = wp.cos(roll)
-        out[2 * sections + 1] = wp.sin(roll)
+            angle = of_sample(log, run, sample, branch_at + 2 * k + 1)
+            out[2 * k] = cosine(angle)
+            out[2 * k + 1] = sine(angle)
+        roll = of_sample(log, run, sample, roll_at)
+        out[2 * sections] = cosine(roll)
+        out[2 * sections + 1] = sine(roll)
         return out
 
     return logged_along
 
 
-def _observer_of_arm(precision: str, tree: Tree, dynamics: Dynamics, before: Any, arm: int) -> Any:
+def _observer_of_arm(
+    numbers: Numbers, tree: Tree, dynamics: Dynamics, before: Any, arm: int
+) -> Any:
     """The function that writes what is observed of an arm, after what `before` writes."""
-    types, tips = device_types(precision, tree), tip_code(precision, tree)
-    Real, State, Flight = types.Real, types.State, flight_code(precision, tree).Flight
+    types, tips = device_types(numbers, tree), tip_code(numbers, tree)
+    Cell, Real, keep = types.Cell, types.Real, number_code(numbers).keep
+    State, Flight = types.State, flight_code(numbers, tree).Flight
     vec3, bends, at = types.vec3, types.layout.bends, observed_columns(len(tree.sections))
     moving_tip, load_on_tip = tips.moving_tip_of(arm), dynamics.loads.load_on_tip(arm)
-    arm_total = chain_code(precision, tree, dynamics.bias).of_arm(arm)
+    arm_total = chain_code(numbers, tree, dynamics.bias).of_arm(arm)
     position_of, attitude_of, velocity_of = types.position_of, types.attitude_of, types.velocity_of
     spin_of, bend_rates_of = types.spin_of, types.bend_rates_of
     attitude = at["tip_attitude"].start + 4 * arm
@@ -53,10 +59,10 @@ def _observer_of_arm(precision: str, tree: Tree, dynamics: Dynamics, before: Any
 
     @wp.func
     def observe(
-        out: wp.array3d(dtype=Real), run: int, sample: int, y: State, dy: State, begun: State,
-        flight: Flight, row: int,
+        out: wp.array3d(dtype=Cell), sample: int, y: State, dy: State, begun: State, flight: Flight,
+        row: int,
     ):  # fmt: skip
-        before(out, run, sample, y, dy, begun, flight, row)
+        before(out, sample, y, dy, begun, flight, row)
         q, w, plant = attitude_of(y), spin_of(y), flight.plant
         moving = moving_tip(y, plant)
         point = moving.tip.point
@@ -90,30 +96,36 @@ def _observer_of_arm(precision: str, tree: Tree, dynamics: Dynamics, before: Any
             taken -= load.force
             twisted -= load.moment
         for j in range(3):
-            out[run, sample, position + j] = at_tip[j]
-            out[run, sample, velocity + j] = swept[j]
-            out[run, sample, turning + j] = spun[j]
-            out[run, sample, force + j] = -taken[j]
-            out[run, sample, moment + j] = -twisted[j]
+            keep(out, flight.run, sample, position + j, at_tip[j])
+            keep(out, flight.run, sample, velocity + j, swept[j])
+            keep(out, flight.run, sample, turning + j, spun[j])
+            keep(out, flight.run, sample, force + j, -taken[j])
+            keep(out, flight.run, sample, moment + j, -twisted[j])
         for j in range(4):
-            out[run, sample, attitude + j] = turn[j]
+            keep(out, flight.run, sample, attitude + j, turn[j])
 
     return observe
 
 
-def observe_kernel(precision: str, tree: Tree, dynamics: Dynamics) -> Any:
+def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
     """The kernel `observe` of a model: columns observed_columns for each run and sample."""
-    types, structs = device_types(precision, tree), flight_code(precision, tree)
-    chain = chain_code(precision, tree, dynamics.bias)
-    Real, State, Push, layout = types.Real, types.State, types.Push, types.layout
+    types, structs = device_types(numbers, tree), flight_code(numbers, tree)
+    chain, code = chain_code(numbers, tree, dynamics.bias), number_code(numbers)
+    keep, of_sample, lanes, known = code.keep, code.of_sample, code.lanes, elementary_code(numbers)
+    Cell, layout = types.Cell, types.layout
+    Real, State, Push = types.Real, types.State, types.Push
     vec3, Flight = types.vec3, structs.Flight
     position_of, attitude_of, velocity_of = types.position_of, types.attitude_of, types.velocity_of
     bends_of, bend_rates_of, spin_of = types.bends_of, types.bend_rates_of, types.spin_of
-    Vehicles, Drive, mount_of = structs.Vehicles, structs.Drive, types.mount_of
+    Vehicles, mount_of = structs.Vehicles, types.mount_of
+    Drive = arguments(numbers.precision).Drive
     flight_of, freeze, load_state = structs.flight_of, structs.freeze, types.load_state
     rate_of, total_of, half = dynamics.rate_of, chain.total_of, Real(0.5)
-    pushes, command_at = layout.push.stop, layout.command.start
-    logged_along = _branches_of_log(precision, tree)
+    pushes, command_at, logged_along = (
+        layout.push.stop,
+        layout.command.start,
+        _branches_of_log(numbers, tree),
+    )
     at = {name: where.start for name, where in observed_columns(layout.arms).items()}
     kinetic_energy, gravity_energy = at["kinetic_energy"], at["gravity_energy"]
     elastic_energy = at["elastic_energy"]
@@ -123,38 +135,39 @@ def observe_kernel(precision: str, tree: Tree, dynamics: Dynamics) -> Any:
 
     @wp.func
     def nothing(
-        out: wp.array3d(dtype=Real), run: int, sample: int, y: State, dy: State, begun: State,
-        flight: Flight, row: int,
+        out: wp.array3d(dtype=Cell), sample: int, y: State, dy: State, begun: State, flight: Flight,
+        row: int,
     ):  # fmt: skip
         pass
 
     observe_arms = nothing
     for arm in range(arms):
-        observe_arms = _observer_of_arm(precision, tree, dynamics, observe_arms, arm)
+        observe_arms = _observer_of_arm(numbers, tree, dynamics, observe_arms, arm)
 
-    @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
+    @wp.kernel(enable_backward=False, module="unique", module_options=code.options)
     def observe(
         vehicles: Vehicles,
         drive: Drive,
-        log: wp.array3d(dtype=Real),
-        out: wp.array3d(dtype=Real),
+        log: wp.array3d(dtype=Cell),
+        out: wp.array3d(dtype=Cell),
     ):
         """drive: inputs at the samples, with one row per sample or one for all."""
-        run, sample = wp.tid()
+        pack, sample = wp.tid()
+        run = pack * lanes
         flight = flight_of(vehicles, drive, run)
         plant = flight.plant
-        y = load_state(log[run], sample, plant.unit)
+        y = load_state(log, run, sample, plant.unit)
         begun = y
         if wp.static(freezes):
-            begun = load_state(log[run], 0, plant.unit)
+            begun = load_state(log, run, 0, plant.unit)
             flight.frozen = freeze(flight, begun)
         row = sample * flight.stride
         along = logged_along(log, run, sample)
         push = Push()
         for j in range(pushes):
-            push[j] = log[run, sample, command_at + j]
+            push[j] = of_sample(log, run, sample, command_at + j)
         dy = rate_of(y, along, flight, row, push)
-        observe_arms(out, run, sample, y, dy, begun, flight, row)
+        observe_arms(out, sample, y, dy, begun, flight, row)
 
         p, q, w, m = position_of(y), attitude_of(y), spin_of(y), plant.mass
         b = bends_of(y)
@@ -194,57 +207,64 @@ def observe_kernel(precision: str, tree: Tree, dynamics: Dynamics) -> Any:
         moving = wp.quat_rotate(q, linear + swept)
         about_origin = wp.quat_rotate(q, angular + spun) + wp.cross(p, moving)
         for j in range(3):
-            out[run, sample, linear_momentum + j] = moving[j]
-            out[run, sample, angular_momentum + j] = about_origin[j]
-        out[run, sample, kinetic_energy] = kinetic
-        out[run, sample, gravity_energy] = flight.gravity * height
-        out[run, sample, elastic_energy] = stored
+            keep(out, run, sample, linear_momentum + j, moving[j])
+            keep(out, run, sample, angular_momentum + j, about_origin[j])
+        keep(out, run, sample, kinetic_energy, kinetic)
+        keep(out, run, sample, gravity_energy, flight.gravity * height)
+        keep(out, run, sample, elastic_energy, stored)
 
     return observe
 
 
-def watch_kernel(precision: str, tree: Tree, eye: Eye) -> Any:
+def watch_kernel(numbers: Numbers, tree: Tree, eye: Eye) -> Any:
     """The kernel `watch`: the true image and the camera's pose and twist, columns watched_columns.
 
     motion: of the target's centroid at the samples (samples, runs or 1, MOTION).
     """
-    types = device_types(precision, tree)
-    Real, Plant, Camera, points = types.Real, types.Plant, eye.Camera, eye.points
-    load_state, three_of = types.load_state, types.three_of
-    vec3, logged_along = types.vec3, _branches_of_log(precision, tree)
+    types = device_types(numbers, tree)
+    code, known, points = number_code(numbers), elementary_code(numbers), eye.points
+    Cell, Plants, Cameras = types.Cell, code.rows_of(types.Plant), code.rows_of(eye.Camera)
+    plant_of, camera_of, lanes = code.reader_of(types.Plant), code.reader_of(eye.Camera), code.lanes
+    load_state, three_of, keep, of_sample = (
+        types.load_state,
+        types.three_of,
+        code.keep,
+        code.of_sample,
+    )
+    logged_along = _branches_of_log(numbers, tree)
     view_of, look, columns = eye.view_of, eye.look, watched_columns(points)
     position, attitude = columns["camera_position"].start, columns["camera_attitude"].start
     centroid = MOTION["position"].start
     twist, image = columns["camera_twist"].start, columns["image"].start
     depth, in_view = columns["depth"].start, columns["in_view"].start
 
-    @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
+    @wp.kernel(enable_backward=False, module="unique", module_options=code.options)
     def watch(
-        plants: wp.array(dtype=Plant),
-        cameras: wp.array(dtype=Camera),
-        corners: wp.array(dtype=vec3),
-        motion: wp.array3d(dtype=Real),
-        log: wp.array3d(dtype=Real),
-        out: wp.array3d(dtype=Real),
+        plants: Plants,
+        cameras: Cameras,
+        corners: wp.array2d(dtype=Cell),
+        motion: wp.array3d(dtype=Cell),
+        log: wp.array3d(dtype=Cell),
+        out: wp.array3d(dtype=Cell),
     ):
-        run, sample = wp.tid()
-        plant = plants[wp.min(run, plants.shape[0] - 1)]
-        camera = cameras[wp.min(run, cameras.shape[0] - 1)]
-        column = wp.min(run, motion.shape[1] - 1)
-        y = load_state(log[run], sample, plant.unit)
+        pack, sample = wp.tid()
+        run = pack * lanes
+        plant = plant_of(plants, run)
+        camera = camera_of(cameras, run)
+        y = load_state(log, run, sample, plant.unit)
         along = logged_along(log, run, sample)
         view = view_of(y, along, plant, camera)
-        sight = look(view, camera, three_of(motion, sample, column, centroid), corners)
+        sight = look(view, camera, three_of(motion, sample, run, centroid), corners)
         for j in range(3):
-            out[run, sample, position + j] = view.position[j]
+            keep(out, run, sample, position + j, view.position[j])
         for j in range(4):
-            out[run, sample, attitude + j] = view.attitude[j]
+            keep(out, run, sample, attitude + j, view.attitude[j])
         for j in range(6):
-            out[run, sample, twist + j] = view.twist[j]
+            keep(out, run, sample, twist + j, view.twist[j])
         for i in range(2 * points):
-            out[run, sample, image + i] = sight.image[i]
+            keep(out, run, sample, image + i, sight.image[i])
         for i in range(points):
-            out[run, sample, depth + i] = sight.depth[i]
-            out[run, sample, in_view + i] = sight.seen[2 * i]
+            keep(out, run, sample, depth + i, sight.depth[i])
+            keep(out, run, sample, in_view + i, sight.seen[2 * i])
 
     return watch

@@ -15,12 +15,13 @@ CPU_TARGET = os.environ.get("CONTINUAIR_CPU_TARGET") or NATIVE
 _PROCESSOR = "-march=native" if CPU_TARGET == NATIVE else f"-target-cpu {CPU_TARGET}"
 
 # Measured: inlining everything and fusing products and sums takes a fifth off Warp's own flags.
-# To pair scalars in vectors is worth 5 % of a run, nearly all of it at a depth of 4; Clang's own
-# depth of 12 takes a tenth longer to compile.
+# Runs lie side by side in vectors (kernels/numbers.py). That numbers of one run are not paired as
+# well keeps what is fused, and so a run's bits, the same in all packs and on all processors.
 # They are part of a module's hash: kernels for several targets lie beside each other in the cache.
 OPTIONS = {
-    "cpu_compiler_flags": f"{_PROCESSOR} -ffp-contract=fast -mllvm=-inline-threshold=100000 "
-    "-mllvm=-slp-recursion-max-depth=4 -mllvm=-inline-cold-callsite-threshold=100000"
+    "cpu_compiler_flags": f"{_PROCESSOR} -ffp-contract=fast -fno-vectorize -fno-slp-vectorize "
+    "-mllvm=-inline-threshold=100000 -mllvm=-inline-cold-callsite-threshold=100000 "
+    "-mllvm=-unroll-threshold=3000"
 }
 
 

@@ -1,17 +1,17 @@
 """Kernels that fly: a whole roll-out per thread, with a law or without one, and single rates."""
 
-from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
+import numpy as np
 import warp as wp
 
+from continuair.kernels.arguments import arguments
 from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.flight import flight_code
-from continuair.kernels.options import OPTIONS
+from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.pilot import PilotCode
-from continuair.kernels.step import OK, UNSEEN, step_code, stepping_code
-from continuair.kernels.types import FULL_LENGTH, Tree, device_types, holding
+from continuair.kernels.step import UNSEEN, step_code, stepping_code
+from continuair.kernels.types import FULL_LENGTH, Tree, device_types
 from continuair.vehicle.layout import PAPER
 
 MEASURED_EVERY = 4
@@ -21,41 +21,8 @@ FEW_STEPS = 32
 """In a flight of fewer steps, every one is measured."""
 
 
-@dataclass(frozen=True)
-class Arguments:
-    """Structs of the kernels' arguments: where runs begin, and the steps that they take."""
-
-    Start: Any
-    Steps: Any
-
-
-@cache
-def arguments(precision: str) -> Arguments:
-    """The structs for one precision."""
-    Real = getattr(wp, precision)
-
-    @wp.struct
-    class Start:
-        """states (runs, state); frozen, the same or what `independent` freezes; angle (runs,
-        sections + 1), ψa of each section and the roll."""
-
-        states: wp.array2d(dtype=Real)
-        frozen: wp.array2d(dtype=Real)
-        angle: wp.array2d(dtype=Real)
-
-    @wp.struct
-    class Steps:
-        """Starts and lengths of the steps, and the sample that a step ends at, or -1."""
-
-        starts: wp.array(dtype=Real)
-        lengths: wp.array(dtype=Real)
-        sample_after: wp.array(dtype=wp.int32)
-
-    return holding(Arguments, locals())
-
-
 def rollout_kernel(
-    precision: str, tree: Tree, dynamics: Dynamics, pilot: PilotCode, log_row: Any
+    numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: PilotCode, log_row: Any
 ) -> Any:
     """The kernel `rollout` of a model under a pilot; log_row: of kernels/logs.py.
 
@@ -63,43 +30,54 @@ def rollout_kernel(
     errors: (runs, 2), in arm lengths the sum of what its steps leave out and the most that
     torques may have gone the wrong way, and its swing, the integral of |k| |k̇| l² over time.
     """
-    types, structs = device_types(precision, tree), flight_code(precision, tree)
-    stepping, begins = stepping_code(precision, tree), arguments(precision)
-    Real, Push, load_state = types.Real, types.Push, types.load_state
-    Vehicles, Drive, Start, Steps = structs.Vehicles, structs.Drive, begins.Start, begins.Steps
-    flight_of, freeze = structs.flight_of, structs.freeze
+    types, structs = device_types(numbers, tree), flight_code(numbers, tree)
+    stepping, begins = stepping_code(numbers, tree), arguments(numbers.precision)
+    code, Cell, Real, State = number_code(numbers), types.Cell, types.Real, types.State
+    Push = types.Push
+    Vehicles, Drive, Start, Steps = structs.Vehicles, begins.Drive, begins.Start, begins.Steps
+    flight_of, freeze, load_state = structs.flight_of, structs.freeze, types.load_state
     branch_at, followed, end_of = stepping.branch_at, stepping.followed, stepping.end_of
     Loop, pilot_of, decide, push_at = pilot.Loop, pilot.pilot_of, pilot.decide, pilot.push_at
-    step = step_code(precision, tree, dynamics.rate_of, pilot)
-    bend_of, bend_rate_of = types.bend_of, types.bend_rate_of
-    one_of, few = MEASURED_EVERY, FEW_STEPS
-    ok, unseen, full, sections = OK, UNSEEN, Real(FULL_LENGTH), types.layout.sections
-    paper, misdirected = PAPER, dynamics.loads.misdirected
+    step = step_code(numbers, tree, dynamics.rate_of, pilot)
+    bend_of, bend_rate_of, lanes = types.bend_of, types.bend_rate_of, code.lanes
+    above, all_above, any_above, finite = code.above, code.all_above, code.any_above, code.finite
+    mark, keep_whole, keep_of_run = code.mark, code.keep_whole, code.keep_of_run
+    one_of, few, sections, paper = MEASURED_EVERY, FEW_STEPS, types.layout.sections, PAPER
+    zero, one, full = Real(0.0), Real(1.0), Real(FULL_LENGTH)
+    unseen, infinite, misdirected = Real(float(UNSEEN)), Real(np.inf), dynamics.loads.misdirected
 
-    @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
+    @wp.func
+    def swing_of(y: State):
+        """The sum of |b| |ḃ|."""
+        out = zero
+        for k in range(sections):
+            out += wp.length(bend_of(y, k)) * wp.length(bend_rate_of(y, k))
+        return out
+
+    @wp.kernel(enable_backward=False, module="unique", module_options=code.options)
     def rollout(
         vehicles: Vehicles,
         start: Start,
         drive: Drive,
         steps: Steps,
         loop: Loop,
-        log: wp.array3d(dtype=Real),
+        log: wp.array3d(dtype=Cell),
         status: wp.array(dtype=wp.int32),
         last_step: wp.array(dtype=wp.int32),
-        errors: wp.array2d(dtype=Real),
+        errors: wp.array2d(dtype=Cell),
     ):
-        run = wp.tid()
+        run = wp.tid() * lanes
         flight = flight_of(vehicles, drive, run)
         if wp.static(dynamics.freezes):
-            flight.frozen = freeze(flight, load_state(start.frozen, run, flight.plant.unit))
-        y = load_state(start.states, run, flight.plant.unit)
+            flight.frozen = freeze(flight, load_state(start.frozen, run, 0, flight.plant.unit))
+        y = load_state(start.states, run, 0, flight.plant.unit)
         branch = branch_at(start.angle, run)
         pilot = pilot_of(loop, run)
         push = Push()
-        ended = wp.int32(ok)
+        ended = Real(0.0)
         due = wp.int32(0)
         count = steps.lengths.shape[0]
-        done = count
+        mark(last_step, run, one, count)
         every = wp.int32(one_of)
         if count < few:
             every = wp.int32(1)
@@ -107,81 +85,76 @@ def rollout_kernel(
         doubt = Real(0.0)
         swing = Real(0.0)
         for i in range(count):
-            decision = decide(i, steps.starts[i], y, branch.direction, flight, pilot, push)
+            time = Real(steps.starts[i])
+            decision = decide(i, time, y, branch.direction, flight, pilot, push)
             push = decision.push
             if due >= 0:
-                log_row(log, run, due, y, flight, branch, push)
-            if decision.lost:
-                ended = wp.int32(unseen)
-                done = i
-                break
-            h = steps.lengths[i]
-            stands_for = Real(0.0)
+                log_row(log, due, ended, y, flight, branch, push)
+            due = -1
+            lost = above(ended, zero, zero, unseen * decision.lost)
+            if any_above(lost, zero):
+                mark(last_step, run, lost, i)
+                ended += lost
+                if all_above(ended, zero):
+                    break
+            h = Real(steps.lengths[i])
             measured = i % every == 0
+            begun = y
+            y, left_out = step(i, time, h, y, branch.direction, flight, pilot, push, measured)
             if measured:
                 stands_for = Real(wp.min(every, count - i))
-                for k in range(sections):
-                    swing += (
-                        stands_for * h * wp.length(bend_of(y, k)) * wp.length(bend_rate_of(y, k))
-                    )
-            begun = y
-            y, left_out = step(
-                i, steps.starts[i], h, y, branch.direction, flight, pilot, push, measured
-            )
-            error += stands_for * left_out
+                swing += above(ended, zero, zero, stands_for * h * swing_of(begun))
+                error += above(ended, zero, zero, stands_for * left_out)
             if (flight.groups & paper) != 0:
                 wrong_way = misdirected(begun, y, branch.direction, flight, i * flight.stride)
-                doubt = wp.max(doubt, wrong_way)
-            ended = end_of(y)
-            due = -1
-            if ended != ok:
-                done = i
-                break
+                doubt = wp.max(doubt, above(ended, zero, zero, wrong_way))
+            now = above(ended, zero, zero, end_of(y))
+            if any_above(now, zero):
+                mark(last_step, run, now, i)
+                ended += now
+                if all_above(ended, zero):
+                    break
             branch = followed(branch, y)
             due = steps.sample_after[i]
-        if ended == ok and due >= 0:
+        if due >= 0:
             last = count - 1
-            at = steps.starts[last] + steps.lengths[last]
-            push = push_at(3 * last + 2, at, y, branch.direction, flight, pilot, push)
-            log_row(log, run, due, y, flight, branch, push)
-        status[run] = ended
-        last_step[run] = done
-        if not wp.isfinite(error + swing):
-            error = Real(wp.inf)
-            swing = Real(0.0)
-        errors[run, 0] = error + doubt
-        errors[run, 1] = swing * full * full
+            time = Real(steps.starts[last]) + Real(steps.lengths[last])
+            push = push_at(3 * last + 2, time, y, branch.direction, flight, pilot, push)
+            log_row(log, due, ended, y, flight, branch, push)
+        keep_whole(status, run, ended)
+        whole = error + swing
+        keep_of_run(errors, run, 0, finite(whole, error, infinite) + doubt)
+        keep_of_run(errors, run, 1, finite(whole, swing, zero) * full * full)
 
     return rollout
 
 
-def derivative_kernel(precision: str, tree: Tree, dynamics: Dynamics) -> Any:
+def derivative_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
     """The kernel `derivative` of a model: rates of states, under one row of inputs."""
-    types, structs = device_types(precision, tree), flight_code(precision, tree)
-    stepping, begins = stepping_code(precision, tree), arguments(precision)
-    Real, Push, load_state, bend_of = types.Real, types.Push, types.load_state, types.bend_of
-    Vehicles, Drive, Start = structs.Vehicles, structs.Drive, begins.Start
+    types, structs = device_types(numbers, tree), flight_code(numbers, tree)
+    stepping, begins = stepping_code(numbers, tree), arguments(numbers.precision)
+    code, Cell, Real, Push = number_code(numbers), types.Cell, types.Real, types.Push
+    Vehicles, Drive, Start = structs.Vehicles, begins.Drive, begins.Start
     flight_of, freeze, branch_at = structs.flight_of, structs.freeze, stepping.branch_at
-    layout, two, rate_of = types.layout, Real(2.0), dynamics.rate_of
-    sections = layout.sections
+    load_state, rate_of, end_of = types.load_state, dynamics.rate_of, stepping.end_of
+    layout, lanes, above, keep_of_run = types.layout, code.lanes, code.above, code.keep_of_run
     width, bends, B, DB = layout.state, layout.bends, layout.bend.start, layout.bend_rate.start
+    zero, nan = Real(0.0), Real(np.nan)
 
-    @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
-    def derivative(vehicles: Vehicles, start: Start, drive: Drive, rates: wp.array2d(dtype=Real)):
-        run = wp.tid()
+    @wp.kernel(enable_backward=False, module="unique", module_options=code.options)
+    def derivative(vehicles: Vehicles, start: Start, drive: Drive, rates: wp.array2d(dtype=Cell)):
+        run = wp.tid() * lanes
         flight = flight_of(vehicles, drive, run)
         unit = flight.plant.unit
         if wp.static(dynamics.freezes):
-            flight.frozen = freeze(flight, load_state(start.frozen, run, unit))
-        y = load_state(start.states, run, unit)
+            flight.frozen = freeze(flight, load_state(start.frozen, run, 0, unit))
+        y = load_state(start.states, run, 0, unit)
         dy = rate_of(y, branch_at(start.angle, run).direction, flight, 0, Push())
         for j in range(bends):
             dy[B + j] = dy[B + j] / unit[j // 2]
             dy[DB + j] = dy[DB + j] / unit[j // 2]
+        ended = end_of(y)
         for j in range(width):
-            rates[run, j] = dy[j]
-            for k in range(sections):
-                if wp.length_sq(bend_of(y, k)) > two:
-                    rates[run, j] = Real(wp.nan)
+            keep_of_run(rates, run, j, above(ended, zero, nan, dy[j]))
 
     return derivative

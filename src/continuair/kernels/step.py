@@ -4,9 +4,12 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+import numpy as np
 import warp as wp
 
+from continuair.kernels.elementary import elementary_code
 from continuair.kernels.flight import flight_code
+from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.pilot import PilotCode
 from continuair.kernels.types import FULL_LENGTH, Tree, device_types, holding
 
@@ -39,16 +42,19 @@ class Stepping:
 
 
 @cache
-def stepping_code(precision: str, tree: Tree) -> Stepping:
+def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
     """What follows each step."""
-    types = device_types(precision, tree)
-    Real, State, vec2, Bends = types.Real, types.State, types.vec2, types.Bends
-    Along, tilt_of = types.Along, types.tilt_of
+    types, code, known = device_types(numbers, tree), number_code(numbers), elementary_code(numbers)
+    Cell, Real, State, Bends = types.Cell, types.Real, types.State, types.Bends
+    vec2, Along, tilt_of = types.vec2, types.Along, types.tilt_of
+    above, finite, of_run = code.above, code.finite, code.of_run
+    sine, cosine, angle_of = known.sine, known.cosine, known.angle_of
     PerSection, two_of = types.PerSection, types.two_of
     bend_of, attitude_of, sections = types.bend_of, types.attitude_of, types.layout.sections
     Q = types.layout.attitude.start
-    zero, one, two, pi = Real(0.0), Real(1.0), Real(2.0), Real(3.141592653589793)
-    finite, not_finite, overbent = OK, NOT_FINITE, OVERBENT
+    zero, half, one, two = Real(0.0), Real(0.5), Real(1.0), Real(2.0)
+    whole_turn = Real(2.0 * np.pi)
+    ok, not_finite, overbent = (Real(float(status)) for status in (OK, NOT_FINITE, OVERBENT))
 
     @wp.struct
     class Branch:
@@ -59,18 +65,18 @@ def stepping_code(precision: str, tree: Tree) -> Stepping:
         turns: PerSection
 
     @wp.func
-    def branch_at(angles: wp.array2d(dtype=Real), run: int):
+    def branch_at(angles: wp.array2d(dtype=Cell), run: int):
         out = Branch()
         for i in range(sections):
-            angle = angles[run, i]
-            x = wp.cos(angle)
-            y = wp.sin(angle)
+            angle = of_run(angles, run, i)
+            x = cosine(angle)
+            y = sine(angle)
             out.direction[2 * i] = x
             out.direction[2 * i + 1] = y
-            out.turns[i] = wp.round((angle - wp.atan2(y, x)) / (two * pi))
-        roll = angles[run, sections]
-        out.direction[2 * sections] = wp.cos(roll)
-        out.direction[2 * sections + 1] = wp.sin(roll)
+            out.turns[i] = wp.floor((angle - angle_of(y, x)) / whole_turn + half)
+        roll = of_run(angles, run, sections)
+        out.direction[2 * sections] = cosine(roll)
+        out.direction[2 * sections + 1] = sine(roll)
         return out
 
     @wp.func
@@ -80,34 +86,34 @@ def stepping_code(precision: str, tree: Tree) -> Stepping:
         for i in range(sections):
             along = two_of(branch.direction, i)
             out[2 * i] = wp.dot(bend_of(y, i), along)
-            out[2 * i + 1] = wp.atan2(along[1], along[0]) + two * pi * branch.turns[i]
+            out[2 * i + 1] = angle_of(along[1], along[0]) + whole_turn * branch.turns[i]
         return out
+
+    @wp.func
+    def along_or_against(found: vec2, before: vec2):
+        """The direction of a vector or the opposite, whichever is nearer the one before."""
+        u = wp.dot(found, found)
+        side = above(zero, wp.dot(found, before), -one, one) / wp.sqrt(above(u, zero, u, one))
+        x = above(u, zero, found[0] * side, before[0])
+        y = above(u, zero, found[1] * side, before[1])
+        return vec2(x, y)
 
     @wp.func
     def followed(branch: Branch, y: State):
         """κ changes sign when a bend passes through straight, and cos θ at a quarter turn of pitch;
         ψa and roll stay continuous."""
         for i in range(sections):
-            b = bend_of(y, i)
-            u = wp.dot(b, b)
             before = two_of(branch.direction, i)
-            if u > zero:
-                side = wp.where(wp.dot(b, before) < zero, -one, one)
-                turned = b * (side / wp.sqrt(u))
-                if before[0] + turned[0] < zero:
-                    if before[1] >= zero and turned[1] < zero:
-                        branch.turns[i] = branch.turns[i] + one
-                    if before[1] < zero and turned[1] >= zero:
-                        branch.turns[i] = branch.turns[i] - one
-                branch.direction[2 * i] = turned[0]
-                branch.direction[2 * i + 1] = turned[1]
-        tilt = tilt_of(y)
-        level = wp.dot(tilt, tilt)
-        if level > zero:
-            ahead = wp.dot(tilt, two_of(branch.direction, sections))
-            roll = tilt * (wp.where(ahead < zero, -one, one) / wp.sqrt(level))
-            branch.direction[2 * sections] = roll[0]
-            branch.direction[2 * sections + 1] = roll[1]
+            turned = along_or_against(bend_of(y, i), before)
+            # Between the half-planes y < 0 and y >= 0, on the side of negative x, is a turn's end.
+            turn = above(zero, turned[1], one, zero) - above(zero, before[1], one, zero)
+            crossed = above(zero, before[0] + turned[0], turn, zero)
+            branch.turns[i] = branch.turns[i] + crossed
+            branch.direction[2 * i] = turned[0]
+            branch.direction[2 * i + 1] = turned[1]
+        roll = along_or_against(tilt_of(y), two_of(branch.direction, sections))
+        branch.direction[2 * sections] = roll[0]
+        branch.direction[2 * sections + 1] = roll[1]
         return branch
 
     @wp.func
@@ -121,37 +127,46 @@ def stepping_code(precision: str, tree: Tree) -> Stepping:
     @wp.func
     def end_of(y: State):
         """The status that a state ends a run with, 0 if none."""
-        if not wp.isfinite(wp.length_sq(y)):
-            return wp.int32(not_finite)
+        out = ok
         for i in range(sections):
-            if wp.length_sq(bend_of(y, i)) > two:
-                return wp.int32(overbent)
-        return wp.int32(finite)
+            out = above(wp.length_sq(bend_of(y, i)), two, overbent, out)
+        return finite(wp.length_sq(y), out, not_finite)
 
     return holding(Stepping, locals())
 
 
+@dataclass(frozen=True)
+class Resolution:
+    """squared_size(difference of rates, plant, period); unresolved(first, second, h), an error."""
+
+    squared_size: Any
+    unresolved: Any
+
+
 @cache
-def resolution_code(precision: str, tree: Tree) -> Any:
-    """The function `unresolved`: what a step of RK4 leaves out, from its stages.
+def resolution_code(numbers: Numbers, tree: Tree) -> Resolution:
+    """What a step of RK4 leaves out, from its stages.
 
     On y' = λ y, z = λ h, the stages are k₁ times 1, 1 + z/2, 1 + z/2 + z²/4 and so on, and a step
     errs by y z⁵/120. So |z| is twice |k₃ - k₂| / |k₂ - k₁|, and the error h |k₃ - k₂| z²/30.
     """
-    types, full = device_types(precision, tree), FULL_LENGTH
+    types, code = device_types(numbers, tree), number_code(numbers)
     Real, State, Plant = types.Real, types.State, types.Plant
     position_of, velocity_of, spin_of = types.position_of, types.velocity_of, types.spin_of
     attitude_of, bend_of, bend_rate_of = types.attitude_of, types.bend_of, types.bend_rate_of
-    zero, four, thirty, phase = Real(0.0), Real(4.0), Real(30.0), Real(STEP_PHASE)
-    sections, turn = types.layout.sections, Real(full)
+    zero, one, four, thirty = Real(0.0), Real(1.0), Real(4.0), Real(30.0)
+    sections, turn, phase = types.layout.sections, Real(FULL_LENGTH), Real(STEP_PHASE)
+    above, finite = code.above, code.finite
 
     @wp.func
-    def squared_size(d: State, plant: Plant, period: Real):
+    def squared_size(d: State, plant: Plant, h: Real):
         """Of a difference of rates: how far it moves the tip, squared, in arm lengths per second.
 
         A moment of the arm turns by twice a change of the quaternion, and a bend moves the tip by
-        its angle times its section's reach; accelerations act for a period [s].
+        its angle times its section's reach; accelerations act for the period in which the fastest
+        rate that an automatic step of length h resolves turns them into rates.
         """
+        period = h / phase
         area = plant.length * plant.length
         q = attitude_of(d)
         moved = wp.length_sq(position_of(d)) / area + four * wp.dot(q, q)
@@ -163,41 +178,31 @@ def resolution_code(precision: str, tree: Tree) -> Any:
         return moved + period * period * pushed
 
     @wp.func
-    def unresolved(k1: State, k2: State, k3: State, h: Real, plant: Plant):
-        """Error of a step of length h [s], as a distance of the tip in arm lengths."""
-        # The fastest rate that an automatic step resolves turns accelerations into rates.
-        first = squared_size(k2 - k1, plant, h / phase)
-        second = squared_size(k3 - k2, plant, h / phase)
-        if first == zero:
-            return zero
+    def unresolved(first: Real, second: Real, h: Real):
+        """Error of a step of length h [s], as a distance of the tip in arm lengths.
+
+        first and second: the squared sizes of k₂ - k₁ and of k₃ - k₂.
+        """
         # Where stages hardly differ, their ratio says nothing: RK4 is unstable from z = 2.8 on.
-        square = wp.min(four * second / first, four)
-        return h * wp.sqrt(second) * square / thirty
+        square = wp.min(four * second / above(first, zero, first, one), four)
+        error = h * wp.sqrt(second) * square / thirty
+        return finite(first, above(first, zero, error, zero), first)
 
-    return unresolved
+    return holding(Resolution, locals())
 
 
-def step_code(precision: str, tree: Tree, rate_of: Any, pilot: PilotCode) -> Any:
+def step_code(numbers: Numbers, tree: Tree, rate_of: Any, pilot: PilotCode) -> Any:
     """The function `step`: one step of RK4 of a model, by its rate_of, under a pilot.
 
     It returns the state at the step's end, and the error of the step in arm lengths; 0 for a step
     that is not measured.
     """
-    types, stepping = device_types(precision, tree), stepping_code(precision, tree)
+    types, stepping = device_types(numbers, tree), stepping_code(numbers, tree)
     Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
-    Flight, Pilot, push_at = flight_code(precision, tree).Flight, pilot.Pilot, pilot.push_at
-    unit_attitude, unresolved = stepping.unit_attitude, resolution_code(precision, tree)
-    half, sixth, two, zero = Real(0.5), Real(1.0 / 6.0), Real(2.0), Real(0.0)
-
-    @wp.func
-    def slope(
-        i: int, ahead: int, time: Real, y: State, along: Along, flight: Flight, pilot: Pilot,
-        held: Push,
-    ):  # fmt: skip
-        """dy/dt at a stage of step i; ahead: 0 at its start, 1 in its middle, 2 at its end."""
-        push = push_at(3 * i + ahead, time, y, along, flight, pilot, held)
-        row = i * flight.stride + wp.min(flight.stride, ahead)
-        return rate_of(y, along, flight, row, push)
+    Flight, Pilot, push_at = flight_code(numbers, tree).Flight, pilot.Pilot, pilot.push_at
+    unit_attitude, resolution = stepping.unit_attitude, resolution_code(numbers, tree)
+    squared_size, unresolved = resolution.squared_size, resolution.unresolved
+    half, sixth, zero = Real(0.5), Real(1.0 / 6.0), Real(0.0)
 
     @wp.func
     def step(
@@ -205,14 +210,28 @@ def step_code(precision: str, tree: Tree, rate_of: Any, pilot: PilotCode) -> Any
         held: Push, measured: wp.bool,
     ):  # fmt: skip
         """The state at the end of step i, which starts at a time and lasts h."""
-        middle = time + half * h
-        k1 = slope(i, 0, time, y, along, flight, pilot, held)
-        k2 = slope(i, 1, middle, y + half * h * k1, along, flight, pilot, held)
-        k3 = slope(i, 1, middle, y + half * h * k2, along, flight, pilot, held)
+        k = State()
+        total = State()
+        first = zero
+        second = zero
+        # A loop for the compiler, too: the rate's code stands there once.
+        for stage in range(4 + wp.min(flight.stride, 0)):
+            # At the start of the step, twice in its middle and at its end.
+            ahead = (stage + 1) // 2
+            reach = half * h * Real(ahead)
+            at = y + reach * k
+            push = push_at(3 * i + ahead, time + reach, at, along, flight, pilot, held)
+            row = i * flight.stride + wp.min(flight.stride, ahead)
+            before = k
+            k = rate_of(at, along, flight, row, push)
+            if measured and stage == 1:
+                first = squared_size(k - before, flight.plant, h)
+            if measured and stage == 2:
+                second = squared_size(k - before, flight.plant, h)
+            total += Real(1 + ahead % 2) * k
         error = zero
         if measured:
-            error = unresolved(k1, k2, k3, h, flight.plant)
-        k4 = slope(i, 2, time + h, y + h * k3, along, flight, pilot, held)
-        return unit_attitude(y + (h * sixth) * (k1 + two * (k2 + k3) + k4)), error
+            error = unresolved(first, second, h)
+        return unit_attitude(y + (h * sixth) * total), error
 
     return step

@@ -1,12 +1,13 @@
-"""Warp types of one precision and tree of arms, and the parts of a state by name."""
+"""Warp types of one kind of numbers and tree of arms, and the parts of a state by name."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 import numpy as np
 import warp as wp
 
+from continuair.kernels.numbers import Numbers, holding, number_code
 from continuair.vehicle.layout import Layout
 
 MOMENTS = ("alpha", "beta", "P", "Q", "S", "KP", "KQ", "KW", "NP", "ND", "A", "Gamma")
@@ -44,11 +45,6 @@ class Tree:
         return tuple(sum(self.sections[:arm]) for arm in range(len(self.sections) + 1))
 
 
-def holding(kind: type, found: dict[str, Any]) -> Any:
-    """A namespace of that kind, its fields taken from what a factory has made, by name."""
-    return kind(**{field.name: found[field.name] for field in fields(kind)})
-
-
 @dataclass(frozen=True)
 class Types:
     """Types, and functions of a `State` y and of a `Push`, what actuators do.
@@ -61,6 +57,7 @@ class Types:
     """
 
     layout: Layout
+    Cell: Any
     Real: Any
     vec2: Any
     vec3: Any
@@ -73,6 +70,7 @@ class Types:
     Vectors: Any
     PerSection: Any
     Row: Any
+    Table: Any
     State: Any
     Push: Any
     Plant: Any
@@ -97,21 +95,22 @@ class Types:
 
 
 @cache
-def device_types(precision: str, tree: Tree) -> Types:
-    """The types for "float64" or "float32" and a tree of arms."""
-    layout = tree.layout
-    Real = getattr(wp, precision)
+def device_types(numbers: Numbers, tree: Tree) -> Types:
+    """The types for one kind of numbers and tree of arms."""
+    layout, code = tree.layout, number_code(numbers)
+    Cell, Real, of_row, of_sample = code.Cell, code.Real, code.of_row, code.of_sample
     vec2, vec3 = wp.types.vector(2, Real), wp.types.vector(3, Real)
     vec4, mat33 = wp.types.vector(4, Real), wp.types.matrix((3, 3), Real)
     quat = wp.types.quaternion(Real)
     Row, State = wp.types.vector(len(MOMENTS), Real), wp.types.vector(layout.state, Real)
     Push, Bends = wp.types.vector(layout.push.stop, Real), wp.types.vector(layout.bends, Real)
     Along = wp.types.vector(layout.bends + 2, Real)
+    Table = code.table_of(Row)
     arms, sections = len(tree.sections), layout.sections
     PerSection, PerArm = wp.types.vector(sections, Real), wp.types.vector(arms, Real)
     Vectors, Matrices = wp.types.matrix((arms, 3), Real), wp.types.matrix((arms, 9), Real)
     Quaternions = wp.types.matrix((arms, 4), Real)
-    width, bends = layout.state, layout.bends
+    width, bends, one, two = layout.state, layout.bends, Real(1.0), Real(2.0)
     P, Q, B = layout.position.start, layout.attitude.start, layout.bend.start
     V, W, DB = layout.velocity.start, layout.angular_velocity.start, layout.bend_rate.start
     F, M, BM = layout.force.start, layout.moment.start, layout.bend_moment.start
@@ -194,10 +193,7 @@ def device_types(precision: str, tree: Tree) -> Types:
     def tilt_of(y: State):
         """cos θ (cos φ, sin φ): the parts of the world's vertical along z and y of the body."""
         q = attitude_of(y)
-        return vec2(
-            Real(1.0) - Real(2.0) * (q[0] * q[0] + q[1] * q[1]),
-            Real(2.0) * (q[1] * q[2] + q[0] * q[3]),
-        )
+        return vec2(one - two * (q[0] * q[0] + q[1] * q[1]), two * (q[1] * q[2] + q[0] * q[3]))
 
     @wp.func
     def state_of(p: vec3, q: quat, b: Bends, v: vec3, w: vec3, db: Bends):
@@ -215,19 +211,23 @@ def device_types(precision: str, tree: Tree) -> Types:
         return out
 
     @wp.func
-    def load_state(rows: wp.array2d(dtype=Real), run: int, unit: PerSection):
+    def load_state(rows: wp.array3d(dtype=Cell), run: int, sample: int, unit: PerSection):
         y = State()
         for j in range(width):
-            y[j] = rows[run, j]
+            y[j] = of_sample(rows, run, sample, j)
         for j in range(bends):
             y[B + j] = y[B + j] * unit[j // 2]
             y[DB + j] = y[DB + j] * unit[j // 2]
         return y
 
     @wp.func
-    def three_of(rows: wp.array3d(dtype=Real), row: int, run: int, first: int):
+    def three_of(rows: wp.array3d(dtype=Cell), row: int, run: int, first: int):
         """Three columns from the first on."""
-        return vec3(rows[row, run, first], rows[row, run, first + 1], rows[row, run, first + 2])
+        return vec3(
+            of_row(rows, row, run, first),
+            of_row(rows, row, run, first + 1),
+            of_row(rows, row, run, first + 2),
+        )
 
     @wp.func
     def push_of(force: vec3, moment: vec3, bend: Bends):

@@ -19,6 +19,7 @@ import warp as wp
 from continuair.kernels.arm.element import element_code
 from continuair.kernels.arm.joint import joint_code
 from continuair.kernels.arm.rigid import rigid_code
+from continuair.kernels.numbers import Numbers
 from continuair.kernels.types import Tree, device_types, holding
 
 
@@ -32,9 +33,9 @@ class TotalTypes:
 
 
 @cache
-def total_types(precision: str, tree: Tree) -> TotalTypes:
-    """The types for one precision and tree."""
-    types = device_types(precision, tree)
+def total_types(numbers: Numbers, tree: Tree) -> TotalTypes:
+    """The types for one kind of numbers and tree."""
+    types = device_types(numbers, tree)
     Real, vec3, mat33, Bends = types.Real, types.vec3, types.mat33, types.Bends
     width = types.layout.bends
     Columns = wp.types.matrix((3, width), Real)
@@ -68,23 +69,23 @@ class ChainCode:
 
 
 @cache
-def chain_code(precision: str, tree: Tree, bias: str) -> ChainCode:
-    """The sum over all arms for one precision, tree and kind of bias."""
-    types, rigid = device_types(precision, tree), rigid_code(precision, tree)
-    Real, State, Plant, Row = types.Real, types.State, types.Plant, types.Row
+def chain_code(numbers: Numbers, tree: Tree, bias: str) -> ChainCode:
+    """The sum over all arms for one kind of numbers, tree and kind of bias."""
+    types, rigid = device_types(numbers, tree), rigid_code(numbers, tree)
+    State, Plant, Table = types.State, types.Plant, types.Table
     vec3, spin_of, mount_of = types.vec3, types.spin_of, types.mount_of
-    matrix_of, Carried = rigid.matrix_of, joint_code(precision, tree).Carried
+    matrix_of, Carried = rigid.matrix_of, joint_code(numbers, tree).Carried
     between, turned_by = rigid.between, rigid.turned_by
-    Total = total_types(precision, tree).Total
+    Total = total_types(numbers, tree).Total
     turned, block, alone = tree.turned, bias == "block", bias == "alone"
 
     def adding(arm: int) -> Any:
         """The function that adds an arm to the others."""
-        visit = _section(precision, tree, bias, arm, 0).visit
+        visit = _section(numbers, tree, bias, arm, 0).visit
         first, count = 2 * tree.first[arm], 2 * tree.sections[arm]
 
         @wp.func
-        def add(total: Total, y: State, table: wp.array2d(dtype=Row), plant: Plant, vehicle: int):
+        def add(total: Total, y: State, table: Table, plant: Plant, vehicle: int):
             p = mount_of(plant, arm)
             T = matrix_of(plant.turn, arm)
             w = spin_of(y)
@@ -129,7 +130,7 @@ def chain_code(precision: str, tree: Tree, bias: str) -> ChainCode:
         return add
 
     @wp.func
-    def none(y: State, table: wp.array2d(dtype=Row), plant: Plant, vehicle: int):
+    def none(y: State, table: Table, plant: Plant, vehicle: int):
         return Total()
 
     def plus_arm(before: Any, arm: int) -> Any:
@@ -137,7 +138,7 @@ def chain_code(precision: str, tree: Tree, bias: str) -> ChainCode:
         add = adding(arm)
 
         @wp.func
-        def summed(y: State, table: wp.array2d(dtype=Row), plant: Plant, vehicle: int):
+        def summed(y: State, table: Table, plant: Plant, vehicle: int):
             return add(before(y, table, plant, vehicle), y, table, plant, vehicle)
 
         return summed
@@ -152,7 +153,7 @@ def chain_code(precision: str, tree: Tree, bias: str) -> ChainCode:
     return holding(ChainCode, locals())
 
 
-def _section(precision: str, tree: Tree, bias: str, arm: int, index: int) -> SimpleNamespace:
+def _section(numbers: Numbers, tree: Tree, bias: str, arm: int, index: int) -> SimpleNamespace:
     """The function visit(y, table, plant, vehicle, w, v, turning, bending) of a section and all
     beyond it.
 
@@ -161,9 +162,9 @@ def _section(precision: str, tree: Tree, bias: str, arm: int, index: int) -> Sim
     It returns a struct: body, the Rigid that all of it is on the base, and of the bends F, L, M
     and bias, as in Total.
     """
-    types, code = device_types(precision, tree), element_code(precision, tree)
-    joints, rigid = joint_code(precision, tree), rigid_code(precision, tree)
-    Real, State, Plant, Row = types.Real, types.State, types.Plant, types.Row
+    types, code = device_types(numbers, tree), element_code(numbers, tree)
+    joints, rigid = joint_code(numbers, tree), rigid_code(numbers, tree)
+    Real, State, Plant, Table = types.Real, types.State, types.Plant, types.Table
     vec2, vec3, bend_of, bend_rate_of = types.vec2, types.vec3, types.bend_of, types.bend_rate_of
     Carried, Joint, Rigid, Bias = joints.Carried, joints.Joint, rigid.Rigid, code.Bias
     Element, Motion, Shape = code.Element, code.Motion, code.Shape
@@ -179,7 +180,7 @@ def _section(precision: str, tree: Tree, bias: str, arm: int, index: int) -> Sim
     loaded = beyond > 0 or tree.bodies
     Columns, Square = wp.types.matrix((3, own), Real), wp.types.matrix((own, own), Real)
     OwnBends = wp.types.vector(own, Real)
-    inner = _section(precision, tree, bias, arm, index + 1) if beyond else None
+    inner = _section(numbers, tree, bias, arm, index + 1) if beyond else None
 
     @wp.struct
     class Chain:
@@ -310,7 +311,7 @@ def _section(precision: str, tree: Tree, bias: str, arm: int, index: int) -> Sim
 
     @wp.func
     def visit(
-        y: State, table: wp.array2d(dtype=Row), plant: Plant, vehicle: int, w: vec3, v: vec3,
+        y: State, table: Table, plant: Plant, vehicle: int, w: vec3, v: vec3,
         turning: Carried, bending: Carried,
     ):  # fmt: skip
         b = bend_of(y, at)

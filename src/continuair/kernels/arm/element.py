@@ -18,6 +18,7 @@ from typing import Any
 
 import warp as wp
 
+from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.types import MOMENTS, Tree, device_types, holding
 
 
@@ -40,10 +41,11 @@ class ElementCode:
 
 
 @cache
-def element_code(precision: str, tree: Tree) -> ElementCode:
-    """The functions for one precision; the tree says what types they take."""
-    types = device_types(precision, tree)
-    Real, Row = types.Real, types.Row
+def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
+    """The functions for one kind of numbers; the tree says what types they take."""
+    types = device_types(numbers, tree)
+    Real, Row, Table = types.Real, types.Row, types.Table
+    row_of = number_code(numbers).row_reader(Row)
     vec2, vec3, mat33 = types.vec2, types.vec3, types.mat33
     alpha, beta, P, Q, S, KP, KQ, KW, NP, ND, A, Gamma = range(len(MOMENTS))
     quarter, half, two = Real(0.25), Real(0.5), Real(2.0)
@@ -95,7 +97,7 @@ def element_code(precision: str, tree: Tree) -> ElementCode:
         bend: vec2
 
     @wp.func
-    def shape(table: wp.array2d(dtype=Row), vehicle: int, section: int, u: Real):
+    def shape(table: Table, vehicle: int, section: int, u: Real):
         """Polynomials of a section, at its bend; the terms of the sections follow each other."""
         w = u - Real(1.0)
         f = Row()
@@ -111,7 +113,7 @@ def element_code(precision: str, tree: Tree) -> ElementCode:
             sA = sA * w + d[A]
             sG = sG * w + d[Gamma]
             d = d * w + f
-            f = f * w + table[vehicle, section * terms + j]
+            f = f * w + row_of(table, vehicle, section * terms + j)
         out = Shape()
         out.f = f
         out.d = d

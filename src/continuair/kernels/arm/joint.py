@@ -16,6 +16,7 @@ from typing import Any
 import warp as wp
 
 from continuair.kernels.arm.element import element_code
+from continuair.kernels.numbers import Numbers
 from continuair.kernels.types import FULL_LENGTH, MOMENTS, Tree, device_types, holding
 
 
@@ -33,9 +34,9 @@ class JointCode:
 
 
 @cache
-def joint_code(precision: str, tree: Tree) -> JointCode:
-    """The functions for one precision; the tree says what types they take."""
-    types, code = device_types(precision, tree), element_code(precision, tree)
+def joint_code(numbers: Numbers, tree: Tree) -> JointCode:
+    """The functions for one kind of numbers; the tree says what types they take."""
+    types, code = device_types(numbers, tree), element_code(numbers, tree)
     Real, vec2, vec3, mat33 = types.Real, types.vec2, types.vec3, types.mat33
     Shape, Motion = code.Shape, code.Motion
     A, Gamma = MOMENTS.index("A"), MOMENTS.index("Gamma")

@@ -7,28 +7,31 @@ from typing import Any
 import warp as wp
 
 from continuair.kernels.arm.joint import joint_code
+from continuair.kernels.numbers import Numbers
 from continuair.kernels.types import Tree, device_types, holding
 
 
 @dataclass(frozen=True)
 class RigidCode:
-    """Rigid, a struct, and what joints do to one; body_on_tip gives that of an arm."""
+    """Rigid, a struct, and what joints do to one; body_on_tip gives that of an arm, and
+    inverse_of is of an inertia."""
 
     Rigid: Any
     between: Any
     congruent: Any
     turned_by: Any
+    inverse_of: Any
     matrix_of: Any
     body_on_tip: Any
 
 
 @cache
-def rigid_code(precision: str, tree: Tree) -> RigidCode:
-    """The functions for one precision and tree."""
-    types, Carried = device_types(precision, tree), joint_code(precision, tree).Carried
+def rigid_code(numbers: Numbers, tree: Tree) -> RigidCode:
+    """The functions for one kind of numbers and tree."""
+    types, Carried = device_types(numbers, tree), joint_code(numbers, tree).Carried
     Real, vec3, mat33, Plant = types.Real, types.vec3, types.mat33, types.Plant
     Matrices = types.Matrices
-    half, two = Real(0.5), Real(2.0)
+    half, one, two = Real(0.5), Real(1.0), Real(2.0)
 
     @wp.struct
     class Rigid:
@@ -62,6 +65,18 @@ def rigid_code(precision: str, tree: Tree) -> RigidCode:
         yz = T[1, 0] * R[2, 0] + T[1, 1] * R[2, 1] + T[1, 2] * R[2, 2]
         zz = T[2, 0] * R[2, 0] + T[2, 1] * R[2, 1] + T[2, 2] * R[2, 2]
         return mat33(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+
+    @wp.func
+    def inverse_of(m: mat33):
+        """Of a symmetric matrix."""
+        a = m[1, 1] * m[2, 2] - m[1, 2] * m[1, 2]
+        b = m[0, 0] * m[2, 2] - m[0, 2] * m[0, 2]
+        c = m[0, 0] * m[1, 1] - m[0, 1] * m[0, 1]
+        d = m[0, 2] * m[1, 2] - m[0, 1] * m[2, 2]
+        e = m[0, 1] * m[1, 2] - m[0, 2] * m[1, 1]
+        f = m[0, 1] * m[0, 2] - m[0, 0] * m[1, 2]
+        scale = one / (m[0, 0] * a + m[0, 1] * d + m[0, 2] * e)
+        return scale * mat33(a, d, e, d, b, f, e, f, c)
 
     @wp.func
     def turned_by(R: mat33, body: Rigid):

@@ -6,10 +6,13 @@ form at its bend, in units of its λ. The tip's axes are the last section's, tur
 
 from dataclasses import dataclass
 from functools import cache
+from math import factorial
 from typing import Any
 
 import warp as wp
 
+from continuair.kernels.elementary import elementary_code
+from continuair.kernels.numbers import Numbers
 from continuair.kernels.types import FULL_LENGTH, Tree, device_types, holding
 
 
@@ -25,7 +28,6 @@ class TipCode:
     MovingTip: Any
     End: Any
     end_of: Any
-    bent_by: Any
     tip_of: Any
     moving_tip_of: Any
     wrench_on: Any
@@ -33,21 +35,27 @@ class TipCode:
 
 
 @cache
-def tip_code(precision: str, tree: Tree) -> TipCode:
-    """The functions for one precision and tree."""
-    types = device_types(precision, tree)
+def tip_code(numbers: Numbers, tree: Tree) -> TipCode:
+    """The functions for one kind of numbers and tree."""
+    types = device_types(numbers, tree)
     Real, State, Plant, Bends = types.Real, types.State, types.Plant, types.Bends
     Vectors = types.Vectors
-    vec2, vec3, vec4, quat = types.vec2, types.vec3, types.vec4, types.quat
+    vec2, vec3, quat = types.vec2, types.vec3, types.quat
     bend_of, bend_rate_of, mount_of = types.bend_of, types.bend_rate_of, types.mount_of
-    zero, half, one, two = Real(0.0), Real(0.5), Real(1.0), Real(2.0)
-    full, turned = Real(FULL_LENGTH), tree.turned
+    zero, quarter, half, one, two = (Real(x) for x in (0.0, 0.25, 0.5, 1.0, 2.0))
+    full, turned, Series = Real(FULL_LENGTH), tree.turned, wp.types.vector(6, Real)
+    polynomial = elementary_code(numbers).polynomial
+    series_3, series_4 = (
+        polynomial([(-1.0) ** k / factorial(2 * k + m) for k in reversed(range(8))]) for m in (3, 4)
+    )
 
     @wp.struct
     class End:
-        """A section's end seen from its base: point [λ], and A, A', B', Γ there."""
+        """A section's end seen from its base: point [λ] and turn, about (-b_y, b_x) by -|b| σ; and
+        A, A', B', Γ there."""
 
         point: vec3
+        turn: quat
         A: Real
         dA: Real
         dB: Real
@@ -70,22 +78,25 @@ def tip_code(precision: str, tree: Tree) -> TipCode:
 
     @wp.func
     def stumpff(z: Real):
-        """c_1 … c_4 of z; c_0 is 1 - z c_2."""
-        if z < Real(0.25):
-            c3 = Real(0.0)
-            c4 = Real(0.0)
-            for i in range(7):
-                n = Real(2.0) * Real(6 - i)
-                # The compiler folds these quotients of constants; dividing would wait for each.
-                c3 = (Real(1.0) - z * c3) * (Real(1.0) / ((n + Real(3.0)) * (n + Real(2.0))))
-                c4 = (Real(1.0) - z * c4) * (Real(1.0) / ((n + Real(4.0)) * (n + Real(3.0))))
-            c4 = c4 * Real(0.5)
-            return vec4(Real(1.0) - z * c3, Real(0.5) - z * c4, c3, c4)
-        x = wp.sqrt(z)
-        sine = wp.sin(Real(0.5) * x)
-        c1 = wp.sin(x) / x
-        c2 = Real(2.0) * sine * sine / z
-        return vec4(c1, c2, (Real(1.0) - c1) / z, (Real(0.5) - c2) / z)
+        """c_1 … c_4 of z, and c_0 and c_1 of z/4: series of z/64, and three times the double angle.
+
+        c_0 is 1 - z c_2.
+        """
+        t = z * Real(0.015625)
+        c3 = series_3(t)
+        c4 = series_4(t)
+        c1 = one - t * c3
+        c2 = half - t * c4
+        before = vec2(one, c1)
+        for _ in range(3):
+            c0 = one - t * c2
+            before = vec2(c0, c1)
+            c4 = Real(0.125) * c3 * (one + c1)
+            c3 = (c2 + c0 * c3) * quarter
+            c2 = half * c1 * c1
+            c1 = c0 * c1
+            t = Real(4.0) * t
+        return Series(c1, c2, c3, c4, before[0], before[1])
 
     @wp.func
     def end_of(b: vec2):
@@ -97,16 +108,9 @@ def tip_code(precision: str, tree: Tree) -> TipCode:
         out.dB = half * full * full * full * (c[2] - c[1])
         out.Gamma = full * full * full * c[2]
         out.point = vec3(A * b[0], A * b[1], -full * c[0])
+        s = half * full * c[5]
+        out.turn = quat(s * b[1], -s * b[0], zero, c[4])
         return out
-
-    @wp.func
-    def bent_by(b: vec2):
-        """The turn of a section's end, about (-b_y, b_x) by -|b| σ."""
-        x = half * full * wp.sqrt(wp.dot(b, b))
-        s = half * full
-        if x > Real(1e-4):
-            s = half * full * wp.sin(x) / x
-        return quat(s * b[1], -s * b[0], zero, wp.cos(x))
 
     @wp.func
     def along_bend(a: Real, d_a: Real, d_beta: Real, b: vec2, force: vec3):
@@ -163,15 +167,15 @@ def tip_code(precision: str, tree: Tree) -> TipCode:
             """The Tip of this arm."""
             out = mounted(plant, arm)
             for i in range(first, last):
-                b = bend_of(y, i)
-                step = plant.unit[i] * end_of(b).point
+                end = end_of(bend_of(y, i))
+                step = plant.unit[i] * end.point
                 if wp.static(turned or tree.sections[arm] > 1):
                     step = wp.quat_rotate(out.attitude, step)
                 out.point += step
                 if wp.static(turned or tree.sections[arm] > 1):
-                    out.attitude = out.attitude * bent_by(b)
+                    out.attitude = out.attitude * end.turn
                 else:
-                    out.attitude = bent_by(b)
+                    out.attitude = end.turn
             out.attitude = half_turn(out.attitude)
             return out
 
@@ -193,7 +197,7 @@ def tip_code(precision: str, tree: Tree) -> TipCode:
                 step = plant.unit[i] * end.point
                 moved = swept_by(end, plant.unit[i], b, db)
                 spin = turned_by(end, b, db)
-                turn = bent_by(b)
+                turn = end.turn
                 if wp.static(turned or tree.sections[arm] > 1):
                     step = wp.quat_rotate(at.attitude, step)
                     moved = wp.quat_rotate(at.attitude, moved)
@@ -232,7 +236,7 @@ def tip_code(precision: str, tree: Tree) -> TipCode:
                     m = wp.quat_rotate_inv(
                         at.attitude, moment + wp.cross(tip.point - at.point, force)
                     )
-                    at.attitude = at.attitude * bent_by(b)
+                    at.attitude = at.attitude * end.turn
                 on = wrench_on_bend(end, plant.unit[i], b, f, m)
                 out[2 * i] = on[0]
                 out[2 * i + 1] = on[1]

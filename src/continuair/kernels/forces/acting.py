@@ -9,6 +9,7 @@ import warp as wp
 from continuair.kernels.flight import flight_code
 from continuair.kernels.forces.inputs import input_code
 from continuair.kernels.forces.load import load_code
+from continuair.kernels.numbers import Numbers
 from continuair.kernels.types import Tree, device_types, holding
 from continuair.vehicle.layout import PAPER, TIP
 
@@ -26,12 +27,12 @@ class ActingCode:
 
 
 @cache
-def acting_code(precision: str, tree: Tree, frozen_arm: bool) -> ActingCode:
+def acting_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> ActingCode:
     """The sums; frozen_arm: the tip pushes the base where it was at the start."""
-    types, loads = device_types(precision, tree), load_code(precision, tree)
+    types, loads = device_types(numbers, tree), load_code(numbers, tree)
     State, Push, Along = types.State, types.Push, types.Along
-    Flight, Load, plus = flight_code(precision, tree).Flight, loads.Load, loads.plus
-    inputs = input_code(precision, tree, frozen_arm)
+    Flight, Load, plus = flight_code(numbers, tree).Flight, loads.Load, loads.plus
+    inputs = input_code(numbers, tree, frozen_arm)
     push_load, paper_load, tip_load = inputs.push_load, inputs.paper_load, inputs.tip_load
     load_on_tip, misdirected = inputs.load_on_tip, inputs.misdirected
 

@@ -9,6 +9,7 @@ import warp as wp
 from continuair.kernels.arm.tip import tip_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.forces.load import load_code
+from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.types import FULL_LENGTH, Tree, device_types, holding
 from continuair.vehicle.layout import COMMAND
 
@@ -26,11 +27,12 @@ class InputCode:
 
 
 @cache
-def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
+def input_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> InputCode:
     """Forces of the inputs; frozen_arm: the tip pushes the base where it was at the start."""
-    types, tips = device_types(precision, tree), tip_code(precision, tree)
-    flight, loads = flight_code(precision, tree), load_code(precision, tree)
-    Load, plus = loads.Load, loads.plus
+    types, tips = device_types(numbers, tree), tip_code(numbers, tree)
+    flight, loads = flight_code(numbers, tree), load_code(numbers, tree)
+    Load, plus, code = loads.Load, loads.plus, number_code(numbers)
+    above, finite, of_row = code.above, code.finite, code.of_row
     Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
     vec2, vec3, quat, layout = types.vec2, types.vec3, types.quat, types.layout
     Along, two_of, tilt_of = types.Along, types.two_of, types.tilt_of
@@ -52,8 +54,7 @@ def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
         """
         x = wp.quat_rotate_inv(q, vec3(zero, zero, one))
         cos_pitch = wp.sqrt(x[1] * x[1] + x[2] * x[2])
-        if x[2] * roll[0] + x[1] * roll[1] < zero:
-            cos_pitch = -cos_pitch
+        cos_pitch = above(zero, x[2] * roll[0] + x[1] * roll[1], -cos_pitch, cos_pitch)
         sin_roll = x[1] / cos_pitch
         cos_roll = x[2] / cos_pitch
         # The third row of R is (-sin θ, sin φ cos θ, cos φ cos θ).
@@ -71,16 +72,13 @@ def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
         branch: (cos ψa, sin ψa) of the signed branch followed so far; Q_κ acts along it.
         """
         size = wp.length(b)
-        direction = branch
-        if size > zero:
-            direction = b / size
-        pushed = along * direction
-        if wp.dot(direction, branch) < zero:
-            pushed = -pushed
+        n = one / above(size, zero, size, one)
+        x = above(size, zero, n * b[0], branch[0])
+        y = above(size, zero, n * b[1], branch[1])
+        pushed = above(zero, x * branch[0] + y * branch[1], -along, along) * vec2(x, y)
         scaled = wp.max(size, threshold)
-        if around == zero or scaled == zero:
-            return pushed
-        return pushed + around / scaled * vec2(-direction[1], direction[0])
+        turning = above(scaled, zero, around / above(scaled, zero, scaled, one), zero)
+        return pushed + turning * vec2(-y, x)
 
     @wp.func
     def push_load(y: State, flight: Flight, row: int, command: Push):
@@ -88,7 +86,7 @@ def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
         push = command
         if flight.groups != COMMAND:
             for j in range(pushes):
-                push[j] = push[j] + flight.inputs[row, flight.column, j]
+                push[j] = push[j] + of_row(flight.inputs, row, flight.run, j)
         out = Load()
         out.force = wp.quat_rotate_inv(attitude_of(y), force_of(push))
         out.moment = moment_of(push)
@@ -102,8 +100,8 @@ def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
         """The paper's torques on the bend of a section."""
         unit = flight.plant.unit[section]
         threshold = flight.plant.threshold[section]
-        pushed = flight.inputs[row, flight.column, polar + 2 * section]
-        around = unit * flight.inputs[row, flight.column, polar + 2 * section + 1]
+        pushed = of_row(flight.inputs, row, flight.run, polar + 2 * section)
+        around = unit * of_row(flight.inputs, row, flight.run, polar + 2 * section + 1)
         b = bend_of(y, section)
         return polar_to_bend(b, two_of(along, section), threshold, pushed, around) / unit
 
@@ -111,10 +109,12 @@ def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
     def paper_load(y: State, along: Along, flight: Flight, row: int):
         """Torques conjugate to the paper's angles and bends; Eq. of motion, Amiri et al."""
         out = Load()
-        torque = three_of(flight.inputs, row, flight.column, euler)
-        if wp.length_sq(torque) > zero:
-            roll = two_of(along, sections)
-            out.moment = euler_torque_to_body(attitude_of(y), torque, roll)
+        torque = three_of(flight.inputs, row, flight.run, euler)
+        size = wp.length_sq(torque)
+        moment = euler_torque_to_body(attitude_of(y), torque, two_of(along, sections))
+        for j in range(3):
+            # At a pitch of a quarter turn no torque is none.
+            out.moment[j] = above(size, zero, moment[j], zero)
         for i in range(sections):
             pushed = polar_load(y, along, flight, row, i)
             out.bend[2 * i] = pushed[0]
@@ -122,23 +122,24 @@ def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
         return out
 
     @wp.func
-    def passes_gimbal_lock(y: State, end: State, along: Along, flight: Flight, row: int):
-        """Whether a step passes a pitch of a quarter turn so near that Euler torques hang on it.
+    def near_gimbal_lock(y: State, end: State, along: Along, flight: Flight, row: int):
+        """1 where a step passes a pitch of a quarter turn so near that Euler torques hang on it.
 
-        There roll and yaw turn by half a turn, one way or the other; what acts along yaw grows
-        as 1/cos θ. A pass through it in a plane is none: torques along pitch stay what they are.
+        There roll and yaw turn by half a turn, one way or the other; what acts along yaw grows as
+        1/cos θ. A pass through it in a plane is none: torques along pitch stay what they are.
         """
-        torque = three_of(flight.inputs, row, flight.column, euler)
+        torque = three_of(flight.inputs, row, flight.run, euler)
         tilt = tilt_of(end)
         roll = two_of(along, sections)
         size = wp.length(tilt)
-        grows = torque[0] != zero or torque[2] != zero
-        if grows and wp.length(tilt - tilt_of(y)) > near * size:
-            return True
+        grows = wp.abs(torque[0]) + wp.abs(torque[2])
+        passed = above(wp.length(tilt - tilt_of(y)), near * size, one, zero)
         cosine = wp.dot(tilt, roll)
         aside = wp.abs(roll[0] * tilt[1] - roll[1] * tilt[0])
-        turned = cosine <= clear * size and (cosine >= zero or aside > planar * size)
-        return turned and torque[1] != zero
+        turned = above(zero, cosine, above(aside, planar * size, one, zero), one)
+        turned = above(cosine, clear * size, zero, turned)
+        found = above(wp.abs(torque[1]), zero, turned, zero)
+        return wp.max(found, above(grows, zero, passed, zero))
 
     @wp.func
     def misdirected(y: State, end: State, along: Along, flight: Flight, row: int):
@@ -149,19 +150,19 @@ def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
         Twice what they bend a section by at rest, which moves the tip by its reach; at most an arm
         length, which it is for torques along roll, pitch and yaw near gimbal lock.
         """
-        worst = zero
-        if passes_gimbal_lock(y, end, along, flight, row):
-            worst = one
+        worst = finite(wp.length_sq(end), near_gimbal_lock(y, end, along, flight, row), zero)
         for i in range(sections):
             b = bend_of(end, i)
             branch = two_of(along, i)
             size = wp.length(b)
             cosine = wp.dot(b, branch)
             aside = wp.abs(branch[0] * b[1] - branch[1] * b[0])
-            if cosine <= clear * size and (cosine >= zero or aside > planar * size):
-                pushed = polar_load(y, along, flight, row, i)
-                bent = wp.length(pushed) / flight.plant.stiffness[i]
-                worst = wp.max(worst, wp.min(one, flight.plant.reach[i] * Real(2.0) * full * bent))
+            pushed = polar_load(y, along, flight, row, i)
+            bent = wp.length(pushed) / flight.plant.stiffness[i]
+            moved = wp.min(one, flight.plant.reach[i] * Real(2.0) * full * bent)
+            beside = above(zero, cosine, above(aside, planar * size, moved, zero), moved)
+            beside = above(cosine, clear * size, zero, beside)
+            worst = wp.max(worst, finite(cosine, beside, zero))
         return worst
 
     def load_on_tip(arm: int) -> Any:
@@ -174,8 +175,8 @@ def input_code(precision: str, tree: Tree, frozen_arm: bool) -> InputCode:
         def load(y: State, flight: Flight, row: int):
             out = Load()
             plant, q = flight.plant, attitude_of(y)
-            force = three_of(flight.inputs, row, flight.column, tip_force)
-            moment = three_of(flight.inputs, row, flight.column, tip_moment)
+            force = three_of(flight.inputs, row, flight.run, tip_force)
+            moment = three_of(flight.inputs, row, flight.run, tip_moment)
             tip = tip_of(y, plant)
             out.force = wp.quat_rotate_inv(q, force)
             on_arm = out.force

@@ -6,6 +6,7 @@ from typing import Any
 
 import warp as wp
 
+from continuair.kernels.numbers import Numbers
 from continuair.kernels.types import Tree, device_types, holding
 
 
@@ -18,9 +19,9 @@ class LoadCode:
 
 
 @cache
-def load_code(precision: str, tree: Tree) -> LoadCode:
-    """The struct for one precision and tree of arms."""
-    types = device_types(precision, tree)
+def load_code(numbers: Numbers, tree: Tree) -> LoadCode:
+    """The struct for one kind of numbers and tree of arms."""
+    types = device_types(numbers, tree)
     Bends, vec3 = types.Bends, types.vec3
 
     @wp.struct

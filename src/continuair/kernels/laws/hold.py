@@ -9,7 +9,7 @@ from continuair.kernels.sensing.sense import LawCode
 
 def law(code: LawCode) -> SimpleNamespace:
     """The law on the device."""
-    Real, Sense, push = code.Real, code.Sense, code.push
+    Real, Sense, push, above = code.Real, code.Sense, code.push, code.above
     Bends, vec3, quat, mat33 = code.Bends, code.vec3, code.quat, code.mat33
     two, zero, one = Real(2.0), Real(0.0), Real(1.0)
 
@@ -31,7 +31,7 @@ def law(code: LawCode) -> SimpleNamespace:
         w = gains.rate
         f = gains.mass * w * (w * (gains.position - sense.position) - two * sense.velocity)
         turn = wp.quat_inverse(sense.attitude) * gains.attitude
-        side = two * wp.where(turn[3] < zero, -one, one)
+        side = two * above(zero, turn[3], -one, one)
         w = gains.attitude_rate
         error = side * vec3(turn[0], turn[1], turn[2])
         m = gains.inertia * (w * (w * error - two * sense.angular_velocity))

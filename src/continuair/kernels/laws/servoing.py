@@ -18,7 +18,7 @@ def law(code: LawCode) -> SimpleNamespace:
     """The law on the device."""
     Real, vec3, Image, ImageGain = code.Real, code.vec3, code.Image, code.ImageGain
     Sense, interaction, rows = code.Sense, code.interaction, 2 * code.points
-    push, camera_push = code.push, code.camera_push
+    push, camera_push, tanh = code.push, code.camera_push, code.tanh
 
     @wp.struct
     class Gains:
@@ -42,7 +42,7 @@ def law(code: LawCode) -> SimpleNamespace:
         e_dot = gains.feed_forward * target_rate - camera_rate
         sliding = Image()
         for i in range(rows):
-            sliding[i] = wp.tanh(e[i] / gains.sigma)
+            sliding[i] = tanh(e[i] / gains.sigma)
         e_a = gains.Cd * e_dot + gains.Cp * e + gains.Cs * sliding
         damped = camera_rate - gains.on_feature_rate * target_rate
         tau = sense.weight + gains.spring * sense.spring

@@ -11,6 +11,8 @@ from typing import Any
 import warp as wp
 
 from continuair.kernels.arm.tip import tip_code
+from continuair.kernels.elementary import elementary_code
+from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.types import Tree, device_types, holding
 
 
@@ -33,14 +35,17 @@ class Eye:
 
 
 @cache
-def eye_code(precision: str, tree: Tree, points: int) -> Eye:
-    """The eye for one precision and tree of arms, and a number of feature points."""
-    types, tips = device_types(precision, tree), tip_code(precision, tree)
+def eye_code(numbers: Numbers, tree: Tree, points: int) -> Eye:
+    """The eye for one kind of numbers and tree of arms, and a number of feature points."""
+    types, tips = device_types(numbers, tree), tip_code(numbers, tree)
     Real, State, Plant, push_of = types.Real, types.State, types.Plant, types.push_of
     vec2, vec3, quat, Along = types.vec2, types.vec3, types.quat, types.Along
     position_of, attitude_of, velocity_of = types.position_of, types.attitude_of, types.velocity_of
     bend_of, bend_rate_of, spin_of = types.bend_of, types.bend_rate_of, types.spin_of
-    Tip, two_of = tips.Tip, types.two_of
+    Tip, two_of, Cell, code = tips.Tip, types.two_of, types.Cell, number_code(numbers)
+    above, any_above, randn = code.above, code.any_above, code.randn
+    known = elementary_code(numbers)
+    sine, cosine, angle_of = known.sine, known.cosine, known.angle_of
     moving_tip_of, wrench_on = tips.moving_tip_of(tree.eye), tips.wrench_on(tree.eye)
     last, bends = tree.first[tree.eye + 1] - 1, types.layout.bends
     zero, half, one = Real(0.0), Real(0.5), Real(1.0)
@@ -53,14 +58,14 @@ def eye_code(precision: str, tree: Tree, points: int) -> Eye:
 
     @wp.struct
     class Camera:
-        """Intrinsics [px], mount in the tip frame, noise [px]; frenet: 1 if that frame spins."""
+        """Intrinsics [px], mount in the tip frame, noise [px]; frenet: 1 where that frame spins."""
 
         focal: vec2
         principal: vec2
         size: vec2
         position: vec3
         attitude: quat
-        frenet: wp.int32
+        frenet: Real
         noise: Real
 
     @wp.struct
@@ -83,15 +88,13 @@ def eye_code(precision: str, tree: Tree, points: int) -> Eye:
         image: Image
         depth: Depth
         seen: Image
-        in_view: wp.int32
+        in_view: Real
 
     @wp.func
     def spin_per_bend_rate(b: vec2, plant: Plant):
         """∂ψ̇a/∂ḃ, finite at the straight arm (Remark 1)."""
         u = wp.max(wp.dot(b, b), plant.threshold[last] * plant.threshold[last])
-        if u == zero:
-            return vec2(zero, zero)
-        return vec2(-b[1], b[0]) / u
+        return above(u, zero, one / above(u, zero, u, one), zero) * vec2(-b[1], b[0])
 
     @wp.func
     def view_of(y: State, along: Along, plant: Plant, camera: Camera):
@@ -105,16 +108,17 @@ def eye_code(precision: str, tree: Tree, points: int) -> Eye:
         out.tip = moving.tip
         direction = two_of(along, last)
         size = wp.length(b)
-        if size > zero:
-            # Between the steps, too, the frenet frame is that of the bend itself.
-            direction = b * (wp.where(wp.dot(b, direction) < zero, -one, one) / size)
+        # Between the steps, too, the frenet frame is that of the bend itself.
+        side = above(zero, wp.dot(b, direction), -one, one) / above(size, zero, size, one)
+        along_x = above(size, zero, b[0] * side, direction[0])
+        across = above(size, zero, b[1] * side, direction[1])
         out.axis = wp.quat_rotate(turn, vec3(zero, zero, one))
         # The untwisted tip turns with the bends; the frenet frame spins about its axis besides.
         spin = w + moving.turned
-        if camera.frenet != 0:
-            angle = half * wp.atan2(direction[1], direction[0])
-            turn = turn * quat(zero, zero, -wp.sin(angle), wp.cos(angle))
-            spin -= wp.dot(spin_per_bend_rate(b, plant), db) * out.axis
+        if any_above(camera.frenet, zero):
+            angle = half * camera.frenet * angle_of(across, along_x)
+            turn = turn * quat(zero, zero, -sine(angle), cosine(angle))
+            spin -= camera.frenet * wp.dot(spin_per_bend_rate(b, plant), db) * out.axis
         arm = wp.quat_rotate(turn, camera.position)
         out.on_body = moving.tip.point + arm
         out.to_body = turn * camera.attitude
@@ -129,33 +133,34 @@ def eye_code(precision: str, tree: Tree, points: int) -> Eye:
         return out
 
     @wp.func
-    def look(view: View, camera: Camera, target: vec3, corners: wp.array(dtype=vec3)):
+    def look(view: View, camera: Camera, target: vec3, corners: wp.array2d(dtype=Cell)):
         """Project the target's points, target: its centroid in the world."""
         out = Sight()
         for i in range(count):
-            p = wp.quat_rotate_inv(view.attitude, target + corners[i] - view.position)
+            corner = vec3(Real(corners[i, 0]), Real(corners[i, 1]), Real(corners[i, 2]))
+            p = wp.quat_rotate_inv(view.attitude, target + corner - view.position)
             out.depth[i] = p[2]
-            if p[2] > zero:
-                x = p[0] / p[2]
-                y = p[1] / p[2]
-                out.image[2 * i] = x
-                out.image[2 * i + 1] = y
-                u = camera.focal[0] * x + camera.principal[0]
-                v = camera.focal[1] * y + camera.principal[1]
-                if u >= zero and v >= zero and u <= camera.size[0] and v <= camera.size[1]:
-                    out.seen[2 * i] = one
-                    out.seen[2 * i + 1] = one
-                    out.in_view += 1
+            depth = above(p[2], zero, p[2], one)
+            x = above(p[2], zero, p[0] / depth, zero)
+            y = above(p[2], zero, p[1] / depth, zero)
+            out.image[2 * i] = x
+            out.image[2 * i + 1] = y
+            u = camera.focal[0] * x + camera.principal[0]
+            v = camera.focal[1] * y + camera.principal[1]
+            within = wp.min(wp.min(u, v), wp.min(camera.size[0] - u, camera.size[1] - v))
+            seen = above(p[2], zero, above(zero, within, zero, one), zero)
+            out.seen[2 * i] = seen
+            out.seen[2 * i + 1] = seen
+            out.in_view += seen
         return out
 
     @wp.func
-    def blur(sight: Sight, camera: Camera, seed: wp.int32, frame: wp.int32):
+    def blur(sight: Sight, camera: Camera, seeds: wp.array(dtype=wp.int32), run: int, frame: int):
         """Add pixel noise, the same for the same seed and frame."""
-        if camera.noise > zero:
-            generator = wp.rand_init(seed, frame)
+        if any_above(camera.noise, zero):
             for i in range(count):
                 for j in range(2):
-                    noise = camera.noise * Real(wp.randn(generator))
+                    noise = camera.noise * randn(seeds, run, frame, 2 * i + j)
                     sight.image[2 * i + j] = sight.image[2 * i + j] + noise / camera.focal[j]
         return sight
 
@@ -166,18 +171,18 @@ def eye_code(precision: str, tree: Tree, points: int) -> Eye:
         for i in range(count):
             x = sight.image[2 * i]
             y = sight.image[2 * i + 1]
-            if sight.seen[2 * i] > zero:
-                n = one / sight.depth[i]
-                L[2 * i, 0] = -n
-                L[2 * i, 2] = x * n
-                L[2 * i, 3] = x * y
-                L[2 * i, 4] = -(one + x * x)
-                L[2 * i, 5] = y
-                L[2 * i + 1, 1] = -n
-                L[2 * i + 1, 2] = y * n
-                L[2 * i + 1, 3] = one + y * y
-                L[2 * i + 1, 4] = -x * y
-                L[2 * i + 1, 5] = -x
+            seen = sight.seen[2 * i]
+            n = seen / above(seen, zero, sight.depth[i], one)
+            L[2 * i, 0] = -n
+            L[2 * i, 2] = x * n
+            L[2 * i, 3] = seen * x * y
+            L[2 * i, 4] = -seen * (one + x * x)
+            L[2 * i, 5] = seen * y
+            L[2 * i + 1, 1] = -n
+            L[2 * i + 1, 2] = y * n
+            L[2 * i + 1, 3] = seen * (one + y * y)
+            L[2 * i + 1, 4] = -seen * x * y
+            L[2 * i + 1, 5] = -seen * x
         return L
 
     @wp.func
@@ -187,10 +192,9 @@ def eye_code(precision: str, tree: Tree, points: int) -> Eye:
         m = wp.quat_rotate(view.to_body, vec3(wrench[3], wrench[4], wrench[5]))
         t = m + wp.cross(view.on_body - view.tip.point, f)
         bend = wrench_on(y, plant, view.tip, f, t)
-        if camera.frenet != 0:
-            on_last = wp.dot(view.axis, t) * spin_per_bend_rate(bend_of(y, last), plant)
-            bend[2 * last] = bend[2 * last] - on_last[0]
-            bend[2 * last + 1] = bend[2 * last + 1] - on_last[1]
+        on_last = wp.dot(view.axis, t) * spin_per_bend_rate(bend_of(y, last), plant)
+        bend[2 * last] = bend[2 * last] - camera.frenet * on_last[0]
+        bend[2 * last + 1] = bend[2 * last + 1] - camera.frenet * on_last[1]
         for j in range(bends):
             bend[j] = plant.unit[j // 2] * bend[j]
         force = wp.quat_rotate(attitude_of(y), f)

@@ -13,6 +13,7 @@ from typing import Any
 import warp as wp
 
 from continuair.kernels.flight import flight_code
+from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.eye import eye_code
 from continuair.kernels.sensing.sense import law_code
 from continuair.kernels.types import Tree, device_types, holding
@@ -31,24 +32,25 @@ class PilotCode:
     push_at: Any
 
 
+@wp.struct
+class Nothing:
+    """What there is of a loop without a law."""
+
+    nothing: wp.int32
+
+
 @cache
-def no_pilot(precision: str, tree: Tree) -> PilotCode:
+def no_pilot(numbers: Numbers, tree: Tree) -> PilotCode:
     """Nobody pushes."""
-    types, Flight = device_types(precision, tree), flight_code(precision, tree).Flight
+    types, Flight = device_types(numbers, tree), flight_code(numbers, tree).Flight
     Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
 
-    @wp.struct
-    class Loop:
-        nothing: wp.int32
-
-    @wp.struct
-    class Pilot:
-        nothing: wp.int32
+    Loop = Pilot = Nothing
 
     @wp.struct
     class Decision:
         push: Push
-        lost: wp.bool
+        lost: Real
 
     @wp.func
     def pilot_of(loop: Loop, run: int):
@@ -69,15 +71,19 @@ def no_pilot(precision: str, tree: Tree) -> PilotCode:
     return holding(PilotCode, locals())
 
 
-def law_pilot(precision: str, tree: Tree, points: int, law: Any, every_stage: bool) -> PilotCode:
+def law_pilot(numbers: Numbers, tree: Tree, points: int, law: Any, every_stage: bool) -> PilotCode:
     """A law pushes; every_stage: at every stage of a step, else its push is held."""
-    types, Flight = device_types(precision, tree), flight_code(precision, tree).Flight
-    eye, ground = eye_code(precision, tree, points), law_code(precision, tree, points)
-    Real, State, Push, Along, vec3 = types.Real, types.State, types.Push, types.Along, types.vec3
+    types, Flight = device_types(numbers, tree), flight_code(numbers, tree).Flight
+    eye, ground = eye_code(numbers, tree, points), law_code(numbers, tree, points)
+    Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
     Camera, Sight, Twist, Sense = eye.Camera, eye.Sight, eye.Twist, ground.Sense
     view_of, look, blur, proprioception = eye.view_of, eye.look, eye.blur, ground.proprioception
     Gains, control, has_camera = law.Gains, law.control, points > 0
-    three_of, zero, frame_of = types.three_of, Real(0.0), frame_columns(points)
+    Cell, three_of, code = types.Cell, types.three_of, number_code(numbers)
+    keep, of_run, of_sample, above = code.keep, code.of_run, code.of_sample, code.above
+    Cameras, AllGains = code.rows_of(Camera), code.rows_of(Gains)
+    camera_of, gains_of = code.reader_of(Camera), code.reader_of(Gains)
+    zero, one, frame_of = Real(0.0), Real(1.0), frame_columns(points)
     image, seen, depth = (frame_of[name].start for name in ("image", "seen", "depth"))
     place, speed = MOTION["position"].start, MOTION["velocity"].start
 
@@ -96,12 +102,12 @@ def law_pilot(precision: str, tree: Tree, points: int, law: Any, every_stage: bo
         exposed: wp.array(dtype=wp.int32)
         shown: wp.array(dtype=wp.int32)
         seeds: wp.array(dtype=wp.int32)
-        cameras: wp.array(dtype=Camera)
-        gains: wp.array(dtype=Gains)
-        corners: wp.array(dtype=vec3)
-        motion: wp.array3d(dtype=Real)
-        desired: wp.array2d(dtype=Real)
-        frames: wp.array3d(dtype=Real)
+        cameras: Cameras
+        gains: AllGains
+        corners: wp.array2d(dtype=Cell)
+        motion: wp.array3d(dtype=Cell)
+        desired: wp.array2d(dtype=Cell)
+        frames: wp.array3d(dtype=Cell)
         needed: wp.int32
 
     @wp.struct
@@ -115,18 +121,18 @@ def law_pilot(precision: str, tree: Tree, points: int, law: Any, every_stage: bo
 
     @wp.struct
     class Decision:
-        """The push from now on; lost: whether no point is in view that is needed."""
+        """The push from now on; lost: 1 where no point is in view that is needed, else 0."""
 
         push: Push
-        lost: wp.bool
+        lost: Real
 
     @wp.func
     def pilot_of(loop: Loop, run: int):
         out = Pilot()
         out.loop = loop
         out.run = run
-        out.camera = loop.cameras[wp.min(run, loop.cameras.shape[0] - 1)]
-        out.gains = loop.gains[wp.min(run, loop.gains.shape[0] - 1)]
+        out.camera = camera_of(loop.cameras, run)
+        out.gains = gains_of(loop.gains, run)
         return out
 
     @wp.func
@@ -134,10 +140,10 @@ def law_pilot(precision: str, tree: Tree, points: int, law: Any, every_stage: bo
         frames, run = pilot.loop.frames, pilot.run
         slot = frame % frames.shape[1]
         for i in range(2 * points):
-            frames[run, slot, image + i] = sight.image[i]
-            frames[run, slot, seen + i] = sight.seen[i]
+            keep(frames, run, slot, image + i, sight.image[i])
+            keep(frames, run, slot, seen + i, sight.seen[i])
         for i in range(points):
-            frames[run, slot, depth + i] = sight.depth[i]
+            keep(frames, run, slot, depth + i, sight.depth[i])
 
     @wp.func
     def report(pilot: Pilot, frame: int):
@@ -145,10 +151,10 @@ def law_pilot(precision: str, tree: Tree, points: int, law: Any, every_stage: bo
         frames, run = pilot.loop.frames, pilot.run
         slot = frame % frames.shape[1]
         for i in range(2 * points):
-            out.image[i] = frames[run, slot, image + i]
-            out.seen[i] = frames[run, slot, seen + i]
+            out.image[i] = of_sample(frames, run, slot, image + i)
+            out.seen[i] = of_sample(frames, run, slot, seen + i)
         for i in range(points):
-            out.depth[i] = frames[run, slot, depth + i]
+            out.depth[i] = of_sample(frames, run, slot, depth + i)
         return out
 
     @wp.func
@@ -157,18 +163,16 @@ def law_pilot(precision: str, tree: Tree, points: int, law: Any, every_stage: bo
         out = proprioception(time, y, flight)
         if wp.static(has_camera):
             loop = pilot.loop
-            column = wp.min(pilot.run, loop.motion.shape[1] - 1)
             out.camera = pilot.camera
             out.view = view_of(y, along, flight.plant, pilot.camera)
             out.camera_twist = out.view.twist
-            moving = three_of(loop.motion, row, column, speed)
+            moving = three_of(loop.motion, row, pilot.run, speed)
             moving = wp.quat_rotate_inv(out.view.attitude, moving)
             out.target_twist = Twist(moving[0], moving[1], moving[2], zero, zero, zero)
-            at = three_of(loop.motion, row, column, place)
+            at = three_of(loop.motion, row, pilot.run, place)
             out.sight = look(out.view, pilot.camera, at, loop.corners)
-            wanted = wp.min(pilot.run, loop.desired.shape[0] - 1)
             for i in range(2 * points):
-                out.desired[i] = loop.desired[wanted, i]
+                out.desired[i] = of_run(loop.desired, pilot.run, i)
         return out
 
     @wp.func
@@ -183,11 +187,12 @@ def law_pilot(precision: str, tree: Tree, points: int, law: Any, every_stage: bo
                 row = 3 * i
             sense = sense_of(row, time, y, along, flight, pilot)
             if wp.static(has_camera):
-                out.lost = loop.needed != 0 and sense.sight.in_view == 0
+                if loop.needed != 0:
+                    out.lost = above(sense.sight.in_view, zero, zero, one)
                 if wp.static(not every_stage):
                     if loop.exposed[i] >= 0:
                         blurred = blur(
-                            sense.sight, pilot.camera, loop.seeds[pilot.run], loop.exposed[i]
+                            sense.sight, pilot.camera, loop.seeds, pilot.run, loop.exposed[i]
                         )
                         expose(pilot, loop.exposed[i], blurred)
                     sense.sight = report(pilot, loop.shown[i])

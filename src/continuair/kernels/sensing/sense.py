@@ -13,7 +13,9 @@ from typing import Any
 import warp as wp
 
 from continuair.kernels.arm.chain import chain_code
+from continuair.kernels.elementary import elementary_code
 from continuair.kernels.flight import flight_code
+from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.eye import eye_code
 from continuair.kernels.types import Tree, device_types, holding
 
@@ -23,9 +25,12 @@ class LawCode:
     """What a law is written with: types, and functions of what it senses.
 
     push(force: vec3, moment: vec3, bend: Bends) -> Push, which adds up, with two numbers per
-    section in Bends, arm by arm from the base out: for one section it is vec2;
-    camera_push(sense, wrench: Twist) -> Push, J_cᵀ wrench; interaction(sight) -> L, Eq. (14), Amiri et al.; points: number of
-    feature points; Image, ImageGain, Twist: vectors and matrices for them; Sense: below.
+    section in Bends, arm by arm from the base out, which for one section is vec2;
+    camera_push(sense, wrench: Twist) -> Push, J_cᵀ wrench; interaction(sight) -> L, Eq. (14), Amiri
+    et al.; points: number of feature points; Image, ImageGain, Twist: vectors and matrices for
+    them; Sense: below. On the CPU several runs fly at once: a law that chooses by above(a, b, x,
+    y), x where a > b and else y, and takes tanh from here does so too; one that branches on numbers
+    flies run by run.
     """
 
     points: int
@@ -44,13 +49,15 @@ class LawCode:
     camera_push: Any
     interaction: Any
     proprioception: Any
+    above: Any
+    tanh: Any
 
 
 @cache
-def law_code(precision: str, tree: Tree, points: int) -> LawCode:
-    """The common ground for one precision and tree of arms, and a number of feature points."""
-    types, total_of = device_types(precision, tree), chain_code(precision, tree, "alone").total_of
-    eye, Flight = eye_code(precision, tree, points), flight_code(precision, tree).Flight
+def law_code(numbers: Numbers, tree: Tree, points: int) -> LawCode:
+    """The common ground for numbers and tree of arms, and a number of feature points."""
+    types, total_of = device_types(numbers, tree), chain_code(numbers, tree, "alone").total_of
+    eye, Flight = eye_code(numbers, tree, points), flight_code(numbers, tree).Flight
     Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
     vec2, vec3, quat, mat33 = types.vec2, types.vec3, types.quat, types.mat33
     position_of, attitude_of, velocity_of = types.position_of, types.attitude_of, types.velocity_of
@@ -59,6 +66,7 @@ def law_code(precision: str, tree: Tree, points: int) -> LawCode:
     Camera, View, Sight, Image, Twist = eye.Camera, eye.View, eye.Sight, eye.Image, eye.Twist
     ImageGain, interaction, push_of_camera = eye.ImageGain, eye.interaction, eye.camera_push
     push, zero = types.push_of, Real(0.0)
+    above, tanh = number_code(numbers).above, elementary_code(numbers).tanh
 
     @wp.struct
     class Sense:

@@ -1,0 +1,79 @@
+"""How many runs fly at once on the CPU, and whether they may: packs are tried once per process."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from continuair.engine.compiling import load, made_once
+from continuair.engine.lanes import packs_of, struct_rows, table_rows
+from continuair.errors import ContinuairWarning
+from continuair.kernels.numbers import LANES, NARROW, Numbers
+from continuair.kernels.probe import PROBED, TERMS, WIDTH, probe_kernel
+
+Array = np.ndarray
+
+_RUNS = 11
+"""Of the trial: more than a pack, and not a multiple of one."""
+
+# Of the largest number of a row: rounding, once more or less fused.
+_ROUNDING = 64.0
+
+
+def lanes_of(runs: int, threads: int, precision: str, device: str) -> int:
+    """Runs that fly at once: those of a pack, narrow where all threads have enough of them, or 1.
+
+    A run has the same bits in both kinds of packs.
+    """
+    if device != "cpu" or not packs_work(precision):
+        return 1
+    narrow = NARROW[precision]
+    return narrow if runs <= narrow * threads else LANES[precision]
+
+
+@made_once
+def packs_work(precision: str) -> bool:
+    """Whether packs give what single runs give; where they do not, a warning says so."""
+    try:
+        alone, packed = _probed(precision, 1), _probed(precision, LANES[precision])
+    except Exception as error:  # Warp has no exception of its own for a build that failed.
+        return _refused(f"the compiler refuses them, {type(error).__name__}")
+    size = np.abs(alone).max(axis=1, keepdims=True)
+    apart = np.abs(alone - packed) <= _ROUNDING * np.finfo(alone.dtype).eps * size
+    return True if apart.all() else _refused("their numbers are others than those of single runs")
+
+
+def _refused(why: str) -> bool:
+    warnings.warn(
+        f"runs fly one by one, which takes several times as long, because packs of runs do not "
+        f"work here ({why}); use another version of Warp than {wp.__version__}.",
+        ContinuairWarning,
+        stacklevel=2,
+    )
+    return False
+
+
+def _probed(precision: str, lanes: int) -> Array:
+    """What the probe finds (runs, PROBED) for some runs that differ."""
+    kernel, Body, Row = probe_kernel(Numbers(precision, lanes))
+    _, Single, _ = probe_kernel(Numbers(precision))
+    real, cell = np.dtype(precision), getattr(wp, precision)
+    rng = np.random.default_rng(20260218)
+    attitude = rng.normal(size=(_RUNS, 4))
+    attitude /= np.linalg.norm(attitude, axis=1, keepdims=True)
+    bodies = np.zeros(_RUNS, Single.numpy_dtype())
+    bodies["attitude"], bodies["inertia"] = attitude, rng.normal(size=(_RUNS, 3, 3))
+    table = rng.normal(size=(_RUNS, TERMS, WIDTH)).astype(real)
+    angles = np.linspace(-3.0, 7.0, _RUNS)[:, None].astype(real)
+    out = np.zeros((_RUNS, PROBED), real)
+    arguments: list[Any] = [
+        struct_rows(bodies, Body, lanes, "cpu"),
+        table_rows(table, Row, lanes, "cpu"),
+        *(wp.array(array, dtype=cell, device="cpu", copy=False) for array in (angles, out)),
+    ]
+    load(kernel, "cpu")
+    wp.launch(kernel, dim=packs_of(_RUNS, lanes), device="cpu", inputs=arguments)
+    return out
