@@ -80,8 +80,8 @@ class Closing(Protocol):
     def scene(self) -> Any:
         """What is looked at, or None."""
 
-    def on(self, engine: Any) -> Any:
-        """Packed for an engine."""
+    def on(self, engine: Any, runs: int) -> Any:
+        """Packed for an engine and a number of runs."""
 
     def watch(self, engine: Any, log: Array, runs: Array) -> Array | None:
         """What is watched along logged rows of some runs."""
@@ -139,9 +139,9 @@ class Engine:
         observed = None
         if at_samples is not None:
             observed = np.full((n, samples, width_of(self.observed)), np.nan, self.dtype)
-        closed = None if loop is None else loop.on(self)
-        used = self.kernels if closed else self.kernels_for(n)
-        lanes = used.lanes
+        closed = None if loop is None else loop.on(self, n)
+        lanes = self.lanes(n) if closed is None else closed.kernels.lanes
+        used = self.kernels_of(lanes)
         rollout = used.rollout if closed is None else closed.kernels.rollout
         steps = self.steps(grid)
 
@@ -190,9 +190,15 @@ class Engine:
 
     def kernels_for(self, runs: int) -> Kernels:
         """The kernels that a number of runs fly with: on the CPU in packs."""
-        precision = self.dtype.name
-        lanes = lanes_of(runs, self.threads, precision, self.device)
-        return kernels(precision, self.tree, self.model, lanes)
+        return self.kernels_of(self.lanes(runs))
+
+    def kernels_of(self, lanes: int) -> Kernels:
+        """The kernels of packs of so many runs, or of single runs."""
+        return kernels(self.dtype.name, self.tree, self.model, lanes)
+
+    def lanes(self, runs: int) -> int:
+        """How many of a number of runs fly at once in a thread."""
+        return lanes_of(runs, self.threads, self.dtype.name, self.device)
 
     def vehicles(self, runs: Array | slice, found: Kernels) -> Any:
         """The struct of some runs' vehicles, for some kernels."""

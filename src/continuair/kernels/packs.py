@@ -178,9 +178,7 @@ def numbers_of_packs(precision: str, lanes: int) -> dict[str, Any]:
 
         return read
 
-    preamble = wp.ModuleBuildOptions(
-        extra_cpu_preamble=_PREAMBLE.replace("REAL", number["real"]).replace("COUNT", str(lanes))
-    )
+    preamble = _PREAMBLE.replace("REAL", number["real"]).replace("COUNT", str(lanes))
     flags = OPTIONS["cpu_compiler_flags"] + " -Wno-psabi"
     build = wp.ModuleBuildOptions(extra_cpu_preamble=preamble)
     options = {"cpu_compiler_flags": flags, "extra_build_options": build}
