@@ -91,6 +91,20 @@ def load(kernel: wp.Kernel, device: str) -> None:
             _loaded.add((module, device))
 
 
+def compiles(kernel: wp.Kernel) -> bool:
+    """Load a kernel for the CPU, as `load` does; False if the compiler refuses it, and no word."""
+    with _lock:
+        try:
+            with _without_native_words(what_fails=True):
+                load(kernel, "cpu")
+        except InputError:
+            raise
+        except Exception:
+            # Warp has no exception of its own for what it cannot build.
+            return False
+    return True
+
+
 def _load(module: Any, device: str, block: int) -> None:
     if _remove(_damaged(_folder(module, block))):
         module.mark_modified()
@@ -242,24 +256,29 @@ def _remove(paths: Iterator[Path] | list[Path]) -> bool:
 
 
 @contextmanager
-def _without_native_words() -> Iterator[None]:
+def _without_native_words(what_fails: bool = False) -> Iterator[None]:
     """Leave some lines of the native libraries out of stderr, such as that there is no driver.
 
-    Whatever else is said meanwhile, by any thread, is passed on.
+    Whatever else is said meanwhile, by any thread, is passed on; what_fails: but for all that is
+    said before an exception.
     """
+    failed = False
     _open_stderr()
     kept = os.dup(_STDERR)
     said = _file_without_disk()
     os.dup2(said, _STDERR)
     try:
         yield
+    except BaseException:
+        failed = True
+        raise
     finally:
         os.dup2(kept, _STDERR)
         os.close(kept)
         with open(said, "rb") as stream:
             stream.seek(0)
             rest = [line for line in stream if not any(words in line for words in _NOT_SAID)]
-        if rest:
+        if rest and not (failed and what_fails):
             os.write(_STDERR, b"".join(rest))
 
 

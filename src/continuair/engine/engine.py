@@ -84,8 +84,8 @@ class Closing(Protocol):
     def scene(self) -> Any:
         """What is looked at, or None."""
 
-    def on(self, engine: Any) -> Any:
-        """Packed for an engine."""
+    def on(self, engine: Any, runs: int) -> Any:
+        """Packed for an engine and a number of runs."""
 
     def watch(self, engine: Any, log: Array, runs: Array) -> Array | None:
         """What is watched along logged rows of some runs."""
@@ -128,12 +128,18 @@ class Engine:
         alone.threads = 1
         return alone
 
-    def load_rollout(self, loop: Closing | None, observe: bool, runs: int) -> None:
-        """Load the kernels that so many runs fly with, before threads wait for one of them."""
-        used = self.kernels if loop is not None else self.kernels_for(runs)
-        rollout = used.rollout if loop is None else loop.on(self).kernels.rollout
+    def load_rollout(self, loop: Closing | None, observe: bool, runs: int) -> int:
+        """Load the kernels that so many runs fly with, before threads wait for one of them.
+
+        Returns how many runs fly at once in a thread.
+        """
+        closed = None if loop is None else loop.on(self, runs)
+        lanes = self.lanes(runs) if closed is None else closed.kernels.lanes
+        used = self.kernels_of(lanes)
+        rollout = used.rollout if closed is None else closed.kernels.rollout
         for each in [rollout] + [used.observe] * observe:
             load(each, self.device)
+        return int(lanes)
 
     def side_by_side(self, work: Callable[[Any], None], parts: Iterable[Any]) -> None:
         """Do some work on every part, on as many threads as there are."""
@@ -168,11 +174,10 @@ class Engine:
         observed = None
         if at_samples is not None:
             observed = np.empty((n, samples, width_of(self.observed)), self.dtype)
-        closed = None if loop is None else loop.on(self)
-        used = self.kernels if closed else self.kernels_for(n)
-        lanes = used.lanes
+        closed = None if loop is None else loop.on(self, n)
+        lanes = self.load_rollout(loop, observed is not None, n)
+        used = self.kernels_of(lanes)
         rollout = used.rollout if closed is None else closed.kernels.rollout
-        self.load_rollout(loop, observed is not None, n)
         steps = self.steps(grid)
 
         def work(part: slice) -> None:
@@ -222,9 +227,15 @@ class Engine:
 
     def kernels_for(self, runs: int) -> Kernels:
         """The kernels that a number of runs fly with: on the CPU in packs."""
-        precision = self.dtype.name
-        lanes = lanes_of(runs, self.threads, precision, self.device)
-        return kernels(precision, self.tree, self.model, lanes)
+        return self.kernels_of(self.lanes(runs))
+
+    def kernels_of(self, lanes: int) -> Kernels:
+        """The kernels of packs of so many runs, or of single runs."""
+        return kernels(self.dtype.name, self.tree, self.model, lanes)
+
+    def lanes(self, runs: int) -> int:
+        """How many of a number of runs fly at once in a thread."""
+        return lanes_of(runs, self.threads, self.dtype.name, self.device)
 
     def vehicles(self, runs: Array | slice | None, found: Kernels) -> Any:
         """The struct of some runs' vehicles, or of all, for some kernels."""

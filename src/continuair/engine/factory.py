@@ -9,14 +9,14 @@ from typing import Any
 
 import warp as wp
 
-from continuair.engine.compiling import made_once
+from continuair.engine.compiling import compiles, made_once
 from continuair.errors import InputError
 from continuair.kernels.arguments import Arguments, arguments
 from continuair.kernels.deviations import deviation_kernel
 from continuair.kernels.dynamics import dynamics_code
 from continuair.kernels.flight import FlightCode, flight_code
 from continuair.kernels.logs import state_logger, tip_logger
-from continuair.kernels.numbers import Numbers
+from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.observe import observe_kernel, watch_kernel
 from continuair.kernels.rollout import derivative_kernel, rollout_kernel
 from continuair.kernels.sensing.eye import Eye, eye_code
@@ -46,8 +46,12 @@ class Kernels:
 
 @dataclass(frozen=True)
 class LoopKernels:
-    """The kernel `rollout` with a controller's law, and the types of its arguments."""
+    """The kernel `rollout` with a controller's law, and the types of its arguments.
 
+    lanes: the runs that a thread flies, 1 or those of a pack.
+    """
+
+    lanes: int
     rollout: wp.Kernel
     pilot: PilotCode
     eye: Eye
@@ -96,7 +100,36 @@ def closed_loop(
             )
     pilot = law_pilot(*of, points, found, every_stage)
     rollout = rollout_kernel(*of, dynamics_code(*of, model), pilot, state_logger(*of))
-    return LoopKernels(rollout, pilot, eye_code(*of, points), found.Gains)
+    return LoopKernels(lanes, rollout, pilot, eye_code(*of, points), found.Gains)
+
+
+@made_once
+def packed_loop(
+    precision: str,
+    tree: Tree,
+    model: str,
+    law: Callable[..., SimpleNamespace],
+    points: int,
+    every_stage: bool,
+    lanes: int,
+) -> LoopKernels | None:
+    """The same for packs of runs, loaded; None for a law that is not for packs.
+
+    Such a law branches on its numbers, calls what packs do not have, or has other gains than numbers.
+    """
+    try:
+        found = closed_loop(precision, tree, model, law, points, every_stage, lanes)
+    except Exception:
+        # Whatever a law raises that is made of other numbers than it expects.
+        return None
+    fit = _numbers_alone(found.Gains, number_code(Numbers(precision, lanes)).Real)
+    return found if fit and compiles(found.rollout) else None
+
+
+def _numbers_alone(kind: Any, Real: Any) -> bool:
+    """Whether a struct holds numbers, vectors and matrices of one kind."""
+    kinds = [variable.type for variable in kind.vars.values()]
+    return all(getattr(each, "_wp_scalar_type_", each) is Real for each in kinds)
 
 
 @made_once

@@ -10,7 +10,8 @@ import warp as wp
 
 from continuair.controllers.controller import Controller
 from continuair.engine.engine import Engine
-from continuair.engine.factory import LoopKernels, closed_loop, watching
+from continuair.engine.factory import LoopKernels, closed_loop, packed_loop, watching
+from continuair.engine.lanes import packs_of, struct_rows
 from continuair.engine.pack import per_run
 from continuair.errors import InputError
 from continuair.vehicle.layout import MOTION, frame_columns, watched_columns, width_of
@@ -66,16 +67,21 @@ class Loop:
         """The number of feature points."""
         return 0 if self.scene is None else len(self.scene.corners)
 
-    def on(self, engine: Engine) -> PackedLoop:
-        """This loop packed for an engine; raises InputError if the gains do not fit the law."""
-        if engine not in self._packed:
+    def on(self, engine: Engine, runs: int) -> PackedLoop:
+        """This loop packed for an engine and a number of runs that it flies.
+
+        Raises InputError if the gains do not fit the law.
+        """
+        lanes = engine.lanes(runs)
+        if (engine, lanes) not in self._packed:
             of = engine.dtype.name, engine.tree, engine.model
-            every_stage = self.timing.every_stage
-            kernels = closed_loop(*of, self.controller.law, self.points, every_stage)
+            law = self.controller.law, self.points, self.timing.every_stage
+            kernels = closed_loop(*of, *law)
             gains = pack_gains(self.controller, kernels.Gains, self.points)
             cameras = pack_cameras(engine.vehicle, kernels.eye.Camera)
-            self._packed[engine] = PackedLoop(self, kernels, cameras, gains)
-        return self._packed[engine]
+            packed = packed_loop(*of, *law, lanes) if lanes > 1 else None
+            self._packed[engine, lanes] = PackedLoop(self, packed or kernels, cameras, gains)
+        return self._packed[engine, lanes]
 
     def watch(self, engine: Engine, log: Array, runs: Array) -> Array | None:
         """What the camera sees along logged rows of some runs; None without a target."""
@@ -103,9 +109,9 @@ class PackedLoop:
         for name in ("acts", "exposed", "shown"):
             setattr(found, name, engine.upload(getattr(timing, name), wp.int32))
         found.seeds = engine.upload(loop.seeds[runs], wp.int32)
-        cameras, gains = _rows(self.cameras, runs), _rows(self.gains, runs)
-        found.cameras = wp.array(cameras, dtype=kernels.eye.Camera, device=engine.device)
-        found.gains = wp.array(gains, dtype=kernels.Gains, device=engine.device)
+        at = kernels.lanes, engine.device
+        found.cameras = struct_rows(_rows(self.cameras, runs), kernels.eye.Camera, *at)
+        found.gains = struct_rows(_rows(self.gains, runs), kernels.Gains, *at)
         found.corners = engine.upload(scene.corners)
         found.motion = engine.upload(_columns(scene.motion, runs))
         found.desired = engine.upload(_rows(scene.desired, runs))
@@ -123,18 +129,19 @@ def watch(
     corners: (points, 3); motion: (samples, runs or 1, 6) of the target's centroid, as in a Scene;
     runs: their indices into the vehicles and the motion, all by default.
     """
-    kernel, eye = watching(engine.dtype.name, engine.tree, len(corners))
+    of, lanes = (engine.dtype.name, engine.tree, len(corners)), engine.lanes(len(log))
+    kernel, eye = watching(*of, lanes)
     runs = np.arange(len(log)) if runs is None else runs
     shape = (*log.shape[:2], width_of(watched_columns(len(corners))))
     watched = np.empty(shape, engine.dtype)
     out = engine.upload(watched)
-    cameras = _rows(pack_cameras(engine.vehicle, eye.Camera), runs)
+    cameras = _rows(pack_cameras(engine.vehicle, watching(*of)[1].Camera), runs)
     engine.launch(
         kernel,
-        log.shape[:2],
+        (packs_of(len(log), lanes), log.shape[1]),
         [
-            engine.vehicles(runs, engine.kernels).plants,
-            wp.array(cameras, dtype=eye.Camera, device=engine.device),
+            engine.vehicles(runs, engine.kernels_for(len(log))).plants,
+            struct_rows(cameras, eye.Camera, lanes, engine.device),
             engine.upload(corners),
             engine.upload(_columns(motion, runs)),
             engine.upload(log),

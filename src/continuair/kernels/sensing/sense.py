@@ -28,9 +28,9 @@ class LawCode:
     section in Bends, arm by arm from the base out, which for one section is vec2;
     camera_push(sense, wrench: Twist) -> Push, J_cᵀ wrench; interaction(sight) -> L, Eq. (14), Amiri
     et al.; points: number of feature points; Image, ImageGain, Twist: vectors and matrices for
-    them; Sense: below. On the CPU several runs fly at once: a law that chooses by above(a, b, x,
-    y), x where a > b and else y, and takes tanh from here does so too; one that branches on numbers
-    flies run by run.
+    them; Sense: below. On the CPU several runs fly at once: a law does so that
+    chooses by above(a, b, x, y), x where a > b and else y, and takes sine, cosine, tanh and
+    angle_of(y, x) from here; one that branches on numbers flies run by run.
     """
 
     points: int
@@ -50,6 +50,9 @@ class LawCode:
     interaction: Any
     proprioception: Any
     above: Any
+    sine: Any
+    cosine: Any
+    angle_of: Any
     tanh: Any
 
 
@@ -66,7 +69,8 @@ def law_code(numbers: Numbers, tree: Tree, points: int) -> LawCode:
     Camera, View, Sight, Image, Twist = eye.Camera, eye.View, eye.Sight, eye.Image, eye.Twist
     ImageGain, interaction, push_of_camera = eye.ImageGain, eye.interaction, eye.camera_push
     push, zero = types.push_of, Real(0.0)
-    above, tanh = number_code(numbers).above, elementary_code(numbers).tanh
+    above, known = number_code(numbers).above, elementary_code(numbers)
+    sine, cosine, angle_of, tanh = known.sine, known.cosine, known.angle_of, known.tanh
 
     @wp.struct
     class Sense:

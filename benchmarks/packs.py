@@ -1,0 +1,173 @@
+"""Kernels of packs against kernels of single runs: processor time per run and step, and compile time.
+
+    python benchmarks/packs.py [--quick] [--out packs.json]
+
+Only launches of the roll-outs are timed, everything already where they read it, all kernels of a
+case in turn, and the medians of REPEATS told; ratios hold on a machine that does other work, too.
+Runs differ in mass and start, and log every ten steps.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from time import perf_counter, thread_time
+from typing import Any
+
+import numpy as np
+import warp as wp
+from machine import described_machine
+
+import continuair as ca
+from continuair.engine.engine import Drive, Engine, Start
+from continuair.engine.factory import closed_loop, packed_loop
+from continuair.engine.lanes import packs_of
+from continuair.engine.loop import PackedLoop
+from continuair.flight.prepare import Cohort, prepare
+from continuair.flight.time_grid import grid_of, marks_of
+from continuair.kernels.numbers import LANES, NARROW
+from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.layout import GENERAL, PAPER, TIP
+
+STEP, STEPS, RUNS, REPEATS = 1e-4, 1000, 16, 15
+
+
+@dataclass(frozen=True)
+class Case:
+    """A vehicle flown with a model and a precision, in open loop with groups of inputs, or not."""
+
+    name: str
+    vehicle: ca.Vehicle
+    model: str = "coupled"
+    precision: str = "float64"
+    groups: int = GENERAL
+    closed: bool = False
+
+
+def cases(quick: bool) -> Iterator[Case]:
+    paper = batch(ca.load_vehicle("paper").replace({"arm.damping_ratio": 0.03}))
+    for precision in ("float64", "float32"):
+        for model in ("coupled", "decoupled", "independent"):
+            yield Case(model, paper, model, precision)
+    if quick:
+        return
+    yield Case("coupled, Euler and polar torques, tip wrench", paper, groups=GENERAL + PAPER + TIP)
+    two = batch(ca.load_vehicle("two_section"))
+    yield Case("two sections, coupled", two)
+    yield Case("two sections, decoupled", two, "decoupled")
+    yield Case("closed loop at 1 kHz", paper, closed=True)
+    yield Case("closed loop at 1 kHz", paper, precision="float32", closed=True)
+
+
+def batch(vehicle: ca.Vehicle) -> ca.Vehicle:
+    return vehicle.replace({"uav.mass": np.linspace(1.0, 3.0, RUNS)})
+
+
+def open_loop(case: Case) -> tuple[Engine, Start, Any, Drive]:
+    """Slightly bent, turning slowly, and held up against gravity: all terms are at work."""
+    engine = Engine(case.vehicle, case.model, case.precision)
+    layout = engine.layout
+    q, qd = np.zeros((2, RUNS, 6 + layout.bends))
+    q[:, 2], q[:, 6::2] = 5.0, np.linspace(0.05, 0.5, RUNS)[:, None]
+    qd[:, 3:6] = 0.1
+    table = np.full((1, RUNS, layout.inputs), 0.1)
+    table[..., layout.force] = 0.0, 0.0, 9.81 * 2.0
+    start = Start(state_from_paper(q, qd), q[:, 7::2])
+    grid = grid_of(marks_of(STEPS * STEP, 10 * STEP), STEP)
+    return engine, start, grid, Drive(table, False, case.groups, 9.81)
+
+
+def servoing(case: Case) -> tuple[Engine, Cohort]:
+    """Under the paper's law, which acts and has a frame every ten steps."""
+    law = ca.servoing(**ca.design(case.vehicle.select(RUNS // 2), 2.0))
+    scenario = ca.Scenario(
+        "servoing",
+        (0.1, 0, 3.1, 0, 0, 0, 0.1, 0),
+        duration=STEPS * STEP,
+        controller=law,
+        control_period=10 * STEP,
+        target=ca.Target(ca.paths.circle(radius=0.2, period=10.0)),
+    )
+    flight = prepare(case.vehicle, scenario, step=STEP, sample=10 * STEP, threads=1)
+    (cohort,) = flight.cohorts()
+    return flight.engine(case.model, case.precision), cohort
+
+
+def launches(case: Case, lanes: int) -> Callable[[], None]:
+    """A call that flies all runs of a case with packs of so many, or one by one."""
+    if case.closed:
+        engine, cohort = servoing(case)
+        start, grid, drive = cohort.start, cohort.grid, cohort.drive
+        closed = packed(cohort.loop, engine, lanes)
+        rollout, loop = closed.kernels.rollout, closed.struct(engine, cohort.runs)
+    else:
+        engine, start, grid, drive = open_loop(case)
+        rollout, loop = engine.kernels_of(lanes).rollout, engine.no_loop()
+    everything = slice(None)
+    log = np.zeros((RUNS, len(grid.samples), engine.layout.log))
+    status, last = (engine.upload(np.zeros(RUNS), wp.int32) for _ in range(2))
+    arguments = [
+        *(engine.vehicles(everything, engine.kernels_of(lanes)), engine.start(start, everything)),
+        *(engine.drive(drive, everything, 3), engine.steps(grid), loop),
+        *(engine.upload(log), status, last, engine.upload(np.zeros((RUNS, 2)))),
+    ]
+
+    def fly() -> None:
+        engine.launch(rollout, packs_of(RUNS, lanes), arguments)
+
+    return fly
+
+
+def packed(loop: Any, engine: Engine, lanes: int) -> PackedLoop:
+    """A loop packed for an engine, with kernels of so many lanes."""
+    of = engine.dtype.name, engine.tree, engine.model
+    law = loop.controller.law, loop.points, loop.timing.every_stage
+    found = loop.on(engine, 1)
+    kernels = closed_loop(*of, *law) if lanes == 1 else packed_loop(*of, *law, lanes)
+    assert kernels is not None
+    return PackedLoop(loop, kernels, found.cameras, found.gains)
+
+
+def measured(case: Case) -> dict[str, Any]:
+    """Microseconds per run and step, by lanes; and seconds of the first launch, which may compile."""
+    lanes = 1, NARROW[case.precision], LANES[case.precision]
+    calls = [launches(case, each) for each in lanes]
+    first, times = [], np.empty((len(calls), REPEATS))
+    for call in calls:
+        begun = perf_counter()
+        call()
+        first.append(perf_counter() - begun)
+    for repeat in range(REPEATS):
+        for row, call in zip(times, calls, strict=True):
+            begun = thread_time()
+            call()
+            row[repeat] = thread_time() - begun
+    per_step = 1e6 * np.median(times, axis=1) / RUNS / STEPS
+    return {
+        "case": case.name,
+        "precision": case.precision,
+        "lanes": lanes,
+        "us_per_run_and_step": per_step.round(4).tolist(),
+        "faster": (per_step[0] / per_step).round(2).tolist(),
+        "first_launch_s": np.round(first, 2).tolist(),
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--quick", action="store_true", help="open loops of one section only")
+    parser.add_argument("--out", help="a JSON file to write as well")
+    arguments = parser.parse_args()
+    rows = []
+    for case in cases(arguments.quick):
+        rows.append(measured(case))
+        print(json.dumps(rows[-1]), flush=True)
+    if arguments.out:
+        with open(arguments.out, "w", encoding="utf-8") as stream:
+            json.dump({"machine": described_machine(), "cases": rows}, stream, indent=1)
+
+
+if __name__ == "__main__":
+    main()
