@@ -67,8 +67,8 @@ ROOMS = {
         {"pairs"},
     ],
     "flight": [
-        {"time_grid", "inputs", "steps", "resolution", "turns"},
-        {"camera_timing", "probing"},
+        {"time_grid", "inputs", "resolution", "turns"},
+        {"camera_timing", "probing", "steps"},
         {"prepare"},
         {"dop853", "trajectory"},
         {"simulate", "live"},

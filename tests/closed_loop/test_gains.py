@@ -7,6 +7,8 @@ import pytest
 
 import continuair as ca
 from continuair import equations
+from continuair.controllers.gains import designs
+from continuair.controllers.servoing import servoings
 from continuair.equations.camera import interaction_matrix
 from tests.closed_loop import flights
 
@@ -76,3 +78,39 @@ def test_gains_that_no_number_holds_are_refused(setting: str) -> None:
 def test_a_letter_slower_than_numbers_reach_is_refused() -> None:
     with pytest.raises(ca.InputError, match="is not finite"):
         ca.Target(ca.paths.letter("M", duration=1e308))
+
+
+@pytest.mark.parametrize("runs", [3, 20])
+def test_gains_designed_for_many_runs_are_those_designed_for_each(runs: int) -> None:
+    masses, rates = np.linspace(1.5, 3.0, runs), np.linspace(2.0, 6.0, runs)
+    vehicle = flights.VEHICLE.replace({"uav.mass": masses})
+    distances = np.linspace(1.5, 2.5, runs)
+    targets = [ca.Target(ca.paths.hold(), distance=distance) for distance in distances]
+    settings: dict[str, Any] = {"bandwidth": rates, "damping_ratio": 0.7, "conditioning": 0.02}
+    settings |= {"rate_gain": 1e-4, "sliding": 1e-6, "distance": distances}
+    gains = designs(vehicle, np.stack([target.desired for target in targets]), **settings)
+    together = servoings(gains, np.zeros(runs))
+    alone = [
+        ca.servoing(
+            **ca.design(
+                vehicle.select(run),
+                rates[run],
+                damping_ratio=0.7,
+                conditioning=0.02,
+                desired=targets[run].desired,
+                distance=distances[run],
+            )
+        )
+        for run in range(runs)
+    ]
+    stacked = ca.stack(alone)
+    for name, value in stacked.gains.items():
+        np.testing.assert_array_equal(together.gains[name], value)
+    assert together.describe() == stacked.describe()
+
+
+def test_a_run_whose_gains_no_number_holds_is_refused_among_others() -> None:
+    settings: dict[str, Any] = {"bandwidth": np.array([1.0, 1e300]), "damping_ratio": 1.0}
+    settings |= {"conditioning": 0.0, "rate_gain": 1e-4, "sliding": 1e-6, "distance": 2.0}
+    with pytest.raises(ca.InputError, match=r"bandwidth is 1e\+300, .* gains that no number holds"):
+        designs(flights.VEHICLE, np.tile(flights.STILL.desired, (2, 1)), **settings)

@@ -12,6 +12,9 @@ import numpy as np
 from continuair import checks
 from continuair.errors import InputError, shown
 
+_TOLD_APART = 16
+"""Runs of a batch that provenance tells apart, at most."""
+
 
 @dataclass(frozen=True, eq=False)
 class Controller:
@@ -78,8 +81,25 @@ def stack(controllers: Sequence[Controller]) -> Controller:
     gains = {
         name: np.stack([np.asarray(c.gains[name]) for c in controllers]) for name in first.gains
     }
-    settings = {"runs": [c.describe() for c in controllers]} if len(controllers) <= 16 else {}
+    few = len(controllers) <= _TOLD_APART
+    settings = {"runs": [c.describe() for c in controllers]} if few else {}
     return Controller(first.name, first.law, gains, first.looks, settings, runs=len(controllers))
+
+
+def over_runs(
+    first: Controller, gains: Mapping[str, np.ndarray], settings: Mapping[str, np.ndarray]
+) -> Controller:
+    """A controller for a batch: the first run's, with gains and settings (runs, …) that differ."""
+    runs = len(next(iter(gains.values())))
+    found = {
+        name: gains.get(name, np.broadcast_to(value, (runs, *np.shape(value))))
+        for name, value in first.gains.items()
+    }
+    told = {}
+    if runs <= _TOLD_APART:
+        own = [{name: _plain(rows[run]) for name, rows in settings.items()} for run in range(runs)]
+        told = {"runs": [first.describe() | each for each in own]}
+    return Controller(first.name, first.law, found, first.looks, told, runs)
 
 
 def gain_matrix(name: str, value: Any, size: int) -> np.ndarray:
@@ -90,16 +110,24 @@ def gain_matrix(name: str, value: Any, size: int) -> np.ndarray:
             f"{name} is {shown(value)}; give a finite number, {size} of them, or {size} rows of "
             f"{size} (twice the number of feature points)."
         )
-    matrix = array if array.ndim == 2 else array * np.eye(size)
-    if np.abs(matrix - matrix.T).max() > 1e-9 * np.abs(matrix).max():
+    return definite(name, array if array.ndim == 2 else array * np.eye(size))
+
+
+def definite(name: str, matrices: np.ndarray) -> np.ndarray:
+    """Gains (..., size, size) made symmetric to the last bit; SPD, or InputError."""
+    turned = matrices.swapaxes(-1, -2)
+    off, largest = (np.abs(each).max((-2, -1)) for each in (matrices - turned, matrices))
+    if (off > 1e-9 * largest).any():
         raise InputError(f"{name} is not symmetric; give a symmetric positive definite matrix.")
-    matrix = matrix / 2 + matrix.T / 2  # halves first: the sum of large ones may be infinite
-    smallest = float(np.linalg.eigvalsh(matrix)[0])
-    if not smallest > 0.0:
+    # Halves first: the sum of large ones may be infinite.
+    symmetric: np.ndarray = matrices / 2 + turned / 2
+    smallest = np.linalg.eigvalsh(symmetric)[..., :1].ravel()
+    if not (smallest > 0.0).all():
         raise InputError(
-            f"{name} has the eigenvalue {smallest:.6g}; give a symmetric positive definite gain."
+            f"{name} has the eigenvalue {smallest[~(smallest > 0.0)][0]:.6g}; give a symmetric "
+            "positive definite gain."
         )
-    return matrix
+    return symmetric
 
 
 def _plain(value: Any) -> Any:

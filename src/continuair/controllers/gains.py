@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -46,15 +47,8 @@ def design(
     ζ = checks.positive("damping_ratio", damping_ratio)
     μ = checks.number("conditioning", conditioning, least=0.0)
     L = _seen(desired, checks.positive("distance", distance))
-    inertia, axes = np.linalg.eigh(camera_inertia(vehicle))
-    u, s, _ = np.linalg.svd(L @ (axes / np.sqrt(inertia)) @ axes.T, full_matrices=False)
     share, Cs = checks.positive("rate_gain", rate_gain), checks.positive("sliding", sliding)
-    unseen = np.eye(len(L)) - u @ u.T
-    with np.errstate(all="ignore"):
-        ω_i = ω * s**2 / (s**2 + (μ * s[0]) ** 2)
-        W = (u * (ω_i / (ω * s)) ** 2) @ u.T + _FLOOR * np.eye(len(L))
-        Kp, Kd = ω**2 * (W + W.T) / 2, share * (W + W.T) / 2
-        Cd = (u * (2.0 * ζ / ω_i)) @ u.T + 2.0 * ζ / ω * unseen
+    Kp, Kd, Cd = _placed(camera_inertia(vehicle), L, ω, ζ, μ, share)
     if not np.isfinite([Kp, Kd, Cd]).all():
         raise InputError(
             f"bandwidth is {shown(bandwidth)}, which with damping_ratio {shown(damping_ratio)}, "
@@ -62,6 +56,54 @@ def design(
             f"{shown(distance)} gives gains that no number holds; give values nearer to 1."
         )
     return {"Kp": Kp, "Kd": Kd, "Cp": 1.0, "Cd": Cd, "Cs": Cs, "points": len(L) // 2}
+
+
+def designs(vehicle: Vehicle, desired: np.ndarray, **settings: Any) -> dict[str, Any]:
+    """Gains of `design` for many runs, (runs, …) each but Cp and points, of a vehicle or a batch.
+
+    desired: (runs, 2n); settings: those of `design` by name, checked, one for all or (runs,) each.
+    Raises InputError.
+    """
+    runs = len(desired)
+    each = {name: np.broadcast_to(value, runs) for name, value in settings.items()}
+    rows = np.column_stack([desired, each["distance"]])
+    images, which = np.unique(rows, axis=0, return_inverse=True)
+    L = np.stack([_seen(row[:-1], row[-1]) for row in images])[which.ravel()]
+    one = vehicle.runs is None
+    vehicles = [vehicle] if one else [vehicle.select(run) for run in range(runs)]
+    inertia = np.stack([_camera_inertia(each) for each in vehicles])
+    names = ("bandwidth", "damping_ratio", "conditioning", "rate_gain")
+    Kp, Kd, Cd = _placed(inertia, L, *(each[name][:, None] for name in names))
+    for run in np.flatnonzero(~np.isfinite([Kp, Kd, Cd]).all((0, 2, 3))):
+        # It is refused alone, in one sentence.
+        design(vehicles[0 if one else run], desired=desired[run], **_of_run(each, run))
+    Cs = each["sliding"][:, None, None] * np.eye(L.shape[1])
+    return {"Kp": Kp, "Kd": Kd, "Cp": 1.0, "Cd": Cd, "Cs": Cs, "points": L.shape[1] // 2}
+
+
+def _of_run(settings: dict[str, np.ndarray], run: Any) -> dict[str, Any]:
+    return {name: values[run].item() for name, values in settings.items()}
+
+
+def _placed(
+    inertia: np.ndarray, L: np.ndarray, ω: Any, ζ: Any, μ: Any, share: Any
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Kp, Kd, Cd (..., 2n, 2n) of `design`; inertia: (..., 6, 6), L: (..., 2n, 6), rest (..., 1).
+
+    They hold what is no number where numbers do not reach.
+    """
+    inertia, axes = np.linalg.eigh(inertia)
+    whitened = L @ (axes / np.sqrt(inertia)[..., None, :]) @ axes.swapaxes(-1, -2)
+    u, s, _ = np.linalg.svd(whitened, full_matrices=False)
+    back, one = u.swapaxes(-1, -2), np.eye(L.shape[-2])
+    with np.errstate(all="ignore"):
+        ω_i = ω * s**2 / (s**2 + (μ * s[..., :1]) ** 2)
+        W = (u * ((ω_i / (ω * s)) ** 2)[..., None, :]) @ back + _FLOOR * one
+        W = W + W.swapaxes(-1, -2)
+        ω, ζ, share = (np.asarray(value)[..., None] for value in (ω, ζ, share))
+        Kp, Kd = ω**2 * W / 2, share * W / 2
+        Cd = (u * (2.0 * ζ[..., 0] / ω_i)[..., None, :]) @ back + 2.0 * ζ / ω * (one - u @ back)
+    return Kp, Kd, Cd
 
 
 def _seen(desired: Any, distance: float) -> np.ndarray:
@@ -92,11 +134,14 @@ def _seen(desired: Any, distance: float) -> np.ndarray:
 
 def rigid_inertia(vehicle: Vehicle) -> np.ndarray:
     """Inertia (6, 6) of the vehicle with its arm frozen straight, about B's origin, body axes."""
-    check_single_vehicle(vehicle)
+    return _rigid_inertia(check_single_vehicle(vehicle))
+
+
+def _rigid_inertia(vehicle: Vehicle) -> np.ndarray:
     # Polar coordinates have no straight arm: this bend moves the tip by 5e-7 of its length.
-    plain, q = vehicle.replace({"arm.kappa_s": 0.0}), np.zeros(8)
-    q[6] = 1e-6 / vehicle.arm.length
-    return mass_matrix(plain, q)[:6, :6]
+    arm, q = vehicle.arm.model_copy(update={"kappa_s": 0.0}), np.zeros(8)
+    q[6] = 1e-6 / arm.length
+    return mass_matrix(vehicle.model_copy(update={"arm": arm}), q)[:6, :6]
 
 
 def straight_bend_inertia(vehicle: Vehicle) -> float:
@@ -107,8 +152,13 @@ def straight_bend_inertia(vehicle: Vehicle) -> float:
 
 def camera_inertia(vehicle: Vehicle) -> np.ndarray:
     """Λ (6, 6): inertia that a camera at the tip of the straight, frozen arm feels, in its axes."""
-    check_single_vehicle(vehicle)
+    return _camera_inertia(check_single_vehicle(vehicle))
+
+
+# Many gains are designed for one vehicle.
+@lru_cache(maxsize=1024)
+def _camera_inertia(vehicle: Vehicle) -> np.ndarray:
     R = (TIP_OF_STRAIGHT_ARM @ Rotation.from_quat(vehicle.camera.attitude).as_matrix()).T
     J = np.block([[R, -R @ skew(on_body(vehicle))], [np.zeros((3, 3)), R]])
     inverse = np.linalg.inv(J)
-    return np.asarray(inverse.T @ rigid_inertia(vehicle) @ inverse)
+    return checks.frozen(inverse.T @ _rigid_inertia(vehicle) @ inverse)

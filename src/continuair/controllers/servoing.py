@@ -1,9 +1,12 @@
 """The paper's law, DPD-SM-IBVS, with its gains and choices; kernels/laws/servoing.py writes it."""
 
+from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from continuair import checks
-from continuair.controllers.controller import Controller, gain_matrix
+from continuair.controllers.controller import Controller, definite, gain_matrix, over_runs
 from continuair.kernels.laws.servoing import law
 
 _MOST_POINTS = 100
@@ -58,3 +61,16 @@ def servoing(
         "posture": settings["posture_damping"],
     }
     return Controller("DPD-SM-IBVS", law, gains, settings=settings)
+
+
+def servoings(gains: Mapping[str, Any], posture_damping: np.ndarray) -> Controller:
+    """`servoing` for a batch, of gains that `designs` gives; posture_damping: (runs,)."""
+    own = {name: definite(name, gains[name]) for name in ("Kp", "Kd", "Cd", "Cs")}
+    first = servoing(
+        **{name: rows[0] for name, rows in own.items()},
+        Cp=gains["Cp"],
+        points=gains["points"],
+        posture_damping=posture_damping[0].item(),
+    )
+    damped = {"posture": posture_damping}, {"posture_damping": posture_damping}
+    return over_runs(first, own | damped[0], own | damped[1])

@@ -60,7 +60,7 @@ class Loop:
     timing: Timing
     scene: Scene | None
     seeds: Array
-    _packed: dict[Engine, PackedLoop] = field(default_factory=dict)
+    _packed: dict[tuple[Engine, int], PackedLoop] = field(default_factory=dict)
 
     @property
     def points(self) -> int:

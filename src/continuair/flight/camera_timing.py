@@ -37,7 +37,10 @@ def _seeds(given: int | Sequence[int], runs: int) -> Array:
 
 def motion_of(scenario: Scenario, times: Array) -> Array:
     """Centroids of the targets and their velocities (times, targets, MOTION), world axes."""
-    return np.stack([np.hstack(target.path(times)[:2]) for target in scenario.targets], axis=1)
+    # Runs may share targets.
+    own = {id(target): target for target in scenario.targets}
+    found = {each: np.hstack(target.path(times)[:2]) for each, target in own.items()}
+    return np.stack([found[id(target)] for target in scenario.targets], axis=1)
 
 
 def check_view(engine: Engine, scenario: Scenario, start: Start) -> None:

@@ -5,9 +5,10 @@ Every way to fly starts here: `simulate`, `run_pairs`, `Simulation`, sweeps, cou
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -107,6 +108,7 @@ class Flight:
     adaptive: bool
     told: set[str] = field(default_factory=set)
     _sampled: dict[tuple[bytes, bytes], Drive] = field(default_factory=dict)
+    _engines: dict[tuple[str, str], Engine] = field(default_factory=dict)
 
     @property
     def groups(self) -> int:
@@ -140,10 +142,19 @@ class Flight:
 
     def engine(self, model: str, dtype: str = "float64") -> Engine:
         """The engine of a model for this flight's vehicle."""
-        one = self.coupled
-        if (model, dtype) == (one.model, one.dtype.name):
+        one, key = self.coupled, (model, dtype)
+        if key == (one.model, one.dtype.name):
             return one
-        return Engine(self.vehicle, model, dtype, one.device, one.threads, beside=one)
+        if key not in self._engines:
+            made = Engine(self.vehicle, model, dtype, one.device, one.threads, beside=one)
+            self._engines[key] = made
+        return self._engines[key]
+
+    @cached_property
+    def provenance(self) -> dict[str, str]:
+        """Vehicle and scenario as JSON."""
+        described = {"vehicle": self.vehicle.describe(), "scenario": self.scenario.describe()}
+        return {name: json.dumps(value) for name, value in described.items()}
 
     def grids(self, chosen: Array | None = None) -> Iterator[tuple[Array, Grid]]:
         """The runs, or those that are chosen, by the time grids that they share."""
@@ -221,7 +232,7 @@ def prepare(
     check_device(device)
     if threads is not None:
         checks.whole("threads", threads, 1)
-    coupled = Engine(vehicle, "coupled", device=device, threads=threads)
+    coupled = _engine(vehicle, device, threads)
     check_fits(scenario, coupled.layout)
     q, qd = np.atleast_2d(scenario.q), np.atleast_2d(scenario.qd)
     runs, batched = _runs(vehicle, scenario, coupled)
@@ -259,6 +270,20 @@ def prepare(
         automatic=asked is None and not adaptive,
         adaptive=adaptive,
     )
+
+
+def _engine(vehicle: Vehicle, device: str, threads: int | None) -> Engine:
+    """An engine of the coupled model; one that is at hand for a vehicle of one run."""
+    of = _engine_of_one if vehicle.runs is None else _new_engine
+    return of(vehicle, device, threads)
+
+
+def _new_engine(vehicle: Vehicle, device: str, threads: int | None) -> Engine:
+    return Engine(vehicle, "coupled", device=device, threads=threads)
+
+
+# Packing takes longer than a short flight.
+_engine_of_one = lru_cache(maxsize=16)(_new_engine)
 
 
 def check_scenario(scenario: Any) -> None:

@@ -93,6 +93,8 @@ def grid_of(marks: Marks, step: float) -> Grid:
 def shared_grids(marks: Marks, steps: np.ndarray) -> list[tuple[np.ndarray, Grid]]:
     """Runs, by their indices, whose steps (runs,) [s] give them the same grid, and that grid."""
     distinct, which = np.unique(steps, return_inverse=True)
+    if len(distinct) == 1:
+        return [(np.arange(len(steps)), grid_of(marks, float(distinct[0])))]
     # Equal intervals differ by rounding, which must not tell grids apart.
     lengths = np.unique(np.round(np.diff(marks.times), 12))
     pieces = _pieces(lengths[None], distinct[:, None])

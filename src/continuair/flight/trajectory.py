@@ -204,8 +204,7 @@ class Recorder:
     def _attributes(self) -> dict[str, Any]:
         flight = self.flight
         return {
-            "vehicle": json.dumps(flight.vehicle.describe()),
-            "scenario": json.dumps(flight.scenario.describe()),
+            **flight.provenance,
             "model": self.model,
             "integrator": "rk4",
             "dtype": self.dtype,

@@ -9,8 +9,8 @@ import numpy as np
 
 from continuair.controllers.classic import classic
 from continuair.controllers.controller import Controller, stack
-from continuair.controllers.gains import design as design_gains
-from continuair.controllers.servoing import servoing
+from continuair.controllers.gains import designs
+from continuair.controllers.servoing import servoings
 from continuair.equations.camera import over
 from continuair.errors import InputError
 from continuair.scenario import paths
@@ -19,7 +19,7 @@ from continuair.scenario.scenarios import Scenario
 from continuair.scenario.targets import Target, square
 from continuair.scenario.tracking_task import START_OFFSET
 from continuair.sweeps.design import Design
-from continuair.sweeps.tables import TABLES, ControllerTable, TargetTable, changed
+from continuair.sweeps.tables import TABLES, TargetTable, changed
 from continuair.vehicle.layout import COORDINATES, Layout
 from continuair.vehicle.vehicle import Vehicle
 
@@ -30,6 +30,9 @@ _SHARED = {
     "scenario.gravity", "controller.law",
 }  # fmt: skip
 """Fields that are one for a whole launch: runs are grouped by their values."""
+
+_DESIGN = ("bandwidth", "damping_ratio", "conditioning", "rate_gain", "sliding")
+"""Fields of a controller that its gains are designed by."""
 
 _AT_REST = dict(zip(COORDINATES, (0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.1, 0.0), strict=True))
 # Seconds of inputs that differ from run to run over time: they fill a table over all steps.
@@ -139,24 +142,20 @@ def _scenario(
 
 def _closed_loop(vehicle: Vehicle, fields: dict[str, dict[str, Any]], runs: int) -> Scenario:
     scenario = fields["scenario"]
-    targets = [_target(one) for one in _each(fields["target"], runs)]
-    start = np.array([target.path(0.0)[0][0] for target in targets])
-    above = over(vehicle, start, [target.distance for target in targets])
+    targets, of_run = _targets(fields["target"], runs)
+    start = np.array([target.path(0.0)[0][0] for target in targets])[of_run]
+    above = over(vehicle, start, np.array([target.distance for target in targets])[of_run])
     state = {name: scenario[name] for name in COORDINATES}
     for axis, name in enumerate("xyz"):
         off = START_OFFSET[axis] if scenario[name] is None else scenario[name]
         state[name] = above[:, axis] + off
-    controllers = [
-        _controller(vehicle.select(run) if vehicle.runs else vehicle, one, targets[run])
-        for run, one in enumerate(_each(fields["controller"], runs))
-    ]
     return _scenario(
         vehicle,
         scenario,
         state,
         **_inputs(vehicle, scenario),
-        controller=stack(controllers),
-        target=targets,
+        controller=_controller(vehicle, fields["controller"], targets, of_run),
+        target=[targets[each] for each in of_run],
     )
 
 
@@ -168,24 +167,38 @@ def _each(fields: dict[str, Any], runs: int) -> Iterator[dict[str, Any]]:
         }
 
 
+def _targets(fields: dict[str, Any], runs: int) -> tuple[list[Target], Array]:
+    """Targets that differ, and which of them each run (runs,) has."""
+    made: dict[tuple[Any, ...], Target] = {}
+    keys = [tuple(one.values()) for one in _each(fields, runs)]
+    for key in dict.fromkeys(keys):
+        made[key] = _target(dict(zip(fields, key, strict=True)))
+    places = {key: place for place, key in enumerate(made)}
+    return list(made.values()), np.array([places[key] for key in keys])
+
+
 def _target(fields: dict[str, Any]) -> Target:
     table = TargetTable(**fields)
     path = paths.word(table.letter, table.height, table.duration)
     return Target(path, square(table.side), table.distance)
 
 
-def _controller(vehicle: Vehicle, fields: dict[str, Any], target: Target) -> Controller:
-    table = ControllerTable(**fields)
-    if table.law == "classic":
-        return classic(vehicle, table.rate, table.inner)
-    gains = design_gains(
+def _controller(
+    vehicle: Vehicle, fields: dict[str, Any], targets: list[Target], of_run: Array
+) -> Controller:
+    """The controller of each run, tuned for its vehicle and target."""
+    runs = len(of_run)
+    if fields["law"] == "classic":
+        return stack(
+            [
+                classic(vehicle.select(run), one["rate"], one["inner"])
+                for run, one in enumerate(_each(fields, runs))
+            ]
+        )
+    gains = designs(
         vehicle,
-        table.bandwidth,
-        desired=target.desired,
-        distance=target.distance,
-        damping_ratio=table.damping_ratio,
-        conditioning=table.conditioning,
-        rate_gain=table.rate_gain,
-        sliding=table.sliding,
+        np.stack([target.desired for target in targets])[of_run],
+        distance=np.array([target.distance for target in targets])[of_run],
+        **{name: fields[name] for name in _DESIGN},
     )
-    return servoing(**gains, posture_damping=table.posture_damping)
+    return servoings(gains, np.broadcast_to(fields["posture_damping"], runs))
