@@ -39,7 +39,7 @@ def roll_out(engine: Engine, runs: int, steps: int) -> Any:
     inputs = np.zeros((1, 1, engine.layout.inputs))
     inputs[0, 0, 2] = 9.81 * float(engine.vehicle.mass)
     real = getattr(wp, engine.dtype.name)
-    begin = Start(state_from_paper(q, qd), np.zeros(runs))
+    begin = Start(state_from_paper(q, qd), np.zeros((runs, 2)))
     status, last = (wp.zeros(runs, wp.int32, device=engine.device) for _ in range(2))
     log = wp.zeros((runs, 2, engine.layout.log), real, device=engine.device)
     everything = slice(None)

@@ -1,4 +1,4 @@
-"""Kernels of packs against kernels of single runs: processor time per run and step, and compile time.
+"""Kernels of packs against kernels of single runs: time per run and step, and to compile.
 
     python benchmarks/packs.py [--quick] [--out packs.json]
 
@@ -28,7 +28,7 @@ from continuair.engine.loop import PackedLoop
 from continuair.flight.prepare import Cohort, prepare
 from continuair.flight.time_grid import grid_of, marks_of
 from continuair.kernels.numbers import LANES, NARROW
-from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import GENERAL, PAPER, TIP
 
 STEP, STEPS, RUNS, REPEATS = 1e-4, 1000, 16, 15
@@ -74,7 +74,7 @@ def open_loop(case: Case) -> tuple[Engine, Start, Any, Drive]:
     qd[:, 3:6] = 0.1
     table = np.full((1, RUNS, layout.inputs), 0.1)
     table[..., layout.force] = 0.0, 0.0, 9.81 * 2.0
-    start = Start(state_from_paper(q, qd), q[:, 7::2])
+    start = Start(state_from_paper(q, qd), branches_of(q))
     grid = grid_of(marks_of(STEPS * STEP, 10 * STEP), STEP)
     return engine, start, grid, Drive(table, False, case.groups, 9.81)
 
@@ -131,7 +131,7 @@ def packed(loop: Any, engine: Engine, lanes: int) -> PackedLoop:
 
 
 def measured(case: Case) -> dict[str, Any]:
-    """Microseconds per run and step, by lanes; and seconds of the first launch, which may compile."""
+    """Microseconds per run and step, by lanes; seconds of the first launch, which may compile."""
     lanes = 1, NARROW[case.precision], LANES[case.precision]
     calls = [launches(case, each) for each in lanes]
     first, times = [], np.empty((len(calls), REPEATS))

@@ -24,7 +24,7 @@ def kernel(model: str, k: np.ndarray, kd: np.ndarray, omega: np.ndarray) -> np.n
     states[:, 6] = 1.0
     states[:, 7:9], states[:, 12:15], states[:, 15:17] = k, omega, kd
     nothing = Drive(np.zeros((1, 1, 19)), False, 0, 9.81)
-    rates = Engine(FURNISHED, model).derivative(Start(states, np.zeros(len(k))), nothing)
+    rates = Engine(FURNISHED, model).derivative(Start(states, np.zeros((len(k), 2))), nothing)
     rates[:, 11] += 9.81
     return np.asarray(rates[:, 9:17])
 

@@ -111,7 +111,7 @@ def test_kernels_of_one_section_give_the_stored_numbers(case: dict[str, Any], mo
         table[0, 0, where.of_input[name]] = np.ravel(inputs[name])
     engine = Engine(one_section(case["vehicle"]), model)
     drive = Drive(table, False, GENERAL + TIP, inputs["gravity"])
-    rates = engine.derivative(Start(row[None], np.zeros(1)), drive)[0]
+    rates = engine.derivative(Start(row[None], np.zeros((1, 2))), drive)[0]
     found, expected = rates[where.velocity.start :], stored(case, model)
     for group in GROUPS:
         size = max(1.0, float(np.linalg.norm(expected[group])))

@@ -69,7 +69,7 @@ def test_accelerations_of_links_held_in_a_circular_arc(claim: Claim) -> None:
     inputs[..., LAYOUT.tip_wrench] = wrench
     engine = Engine(vehicle, "coupled")
     acting = Drive(inputs, False, GENERAL + TIP, 9.81)
-    ours = engine.derivative(Start(states, np.zeros(n)), acting)
+    ours = engine.derivative(Start(states, np.zeros((n, 2))), acting)
     ours = ours[:, LAYOUT.velocity.start :]
     errors = np.zeros((len(JOINTS) + 1, n))
     for i, state in enumerate(states):
@@ -105,7 +105,7 @@ def test_accelerations_of_links_held_in_a_circular_arc(claim: Claim) -> None:
 
 def circular_tip(chain: CircularChain, flight: ca.Scenario, times: np.ndarray) -> np.ndarray:
     """Tip path (n, 3) of the chain held circular, through the forces of one of `FLIGHTS`."""
-    start = state_from_paper(np.atleast_2d(flight.q), np.atleast_2d(flight.qd))[0]
+    start = state_from_paper(np.atleast_2d(flight.q), np.atleast_2d(np.asarray(flight.qd)))[0]
     force = np.zeros(3) if flight.tau is None else np.asarray(flight.tau)[:3]
 
     def rate(t: float, y: np.ndarray) -> np.ndarray:

@@ -57,7 +57,7 @@ def kernel_accelerations(states: np.ndarray, push: np.ndarray) -> np.ndarray:
     inputs = np.zeros((1, len(states), LAYOUT.inputs))
     inputs[..., LAYOUT.push] = push
     acting = Drive(inputs, False, GENERAL, 9.81)
-    rates = Engine(VEHICLE, "coupled").derivative(Start(states, np.zeros(len(states))), acting)
+    rates = Engine(VEHICLE, "coupled").derivative(Start(states, np.zeros((len(states), 2))), acting)
     return np.asarray(rates[:, LAYOUT.velocity.start :])
 
 

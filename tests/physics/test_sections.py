@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -42,14 +44,14 @@ def vehicle(*sections: int) -> ca.Vehicle:
     return ca.Vehicle(name="arms", uav={"mass": 1.5, "inertia": (0.02, 0.03, 0.04)}, arm=arms)
 
 
-def released(flown: ca.Vehicle, **options: object) -> xr.Dataset:
+def released(flown: ca.Vehicle, duration: float = 1.0, **options: Any) -> xr.Dataset:
     """Free fall with spin, from bends of all sections."""
     rng = np.random.default_rng(3)
     n = flown.sections
     q, qd = np.zeros((2, 6 + 2 * n))
     q[6::2], q[7::2] = rng.uniform(0.5, 2.0, n), rng.uniform(-3.0, 3.0, n)
     qd[:6] = 0.2, -0.1, 0.3, 0.8, -0.6, 0.5
-    scenario = ca.Scenario("released", q, qd, duration=options.pop("duration", 1.0))
+    scenario = ca.Scenario("released", q, qd, duration=duration)
     return ca.simulate(flown, scenario, **options)
 
 

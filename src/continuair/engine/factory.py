@@ -115,7 +115,7 @@ def packed_loop(
 ) -> LoopKernels | None:
     """The same for packs of runs, loaded; None for a law that is not for packs.
 
-    Such a law branches on its numbers, calls what packs do not have, or has other gains than numbers.
+    Such a law branches on its numbers, calls what packs do not have, or has gains that are none.
     """
     try:
         found = closed_loop(precision, tree, model, law, points, every_stage, lanes)

@@ -90,7 +90,7 @@ def pack_plants(vehicle: Vehicle, Plant: Any) -> Array:
     plants["uav_mass"] = per_run(uav.mass, runs)
     plants["uav_inertia"] = per_run(uav.inertia, runs, 3, 3)
     plants["mass"] = per_run(vehicle.mass, runs)
-    lengths = [sum(per_run(each.length, runs) for each in arm.section) for arm in arms]
+    lengths = [np.sum([per_run(each.length, runs) for each in arm.section], 0) for arm in arms]
     plants["length"] = np.max(lengths, axis=0)
     first = 0
     for index, arm in enumerate(arms):

@@ -111,7 +111,7 @@ def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
     """The kernel `observe` of a model: columns observed_columns for each run and sample."""
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
     chain, code = chain_code(numbers, tree, dynamics.bias), number_code(numbers)
-    keep, of_sample, lanes, known = code.keep, code.of_sample, code.lanes, elementary_code(numbers)
+    keep, of_sample, lanes = code.keep, code.of_sample, code.lanes
     Cell, layout = types.Cell, types.layout
     Real, State, Push = types.Real, types.State, types.Push
     vec3, Flight = types.vec3, structs.Flight
@@ -222,15 +222,10 @@ def watch_kernel(numbers: Numbers, tree: Tree, eye: Eye) -> Any:
     motion: of the target's centroid at the samples (samples, runs or 1, MOTION).
     """
     types = device_types(numbers, tree)
-    code, known, points = number_code(numbers), elementary_code(numbers), eye.points
+    code, points = number_code(numbers), eye.points
     Cell, Plants, Cameras = types.Cell, code.rows_of(types.Plant), code.rows_of(eye.Camera)
     plant_of, camera_of, lanes = code.reader_of(types.Plant), code.reader_of(eye.Camera), code.lanes
-    load_state, three_of, keep, of_sample = (
-        types.load_state,
-        types.three_of,
-        code.keep,
-        code.of_sample,
-    )
+    load_state, three_of, keep = types.load_state, types.three_of, code.keep
     logged_along = _branches_of_log(numbers, tree)
     view_of, look, columns = eye.view_of, eye.look, watched_columns(points)
     position, attitude = columns["camera_position"].start, columns["camera_attitude"].start

@@ -97,7 +97,8 @@ class Layout:
     Sections go arm by arm, each from its base out. State: position (world), attitude (x y z w, body
     to world), bend vectors [1/m], velocity of B's origin (world axes), angular velocity (body
     axes), bend rates. A log row is a state, then (κ, ψa) of each section on its signed branch, the
-    roll, and a controller's push. Inputs: those of the table INPUTS. Attributes named after a quantity are the slice of its columns.
+    roll, and a controller's push. Inputs: those of the table INPUTS. Attributes named after a
+    quantity are the slice of its columns.
     """
 
     shape: tuple[int, ...]
