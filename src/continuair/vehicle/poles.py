@@ -60,6 +60,8 @@ def _roll_beside(roll: Array, free: Array) -> Array:
     """For each free sample of (runs, samples), the roll of the last that is not, or the first."""
     at = np.where(free, 0, np.arange(free.shape[1]))
     at = np.maximum(np.maximum.accumulate(at, axis=1), np.argmin(free, axis=1)[:, None])
-    held: Array = np.where(free.all(axis=1)[:, None], 0.0, np.take_along_axis(roll, at, axis=1))
+    known = np.flatnonzero(~free.all(axis=1))
+    held = np.zeros(roll.shape)
+    held[known] = np.take_along_axis(roll[known], at[known], axis=1)
     found: Array = held[free]
     return found
