@@ -241,7 +241,7 @@ class Engine:
         out = found.structs.Vehicles()
         at = slice(None) if runs is None or len(self.plants) == 1 else runs
         at = at if isinstance(at, slice) else adjacent(at)
-        if at == slice(None):
+        if isinstance(at, slice) and at == slice(None):
             return self._all_vehicles(found)
         out.plants = struct_rows(self.plants[at], found.types.Plant, found.lanes, self.device)
         out.coefficients = table_rows(self.table[at], found.types.Row, found.lanes, self.device)
