@@ -57,7 +57,7 @@ def vehicles(rng: Rng, folder: Path) -> None:
     vehicle = ca.load_vehicle(_written(folder / "vehicle.toml", text))
     rules.check_vehicle(vehicle)
     if rng.random() < 0.1:
-        rules.check_flight(ca.simulate(vehicle, _short(rng), sample=1e-3))
+        rules.check_flight(ca.simulate(vehicle, _short(rng, vehicle.sections), sample=1e-3))
 
 
 def designs(rng: Rng, folder: Path) -> None:
@@ -143,8 +143,8 @@ def _written(path: Path, text: str) -> Path:
     return path
 
 
-def _short(rng: Rng) -> ca.Scenario:
-    q = [0, 0, 0, *rng.uniform(-0.5, 0.5, 3), 0.1 * rng.normal(), 0]
+def _short(rng: Rng, sections: int) -> ca.Scenario:
+    q = [0, 0, 0, *rng.uniform(-0.5, 0.5, 3), *[0.1 * rng.normal(), 0] * sections]
     return ca.Scenario("short", q, duration=5e-3)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 import continuair as ca
+from continuair.vehicle.section import Section
 from tests.fuzz.trial import Wrong
 
 
@@ -17,12 +18,11 @@ def require(holds: bool, rule: str) -> None:
 
 def check_vehicle(vehicle: ca.Vehicle) -> None:
     """A body that there can be: finite, of positive mass, inertia and stiffness, and slender."""
-    arm, uav = vehicle.arm, vehicle.uav
-    for name in ("length", "radius", "density", "youngs_modulus"):
-        value = getattr(arm, name)
-        require(_positive(value), f"arm.{name} is {value!r}")
+    uav = vehicle.uav
+    for arm in vehicle.arms:
+        for section in arm.section:
+            check_section(section)
     require(_positive(uav.mass), f"uav.mass is {uav.mass!r}")
-    require(bool(np.all(np.asarray(arm.radius) < np.asarray(arm.length))), "radius over length")
     inertia = np.asarray(uav.inertia, float)
     require(bool(np.isfinite(inertia).all()), "inertia is not finite")
     moments = np.linalg.eigvalsh(inertia)
@@ -30,8 +30,19 @@ def check_vehicle(vehicle: ca.Vehicle) -> None:
     heaviest = moments[..., 2] <= (moments[..., 0] + moments[..., 1]) * (1 + 1e-9)
     require(bool(np.all(heaviest)), f"principal moments {moments} are of no body")
     require(not _holds_bool(vehicle.describe()), "a truth value stands for a number")
-    for disk in arm.disks:
-        require(bool(np.all(np.asarray(disk.position) <= np.asarray(arm.length))), "disk off arm")
+
+
+def check_section(section: Section) -> None:
+    """Of positive length, mass and stiffness, slender if it says how thick, with its disks on it."""
+    for name in ("length", "mass_per_length", "bending_stiffness"):
+        value = getattr(section, name)
+        require(_positive(value), f"{name} of a section is {value!r}")
+    length = np.asarray(section.length)
+    if section.given_radius is not None:
+        require(_positive(section.radius), f"radius is {section.radius!r}")
+        require(bool(np.all(np.asarray(section.radius) < length)), "radius over length")
+    for disk in section.disks:
+        require(bool(np.all(np.asarray(disk.position) <= length * (1 + 1e-9))), "disk off arm")
 
 
 def check_flight(flight: xr.Dataset) -> None:
