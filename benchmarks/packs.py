@@ -1,4 +1,4 @@
-"""Kernels of packs against kernels of single runs: processor time per run and step, and compile time.
+"""Kernels of packs against those of single runs: processor time per run and step, and compile time.
 
     python benchmarks/packs.py [--quick] [--out packs.json]
 
@@ -131,7 +131,7 @@ def packed(loop: Any, engine: Engine, lanes: int) -> PackedLoop:
 
 
 def measured(case: Case) -> dict[str, Any]:
-    """Microseconds per run and step, by lanes; and seconds of the first launch, which may compile."""
+    """Microseconds per run and step, by lanes; seconds of the first launch, which may compile."""
     lanes = 1, NARROW[case.precision], LANES[case.precision]
     calls = [launches(case, each) for each in lanes]
     first, times = [], np.empty((len(calls), REPEATS))

@@ -10,18 +10,22 @@ import warp as wp
 from continuair.engine.compiling import start_warp
 from continuair.engine.factory import closed_loop, kernels, watching
 from continuair.kernels.laws.servoing import law
+from continuair.kernels.types import Tree
 
 HOPPER = 90
 """Compute capability 9.0, of the H100 and H200."""
 
+ONE = Tree((1,))
+"""An arm of one section."""
+
 KERNELS: dict[str, Callable[[], Any]] = {
-    "coupled roll-out, float64": lambda: kernels("float64", 1, "coupled").rollout,
-    "coupled roll-out, float32": lambda: kernels("float32", 1, "coupled").rollout,
-    "decoupled rates": lambda: kernels("float64", 1, "decoupled").derivative,
-    "independent rates": lambda: kernels("float64", 1, "independent").derivative,
-    "observed quantities": lambda: kernels("float64", 1, "coupled").observe,
-    "closed loop": lambda: closed_loop("float64", 1, "coupled", law, 4, False).rollout,
-    "what the camera sees": lambda: watching("float64", 1, 4)[0],
+    "coupled roll-out, float64": lambda: kernels("float64", ONE, "coupled").rollout,
+    "coupled roll-out, float32": lambda: kernels("float32", ONE, "coupled").rollout,
+    "decoupled rates": lambda: kernels("float64", ONE, "decoupled").derivative,
+    "independent rates": lambda: kernels("float64", ONE, "independent").derivative,
+    "observed quantities": lambda: kernels("float64", ONE, "coupled").observe,
+    "closed loop": lambda: closed_loop("float64", ONE, "coupled", law, 4, False).rollout,
+    "what the camera sees": lambda: watching("float64", ONE, 4)[0],
 }
 
 

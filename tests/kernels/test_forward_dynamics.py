@@ -96,7 +96,7 @@ def test_independent_model_moves_the_uav_as_a_rigid_body(place: Place) -> None:
 def test_moments_obey_the_tangent_identity_at_any_bend() -> None:
     """u B² + C² = 1 of the unit tangent makes uP + S a trace."""
     s, u = np.linspace(0.0, 4.4, 7)[:, None], arc.squared_bends()
-    by_density, _ = arc.integrands(s, u)
+    by_density = arc.integrands(s, u)
     alpha, beta = by_density["alpha"][0], by_density["beta"][0]
     trace = u * by_density["P"][0] + by_density["S"][0]
     np.testing.assert_allclose(
@@ -117,7 +117,7 @@ def test_a_bad_array_is_named(words: tuple[str, object]) -> None:
     ("q", "words"),
     [
         (np.zeros((0, 8)), r"^q is \[\]; give 8 finite numbers, or one or more rows of them"),
-        (np.zeros(8), "bend of 0 while arm.kappa_s is 0"),
+        (np.zeros(8), "bend of 0 while its kappa_s is 0"),
         ([0, 0, 0, 0, np.pi / 2, 0, 0.1, 0], "pitch of a quarter turn"),
         ([0, 0, 0, 0, -np.pi / 2, 0, 0.1, 0], "pitch of a quarter turn"),
     ],
@@ -139,7 +139,7 @@ def test_a_torque_about_the_bend_is_divided_by_the_bend_or_by_its_threshold(kapp
     engine = Engine(PLAIN.replace({"arm.kappa_s": 0.05}), "coupled")
     layout, torque, psi = engine.layout, 0.3, 0.7
     q = np.array([[0.1, 0.2, 0.3, 0.1, -0.2, 0.4, kappa, psi]])
-    start = Start(state_from_paper(q, np.zeros((1, 8))), q[:, -1])
+    start = Start(state_from_paper(q, np.zeros((1, 8))), q[:, 7::2])
     polar, plain = np.zeros((2, 1, 1, layout.inputs))
     polar[..., layout.of_input["polar_torque"]] = 0.0, torque
     across = np.array([-np.sin(psi), np.cos(psi)])
