@@ -29,19 +29,49 @@ from continuair.kernels.types import Tree, Types, device_types
 class Kernels:
     """Kernels of a model in open loop, and the structs of their arguments.
 
-    lanes: the runs that a thread flies, 1 or those of a pack.
-    tip_rollout logs the tip's pose and nothing else.
+    lanes: the runs that a thread flies, 1 or those of a pack. tip_rollout logs the tip's pose and
+    nothing else. A kernel is made when it is first asked for, and compiles when it is launched.
     """
 
-    lanes: int
-    types: Types
-    structs: FlightCode
-    arguments: Arguments
-    pilot: PilotCode
-    rollout: wp.Kernel
-    tip_rollout: wp.Kernel
-    derivative: wp.Kernel
-    observe: wp.Kernel
+    numbers: Numbers
+    tree: Tree
+    model: str
+
+    @property
+    def lanes(self) -> int:
+        return self.numbers.lanes
+
+    @property
+    def types(self) -> Types:
+        return _types(self.numbers, self.tree)
+
+    @property
+    def structs(self) -> FlightCode:
+        return _structs(self.numbers, self.tree)
+
+    @property
+    def arguments(self) -> Arguments:
+        return _arguments(self.numbers.precision)
+
+    @property
+    def pilot(self) -> PilotCode:
+        return _no_pilot(self.numbers, self.tree)
+
+    @property
+    def rollout(self) -> wp.Kernel:
+        return _rollout(self.numbers, self.tree, self.model, state_logger)
+
+    @property
+    def tip_rollout(self) -> wp.Kernel:
+        return _rollout(self.numbers, self.tree, self.model, tip_logger)
+
+    @property
+    def derivative(self) -> wp.Kernel:
+        return _derivative(self.numbers, self.tree, self.model)
+
+    @property
+    def observe(self) -> wp.Kernel:
+        return _observe(self.numbers, self.tree, self.model)
 
 
 @dataclass(frozen=True)
@@ -58,25 +88,30 @@ class LoopKernels:
     Gains: Any
 
 
-@made_once
 def kernels(precision: str, tree: Tree, model: str, lanes: int = 1) -> Kernels:
-    """The kernels of a model in open loop; each compiles when it is first launched.
+    """The kernels of a model in open loop; lanes: runs that fly at once in a pack, or 1."""
+    return Kernels(Numbers(precision, lanes), tree, model)
 
-    lanes: runs that fly at once in a pack, 1 for kernels that fly one by one.
-    """
-    of = Numbers(precision, lanes), tree
-    dynamics, pilot = dynamics_code(*of, model), no_pilot(*of)
-    return Kernels(
-        lanes=lanes,
-        types=device_types(*of),
-        structs=flight_code(*of),
-        arguments=arguments(precision),
-        pilot=pilot,
-        rollout=rollout_kernel(*of, dynamics, pilot, state_logger(*of)),
-        tip_rollout=rollout_kernel(*of, dynamics, pilot, tip_logger(*of)),
-        derivative=derivative_kernel(*of, dynamics),
-        observe=observe_kernel(*of, dynamics),
-    )
+
+# Types have one maker at a time, too: two of the same name would not be the same.
+_types, _structs = made_once(device_types), made_once(flight_code)
+_arguments, _no_pilot = made_once(arguments), made_once(no_pilot)
+
+
+@made_once
+def _rollout(numbers: Numbers, tree: Tree, model: str, logger: Callable[..., Any]) -> wp.Kernel:
+    of = numbers, tree
+    return rollout_kernel(*of, dynamics_code(*of, model), no_pilot(*of), logger(*of))
+
+
+@made_once
+def _derivative(numbers: Numbers, tree: Tree, model: str) -> wp.Kernel:
+    return derivative_kernel(numbers, tree, dynamics_code(numbers, tree, model))
+
+
+@made_once
+def _observe(numbers: Numbers, tree: Tree, model: str) -> wp.Kernel:
+    return observe_kernel(numbers, tree, dynamics_code(numbers, tree, model))
 
 
 @made_once
@@ -115,7 +150,7 @@ def packed_loop(
 ) -> LoopKernels | None:
     """The same for packs of runs, loaded; None for a law that is not for packs.
 
-    Such a law branches on its numbers, calls what packs do not have, or has gains that are none.
+    Such a law branches on its numbers, calls what packs do not have, or has gains of other kinds.
     """
     try:
         found = closed_loop(precision, tree, model, law, points, every_stage, lanes)

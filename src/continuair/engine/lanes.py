@@ -44,5 +44,5 @@ def table_rows(table: Array, Row: Any, lanes: int, device: str) -> Any:
 def _first_number(kind: np.dtype[Any]) -> np.dtype[Any]:
     """Of the numbers of a structure, all of which are of one kind."""
     while kind.names or kind.subdtype:
-        kind = kind.subdtype[0] if kind.subdtype else kind[(kind.names or ())[0]]
+        kind = kind[kind.names[0]] if kind.names else kind.base
     return kind
