@@ -20,6 +20,7 @@ from continuair.kernels.rollout import Arguments, arguments, derivative_kernel, 
 from continuair.kernels.sensing.eye import Eye, eye_code
 from continuair.kernels.sensing.pilot import PilotCode, law_pilot, no_pilot
 from continuair.kernels.sensing.sense import law_code
+from continuair.kernels.turning import turning_kernel
 from continuair.kernels.types import Tree, Types, device_types
 
 
@@ -94,6 +95,12 @@ def closed_loop(
 def deviation(precision: str) -> wp.Kernel:
     """The kernel that compares logged tips, the same for every model."""
     return deviation_kernel(getattr(wp, precision))
+
+
+@made_once
+def turning(precision: str) -> wp.Kernel:
+    """The kernel that finds turns of logged tips which may lose Euler angles."""
+    return turning_kernel(getattr(wp, precision))
 
 
 @made_once

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from continuair.engine.engine import Logs
 from continuair.flight.prepare import Cohort, Flight
+from continuair.flight.resolution import warn_of_lost_coordinates
 from continuair.flight.turns import followed_euler
 from continuair.kernels.step import STATUS
 from continuair.vehicle.layout import (
@@ -141,7 +142,12 @@ class Recorder:
         self._end_time[at] = times[logs.last_step]
 
     def dataset(self, provenance: dict[str, Any]) -> xr.Dataset:
-        """All that was kept; provenance: attributes beside those that follow from the flight."""
+        """All that was kept; provenance: attributes beside those that follow from the flight.
+
+        Warns, of its caller's caller, if samples did not follow the Euler angles of q.
+        """
+        if self.flight.lost:
+            warn_of_lost_coordinates(self.flight.sample, min(self.flight.lost), stacklevel=4)
         data = {name: _variable(name, self._values[name], self.model) for name in self.names}
         codes = ", ".join(f"{code} {text}" for code, text in STATUS.items())
         data["status"] = ("run", self._status, {"long_name": f"how the run ended: {codes}"})
@@ -197,7 +203,9 @@ def values_of(name: str, logs: Logs, cohort: Cohort) -> Array:
         return log[..., getattr(layout, name)]
     if name == "q":
         spin, times = log[..., layout.angular_velocity], cohort.flight.marks.samples
-        euler = followed_euler(log[..., layout.attitude], spin, times)
+        euler, lost = followed_euler(log[..., layout.attitude], spin, times)
+        if np.isfinite(lost):
+            cohort.flight.lost.append(lost)
         return np.concatenate([log[..., layout.position], euler, log[..., layout.branch]], -1)
     # The kernels integrate the velocity of B's origin in world axes.
     attitude = log[..., layout.attitude].reshape(-1, 4)
