@@ -13,6 +13,7 @@ import continuair as ca
 from continuair.flight.prepare import prepare
 
 pytestmark = pytest.mark.targets
+turns_untold = pytest.mark.filterwarnings("ignore:q. roll, pitch and yaw are not followed")
 
 RADII = [0.0012, 0.003, 0.005, 0.008]
 RATIOS = [0.02, 5.0, 0.0, 1.0]
@@ -107,6 +108,7 @@ def test_an_input_that_becomes_one_of_other_runs_is_refused() -> None:
         ca.simulate(ca.load_vehicle("paper"), scenario)
 
 
+@turns_untold
 def test_runs_that_cannot_be_flown_far_do_not_change_their_neighbours() -> None:
     bends = [[0.0, 0.0], [6e3, 0.0], [0.0, 0.0]]
     vehicle = ca.load_vehicle("paper").replace({"arm.damping_ratio": [0.0, 1.0, 5.0]})

@@ -34,7 +34,7 @@ ROOMS = {
         {"fields", "runs", "layout", "poles"},
         {"inertia", "replacing"},
         {"disk", "camera", "uav", "coordinates"},
-        {"section"},
+        {"section", "following"},
         {"arms", "changes"},
         {"vehicle"},
         {"vehicle_file"},
@@ -56,7 +56,7 @@ ROOMS = {
         {"laws", "sensing.pilot"},
         {"step"},
         {"logs"},
-        {"rollout", "observe", "deviations"},
+        {"rollout", "observe", "deviations", "turning"},
     ],
     "engine": [
         {"moments", "compiling", "lanes", "rows"},

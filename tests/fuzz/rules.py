@@ -33,7 +33,7 @@ def check_vehicle(vehicle: ca.Vehicle) -> None:
 
 
 def check_section(section: Section) -> None:
-    """Of positive length, mass and stiffness, slender if it says how thick, with its disks on it."""
+    """Of positive length, mass and stiffness, slender if it has a radius, its disks on it."""
     for name in ("length", "mass_per_length", "bending_stiffness"):
         value = getattr(section, name)
         require(_positive(value), f"{name} of a section is {value!r}")

@@ -16,8 +16,6 @@ ONE, ARMS = Tree((1,)), Tree((2, 1), bodies=True, turned=True)
 HOPPER = 90
 """Compute capability 9.0, of the H100 and H200."""
 
-"""An arm of one section."""
-
 KERNELS: dict[str, Callable[[], Any]] = {
     "coupled roll-out, float64": lambda: kernels("float64", ONE, "coupled").rollout,
     "coupled roll-out, float32": lambda: kernels("float32", ONE, "coupled").rollout,

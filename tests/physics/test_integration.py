@@ -11,8 +11,10 @@ from tests.physics.free_flight import tumbling
 pytestmark = pytest.mark.targets
 
 VEHICLE = ca.load_vehicle("paper")
+turns_untold = pytest.mark.filterwarnings("ignore:q. roll, pitch and yaw are not followed")
 
 
+@turns_untold
 def test_rk4_converges_with_slope_four() -> None:
     steps = [1e-3, 5e-4, 2.5e-4, 1.25e-4]
     reference = ca.simulate(
@@ -146,6 +148,7 @@ def test_a_tumble_through_the_pitch_singularity_is_continuous() -> None:
     assert float(np.abs(np.diff(run.q, axis=0)).max()) < 0.2
 
 
+@turns_untold
 def test_a_batch_equals_its_runs_one_by_one() -> None:
     radii, masses = np.linspace(0.004, 0.01, 5), np.linspace(1.0, 3.0, 5)
     batch = VEHICLE.replace({"arm.radius": radii, "uav.mass": masses})
@@ -214,6 +217,7 @@ def test_a_bad_option_is_named_in_one_sentence(options: dict[str, object], words
     assert "\n" not in str(caught.value)
 
 
+@turns_untold
 @pytest.mark.parametrize(
     ("ratio", "q", "qd"),
     [

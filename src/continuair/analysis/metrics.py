@@ -14,7 +14,9 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from continuair.errors import ContinuairWarning, InputError, shown
+from continuair.flight.resolution import warn_of_lost_angles
 from continuair.vehicle.coordinates import continuous_euler, paper_rates
+from continuair.vehicle.following import CHANGE, unfollowed
 from continuair.vehicle.layout import ONE_SECTION
 
 Array = NDArray[np.float64]
@@ -117,16 +119,23 @@ def tip_euler(dataset: xr.Dataset) -> Array:
     the two triples that describe an attitude, and their whole turns, the one next to the previous
     sample is taken, so that a tumble through pitch = pi/2 does not jump. Flights that pass that
     attitude on different sides may end whole turns apart; `geodesic_angle` does not see those.
+    Samples that are too coarse beside that attitude, or for the spin, do not follow the angles:
+    `compare` tells of that.
     """
     return euler_angles(samples(dataset, "tip_attitude", "quaternion"))
 
 
 def euler_angles(tip_attitude: ArrayLike) -> Array:
     """Return the angles of `tip_euler` from quaternions x y z w, shape (..., samples, 4)."""
+    angles: Array = continuous_euler(_level(tip_attitude))
+    return angles
+
+
+def _level(tip_attitude: ArrayLike) -> Array:
+    """Attitudes (..., 4) of R_tip diag(1, -1, -1)."""
     x, y, z, w = np.moveaxis(np.asarray(tip_attitude, float), -1, 0)
     # The product with the half turn about x, (1, 0, 0, 0).
-    angles: Array = continuous_euler(np.stack([w, z, -y, -x], axis=-1))
-    return angles
+    return np.stack([w, z, -y, -x], axis=-1)
 
 
 def _beside(reference: Array, angles: Array) -> Array:
@@ -162,8 +171,11 @@ def compare(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
     nrmse_t, nrmse_r: as printed, of tip position and continuous Euler angles [-]; rmse_t_m [m] and
     rmse_r_rad [rad]: the same differences, not normalised; angle_rad: RMS of the geodesic angle,
     the one rotational reading that needs no choice of angles [rad]; rmse_x_m ... rmse_yaw_rad.
-    Numbers, or arrays over runs; NaN, with a warning, for a run that ended early. Raises
-    InputError if the two are not flights of the same runs sampled at the same times.
+    Numbers, or arrays over runs; NaN, with a warning, for a run that ended early, and those of
+    Euler angles where these cannot be followed: from sample to sample, or at the first from one
+    flight to the other, an angle changes by more than 1 rad, or the tip passes a pitch of ±π/2 on a
+    side that samples do not tell. Raises InputError if the two are not flights of the same runs
+    sampled at the same times.
     """
     flights = {"coupled": coupled, "other": other}
     for name, flight in flights.items():
@@ -172,7 +184,10 @@ def compare(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
     _check_alike(coupled, other)
     for name, flight in flights.items():
         _warn_of_ended(name, flight)
-    return differences(coupled, other)
+    found = differences(coupled, other)
+    lost = np.isnan(found["nrmse_r"]) & np.isfinite(found["angle_rad"])
+    warn_of_lost_angles(lost, float(np.diff(coupled["time"]).max(initial=0.0)), stacklevel=3)
+    return found
 
 
 def _check_flight(name: str, flight: Any) -> None:
@@ -235,6 +250,11 @@ def differences(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
     attitudes = [samples(dataset, "tip_attitude", "quaternion") for dataset in (coupled, other)]
     reference, angles = (euler_angles(attitude) for attitude in attitudes)
     turned = reference, _beside(reference, angles)
+    lost = _lost(coupled, attitudes[0]) | _lost(other, attitudes[1])
+    lost |= (np.abs(turned[1] - reference)[..., 0, :] > CHANGE).any(-1)
+    # Tips that turn alike differ by nothing, however their angles go on.
+    lost &= (turned[1] != reference).any((-2, -1))
+    turned[1][lost] = np.nan
     result = {
         "nrmse_t": nrmse(*positions),
         "nrmse_r": nrmse(*turned),
@@ -246,6 +266,19 @@ def differences(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
     for index, axis in enumerate(AXES):
         result[f"rmse_{axis}"] = rmse(*(values[..., index : index + 1] for values in both))
     return result
+
+
+def _lost(flight: xr.Dataset, tip_attitude: Array) -> NDArray[np.bool]:
+    """Which runs (...) have samples that do not follow the Euler angles of the tip."""
+    rows = _level(tip_attitude).reshape(-1, *tip_attitude.shape[-2:])
+    lost = unfollowed(rows).any(-1).reshape(tip_attitude.shape[:-2])
+    if "tip_angular_velocity" in flight:
+        # Whole turns between samples, which attitudes do not show.
+        spin = np.linalg.norm(samples(flight, "tip_angular_velocity", "axis"), axis=-1)
+        lost |= (np.maximum(spin[..., 1:], spin[..., :-1]) * np.diff(flight["time"]) > np.pi).any(
+            -1
+        )
+    return np.asarray(lost)
 
 
 def _per_run(value: Array) -> Any:

@@ -22,6 +22,7 @@ from continuair.kernels.rollout import derivative_kernel, rollout_kernel
 from continuair.kernels.sensing.eye import Eye, eye_code
 from continuair.kernels.sensing.pilot import PilotCode, law_pilot, no_pilot
 from continuair.kernels.sensing.sense import law_code
+from continuair.kernels.turning import turning_kernel
 from continuair.kernels.types import Tree, Types, device_types
 
 
@@ -171,6 +172,12 @@ def _numbers_alone(kind: Any, Real: Any) -> bool:
 def deviation(precision: str, lanes: int = 1) -> wp.Kernel:
     """The kernel that compares logged tips, the same for every model."""
     return deviation_kernel(Numbers(precision, lanes))
+
+
+@made_once
+def turning(precision: str) -> wp.Kernel:
+    """The kernel that finds turns of logged tips which may lose Euler angles."""
+    return turning_kernel(getattr(wp, precision))
 
 
 @made_once

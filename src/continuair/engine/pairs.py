@@ -11,13 +11,16 @@ import warp as wp
 
 from continuair.engine.compiling import load
 from continuair.engine.engine import Drive, Engine, Start
-from continuair.engine.factory import Kernels, deviation
+from continuair.engine.factory import Kernels, deviation, turning
 from continuair.engine.lanes import packs_of
-from continuair.vehicle.layout import DEVIATIONS, TIP_POSE, width_of
+from continuair.vehicle.following import unfollowed
+from continuair.vehicle.layout import DEVIATIONS, EULER_DEVIATIONS, TIP_POSE, width_of
 
 Array = np.ndarray
 
 POSE = width_of(TIP_POSE)
+_ATTITUDE = TIP_POSE["attitude"]
+_EULER = [DEVIATIONS.index(name) for name in EULER_DEVIATIONS]
 
 # What the logged tips of one block of runs take at most: on the CPU they stay near the core.
 _BLOCK_BYTES = {"cpu": 1.6e7, "cuda": 4e9}
@@ -25,8 +28,9 @@ _BLOCKS_PER_THREAD = 4
 
 
 class Pairs:
-    """Results of all runs and models: deviations (runs, models, 5) from the first model, tip
-    (runs, models, 7) at the end, status and last_step (runs, models), errors (runs, models, 2)."""
+    """Results of all runs and models: deviations (runs, models, 5) from the first model, those of
+    Euler angles NaN where samples do not follow them, tip (runs, models, 7) at the end, status and
+    last_step (runs, models), errors (runs, models, 2)."""
 
     def __init__(self, engines: Sequence[Engine], runs: int) -> None:
         self.engines = engines
@@ -42,7 +46,9 @@ class Pairs:
         flown = [engine.kernels_for(len(runs)) for engine in self.engines]
         for kernels in flown:
             load(kernels.tip_rollout, first.device)
-        load(deviation(first.dtype.name, flown[0].lanes), first.device)
+        compared = deviation(first.dtype.name, flown[0].lanes), turning(first.dtype.name)
+        for kernel in compared:
+            load(kernel, first.device)
 
         def work(part: slice) -> None:
             begin, acting = first.start(start, part), first.drive(drive, part, 3)
@@ -59,7 +65,7 @@ class Pairs:
         self, runs: Array, flown: list[Kernels], grid: Any, start: Any, drive: Any
     ) -> None:
         first = self.engines[0]
-        steps, logs = first.steps(grid), []
+        steps, logs, followed = first.steps(grid), [], []
         threads = packs_of(len(runs), flown[0].lanes)
         for column, (engine, kernels) in enumerate(zip(self.engines, flown, strict=True)):
             log = wp.empty((len(runs), len(grid.samples), POSE), wp.float64, device=first.device)
@@ -70,9 +76,23 @@ class Pairs:
             logs.append(log)
             self.status[runs, column], self.last_step[runs, column] = (a.numpy() for a in ends)
             self.errors[runs, column] = errors.numpy()
-            self._compare(runs, column, logs, kernels.lanes)
+            followed.append(self._followed(self.status[runs, column] == 0, log))
+            both = followed[0] & followed[column]
+            self._compare(runs, column, logs, both, kernels.lanes)
 
-    def _compare(self, runs: Array, column: int, logs: list[Any], lanes: int) -> None:
+    def _followed(self, flown: Array, log: Any) -> Array:
+        """Which runs (runs,), of those flown, have samples that follow the tip's Euler angles."""
+        first, found = self.engines[0], wp.zeros(len(flown), wp.int32, device=log.device)
+        first.launch(turning(first.dtype.name), len(flown), [log, found])
+        followed, (in_doubt,) = np.array(flown), np.nonzero(flown & (found.numpy() > 0))
+        if len(in_doubt):
+            rows = np.stack([log[int(run)].numpy()[:, _ATTITUDE] for run in in_doubt])
+            followed[in_doubt] = ~unfollowed(rows).any(axis=1)
+        return followed
+
+    def _compare(
+        self, runs: Array, column: int, logs: list[Any], followed: Array, lanes: int
+    ) -> None:
         first, log = self.engines[0], logs[column]
         found = wp.zeros((len(runs), len(DEVIATIONS)), wp.float64, device=first.device)
         if column > 0:
@@ -81,7 +101,11 @@ class Pairs:
         # What a run has not reached, its log does not hold.
         flown = self.status[runs, column] == 0
         both = flown & (self.status[runs, 0] == 0)
-        self.deviations[runs[both], column] = found.numpy()[both]
+        deviations = found.numpy()
+        # Tips that turn alike differ by nothing, however their angles go on.
+        lost = ~followed & (deviations[:, _EULER[-1]] != 0.0)
+        deviations[np.ix_(lost, _EULER)] = np.nan
+        self.deviations[runs[both], column] = deviations[both]
         self.tip[runs[flown], column] = log[:, log.shape[1] - 1].numpy()[flown]
 
 

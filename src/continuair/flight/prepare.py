@@ -90,7 +90,8 @@ class Flight:
     of each run (runs,) [s]; missed: whether its steps miss what its inputs do (runs,); marks: times
     that steps end at. coupled: an engine of that model, which others share
     what they can with. automatic: whether the steps may be made finer;
-    adaptive: whether the integrator takes its own; told: inputs whose jumps have been told of.
+    adaptive: whether the integrator takes its own; told: inputs whose jumps have been told of;
+    lost: times near which samples did not follow the Euler angles of q [s].
     """
 
     vehicle: Vehicle
@@ -107,6 +108,7 @@ class Flight:
     automatic: bool
     adaptive: bool
     told: set[str] = field(default_factory=set)
+    lost: list[float] = field(default_factory=list)
     _sampled: dict[tuple[bytes, bytes], Drive] = field(default_factory=dict)
     _engines: dict[tuple[str, str], Engine] = field(default_factory=dict)
 

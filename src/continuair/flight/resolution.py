@@ -74,9 +74,41 @@ def warn_of_missed_inputs(errors: Array, steps: Array, stacklevel: int) -> None:
         )
 
 
+def warn_of_lost_angles(lost: Array, sample: float, stacklevel: int) -> None:
+    """Warn of runs (...) whose Euler angles samples [s] do not follow, which are NaN."""
+    runs, count = np.size(lost), np.count_nonzero(lost)
+    if count:
+        of = "" if runs == 1 else f" in {count} of {runs} runs"
+        warnings.warn(
+            f"nrmse_r and rmse_r_rad are NaN{of}: samples of {sample:.3g} s do not follow roll, "
+            "pitch and yaw of the tip; give a finer sample, or use angle_rad, which always holds.",
+            ContinuairWarning,
+            stacklevel=stacklevel,
+        )
+
+
+def warn_of_lost_coordinates(sample: float, time: float, stacklevel: int) -> None:
+    """Warn that samples [s] do not follow the Euler angles of q near a time [s]."""
+    warnings.warn(
+        f"q: roll, pitch and yaw are not followed by samples of {sample:.3g} s near t = "
+        f"{time:.3g} s; give a finer sample, or use attitude.",
+        ContinuairWarning,
+        stacklevel=stacklevel,
+    )
+
+
 @contextmanager
 def steps_told_of() -> Iterator[None]:
     """For a study that looks at step_error itself: no warnings of coarse steps."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "step_error reaches", ContinuairWarning)
+        yield
+
+
+@contextmanager
+def angles_unread() -> Iterator[None]:
+    """For a study that reads no Euler angles: no warnings of those that samples do not follow."""
+    with warnings.catch_warnings():
+        for text in ("nrmse_r and rmse_r_rad are NaN", "q: roll, pitch and yaw"):
+            warnings.filterwarnings("ignore", text, ContinuairWarning)
         yield

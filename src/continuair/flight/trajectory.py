@@ -14,6 +14,7 @@ from xarray.indexes import PandasIndex
 from continuair.engine.engine import Logs
 from continuair.engine.rows import adjacent
 from continuair.flight.prepare import Cohort, Flight
+from continuair.flight.resolution import warn_of_lost_coordinates
 from continuair.flight.turns import followed_euler, in_body_axes, on_triple
 from continuair.kernels.step import STATUS
 from continuair.vehicle.layout import (
@@ -153,7 +154,12 @@ class Recorder:
             first += part.shape[-1]
 
     def dataset(self, provenance: dict[str, Any]) -> xr.Dataset:
-        """All that was kept; provenance: attributes beside those that follow from the flight."""
+        """All that was kept; provenance: attributes beside those that follow from the flight.
+
+        Warns, of its caller's caller, if samples did not follow the Euler angles of q.
+        """
+        if self.flight.lost:
+            warn_of_lost_coordinates(self.flight.sample, min(self.flight.lost), stacklevel=4)
         kept = {name: self._variable(name) for name in self.names}
         codes = ", ".join(f"{code} {text}" for code, text in STATUS.items())
         kept["status"] = ("run",), self._status, {"long_name": f"how the run ended: {codes}"}
@@ -261,7 +267,10 @@ def values_of(name: str, logs: Logs, cohort: Cohort) -> tuple[Array, ...]:
     attitude = log[..., layout.attitude]
     if name == "q":
         spin, times = log[..., layout.angular_velocity], cohort.flight.marks.samples
-        euler = on_triple(followed_euler(attitude, spin, times), log[..., layout.roll.start])
+        euler, lost = followed_euler(attitude, spin, times)
+        if np.isfinite(lost):
+            cohort.flight.lost.append(lost)
+        euler = on_triple(euler, log[..., layout.roll.start])
         return log[..., layout.position], euler, log[..., layout.branch]
     # The kernels integrate the velocity of B's origin in world axes.
     return (in_body_axes(log[..., layout.velocity], attitude),)

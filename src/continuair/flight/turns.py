@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from continuair.vehicle.coordinates import continuous_euler
+from continuair.vehicle.following import CHANGE, SHARE, unfollowed
 
 Array = np.ndarray
 
@@ -15,28 +16,52 @@ FOLLOWED = 0.5
 _MOST = 1000
 
 
-def followed_euler(attitude: Array, spin: Array, times: Array) -> Array:
+def followed_euler(attitude: Array, spin: Array, times: Array) -> tuple[Array, float]:
     """ZYX Euler angles (runs, samples, 3) without jumps, whole turns between samples included.
 
     attitude: (runs, samples, 4); spin: angular velocity (runs, samples, 3) in body axes [rad/s];
     times: (samples,) [s]. Between samples the vehicle is taken to turn at the spin of the nearer
-    one.
+    one. Also returns the first of the times between which that loses the angles, or inf.
     """
     apart = np.diff(times)
     if not len(apart):
-        return continuous_euler(attitude)
+        return continuous_euler(attitude), np.inf
     # Of the largest spin and interval: more parts than needed do no harm.
     x, y, z = np.moveaxis(spin, -1, 0)
     fastest = np.sqrt(np.fmax.reduce(x * x + y * y + z * z, axis=1, initial=0.0))
     turned = fastest * apart.max()
     parts = np.clip(np.ceil(turned / FOLLOWED), 1, _MOST).astype(int)
     if (parts == 1).all():
-        return continuous_euler(attitude)
-    found = np.empty((*attitude.shape[:-1], 3))
+        found = continuous_euler(attitude)
+        return found, _lost_from(attitude, found, turned, times, 1)
+    found, lost = np.empty((*attitude.shape[:-1], 3)), np.inf
     for each in np.unique(parts):
         runs = parts == each
-        found[runs] = _followed(attitude[runs], spin[runs], apart, int(each))
-    return found
+        filled = _filled(attitude[runs], spin[runs], apart, int(each))
+        angles = continuous_euler(filled)
+        found[runs] = angles[:, ::each]
+        lost = min(lost, _lost_from(filled, angles, turned[runs], times, int(each)))
+    return found, lost
+
+
+def _lost_from(attitude: Array, angles: Array, turned: Array, times: Array, parts: int) -> float:
+    """The first of the times (samples,) after which angles are lost, or inf.
+
+    attitude, angles: of every part of the intervals between samples; turned: most that each run
+    turns by in one (runs,) [rad].
+    """
+    level = 0.5 * np.pi - np.fmax.reduce(np.abs(angles[..., 1]), axis=1, initial=0.0)
+    near = turned > parts * SHARE * level
+    if not near.any():
+        return np.inf
+    attitude, angles = attitude[near], angles[near, ::parts]
+    lost = unfollowed(attitude).reshape(len(angles), -1, parts).any(-1)
+    if parts > 1:
+        # A spin that changes within an interval misleads, but the samples alone may agree with it.
+        turns = (np.abs(np.diff(angles, axis=1)) > CHANGE).any(-1)
+        lost &= turns | unfollowed(attitude[:, ::parts])
+    lost = lost.any(axis=0)
+    return float(times[np.argmax(lost)]) if lost.any() else np.inf
 
 
 def on_triple(euler: Array, roll: Array) -> Array:
@@ -80,15 +105,15 @@ def _columns(rows: Array) -> Array:
     return np.array(np.moveaxis(rows, -1, 0), float, order="C")
 
 
-def _followed(attitude: Array, spin: Array, apart: Array, parts: int) -> Array:
-    """The angles with every interval between samples in parts, which the spin turns through."""
+def _filled(attitude: Array, spin: Array, apart: Array, parts: int) -> Array:
+    """The attitudes with every interval between samples in parts, which the spin turns through."""
     filled = np.empty((len(attitude), len(apart) * parts + 1, 4))
     filled[:, ::parts] = attitude
     for part in range(1, parts):
         nearer = slice(None, -1) if 2 * part <= parts else slice(1, None)
         time = apart * (part / parts if 2 * part <= parts else part / parts - 1.0)
         filled[:, part::parts] = _turned(attitude[:, nearer], spin[:, nearer] * time[:, None])
-    return continuous_euler(filled)[:, ::parts]
+    return filled
 
 
 def _turned(attitude: Array, angle: Array) -> Array:

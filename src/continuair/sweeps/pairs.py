@@ -12,14 +12,14 @@ from continuair import checks
 from continuair.engine.pairs import Pairs
 from continuair.errors import InputError, shown
 from continuair.flight.prepare import Flight, prepare
-from continuair.flight.resolution import warn_of_coarse_steps
+from continuair.flight.resolution import warn_of_coarse_steps, warn_of_lost_angles
 from continuair.flight.simulate import error_by_halving
 from continuair.flight.trajectory import STEP_ERROR
 from continuair.kernels.dynamics import MODELS, REFERENCE, SIMPLER
 from continuair.kernels.step import STATUS
 from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.closed_pairs import Reduced, track
-from continuair.vehicle.layout import DEVIATIONS
+from continuair.vehicle.layout import DEVIATIONS, EULER_DEVIATIONS
 from continuair.vehicle.vehicle import Vehicle
 
 METRICS: dict[str, tuple[str, str]] = {
@@ -65,7 +65,9 @@ def run_pairs(
     a sample that counts, as it has no image there; tip_position and tip_attitude at the end; status
     (0: ok; the meanings are in its attributes), end_time [s], step_error and step [s]: as for
     `simulate`, but where one model asks for half the step, all models of that run take it. A run of
-    a status other than 0, or beside such a coupled run, has NaN metrics. Raises InputError.
+    a status other than 0, or beside such a coupled run, has NaN metrics; nrmse_r and rmse_r_rad are
+    NaN, with a warning, where samples do not follow the Euler angles of the tip, as
+    `continuair.compare` tells. Raises InputError.
     """
     names = _checked_models(models)
     flight = prepare(
@@ -88,6 +90,8 @@ def run_pairs(
             found.step_error[coarse, column] = error_by_halving(flight, model, coarse)
         flight = finer
     warn_of_coarse_steps(found.step_error, flight.steps, stacklevel=3)
+    lost = lost_angles(found.metrics["nrmse_r"], found.status)
+    warn_of_lost_angles(lost, flight.sample, stacklevel=3)
     data = _variables(found)
     data["step"] = ("run", flight.steps, {"units": "s", "long_name": "integration step"})
     coordinates = {"run": np.arange(flight.runs), "model": list(names)}
@@ -104,13 +108,31 @@ def check_pairs(
     _checked_settle(settle, flight)
 
 
+def lost_angles(metric: Array, status: Array) -> Array:
+    """Which runs (runs,) have a model whose Euler angles samples do not follow.
+
+    metric: one of Euler angles, NaN then; status: both (runs, models).
+    """
+    well = (status == 0) & (status[:, :1] == 0)
+    return np.asarray((np.isnan(metric) & well).any(axis=1))
+
+
 def _fly(
     flight: Flight, models: tuple[str, ...], settle: float, chosen: Array | None = None
 ) -> Reduced:
     """Fly the runs, or those chosen by their indices."""
-    if flight.scenario.controller is not None:
-        return track(flight, models, settle, chosen)
     chosen = np.arange(flight.runs) if chosen is None else chosen
+    closed = flight.scenario.controller is not None
+    found = track(flight, models, settle, chosen) if closed else _fly_open(flight, models, chosen)
+    spin = flight.start.states[chosen][:, flight.coupled.layout.angular_velocity]
+    # Whole turns between samples, which attitudes do not show.
+    lost = np.linalg.norm(spin, axis=1) * flight.sample > np.pi
+    for name in EULER_DEVIATIONS:
+        found.metrics[name][lost, 1:] = np.nan
+    return found
+
+
+def _fly_open(flight: Flight, models: tuple[str, ...], chosen: Array) -> Reduced:
     pairs = Pairs([flight.engine(model) for model in models], flight.runs)
     end_time = np.zeros((flight.runs, len(models)))
     for cohort in flight.parts(chosen):

@@ -11,11 +11,16 @@ import xarray as xr
 
 from continuair.errors import InputError
 from continuair.files import user_path
-from continuair.flight.resolution import warn_of_coarse_steps, warn_of_missed_inputs
+from continuair.flight.resolution import (
+    warn_of_coarse_steps,
+    warn_of_lost_angles,
+    warn_of_missed_inputs,
+)
 from continuair.flight.trajectory import STEP_ERROR
 from continuair.sweeps.design import Design
-from continuair.sweeps.pairs import METRICS
+from continuair.sweeps.pairs import METRICS, lost_angles
 from continuair.sweeps.units import STATUSES
+from continuair.vehicle.layout import EULER_DEVIATIONS
 
 _UNITS: dict[str, tuple[str, str]] = {
     **METRICS,
@@ -59,6 +64,10 @@ def labelled(design: Design, results: np.ndarray, attributes: dict[str, Any]) ->
     errors, steps = results[..., names.index("step_error")], results[..., 0, names.index("step")]
     warn_of_coarse_steps(errors, steps, stacklevel=4)
     warn_of_missed_inputs(errors, steps, stacklevel=4)
+    status = results[..., names.index("status")]
+    for name in [name for name in EULER_DEVIATIONS if name in names][:1]:
+        lost = lost_angles(results[..., names.index(name)], status)
+        warn_of_lost_angles(lost, design.base.sample, stacklevel=4)
     coordinates: dict[str, Any] = {
         name: (list(variable.dims), variable.values) for name, variable in design.variables.items()
     }

@@ -247,6 +247,7 @@ TIP_POSE = columns([("position", 3), ("attitude", 4)])
 """Columns of a logged tip: tip frame to world, x y z w."""
 
 DEVIATIONS = ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_r_rad", "angle_rad")
+EULER_DEVIATIONS = ("nrmse_r", "rmse_r_rad")
 """Columns of what two logs of the tip are compared by, as `continuair.compare` names them."""
 
 

@@ -60,8 +60,6 @@ def _roll_beside(roll: Array, free: Array) -> Array:
     """For each free sample of (runs, samples), the roll of the last that is not, or the first."""
     at = np.where(free, 0, np.arange(free.shape[1]))
     at = np.maximum(np.maximum.accumulate(at, axis=1), np.argmin(free, axis=1)[:, None])
-    known = np.flatnonzero(~free.all(axis=1))
-    held = np.zeros(roll.shape)
-    held[known] = np.take_along_axis(roll[known], at[known], axis=1)
-    found: Array = held[free]
-    return found
+    held = np.take_along_axis(roll, at, axis=1)
+    held[free.all(axis=1)] = 0.0
+    return np.asarray(held[free])

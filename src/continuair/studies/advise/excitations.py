@@ -8,7 +8,7 @@ import numpy as np
 
 from continuair.analysis.couplings import attribution
 from continuair.analysis.limits import find_limits
-from continuair.flight.resolution import RESOLVED, steps_told_of
+from continuair.flight.resolution import RESOLVED, angles_unread, steps_told_of
 from continuair.kernels.dynamics import COUPLINGS, SIMPLER
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time, standard_scenario
 from continuair.sweeps import run_pairs
@@ -62,7 +62,7 @@ def _errors(vehicle: Vehicle, name: str, frequencies: Any) -> dict[str, np.ndarr
     Where steps do not resolve a flight, it is at least what they err by.
     """
     scenario = standard_scenario(name, vehicle, frequency=np.asarray(frequencies))
-    with steps_told_of():
+    with steps_told_of(), angles_unread():
         found = run_pairs(vehicle, scenario, SIMPLER, sample=sample_time(vehicle))
     by_steps = found["step_error"].max("model").to_numpy()
     least = np.where(by_steps > RESOLVED, by_steps, 0.0)

@@ -9,7 +9,7 @@ import xarray as xr
 
 from continuair import checks
 from continuair.analysis.groups import GROUPS, coupling, vehicle_of
-from continuair.flight.resolution import steps_told_of
+from continuair.flight.resolution import angles_unread, steps_told_of
 from continuair.kernels.dynamics import SIMPLER
 from continuair.progress import Progress
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time, standard_scenario
@@ -116,7 +116,7 @@ def run_errors(
     # Periods that agree but for rounding are one.
     time = round(sample_time(vehicle), 12)
     # The study halves steps to see what they do to its errors.
-    with steps_told_of():
+    with steps_told_of(), angles_unread():
         found = run_pairs(vehicle, scenario, SIMPLER, step=step, sample=time)
     found = found.sel(model=list(SIMPLER))
     length = np.asarray(vehicle.arm.length)[:, None]

@@ -12,7 +12,7 @@ import xarray as xr
 from continuair import checks
 from continuair.analysis.couplings import attribution, responsible
 from continuair.analysis.groups import vehicle_of
-from continuair.flight.resolution import steps_told_of
+from continuair.flight.resolution import angles_unread, steps_told_of
 from continuair.kernels.dynamics import COUPLINGS
 from continuair.progress import Progress
 from continuair.studies.atlas.flights import fly, sample, scenario_of
@@ -89,7 +89,7 @@ def _halving_error(name: str, groups: dict[str, Any]) -> float:
     some = {group: values[:_HALVED] for group, values in groups.items()}
     vehicle = vehicle_of(some)
     flight, time = scenario_of(name, vehicle, some), round(sample_time(vehicle), 12)
-    with steps_told_of():
+    with steps_told_of(), angles_unread():
         whole = run_pairs(vehicle, flight, sample=time)
         half = run_pairs(vehicle, flight, sample=time, step=whole["step"].to_numpy() / 2)
     errors, finer = (found["rmse_t_m"].sel(model="decoupled") for found in (whole, half))

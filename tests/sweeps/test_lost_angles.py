@@ -1,0 +1,118 @@
+"""Euler angles count where samples follow them; where they do not, that is told."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import continuair as ca
+from continuair.errors import ContinuairWarning
+
+pytestmark = pytest.mark.targets
+
+VEHICLE = ca.load_vehicle("paper")
+EULER = ("nrmse_r", "rmse_r_rad")
+BESIDE = ca.Scenario(
+    "beside",
+    [0, 0, 5, -0.5121, 1.4069, 1.2669, 0.3, 2.5924],
+    [0, 0, 0, -4.6208, 2.7482, 5.1291, 0, 0],
+    duration=0.7,
+)
+"""A tumble that passes a pitch of a quarter turn at 0.008 rad."""
+
+
+def pair(scenario: ca.Scenario, sample: float, vehicle: ca.Vehicle = VEHICLE) -> xr.Dataset:
+    found = ca.run_pairs(vehicle, scenario, sample=sample, step=min(sample, 5e-4))
+    return found.sel(model="decoupled").isel(run=0)
+
+
+def both(scenario: ca.Scenario, sample: float, vehicle: ca.Vehicle = VEHICLE) -> Any:
+    flights = [
+        ca.simulate(
+            vehicle,
+            scenario,
+            model=model,
+            sample=sample,
+            step=min(sample, 5e-4),
+            variables=["tip_position", "tip_attitude", "tip_angular_velocity"],
+        )
+        for model in ("coupled", "decoupled")
+    ]
+    return ca.compare(*flights)
+
+
+@pytest.mark.parametrize("fly", [pair, both])
+@pytest.mark.parametrize("sample", [1e-2, 2e-3, 1e-3])
+def test_samples_that_pass_beside_a_pole_have_no_euler_metrics(fly: Any, sample: float) -> None:
+    """At 2 ms no angle changes by more than 0.8 rad, on the wrong triple."""
+    with pytest.warns(ContinuairWarning, match="nrmse_r and rmse_r_rad are NaN.*use angle_rad"):
+        found = fly(BESIDE, sample)
+    for name in EULER:
+        assert np.isnan(found[name])
+    for name in ("nrmse_t", "rmse_t_m", "angle_rad"):
+        assert np.isfinite(found[name])
+
+
+def test_samples_that_follow_the_angles_agree_with_finer_ones() -> None:
+    fine, finer = (pair(BESIDE, sample) for sample in (1e-4, 2.5e-5))
+    for name in EULER:
+        assert float(fine[name]) == pytest.approx(float(finer[name]), rel=1e-3)
+    # As 2 ms would have it, the angles end whole turns apart.
+    assert float(fine["rmse_r_rad"]) > 2.0
+
+
+@pytest.mark.parametrize("fly", [pair, both])
+@pytest.mark.parametrize("rate", [31.5, 20 * np.pi])
+def test_a_spin_that_samples_do_not_follow_is_told(fly: Any, rate: float) -> None:
+    """Half a turn between samples, and a whole one, which attitudes do not show."""
+    q, qd = [0, 0, 5, 0, 0, 0, 0.5, 0.3], [0, 0, 0, 0, 0, rate, 0, 0]
+    spin, slender = ca.Scenario("spin", q, qd, duration=0.5), ca.load_vehicle("slender")
+    with pytest.warns(ContinuairWarning, match="samples of 0.1 s do not follow"):
+        found = fly(spin, 0.1, slender)
+    assert np.isnan([found[name] for name in EULER]).all() and np.isfinite(found["angle_rad"])
+    followed = fly(spin, 0.002, slender)
+    assert np.isfinite([followed[name] for name in EULER]).all()
+
+
+@pytest.mark.parametrize("fly", [pair, both])
+def test_a_tumble_right_through_a_pole_keeps_its_angles(fly: Any) -> None:
+    q, qd = [0, 0, 5, 0, 0, 0, 0.3, 0], [0, 0, 0, 0, 6.0, 0, 0, 0]
+    tumble = ca.Scenario("tumble", q, qd, duration=1.0)
+    coarse, fine = (fly(tumble, sample) for sample in (0.02, 1e-3))
+    for name in EULER:
+        assert float(coarse[name]) == pytest.approx(float(fine[name]), rel=0.05)
+
+
+def test_axes_of_angles_are_lost_together_and_a_flight_agrees_with_itself() -> None:
+    with pytest.warns(ContinuairWarning, match="are NaN"):
+        found = both(BESIDE, 2e-3)
+    lost = [name for name, value in found.items() if np.isnan(value)]
+    assert lost == [*EULER, "rmse_roll_rad", "rmse_pitch_rad", "rmse_yaw_rad"]
+    variables = ["tip_position", "tip_attitude"]
+    flight = ca.simulate(VEHICLE, BESIDE, sample=2e-3, variables=variables)
+    assert set(ca.compare(flight, flight).values()) == {0.0}
+
+
+def test_q_tells_where_samples_lose_its_angles() -> None:
+    with pytest.warns(ContinuairWarning, match="q: roll, pitch and yaw are not followed.* t = 0"):
+        ca.simulate(VEHICLE, BESIDE, sample=2e-2, step=5e-4)
+    # What is not asked for is not told of.
+    ca.simulate(VEHICLE, BESIDE, sample=2e-2, step=5e-4, variables=["attitude"])
+    fine, finer = (
+        ca.simulate(VEHICLE, BESIDE, sample=each, step=each, variables=["q"]).q[-1, 3:6]
+        for each in (1e-4, 5e-5)
+    )
+    np.testing.assert_allclose(fine, finer, rtol=0, atol=1e-3)
+
+
+def test_an_opened_sweep_tells_of_lost_angles(tmp_path: Path) -> None:
+    pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
+    table = {"duration": 0.7, "roll": -0.5121, "pitch": 1.4069, "yaw": 1.2669, "kappa": 0.3}
+    table |= {"psi_a": 2.5924, "roll_rate": -4.6208, "pitch_rate": 2.7482}
+    design = xr.Dataset({"scenario.yaw_rate": ("rate", [5.1291])}, attrs={"scenario": table})
+    with pytest.warns(ContinuairWarning, match="nrmse_r and rmse_r_rad are NaN"):
+        ca.sweep(design, tmp_path / "store.zarr")
+    with pytest.warns(ContinuairWarning, match="nrmse_r and rmse_r_rad are NaN"):
+        ca.open_sweep(tmp_path / "store.zarr")
