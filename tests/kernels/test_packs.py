@@ -1,5 +1,5 @@
 # mypy: disable-error-code="valid-type, attr-defined, no-untyped-def, untyped-decorator"
-# mypy: disable-error-code="var-annotated"
+# mypy: disable-error-code="var-annotated, name-defined"
 """Packs of runs against single runs, and against themselves: a run is the same in any of them.
 
 Warp reads annotations as types, so they are not postponed here.
