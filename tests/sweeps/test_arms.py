@@ -1,0 +1,74 @@
+"""Flights and sweeps of vehicles whose arms are a list: refusals, dimensions, one design."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import continuair as ca
+
+TWO = ca.load_vehicle("two_section")
+
+
+def start(sections: int) -> np.ndarray:
+    return np.array([0.0, 0.0, 5.0, 0.0, 0.0, 0.0] + [0.1, 0.0] * sections)
+
+
+def test_a_start_for_another_number_of_sections_is_refused() -> None:
+    with pytest.raises(ca.InputError, match="scenario.q holds 8 numbers.*2 sections; give 10"):
+        ca.simulate(TWO, ca.Scenario("short", start(1)))
+    with pytest.raises(ca.InputError, match="scenario.q holds 10 numbers.*1 sections; give 8"):
+        ca.simulate(ca.load_vehicle("paper"), ca.Scenario("long", start(2)))
+    with pytest.raises(ca.InputError, match="^q is .* must be 8 finite numbers"):
+        ca.Scenario("odd", np.zeros(9))
+
+
+def test_a_wrench_for_another_number_of_arms_is_refused() -> None:
+    pushed = ca.Scenario("pushed", start(2), tip_wrench=np.zeros(12))
+    with pytest.raises(ca.InputError, match="tip_wrench holds 12 numbers.*1 arms; give 6"):
+        ca.simulate(TWO, pushed)
+
+
+def test_inputs_are_as_many_as_the_start_has_bends() -> None:
+    with pytest.raises(ca.InputError, match="^bend_moment is .* must be 4 finite numbers"):
+        ca.Scenario("bent", start(2), bend_moment=[1.0, 0.0])
+    with pytest.raises(ca.InputError, match="^tau is .* must be 10 finite numbers"):
+        ca.Scenario("pushed", start(2), tau=np.zeros(8))
+
+
+def test_the_papers_tests_are_for_its_vehicle() -> None:
+    design = xr.Dataset(
+        {"vehicle.uav.mass": ("mass", [1.0, 2.0])},
+        attrs={"vehicle": "two_section", "scenario": {"test": "A"}},
+    )
+    with pytest.raises(ca.InputError, match="test is 'A', which is for one arm of one section"):
+        ca.sweep(design, "never.zarr")
+    assert not Path("never.zarr").exists()
+
+
+@pytest.mark.slow
+def test_a_run_of_a_sweep_is_what_a_single_flight_gives(tmp_path: Path) -> None:
+    excited = {"excitation": "sine", "on": "force_x", "amplitude": 1.0, "frequency": 0.5}
+    design = xr.Dataset(
+        {
+            "vehicle.uav.mass": ("mass", [1.0, 2.0, 3.0]),
+            "vehicle.arm.arm.section.tip.length": ("length", [0.2, 0.3]),
+        },
+        attrs={"vehicle": "two_section", "scenario": excited | {"duration": 0.5, "lift": 1.0}},
+    )
+    found = ca.sweep(design, tmp_path / "store.zarr")
+    assert not found["status"].any()
+    one = TWO.replace({"uav.mass": 2.0, "arm.arm.section.tip.length": 0.3})
+
+    def force(t: float) -> list[float]:
+        return [np.sin(np.pi * t), 0.0, 9.81 * one.mass]
+
+    scenario = ca.Scenario("one", start(2), force=force, duration=0.5)
+    flights = [ca.simulate(one, scenario, model=m, sample=2e-3) for m in ("coupled", "decoupled")]
+    compared = ca.compare(*flights)
+    run = found.isel(mass=1, length=1).sel(model="decoupled")
+    assert float(run.angle_rad) == pytest.approx(float(compared["angle_rad"][0]), rel=1e-6)
+    assert flights[0]["bend"].dims == ("time", "section", "bend_axis")
+    assert flights[0]["tip_position"].dims == ("time", "arm", "axis")
+    assert list(flights[0]["section"].to_numpy()) == ["arm.base", "arm.tip"]
