@@ -160,7 +160,7 @@ def test_deviations_of_packs_are_those_of_single_runs() -> None:
     for lanes in (1, NARROW["float64"], LANES["float64"]):
         out, kernel = np.full((RUNS, 5), np.nan), deviation("float64", lanes)
         load(kernel, "cpu")
-        arrays = [
+        arrays: list[Any] = [
             wp.array(each, dtype=wp.float64, device="cpu", copy=False) for each in (*logs, out)
         ]
         wp.launch(kernel, dim=packs_of(RUNS, lanes), device="cpu", inputs=arrays)
@@ -195,7 +195,7 @@ def test_sines_arctangents_and_tanh_are_right_to_a_few_units_in_the_last_place(d
     out = np.zeros((len(x), 4), dtype)
     start_warp()
     load(evaluate, "cpu")
-    arrays = [wp.array(each, dtype=Cell, device="cpu", copy=False) for each in (x, out)]
+    arrays: list[Any] = [wp.array(each, dtype=Cell, device="cpu", copy=False) for each in (x, out)]
     wp.launch(evaluate, dim=packs_of(len(x), lanes), device="cpu", inputs=arrays)
     fine = x.astype(np.longdouble)
     exact = np.column_stack(
@@ -208,11 +208,11 @@ def test_sines_arctangents_and_tanh_are_right_to_a_few_units_in_the_last_place(d
 
 def branching(code: LawCode) -> Any:
     """A law that carries the weight, and twice of it below a height."""
-    Sense = code.Sense
+    Sense, Real = code.Sense, code.Real
 
     @wp.struct
     class Gains:
-        height: code.Real
+        height: Real
 
     @wp.func
     def control(sense: Sense, gains: Gains):
