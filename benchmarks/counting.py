@@ -1,10 +1,12 @@
 """Count the arithmetic of a step of the roll-out kernels: run their own source on counting numbers.
 
 Stands in for the module `warp` in a process of its own, so that the functions in
-src/continuair/kernels, unchanged, run as plain Python. Every number knows which operation on which
+src/continuair/kernels, unchanged, run as plain Python: those of single runs, on a vehicle with one
+section. Every number knows which operation on which
 numbers it came from: operations on literals alone are the compiler's and not counted, and a second
-operation on the same operands is counted as written but not as distinct, which is what remains
-after common subexpressions are merged. Prints JSON: python benchmarks/counting.py MODEL
+operation on the same operands is counted as written but not as distinct, and neither is one that
+nothing kept in memory follows from: what remains once common subexpressions are merged and dead
+code is gone. Prints JSON: python benchmarks/counting.py MODEL
 """
 
 from __future__ import annotations
@@ -13,23 +15,32 @@ import json
 import math
 import subprocess
 import sys
+from bisect import bisect_left
 from collections import Counter
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
 
+STEP = 1e-4
+"""Of the flight that is counted [s]."""
+
 FLOPS = ("add", "mul", "div", "sqrt")
 """Counted as one floating-point operation each; sign changes and comparisons as none."""
 
 
 class Tally:
-    """Operations as written, the distinct among them, and numbers loaded from arrays."""
+    """Operations as written, the distinct among them, and loads.
+
+    loads: of each number, how many operations there were before each of its loads. kept: what is
+    written to memory, chosen from or decides on a branch.
+    """
 
     def __init__(self) -> None:
         self.written: Counter[str] = Counter()
         self.distinct: Counter[str] = Counter()
-        self.loads = 0
+        self.loads: dict[int, list[int]] = {}
+        self.kept: set[int] = set()
         self.known: dict[Any, int] = {}
 
     def note(self, operation: str, operands: tuple[int, ...]) -> int:
@@ -39,6 +50,29 @@ class Tally:
             self.distinct[operation] += 1
             self.known[key] = len(self.known) + 1
         return self.known[key]
+
+    def keep(self, *values: Any) -> None:
+        self.kept |= {abs(value.identity) for value in values if isinstance(value, Number)}
+
+    def load(self, value: Number) -> None:
+        self.loads.setdefault(value.identity, []).append(len(self.known))
+
+    def needed(self) -> tuple[Counter[str], int]:
+        """Distinct operations, and loads, that something kept follows from."""
+        made_by = {made: key for key, made in self.known.items() if isinstance(key, tuple)}
+        found, used, waiting = set[int](), set[tuple[int, int]](), list(self.kept)
+        while waiting:
+            one = waiting.pop()
+            if one in found or one not in made_by:
+                continue
+            found.add(one)
+            for each in made_by[one][1:]:
+                if isinstance(each, int):
+                    waiting.append(abs(each))
+                    # The last load before it is the one that it takes.
+                    used.add((abs(each), bisect_left(self.loads.get(abs(each), []), one)))
+        operations = Counter(made_by[one][0] for one in found)
+        return operations, sum(which > 0 for _, which in used)
 
 
 TALLY = Tally()
@@ -50,6 +84,8 @@ class Number:
     __slots__ = ("value", "identity")
 
     def __init__(self, value: Any, identity: int = 0) -> None:
+        if isinstance(value, Number):  # a cast to the same precision
+            value, identity = value.value, value.identity
         self.value, self.identity = float(value), identity
 
     def _combine(self, kind: str, value: float, *others: Number, sort: bool = False) -> Number:
@@ -83,28 +119,36 @@ class Number:
     def __truediv__(self, other: Number) -> Number:
         return self._combine("div", self.value / other.value, other)
 
+    def __int__(self) -> int:
+        return int(self.value)
+
     def __lt__(self, other: Number) -> bool:
-        return self._compared(self.value < other.value)
+        return self._compared(self.value < other.value, other)
 
     def __gt__(self, other: Number) -> bool:
-        return self._compared(self.value > other.value)
+        return self._compared(self.value > other.value, other)
 
     def __ge__(self, other: Number) -> bool:
-        return self._compared(self.value >= other.value)
+        return self._compared(self.value >= other.value, other)
 
     def __eq__(self, other: object) -> bool:
         assert isinstance(other, Number)
-        return self._compared(self.value == other.value)
+        return self._compared(self.value == other.value, other)
 
     __hash__ = None  # type: ignore[assignment]
 
-    def _compared(self, result: bool) -> bool:
+    def _compared(self, result: bool, other: Number) -> bool:
         TALLY.written["compare"] += 1
+        TALLY.keep(self, other)
         return result
 
 
 def function_of(kind: str, function: Any) -> Any:
     return lambda x: x._combine(kind, function(x.value))
+
+
+NATIVE = {"two_to": function_of("shift", lambda k: 2.0**k)}
+"""What the kernels write in C++, by name."""
 
 
 class Vector:
@@ -229,30 +273,41 @@ def number(value: Any) -> Number:
     return Number(value, identity)
 
 
+class Struct:
+    """A Warp struct; one is a copy of another's fields if it is made with it."""
+
+    fields: dict[str, Any]
+
+    def __init__(self, other: Struct | None = None) -> None:
+        for name, of in self.fields.items():
+            empty = of(0.0) if of is Number else of()
+            setattr(self, name, empty if other is None else by_value(getattr(other, name)))
+
+
+def by_value(value: Any) -> Any:
+    """A value that can be changed without the one it came from."""
+    if isinstance(value, Vector):
+        return type(value)(*value.entries)
+    return type(value)(value) if isinstance(value, Struct) else value
+
+
 def struct(kind: type) -> type:
     """Fields of a Warp struct: zero by default, and a NumPy type for packing."""
     fields = dict(kind.__annotations__)
-
-    def init(self: Any) -> None:
-        for name, of in fields.items():
-            setattr(self, name, of(0.0) if of is Number else of())
 
     def numpy_dtype() -> np.dtype[Any]:
         shapes = {name: () if of is Number else of.shape for name, of in fields.items()}
         return np.dtype([(name, float, shape) for name, shape in shapes.items()])
 
-    return type(
-        kind.__name__,
-        (),
-        {"__init__": init, "fields": fields, "numpy_dtype": staticmethod(numpy_dtype)},
-    )
+    parts = {"fields": fields, "numpy_dtype": staticmethod(numpy_dtype)}
+    return type(kind.__name__, (Struct,), parts)
 
 
 def function(body: Any) -> Any:
     """A Warp function takes its arguments by value."""
 
     def called(*arguments: Any) -> Any:
-        return body(*(type(a)(*a.entries) if isinstance(a, Vector) else a for a in arguments))
+        return body(*map(by_value, arguments))
 
     return called
 
@@ -271,7 +326,10 @@ class Array:
         if index not in self.identities:
             self.identities[index] = self._made(self.values[index])
         found = self.identities[index]
-        TALLY.loads += len(found.entries) if isinstance(found, Vector) else 1
+        # Structs are of whole flights; nothing loads them in a step.
+        for each in found.entries if isinstance(found, Vector) else [found]:
+            if isinstance(each, Number):
+                TALLY.load(each)
         return found
 
     def _made(self, value: Any) -> Any:
@@ -286,6 +344,7 @@ class Array:
         return out
 
     def __setitem__(self, index: Any, value: Any) -> None:
+        TALLY.keep(value)
         self.values[index] = value.value if isinstance(value, Number) else value
 
 
@@ -299,10 +358,15 @@ def stand_in() -> ModuleType:
         def choose(a: Any, b: Any) -> Any:
             if isinstance(a, Number):
                 TALLY.written["compare"] += 1
+                TALLY.keep(a, b)
                 return a if better(a.value, b.value) == a.value else b
             return better(a, b)
 
         return choose
+
+    def where(chosen: bool, a: Any, b: Any) -> Any:
+        TALLY.keep(a, b)
+        return a if chosen else b
 
     module = ModuleType("warp")
     module.__dict__.update(
@@ -312,6 +376,7 @@ def stand_in() -> ModuleType:
         types=SimpleNamespace(vector=vector, matrix=matrix, quaternion=lambda _: Quaternion),
         struct=struct,
         func=function,
+        func_native=lambda _: lambda declared: NATIVE[declared.__name__],
         Function=object,
         Kernel=object,
         kernel=lambda **_: lambda body: body,
@@ -328,12 +393,9 @@ def stand_in() -> ModuleType:
         quat_rotate=quat_rotate,
         quat_rotate_inv=lambda q, v: quat_rotate(q, v, -1),
         sqrt=function_of("sqrt", math.sqrt),
-        sin=function_of("sine", math.sin),
-        cos=function_of("sine", math.cos),
-        round=function_of("round", round),
-        atan2=lambda y, x: y._combine("sine", math.atan2(y.value, x.value), x),
-        isfinite=lambda x: math.isfinite(x.value),
-        where=lambda chosen, a, b: a if chosen else b,
+        floor=function_of("floor", math.floor),
+        abs=function_of("abs", abs),
+        where=where,
         min=pick(min),
         max=pick(max),
         **{name: lambda **_: object for name in ("array", "array2d", "array3d")},
@@ -358,8 +420,13 @@ def known_kernels() -> dict[str, tuple[int, int]]:
         for _ in range(16):
             out = out * x + number(1.0)
 
-    a, b = fresh(three), fresh(three)
+    a, b, row = fresh(three), fresh(three), Array(np.arange(1.0, 4.0))
+    _, read = row[0] * row[1], row[1] + row[2]
+    TALLY.keep(read)
+    operations, loads = TALLY.needed()
     return {
+        "a sum, and a product that nobody reads": (operations.total(), 1),
+        "numbers loaded for that sum": (loads, 2),
         "matrix times vector (9 products, 6 sums)": (
             counted(lambda: fresh(MATRIX) * fresh(three)),
             15,
@@ -379,48 +446,52 @@ def fly(model: str, steps: int) -> tuple[Tally, np.ndarray]:
     global TALLY
     TALLY = Tally()
     import continuair as ca
-    from continuair.engine.pack import pack
-    from continuair.kernels.dynamics import OWN_BASE, dynamics_code
-    from continuair.kernels.flight import flight_code
+    from continuair.engine.pack import tree_of
+    from continuair.kernels.arguments import arguments
+    from continuair.kernels.dynamics import dynamics_code
     from continuair.kernels.logs import state_logger
-    from continuair.kernels.rollout import arguments, rollout_kernel
+    from continuair.kernels.numbers import Numbers
+    from continuair.kernels.rollout import rollout_kernel
     from continuair.kernels.sensing.pilot import no_pilot
-    from continuair.kernels.types import device_types
-    from continuair.vehicle.coordinates import state_from_paper
+    from continuair.vehicle.coordinates import branches_of, state_from_paper
     from continuair.vehicle.layout import GENERAL
 
-    of = "float64", 1
-    types, structs, begins, pilot = (
-        device_types(*of),
-        flight_code(*of),
-        arguments(of[0]),
-        no_pilot(*of),
-    )
-    layout, vehicle = types.layout, ca.load_vehicle("paper")
-    plants, table = pack(vehicle, types.Plant, 1, model in OWN_BASE)
+    numbers, vehicle = Numbers("float64"), ca.load_vehicle("paper")
+    of = numbers, tree_of(vehicle)
+    layout, begins, pilot = of[1].layout, arguments(numbers.precision), no_pilot(*of)
     q, qd = np.array([[0, 0, 5, 0, 0, 0, 0.1, 0]]), np.array([[0, 0, 0, 0.1, 0.1, 0.1, 0, 0]])
-    states, inputs = Array(state_from_paper(q, qd)), np.zeros((1, 1, layout.inputs))
-    inputs[0, 0, 2] = 9.81 * vehicle.mass
+    states, inputs = Array(state_from_paper(q, qd)[:, None]), np.zeros((1, 1, layout.inputs))
+    inputs[0, 0, layout.of_input["force"]] = 0.0, 0.0, 9.81 * vehicle.mass
     after = np.full(steps, -1)
     after[-1] = 1
-    log, lengths = np.zeros((1, 2, layout.log)), np.full(steps, 1e-4)
-    ends = [
-        Array(np.zeros(1, int), int),
-        Array(np.zeros(1, int), int),
-        Array(np.zeros((1, 2)), int),
-    ]
+    log, lengths = np.zeros((1, 2, layout.log)), np.full(steps, STEP)
+    ends = [*(Array(np.zeros(1, int), int) for _ in range(2)), Array(np.zeros((1, 2)), int)]
     rollout_kernel(*of, dynamics_code(*of, model), pilot, state_logger(*of))(
-        filled(structs.Vehicles, plants=Array(plants, types.Plant),
-               coefficients=Array(table, types.Row)),
-        filled(begins.Start, states=states, frozen=states, angle=Array(np.zeros(1))),
-        filled(structs.Drive, inputs=Array(inputs), groups=GENERAL, gravity=number(9.81)),
-        filled(begins.Steps, starts=Array(1e-4 * np.arange(steps)), lengths=Array(lengths),
+        packed(vehicle, *of),
+        filled(begins.Start, states=states, frozen=states, angle=Array(branches_of(q))),
+        filled(begins.Drive, inputs=Array(inputs), groups=GENERAL, gravity=number(9.81)),
+        filled(begins.Steps, starts=Array(STEP * np.arange(steps)), lengths=Array(lengths),
                sample_after=Array(after, int)),
         pilot.Loop(),
         Array(log, int),
         *ends,
     )  # fmt: skip
     return TALLY, log[0, 1]
+
+
+def packed(vehicle: Any, numbers: Any, tree: Any) -> Any:
+    """The kernel's struct of a vehicle and its polynomials."""
+    from continuair.engine.pack import pack_plants, pack_table
+    from continuair.kernels.flight import flight_code
+    from continuair.kernels.types import device_types
+
+    types, structs = device_types(numbers, tree), flight_code(numbers, tree)
+    plants, table = pack_plants(vehicle, types.Plant), pack_table(vehicle, 1)
+    return filled(
+        structs.Vehicles,
+        plants=Array(plants, types.Plant),
+        coefficients=Array(table, types.Row),
+    )
 
 
 def filled(kind: Any, **fields: Any) -> Any:
@@ -437,23 +508,28 @@ def counted(model: str) -> dict[str, Any]:
 
 
 def per_step(model: str) -> dict[str, Any]:
-    """What one step takes: the difference of three steps and two."""
-    (two, _), (three, state) = fly(model, 2), fly(model, 3)
-    count = {
-        kind: {
-            name: getattr(three, kind)[name] - getattr(two, kind)[name]
-            for name in sorted(getattr(three, kind))
-        }
-        for kind in ("written", "distinct")
-    }
+    """What one step takes: the mean of as many as one is measured of, late in a flight."""
+    from continuair.kernels.rollout import FEW_STEPS, MEASURED_EVERY
+
+    (few, _), (more, _) = fly(model, FEW_STEPS), fly(model, FEW_STEPS + MEASURED_EVERY)
+    _, state = fly(model, 3)
+    (fewer, little), (most, much) = few.needed(), more.needed()
+    written = mean(few.written, more.written, MEASURED_EVERY)
+    distinct = mean(fewer, most, MEASURED_EVERY)
     return {
         "model": model,
-        **count,
-        "flops": sum(count["distinct"].get(name, 0) for name in FLOPS),
-        "flops_written": sum(count["written"].get(name, 0) for name in FLOPS),
-        "loads": three.loads - two.loads,
+        "written": written,
+        "distinct": distinct,
+        "flops": sum(distinct.get(name, 0) for name in FLOPS),
+        "flops_written": sum(written.get(name, 0) for name in FLOPS),
+        "loads": (much - little) / MEASURED_EVERY,
         "state_after_3_steps": state.tolist(),
     }
+
+
+def mean(few: Counter[str], more: Counter[str], steps: int) -> dict[str, float]:
+    """Of each kind of operation, per step."""
+    return {name: (more[name] - few[name]) / steps for name in sorted(more)}
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ import continuair as ca
 from continuair.engine.engine import Drive, Engine, Start, check_device
 from continuair.errors import InputError
 from continuair.flight.time_grid import grid_of, marks_of
-from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import GENERAL
 
 STEP = 1e-4
@@ -39,14 +39,15 @@ def roll_out(engine: Engine, runs: int, steps: int) -> Any:
     inputs = np.zeros((1, 1, engine.layout.inputs))
     inputs[0, 0, 2] = 9.81 * float(engine.vehicle.mass)
     real = getattr(wp, engine.dtype.name)
-    begin = Start(state_from_paper(q, qd), np.zeros((runs, 2)))
+    begin = Start(state_from_paper(q, qd), branches_of(q))
     status, last = (wp.zeros(runs, wp.int32, device=engine.device) for _ in range(2))
+    errors = wp.zeros((runs, 2), real, device=engine.device)
     log = wp.zeros((runs, 2, engine.layout.log), real, device=engine.device)
     everything = slice(None)
     arguments = [
-        *(engine.vehicles(everything), engine.start(begin, everything)),
+        *(engine.vehicles(everything, engine.kernels), engine.start(begin, everything)),
         *(engine.drive(Drive(inputs, False, GENERAL, 9.81), everything, 3), engine.steps(grid)),
-        *(engine.no_loop(), log, status, last),
+        *(engine.no_loop(), log, status, last, errors),
     ]
 
     def fly() -> None:
@@ -59,7 +60,9 @@ def measure(device: str, model: str, dtype: str, sizes: list[int]) -> None:
     engine = Engine(ca.load_vehicle("paper"), model, dtype, device)
     peak = flops_per_second(dtype, 1, device, 1 if device == "cpu" else 1 << 18)
     operations = counted(model)["flops"]
-    print(f"\n{model}, {dtype}: {operations} operations per step, peak {peak / 1e12:.3g} Tflop/s")
+    print(
+        f"\n{model}, {dtype}: {operations:.0f} operations per step, peak {peak / 1e12:.3g} Tflop/s"
+    )
     print(f"{'runs':>9}{'steps':>8}{'M steps/s':>12}{'Tflop/s':>10}{'of peak':>9}")
     for runs in sizes:
         steps = int(np.clip(20_000_000 // runs, 200, 20_000))

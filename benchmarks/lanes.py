@@ -3,7 +3,7 @@
 The coupled model's rate, traced from the kernels' own source to straight-line C (tracing.py), works
 on vectors of 4, 8 or 16 numbers, one run per lane, inside an RK4 loop of its own. It flies the free
 flight of the benchmarks under a held push, without log, branch or status, and its final states are
-compared with those of the product's kernel. roofline.py puts the figures on its page.
+compared with those of the kernel of single runs. roofline.py puts the figures on its page.
 
 Warp reads annotations as types, so they are not postponed here.
 """
@@ -23,8 +23,12 @@ from peaks import WIDE, shortest
 import continuair as ca
 from continuair.engine.compiling import start_warp
 from continuair.engine.engine import Engine
+from continuair.engine.moments import TERMS
+from continuair.kernels.types import MOMENTS
 
 RUNS, STEPS, STEP = 16, 2000, 1e-4
+POLYNOMIALS = TERMS * len(MOMENTS)
+"""Coefficients of a section."""
 
 
 def traced() -> dict[str, Any]:
@@ -40,7 +44,7 @@ def snippet(trace: dict[str, Any], lanes: int) -> str:
     parameters = len(trace["plant"]) + 9
     return f"""
     typedef double V __attribute__((vector_size({8 * lanes}), aligned(8)));
-    const V* c = (const V*)(&coefficients.data[block * {160 * lanes}]);
+    const V* c = (const V*)(&coefficients.data[block * {POLYNOMIALS * lanes}]);
     const V* p = (const V*)(&parameters.data[block * {parameters * lanes}]);
     V* state = (V*)(&states.data[block * {17 * lanes}]);
     V now[17], y[17], dy[17], sum[17];
@@ -106,7 +110,7 @@ def packed(
     push = np.zeros((RUNS, 9))
     push[:, 2], push[:, 8] = 9.81 * float(engine.vehicle.mass), 9.81
     parameters = in_lanes(np.column_stack([*plant, push]), lanes)
-    table = np.broadcast_to(engine.table.reshape(len(engine.table), -1), (RUNS, 160))
+    table = np.broadcast_to(engine.table.reshape(len(engine.table), -1), (RUNS, POLYNOMIALS))
     states, table = in_lanes(start, lanes), in_lanes(table, lanes)
     kernel = packed_kernel(trace, lanes)
 
@@ -130,13 +134,13 @@ def measure() -> dict[str, Any]:
     engine = Engine(ca.load_vehicle("paper"), "coupled")
     ours, _, log = gpu.roll_out(engine, RUNS, STEPS)
     ours()
-    unit = float(engine.plants["unit"][0])
+    unit = float(engine.plants["unit"][0, 0])
     scale = np.ones(17)
     scale[[7, 8, 15, 16]] = unit
     flown = log.numpy()[:, 1, :17] * scale
     start = log.numpy()[:, 0, :17] * scale
     trace = traced()
-    cases = [{"what": "the product's kernel", "seconds": shortest(ours) / RUNS / STEPS}]
+    cases = [{"what": "the kernel of single runs", "seconds": shortest(ours) / RUNS / STEPS}]
     for lanes in (1, 4, 8, 16):
         fly, read = packed(trace, engine, start, lanes)
         fly()

@@ -20,12 +20,14 @@ def write(result: dict[str, Any], docs: Path) -> None:
     """Write the page and the plot."""
     page = TEMPLATE.read_text()
     known = next(iter(result["counts"].values()))["known"]
+    timed = result.get("timed_counts", result["counts"])
     parts = {
         "MACHINE": f"{result['when']} on {result['machine']}",
         "KNOWN": "; ".join(f"{what}: {found}" for what, (found, _) in known.items()),
         "COUNTS": _counts(result["counts"]),
         "PEAKS": _peaks(result),
-        "REACHED": _reached(result),
+        "TIMED": _timed(timed) if "timed_counts" in result else "",
+        "REACHED": _reached(result, timed),
         "DISKS": _disks(result["disks"]),
         "BATCHES": _batches(result["batches"]),
         "ROW": f"{8 * ONE_SECTION.log}",
@@ -36,7 +38,7 @@ def write(result: dict[str, Any], docs: Path) -> None:
     for name, text in parts.items():
         page = page.replace(f"@{name}@", text)
     (docs / "roofline.md").write_text(page)
-    _plot(result, docs / "images" / "roofline.png")
+    _plot(result, timed, docs / "images" / "roofline.png")
 
 
 def _table(head: list[str], rows: list[list[str]]) -> str:
@@ -47,8 +49,8 @@ def _table(head: list[str], rows: list[list[str]]) -> str:
 def _counts(counts: dict[str, Any]) -> str:
     rows = []
     for model, count in counts.items():
-        kinds = [str(count["distinct"].get(kind, 0)) for kind in ("mul", "add", "div", "sqrt")]
-        sizes = [f"{count['flops']:,}", f"{count['flops_written']:,}", f"{count['loads']:,}"]
+        kinds = [f"{count['distinct'].get(kind, 0):.4g}" for kind in ("mul", "add", "div", "sqrt")]
+        sizes = [f"{count[name]:,.0f}" for name in ("flops", "flops_written", "loads")]
         rows.append([model, *kinds, *sizes])
     head = ["model", "×", "+ and −", "÷", "√", "operations", "as written", "numbers loaded"]
     return _table(head, rows)
@@ -61,11 +63,21 @@ def _peaks(result: dict[str, Any]) -> str:
     return _table(["one core", "scalar [Gflop/s]", "vector [Gflop/s]"], rows)
 
 
-def _reached(result: dict[str, Any]) -> str:
+def _timed(counts: dict[str, Any]) -> str:
+    """What was timed, where it is not what is counted now."""
+    numbers = ", ".join(f"{count['flops']:,} {model}" for model, count in counts.items())
+    return f"""
+**All times of flights, here and in the plot, are of the kernels before arms of several sections and
+packs of runs, which the table above no longer counts.** Rates follow from operations counted then,
+dead code included: {numbers}.
+"""
+
+
+def _reached(result: dict[str, Any], timed: dict[str, Any]) -> str:
     rows = []
     for precision, seconds in result["seconds"].items():
         for model, time in seconds.items():
-            count, peak = result["counts"][model], result["peaks"][precision]
+            count, peak = timed[model], result["peaks"][precision]
             rate = count["flops"] / time
             rows.append(
                 [
@@ -105,7 +117,7 @@ def _lanes(lanes: dict[str, Any] | None) -> str:
     return _table(["coupled, float64, one core", "µs per run and step", "faster by"], rows)
 
 
-def _plot(result: dict[str, Any], path: Path) -> None:
+def _plot(result: dict[str, Any], timed: dict[str, Any], path: Path) -> None:
     import matplotlib
 
     matplotlib.use("Agg")
@@ -119,7 +131,7 @@ def _plot(result: dict[str, Any], path: Path) -> None:
     axes.loglog(intensity, roof, color="#444444", label="memory, then vector arithmetic")
     axes.axhline(peak["scalar"] / 1e9, color="#444444", ls="--", lw=1, label="scalar arithmetic")
     for model, seconds in result["seconds"]["float64"].items():
-        count = result["counts"][model]
+        count = timed[model]
         axes.plot(
             count["flops"] / LOGGED,
             count["flops"] / seconds / 1e9,

@@ -2,7 +2,8 @@
 
 Runs the source on the numbers of benchmarks/counting.py, whose record of distinct operations is a
 program: one line of C each. Prints JSON with the lines, and the expressions of the 17 rates, in
-terms of y[17] (state), c[160] (moment polynomials) and p[...] (vehicle, push and gravity).
+terms of y[17] (state), c[...] (moment polynomials, term by term) and p[...] (vehicle, push and
+gravity).
 """
 
 from __future__ import annotations
@@ -18,13 +19,16 @@ SIGNS = {"add": "+", "mul": "*", "div": "/"}
 
 
 def trace(model: str) -> dict[str, Any]:
+    from continuair.engine.moments import TERMS
     from continuair.kernels.dynamics import dynamics_code
     from continuair.kernels.flight import flight_code
-    from continuair.kernels.types import device_types
+    from continuair.kernels.numbers import Numbers
+    from continuair.kernels.types import MOMENTS, Tree, device_types
     from continuair.vehicle.layout import COMMAND
 
-    code, flight = device_types("float64", 1), flight_code("float64", 1).Flight()
-    rate_of = dynamics_code("float64", 1, model).rate_of
+    of, functions = (Numbers("float64"), Tree((1,))), len(MOMENTS)
+    code, flight = device_types(*of), flight_code(*of).Flight()
+    rate_of = dynamics_code(*of, model).rate_of
     names: dict[int, str] = {}
 
     def leaf(name: str, value: float = 0.5) -> counting.Number:
@@ -33,7 +37,10 @@ def trace(model: str) -> dict[str, Any]:
         return made
 
     y = code.State(*(leaf(f"y[{i}]") for i in range(17)))
-    rows = [code.Row(*(leaf(f"c[{10 * i + j}]", 0.1 + j) for j in range(10))) for i in range(16)]
+    rows = [
+        code.Row(*(leaf(f"c[{functions * i + j}]", 0.1 + j) for j in range(functions)))
+        for i in range(TERMS)
+    ]
     plant, order = code.Plant(), []
     for name, of in code.Plant.fields.items():
         entries = []
@@ -46,7 +53,7 @@ def trace(model: str) -> dict[str, Any]:
     gravity = leaf(f"p[{first + 8}]", 9.81)
 
     class Rows:
-        shape = (1, 16)
+        shape = (1, TERMS)
 
         def __getitem__(self, index: tuple[int, int]) -> Any:
             return rows[index[1]]
@@ -54,7 +61,7 @@ def trace(model: str) -> dict[str, Any]:
     # A command needs no inputs; the frozen state belongs to the independent model.
     flight.plant, flight.coefficients, flight.gravity = plant, Rows(), gravity
     flight.groups = COMMAND
-    rate = rate_of(y, code.vec2(), flight, 0, push)
+    rate = rate_of(y, code.Along(), flight, 0, push)
     known = counting.TALLY.known
     lines = []
     for key, identity in known.items():
