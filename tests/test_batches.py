@@ -120,6 +120,7 @@ def test_runs_that_cannot_be_flown_far_do_not_change_their_neighbours() -> None:
         assert_same(ca.simulate(vehicle.select(run), own), batch.isel(run=run))
 
 
+@pytest.mark.filterwarnings("ignore:q. roll, pitch and yaw are not followed")
 def test_a_run_that_spins_fast_does_not_change_the_angles_of_its_neighbours() -> None:
     # Samples are so far apart that the spin between them says which Euler angles come next.
     rng, runs = np.random.default_rng(0), 60

@@ -68,7 +68,8 @@ ROOMS = {
     ],
     "flight": [
         {"time_grid", "inputs", "resolution", "turns"},
-        {"camera_timing", "probing", "steps"},
+        {"steps"},
+        {"camera_timing", "probing"},
         {"prepare"},
         {"dop853", "trajectory"},
         {"simulate", "live"},

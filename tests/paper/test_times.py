@@ -3,6 +3,7 @@
 import pytest
 
 from continuair import equations
+from continuair.equations import dynamics
 from continuair.studies.paper.judges import closed_loop, summary
 from continuair.studies.paper.judges.times import cheaper
 from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED, UNDECIDED
@@ -39,7 +40,8 @@ def test_a_saving_in_the_camera_is_noise_and_not_one_of_dropped_coupling_terms()
 def test_a_compiled_model_without_other_elements_than_the_blocks_is_noticed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setitem(equations.MASKS, "block", equations.MASKS["diagonal"])
+    masks = equations.masks
+    monkeypatch.setattr(dynamics, "masks", lambda n: masks(n) | {"block": masks(n)["diagonal"]})
     found = given.evidence(cost=given.cost((1.0, 0.4, 0.4), (0.7, 0.4, 0.4)))
     assert summary.what_is_saved(found).verdict == NOT_REPRODUCED
 

@@ -97,6 +97,7 @@ def test_a_pitch_torque_does_the_work_of_its_pitch_past_a_quarter_turn(pitch: fl
     np.testing.assert_allclose(stepped.q[4] - pitch, turned[-1], rtol=1e-6)
 
 
+@pytest.mark.filterwarnings("ignore:q. roll, pitch and yaw are not followed")
 def test_a_pass_near_gimbal_lock_under_euler_torques_counts_in_step_error() -> None:
     """A torque along yaw grows as 1/cos θ there, in less than a step."""
     q, qd = np.zeros((2, 8))

@@ -141,7 +141,7 @@ def _rigid_inertia(vehicle: Vehicle) -> np.ndarray:
     # Polar coordinates have no straight arm: this bend moves the tip by 5e-7 of its length.
     arm, q = vehicle.arm.model_copy(update={"kappa_s": 0.0}), np.zeros(8)
     q[6] = 1e-6 / arm.length
-    return mass_matrix(vehicle.model_copy(update={"arm": arm}), q)[:6, :6]
+    return mass_matrix(vehicle.model_copy(update={"arm_tables": arm}), q)[:6, :6]
 
 
 def straight_bend_inertia(vehicle: Vehicle) -> float:

@@ -71,8 +71,15 @@ def on_triple(euler: Array, roll: Array) -> Array:
     its start on, step by step; near a quarter turn of pitch samples alone may take the other.
     """
     other = np.cos(euler[..., 0] - roll) < 0.0
-    if not other.any():
-        return euler
+    runs = other.any(axis=1)
+    if runs.any():
+        # The others keep their bits.
+        euler[runs] = _changed(euler[runs], other[runs])
+    return euler
+
+
+def _changed(euler: Array, other: Array) -> Array:
+    """Euler angles (runs, samples, 3) on the other triple where that is told, without jumps."""
     steps = np.diff(euler, axis=1)
     changed = other[:, 1:] != other[:, :-1]
     start = euler[:, :1].copy()
