@@ -65,10 +65,10 @@ def energy(flight: xr.Dataset) -> np.ndarray:
 @pytest.mark.filterwarnings("ignore:step_error reaches")
 @pytest.mark.parametrize("shape", [(2, 2), pytest.param((3,), marks=SLOW)])
 def test_energy_and_momenta_of_the_coupled_model_last_ten_seconds(shape: tuple[int, ...]) -> None:
-    """Within 1e-8 of the energy that swings, and of the momenta, at steps of 0.1 ms, at no gravity:
+    """Within 1e-8 of the energy that swings, and of the momenta, at steps of 50 µs, at no gravity:
     the energy of a fall is ten thousand times what swings."""
     flown = vehicle(*shape)
-    flight = released(flown, step=1e-4, sample=0.05, duration=10.0, gravity=0.0)
+    flight = released(flown, step=5e-5, sample=0.05, duration=10.0, gravity=0.0)
     total, swinging = energy(flight), float(flight.elastic_energy.max())
     assert np.abs(total - total[0]).max() < 1e-8 * swinging
     for name in ("linear_momentum", "angular_momentum"):
@@ -101,7 +101,8 @@ def test_what_is_observed_of_a_tip_moves_as_its_pose_does() -> None:
         turns = Rotation.from_quat(of.tip_attitude)
         apart = (turns[2:] * turns[:-2].inv()).as_rotvec() / 8e-5
         found = of.tip_angular_velocity.to_numpy()[1:-1]
-        np.testing.assert_allclose(found, apart, rtol=0, atol=1e-4)
+        # Of differences over two samples, which lose (ω h)²/6.
+        np.testing.assert_allclose(found, apart, rtol=3e-5, atol=1e-4)
 
 
 def test_arms_put_on_the_body_what_moves_it() -> None:
