@@ -237,3 +237,9 @@ def test_a_flight_that_cannot_tell_is_refused(settling: xr.Dataset) -> None:
     with pytest.raises(ca.InputError, match="1 runs, but scenario has 2 targets"):
         two = loop().replace(target=[flights.STILL, flights.STILL])
         ca.lyapunov(flights.VEHICLE, two, settling)
+
+
+def test_a_flight_of_another_vehicle_is_refused(settling: xr.Dataset) -> None:
+    heavier = flights.VEHICLE.replace({"uav.mass": 4.0})
+    with pytest.raises(ca.InputError, match="flight is of another vehicle"):
+        ca.lyapunov(heavier, loop(), settling)

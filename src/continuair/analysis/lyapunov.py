@@ -10,6 +10,7 @@ without the elastic energy where the law cancels the spring. With all conditions
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from typing import Any
 
@@ -78,7 +79,7 @@ def lyapunov(vehicle: Vehicle, scenario: Scenario, flight: xr.Dataset | None = N
     check_single_vehicle(vehicle)
     gains = _gains_of(scenario)
     if flight is not None:
-        _check_flight(scenario, flight)
+        _check_flight(vehicle, scenario, flight)
     return Lyapunov(
         conditions_of(vehicle, scenario, gains, flight),
         ultimate_bound(scenario),
@@ -150,12 +151,18 @@ def _gains_of(scenario: Scenario) -> dict[str, Array]:
     return {name: np.asarray(value, float) for name, value in controller.gains.items()}
 
 
-def _check_flight(scenario: Scenario, flight: Any) -> None:
+def _check_flight(vehicle: Vehicle, scenario: Scenario, flight: Any) -> None:
     if not isinstance(flight, xr.Dataset):
         raise InputError(f"flight is {shown(flight)}; give a Dataset that simulate returned.")
     missing = [name for name in NEEDED if name not in flight.variables]
     if missing:
         raise InputError(f"flight has no {', '.join(missing)}; simulate it with these variables.")
+    flown = flight.attrs.get("vehicle")
+    if flown is not None and json.loads(flown) != json.loads(json.dumps(vehicle.describe())):
+        raise InputError(
+            f"flight is of another vehicle than {shown(vehicle.name)} as it is given; give the one "
+            "that flew."
+        )
     targets, runs = (
         len(scenario.targets),
         flight["kinetic_energy"].transpose(..., "time").shape[:-1],
