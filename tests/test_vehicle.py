@@ -120,6 +120,12 @@ def test_damping_ratio_sets_the_decay_of_the_clamped_mode(arm: Section, ratio: f
     assert roots[0].real == pytest.approx(-ratio * arm.clamped_frequency, rel=1e-12, abs=0)
 
 
+def test_a_rod_without_mass_in_floating_point_numbers_is_refused_though_a_disk_has_some() -> None:
+    vehicle = load_vehicle("paper")
+    with pytest.raises(InputError, match="density 5e-324 gives no finite natural frequency"):
+        vehicle.replace({"arm.density": 5e-324, "arm.disks": [{"position": 1.0, "mass": 0.2}]})
+
+
 def test_damping_given_directly_is_the_structural_damping() -> None:
     assert PAPER.replace({"arm.damping": 0.3}).arm.structural_damping == 0.3
     assert PAPER.arm.structural_damping == 0

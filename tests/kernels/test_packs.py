@@ -82,12 +82,17 @@ def one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def assert_equal(found: Logs, expected: Logs, dtype: str) -> None:
-    """To rounding, of the largest value of each column."""
+    """To rounding, of the largest value of each column.
+
+    The error of a first step whose end is beyond all polynomials has no digits to compare.
+    """
     room = 1e-11 if dtype == "float64" else 2e-4
     np.testing.assert_array_equal(found.status, expected.status)
     np.testing.assert_array_equal(found.last_step, expected.last_step)
     for name in ("log", "observed", "errors"):
         a, b = getattr(found, name), getattr(expected, name)
+        if name == "errors":
+            a, b = a[expected.last_step > 0], b[expected.last_step > 0]
         np.testing.assert_array_equal(np.isfinite(a), np.isfinite(b))
         size = np.nanmax(np.abs(b), axis=tuple(range(b.ndim - 1)), where=np.isfinite(b), initial=1)
         assert np.nanmax(np.where(np.isfinite(b), np.abs(a - b), 0.0) / size) < room, name

@@ -110,8 +110,9 @@ class Section(Part):
                 )
 
     def _check_frequency(self) -> None:
+        """Refuse a rod that has no mass or stiffness in floating-point numbers, or too much."""
         try:
-            usable = 0 < self.clamped_frequency < math.inf
+            usable = self.mass_per_length > 0 and 0 < self.clamped_frequency < math.inf
         except (OverflowError, ZeroDivisionError):
             usable = False
         if not usable:
