@@ -33,7 +33,8 @@ def step_error(errors: Array, looking: bool = False) -> Array:
     looking: under a law with a camera, which multiplies them, by hundreds where gains are high and
     the target is far; loops that hold their target stay below what the factor for it flags.
     """
-    grown = np.exp(np.minimum(_GROWTH * errors[..., 1], _MOST))
+    # In extended precision, as NumPy's own exponentials differ in the last bit by processor.
+    grown = np.exp(np.minimum(_GROWTH * errors[..., 1].astype(np.longdouble), _MOST)).astype(float)
     return np.asarray(errors[..., 0] * grown * (_LOOP if looking else 1.0), float)
 
 

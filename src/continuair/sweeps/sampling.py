@@ -64,7 +64,11 @@ def _listed(field: str, value: Any) -> Array:
     if isinstance(value, Mapping):
         low, high, log = _range(field, value)
         count = checks.whole(f"{field}.count", value.get("count"), 1, MOST_VALUES)
-        return np.geomspace(low, high, count) if log else np.linspace(low, high, count)
+        if not log:
+            return np.linspace(low, high, count)
+        found = _geometric(low, high, np.linspace(0.0, 1.0, count))
+        found[-1] = high if count > 1 else low
+        return found
     return values(field, value)
 
 
@@ -106,7 +110,7 @@ def _sampled(fields: dict[str, Any], sampling: Any, count: Any, seed: Any) -> di
         points = qmc.LatinHypercube(len(ranges), rng=np.random.default_rng(seed)).random(count)
     found = {}
     for (name, (low, high, log)), column in zip(ranges.items(), points.T, strict=True):
-        found[name] = low * (high / low) ** column if log else low + (high - low) * column
+        found[name] = _geometric(low, high, column) if log else low + (high - low) * column
     return found
 
 
@@ -124,9 +128,18 @@ def sobol_box(ranges: Mapping[str, tuple[float, float]], count: int, seed: Any) 
     """Return values (count,) by name, evenly in the logarithm between the ends of each range."""
     points = sobol(len(ranges), count, seed)
     return {
-        name: low * (high / low) ** column
+        name: _geometric(low, high, column)
         for (name, (low, high)), column in zip(ranges.items(), points.T, strict=True)
     }
+
+
+def _geometric(low: float, high: float, share: Array) -> Array:
+    """From low at a share of 0 to high at 1, evenly in the logarithm.
+
+    In extended precision, as NumPy's own powers differ in the last bit by processor.
+    """
+    grown = np.longdouble(high / low) ** share.astype(np.longdouble)
+    return np.asarray(low * grown.astype(float))
 
 
 def _range(field: str, value: Mapping[str, Any]) -> tuple[float, float, bool]:

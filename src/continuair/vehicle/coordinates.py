@@ -45,7 +45,7 @@ def paper_rates(q: np.ndarray, state: np.ndarray, threshold: Any) -> np.ndarray:
     have none there.
     """
     layout, (kappa, psi) = _layout(q), _polar(q)
-    euler = np.linalg.solve(euler_to_body_rates(q), state[:, layout.angular_velocity, None])[..., 0]
+    euler = _body_to_euler_rates(q, state[:, layout.angular_velocity])
     euler[np.abs(np.cos(q[:, 4])) < POLE] = np.nan
     along, across = _bend_directions(psi)
     bend_rate = state[:, layout.bend_rate].reshape(*kappa.shape, 2)
@@ -64,9 +64,8 @@ def paper_accelerations(
     the sign of κ.
     """
     layout, (kappa, psi), (kappa_d, psi_d) = _layout(q), _polar(q), _polar(qd)
-    E, Ed = euler_to_body_rates(q), _euler_to_body_rates_dot(q, qd)
-    spin = rate[:, layout.angular_velocity] - np.einsum("nij,nj->ni", Ed, qd[:, 3:6])
-    euler = np.linalg.solve(E, spin[..., None])[..., 0]
+    turned = np.einsum("nij,nj->ni", _euler_to_body_rates_dot(q, qd), qd[:, 3:6])
+    euler = _body_to_euler_rates(q, rate[:, layout.angular_velocity] - turned)
     along, across = _bend_directions(psi)
     bend = rate[:, layout.bend_rate].reshape(*kappa.shape, 2)
     kappa_dd = (bend * along).sum(-1) + kappa * psi_d**2
@@ -184,6 +183,14 @@ def euler_to_body_rates(q: np.ndarray) -> np.ndarray:
     (sφ, cφ), (sθ, cθ) = _sine_cosine(q[:, 3]), _sine_cosine(q[:, 4])
     one, nil = np.ones_like(sφ), np.zeros_like(sφ)
     return _matrix([[one, nil, -sθ], [nil, cφ, sφ * cθ], [nil, -sφ, cφ * cθ]])
+
+
+def _body_to_euler_rates(q: np.ndarray, spin: np.ndarray) -> np.ndarray:
+    """E⁻¹ of angular velocities in body axes (runs, 3): what is not finite at θ = ±π/2."""
+    (sφ, cφ), (sθ, cθ) = _sine_cosine(q[:, 3]), _sine_cosine(q[:, 4])
+    x, y, z = spin.T
+    yaw = (sφ * y + cφ * z) / cθ
+    return np.stack([x + sθ * yaw, cφ * y - sφ * z, yaw], -1)
 
 
 def _euler_to_body_rates_dot(q: np.ndarray, qd: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import ClassVar, Self
 
+import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from continuair.errors import InputError
@@ -23,7 +24,8 @@ class Section(Part):
 
     The material is that of a round, solid rod (radius, density, Young's modulus), or a bending
     stiffness and a mass per length in its place. Derived properties broadcast: in a batched vehicle
-    they are arrays over the runs.
+    they are arrays over the runs. They are made of products and square roots, which have the same
+    bits in an array and alone, and on every processor; powers have not.
     """
 
     refused: ClassVar[Mapping[str, str]] = {
@@ -151,12 +153,13 @@ class Section(Part):
     @property
     def area(self) -> float:
         """The cross-section's area [m²]."""
-        return math.pi * self.radius**2
+        return math.pi * self.radius * self.radius
 
     @property
     def second_moment(self) -> float:
         """The cross-section's second moment of area about a diameter, I [m⁴]."""
-        return math.pi / 4 * self.radius**4
+        square = self.radius * self.radius
+        return math.pi / 4 * square * square
 
     @property
     def bending_stiffness(self) -> float:
@@ -181,7 +184,7 @@ class Section(Part):
         if self.given_mass_per_length is None:
             return self.density * self.second_moment
         radius = 0.0 if self.given_radius is None else self.given_radius
-        return self.mass_per_length * radius**2 / 4
+        return self.mass_per_length * radius * radius / 4
 
     @property
     def axial_inertia_per_length(self) -> float:
@@ -204,13 +207,15 @@ class Section(Part):
 
         rho A l⁵/20 + rho I l³/3, plus m s⁴/4 + j_t s² of each disk.
         """
+        cube = self.length * self.length * self.length
         backbone = (
-            self.mass_per_length * self.length**5 / 20
-            + self.transverse_inertia_per_length * self.length**3 / 3
+            self.mass_per_length * cube * self.length * self.length / 20
+            + self.transverse_inertia_per_length * cube / 3
         )
+        squares = [disk.position * disk.position for disk in self.disks]
         return backbone + sum(
-            disk.mass * disk.position**4 / 4 + disk.transverse_inertia * disk.position**2
-            for disk in self.disks
+            disk.mass * square * square / 4 + disk.transverse_inertia * square
+            for disk, square in zip(self.disks, squares, strict=True)
         )
 
     @property
@@ -220,7 +225,7 @@ class Section(Part):
         Constant curvature is stiffer than a true cantilever, whose first mode is 21 % lower.
         """
         stiffness = self.bending_stiffness * self.length
-        frequency: float = (stiffness / self.straight_modal_mass) ** 0.5
+        frequency: float = np.sqrt(stiffness / self.straight_modal_mass)
         return frequency
 
     @property
@@ -229,5 +234,5 @@ class Section(Part):
         if self.damping_ratio is None:
             return self.damping
         stiffness = self.bending_stiffness * self.length
-        critical: float = 2 * (stiffness * self.straight_modal_mass) ** 0.5 / self.length
+        critical: float = 2 * np.sqrt(stiffness * self.straight_modal_mass) / self.length
         return self.damping_ratio * critical
