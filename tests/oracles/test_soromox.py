@@ -1,4 +1,4 @@
-"""The same system in SoRoMoX: a floating hub, then one segment of constant bending strain."""
+"""The same system in SoRoMoX: a floating hub, then segments of constant bending strain."""
 
 from typing import Any
 
@@ -16,7 +16,7 @@ from continuair.vehicle.layout import ONE_SECTION as LAYOUT
 from tests.oracles.conftest import Claim
 
 pytest.importorskip("soromox", exc_type=ImportError)
-from tests.oracles.soromox_hub import SOURCE, Hub, vehicle  # noqa: E402
+from tests.oracles.soromox_hub import SOURCE, Hub, vehicle, vehicle_of_sections  # noqa: E402
 
 VEHICLE = vehicle()
 STATES = 100
@@ -81,8 +81,9 @@ def worst_entry(pairs: list[tuple[np.ndarray, np.ndarray]]) -> float:
 
 
 def worst_acceleration(pairs: list[tuple[np.ndarray, np.ndarray]]) -> float:
-    """Largest error of v̇, ω̇ and k̈, each relative to its own size in that state."""
-    parts = (slice(0, 3), slice(3, 6), slice(6, 8))
+    """Largest error of v̇, ω̇ and k̈ of a section, each relative to its own size in that state."""
+    bends = (slice(at, at + 2) for at in range(6, len(pairs[0][0]), 2))
+    parts = (slice(0, 3), slice(3, 6), *bends)
     return max(
         float(np.linalg.norm(a[part] - b[part]) / np.linalg.norm(b[part]))
         for a, b in pairs
@@ -152,6 +153,34 @@ def test_accelerations(claim: Claim, hub: Hub) -> None:
     claim(
         f"{what}, with a force, a moment and bend moments", SOURCE, 1e-8, worst_acceleration(pushed)
     )
+
+
+def test_accelerations_of_two_sections(claim: Claim) -> None:
+    plant, rng = vehicle_of_sections(), np.random.default_rng(7)
+    theirs = Hub(plant)
+    turns = Rotation.random(STATES, rng=rng)
+    bend = rng.uniform(-1.5, 1.5, (STATES, 2, 2))
+    v, omega = rng.normal(size=(STATES, 3)), 2.0 * rng.normal(size=(STATES, 3))
+    rate = 3.0 * rng.normal(size=(STATES, 2, 2))
+    push = rng.normal(size=10) * [20, 20, 20, 1, 1, 1, 30, 30, 5, 5]
+    ours = ca.accelerations(
+        plant,
+        attitude=turns.as_quat(),
+        bend=bend,
+        velocity=v,
+        angular_velocity=omega,
+        bend_rate=rate,
+        force=push[:3],
+        moment=push[3:6],
+        bend_moment=push[6:].reshape(2, 2),
+    )
+    found = np.concatenate([ours[0], ours[1], ours[2].reshape(STATES, 4)], axis=1)
+    pairs = []
+    for i, turn in enumerate(turns):
+        state = theirs.state(np.zeros(3), turn, bend[i].ravel(), v[i], omega[i], rate[i].ravel())
+        pairs.append((found[i], theirs.accelerations(state, turn, omega[i], push)))
+    what = "accelerations of an arm of two sections, worst of v̇, ω̇ and each k̈ relative"
+    claim(f"{what}, {STATES} random states under pushes", SOURCE, 1e-8, worst_acceleration(pairs))
 
 
 def test_free_flight(claim: Claim, hub: Hub) -> None:
