@@ -86,7 +86,8 @@ class Pairs:
         first.launch(turning(first.dtype.name), len(flown), [log, found])
         followed, (in_doubt,) = np.array(flown), np.nonzero(flown & (found.numpy() > 0))
         if len(in_doubt):
-            rows = np.stack([log[int(run)].numpy()[:, _ATTITUDE] for run in in_doubt])
+            chosen = wp.array(in_doubt, dtype=wp.int32, device=log.device)
+            rows = wp.indexedarray(log, [chosen]).numpy()[..., _ATTITUDE]
             followed[in_doubt] = ~unfollowed(rows).any(axis=1)
         return followed
 
