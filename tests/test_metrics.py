@@ -236,6 +236,27 @@ def test_runs_are_compared_with_themselves_alone() -> None:
         ca.compare(flights[0].isel(run=[2, 1, 0]), flights[1])
 
 
+def test_arms_are_compared_with_themselves_alone() -> None:
+    vehicle = ca.load_vehicle("dual_arm")
+    scenario = ca.Scenario(
+        "pushed", [0, 0, 0, 0, 0, 0, 0.3, 0, 0.2, 1], duration=0.1, force=[1, 0, 30]
+    )
+    coupled, other = (
+        ca.simulate(vehicle, scenario, model=model, sample=0.01)
+        for model in ("coupled", "decoupled")
+    )
+    found = ca.compare(coupled, other)
+    turned = ca.compare(coupled, other.isel(arm=[1, 0]))
+    for name, values in found.items():
+        np.testing.assert_array_equal(turned[name], values)
+    alone = ca.compare(coupled.isel(arm=1), other.isel(arm=1))
+    assert alone["rmse_t_m"] == found["rmse_t_m"][1]
+    with pytest.raises(ca.InputError, match="the same arms in the same order"):
+        ca.compare(coupled.isel(arm=0), other.isel(arm=1))
+    with pytest.raises(ca.InputError, match="other holds a single arm, but coupled 2 arms"):
+        ca.compare(coupled, other.isel(arm=1))
+
+
 def swinging(offset: float) -> xr.Dataset:
     """A vehicle that turns steadily while its bend passes zero at a distance of `offset` [1/m].
 

@@ -109,3 +109,87 @@ def test_a_pass_near_gimbal_lock_under_euler_torques_counts_in_step_error() -> N
     assert float(flight.step_error) > 0.1
     away = scenario.replace(q=q - np.eye(8)[4])
     assert float(ca.simulate(vehicle, away, step=2e-3, sample=0.01).step_error) < 1e-3
+
+
+DAMPED = VEHICLE.replace({"arm.damping_ratio": 0.03})
+LIFT = 9.81 * VEHICLE.mass * np.eye(8)[2]
+STIFFNESS = VEHICLE.arm.bending_stiffness * VEHICLE.arm.length
+ALONG, AROUND = np.eye(8)[6], np.eye(8)[7]
+
+
+def on_both_branches(
+    q: np.ndarray, qd: np.ndarray, tau: np.ndarray, turned: tuple[int, ...], sign: np.ndarray
+) -> list[ca.Scenario]:
+    """A start under torques, and the same in the other coordinates of the same state."""
+    other = q * sign
+    other[list(turned)] += np.pi
+    pairs = (q, qd, tau), (other, qd * sign, tau * sign)
+    return [ca.Scenario("pushed", at, rates, tau=push, duration=0.05) for at, rates, push in pairs]
+
+
+def of_a_bend(kappa: float, rates: tuple[float, float], push: np.ndarray) -> list[ca.Scenario]:
+    """On the branches (κ, ψa) and (-κ, ψa + π); rates of the bend along and across it."""
+    q = np.array([0.0, 0.0, 2.0, 0.0, 0.0, 0.0, kappa, 0.0])
+    qd = rates[0] * ALONG + rates[1] / kappa * AROUND
+    return on_both_branches(q, qd, LIFT + push, (7,), np.where(ALONG > 0.0, -1.0, 1.0))
+
+
+def of_a_pitch(pitch: float, qd: np.ndarray, push: np.ndarray) -> list[ca.Scenario]:
+    """On the triples (φ, θ, ψ) and (φ + π, π - θ, ψ + π)."""
+    q = np.array([0.0, 0.0, 2.0, 0.0, pitch, 0.0, 0.1, 0.0])
+    sign = np.where(np.arange(8) == 4, -1.0, 1.0)
+    return on_both_branches(q, qd, LIFT + push, (3, 4, 5), sign)
+
+
+PASSES = {
+    "beside straight": of_a_bend(-1e-3, (10.0, 1.0), 0.5 * STIFFNESS * ALONG),
+    "beside a pole": of_a_pitch(
+        np.pi / 2 + 1e-3, np.array([0, 0, 0, -1000.0, -10.0, -1000.0, 0, 0]), 5.0 * np.eye(8)[4]
+    ),
+}
+STAYS = {
+    "bent": of_a_bend(-0.5, (0.0, 0.0), -0.5 * STIFFNESS * ALONG + 0.005 * STIFFNESS * AROUND),
+    "pitched": of_a_pitch(2.0, np.zeros(8), 0.05 * np.eye(8)[4]),
+}
+
+
+@pytest.mark.filterwarnings("ignore:q. roll, pitch and yaw", "ignore:step_error reaches")
+@pytest.mark.parametrize("name", [*PASSES, *STAYS])
+def test_a_step_resolves_a_flight_alike_on_either_branch(name: str) -> None:
+    """What passes between the signs of κ or cos θ is in doubt, and what keeps a sign is not."""
+    one, other = (
+        ca.simulate(DAMPED, each, step=2e-4, sample=5e-3, variables=["tip_position"])
+        for each in (PASSES | STAYS)[name]
+    )
+    np.testing.assert_allclose(other.tip_position, one.tip_position, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(other.step_error, one.step_error, rtol=1e-3)
+    assert 0.3 < one.step_error < 1.5 if name in PASSES else one.step_error < 1e-6
+
+
+def test_torques_that_are_in_doubt_at_half_the_step_too_are_told() -> None:
+    """Steps of 0.7 and of 0.35 ms both pass straight on the wrong side, 0.1 arm lengths apart from
+    the flight that steps of 2 µs find, and DOP853."""
+    q = np.array([0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.16826892892749667, 2.5861038958869305])
+    push = LIFT - 39.56517129242746 * ALONG
+    passing = ca.Scenario("passing", q, 3.017653652227561 * AROUND, tau=push, duration=0.2)
+    with pytest.warns(ca.ContinuairWarning, match="step_error reaches"):
+        flight = ca.simulate(DAMPED, passing, sample=0.01)
+    exact = ca.simulate(DAMPED, passing, sample=0.01, integrator="dop853")
+    off = np.abs(flight.tip_position - exact.tip_position).max() / VEHICLE.arm.length
+    assert off > 0.05 and flight.step_error > off
+    with pytest.warns(ca.ContinuairWarning, match="step_error reaches"):
+        pair = ca.run_pairs(DAMPED, passing, ("decoupled",), sample=0.01)
+    assert pair.step_error.sel(model="coupled") > off
+
+
+def test_doubts_of_control_periods_do_not_add_up() -> None:
+    """A bend that passes beside straight again and again moves the tip by no more than one pass."""
+    start = np.array([0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.2, 0.0])
+    scenario = ca.Scenario("to and fro", start, 0.05 * AROUND, force=LIFT[:3], duration=1.0)
+    flight = ca.Simulation(VEHICLE, scenario, control_period=2e-3)
+    doubts = []
+    for _ in range(500):
+        flight.step(-0.05 * STIFFNESS * ALONG)
+        doubts.append(flight.step_error)
+    jumps = np.diff([0.0, *doubts])
+    assert 0.02 < doubts[-1] < 0.2 and (jumps > 0.02).sum() == 1

@@ -187,3 +187,20 @@ def test_arms_hang_where_gravity_leaves_them_in_balance() -> None:
     assert found.force[2] == pytest.approx(9.81 * flown.mass, rel=1e-9)
     clamped, free = bending_frequencies(flown)
     assert 0.0 < clamped < free
+
+
+def test_a_stiff_section_with_a_limp_one_rests_where_its_energy_is_least() -> None:
+    """Found by minimising the potential of point masses along the arm; it swings about there."""
+    stiff = {"length": 0.56, "bending_stiffness": 1.16, "mass_per_length": 0.05}
+    limp = {"length": 0.37, "bending_stiffness": 0.0122, "mass_per_length": 0.05}
+    half = 0.5 * -1.12
+    arm = {
+        "attitude": [np.sin(half), 0.0, 0.0, np.cos(half)],
+        "section": [stiff, limp],
+        "tip": {"mass": 0.075},
+    }
+    uav = {"mass": 2.0, "inertia": [0.1, 0.1, 0.1]}
+    leaning = ca.Vehicle(name="leaning", uav=uav, arm=[arm])
+    q = ca.trim(leaning).q
+    np.testing.assert_allclose(q[6:], [0.3112, np.pi / 2, 2.8753, np.pi / 2], rtol=2e-4)
+    assert (ca.modes(leaning, q, base="clamped").frequencies > 0.0).all()

@@ -267,24 +267,32 @@ def _free_bend(vehicle: Vehicle, needed: Callable[[np.ndarray], np.ndarray]) -> 
         x
         for start in _STARTS
         for x in [root(unbalanced, np.tile(start, len(sections)), tol=1e-13).x]
-        if np.abs(unbalanced(x)).max() < _BALANCED and _is_stable(unbalanced, x)
+        if np.abs(unbalanced(x)).max() < _BALANCED
+        and _is_stable(unbalanced, x, np.sqrt(stiffness / length))
     ]
     if not found:
         raise InputError(
-            "tip_wrench leaves the arm no stable equilibrium below a full circle; give a smaller "
-            "wrench, or the bend to hold."
+            "gravity and tip_wrench leave the arm no stable equilibrium below a full circle that "
+            "is found; give less of them, or the bend to hold."
         )
     return np.asarray(min(found, key=lambda x: float(np.linalg.norm(x))) / length)
 
 
-def _is_stable(unbalanced: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> bool:
-    """Whether moments rise with the bend in every direction."""
+def _is_stable(
+    unbalanced: Callable[[np.ndarray], np.ndarray], x: np.ndarray, share: np.ndarray
+) -> bool:
+    """Whether moments rise with the bend in every direction; share: √(E I / l) of each bend.
+
+    Moments over E I per bend times l are not symmetric where sections differ: over √(E I l) each,
+    they are, and tell of the potential's curvature.
+    """
     slopes = np.stack(
         [
             (unbalanced(x + _DIFFERENCE * unit) - unbalanced(x - _DIFFERENCE * unit))
             for unit in np.eye(len(x))
         ]
     )
+    slopes = slopes * share / share[:, None]
     return bool(np.linalg.eigvalsh(slopes + slopes.T)[0] > 0.0)
 
 

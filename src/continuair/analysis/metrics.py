@@ -181,6 +181,7 @@ def compare(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
     for name, flight in flights.items():
         _check_flight(name, flight)
     coupled, other = (_in_order(flight) for flight in flights.values())
+    other = _with_arms_of(coupled, other)
     _check_alike(coupled, other)
     for name, flight in flights.items():
         _warn_of_ended(name, flight)
@@ -204,7 +205,17 @@ def _check_flight(name: str, flight: Any) -> None:
 def _in_order(flight: xr.Dataset) -> xr.Dataset:
     """The flight with its axes in order, whatever order they were selected in."""
     labels = {"axis": list("xyz"), "quaternion": list("xyzw")}
-    return flight.sel({name: order for name, order in labels.items() if name in flight.indexes})
+    found = flight.sel({name: order for name, order in labels.items() if name in flight.indexes})
+    return found.transpose("run", "arm", ..., missing_dims="ignore")
+
+
+def _with_arms_of(coupled: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
+    """The other flight with its arms in the order of the first, if both have the same."""
+    if not all("arm" in flight.indexes for flight in (coupled, other)):
+        return other
+    wanted, given = coupled.indexes["arm"], other.indexes["arm"]
+    same = given.is_unique and len(wanted) == len(given) and wanted.isin(given).all()
+    return other.sel(arm=wanted) if same else other
 
 
 def _check_alike(coupled: xr.Dataset, other: xr.Dataset) -> None:
@@ -213,19 +224,25 @@ def _check_alike(coupled: xr.Dataset, other: xr.Dataset) -> None:
             f"other has {other.sizes['time']} samples that are not those of coupled "
             f"({coupled.sizes['time']}); simulate both with the same sample and duration."
         )
-    shapes = [samples(flight, "tip_position", "axis").shape[:-2] for flight in (coupled, other)]
-    if shapes[0] != shapes[1]:
-        runs = ["a single run" if not shape else f"{shape[0]} runs" for shape in shapes]
+    for name in ("run", "arm"):
+        _check_same_labels(name, coupled, other)
+
+
+def _check_same_labels(name: str, coupled: xr.Dataset, other: xr.Dataset) -> None:
+    """That both flights hold the same runs, or arms, in the same order."""
+    sizes = [flight["tip_position"].sizes.get(name) for flight in (coupled, other)]
+    if sizes[0] != sizes[1]:
+        held = [f"a single {name}" if size is None else f"{size} {name}s" for size in sizes]
         raise InputError(
-            f"other holds {runs[1]}, but coupled {runs[0]}; give the same runs, as in "
-            "coupled.isel(run=0)."
+            f"other holds {held[1]}, but coupled {held[0]}; give the same {name}s, as in "
+            f"coupled.isel({name}=0)."
         )
-    if all("run" in flight.coords for flight in (coupled, other)):
-        given, wanted = (np.ravel(flight["run"]) for flight in (other, coupled))
+    if all(name in flight.coords for flight in (coupled, other)):
+        given, wanted = (np.ravel(flight[name]) for flight in (other, coupled))
         if not np.array_equal(given, wanted):
             raise InputError(
-                f"other holds the runs {shown(given.tolist())}, but coupled "
-                f"{shown(wanted.tolist())}; give the same runs in the same order."
+                f"other holds the {name}s {shown(given.tolist())}, but coupled "
+                f"{shown(wanted.tolist())}; give the same {name}s in the same order."
             )
 
 

@@ -65,7 +65,7 @@ class Drive:
 @dataclass(frozen=True)
 class Logs:
     """log, observed, watched (runs, samples, columns), the last two where asked for; status and
-    last_step (runs,); errors (runs, 2), as the roll-out sums them; scene: what was watched."""
+    last_step (runs,); errors (runs, 3), as the roll-out sums them; scene: what was watched."""
 
     log: Array
     status: Array
@@ -169,7 +169,7 @@ class Engine:
         n, samples = len(runs), len(grid.samples)
         log = np.empty((n, samples, self.layout.log), self.dtype)
         status, last = np.zeros(n, np.int32), np.zeros(n, np.int32)
-        errors = np.zeros((n, 2), self.dtype)
+        errors = np.zeros((n, 3), self.dtype)
         observed = None
         if at_samples is not None:
             observed = np.empty((n, samples, width_of(self.observed)), self.dtype)

@@ -74,7 +74,7 @@ def integrate_reference(flight: Flight, engine: Engine, cohort: Cohort, toleranc
     last = np.searchsorted(grid.starts, reached)
     observed = engine.observe(log, cohort.at_samples)
     # It keeps its own account of its errors, in the tolerance.
-    untold = np.full((1, 2), np.nan)
+    untold = np.full((1, 3), np.nan)
     return Logs(log, np.array([status], np.int32), np.array([last], np.int32), untold, observed)
 
 

@@ -15,6 +15,7 @@ from continuair.engine.loop import Scene, watch
 from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import motion_of
 from continuair.flight.prepare import Cohort, check_scenario, checked_step, prepare
+from continuair.flight.resolution import summed
 from continuair.flight.steps import check_divides
 from continuair.flight.time_grid import Grid, Marks, grid_of, marks_at, stage_times
 from continuair.flight.trajectory import WATCHED_VARIABLES, Recorder, default_variables, in_front
@@ -88,7 +89,7 @@ class Simulation:
         self._vehicle, self._scenario, self._model = vehicle, scenario, model
         self._engine, self._step = self._flight.engine(model), float(self._flight.steps[0])
         self._period, self._status, self._ended = period, OK, 0.0
-        self._errors = np.zeros(2)
+        self._errors = np.zeros(3)
         layout = self._engine.layout
         row = np.zeros(layout.log)
         row[: layout.state] = self._flight.start.states[0]
@@ -148,7 +149,7 @@ class Simulation:
         acting = self._drive(stage_times(grid), push)
         logs = self._engine.roll_out(_ONE, start, grid, acting)
         self._taus[-1] = push
-        self._errors = self._errors + logs.errors[0]
+        self._errors = summed([self._errors, logs.errors[0]])
         self._status = int(logs.status[0])
         if self._status != OK:
             self._ended = float(grid.starts[logs.last_step[0]])

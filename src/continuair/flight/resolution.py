@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 import numpy as np
@@ -26,16 +26,28 @@ _MOST = 50.0
 
 
 def step_error(errors: Array, looking: bool = False) -> Array:
-    """Estimated largest error of the tip (...) [arm lengths], from sums of a roll-out (..., 2).
+    """Estimated largest error of the tip (...) [arm lengths], from sums of a roll-out (..., 3).
 
     The errors of single steps add up, and grow while a large bend swings: by e per 250 rad² of the
     swing ∫|k||k̇| l² dt, a bound that 600 random flights of light vehicles and large bends gave.
     looking: under a law with a camera, which multiplies them, by hundreds where gains are high and
-    the target is far; loops that hold their target stay below what the factor for it flags.
+    the target is far; loops that hold their target stay below what the factor for it flags. What
+    torques may have done the wrong way is added as it is.
     """
     # In extended precision, as NumPy's own exponentials differ in the last bit by processor.
     grown = np.exp(np.minimum(_GROWTH * errors[..., 1].astype(np.longdouble), _MOST)).astype(float)
-    return np.asarray(errors[..., 0] * grown * (_LOOP if looking else 1.0), float)
+    return np.asarray(errors[..., 0] * grown * (_LOOP if looking else 1.0) + doubt(errors), float)
+
+
+def doubt(errors: Array) -> Array:
+    """The most (...) that torques may have gone the wrong way [arm lengths], of such sums."""
+    return errors[..., 2]
+
+
+def summed(errors: Sequence[Array]) -> Array:
+    """The sums (3,) of a roll-out, of those of its parts in turn."""
+    parts = np.array(errors)
+    return np.append(parts[:, :2].sum(axis=0), parts[:, 2].max())
 
 
 def unresolved(errors: Array) -> Array:

@@ -108,22 +108,23 @@ def error_by_halving(flight: Flight, model: str, runs: Array) -> Array:
     """step_error (runs,) of half the step: of RK4, a fifteenth of what halving changes.
 
     Under polar torques all of it: their direction where the arm passes straight hangs on the step,
-    and what does not fall with the step has no order.
+    and what does not fall with the step has no order. Where they are in doubt at half the step too,
+    both flights may have gone the wrong way, and the doubt stays.
     """
     share = 1.0 if flight.scenario.tau is not None else 1.0 / 15.0
     finer, length = flight.halved(runs), per_run(flight.vehicle.reach, flight.runs)
     found = []
     most = _most_runs(flight.marks.samples, _HALVED_AT_ONCE)
     for part in np.array_split(runs, -(-len(runs) // most)):
-        tips = [
-            fly(each, model, ("tip_position",), part)["tip_position"]
-            .to_numpy()
-            .reshape(len(part), -1, 3)
-            for each in (flight, finer)
+        flown = [
+            Recorder(each, model, ("tip_position",), "float64", part) for each in (flight, finer)
         ]
+        for recorder in flown:
+            record(recorder, part)
+        tips = [recorder.values("tip_position") for recorder in flown]
         # What a run that ended has not reached is NaN in one or both.
         apart = np.nanmax(np.linalg.norm(tips[1] - tips[0], axis=-1), axis=-1)
-        found.append(share * apart / length[part])
+        found.append(np.fmax(share * apart / length[part], flown[1].doubt))
     return np.concatenate(found)
 
 

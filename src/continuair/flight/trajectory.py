@@ -14,7 +14,7 @@ from xarray.indexes import PandasIndex
 from continuair.engine.engine import Logs
 from continuair.engine.rows import adjacent
 from continuair.flight.prepare import Cohort, Flight
-from continuair.flight.resolution import warn_of_lost_coordinates
+from continuair.flight.resolution import doubt, warn_of_lost_coordinates
 from continuair.flight.turns import followed_euler, in_body_axes, on_triple
 from continuair.kernels.step import STATUS
 from continuair.vehicle.layout import (
@@ -125,6 +125,7 @@ class Recorder:
         self._status = np.zeros(len(self.runs), np.int8)
         self._end_time = np.zeros(len(self.runs))
         self.step_error = np.full(len(self.runs), np.nan)
+        self.doubt = np.zeros(len(self.runs))
 
     @property
     def step(self) -> dict[str, float]:
@@ -138,6 +139,7 @@ class Recorder:
             self._put(at, name, values_of(name, logs, cohort))
         self._status[at] = logs.status
         self.step_error[at] = self.flight.step_error(logs.errors, cohort.runs)
+        self.doubt[at] = doubt(logs.errors)
         times = np.append(cohort.grid.starts, cohort.grid.samples[-1])
         self._end_time[at] = times[logs.last_step]
 
@@ -152,6 +154,10 @@ class Recorder:
         for part in parts:
             kept[at, :, first : first + part.shape[-1]] = part
             first += part.shape[-1]
+
+    def values(self, name: str) -> Array:
+        """A variable that was kept (runs, samples, columns)."""
+        return self._values[name]
 
     def dataset(self, provenance: dict[str, Any]) -> xr.Dataset:
         """All that was kept; provenance: attributes beside those that follow from the flight.

@@ -27,8 +27,8 @@ def rollout_kernel(
     """The kernel `rollout` of a model under a pilot; log_row: of kernels/logs.py.
 
     log: (runs, samples, columns). status, last_step: (runs,), how a run ended and at which step.
-    errors: (runs, 2), in arm lengths the sum of what its steps leave out and the most that
-    torques may have gone the wrong way, and its swing, the integral of |k| |k̇| l² over time.
+    errors: (runs, 3), the sum of what its steps leave out [arm lengths]; its swing, the integral of
+    |k| |k̇| l² over time; and the most that torques may have gone the wrong way [arm lengths].
     """
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
     stepping, begins = stepping_code(numbers, tree), arguments(numbers.precision)
@@ -123,8 +123,9 @@ def rollout_kernel(
             log_row(log, due, ended, y, flight, branch, push)
         keep_whole(status, run, ended)
         whole = error + swing
-        keep_of_run(errors, run, 0, finite(whole, error, infinite) + doubt)
+        keep_of_run(errors, run, 0, finite(whole, error, infinite))
         keep_of_run(errors, run, 1, finite(whole, swing, zero) * full * full)
+        keep_of_run(errors, run, 2, doubt)
 
     return rollout
 

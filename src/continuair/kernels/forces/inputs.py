@@ -122,6 +122,11 @@ def input_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> InputCode:
         return out
 
     @wp.func
+    def side_of(found: vec2, branch: vec2):
+        """-1 on the far side of a branch, where κ or cos θ is negative, else 1."""
+        return above(zero, wp.dot(found, branch), -one, one)
+
+    @wp.func
     def near_gimbal_lock(y: State, end: State, along: Along, flight: Flight, row: int):
         """1 where a step passes a pitch of a quarter turn so near that Euler torques hang on it.
 
@@ -134,7 +139,7 @@ def input_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> InputCode:
         size = wp.length(tilt)
         grows = wp.abs(torque[0]) + wp.abs(torque[2])
         passed = above(wp.length(tilt - tilt_of(y)), near * size, one, zero)
-        cosine = wp.dot(tilt, roll)
+        cosine = wp.dot(tilt, roll) * side_of(tilt_of(y), roll)
         aside = wp.abs(roll[0] * tilt[1] - roll[1] * tilt[0])
         turned = above(zero, cosine, above(aside, planar * size, one, zero), one)
         turned = above(cosine, clear * size, zero, turned)
@@ -155,7 +160,7 @@ def input_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> InputCode:
             b = bend_of(end, i)
             branch = two_of(along, i)
             size = wp.length(b)
-            cosine = wp.dot(b, branch)
+            cosine = wp.dot(b, branch) * side_of(bend_of(y, i), branch)
             aside = wp.abs(branch[0] * b[1] - branch[1] * b[0])
             pushed = polar_load(y, along, flight, row, i)
             bent = wp.length(pushed) / flight.plant.stiffness[i]
