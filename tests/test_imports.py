@@ -42,7 +42,7 @@ ROOMS = {
     "kernels": [
         {"options"},
         {"single"},
-        {"packs"},
+        {"packs", "duals"},
         {"numbers"},
         {"elementary", "arguments"},
         {"types", "probe"},
@@ -56,14 +56,14 @@ ROOMS = {
         {"laws", "sensing.pilot"},
         {"step"},
         {"logs"},
-        {"rollout", "observe", "deviations", "turning"},
+        {"rollout", "observe", "deviations", "turning", "slopes"},
     ],
     "engine": [
         {"moments", "compiling", "lanes", "rows"},
         {"factory", "packs"},
         {"pack"},
-        {"engine"},
-        {"loop"},
+        {"engine", "tangents"},
+        {"loop", "slopes"},
         {"pairs"},
     ],
     "flight": [

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from continuair.analysis.accelerations import accelerations as accelerations
     from continuair.analysis.accelerations import forward_dynamics as forward_dynamics
     from continuair.analysis.beam import curvature_error as curvature_error
+    from continuair.analysis.gradient import gradient as gradient
     from continuair.analysis.linear import linearize as linearize
     from continuair.analysis.linear import modes as modes
     from continuair.analysis.linear import trim as trim
@@ -58,6 +59,7 @@ _HOME = {
     "forward_dynamics": "analysis.accelerations",
     "MODELS": "kernels.dynamics",
     "curvature_error": "analysis.beam",
+    "gradient": "analysis.gradient",
     "linearize": "analysis.linear",
     "modes": "analysis.linear",
     "trim": "analysis.linear",

@@ -16,12 +16,13 @@ from continuair.kernels.deviations import deviation_kernel
 from continuair.kernels.dynamics import dynamics_code
 from continuair.kernels.flight import FlightCode, flight_code
 from continuair.kernels.logs import state_logger, tip_logger
-from continuair.kernels.numbers import Numbers, number_code
+from continuair.kernels.numbers import LANES, Numbers, number_code
 from continuair.kernels.observe import observe_kernel, watch_kernel
 from continuair.kernels.rollout import derivative_kernel, rollout_kernel
 from continuair.kernels.sensing.eye import Eye, eye_code
 from continuair.kernels.sensing.pilot import PilotCode, law_pilot, no_pilot
 from continuair.kernels.sensing.sense import law_code
+from continuair.kernels.slopes import step_slopes_kernel, tip_slopes_kernel
 from continuair.kernels.turning import turning_kernel
 from continuair.kernels.types import Tree, Types, device_types
 
@@ -186,3 +187,19 @@ def watching(precision: str, tree: Tree, points: int, lanes: int = 1) -> tuple[w
     of = Numbers(precision, lanes), tree
     eye = eye_code(*of, points)
     return watch_kernel(*of, eye), eye
+
+
+_DUAL = Numbers("float64", LANES["float64"], dual=True)
+
+
+@made_once
+def step_slopes(tree: Tree, model: str) -> tuple[wp.Kernel, Any]:
+    """The kernel of derivatives of steps of a model, and the struct of its vehicles."""
+    kernel = step_slopes_kernel(_DUAL, tree, dynamics_code(_DUAL, tree, model))
+    return kernel, flight_code(_DUAL, tree).Vehicles
+
+
+@made_once
+def tip_slopes(tree: Tree) -> wp.Kernel:
+    """The kernel of derivatives of tips, the same for every model."""
+    return tip_slopes_kernel(_DUAL, tree)

@@ -2,7 +2,8 @@
 
 A pack holds the same number of LANES runs, side by side in vector registers of the CPU. The source
 is one: `Real` is a number or a pack, and where runs may differ device code chooses (`above`)
-instead of branching; an `if` on a pack does not compile.
+instead of branching; an `if` on a pack does not compile. A third kind are numbers with their
+derivatives (kernels/duals.py).
 """
 
 from collections.abc import Callable
@@ -10,6 +11,7 @@ from dataclasses import dataclass, fields
 from functools import cache
 from typing import Any
 
+from continuair.kernels.duals import numbers_of_duals
 from continuair.kernels.packs import numbers_of_packs
 from continuair.kernels.single import numbers_of_runs
 
@@ -22,10 +24,14 @@ NARROW = {"float64": 4, "float32": 8}
 
 @dataclass(frozen=True)
 class Numbers:
-    """Of "float64" or "float32", and of so many runs at once: 1, or those of a pack."""
+    """Of "float64" or "float32", and of so many runs at once: 1, or those of a pack.
+
+    dual: of one run, with derivatives along so many directions at once.
+    """
 
     precision: str
     lanes: int = 1
+    dual: bool = False
 
 
 def holding(kind: type, found: dict[str, Any]) -> Any:
@@ -70,6 +76,7 @@ class NumberCode:
 
 @cache
 def number_code(numbers: Numbers) -> NumberCode:
-    """The numbers of one precision, of a run or of packs."""
+    """The numbers of one precision, of a run, of packs or with derivatives."""
     found = numbers_of_runs if numbers.lanes == 1 else numbers_of_packs
+    found = numbers_of_duals if numbers.dual else found
     return holding(NumberCode, found(numbers.precision, numbers.lanes))

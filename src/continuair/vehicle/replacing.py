@@ -44,6 +44,14 @@ def replace(model: Model, changes: Mapping[str, Any]) -> Model:
     return type(model).model_construct(**(dict(checked) | parts)) if runs else checked
 
 
+def value_of(model: BaseModel, path: str) -> Any:
+    """Return what a plain model holds at a dotted name: a number, None, text, or lists of them."""
+    node, keys = _tree(model), _keys(path)
+    for depth, key in enumerate(keys):
+        node = node[_index(node, key, keys[:depth])]
+    return node
+
+
 def _tree(value: Any) -> Any:
     if isinstance(value, BaseModel):
         return {name: _tree(child) for name, child in value}

@@ -1,0 +1,173 @@
+"""The sweep that carries derivatives of a cost back through the steps of a flight.
+
+With y_i the state at the start of step i and λ_i the cost's derivative with respect to it,
+
+    λ_i = (∂y_{i+1}/∂y_i)ᵀ λ_{i+1} + what the cost itself has of y_i,
+
+and the inputs of step i, the fields of the vehicle and, in `independent`, the start get their share
+of each (∂y_{i+1}/∂·)ᵀ λ_{i+1}. Attitudes are followed in their four numbers; each step ends with a
+unit quaternion, so that what lies along the quaternion has no part in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from continuair.engine.engine import Drive, Logs
+from continuair.engine.slopes import Slopes
+from continuair.engine.tangents import Tangents
+from continuair.flight.prepare import Cohort, Flight
+from continuair.flight.simulate import error_by_halving
+from continuair.flight.trajectory import Recorder
+from continuair.kernels.slopes import tip_columns
+from continuair.vehicle.layout import GENERAL, TIP, Layout
+
+Array = np.ndarray
+
+OF_STATE = ("position", "attitude", "bend", "velocity", "angular_velocity", "bend_rate")
+OF_TIPS = tuple(tip_columns(1))
+"""Variables of a trajectory that derivatives are known of."""
+
+_AT_ONCE = 2048
+"""Steps whose derivatives are in memory at once."""
+
+
+@dataclass(frozen=True, eq=False)
+class Flown:
+    """A flight of one model: log (steps + 1, columns) where steps begin, and at the end; samples
+    (n,), which of these rows are samples; and the recorder that has kept the samples."""
+
+    cohort: Cohort
+    model: str
+    log: Array
+    samples: Array
+    status: int
+    recorder: Recorder
+
+    @property
+    def layout(self) -> Layout:
+        """Columns of states and inputs."""
+        return self.cohort.flight.coupled.layout
+
+    @property
+    def times(self) -> Array:
+        """Where steps begin, and the end (steps + 1,) [s]."""
+        return np.append(self.cohort.grid.starts, self.cohort.grid.samples[-1])
+
+
+def flown(flight: Flight, model: str) -> Flown:
+    """Fly a prepared flight of one run, as `simulate` does, and keep where each step begins."""
+    found = _flown(flight, model)
+    chosen = flight.improvable(found.recorder.step_error)
+    if len(chosen):
+        found = _flown(flight.halved(chosen), model)
+        found.recorder.step_error[:] = error_by_halving(flight, model, chosen)
+    return found
+
+
+def _flown(flight: Flight, model: str) -> Flown:
+    cohort, engine = next(flight.cohorts()), flight.engine(model)
+    grid = cohort.grid
+    samples = np.append(0, 1 + np.flatnonzero(grid.sample_after >= 0))
+    each = np.arange(1, 1 + len(grid.steps), dtype=np.int32)
+    ends = np.append(grid.starts, grid.samples[-1])
+    logs = engine.roll_out(
+        cohort.runs, cohort.start, replace(grid, samples=ends, sample_after=each), cohort.drive
+    )
+    at_samples = np.ascontiguousarray(logs.log[:, samples])
+    observed = engine.observe(at_samples, cohort.at_samples)
+    recorder = Recorder(flight, model, (*OF_STATE, *OF_TIPS), "float64")
+    kept = Logs(at_samples, logs.status, logs.last_step, logs.errors, observed)
+    recorder.keep(cohort, kept)
+    return Flown(cohort, model, logs.log[0], samples, int(logs.status[0]), recorder)
+
+
+@dataclass(frozen=True, eq=False)
+class Swept:
+    """Derivatives of a cost with respect to the first state (state,), inputs held during each step
+    (steps, inputs), and directions of the vehicle (directions,)."""
+
+    state: Array
+    inputs: Array
+    fields: Array
+
+
+def sweep(flight: Flown, tangents: Tangents, cost: Mapping[str, Array]) -> Swept:
+    """Carry a cost's derivatives back, of variables (samples, columns) of the trajectory."""
+    engine = flight.cohort.flight.engine(flight.model)
+    slopes, grid, log = Slopes(engine, tangents), flight.cohort.grid, flight.log
+    # Inputs that the scenario leaves out are none, and have derivatives as well.
+    drive = replace(flight.cohort.drive, groups=GENERAL + TIP)
+    where, count = slopes.directions, len(grid.steps)
+    own, fields = _of_cost(flight, slopes, cost)
+    inputs, start = np.zeros((count, flight.layout.inputs)), np.zeros(flight.layout.state)
+    back = own[count]
+    for first in reversed(range(0, count, _AT_ONCE)):
+        part = slice(first, min(first + _AT_ONCE, count))
+        rows = slopes.of_steps(grid, drive, log, part)
+        for i in reversed(range(part.start, part.stop)):
+            found = rows[i - part.start] @ back
+            inputs[i] = found[: flight.layout.inputs]
+            fields += found[slopes.fields]
+            if where.freezes:
+                start += found[where.start]
+            back = found[where.state] + own[i]
+    return Swept(back + start, inputs, fields)
+
+
+def _of_cost(
+    flight: Flown, slopes: Slopes, cost: Mapping[str, Array]
+) -> tuple[Array, Array]:
+    """What a cost has of each state (steps + 1, state) and, by tips, of fields (directions,)."""
+    layout, log, at = flight.layout, flight.log, flight.samples
+    own = np.zeros((len(log), layout.state))
+    fields = np.zeros(slopes.fields.stop - slopes.fields.start)
+    for name in OF_STATE:
+        if name in cost and name != "velocity":
+            own[at, getattr(layout, name)] += cost[name]
+    if "velocity" in cost:
+        moved, turned = _of_body_velocity(log[at], cost["velocity"], layout)
+        own[at, layout.velocity] += moved
+        own[at, layout.attitude] += turned
+    on_tips = np.zeros((len(at), max(each.stop for each in tip_columns(layout.arms).values())))
+    for name, columns in tip_columns(layout.arms).items():
+        if name in cost:
+            on_tips[:, columns] = cost[name]
+    told = np.flatnonzero(on_tips.any(axis=1))
+    for rows in np.array_split(told, -(-len(told) // _AT_ONCE)) if len(told) else ():
+        found = np.einsum("ndc,nc->nd", slopes.of_tips(log[at[rows]]), on_tips[rows])
+        own[at[rows]] += found[:, slopes.directions.state]
+        fields += found[:, slopes.fields].sum(axis=0)
+    return own, fields
+
+
+def _of_body_velocity(log: Array, cost: Array, layout: Layout) -> tuple[Array, Array]:
+    """Derivatives with respect to world velocities (n, 3) and attitudes (n, 4), of those with
+    respect to velocities in body axes (n, 3)."""
+    from scipy.spatial.transform import Rotation
+
+    attitude = log[:, layout.attitude]
+    turn = Rotation.from_quat(attitude)
+    in_body = turn.inv().apply(log[:, layout.velocity])
+    # A turn by θ in body axes changes what they see of a vector v by v × θ.
+    return turn.apply(cost), 2.0 * _turned(attitude, np.cross(cost, in_body))
+
+
+def _turned(attitude: Array, angle: Array) -> Array:
+    """Twice the change of quaternions (n, 4) by small rotation vectors (n, 3) in body axes."""
+    x, y, z, w = attitude.T
+    a, b, c = angle.T
+    return np.stack(
+        [w * a + y * c - z * b, w * b + z * a - x * c, w * c + x * b - y * a,
+         -x * a - y * b - z * c], axis=-1,
+    )  # fmt: skip
+
+
+def of_rotation(attitude: Array, slope: Array) -> Array:
+    """Derivative (3,) with respect to a rotation vector in body axes, of that with respect to a
+    quaternion (4,), of whose change along itself it knows nothing."""
+    tangents = 0.5 * _turned(np.tile(attitude, (3, 1)), np.eye(3))
+    return np.asarray(tangents @ slope)

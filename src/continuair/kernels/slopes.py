@@ -1,0 +1,188 @@
+"""Kernels of derivatives: of the end of every step of a flight, and of tips, in dual numbers.
+
+Directions come in this order: the inputs, held during a step, by their columns; the state that a
+step begins with, or that a tip is of; for `independent` the start, of which it keeps a part; and
+the fields of the vehicle, whose derivatives of plants and polynomials come with these. States are
+those of a log, bends in 1/m, and their attitude is followed in all of its four numbers.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import warp as wp
+
+from continuair.kernels.arguments import arguments
+from continuair.kernels.arm.tip import tip_code
+from continuair.kernels.duals import seeded_code
+from continuair.kernels.dynamics import Dynamics
+from continuair.kernels.flight import flight_code
+from continuair.kernels.numbers import Numbers, number_code
+from continuair.kernels.sensing.pilot import no_pilot
+from continuair.kernels.step import step_code
+from continuair.kernels.types import Tree, device_types
+from continuair.vehicle.layout import Layout, columns
+
+
+@dataclass(frozen=True)
+class Directions:
+    """Where directions stand of a vehicle's layout and model; those of its fields come after."""
+
+    layout: Layout
+    freezes: bool
+
+    @property
+    def state(self) -> slice:
+        """Of the state that a step begins with."""
+        return slice(self.layout.inputs, self.layout.inputs + self.layout.state)
+
+    @property
+    def start(self) -> slice:
+        """Of the state that the flight begins with, where the model keeps some of it."""
+        first = self.state.stop
+        return slice(first, first + self.layout.state * self.freezes)
+
+
+def tip_columns(arms: int) -> dict[str, slice]:
+    """Columns of what is known of tips, as a trajectory calls it, arm by arm."""
+    return columns(
+        [
+            ("tip_position", 3 * arms),
+            ("tip_velocity", 3 * arms),
+            ("tip_angular_velocity", 3 * arms),
+            ("tip_attitude", 4 * arms),
+        ]
+    )
+
+
+def _seeded_state(numbers: Numbers, tree: Tree) -> Any:
+    """The function that reads a logged state whose numbers are directions from `direction` on."""
+    types, seeded = device_types(numbers, tree), seeded_code(numbers.precision)
+    Cell, State, PerSection = types.Cell, types.State, types.PerSection
+    of_sample, layout = number_code(numbers).of_sample, types.layout
+    width, bends, B, DB = layout.state, layout.bends, layout.bend.start, layout.bend_rate.start
+
+    @wp.func
+    def seeded_state(
+        log: wp.array3d(dtype=Cell), sample: int, direction: int, run: int, unit: PerSection
+    ):
+        y = State()
+        for j in range(width):
+            y[j] = seeded(of_sample(log, run, sample, j), direction + j, run)
+        for j in range(bends):
+            y[B + j] = y[B + j] * unit[j // 2]
+            y[DB + j] = y[DB + j] * unit[j // 2]
+        return y
+
+    return seeded_state
+
+
+def step_slopes_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
+    """The kernel `step_slopes` of a model: derivatives (directions, steps, state) of steps' ends.
+
+    log: states (1, steps + 1, columns) at the starts of all steps; first: the step to begin with.
+    """
+    types, structs = device_types(numbers, tree), flight_code(numbers, tree)
+    code, begins, pilot = number_code(numbers), arguments("float64"), no_pilot(numbers, tree)
+    Cell, Real, Along, Push = types.Cell, types.Real, types.Along, types.Push
+    Vehicles, Drive, Steps, Pilot = structs.Vehicles, begins.Drive, begins.Steps, pilot.Pilot
+    flight_of, freeze, keep, lanes = structs.flight_of, structs.freeze, code.keep, code.lanes
+    step, seeded_state = (
+        step_code(numbers, tree, dynamics.rate_of, pilot),
+        _seeded_state(numbers, tree),
+    )
+    layout, where = types.layout, Directions(types.layout, dynamics.freezes)
+    state, start = where.state.start, where.start.start
+    width, bends, B, DB = layout.state, layout.bends, layout.bend.start, layout.bend_rate.start
+
+    @wp.kernel(enable_backward=False, module="unique", module_options=code.options)
+    def step_slopes(
+        vehicles: Vehicles,
+        drive: Drive,
+        steps: Steps,
+        log: wp.array3d(dtype=Cell),
+        first: int,
+        slopes: wp.array3d(dtype=Cell),
+    ):
+        block, at = wp.tid()
+        run = block * lanes
+        i = first + at
+        flight = flight_of(vehicles, drive, run)
+        unit = flight.plant.unit
+        if wp.static(dynamics.freezes):
+            flight.frozen = freeze(flight, seeded_state(log, 0, start, run, unit))
+        y = seeded_state(log, i, state, run, unit)
+        time = Real(steps.starts[i])
+        h = Real(steps.lengths[i])
+        end, error = step(i, time, h, y, Along(), flight, Pilot(), Push(), False)
+        for j in range(bends):
+            end[B + j] = end[B + j] / unit[j // 2]
+            end[DB + j] = end[DB + j] / unit[j // 2]
+        for j in range(width):
+            keep(slopes, run, at, j, end[j])
+
+    return step_slopes
+
+
+def tip_slopes_kernel(numbers: Numbers, tree: Tree) -> Any:
+    """The kernel `tip_slopes`: derivatives (directions, samples, tip_columns) of tips.
+
+    log: states (1, samples, columns).
+    """
+    types, code, tips = device_types(numbers, tree), number_code(numbers), tip_code(numbers, tree)
+    Cell, State, Plant = types.Cell, types.State, types.Plant
+    Plants, plant_of = code.rows_of(types.Plant), code.reader_of(types.Plant)
+    position_of, attitude_of = types.position_of, types.attitude_of
+    velocity_of, spin_of = types.velocity_of, types.spin_of
+    keep, lanes, arms = code.keep, code.lanes, len(tree.sections)
+    seeded_state, state = _seeded_state(numbers, tree), Directions(types.layout, False).state.start
+
+    @wp.func
+    def nothing(
+        slopes: wp.array3d(dtype=Cell), run: int, sample: int, y: State, plant: Plant
+    ):
+        pass
+
+    def plus_arm(before: Any, arm: int) -> Any:
+        moving_tip, first = tips.moving_tip_of(arm), {n: w.start for n, w in tip_columns(arms).items()}
+        position, velocity, turning = (
+            first[name] + 3 * arm
+            for name in ("tip_position", "tip_velocity", "tip_angular_velocity")
+        )
+        attitude = first["tip_attitude"] + 4 * arm
+
+        @wp.func
+        def keep_arm(
+            slopes: wp.array3d(dtype=Cell), run: int, sample: int, y: State, plant: Plant
+        ):
+            before(slopes, run, sample, y, plant)
+            q = attitude_of(y)
+            w = spin_of(y)
+            moving = moving_tip(y, plant)
+            point = moving.tip.point
+            at_tip = position_of(y) + wp.quat_rotate(q, point)
+            swept = velocity_of(y) + wp.quat_rotate(q, wp.cross(w, point) + moving.swept)
+            spun = wp.quat_rotate(q, w + moving.turned)
+            turn = q * moving.tip.attitude
+            for j in range(3):
+                keep(slopes, run, sample, position + j, at_tip[j])
+                keep(slopes, run, sample, velocity + j, swept[j])
+                keep(slopes, run, sample, turning + j, spun[j])
+            for j in range(4):
+                keep(slopes, run, sample, attitude + j, turn[j])
+
+        return keep_arm
+
+    keep_tips = nothing
+    for arm in range(arms):
+        keep_tips = plus_arm(keep_tips, arm)
+
+    @wp.kernel(enable_backward=False, module="unique", module_options=code.options)
+    def tip_slopes(
+        plants: Plants, log: wp.array3d(dtype=Cell), slopes: wp.array3d(dtype=Cell)
+    ):
+        block, sample = wp.tid()
+        run = block * lanes
+        plant = plant_of(plants, run)
+        keep_tips(slopes, run, sample, seeded_state(log, sample, state, run, plant.unit), plant)
+
+    return tip_slopes
