@@ -44,3 +44,12 @@ def test_the_numpy_controller_brings_the_target_to_the_middle_of_the_image() -> 
     assert error[0] > 100.0
     # A critically damped loop of 1.5 rad/s leaves (1 + 4.5) exp(-4.5) = 6 % in 3 s.
     assert error[-1] < 0.07 * error[0]
+
+
+def test_a_shaped_transfer_leaves_the_arm_at_rest_where_a_rigid_plan_leaves_it_ringing() -> None:
+    found = example("quiet_transfer")
+    ringing, rigid = found["ringing"], found["RIGID"]
+    before, after = ringing(rigid), ringing(found["shaped"]())
+    assert before > 0.02
+    # L-BFGS ends where the squared miss is beyond its tolerance of 1e-12.
+    assert after < 1e-6 * before

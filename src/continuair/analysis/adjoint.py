@@ -15,21 +15,24 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from continuair.engine.engine import Drive, Logs
+from continuair.engine.engine import Logs
 from continuair.engine.slopes import Slopes
 from continuair.engine.tangents import Tangents
 from continuair.flight.prepare import Cohort, Flight
 from continuair.flight.simulate import error_by_halving
 from continuair.flight.trajectory import Recorder
 from continuair.kernels.slopes import tip_columns
-from continuair.vehicle.layout import GENERAL, TIP, Layout
+from continuair.vehicle.layout import GENERAL, TIP, Layout, width_of
 
 Array = np.ndarray
 
 OF_STATE = ("position", "attitude", "bend", "velocity", "angular_velocity", "bend_rate")
+"""Variables of a trajectory that are a state; velocity in body axes."""
+
 OF_TIPS = tuple(tip_columns(1))
-"""Variables of a trajectory that derivatives are known of."""
+"""Variables of a trajectory that follow from a state and the vehicle."""
 
 _AT_ONCE = 2048
 """Steps whose derivatives are in memory at once."""
@@ -97,58 +100,62 @@ class Swept:
 
 def sweep(flight: Flown, tangents: Tangents, cost: Mapping[str, Array]) -> Swept:
     """Carry a cost's derivatives back, of variables (samples, columns) of the trajectory."""
-    engine = flight.cohort.flight.engine(flight.model)
-    slopes, grid, log = Slopes(engine, tangents), flight.cohort.grid, flight.log
+    slopes = Slopes(flight.cohort.flight.engine(flight.model), tangents)
+    grid, layout = flight.cohort.grid, flight.layout
     # Inputs that the scenario leaves out are none, and have derivatives as well.
     drive = replace(flight.cohort.drive, groups=GENERAL + TIP)
-    where, count = slopes.directions, len(grid.steps)
-    own, fields = _of_cost(flight, slopes, cost)
-    inputs, start = np.zeros((count, flight.layout.inputs)), np.zeros(flight.layout.state)
+    inputs, state, begun = slice(0, layout.inputs), slopes.directions.state, slopes.directions.start
+    count, own = len(grid.steps), _of_states(flight, cost)
+    start, pushes = np.zeros(layout.state), np.zeros((count, layout.inputs))
+    fields = _add_tips(flight, slopes, cost, own)
     back = own[count]
     for first in reversed(range(0, count, _AT_ONCE)):
         part = slice(first, min(first + _AT_ONCE, count))
-        rows = slopes.of_steps(grid, drive, log, part)
+        rows = slopes.of_steps(grid, drive, flight.log, part)
         for i in reversed(range(part.start, part.stop)):
             found = rows[i - part.start] @ back
-            inputs[i] = found[: flight.layout.inputs]
+            pushes[i] = found[inputs]
             fields += found[slopes.fields]
-            if where.freezes:
-                start += found[where.start]
-            back = found[where.state] + own[i]
-    return Swept(back + start, inputs, fields)
+            if begun.stop > begun.start:
+                start += found[begun]
+            back = found[state] + own[i]
+    return Swept(back + start, pushes, fields)
 
 
-def _of_cost(
-    flight: Flown, slopes: Slopes, cost: Mapping[str, Array]
-) -> tuple[Array, Array]:
-    """What a cost has of each state (steps + 1, state) and, by tips, of fields (directions,)."""
-    layout, log, at = flight.layout, flight.log, flight.samples
-    own = np.zeros((len(log), layout.state))
-    fields = np.zeros(slopes.fields.stop - slopes.fields.start)
+def _of_states(flight: Flown, cost: Mapping[str, Array]) -> Array:
+    """What a cost has of each state (steps + 1, state) by itself."""
+    layout, at = flight.layout, flight.samples
+    own = np.zeros((len(flight.log), layout.state))
     for name in OF_STATE:
         if name in cost and name != "velocity":
             own[at, getattr(layout, name)] += cost[name]
     if "velocity" in cost:
-        moved, turned = _of_body_velocity(log[at], cost["velocity"], layout)
+        moved, turned = _of_body_velocity(flight.log[at], cost["velocity"], layout)
         own[at, layout.velocity] += moved
         own[at, layout.attitude] += turned
-    on_tips = np.zeros((len(at), max(each.stop for each in tip_columns(layout.arms).values())))
-    for name, columns in tip_columns(layout.arms).items():
-        if name in cost:
-            on_tips[:, columns] = cost[name]
+    return own
+
+
+def _add_tips(flight: Flown, slopes: Slopes, cost: Mapping[str, Array], own: Array) -> Array:
+    """Add to `own` what a cost has of each state by tips; returns what it has of fields by them."""
+    columns = tip_columns(flight.layout.arms)
+    on_tips = np.zeros((len(flight.samples), width_of(columns)))
+    for name in columns.keys() & cost.keys():
+        on_tips[:, columns[name]] = cost[name]
+    fields = np.zeros(slopes.fields.stop - slopes.fields.start)
     told = np.flatnonzero(on_tips.any(axis=1))
-    for rows in np.array_split(told, -(-len(told) // _AT_ONCE)) if len(told) else ():
-        found = np.einsum("ndc,nc->nd", slopes.of_tips(log[at[rows]]), on_tips[rows])
-        own[at[rows]] += found[:, slopes.directions.state]
+    for first in range(0, len(told), _AT_ONCE):
+        rows = told[first : first + _AT_ONCE]
+        at = flight.samples[rows]
+        found = np.einsum("ndc,nc->nd", slopes.of_tips(flight.log[at]), on_tips[rows])
+        own[at] += found[:, slopes.directions.state]
         fields += found[:, slopes.fields].sum(axis=0)
-    return own, fields
+    return fields
 
 
 def _of_body_velocity(log: Array, cost: Array, layout: Layout) -> tuple[Array, Array]:
     """Derivatives with respect to world velocities (n, 3) and attitudes (n, 4), of those with
     respect to velocities in body axes (n, 3)."""
-    from scipy.spatial.transform import Rotation
-
     attitude = log[:, layout.attitude]
     turn = Rotation.from_quat(attitude)
     in_body = turn.inv().apply(log[:, layout.velocity])

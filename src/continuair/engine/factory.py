@@ -16,7 +16,7 @@ from continuair.kernels.deviations import deviation_kernel
 from continuair.kernels.dynamics import dynamics_code
 from continuair.kernels.flight import FlightCode, flight_code
 from continuair.kernels.logs import state_logger, tip_logger
-from continuair.kernels.numbers import LANES, Numbers, number_code
+from continuair.kernels.numbers import DIRECTIONS, Numbers, number_code
 from continuair.kernels.observe import observe_kernel, watch_kernel
 from continuair.kernels.rollout import derivative_kernel, rollout_kernel
 from continuair.kernels.sensing.eye import Eye, eye_code
@@ -189,7 +189,7 @@ def watching(precision: str, tree: Tree, points: int, lanes: int = 1) -> tuple[w
     return watch_kernel(*of, eye), eye
 
 
-_DUAL = Numbers("float64", LANES["float64"], dual=True)
+_DUAL = Numbers("float64", DIRECTIONS, dual=True)
 
 
 @made_once

@@ -7,18 +7,17 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from continuair.engine.compiling import load
+from continuair.engine.compiling import compiles
 from continuair.engine.engine import Drive, Engine
 from continuair.engine.factory import step_slopes, tip_slopes
 from continuair.engine.lanes import packs_of
 from continuair.engine.tangents import Tangents
-from continuair.kernels.numbers import LANES
+from continuair.errors import InputError
+from continuair.kernels.numbers import DIRECTIONS
 from continuair.kernels.slopes import Directions, tip_columns
 from continuair.vehicle.layout import width_of
 
 Array = np.ndarray
-
-_LANES = LANES["float64"]
 
 
 class Slopes:
@@ -33,7 +32,7 @@ class Slopes:
         self.directions = Directions(engine.layout, engine.model == "independent")
         first = self.directions.start.stop
         self.fields = slice(first, first + len(tangents.plants))
-        self._blocks = packs_of(self.fields.stop, _LANES)
+        self._blocks = packs_of(self.fields.stop, DIRECTIONS)
         plants = self._dual(engine.plants.view(float).ravel(), tangents.plants)
         self._vehicles = Vehicles()
         self._vehicles.plants = engine.upload(plants)
@@ -66,7 +65,10 @@ class Slopes:
     def _launched(self, kernel: wp.Kernel, part: slice, width: int, arguments: Any) -> Array:
         """What a kernel finds (n, directions, width) for rows of a part, on all threads."""
         engine = self.engine
-        load(kernel, engine.device)
+        if not compiles(kernel):
+            raise InputError(
+                f"gradients do not compile here with Warp {wp.__version__}; use another version."
+            )
         count = part.stop - part.start
         out = np.empty((count, self.fields.stop, width))
 
@@ -77,18 +79,20 @@ class Slopes:
             out[at.start - part.start : at.stop - part.start] = found.transpose(1, 0, 2)
 
         edges = np.linspace(part.start, part.stop, min(engine.threads, count) + 1).astype(int)
-        engine.side_by_side(work, [slice(*ends) for ends in zip(edges[:-1], edges[1:], strict=True)])
+        engine.side_by_side(
+            work, [slice(*ends) for ends in zip(edges[:-1], edges[1:], strict=True)]
+        )
         return out
 
     def _dual(self, values: Array, tangents: Array) -> Array:
-        """Numbers (..., n), each before its derivatives along a block: (blocks, ..., n (1 + lanes)).
+        """Numbers (..., n), each before its derivatives: (blocks, ..., n (1 + DIRECTIONS)).
 
-        tangents: along the fields, (fields, ..., n); along other directions they are 0.
+        tangents: derivatives along the fields, (fields, ..., n); along other directions it is 0.
         """
-        rows = np.zeros((self._blocks * _LANES, *values.shape))
+        rows = np.zeros((self._blocks * DIRECTIONS, *values.shape))
         if len(tangents):
             rows[self.fields] = tangents
-        found = np.empty((self._blocks, *values.shape, 1 + _LANES))
+        found = np.empty((self._blocks, *values.shape, 1 + DIRECTIONS))
         found[..., 0] = values
-        found[..., 1:] = np.moveaxis(rows.reshape(self._blocks, _LANES, *values.shape), 1, -1)
+        found[..., 1:] = np.moveaxis(rows.reshape(self._blocks, DIRECTIONS, *values.shape), 1, -1)
         return found.reshape(self._blocks, *values.shape[:-1], -1)

@@ -202,7 +202,7 @@ def _turning_of_tips(engine: Engine, state: Array) -> Array:
         of_sections = (each.length * rates[:, first + i] for i, each in enumerate(arm.section))
         found.append(sum(of_sections, np.zeros(len(state))))
         first += len(arm.section)
-    return np.asarray(np.max(found, axis=0))
+    return np.asarray(np.max(np.broadcast_arrays(*found), axis=0))
 
 
 def steps_of(

@@ -1,8 +1,9 @@
 """Numbers with their derivatives along several directions, as C++; see kernels/numbers.py.
 
-A dual number is x + ε·x', and each operation keeps both by the rules of differentiation: what device
-code computes comes with its derivatives, to rounding, whatever loops and branches it takes. As packs
-do, dual numbers take the name of Warp's bfloat16. Where a pack reads runs, these read directions.
+A dual number is x + ε x', and each operation keeps both by the rules of differentiation: what
+device code computes comes with its derivatives, to rounding, whatever loops and choices it takes.
+As packs do, dual numbers take the name of Warp's bfloat16; where those read runs, these read
+directions.
 """
 
 from typing import Any
@@ -55,10 +56,9 @@ template <typename A> inline auto& cell(A& a, int i, int j) {
 template <typename A> inline auto& cell(A& a, int i, int j, int k) {
     return a.data[((long)i * a.shape[1] + j) * a.shape[2] + k];
 }
-inline dual moving(lane x, int direction, int first) {
-    dual out(x);
-    if (direction >= first && direction < first + LANES) out.d[direction - first] = 1;
-    return out;
+inline dual seeded(dual x, int direction, int first) {
+    if (direction >= first && direction < first + LANES) x.d[direction - first] += 1;
+    return x;
 }
 template <typename T> inline void read_duals(dual* to, const T* at, int count) {
     for (int k = 0; k < count; ++k, at += 1 + LANES) to[k] = dual(at[0], *(const dual::V*)(at + 1));
@@ -95,7 +95,7 @@ def numbers_of_duals(precision: str, lanes: int) -> dict[str, Any]:
     @wp.func_native("return wp::dual(cells.data[column]);")
     def of_run(cells: wp.array2d(dtype=Cell), run: int, column: int) -> Real: ...
 
-    @wp.func_native("return wp::moving(wp::cell(cells, row, 0, column), column, run);")
+    @wp.func_native("return wp::seeded(wp::cell(cells, row, 0, column), column, run);")
     def of_row(cells: wp.array3d(dtype=Cell), row: int, run: int, column: int) -> Real: ...
 
     @wp.func_native("return wp::dual(wp::cell(cells, 0, sample, column));")
@@ -160,14 +160,12 @@ def numbers_of_duals(precision: str, lanes: int) -> dict[str, Any]:
     return locals()
 
 
-def seeded_code(precision: str) -> Any:
-    """The function seeded(x, direction, first): x with a derivative of 1 along a direction."""
+def seeding() -> Any:
+    """The function seeded(x, direction, first): x with a derivative of 1 along a direction, where
+    that is one of those from the first on."""
     Real = wp.bfloat16
 
-    @wp.func_native(
-        "wp::dual out = x; int lane = direction - first;"
-        " if (lane >= 0 && lane < wp::LANES) out.d[lane] += 1; return out;"
-    )
+    @wp.func_native("return wp::seeded(x, direction, first);")
     def seeded(x: Real, direction: int, first: int) -> Real: ...
 
     return seeded

@@ -21,6 +21,9 @@ LANES = {"float64": 8, "float32": 16}
 NARROW = {"float64": 4, "float32": 8}
 """Runs of a narrow pack, which takes no longer than a run alone."""
 
+DIRECTIONS = 8
+"""Directions along which dual numbers have derivatives at once."""
+
 
 @dataclass(frozen=True)
 class Numbers:

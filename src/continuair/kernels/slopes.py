@@ -13,7 +13,7 @@ import warp as wp
 
 from continuair.kernels.arguments import arguments
 from continuair.kernels.arm.tip import tip_code
-from continuair.kernels.duals import seeded_code
+from continuair.kernels.duals import seeding
 from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.flight import flight_code
 from continuair.kernels.numbers import Numbers, number_code
@@ -56,7 +56,7 @@ def tip_columns(arms: int) -> dict[str, slice]:
 
 def _seeded_state(numbers: Numbers, tree: Tree) -> Any:
     """The function that reads a logged state whose numbers are directions from `direction` on."""
-    types, seeded = device_types(numbers, tree), seeded_code(numbers.precision)
+    types, seeded = device_types(numbers, tree), seeding()
     Cell, State, PerSection = types.Cell, types.State, types.PerSection
     of_sample, layout = number_code(numbers).of_sample, types.layout
     width, bends, B, DB = layout.state, layout.bends, layout.bend.start, layout.bend_rate.start
@@ -86,10 +86,8 @@ def step_slopes_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
     Cell, Real, Along, Push = types.Cell, types.Real, types.Along, types.Push
     Vehicles, Drive, Steps, Pilot = structs.Vehicles, begins.Drive, begins.Steps, pilot.Pilot
     flight_of, freeze, keep, lanes = structs.flight_of, structs.freeze, code.keep, code.lanes
-    step, seeded_state = (
-        step_code(numbers, tree, dynamics.rate_of, pilot),
-        _seeded_state(numbers, tree),
-    )
+    seeded_state = _seeded_state(numbers, tree)
+    step = step_code(numbers, tree, dynamics.rate_of, pilot)
     layout, where = types.layout, Directions(types.layout, dynamics.freezes)
     state, start = where.state.start, where.start.start
     width, bends, B, DB = layout.state, layout.bends, layout.bend.start, layout.bend_rate.start
@@ -134,26 +132,23 @@ def tip_slopes_kernel(numbers: Numbers, tree: Tree) -> Any:
     position_of, attitude_of = types.position_of, types.attitude_of
     velocity_of, spin_of = types.velocity_of, types.spin_of
     keep, lanes, arms = code.keep, code.lanes, len(tree.sections)
-    seeded_state, state = _seeded_state(numbers, tree), Directions(types.layout, False).state.start
+    at, state = tip_columns(arms), Directions(types.layout, False).state.start
+    seeded_state = _seeded_state(numbers, tree)
 
     @wp.func
-    def nothing(
-        slopes: wp.array3d(dtype=Cell), run: int, sample: int, y: State, plant: Plant
-    ):
+    def nothing(slopes: wp.array3d(dtype=Cell), run: int, sample: int, y: State, plant: Plant):
         pass
 
     def plus_arm(before: Any, arm: int) -> Any:
-        moving_tip, first = tips.moving_tip_of(arm), {n: w.start for n, w in tip_columns(arms).items()}
+        moving_tip = tips.moving_tip_of(arm)
         position, velocity, turning = (
-            first[name] + 3 * arm
+            at[name].start + 3 * arm
             for name in ("tip_position", "tip_velocity", "tip_angular_velocity")
         )
-        attitude = first["tip_attitude"] + 4 * arm
+        attitude = at["tip_attitude"].start + 4 * arm
 
         @wp.func
-        def keep_arm(
-            slopes: wp.array3d(dtype=Cell), run: int, sample: int, y: State, plant: Plant
-        ):
+        def keep_arm(slopes: wp.array3d(dtype=Cell), run: int, sample: int, y: State, plant: Plant):
             before(slopes, run, sample, y, plant)
             q = attitude_of(y)
             w = spin_of(y)
@@ -177,9 +172,7 @@ def tip_slopes_kernel(numbers: Numbers, tree: Tree) -> Any:
         keep_tips = plus_arm(keep_tips, arm)
 
     @wp.kernel(enable_backward=False, module="unique", module_options=code.options)
-    def tip_slopes(
-        plants: Plants, log: wp.array3d(dtype=Cell), slopes: wp.array3d(dtype=Cell)
-    ):
+    def tip_slopes(plants: Plants, log: wp.array3d(dtype=Cell), slopes: wp.array3d(dtype=Cell)):
         block, sample = wp.tid()
         run = block * lanes
         plant = plant_of(plants, run)

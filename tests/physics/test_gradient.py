@@ -1,0 +1,307 @@
+"""Gradients against differences of simulated flights, and derivatives carried forward."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import continuair as ca
+from continuair.analysis.adjoint import OF_STATE, OF_TIPS, flown, of_rotation, sweep
+from continuair.analysis.linear import _perturbed
+from continuair.engine.engine import Start
+from continuair.engine.slopes import Slopes
+from continuair.engine.tangents import tangents_of
+from continuair.flight.prepare import prepare
+from continuair.flight.simulate import fly
+from continuair.vehicle.layout import GENERAL, TIP, Layout
+from tests.test_errors import assert_one_plain_sentence
+
+Array = np.ndarray
+
+PLACES = np.array([-2.0, -1.0, 1.0, 2.0])
+WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
+"""Central differences of fourth order."""
+
+STEP = 5e-4
+NAMES = OF_STATE + OF_TIPS
+PAPER = ca.load_vehicle("paper").replace({"arm.damping_ratio": 0.03})
+DUAL = ca.load_vehicle("dual_arm")
+TWO = ca.load_vehicle("two_section")
+INPUTS = ("force", "moment", "bend_moment", "tip_wrench")
+
+OF_ARM = ("length", "radius", "density", "youngs_modulus", "damping_ratio")
+FIELDS: dict[str, tuple[str, ...]] = {
+    "paper": ("uav.mass", "uav.inertia", "uav.mount", *(f"arm.{name}" for name in OF_ARM)),
+    "dual_arm": (
+        "uav.mass", "arm.left.mount", "arm.left.attitude", "arm.right.section.0.length",
+        "arm.right.section.0.disks.0.mass", "arm.left.section.0.density",
+    ),
+    "two_section": (
+        "uav.inertia", "arm.arm.section.base.length", "arm.arm.section.tip.youngs_modulus",
+        "arm.arm.section.base.disks.1.position", "arm.arm.tip.mass", "arm.arm.tip.centre",
+        "arm.arm.tip.inertia", "arm.arm.section.tip.damping_ratio",
+    ),
+}  # fmt: skip
+
+slow = pytest.mark.slow
+# Each vehicle and model is a kernel of its own, which takes a quarter of a minute to compile.
+CASES = [
+    pytest.param(PAPER, "coupled", 0.0, 1, id="straight, one step"),
+    pytest.param(PAPER, "coupled", 0.0, 2, id="straight, two steps"),
+    pytest.param(PAPER, "coupled", 0.8, 200, id="bent"),
+    pytest.param(DUAL, "coupled", 0.0, 20, id="two straight arms"),
+    pytest.param(PAPER, "independent", 0.0, 60, id="independent, straight", marks=slow),
+    pytest.param(PAPER, "independent", 0.8, 60, id="independent, bent", marks=slow),
+    pytest.param(PAPER, "decoupled", 0.8, 60, id="decoupled", marks=slow),
+    pytest.param(DUAL, "decoupled", 0.8, 20, id="two arms, decoupled", marks=slow),
+    pytest.param(TWO, "coupled", 0.8, 20, id="two sections", marks=slow),
+    pytest.param(TWO, "independent", 0.0, 20, id="two sections, independent", marks=slow),
+]
+
+
+def scenario(vehicle: ca.Vehicle, kappa: float, steps: int, **changes: Any) -> ca.Scenario:
+    """A flight that turns, moves and bends, under all inputs; kappa: of every section [1/m]."""
+    layout = Layout(vehicle.shape)
+    rng = np.random.default_rng(3)
+    q, qd = rng.uniform(-0.4, 0.4, (2, layout.coordinates))
+    q[6::2] = kappa
+    widths = {"force": 3, "moment": 3, "bend_moment": layout.bends, "tip_wrench": 6 * layout.arms}
+    acting = {name: 0.05 * rng.normal(size=width) for name, width in widths.items()}
+    return ca.Scenario("turning", q, qd, duration=steps * STEP, **(acting | changes))
+
+
+def cost(flight: xr.Dataset) -> tuple[Any, dict[str, Array]]:
+    """Σ c x + x²/2 over all that a cost may hold, c random; of each run of a batch."""
+    value, slopes = 0.0, {}
+    for name in NAMES:
+        x = flight[name].transpose(..., "run") if "run" in flight.dims else flight[name]
+        shape = x.shape[: x.ndim - ("run" in flight.dims)]
+        c = np.random.default_rng(len(name)).normal(size=shape)
+        c = c.reshape(*c.shape, *(1,) * (x.ndim - c.ndim))
+        every = tuple(range(c.ndim - (x.ndim > len(shape))))
+        value = value + (c * x.to_numpy() + 0.5 * x.to_numpy() ** 2).sum(axis=every)
+        slopes[name] = c + x.to_numpy()
+    return value, slopes
+
+
+def differences(values: Callable[[Array], Array], directions: int, size: float) -> Array:
+    """Derivatives (directions,) from values (runs,) of runs moved by (runs, directions)."""
+    moved = size * np.einsum("p,de->dpe", PLACES, np.eye(directions)).reshape(-1, directions)
+    return np.asarray(values(moved).reshape(directions, -1) @ WEIGHTS / size)
+
+
+def assert_close(found: Array, expected: Array) -> None:
+    """To 1e-6 of the largest of the derivatives beside each other."""
+    np.testing.assert_allclose(
+        np.ravel(found), np.ravel(expected), rtol=0, atol=1e-6 * np.abs(expected).max()
+    )
+
+
+@pytest.mark.parametrize(("vehicle", "model", "kappa", "steps"), CASES)
+def test_the_start_inputs_and_fields_have_the_slopes_of_simulated_costs(
+    vehicle: ca.Vehicle, model: str, kappa: float, steps: int
+) -> None:
+    flight = scenario(vehicle, kappa, steps)
+    options: dict[str, Any] = {"model": model, "step": STEP, "sample": STEP}
+    fields = FIELDS[vehicle.name]
+    found = ca.gradient(vehicle, flight, cost, fields=fields, **options)
+    assert found.value == cost(ca.simulate(vehicle, flight, variables=NAMES, **options))[0]
+
+    for name, slopes in of_starts(vehicle, flight, model).items():
+        assert_close(found.start[name], slopes)
+    for name in INPUTS:
+        given = np.asarray(getattr(flight, name))
+
+        def pushed(moved: Array, name: str = name, given: Array = given) -> Array:
+            batch = flight.replace(**{name: given + moved})
+            return np.asarray(cost(ca.simulate(vehicle, batch, variables=NAMES, **options))[0])
+
+        assert_close(found.inputs[name].sum(axis=0), differences(pushed, len(given), 1e-2))
+    for name in fields:
+        assert_close(found.fields[name], of_field(vehicle, flight, name, options))
+
+
+def of_starts(vehicle: ca.Vehicle, flight: ca.Scenario, model: str) -> dict[str, Array]:
+    """Differences of costs as the state at the start moves, by the parts of a Gradient."""
+    prepared = prepare(vehicle, flight, step=STEP, sample=STEP)
+    layout, size = prepared.coupled.layout, 1e-3
+    centre, width = prepared.start.states[0], 2 * layout.coordinates
+    states = np.array([_perturbed(centre, i, size * h) for i in range(width) for h in PLACES])
+    runs = len(states)
+    start = Start(states, np.tile(prepared.start.angle, (runs, 1)))
+    moved = dataclasses.replace(
+        prepared, start=start, runs=runs, batched=True, steps=np.full(runs, STEP),
+        missed=np.zeros(runs, bool),
+    )  # fmt: skip
+    values = cost(fly(moved, model, NAMES))[0].reshape(width, -1) @ WEIGHTS / size
+    ends = np.cumsum([3, 3, layout.bends, 3, 3, layout.bends])[:-1]
+    parts = ("position", "rotation", "bend", "velocity", "angular_velocity", "bend_rate")
+    return dict(zip(parts, np.split(values, ends), strict=True))
+
+
+def of_field(vehicle: ca.Vehicle, flight: ca.Scenario, name: str, options: dict[str, Any]) -> Array:
+    """Differences of costs as each entry of a field moves; entries of a matrix move in pairs."""
+    value = np.asarray(value_at(vehicle, name), float)
+    size = 3e-4 * (np.abs(value).max() or 1.0)
+    found = np.zeros(value.shape)
+    for entry in np.ndindex(value.shape):
+        moved = np.zeros(value.shape)
+        moved[entry] += 0.5
+        moved[entry[::-1]] += 0.5
+        batch = vehicle.replace({name: value + size * np.multiply.outer(PLACES, moved)})
+        values = cost(ca.simulate(batch, flight, variables=NAMES, **options))[0]
+        found[entry] = values @ WEIGHTS / size
+    return found
+
+
+def value_at(vehicle: ca.Vehicle, path: str) -> Any:
+    """What a vehicle holds at a dotted name."""
+    node: Any = vehicle.describe()
+    for key in path.split("."):
+        if isinstance(node, list):
+            named = [each.get("name") if isinstance(each, dict) else None for each in node]
+            node = node[named.index(key) if key in named else int(key)]
+        else:
+            node = node[key]
+    return node
+
+
+def test_inputs_held_over_some_steps_have_the_slopes_of_simulated_costs() -> None:
+    knots, period = np.array([0.0, 0.004, 0.01]), 0.02
+    given = np.array([[0.02, -0.01], [-0.03, 0.02], [0.01, 0.04]])
+
+    def held(values: Array) -> ca.Scenario:
+        def at(t: float) -> Array:
+            return np.asarray(values[..., np.searchsorted(knots, t, side="right") - 1, :])
+
+        return scenario(PAPER, 0.5, round(period / STEP), bend_moment=at, jumps=tuple(knots[1:]))
+
+    def pushed(moved: Array) -> Array:
+        batch = held(given + moved.reshape(-1, *given.shape))
+        flown = ca.simulate(PAPER, batch, step=STEP, sample=STEP, variables=NAMES)
+        return np.asarray(cost(flown)[0])
+
+    found = ca.gradient(PAPER, held(given), cost, step=STEP, sample=STEP)
+    assert_close(found.held(knots)["bend_moment"], differences(pushed, given.size, 1e-2))
+
+
+def test_a_disk_at_the_end_of_its_section_has_the_slope_of_moving_it_inwards() -> None:
+    name = "arm.right.section.0.disks.0.position"
+    flight, end = scenario(DUAL, 0.0, 20), float(value_at(DUAL, name))
+
+    def moved(by: float) -> float:
+        vehicle = DUAL.replace({name: end - by})
+        flown = ca.simulate(vehicle, flight, step=STEP, sample=STEP, variables=NAMES)
+        return float(cost(flown)[0])
+
+    found = ca.gradient(DUAL, flight, cost, fields=[name], step=STEP, sample=STEP)
+    size = 1e-4
+    ahead = np.array([moved(n * size) for n in range(5)])
+    expected = -ahead @ np.array([-25.0, 48.0, -36.0, 16.0, -3.0]) / (12.0 * size)
+    assert found.fields[name] == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_wrench_that_acts_reversed_has_the_opposite_slope() -> None:
+    flight = scenario(PAPER, 0.5, 4, tip_wrench=None)
+    slopes = [
+        ca.gradient(PAPER, flight.replace(tip_wrench_sign=sign), cost, step=STEP, sample=STEP)
+        for sign in (1, -1)
+    ]
+    ahead, reversed_ = (each.inputs["tip_wrench"] for each in slopes)
+    np.testing.assert_array_equal(ahead, -reversed_)
+    assert np.abs(ahead).max() > 0.0
+
+
+@pytest.mark.parametrize("kappa", [0.0, 0.8])
+def test_the_sweep_back_is_the_transpose_of_the_derivatives_carried_forward(kappa: float) -> None:
+    """⟨cost, J x⟩ = ⟨Jᵀ cost, x⟩ for a random change x of start, inputs and fields."""
+    flight = flown(prepare(PAPER, scenario(PAPER, kappa, 40), step=STEP, sample=STEP), "coupled")
+    engine, rng = flight.cohort.flight.engine("coupled"), np.random.default_rng(1)
+    tangents = tangents_of(PAPER, FIELDS["paper"], engine.kernels.types.Plant)
+    slopes, grid, layout = Slopes(engine, tangents), flight.cohort.grid, engine.layout
+    steps = len(grid.steps)
+    drive = dataclasses.replace(flight.cohort.drive, groups=GENERAL + TIP)
+    rows = slopes.of_steps(grid, drive, flight.log, slice(0, steps))
+    weights = rng.normal(size=(steps + 1, layout.state))
+    moved = [rng.normal(size=layout.state)]
+    pushed, changed = rng.normal(size=(steps, layout.inputs)), rng.normal(size=len(tangents.plants))
+    for row, push in zip(rows, pushed, strict=True):
+        along = np.concatenate([push, moved[-1], changed])
+        moved.append(along @ row)
+    told = {name: weights[:, getattr(layout, name)] for name in OF_STATE if name != "velocity"}
+    weights[:, layout.velocity] = 0.0
+    swept = sweep(flight, tangents, told)
+    forward = sum(w @ y for w, y in zip(weights, moved, strict=True))
+    back = swept.state @ moved[0] + (swept.inputs * pushed).sum() + swept.fields @ changed
+    assert back == pytest.approx(forward, rel=1e-12)
+
+
+def test_a_quaternions_own_length_has_no_part_in_the_slope_of_a_rotation() -> None:
+    attitude = np.array([0.1, -0.5, 0.3, 0.8]) / np.sqrt(0.99)
+    assert np.abs(of_rotation(attitude, 7.0 * attitude)).max() < 1e-15
+
+
+Told = Callable[[xr.Dataset], Any]
+
+
+def last_tip(flight: xr.Dataset) -> tuple[float, dict[str, Array]]:
+    slope = np.zeros(flight.tip_position.shape)
+    slope[-1, 0] = 1.0
+    return float(flight.tip_position[-1, 0]), {"tip_position": slope}
+
+
+FALL = ca.open_loop_test("B").replace(duration=0.01)
+REFUSED: dict[str, tuple[ca.Vehicle, ca.Scenario, Told, dict[str, Any], str]] = {
+    "batch": (PAPER.replace({"uav.mass": [1.0, 2.0]}), FALL, last_tip, {}, "vehicle 'paper' holds"),
+    "starts": (PAPER, FALL.replace(q=np.zeros((2, 8))), last_tip, {}, "scenario 'Test B' holds 2"),
+    "tau": (PAPER, FALL.replace(tau=np.zeros(8)), last_tip, {}, "scenario.tau acts along"),
+    "loop": (
+        PAPER, FALL.replace(controller=ca.hold(PAPER, [0.0, 0.0, 0.0])), last_tip, {},
+        "scenario.controller is hold",
+    ),
+    "model": (PAPER, FALL, last_tip, {"model": "stiff"}, "model is 'stiff'"),
+    "field": (PAPER, FALL, last_tip, {"fields": ["arm.lenght"]}, "arm.lenght is not a known field"),
+    "text": (PAPER, FALL, last_tip, {"fields": "name"}, "fields holds name, which is 'paper'"),
+    "absent": (
+        PAPER, FALL, last_tip, {"fields": ["arm.bending_stiffness"]},
+        "fields holds arm.bending_stiffness, which is None",
+    ),
+    "half a pair": (
+        PAPER, FALL, last_tip, {"fields": ["uav.inertia.0.1"]},
+        "fields holds uav.inertia.0.1, which",
+    ),
+    "value alone": (PAPER, FALL, lambda flight: 1.0, {}, "cost returns 1.0"),
+    "no number": (PAPER, FALL, lambda flight: (np.nan, {}), {}, "the value of cost is nan"),
+    "unknown": (
+        PAPER, FALL, lambda flight: (1.0, {"tip": 0.0}), {}, "cost returns a derivative of 'tip'",
+    ),
+    "shape": (
+        PAPER, FALL, lambda flight: (1.0, {"bend": np.zeros(2)}), {},
+        "cost returns [0.0, 0.0] as the derivative of bend",
+    ),
+    "full circle": (
+        PAPER, FALL.replace(bend_moment=[500.0, 0.0], duration=0.02), last_tip, {},
+        "the flight ends before its duration, bent beyond a full circle",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_has_no_gradient_is_refused_in_a_sentence(case: str) -> None:
+    vehicle, flight, told, options, start = REFUSED[case]
+    with pytest.raises(ca.InputError) as caught:
+        ca.gradient(vehicle, flight, told, **options)
+    assert str(caught.value).startswith(start)
+    assert_one_plain_sentence(str(caught.value))
+
+
+@pytest.mark.parametrize("times", [[0.0, 1.234e-3], [0.005, 0.0], [], "start"])
+def test_inputs_are_held_from_starts_of_steps_alone(times: Any) -> None:
+    found = ca.gradient(PAPER, FALL, last_tip)
+    with pytest.raises(ca.InputError, match="^times "):
+        found.held(times)
