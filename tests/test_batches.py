@@ -146,3 +146,12 @@ def test_notes_on_one_trajectory_do_not_appear_on_the_next() -> None:
     first["axis"].attrs["note"], first["time"].attrs["note"] = "mine", "mine"
     again = ca.simulate(vehicle, scenario)
     assert "note" not in again["axis"].attrs | again["time"].attrs
+
+
+def test_arms_one_of_which_has_other_lengths_fly_from_a_single_start() -> None:
+    """The other arm, and the start, are those of every run."""
+    vehicles = ca.load_vehicle("dual_arm").replace({"arm.right.section.0.length": [0.4, 0.5]})
+    flight = ca.Scenario("fall", np.zeros(10), np.full(10, 0.1), duration=0.01)
+    batch = ca.simulate(vehicles, flight)
+    for run in range(2):
+        assert_same(ca.simulate(vehicles.select(run), flight), batch.isel(run=run))

@@ -20,6 +20,7 @@ from continuair.flight.prepare import prepare
 from continuair.flight.simulate import fly
 from continuair.vehicle.layout import GENERAL, TIP, Layout
 from tests.test_errors import assert_one_plain_sentence
+from tests.test_step_error import LIGHT, released
 
 Array = np.ndarray
 
@@ -71,8 +72,17 @@ def scenario(vehicle: ca.Vehicle, kappa: float, steps: int, **changes: Any) -> c
     q, qd = rng.uniform(-0.4, 0.4, (2, layout.coordinates))
     q[6::2] = kappa
     widths = {"force": 3, "moment": 3, "bend_moment": layout.bends, "tip_wrench": 6 * layout.arms}
-    acting = {name: 0.05 * rng.normal(size=width) for name, width in widths.items()}
+    acting = {
+        name: 0.05 * force_of(vehicle, name) * rng.normal(size=width)
+        for name, width in widths.items()
+    }
     return ca.Scenario("turning", q, qd, duration=steps * STEP, **(acting | changes))
+
+
+def force_of(vehicle: ca.Vehicle, name: str) -> float:
+    """A size of an input [N, N m or N m²], of those on the arms one that bends them by 1 1/m."""
+    softest = min(each.bending_stiffness for arm in vehicle.arms for each in arm.section)
+    return {"force": 1.0, "moment": 1.0, "bend_moment": softest, "tip_wrench": softest}[name]
 
 
 def cost(flight: xr.Dataset) -> tuple[Any, dict[str, Array]]:
@@ -121,7 +131,8 @@ def test_the_start_inputs_and_fields_have_the_slopes_of_simulated_costs(
             batch = flight.replace(**{name: given + moved})
             return np.asarray(cost(ca.simulate(vehicle, batch, variables=NAMES, **options))[0])
 
-        assert_close(found.inputs[name].sum(axis=0), differences(pushed, len(given), 1e-2))
+        size = 1e-2 * force_of(vehicle, name)
+        assert_close(found.inputs[name].sum(axis=0), differences(pushed, len(given), size))
     for name in fields:
         assert_close(found.fields[name], of_field(vehicle, flight, name, options))
 
@@ -147,7 +158,8 @@ def of_starts(vehicle: ca.Vehicle, flight: ca.Scenario, model: str) -> dict[str,
 def of_field(vehicle: ca.Vehicle, flight: ca.Scenario, name: str, options: dict[str, Any]) -> Array:
     """Differences of costs as each entry of a field moves; entries of a matrix move in pairs."""
     value = np.asarray(value_at(vehicle, name), float)
-    size = 3e-4 * (np.abs(value).max() or 1.0)
+    # Quaternions are read with a norm of 1 to 1e-3.
+    size = (2e-4 if name.endswith("attitude") else 1e-3) * (np.abs(value).max() or 1.0)
     found = np.zeros(value.shape)
     for entry in np.ndindex(value.shape):
         moved = np.zeros(value.shape)
@@ -244,6 +256,18 @@ def test_the_sweep_back_is_the_transpose_of_the_derivatives_carried_forward(kapp
 def test_a_quaternions_own_length_has_no_part_in_the_slope_of_a_rotation() -> None:
     attitude = np.array([0.1, -0.5, 0.3, 0.8]) / np.sqrt(0.99)
     assert np.abs(of_rotation(attitude, 7.0 * attitude)).max() < 1e-15
+
+
+@pytest.mark.parametrize("angle", [0.2, 6.2])
+def test_the_flight_is_the_simulated_one_at_an_automatic_step(angle: float) -> None:
+    """That of the larger bend is flown again at half of it."""
+    flight = released(angle)
+    found = ca.gradient(LIGHT, flight, last_tip, sample=0.01)
+    simulated = ca.simulate(LIGHT, flight, sample=0.01, variables=NAMES)
+    assert simulated.attrs["flown_again"] == (angle > 1.0)
+    xr.testing.assert_identical(found.trajectory, simulated)
+    ends = found.times[-1], len(found.inputs["force"])
+    assert ends == (flight.duration, len(found.times) - 1)
 
 
 Told = Callable[[xr.Dataset], Any]

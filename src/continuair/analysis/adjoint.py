@@ -41,7 +41,8 @@ _AT_ONCE = 2048
 @dataclass(frozen=True, eq=False)
 class Flown:
     """A flight of one model: log (steps + 1, columns) where steps begin, and at the end; samples
-    (n,), which of these rows are samples; and the recorder that has kept the samples."""
+    (n,), which of these rows are samples; and the recorder that has kept the samples. flown_again:
+    whether an automatic step had to be halved for it."""
 
     cohort: Cohort
     model: str
@@ -49,6 +50,7 @@ class Flown:
     samples: Array
     status: int
     recorder: Recorder
+    flown_again: bool = False
 
     @property
     def layout(self) -> Layout:
@@ -66,7 +68,7 @@ def flown(flight: Flight, model: str) -> Flown:
     found = _flown(flight, model)
     chosen = flight.improvable(found.recorder.step_error)
     if len(chosen):
-        found = _flown(flight.halved(chosen), model)
+        found = replace(_flown(flight.halved(chosen), model), flown_again=True)
         found.recorder.step_error[:] = error_by_halving(flight, model, chosen)
     return found
 

@@ -105,8 +105,8 @@ def gradient(
             f"the flight ends before its duration, {STATUS[found.status]}; give a shorter "
             "duration, a shorter step or other inputs."
         )
-    warn_of_coarse_steps(recorder.step_error, found.cohort.flight.steps, stacklevel=3)
-    trajectory = recorder.dataset({"step": float(found.cohort.flight.steps[0])})
+    warn_of_coarse_steps(recorder.step_error, recorder.flight.steps, stacklevel=3)
+    trajectory = recorder.dataset(recorder.step | {"flown_again": int(found.flown_again)})
     value, told = _checked(cost(trajectory), trajectory)
     swept = sweep(found, tangents, told)
     inputs = {name: swept.inputs[:, layout.of_input[name]] for name in _INPUTS}
