@@ -19,8 +19,6 @@ from continuair.engine.tangents import tangents_of
 from continuair.flight.prepare import prepare
 from continuair.flight.simulate import fly
 from continuair.vehicle.layout import GENERAL, TIP, Layout
-from tests.test_errors import assert_one_plain_sentence
-from tests.test_step_error import LIGHT, released
 
 Array = np.ndarray
 
@@ -256,76 +254,3 @@ def test_the_sweep_back_is_the_transpose_of_the_derivatives_carried_forward(kapp
 def test_a_quaternions_own_length_has_no_part_in_the_slope_of_a_rotation() -> None:
     attitude = np.array([0.1, -0.5, 0.3, 0.8]) / np.sqrt(0.99)
     assert np.abs(of_rotation(attitude, 7.0 * attitude)).max() < 1e-15
-
-
-@pytest.mark.parametrize("angle", [0.2, 6.2])
-def test_the_flight_is_the_simulated_one_at_an_automatic_step(angle: float) -> None:
-    """That of the larger bend is flown again at half of it."""
-    flight = released(angle)
-    found = ca.gradient(LIGHT, flight, last_tip, sample=0.01)
-    simulated = ca.simulate(LIGHT, flight, sample=0.01, variables=NAMES)
-    assert simulated.attrs["flown_again"] == (angle > 1.0)
-    xr.testing.assert_identical(found.trajectory, simulated)
-    ends = found.times[-1], len(found.inputs["force"])
-    assert ends == (flight.duration, len(found.times) - 1)
-
-
-Told = Callable[[xr.Dataset], Any]
-
-
-def last_tip(flight: xr.Dataset) -> tuple[float, dict[str, Array]]:
-    slope = np.zeros(flight.tip_position.shape)
-    slope[-1, 0] = 1.0
-    return float(flight.tip_position[-1, 0]), {"tip_position": slope}
-
-
-FALL = ca.open_loop_test("B").replace(duration=0.01)
-REFUSED: dict[str, tuple[ca.Vehicle, ca.Scenario, Told, dict[str, Any], str]] = {
-    "batch": (PAPER.replace({"uav.mass": [1.0, 2.0]}), FALL, last_tip, {}, "vehicle 'paper' holds"),
-    "starts": (PAPER, FALL.replace(q=np.zeros((2, 8))), last_tip, {}, "scenario 'Test B' holds 2"),
-    "tau": (PAPER, FALL.replace(tau=np.zeros(8)), last_tip, {}, "scenario.tau acts along"),
-    "loop": (
-        PAPER, FALL.replace(controller=ca.hold(PAPER, [0.0, 0.0, 0.0])), last_tip, {},
-        "scenario.controller is hold",
-    ),
-    "model": (PAPER, FALL, last_tip, {"model": "stiff"}, "model is 'stiff'"),
-    "field": (PAPER, FALL, last_tip, {"fields": ["arm.lenght"]}, "arm.lenght is not a known field"),
-    "text": (PAPER, FALL, last_tip, {"fields": "name"}, "fields holds name, which is 'paper'"),
-    "absent": (
-        PAPER, FALL, last_tip, {"fields": ["arm.bending_stiffness"]},
-        "fields holds arm.bending_stiffness, which is None",
-    ),
-    "half a pair": (
-        PAPER, FALL, last_tip, {"fields": ["uav.inertia.0.1"]},
-        "fields holds uav.inertia.0.1, which",
-    ),
-    "value alone": (PAPER, FALL, lambda flight: 1.0, {}, "cost returns 1.0"),
-    "no number": (PAPER, FALL, lambda flight: (np.nan, {}), {}, "the value of cost is nan"),
-    "unknown": (
-        PAPER, FALL, lambda flight: (1.0, {"tip": 0.0}), {}, "cost returns a derivative of 'tip'",
-    ),
-    "shape": (
-        PAPER, FALL, lambda flight: (1.0, {"bend": np.zeros(2)}), {},
-        "cost returns [0.0, 0.0] as the derivative of bend",
-    ),
-    "full circle": (
-        PAPER, FALL.replace(bend_moment=[500.0, 0.0], duration=0.02), last_tip, {},
-        "the flight ends before its duration, bent beyond a full circle",
-    ),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("case", REFUSED)
-def test_what_has_no_gradient_is_refused_in_a_sentence(case: str) -> None:
-    vehicle, flight, told, options, start = REFUSED[case]
-    with pytest.raises(ca.InputError) as caught:
-        ca.gradient(vehicle, flight, told, **options)
-    assert str(caught.value).startswith(start)
-    assert_one_plain_sentence(str(caught.value))
-
-
-@pytest.mark.parametrize("times", [[0.0, 1.234e-3], [0.005, 0.0], [], "start"])
-def test_inputs_are_held_from_starts_of_steps_alone(times: Any) -> None:
-    found = ca.gradient(PAPER, FALL, last_tip)
-    with pytest.raises(ca.InputError, match="^times "):
-        found.held(times)

@@ -96,7 +96,7 @@ def gradient(
     check_single_vehicle(vehicle)
     flight = prepare(vehicle, scenario, step=step, sample=sample, duration=duration, stacklevel=3)
     _check_smooth(flight)
-    names = (fields,) if isinstance(fields, str) else tuple(fields)
+    names = _names(fields)
     tangents = tangents_of(vehicle, names, flight.engine(model).kernels.types.Plant)
     found = flown(flight, model)
     recorder, layout = found.recorder, found.layout
@@ -116,13 +116,23 @@ def gradient(
     return Gradient(value, start, inputs, of_fields, found.times, trajectory)
 
 
+def _names(fields: Any) -> tuple[str, ...]:
+    """Names of fields, once each."""
+    try:
+        return tuple(dict.fromkeys([fields] if isinstance(fields, str) else fields))
+    except TypeError:
+        raise InputError(
+            f"fields is {shown(fields)}; give a list of names, such as ['uav.mass']."
+        ) from None
+
+
 def _check_smooth(flight: Flight) -> None:
     """Raise InputError unless a flight is one run that derivatives are known of."""
     scenario = flight.scenario
     if flight.batched:
         raise InputError(
-            f"scenario {shown(scenario.name)} holds {flight.runs} runs, but a gradient is of one; "
-            "give one."
+            f"scenario {shown(scenario.name)} is a batch of {flight.runs}, but a gradient is of "
+            "one run; give one row of each."
         )
     if scenario.controller is not None:
         raise InputError(
@@ -143,7 +153,8 @@ def _checked(found: Any, trajectory: xr.Dataset) -> tuple[float, dict[str, Array
             f"cost returns {shown(found)}; return a number, and a mapping from names of variables "
             "to derivatives."
         )
-    value = checks.number("the value of cost", np.asarray(found[0]).item())
+    given = np.asarray(found[0])
+    value = checks.number("the value of cost", given.item() if given.size == 1 else found[0])
     slopes = {}
     for name, slope in found[1].items():
         if name not in OF_STATE + OF_TIPS:

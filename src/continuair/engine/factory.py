@@ -194,8 +194,15 @@ _DUAL = Numbers("float64", DIRECTIONS, dual=True)
 
 @made_once
 def step_slopes(tree: Tree, model: str) -> tuple[wp.Kernel, Any]:
-    """The kernel of derivatives of steps of a model, and the struct of its vehicles."""
+    """The kernel of derivatives of steps of a model, loaded, and the struct of its vehicles.
+
+    Raises InputError where dual numbers do not compile.
+    """
     kernel = step_slopes_kernel(_DUAL, tree, dynamics_code(_DUAL, tree, model))
+    if not compiles(kernel):
+        raise InputError(
+            f"gradients do not compile here with Warp {wp.__version__}; use another version of it."
+        )
     return kernel, flight_code(_DUAL, tree).Vehicles
 
 

@@ -7,12 +7,10 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from continuair.engine.compiling import compiles
 from continuair.engine.engine import Drive, Engine
 from continuair.engine.factory import step_slopes, tip_slopes
 from continuair.engine.lanes import packs_of
 from continuair.engine.tangents import Tangents
-from continuair.errors import InputError
 from continuair.kernels.numbers import DIRECTIONS
 from continuair.kernels.slopes import Directions, tip_columns
 from continuair.vehicle.layout import width_of
@@ -64,12 +62,7 @@ class Slopes:
 
     def _launched(self, kernel: wp.Kernel, part: slice, width: int, arguments: Any) -> Array:
         """What a kernel finds (n, directions, width) for rows of a part, on all threads."""
-        engine = self.engine
-        if not compiles(kernel):
-            raise InputError(
-                f"gradients do not compile here with Warp {wp.__version__}; use another version."
-            )
-        count = part.stop - part.start
+        engine, count = self.engine, part.stop - part.start
         out = np.empty((count, self.fields.stop, width))
 
         def work(at: slice) -> None:

@@ -1,0 +1,98 @@
+"""What `gradient` returns of a flight beside its derivatives, and what it refuses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import continuair as ca
+from continuair.analysis.adjoint import OF_STATE, OF_TIPS
+from tests.test_errors import assert_one_plain_sentence
+from tests.test_step_error import LIGHT, released
+
+PAPER = ca.load_vehicle("paper")
+Told = Callable[[xr.Dataset], Any]
+
+
+def last_tip(flight: xr.Dataset) -> tuple[float, dict[str, np.ndarray]]:
+    """Where along x the tip ends [m]."""
+    slope = np.zeros(flight.tip_position.shape)
+    slope[-1, 0] = 1.0
+    return float(flight.tip_position[-1, 0]), {"tip_position": slope}
+
+
+@pytest.mark.parametrize("angle", [0.2, 6.2])
+def test_the_flight_is_the_simulated_one_at_an_automatic_step(angle: float) -> None:
+    """That of the larger bend is flown again at half of it."""
+    flight = released(angle)
+    found = ca.gradient(LIGHT, flight, last_tip, sample=0.01)
+    simulated = ca.simulate(LIGHT, flight, sample=0.01, variables=OF_STATE + OF_TIPS)
+    assert simulated.attrs["flown_again"] == (angle > 1.0)
+    xr.testing.assert_identical(found.trajectory, simulated)
+    ends = found.times[-1], len(found.inputs["force"])
+    assert ends == (flight.duration, len(found.times) - 1)
+
+
+FALL = ca.open_loop_test("B").replace(duration=0.01)
+REFUSED: dict[str, tuple[ca.Vehicle, ca.Scenario, Told, dict[str, Any], str]] = {
+    "batch": (PAPER.replace({"uav.mass": [1.0, 2.0]}), FALL, last_tip, {}, "vehicle 'paper' holds"),
+    "starts": (PAPER, FALL.replace(q=np.zeros((2, 8))), last_tip, {}, "scenario 'Test B' is a"),
+    "tau": (PAPER, FALL.replace(tau=np.zeros(8)), last_tip, {}, "scenario.tau acts along"),
+    "loop": (
+        PAPER, FALL.replace(controller=ca.hold(PAPER, [0.0, 0.0, 0.0])), last_tip, {},
+        "scenario.controller is hold",
+    ),
+    "model": (PAPER, FALL, last_tip, {"model": "stiff"}, "model is 'stiff'"),
+    "field": (PAPER, FALL, last_tip, {"fields": ["arm.lenght"]}, "arm.lenght is not a known field"),
+    "text": (PAPER, FALL, last_tip, {"fields": "name"}, "fields holds name, which is 'paper'"),
+    "absent": (
+        PAPER, FALL, last_tip, {"fields": ["arm.bending_stiffness"]},
+        "fields holds arm.bending_stiffness, which is None",
+    ),
+    "no names": (PAPER, FALL, last_tip, {"fields": 3}, "fields is 3"),
+    "vector": (PAPER, FALL, lambda flight: (np.ones(3), {}), {}, "the value of cost is [1.0, 1.0"),
+    "half a pair": (
+        PAPER, FALL, last_tip, {"fields": ["uav.inertia.0.1"]},
+        "fields holds uav.inertia.0.1, which",
+    ),
+    "value alone": (PAPER, FALL, lambda flight: 1.0, {}, "cost returns 1.0"),
+    "no number": (PAPER, FALL, lambda flight: (np.nan, {}), {}, "the value of cost is nan"),
+    "unknown": (
+        PAPER, FALL, lambda flight: (1.0, {"tip": 0.0}), {}, "cost returns a derivative of 'tip'",
+    ),
+    "shape": (
+        PAPER, FALL, lambda flight: (1.0, {"bend": np.zeros(2)}), {},
+        "cost returns [0.0, 0.0] as the derivative of bend",
+    ),
+    "full circle": (
+        PAPER, FALL.replace(bend_moment=[500.0, 0.0], duration=0.02), last_tip, {},
+        "the flight ends before its duration, bent beyond a full circle",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_has_no_gradient_is_refused_in_a_sentence(case: str) -> None:
+    vehicle, flight, told, options, start = REFUSED[case]
+    with pytest.raises(ca.InputError) as caught:
+        ca.gradient(vehicle, flight, told, **options)
+    assert str(caught.value).startswith(start)
+    assert_one_plain_sentence(str(caught.value))
+
+
+@pytest.mark.parametrize("times", [[0.0, 1.234e-3], [0.005, 0.0], [], "start"])
+def test_inputs_are_held_from_starts_of_steps_alone(times: Any) -> None:
+    found = ca.gradient(PAPER, FALL, last_tip)
+    with pytest.raises(ca.InputError, match="^times "):
+        found.held(times)
+
+
+def test_a_field_that_is_named_twice_counts_once() -> None:
+    once = ca.gradient(PAPER, FALL, last_tip, fields=["uav.mass", "arm.length"])
+    twice = ca.gradient(PAPER, FALL, last_tip, fields=["uav.mass", "uav.mass", "arm.length"])
+    assert once.fields == twice.fields
+    assert ca.gradient(PAPER, FALL, last_tip, fields="uav.mass").fields.keys() == {"uav.mass"}
