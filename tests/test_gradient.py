@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 import continuair as ca
+from continuair.analysis import adjoint
 from continuair.analysis.adjoint import OF_STATE, OF_TIPS
 from tests.test_errors import assert_one_plain_sentence
 from tests.test_step_error import LIGHT, released
@@ -96,3 +97,23 @@ def test_a_field_that_is_named_twice_counts_once() -> None:
     twice = ca.gradient(PAPER, FALL, last_tip, fields=["uav.mass", "uav.mass", "arm.length"])
     assert once.fields == twice.fields
     assert ca.gradient(PAPER, FALL, last_tip, fields="uav.mass").fields.keys() == {"uav.mass"}
+
+
+def test_a_flight_that_is_swept_in_parts_has_the_same_gradient(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def whole(flight: xr.Dataset) -> tuple[float, dict[str, np.ndarray]]:
+        slopes = {name: flight[name].to_numpy() for name in ("tip_velocity", "bend_rate")}
+        return sum(0.5 * float((each**2).sum()) for each in slopes.values()), slopes
+
+    together = ca.gradient(PAPER, FALL, whole, fields=["arm.length"])
+    monkeypatch.setattr(adjoint, "_AT_ONCE", 3)
+    parts = ca.gradient(PAPER, FALL, whole, fields=["arm.length"])
+    assert len(parts.times) > 6
+    for one, other in zip(
+        (*together.inputs.values(), *together.start.values(), together.fields["arm.length"]),
+        (*parts.inputs.values(), *parts.start.values(), parts.fields["arm.length"]),
+        strict=True,
+    ):
+        # Sums in another order.
+        np.testing.assert_allclose(other, one, rtol=1e-12, atol=1e-12 * np.abs(one).max())
