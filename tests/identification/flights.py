@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
@@ -67,18 +68,27 @@ def record(
     found = ca.simulate(
         vehicle or true_vehicle(), scenario, sample=SAMPLE, step=step, duration=duration
     )
+    write(path, found, None if test else inputs, (*MEASURED, *ACTUATORS), seed)
+
+
+def write(
+    path: Path,
+    found: xr.Dataset,
+    inputs: np.ndarray | None,
+    headings: tuple[str, ...],
+    seed: int | None,
+) -> None:
+    """Write a flight with NOISE of a seed, and what acted in it."""
     position, attitude, bend = (found[name].to_numpy() for name in NOISE)
+    bend = bend.reshape(len(bend), -1)
     if seed is not None:
         rng = np.random.default_rng(seed)
         position = position + NOISE["position"] * rng.normal(size=position.shape)
         turn = Rotation.from_rotvec(NOISE["attitude"] * rng.normal(size=position.shape))
         attitude = (Rotation.from_quat(attitude) * turn).as_quat()
         bend = bend + NOISE["bend"] * rng.normal(size=bend.shape)
-    columns = [time[:, None] + 12.5, position, attitude, bend]
-    headings = list(MEASURED)
-    if test is None:
-        columns.append(inputs)
-        headings += ACTUATORS
-    table = np.hstack(columns)
-    lines = [",".join(headings), *(",".join(f"{x:.17g}" for x in row) for row in table)]
+    columns = [found["time"].to_numpy()[:, None] + 12.5, position, attitude, bend]
+    table = np.hstack(columns if inputs is None else [*columns, inputs])
+    lines = [",".join(headings[: table.shape[1]])]
+    lines += [",".join(f"{x:.17g}" for x in row) for row in table]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -22,7 +22,9 @@ def identify(
     vehicle: Annotated[str, typer.Option(help="Where the fit starts: a preset or .toml file.")],
     fit: Annotated[
         str | None,
-        typer.Option(help="Fields to fit, with commas. Default: Young's modulus and damping."),
+        typer.Option(
+            help="Fields to fit, with commas. Default: every section's stiffness and damping."
+        ),
     ] = None,
     test: Annotated[
         str | None, typer.Option(help="The open-loop test that was flown, A to D.")
@@ -45,7 +47,7 @@ def identify(
 
         if out is not None:
             check_file(out, force)
-        recording = identification.load_recording(data)
+        recording = identification.load_recording(data, start)
         names = None if fit is None else fit.split(",")
         found = identification.fit(start, recording, names, test=test, progress=progress)
     _show(found)

@@ -22,6 +22,7 @@ from continuair.vehicle.layout import (
     COORDINATES,
     MOTION,
     OF_ARM,
+    numbered,
     observed_columns,
     watched_columns,
 )
@@ -243,8 +244,7 @@ def _labels(arms: tuple[str, ...], sections: tuple[str, ...]) -> xr.Coordinates:
     if not arms:
         own = {"actuator": list(ACTUATORS), "coordinate": list(COORDINATES)}
         return xr.Coordinates(_COORDINATES | own)
-    polar = [f"{name}_{k}" for k in range(1, len(sections) + 1) for name in COORDINATES[6:]]
-    pushes = [f"{name}_{k}" for k in range(1, len(sections) + 1) for name in ACTUATORS[6:]]
+    polar, pushes = (numbered(names[6:], len(sections)) for names in (COORDINATES, ACTUATORS))
     own = {"actuator": [*ACTUATORS[:6], *pushes], "coordinate": [*COORDINATES[:6], *polar]}
     return xr.Coordinates(_COORDINATES | own | {"arm": list(arms), "section": list(sections)})
 

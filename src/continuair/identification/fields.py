@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from continuair.errors import ContinuairWarning, InputError, nearest
+from continuair.vehicle.arms import ArmChain
+from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 
 _PLACE_SCALE = 0.01
-_ARM = ("length", "radius", "density", "youngs_modulus", "damping", "damping_ratio", "kappa_s")
+_ROD = ("radius", "density", "youngs_modulus")
+_SECTION = (
+    "length", "bending_stiffness", "mass_per_length", "damping", "damping_ratio", "kappa_s"
+)  # fmt: skip
 _MOST_DECADES = 3.0
 
 
@@ -84,12 +89,12 @@ class Fitted:
 
 
 def fitted_fields(vehicle: Vehicle, names: Sequence[str] | None) -> Fitted:
-    """Check names of fields; None: Young's modulus, and the damping if there is any. InputError."""
+    """Check names of fields; None: stiffness of every section, and its damping if there is any.
+
+    Raises InputError.
+    """
     known = _known(vehicle)
-    if names is None:
-        names = ["arm.youngs_modulus"]
-        names += [f"arm.{name}" for name in ("damping", "damping_ratio") if known[f"arm.{name}"]]
-    names = [name.strip() for name in names]
+    names = _default(vehicle, known) if names is None else _by_name(vehicle, names)
     if not names:
         raise InputError(f"fit is empty; name fields of the vehicle: {', '.join(known)}.")
     for name in names:
@@ -108,17 +113,78 @@ def fitted_fields(vehicle: Vehicle, names: Sequence[str] | None) -> Fitted:
 
 
 def _is_place(name: str) -> bool:
-    return name.startswith("uav.mount")
+    return any(part in ("mount", "centre") for part in name.split("."))
+
+
+def _sections(vehicle: Vehicle) -> dict[str, Section]:
+    """Path -> section."""
+    if not vehicle.has_arm_list:
+        return {"arm": vehicle.arm}
+    return {
+        f"arm.{arm.name}.section.{section.name}": section
+        for arm in vehicle.arms
+        for section in arm.section
+    }
+
+
+def _default(vehicle: Vehicle, known: Mapping[str, float | None]) -> list[str]:
+    found = []
+    for path, section in _sections(vehicle).items():
+        rod = section.given_youngs_modulus is not None
+        found.append(f"{path}.{'youngs_modulus' if rod else 'bending_stiffness'}")
+        damping = (f"{path}.{name}" for name in ("damping", "damping_ratio"))
+        found += [name for name in damping if known[name]]
+    return found
+
+
+def _by_name(vehicle: Vehicle, names: Sequence[str]) -> list[str]:
+    """Fields as they were asked for, but parts of lists by their names, not by an index."""
+    return [".".join(_named(vehicle, name.strip().split("."))) for name in names]
+
+
+def _named(vehicle: Vehicle, parts: list[str]) -> list[str]:
+    if not vehicle.has_arm_list or len(parts) < 2 or parts[0] != "arm":
+        return parts
+    arms = {str(index): arm for index, arm in enumerate(vehicle.arms)}
+    arm = arms.get(parts[1]) or next((a for a in vehicle.arms if a.name == parts[1]), None)
+    if arm is None:
+        return parts
+    parts = ["arm", arm.name, *parts[2:]]
+    if len(parts) > 3 and parts[2] == "section" and parts[3].isdecimal():
+        index = int(parts[3])
+        parts[3] = arm.section[index].name if index < len(arm.section) else parts[3]
+    return parts
 
 
 def _known(vehicle: Vehicle) -> dict[str, float | None]:
     """Field -> value of all that may be fitted."""
-    uav, arm = vehicle.uav, vehicle.arm
+    uav = vehicle.uav
     found: dict[str, float | None] = {"uav.mass": uav.mass}
     found |= {f"uav.inertia.{i}.{i}": uav.inertia[i][i] for i in range(3)}
-    found |= {f"uav.mount.{i}": uav.mount[i] for i in range(3)}
-    found |= {f"arm.{name}": getattr(arm, name) for name in _ARM}
-    for index, disk in enumerate(arm.disks):
-        found[f"arm.disks.{index}.position"] = disk.position
-        found[f"arm.disks.{index}.mass"] = disk.mass
+    if not vehicle.has_arm_list:
+        found |= {f"uav.mount.{i}": uav.mount[i] for i in range(3)}
+    else:
+        for arm in vehicle.arms:
+            found |= _of_arm(f"arm.{arm.name}", arm)
+    for path, section in _sections(vehicle).items():
+        found |= _of_section(path, section)
+    return found
+
+
+def _of_arm(path: str, arm: ArmChain) -> dict[str, float | None]:
+    """Its mount, and the body on its tip if it has one."""
+    found: dict[str, float | None] = {f"{path}.mount.{i}": arm.mount[i] for i in range(3)}
+    if arm.tip is not None:
+        found[f"{path}.tip.mass"] = arm.tip.mass
+        found |= {f"{path}.tip.centre.{i}": arm.tip.centre[i] for i in range(3)}
+        found |= {f"{path}.tip.inertia.{i}.{i}": arm.tip.inertia[i][i] for i in range(3)}
+    return found
+
+
+def _of_section(path: str, section: Section) -> dict[str, float | None]:
+    own = _SECTION + (_ROD if section.given_radius is not None else ())
+    found: dict[str, float | None] = {f"{path}.{name}": getattr(section, name) for name in own}
+    for index, disk in enumerate(section.disks):
+        found[f"{path}.disks.{index}.position"] = disk.position
+        found[f"{path}.disks.{index}.mass"] = disk.mass
     return found

@@ -12,7 +12,7 @@ from scipy.stats import qmc
 
 from continuair.identification.fields import Fitted, fitted_fields
 from continuair.identification.recording import Recording
-from continuair.identification.replay import START, Replay, first_start
+from continuair.identification.replay import Replay, first_start
 from continuair.progress import Progress
 from continuair.vehicle.vehicle import Vehicle
 
@@ -21,7 +21,7 @@ Array = np.ndarray
 GROUPS = ("position_m", "attitude_rad", "bend_per_m")
 """What is measured, in groups of one unit; each has one standard deviation."""
 
-_OF_GROUP = (slice(0, 3), slice(3, 6), slice(6, 8))
+_OF_GROUP = (slice(0, 3), slice(3, 6), slice(6, None))
 
 SCAN = 64
 """Vehicles tried before the least squares, which may otherwise settle a cycle off."""
@@ -90,9 +90,10 @@ def fit(
 ) -> Fit:
     """Fit fields of a vehicle, by dotted name, to a recorded flight of the coupled model.
 
-    test: letter of the open-loop test that was flown, from its start at rest; without, the inputs
-    are those of the recording and the state at its first row is estimated too. fields: Young's
-    modulus, and the damping if the vehicle has any, by default. Groups of measurements are weighted
+    fields: as in its file, parts of lists by name or index ("arm.left.section.1.damping_ratio");
+    by default every section's stiffness, and its damping if it has any. test: letter of the
+    open-loop test that was flown, from its start at rest; without, the inputs are those of the
+    recording and the state at its first row is estimated too. Groups of measurements are weighted
     by what is left over of them. Raises InputError.
     """
     chosen = fitted_fields(vehicle, fields)
@@ -127,12 +128,13 @@ class _Problem:
     def __init__(self, chosen: Fitted, replay: Replay, tell: Progress) -> None:
         self.chosen, self.replay, self._tell = chosen, replay, tell
         self.fields = len(chosen.names)
-        self.unknowns = self.fields + (0 if replay.test else START)
+        self.unknowns = self.fields + replay.start_unknowns
+        self.measured = replay.layout.coordinates
         self._calls = 0
         self._first = first_start(replay.recording)
 
     def residuals(self, rows: Array, deviations: Array) -> Array:
-        """Weighted residuals (runs, samples * 8) of rows of unknowns (runs, unknowns)."""
+        """Weighted residuals (runs, samples * measured) of rows of unknowns (runs, unknowns)."""
         vehicle, valid = self.chosen.vehicle(rows[:, : self.fields])
         moved = None if self.replay.test else self._first + rows[:, self.fields :]
         found = self.replay.residuals(vehicle, moved, len(rows))
@@ -165,7 +167,7 @@ class _Problem:
 
         Its vehicle may move faster than the one whose steps were taken: then on with its own steps.
         """
-        length = float(self.chosen.of.arm.length)
+        length = float(self.chosen.of.reach)
         found = self._best_near(self.scan(), np.array([0.01, 0.01, 0.01 / length]))
         for _ in range(_MOST_REFINED):
             if not self.replay.refine(self.vehicle(found[0])):
@@ -177,7 +179,7 @@ class _Problem:
         for _ in range(2):
             solution = self.solve(where, deviations)
             where = solution.x
-            left = self.residuals(where[None], np.ones(3))[0].reshape(-1, 8)
+            left = self.residuals(where[None], np.ones(3))[0].reshape(-1, self.measured)
             deviations = _deviations(left, len(where))
         return where, deviations, bool(solution.status > 0)
 
@@ -208,7 +210,7 @@ class _Problem:
 
 
 def _deviations(left: Array, unknowns: int) -> Array:
-    """Standard deviation of every group of residuals (samples, 8)."""
+    """Standard deviation of every group of residuals (samples, measured)."""
     freedom = max(1.0 - unknowns / left.size, 1e-3)
     found = [np.sqrt(np.mean(left[:, group] ** 2) / freedom) for group in _OF_GROUP]
     return np.maximum(found, _LEAST_DEVIATION)
@@ -230,7 +232,8 @@ def _confidence(
     """Standard errors (fields,) on the fields' scales, condition, and what is in doubt."""
     J = problem.jacobian(where, np.ones(len(GROUPS)))
     silent = np.abs(J).max(0) < SILENT
-    J = J / np.tile(np.repeat(deviations, [3, 3, 2]), len(J) // 8)[:, None]
+    scale = np.repeat(deviations, [3, 3, problem.measured - 6])
+    J = J / np.tile(scale, len(J) // problem.measured)[:, None]
     size = np.linalg.norm(J, axis=0)
     J = J / np.where(silent, 1.0, size)
     _, singular, V = np.linalg.svd(J, full_matrices=False)

@@ -12,15 +12,19 @@ import numpy as np
 
 from continuair.errors import ContinuairWarning, InputError, shortened, shown
 from continuair.files import check_regular, printed, reason, user_path
-from continuair.vehicle.layout import ACTUATORS
+from continuair.vehicle.layout import ACTUATORS, numbered
+from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 
 MEASURED = ("time", "x", "y", "z", "qx", "qy", "qz", "qw", "bend_x", "bend_y")
 """Columns that every file has: time [s]; position of the UAV's centre of mass, world axes [m];
 attitude, body to world, unit quaternion; bend vector κ (cos ψa, sin ψa), body axes [1/m]. Those of
-inputs are named as ACTUATORS: 0 where there is none, each held until the next row."""
+inputs are named as ACTUATORS: 0 where there is none, each held until the next row. For a vehicle
+with [[arm]] what each section has is numbered: bend_x_1, bend_y_1, bend_x_2, and bend_moment_x_1,
+arm by arm from the base out, as the results name its coordinates and actuators."""
 
+_BEND = MEASURED.index("bend_x")
 FEWEST_ROWS = 10
 _LONGEST_LIST = 200
 _UNIT_NORM_TOLERANCE = 0.02
@@ -30,8 +34,8 @@ _UNIT_NORM_TOLERANCE = 0.02
 class Recording:
     """A recorded flight; rows are samples.
 
-    time: from 0 [s] (n,). position (n, 3), attitude (n, 4), bend (n, 2), inputs (n, 8) as in
-    MEASURED and ACTUATORS; inputs is None if the file has no such column.
+    time: from 0 [s] (n,). position (n, 3), attitude (n, 4), bend (n, bends), inputs (n, 6 + bends)
+    as in MEASURED and ACTUATORS; inputs is None if the file has no such column.
     """
 
     name: str
@@ -42,17 +46,38 @@ class Recording:
     inputs: Array | None
 
 
-def load_recording(path: str | os.PathLike[str]) -> Recording:
+@dataclass(frozen=True)
+class _Names:
+    """Names of columns: those that a file must have, and those of inputs, which it may have."""
+
+    measured: tuple[str, ...]
+    inputs: tuple[str, ...]
+
+    @property
+    def bend(self) -> tuple[str, ...]:
+        """The last of the measured ones."""
+        return self.measured[_BEND:]
+
+
+def _names_for(vehicle: Vehicle | None) -> _Names:
+    sections = vehicle.sections if vehicle is not None and vehicle.has_arm_list else None
+    return _Names(
+        MEASURED[:_BEND] + numbered(MEASURED[_BEND:], sections),
+        ACTUATORS[:6] + numbered(ACTUATORS[6:], sections),
+    )
+
+
+def load_recording(path: str | os.PathLike[str], vehicle: Vehicle | None = None) -> Recording:
     """Read a recorded flight from a CSV file with a line of headings, MEASURED and ACTUATORS.
 
-    Other columns are ignored with a warning. Raises InputError, naming column and row (the first
-    below the headings is row 1), for what is missing, no finite number, no unit quaternion, or
-    not later than the row before.
+    vehicle: whose flight it is, needed if it has [[arm]]. Other columns are ignored with a
+    warning. Raises InputError, naming column and row (the first below the headings is row 1), for
+    what is missing, no finite number, no unit quaternion, or not later than the row before.
     """
-    file = user_path("data", path)
+    file, names = user_path("data", path), _names_for(vehicle)
     path = printed(file)
-    headings, rows = _read(file)
-    columns = _columns(path, headings, rows)
+    headings, rows = _read(file, names)
+    columns = _columns(path, headings, rows, names)
     time = columns["time"]
     late = np.flatnonzero(np.diff(time) <= 0.0)
     if late.size:
@@ -77,19 +102,21 @@ def load_recording(path: str | os.PathLike[str]) -> Recording:
             f"{path}: qx qy qz qw have norm {norm[row]:.4g} in row {row + 1}; give unit "
             "quaternions, the scalar part last."
         )
-    driven = any(name in columns for name in ACTUATORS)
+    driven = any(name in columns for name in names.inputs)
     nothing = np.zeros(len(time))
     return Recording(
         name=file.name,
         time=since,
         position=np.stack([columns[name] for name in "xyz"], -1),
         attitude=attitude / norm[:, None],
-        bend=np.stack([columns["bend_x"], columns["bend_y"]], -1),
-        inputs=np.stack([columns.get(name, nothing) for name in ACTUATORS], -1) if driven else None,
+        bend=np.stack([columns[name] for name in names.bend], -1),
+        inputs=np.stack([columns.get(each, nothing) for each in names.inputs], -1)
+        if driven
+        else None,
     )
 
 
-def _read(file: Path) -> tuple[list[str], list[list[str]]]:
+def _read(file: Path, names: _Names) -> tuple[list[str], list[list[str]]]:
     path, line = printed(file), 0
     check_regular("data", file)
     try:
@@ -109,14 +136,15 @@ def _read(file: Path) -> tuple[list[str], list[list[str]]]:
             f"data is {path}, which cannot be read ({reason(error)}); give the path of a CSV file."
         ) from None
     headings = [cell.strip() for cell in lines[0]] if lines else []
-    for name in MEASURED:
+    for name in names.measured:
         if name not in headings:
             found = _listed(headings) if headings else "the file is empty"
             raise InputError(
-                f"{path}: column {name} is missing; name the columns {', '.join(MEASURED)} "
+                f"{path}: column {name} is missing; name the columns "
+                f"{', '.join(names.measured)} "
                 f"(found: {found})."
             )
-    for name in MEASURED + ACTUATORS:
+    for name in names.measured + names.inputs:
         if headings.count(name) > 1:
             raise InputError(f"{path}: column {name} is there twice; keep one of them.")
     if len(lines) - 1 < FEWEST_ROWS:
@@ -131,10 +159,12 @@ def _listed(headings: list[str]) -> str:
     return shortened(" ".join(", ".join(headings).split()), _LONGEST_LIST)
 
 
-def _columns(path: str, headings: list[str], rows: list[list[str]]) -> dict[str, Array]:
-    ignored = [name for name in headings if name not in MEASURED + ACTUATORS]
+def _columns(
+    path: str, headings: list[str], rows: list[list[str]], names: _Names
+) -> dict[str, Array]:
+    ignored = [name for name in headings if name not in names.measured + names.inputs]
     if ignored:
-        known = ", ".join(ACTUATORS)
+        known = ", ".join(names.inputs)
         warnings.warn(
             f"{path}: ignores the columns {_listed(ignored)} (inputs are {known}).",
             ContinuairWarning,

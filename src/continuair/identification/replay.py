@@ -11,21 +11,21 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from continuair.engine.engine import Engine, Start
-from continuair.errors import InputError
+from continuair.errors import InputError, shown
 from continuair.flight.prepare import Cohort, Flight, prepare
 from continuair.flight.time_grid import marks_at
 from continuair.identification.recording import Recording
 from continuair.scenario.paper_tests import open_loop_test
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import continuous_euler, paper_rates
-from continuair.vehicle.layout import ACTUATORS, ONE_SECTION, PUSH
+from continuair.vehicle.layout import ACTUATORS, ONE_SECTION, PUSH, Layout
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 
 START = 16
-"""Unknowns of a start: position 3 [m], rotation 3 [rad], bend 2 [1/m], and their rates: velocity
-in world axes, angular velocity in body axes."""
+"""Unknowns of a start of one section: position 3 [m], rotation 3 [rad], bend 2 [1/m], and their
+rates: velocity in world axes, angular velocity in body axes. Every further section has 4 more."""
 
 # The step is kept for all vehicles of a fit: a margin over what the first one needs.
 _FINER = 0.5
@@ -42,15 +42,22 @@ class Replay:
     """A recorded flight, to be flown by vehicles like the one given, with one time grid for all."""
 
     def __init__(self, vehicle: Vehicle, recording: Recording, test: str | None) -> None:
+        self.layout = Layout(vehicle.shape)
+        _check_sections(vehicle, recording, test)
         if test is None and recording.inputs is None:
             raise InputError(
                 f"{recording.name}: has no column of inputs; add some of "
                 f"{', '.join(ACTUATORS)}, or say with --test which open-loop test was flown."
             )
         self.recording, self.test = recording, test
-        self._scenario = open_loop_test(test) if test else _held(recording)
+        self._scenario = open_loop_test(test) if test else _held(recording, self.layout)
         self._flown = self._cohort(vehicle)
         self._finest = self.step / _MOST_FINER
+
+    @property
+    def start_unknowns(self) -> int:
+        """Unknowns of a start, 0 where the test gives it."""
+        return 0 if self.test else 2 * self.layout.coordinates
 
     @property
     def step(self) -> float:
@@ -87,28 +94,43 @@ class Replay:
         return next(self._flight(vehicle).cohorts())
 
     def residuals(self, vehicle: Vehicle, start: Array | None, runs: int) -> Array:
-        """Simulated minus measured (runs, samples, 8): position, rotation, bend. NaN: it failed.
+        """Simulated minus measured (runs, samples, coordinates): position, rotation, bends.
 
-        start: (runs, START) as differences from the recording's axes; None: that of the test.
+        NaN: it failed. start: (runs, unknowns of a start) as differences from the recording's
+        axes; None: that of the test.
         """
         flown, engine = self._flown, Engine(vehicle, "coupled")
         if start is None:
             begin = Start(*(np.repeat(x, runs, 0) for x in (flown.start.states, flown.start.angle)))
         else:
-            begin = _start(start)
+            begin = _start(start, self.layout)
         logs = engine.roll_out(np.arange(runs), begin, flown.grid, flown.drive)
         log = logs.log
         log[logs.status != 0] = np.nan
-        layout, measured = ONE_SECTION, self.recording
-        difference = np.full((*log.shape[:2], 8), np.nan)
+        layout, measured = self.layout, self.recording
+        difference = np.full((*log.shape[:2], layout.coordinates), np.nan)
         difference[..., :3] = log[..., layout.position] - measured.position
         difference[..., 3:6] = _turn(measured.attitude, log[..., layout.attitude])
         difference[..., 6:] = log[..., layout.bend] - measured.bend
         return difference
 
 
+def _check_sections(vehicle: Vehicle, recording: Recording, test: str | None) -> None:
+    """Raise InputError unless a recording and a test are of as many sections as a vehicle."""
+    if recording.bend.shape[1] != 2 * vehicle.sections:
+        raise InputError(
+            f"{recording.name}: holds the bends of {recording.bend.shape[1] // 2} sections, but "
+            f"the vehicle has {vehicle.sections}; load it with load_recording(path, vehicle)."
+        )
+    if test is not None and vehicle.shape != ONE_SECTION.shape:
+        raise InputError(
+            f"test is {shown(test)}, which is for one arm of one section; leave it out, and record "
+            "the inputs."
+        )
+
+
 def first_start(recording: Recording) -> Array:
-    """Start (START,) by straight lines through the first rows of a recording."""
+    """Start (unknowns,) by straight lines through the first rows of a recording."""
     n = _ROWS_OF_START
     t = recording.time[:n]
     first = Rotation.from_quat(recording.attitude[0])
@@ -119,24 +141,25 @@ def first_start(recording: Recording) -> Array:
     return np.concatenate([value[:3], attitude, value[6:], slope])
 
 
-def _start(rows: Array) -> Start:
-    """Where runs begin, from rows of START."""
+def _start(rows: Array, layout: Layout) -> Start:
+    """Where runs begin, from rows of unknowns of a start."""
     attitude = Rotation.from_rotvec(rows[:, 3:6]).as_quat()
     states = np.hstack([rows[:, :3], attitude, rows[:, 6:]])
     roll = continuous_euler(attitude[:, None])[:, 0, :1]
-    return Start(states, np.hstack([np.arctan2(rows[:, 7:8], rows[:, 6:7]), roll]))
+    bends = rows[:, 6 : layout.coordinates]
+    return Start(states, np.hstack([np.arctan2(bends[:, 1::2], bends[:, ::2]), roll]))
 
 
-def _held(recording: Recording) -> Scenario:
+def _held(recording: Recording, layout: Layout) -> Scenario:
     """What was recorded: a level start that moves and bends as in its first rows, whose attitude
     changes no step, and each row of inputs held to the next."""
     assert recording.inputs is not None
     times, rows = recording.time.tolist(), recording.inputs
-    start = _start(first_start(recording)[None])
-    state, layout = start.states, ONE_SECTION
-    size = np.hypot(*state[0, layout.bend])
-    angles = np.column_stack([np.zeros((1, 3)), size, start.angle[:, 0]])
-    q = np.hstack([state[:, layout.position], angles])
+    start = _start(first_start(recording)[None], layout)
+    state = start.states
+    bends = state[0, layout.bend]
+    polar = np.stack([np.hypot(bends[::2], bends[1::2]), start.angle[0, :-1]], -1)
+    q = np.hstack([state[:, layout.position], np.zeros((1, 3)), polar.reshape(1, -1)])
 
     def held(columns: slice) -> Callable[[float], Array]:
         # The last row ends the flight, and is not held.

@@ -76,6 +76,17 @@ CHANNELS = {
 """Channel of a design -> input, and which component of it."""
 
 
+def numbered(names: Iterable[str], sections: int | None) -> tuple[str, ...]:
+    """Names of what every section has: by its number, from 1 on, where the arms are a list.
+
+    sections: how many there are; None for the one of an [arm] table, whose names stay as they are.
+    """
+    if sections is None:
+        return tuple(names)
+    names = tuple(names)
+    return tuple(f"{name}_{k}" for k in range(1, sections + 1) for name in names)
+
+
 COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw", "kappa", "psi_a")
 """Names of the paper's coordinates, in order, for one section."""
 
