@@ -6,13 +6,14 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from continuair import checks
 from continuair.equations import mass_matrix
-from continuair.equations.camera import TIP_OF_STRAIGHT_ARM, interaction_matrix, on_body
+from continuair.equations.camera import axes_on_body, interaction_matrix, on_body
 from continuair.equations.kinematics import skew
 from continuair.errors import InputError, shown
+from continuair.vehicle.arms import ArmChain
+from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 _FLOOR = 1e-6
@@ -133,32 +134,58 @@ def _seen(desired: Any, distance: float) -> np.ndarray:
 
 
 def rigid_inertia(vehicle: Vehicle) -> np.ndarray:
-    """Inertia (6, 6) of the vehicle with its arm frozen straight, about B's origin, body axes."""
+    """Inertia (6, 6) of the vehicle with its arms frozen straight, about B's origin, body axes."""
     return _rigid_inertia(check_single_vehicle(vehicle))
 
 
 def _rigid_inertia(vehicle: Vehicle) -> np.ndarray:
     # Polar coordinates have no straight arm: this bend moves the tip by 5e-7 of its length.
-    arm, q = vehicle.arm.model_copy(update={"kappa_s": 0.0}), np.zeros(8)
-    q[6] = 1e-6 / arm.length
-    return mass_matrix(vehicle.model_copy(update={"arm_tables": arm}), q)[:6, :6]
+    return _nearly_straight(vehicle, 1e-6)[0][:6, :6]
 
 
-def straight_bend_inertia(vehicle: Vehicle) -> float:
-    """Inertia of the straight arm's bend about its fixed base, M₇₇ [kg m⁴]."""
+def _nearly_straight(vehicle: Vehicle, angle: float) -> tuple[np.ndarray, np.ndarray]:
+    """M (coordinates, coordinates) with every section bent towards x by an angle [rad], κ_s off,
+    and the bends κ (sections,) [1/m]."""
+    kappa = np.array([angle / each.length for arm in vehicle.arms for each in arm.section])
+    q = np.zeros(6 + 2 * vehicle.sections)
+    q[6::2] = kappa
+    return mass_matrix(vehicle.model_copy(update={"arm_tables": _unbounded(vehicle)}), q), kappa
+
+
+def _unbounded(vehicle: Vehicle) -> Section | tuple[ArmChain, ...]:
+    """The arms with κ_s = 0."""
+    off = {"kappa_s": 0.0}
+    if not vehicle.has_arm_list:
+        return vehicle.arm.model_copy(update=off)
+    return tuple(
+        arm.model_copy(update={"section": tuple(s.model_copy(update=off) for s in arm.section)})
+        for arm in vehicle.arms
+    )
+
+
+def bend_inertia(vehicle: Vehicle) -> np.ndarray:
+    """Inertia (bends, bends) of the straight arms' bend vectors, the base fixed [kg m⁴]."""
     check_single_vehicle(vehicle)
-    return float(vehicle.arm.straight_modal_mass)
+    if not vehicle.has_arm_list:
+        return float(vehicle.arm.straight_modal_mass) * np.eye(2)
+    # Small enough to be straight to 1e-8, and large enough for as many digits of 1 - cos.
+    M, kappa = _nearly_straight(vehicle, 1e-4)
+    # Bent towards x, a section's k̇ is (κ̇, κ ψ̇a).
+    scale = np.stack([np.ones_like(kappa), 1.0 / kappa], axis=-1).ravel()
+    found: np.ndarray = scale[:, None] * M[6:, 6:] * scale
+    return found
 
 
 def camera_inertia(vehicle: Vehicle) -> np.ndarray:
-    """Λ (6, 6): inertia that a camera at the tip of the straight, frozen arm feels, in its axes."""
+    """Λ (6, 6): inertia that a camera at its arm's tip feels, in its axes, with all arms straight
+    and frozen."""
     return _camera_inertia(check_single_vehicle(vehicle))
 
 
 # Many gains are designed for one vehicle.
 @lru_cache(maxsize=1024)
 def _camera_inertia(vehicle: Vehicle) -> np.ndarray:
-    R = (TIP_OF_STRAIGHT_ARM @ Rotation.from_quat(vehicle.camera.attitude).as_matrix()).T
+    R = axes_on_body(vehicle).T
     J = np.block([[R, -R @ skew(on_body(vehicle))], [np.zeros((3, 3)), R]])
     inverse = np.linalg.inv(J)
     return checks.frozen(inverse.T @ _rigid_inertia(vehicle) @ inverse)

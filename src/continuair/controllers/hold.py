@@ -6,7 +6,7 @@ import numpy as np
 
 from continuair import checks
 from continuair.controllers.controller import Controller
-from continuair.controllers.gains import rigid_inertia, straight_bend_inertia
+from continuair.controllers.gains import bend_inertia, rigid_inertia
 from continuair.errors import InputError, shown
 from continuair.kernels.laws.hold import law
 from continuair.vehicle.vehicle import check_single_vehicle
@@ -16,35 +16,53 @@ def hold(
     vehicle: Any,
     position: Any,
     attitude: Any = (0.0, 0.0, 0.0, 1.0),
-    bend: Any = (0.0, 0.0),
+    bend: Any = None,
     *,
     rate: float = 3.0,
     attitude_rate: float = 8.0,
-    bend_rate: float = 5.0,
+    bend_rate: Any = 5.0,
 ) -> Controller:
-    """Hold B's origin at a position (3,) [m], an attitude (x y z w) and a bend vector (2,) [1/m].
+    """Hold B's origin at a position (3,) [m], an attitude (x y z w) and the bend vectors [1/m].
 
-    rate, attitude_rate, bend_rate: of the critically damped loops [rad/s]; a bend_rate of 0 leaves
-    the arm free, as open-loop users want who look at what it does to the base. Raises InputError.
+    bend: two numbers per section, arm by arm from the base out; 0 by default. rate, attitude_rate,
+    bend_rate: of the critically damped loops [rad/s], bend_rate one for all sections or one each; 0
+    leaves a section free, as open-loop users want who look at what it does to the base. Raises
+    InputError.
     """
     check_single_vehicle(vehicle)
+    sections = [section for arm in vehicle.arms for section in arm.section]
+    straight = np.zeros(2 * len(sections))
     turn = checks.vector("attitude", attitude, 4)
     if not np.linalg.norm(turn) > 0.0:
         raise InputError(f"attitude is {shown(attitude)}; give a unit quaternion (x, y, z, w).")
     settings = {
         "position": checks.vector("position", position, 3),
         "attitude": turn / np.linalg.norm(turn),
-        "bend": checks.vector("bend", bend, 2),
+        "bend": checks.vector("bend", straight if bend is None else bend, len(straight)),
         "rate": checks.positive("rate", rate),
         "attitude_rate": checks.positive("attitude_rate", attitude_rate),
-        "bend_rate": checks.number("bend_rate", bend_rate, least=0.0),
+        "bend_rate": _bend_rate(bend_rate, len(sections)),
     }
-    arm = vehicle.arm
+    held = np.broadcast_to(settings["bend_rate"], len(sections)) > 0.0
+    stiffness = [each.bending_stiffness * each.length for each in sections]
     plant = {
         "mass": vehicle.mass,
         "inertia": rigid_inertia(vehicle)[3:, 3:],
-        "bend_inertia": straight_bend_inertia(vehicle),
-        "stiffness": arm.bending_stiffness * arm.length if settings["bend_rate"] else 0.0,
+        # What the others do does not push a section that is free.
+        "bend_inertia": np.where(np.repeat(held, 2)[:, None], bend_inertia(vehicle), 0.0),
+        "stiffness": np.repeat(np.where(held, stiffness, 0.0), 2),
     }
     gains = {name: np.asarray(value) for name, value in (settings | plant).items()}
-    return Controller("hold", law, gains, False, settings)
+    rates = np.broadcast_to(settings["bend_rate"], len(sections))
+    return Controller("hold", law, gains | {"bend_rate": np.repeat(rates, 2)}, False, settings)
+
+
+def _bend_rate(given: Any, sections: int) -> Any:
+    """Rates of 0 or more: one for all sections, or one each (sections,)."""
+    found = checks.finite_array(given)
+    if found is None or found.shape != (sections,):
+        each = f", or {sections} of them" if sections > 1 else ""
+        return checks.number("bend_rate", given, least=0.0, otherwise=each)
+    if not (found >= 0.0).all():
+        raise InputError(f"bend_rate is {shown(given)}; give rates of 0 or more [rad/s].")
+    return found

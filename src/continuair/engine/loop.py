@@ -182,9 +182,12 @@ def pack_gains(controller: Controller, Gains: Any, points: int) -> Array:
         one_run = value.shape[1:] if controller.runs else value.shape
         wanted = packed.dtype[name].shape
         if one_run != wanted:
+            of, remedy = f"{points} feature points", "give gains for the target's points"
+            if not controller.looks:
+                of, remedy = "the vehicle's sections", "make the controller for this vehicle"
             raise InputError(
-                f"{name} of the controller {controller.name} has shape {one_run}, but {points} "
-                f"feature points call for {wanted}; give gains for the target's points."
+                f"{name} of the controller {controller.name} has shape {one_run}, but {of} call "
+                f"for {wanted}; {remedy}."
             )
         packed[name] = value
     return packed

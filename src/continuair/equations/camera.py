@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from continuair.errors import InputError, shown
 from continuair.vehicle.camera import Camera
@@ -13,13 +14,29 @@ from continuair.vehicle.vehicle import Vehicle
 Array = np.ndarray
 
 TIP_OF_STRAIGHT_ARM = np.diag([1.0, -1.0, -1.0])
-"""Axes of the straight arm's tip frame in body axes."""
+"""Axes of the straight arm's tip frame in the arm's axes."""
 
 
 def on_body(vehicle: Vehicle) -> Array:
-    """Position (..., 3) of the camera in body axes with the arm straight [m]."""
-    tip = np.multiply.outer(vehicle.arm.length, [0.0, 0.0, -1.0]) + vehicle.uav.mount
-    return np.asarray(tip + np.asarray(vehicle.camera.position) @ TIP_OF_STRAIGHT_ARM)
+    """Position (..., 3) of the camera in body axes with its arm straight [m]."""
+    arm = vehicle.arms[vehicle.camera_arm]
+    length = arm.section[0].length
+    for section in arm.section[1:]:
+        length = length + section.length
+    tip = np.multiply.outer(length, [0.0, 0.0, -1.0])
+    off_tip = np.asarray(vehicle.camera.position) @ TIP_OF_STRAIGHT_ARM
+    if not vehicle.has_arm_list:
+        return np.asarray(tip + arm.mount + off_tip)
+    return np.asarray(Rotation.from_quat(arm.attitude).apply(tip + off_tip) + arm.mount)
+
+
+def axes_on_body(vehicle: Vehicle) -> Array:
+    """The camera's axes (3, 3) in body axes with its arm straight, of a vehicle of one run."""
+    tip = TIP_OF_STRAIGHT_ARM @ Rotation.from_quat(vehicle.camera.attitude).as_matrix()
+    if not vehicle.has_arm_list:
+        return np.asarray(tip)
+    arm = vehicle.arms[vehicle.camera_arm]
+    return np.asarray(Rotation.from_quat(arm.attitude).as_matrix() @ tip)
 
 
 def over(vehicle: Vehicle, point: Any, distance: Any) -> Array:

@@ -1,4 +1,9 @@
-"""Hold a position, an attitude and a bend: PD loops on each, with weight and spring carried."""
+"""Hold a position, an attitude and the bends: PD loops on each, with weight and spring carried.
+
+The spring is carried at the bends to hold, and helps the loops elsewhere. Moments on the bends are
+the inertia of the straight arms times the accelerations of their loops: while the base rests, what
+one section's loop does moves no other section.
+"""
 
 from types import SimpleNamespace
 
@@ -12,6 +17,8 @@ def law(code: LawCode) -> SimpleNamespace:
     Real, Sense, push, above = code.Real, code.Sense, code.push, code.above
     Bends, vec3, quat, mat33 = code.Bends, code.vec3, code.quat, code.mat33
     two, zero, one = Real(2.0), Real(0.0), Real(1.0)
+    bends = code.bends
+    BendInertia = wp.types.matrix((bends, bends), Real)
 
     @wp.struct
     class Gains:
@@ -20,11 +27,11 @@ def law(code: LawCode) -> SimpleNamespace:
         bend: Bends
         mass: Real
         inertia: mat33
-        bend_inertia: Real
-        stiffness: Real
+        bend_inertia: BendInertia
+        stiffness: Bends
         rate: Real
         attitude_rate: Real
-        bend_rate: Real
+        bend_rate: Bends
 
     @wp.func
     def control(sense: Sense, gains: Gains):
@@ -35,9 +42,13 @@ def law(code: LawCode) -> SimpleNamespace:
         w = gains.attitude_rate
         error = side * vec3(turn[0], turn[1], turn[2])
         m = gains.inertia * (w * (w * error - two * sense.angular_velocity))
-        w = gains.bend_rate
-        b = gains.stiffness * gains.bend
-        b += gains.bend_inertia * w * (w * (gains.bend - sense.bend) - two * sense.bend_rate)
+        b = wp.cw_mul(gains.stiffness, gains.bend)
+        x = wp.cw_mul(gains.bend_rate, gains.bend - sense.bend) - two * sense.bend_rate
+        for i in range(bends):
+            b[i] = b[i] + gains.bend_inertia[i, i] * gains.bend_rate[i] * x[i]
+            for j in range(bends):
+                if i != j:
+                    b[i] = b[i] + gains.bend_inertia[i, j] * gains.bend_rate[j] * x[j]
         return sense.weight + push(f, m, b)
 
     return SimpleNamespace(Gains=Gains, control=control)

@@ -27,13 +27,14 @@ class LawCode:
     push(force: vec3, moment: vec3, bend: Bends) -> Push, which adds up, with two numbers per
     section in Bends, arm by arm from the base out, which for one section is vec2;
     camera_push(sense, wrench: Twist) -> Push, J_cᵀ wrench; interaction(sight) -> L, Eq. (14), Amiri
-    et al.; points: number of feature points; Image, ImageGain, Twist: vectors and matrices for
-    them; Sense: below. On the CPU several runs fly at once: a law does so that
-    chooses by above(a, b, x, y), x where a > b and else y, and takes sine, cosine, tanh and
-    angle_of(y, x) from here; one that branches on numbers flies run by run.
+    et al.; points, bends: number of feature points, and of numbers in Bends; Image, ImageGain,
+    Twist: vectors and matrices for them; Sense: below. On the CPU several runs fly at once: a law
+    does so that chooses by above(a, b, x, y), x where a > b and else y, and takes sine, cosine,
+    tanh and angle_of(y, x) from here; one that branches on numbers flies run by run.
     """
 
     points: int
+    bends: int
     Real: Any
     vec2: Any
     Bends: Any
