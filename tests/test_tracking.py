@@ -11,7 +11,8 @@ import xarray as xr
 import continuair as ca
 from continuair.analysis.metrics import norm_difference
 from continuair.controllers.gain_files import Gains, gain_presets, load_gains
-from continuair.controllers.gains import camera_inertia, design
+from continuair.controllers.gains import design
+from continuair.controllers.inertias import camera_inertia
 from continuair.equations.camera import interaction_matrix
 from continuair.figures import tracking as figures
 from continuair.scenario.tracking_task import SETTINGS, chosen_letters, equipped, task

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from continuair.controllers.controller import Controller as Controller
     from continuair.controllers.controller import stack as stack
     from continuair.controllers.gains import design as design
-    from continuair.controllers.gains import rigid_inertia as rigid_inertia
     from continuair.controllers.hold import hold as hold
+    from continuair.controllers.inertias import rigid_inertia as rigid_inertia
     from continuair.controllers.servoing import servoing as servoing
     from continuair.errors import ContinuairWarning as ContinuairWarning
     from continuair.errors import InputError as InputError
@@ -74,7 +74,7 @@ _HOME = {
     "classic": "controllers.classic",
     "hold": "controllers.hold",
     "design": "controllers.gains",
-    "rigid_inertia": "controllers.gains",
+    "rigid_inertia": "controllers.inertias",
     "open_sweep": "sweeps",
     "run_pairs": "sweeps",
     "sweep": "sweeps",

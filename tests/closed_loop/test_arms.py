@@ -8,7 +8,10 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
-from continuair.controllers.gains import bend_inertia
+from continuair import equations
+from continuair.controllers.inertias import bend_inertia, rigid_inertia
+from continuair.equations.camera import axes_on_body, interaction_matrix, on_body
+from continuair.vehicle.coordinates import euler_to_body_rates
 
 TWO, DUAL = (ca.load_vehicle(name) for name in ("two_section", "dual_arm"))
 POSITION, ATTITUDE = [0.3, -0.2, 4.0], Rotation.from_euler("ZYX", [1.0, 0.2, -0.1])
@@ -98,3 +101,144 @@ def test_a_hold_of_another_vehicle_is_refused_in_one_sentence() -> None:
         ca.InputError, match="the vehicle's sections call for .4,.; make the contro"
     ):
         ca.simulate(TWO, ca.Scenario("hold", START, controller=law))
+
+
+STILL = ca.Target(ca.paths.hold())
+
+
+def above(vehicle: ca.Vehicle, offset: Any = (0.0, 0.0, 0.0)) -> np.ndarray:
+    """q with straight arms and the camera where it sees the desired image, off by an offset."""
+    turn = Rotation.from_matrix(np.diag([1.0, -1.0, -1.0]) @ axes_on_body(vehicle).T)
+    q = np.zeros(6 + 2 * vehicle.sections)
+    q[:3] = [0.0, 0.0, STILL.distance] - turn.apply(on_body(vehicle)) + np.asarray(offset)
+    q[3:6] = turn.as_euler("ZYX")[::-1]
+    return q
+
+
+def served(vehicle: ca.Vehicle, q: Any, law: ca.Controller, **fields: Any) -> xr.Dataset:
+    scenario = ca.Scenario("servoing", q, controller=law, target=STILL, **fields)
+    return ca.simulate(vehicle, scenario, sample=0.02)
+
+
+@pytest.mark.parametrize("vehicle", [TWO, DUAL], ids=lambda vehicle: vehicle.name)
+def test_servoing_brings_the_image_home_from_bent_arms_on_the_coupled_plant(
+    vehicle: ca.Vehicle,
+) -> None:
+    q = above(vehicle, [0.1, -0.05, 0.1])
+    q[6::2], q[7::2] = 0.1, [0.3, 2.0]
+    run = served(vehicle, q, ca.servoing(**ca.design(vehicle, 6.0)), duration=12.0)
+    assert run.status == 0
+    assert np.abs(run.feature_error[0]).max() > 25.0
+    assert np.abs(run.feature_error[-1]).max() < 1e-3
+    # Bends of all arms come to rest straight.
+    assert np.abs(run.bend[-1]).max() < 1e-5
+
+
+@pytest.mark.parametrize("vehicle", [TWO, DUAL], ids=lambda vehicle: vehicle.name)
+def test_with_arms_carried_the_camera_has_the_double_pole_of_its_design(
+    vehicle: ca.Vehicle,
+) -> None:
+    """From rest a double pole leaves (1 + ω t) exp(-ω t), and the arms stay straight."""
+    law = ca.servoing(**ca.design(vehicle, 3.0, conditioning=0.0))
+    run = served(vehicle, above(vehicle, [1e-3, 0, 0]), law, duration=1.0, control_period=None)
+    error = np.linalg.norm(run.feature_error, axis=-1)
+    left = (1.0 + 3.0 * run.time) * np.exp(-3.0 * run.time)
+    np.testing.assert_allclose(error / error[0], left, rtol=0, atol=5e-3)
+    tips = vehicle.reach * np.abs(run.bend).max()
+    assert tips < 1e-4
+
+
+def moved(vehicle: ca.Vehicle, law: ca.Controller) -> tuple[np.ndarray, ...]:
+    """q, q̇ and the first push, in paper coordinates, of a vehicle in motion."""
+    rng = np.random.default_rng(5)
+    q = above(vehicle, [0.1, -0.05, 0.1])
+    q[3:6] += [0.05, -0.04, 0.3]
+    q[6:] = rng.uniform(0.2, 0.6, len(q) - 6)
+    qd = 0.1 * rng.normal(size=len(q))
+    run = served(vehicle, q, law, qd=qd, duration=0.02, control_period=1e-3)
+    push = run.command[0].to_numpy()
+    euler = euler_to_body_rates(q[None])[0].T @ push[3:6]
+    return q, qd, np.concatenate([push[:3], euler, in_polar(q, push[6:])])
+
+
+def in_polar(q: np.ndarray, moments: np.ndarray) -> np.ndarray:
+    """(Q_κ, Q_ψa) of each section from moments on its bend vector."""
+    cosine, sine = np.cos(q[7::2]), np.sin(q[7::2])
+    x, y = moments[::2], moments[1::2]
+    return np.column_stack([cosine * x + sine * y, q[6::2] * (cosine * y - sine * x)]).ravel()
+
+
+def as_printed(vehicle: ca.Vehicle, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+    """J_Lᵀ (K_p e_a - K_d J_L q̇) through all coordinates, K_p = 2, K_d = 0.1, C_d = 0.5."""
+    image, depth = equations.look(vehicle, q, STILL.points)
+    J = interaction_matrix(image, depth) @ equations.camera_jacobian(vehicle, q)
+    error = STILL.desired - image
+    e_a = -0.5 * J @ qd + error + 1e-6 * np.tanh(error / 1e-3)
+    return np.asarray(J.T @ (2.0 * e_a - 0.1 * J @ qd))
+
+
+@pytest.mark.parametrize("vehicle", [TWO, DUAL], ids=lambda vehicle: vehicle.name)
+def test_without_carrying_the_law_is_the_papers_through_all_bends(vehicle: ca.Vehicle) -> None:
+    q, qd, push = moved(vehicle, ca.servoing(2.0, 0.1, Cd=0.5))
+    expected = equations.weight_vector(vehicle, q, nodes=32) + as_printed(vehicle, q, qd)
+    np.testing.assert_allclose(push, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("vehicle", [TWO, DUAL], ids=lambda vehicle: vehicle.name)
+def test_carried_arms_get_what_inertia_asks_for_and_loops_of_their_own(
+    vehicle: ca.Vehicle,
+) -> None:
+    law = ca.servoing(2.0, 0.1, Cd=0.5, arms=ca.design(vehicle, 3.0, bend_rate=7.0)["arms"])
+    q, qd, push = moved(vehicle, law)
+    wrench = as_printed(vehicle, q, qd)[:6]
+    weight = equations.weight_vector(vehicle, q, nodes=32)
+    np.testing.assert_allclose(push[:6], weight[:6] + wrench, rtol=0, atol=1e-9)
+    body = (
+        equations.rotation(q).T @ wrench[:3],
+        np.linalg.solve(euler_to_body_rates(q[None])[0].T, wrench[3:]),
+    )
+    # A rigid body's acceleration under that push bends straight arms by moments -M k̈.
+    rigid = np.linalg.solve(rigid_inertia(vehicle), np.concatenate(body))
+    cosine, sine = np.cos(q[7::2]), np.sin(q[7::2])
+    bend = np.column_stack([q[6::2] * cosine, q[6::2] * sine]).ravel()
+    rate = np.column_stack(
+        [
+            qd[6::2] * cosine - q[6::2] * qd[7::2] * sine,
+            qd[6::2] * sine + q[6::2] * qd[7::2] * cosine,
+        ]
+    ).ravel()
+    held = bend_inertia(vehicle) @ (49.0 * bend + 14.0 * rate)
+    expected = weight[6:] + in_polar(q, coupled(vehicle) @ rigid - held)
+    # The law's inertia is that of arms bent by 1e-4 rad.
+    np.testing.assert_allclose(push[6:], expected, rtol=0, atol=1e-5 * np.abs(expected).max())
+
+
+def coupled(vehicle: ca.Vehicle) -> np.ndarray:
+    """Moments on the bends of straight arms per acceleration of the body (bends, 6) as a rigid
+    one, weightless: those that undo what the bends do without them."""
+    state: dict[str, Any] = {"bend": np.zeros((2, 2)), "gravity": 0.0}
+    answers = []
+    M = rigid_inertia(vehicle)
+    for k in range(6):
+        pushed = M[:, k]
+        bent = ca.accelerations(vehicle, **state, force=pushed[:3], moment=pushed[3:])[2]
+        answers.append(np.ravel(bent))
+    free = np.stack(
+        [
+            np.ravel(ca.accelerations(vehicle, **state, bend_moment=unit.reshape(2, 2))[2])
+            for unit in np.eye(4)
+        ],
+        axis=-1,
+    )
+    return np.asarray(-np.linalg.solve(free, np.stack(answers, axis=-1)))
+
+
+def test_gains_designed_for_another_vehicle_are_refused_in_one_sentence() -> None:
+    law = ca.servoing(**ca.design(TWO, 3.0))
+    paper = ca.load_vehicle("paper")
+    with pytest.raises(ca.InputError, match="per_push of .* the vehicle's sections call for .2, 6"):
+        served(paper, above(paper), law)
+    with pytest.raises(ca.InputError, match="arms is 3; give what design"):
+        ca.servoing(1.0, 1.0, arms=3)  # type: ignore[arg-type]
+    with pytest.raises(ca.InputError, match="bend_rate is -1.0; give a finite number of at least"):
+        ca.design(TWO, 3.0, bend_rate=-1.0)

@@ -7,7 +7,7 @@ import pytest
 
 import continuair as ca
 from continuair import equations
-from continuair.controllers.gains import camera_inertia
+from continuair.controllers.inertias import camera_inertia
 from continuair.equations.camera import interaction_matrix
 from continuair.scenario import paths
 from tests.closed_loop import eye

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import continuair as ca
 from continuair.controllers.classic import classic
-from continuair.controllers.gains import camera_inertia
+from continuair.controllers.inertias import camera_inertia
 from continuair.equations.camera import interaction_matrix_in_pixels, to_pixels
 from continuair.scenario.paths import circle
 from continuair.scenario.targets import Target

@@ -6,7 +6,7 @@ import numpy as np
 
 from continuair import checks
 from continuair.controllers.controller import Controller
-from continuair.controllers.gains import camera_inertia
+from continuair.controllers.inertias import camera_inertia
 from continuair.kernels.laws.classic import law
 
 

@@ -19,7 +19,7 @@ _PRESETS = Presets("gains", Path(__file__).parent / "presets")
 _DESIGN = {
     name for name in inspect.signature(design).parameters if name not in ("vehicle", "desired")
 }
-_SERVOING = set(inspect.signature(servoing).parameters)
+_SERVOING = set(inspect.signature(servoing).parameters) - {"arms"}
 _GAINS = {"Kp", "Kd", "Cp", "Cd", "Cs", "points"}
 _RECORD = "record"
 

@@ -1,20 +1,17 @@
-"""Gains of the paper's law from a bandwidth, and the inertias that controllers are tuned by."""
+"""Gains of the paper's law from a bandwidth."""
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from continuair import checks
-from continuair.equations import mass_matrix
-from continuair.equations.camera import axes_on_body, interaction_matrix, on_body
-from continuair.equations.kinematics import skew
+from continuair.controllers.carried import carried
+from continuair.controllers.inertias import camera_inertia, camera_inertia_of
+from continuair.equations.camera import interaction_matrix
 from continuair.errors import InputError, shown
-from continuair.vehicle.arms import ArmChain
-from continuair.vehicle.section import Section
-from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+from continuair.vehicle.vehicle import Vehicle
 
 _FLOOR = 1e-6
 """What makes W definite in the 2n - 6 directions that no camera motion reaches."""
@@ -30,18 +27,23 @@ def design(
     sliding: float = 1e-6,
     desired: Any = None,
     distance: float = 2.0,
+    bend_rate: float | None = None,
 ) -> dict[str, Any]:
     """Gains Kp, Kd, Cp, Cd, Cs for `servoing`, that place the poles of the camera's motion.
 
     bandwidth: ω [rad/s]; damping_ratio: ζ; conditioning: μ, a share of the best seen direction's
     gain, below which a direction gets a slower loop; rate_gain: K_d = rate_gain W; sliding: C_s;
     desired: the image to reach (2n,), normalised, of points `distance` [m] away, our 0.5 m
-    square by default, as the paper prints none. Raises InputError.
+    square by default, as the paper prints none; bend_rate: of the loops that keep arms straight
+    which are carried along [rad/s], twice the bandwidth by default for a vehicle with [[arm]]. 0,
+    and by default for one with [arm], is the paper's law: its wrench bends the camera's arm. Raises
+    InputError.
 
-    With Λ the inertia that the camera feels, L Λ^(-1/2) = Σ s_i u_i v_iᵀ over the directions seen.
-    K_p = ω² W = Σ ω_i² / s_i² u_i u_iᵀ and C_d = Σ 2 ζ / ω_i u_i u_iᵀ give direction i the poles of
-    p² + 2 ζ ω_i p + ω_i², with ω_i = ω s_i² / (s_i² + μ² s_1²). μ = 0 makes them all equal, and
-    K_p = ω² (L⁺)ᵀ Λ L⁺; noise in the image then moves the directions that it hardly determines.
+    With Λ the inertia that the camera feels, all arms straight and frozen, L Λ^(-1/2) =
+    Σ s_i u_i v_iᵀ over the directions seen. K_p = ω² W = Σ ω_i² / s_i² u_i u_iᵀ and C_d = Σ 2 ζ /
+    ω_i u_i u_iᵀ give direction i the poles of p² + 2 ζ ω_i p + ω_i², with ω_i = ω s_i² / (s_i² +
+    μ² s_1²). μ = 0 makes them all equal, and K_p = ω² (L⁺)ᵀ Λ L⁺; noise in the image then moves the
+    directions that it hardly determines.
     """
     # NumPy's powers of a number may be infinite, which is refused below; Python's raise.
     ω = np.float64(checks.positive("bandwidth", bandwidth))
@@ -56,7 +58,12 @@ def design(
             f"conditioning {shown(conditioning)}, rate_gain {shown(rate_gain)} and distance "
             f"{shown(distance)} gives gains that no number holds; give values nearer to 1."
         )
-    return {"Kp": Kp, "Kd": Kd, "Cp": 1.0, "Cd": Cd, "Cs": Cs, "points": len(L) // 2}
+    found = {"Kp": Kp, "Kd": Kd, "Cp": 1.0, "Cd": Cd, "Cs": Cs, "points": len(L) // 2}
+    if bend_rate is None:
+        bend_rate = 2.0 * float(ω) if vehicle.has_arm_list else 0.0
+    if checks.number("bend_rate", bend_rate, least=0.0, otherwise=" [rad/s]") > 0.0:
+        found["arms"] = carried(vehicle, bend_rate)
+    return found
 
 
 def designs(vehicle: Vehicle, desired: np.ndarray, **settings: Any) -> dict[str, Any]:
@@ -72,7 +79,7 @@ def designs(vehicle: Vehicle, desired: np.ndarray, **settings: Any) -> dict[str,
     L = np.stack([_seen(row[:-1], row[-1]) for row in images])[which.ravel()]
     one = vehicle.runs is None
     vehicles = [vehicle] if one else [vehicle.select(run) for run in range(runs)]
-    inertia = np.stack([_camera_inertia(each) for each in vehicles])
+    inertia = np.stack([camera_inertia_of(each) for each in vehicles])
     names = ("bandwidth", "damping_ratio", "conditioning", "rate_gain")
     Kp, Kd, Cd = _placed(inertia, L, *(each[name][:, None] for name in names))
     for run in np.flatnonzero(~np.isfinite([Kp, Kd, Cd]).all((0, 2, 3))):
@@ -131,61 +138,3 @@ def _seen(desired: Any, distance: float) -> np.ndarray:
             "least 4 points that are not on a line (3 suffice only off the singular cylinder)."
         )
     return L
-
-
-def rigid_inertia(vehicle: Vehicle) -> np.ndarray:
-    """Inertia (6, 6) of the vehicle with its arms frozen straight, about B's origin, body axes."""
-    return _rigid_inertia(check_single_vehicle(vehicle))
-
-
-def _rigid_inertia(vehicle: Vehicle) -> np.ndarray:
-    # Polar coordinates have no straight arm: this bend moves the tip by 5e-7 of its length.
-    return _nearly_straight(vehicle, 1e-6)[0][:6, :6]
-
-
-def _nearly_straight(vehicle: Vehicle, angle: float) -> tuple[np.ndarray, np.ndarray]:
-    """M (coordinates, coordinates) with every section bent towards x by an angle [rad], κ_s off,
-    and the bends κ (sections,) [1/m]."""
-    kappa = np.array([angle / each.length for arm in vehicle.arms for each in arm.section])
-    q = np.zeros(6 + 2 * vehicle.sections)
-    q[6::2] = kappa
-    return mass_matrix(vehicle.model_copy(update={"arm_tables": _unbounded(vehicle)}), q), kappa
-
-
-def _unbounded(vehicle: Vehicle) -> Section | tuple[ArmChain, ...]:
-    """The arms with κ_s = 0."""
-    off = {"kappa_s": 0.0}
-    if not vehicle.has_arm_list:
-        return vehicle.arm.model_copy(update=off)
-    return tuple(
-        arm.model_copy(update={"section": tuple(s.model_copy(update=off) for s in arm.section)})
-        for arm in vehicle.arms
-    )
-
-
-def bend_inertia(vehicle: Vehicle) -> np.ndarray:
-    """Inertia (bends, bends) of the straight arms' bend vectors, the base fixed [kg m⁴]."""
-    check_single_vehicle(vehicle)
-    if not vehicle.has_arm_list:
-        return float(vehicle.arm.straight_modal_mass) * np.eye(2)
-    # Small enough to be straight to 1e-8, and large enough for as many digits of 1 - cos.
-    M, kappa = _nearly_straight(vehicle, 1e-4)
-    # Bent towards x, a section's k̇ is (κ̇, κ ψ̇a).
-    scale = np.stack([np.ones_like(kappa), 1.0 / kappa], axis=-1).ravel()
-    found: np.ndarray = scale[:, None] * M[6:, 6:] * scale
-    return found
-
-
-def camera_inertia(vehicle: Vehicle) -> np.ndarray:
-    """Λ (6, 6): inertia that a camera at its arm's tip feels, in its axes, with all arms straight
-    and frozen."""
-    return _camera_inertia(check_single_vehicle(vehicle))
-
-
-# Many gains are designed for one vehicle.
-@lru_cache(maxsize=1024)
-def _camera_inertia(vehicle: Vehicle) -> np.ndarray:
-    R = axes_on_body(vehicle).T
-    J = np.block([[R, -R @ skew(on_body(vehicle))], [np.zeros((3, 3)), R]])
-    inverse = np.linalg.inv(J)
-    return checks.frozen(inverse.T @ _rigid_inertia(vehicle) @ inverse)

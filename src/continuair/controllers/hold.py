@@ -6,7 +6,7 @@ import numpy as np
 
 from continuair import checks
 from continuair.controllers.controller import Controller
-from continuair.controllers.gains import bend_inertia, rigid_inertia
+from continuair.controllers.inertias import bend_inertia, rigid_inertia
 from continuair.errors import InputError, shown
 from continuair.kernels.laws.hold import law
 from continuair.vehicle.vehicle import check_single_vehicle

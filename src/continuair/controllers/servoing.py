@@ -6,7 +6,10 @@ from typing import Any
 import numpy as np
 
 from continuair import checks
+from continuair.controllers.carried import Carried
 from continuair.controllers.controller import Controller, definite, gain_matrix, over_runs
+from continuair.errors import InputError, shown
+from continuair.kernels.laws import carried
 from continuair.kernels.laws.servoing import law
 
 _MOST_POINTS = 100
@@ -30,6 +33,7 @@ def servoing(
     feed_forward: bool = True,
     compensation: str = "gravity_only",
     posture_damping: float = 0.0,
+    arms: Carried | None = None,
 ) -> Controller:
     """The paper's controller for `points` feature points.
 
@@ -37,7 +41,8 @@ def servoing(
     positive definite; sigma: width of tanh, normalised image. compensation: "gravity_only" leaves
     the arm its spring, "literal" cancels the elastic force too, as the printed G does.
     posture_damping: a moment against the bend rate [N m³ s], for the two joint directions that the
-    image does not see. Raises InputError.
+    image does not see. arms: what `design` gives for a vehicle with [[arm]]; with it they are
+    carried along, our law and not the paper's. Raises InputError.
     """
     chosen = {"damping": damping, "compensation": compensation}
     for name, value in chosen.items():
@@ -60,7 +65,13 @@ def servoing(
         "spring": float(compensation == "literal"),
         "posture": settings["posture_damping"],
     }
-    return Controller("DPD-SM-IBVS", law, gains, settings=settings)
+    if arms is None:
+        return Controller("DPD-SM-IBVS", law, gains, settings=settings)
+    if not isinstance(arms, Carried):
+        raise InputError(f"arms is {shown(arms)}; give what design(vehicle, ...) returns, or None.")
+    gains |= {"per_push": arms.per_push, "bend_inertia": arms.inertia, "bend_rate": arms.rate}
+    settings |= {"bend_rate": arms.rate}
+    return Controller("DPD-SM-IBVS, arms carried", carried.law, gains, settings=settings)
 
 
 def servoings(gains: Mapping[str, Any], posture_damping: np.ndarray) -> Controller:

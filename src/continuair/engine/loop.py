@@ -183,7 +183,7 @@ def pack_gains(controller: Controller, Gains: Any, points: int) -> Array:
         wanted = packed.dtype[name].shape
         if one_run != wanted:
             of, remedy = f"{points} feature points", "give gains for the target's points"
-            if not controller.looks:
+            if 2 * points not in wanted:
                 of, remedy = "the vehicle's sections", "make the controller for this vehicle"
             raise InputError(
                 f"{name} of the controller {controller.name} has shape {one_run}, but {of} call "

@@ -9,8 +9,8 @@ import numpy as np
 
 from continuair.controllers.classic import classic
 from continuair.controllers.controller import Controller, stack
-from continuair.controllers.gains import designs
-from continuair.controllers.servoing import servoings
+from continuair.controllers.gains import design, designs
+from continuair.controllers.servoing import servoing, servoings
 from continuair.equations.camera import over
 from continuair.errors import InputError
 from continuair.scenario import paths
@@ -195,6 +195,8 @@ def _controller(
                 for run, one in enumerate(_each(fields, runs))
             ]
         )
+    if vehicle.has_arm_list:
+        return _with_arms_carried(vehicle, fields, targets, of_run)
     gains = designs(
         vehicle,
         np.stack([target.desired for target in targets])[of_run],
@@ -202,3 +204,21 @@ def _controller(
         **{name: fields[name] for name in _DESIGN},
     )
     return servoings(gains, np.broadcast_to(fields["posture_damping"], runs))
+
+
+def _with_arms_carried(
+    vehicle: Vehicle, fields: dict[str, Any], targets: list[Target], of_run: Array
+) -> Controller:
+    """The law of each run, designed for its own vehicle, which may differ in what carries its
+    arms."""
+    laws = []
+    for run, one in enumerate(_each(fields, len(of_run))):
+        target = targets[of_run[run]]
+        gains = design(
+            vehicle.select(run),
+            **{name: one[name] for name in _DESIGN},
+            desired=target.desired,
+            distance=target.distance,
+        )
+        laws.append(servoing(**gains, posture_damping=one["posture_damping"]))
+    return stack(laws)

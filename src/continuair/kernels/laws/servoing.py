@@ -8,6 +8,7 @@ belongs. Named choices, with what is printed last: damping "camera" (on J_L q̇ 
 """
 
 from types import SimpleNamespace
+from typing import Any
 
 import warp as wp
 
@@ -16,9 +17,8 @@ from continuair.kernels.sensing.sense import LawCode
 
 def law(code: LawCode) -> SimpleNamespace:
     """The law on the device."""
-    Real, vec3, Image, ImageGain = code.Real, code.vec3, code.Image, code.ImageGain
-    Sense, interaction, rows = code.Sense, code.interaction, 2 * code.points
-    push, camera_push, tanh = code.push, code.camera_push, code.tanh
+    Real, vec3, ImageGain = code.Real, code.vec3, code.ImageGain
+    Sense, push, camera_push = code.Sense, code.push, code.camera_push
 
     @wp.struct
     class Gains:
@@ -33,8 +33,24 @@ def law(code: LawCode) -> SimpleNamespace:
         spring: Real
         posture: Real
 
+    wrench_of = camera_wrench(code, Gains)
+
     @wp.func
     def control(sense: Sense, gains: Gains):
+        tau = sense.weight + gains.spring * sense.spring
+        tau += camera_push(sense, wrench_of(sense, gains))
+        return tau + push(vec3(), vec3(), -gains.posture * sense.bend_rate)
+
+    return SimpleNamespace(Gains=Gains, control=control)
+
+
+def camera_wrench(code: LawCode, Gains: Any) -> Any:
+    """Lᵀ (K_p e_a - K_d L v_c), the law's wrench on the camera, as a function of (sense, gains)."""
+    Image, Sense, interaction = code.Image, code.Sense, code.interaction
+    rows, tanh = 2 * code.points, code.tanh
+
+    @wp.func
+    def wrench_of(sense: Sense, gains: Gains):
         L = interaction(sense.sight)
         e = wp.cw_mul(sense.sight.seen, sense.desired - sense.sight.image)
         target_rate = L * sense.target_twist
@@ -45,8 +61,6 @@ def law(code: LawCode) -> SimpleNamespace:
             sliding[i] = tanh(e[i] / gains.sigma)
         e_a = gains.Cd * e_dot + gains.Cp * e + gains.Cs * sliding
         damped = camera_rate - gains.on_feature_rate * target_rate
-        tau = sense.weight + gains.spring * sense.spring
-        tau += camera_push(sense, wp.transpose(L) * (gains.Kp * e_a - gains.Kd * damped))
-        return tau + push(vec3(), vec3(), -gains.posture * sense.bend_rate)
+        return wp.transpose(L) * (gains.Kp * e_a - gains.Kd * damped)
 
-    return SimpleNamespace(Gains=Gains, control=control)
+    return wrench_of

@@ -25,7 +25,8 @@ class LawCode:
     """What a law is written with: types, and functions of what it senses.
 
     push(force: vec3, moment: vec3, bend: Bends) -> Push, which adds up, with two numbers per
-    section in Bends, arm by arm from the base out, which for one section is vec2;
+    section in Bends, arm by arm from the base out, which for one section is vec2; force_of and
+    moment_of give these of a push;
     camera_push(sense, wrench: Twist) -> Push, J_cᵀ wrench; interaction(sight) -> L, Eq. (14), Amiri
     et al.; points, bends: number of feature points, and of numbers in Bends; Image, ImageGain,
     Twist: vectors and matrices for them; Sense: below. On the CPU several runs fly at once: a law
@@ -47,6 +48,8 @@ class LawCode:
     Twist: Any
     Sense: Any
     push: Any
+    force_of: Any
+    moment_of: Any
     camera_push: Any
     interaction: Any
     proprioception: Any
@@ -70,6 +73,7 @@ def law_code(numbers: Numbers, tree: Tree, points: int) -> LawCode:
     Camera, View, Sight, Image, Twist = eye.Camera, eye.View, eye.Sight, eye.Image, eye.Twist
     ImageGain, interaction, push_of_camera = eye.ImageGain, eye.interaction, eye.camera_push
     push, zero = types.push_of, Real(0.0)
+    force_of, moment_of = types.force_of, types.moment_of
     above, known = number_code(numbers).above, elementary_code(numbers)
     sine, cosine, angle_of, tanh = known.sine, known.cosine, known.angle_of, known.tanh
 

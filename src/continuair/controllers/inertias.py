@@ -1,0 +1,80 @@
+"""Inertias that controllers are tuned by, of vehicles whose arms are straight."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from continuair import checks
+from continuair.equations import mass_matrix
+from continuair.equations.camera import axes_on_body, on_body
+from continuair.equations.kinematics import skew
+from continuair.vehicle.arms import ArmChain
+from continuair.vehicle.section import Section
+from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+
+
+def rigid_inertia(vehicle: Vehicle) -> np.ndarray:
+    """Inertia (6, 6) of the vehicle with its arms frozen straight, about B's origin, body axes."""
+    return _rigid_inertia(check_single_vehicle(vehicle))
+
+
+def _rigid_inertia(vehicle: Vehicle) -> np.ndarray:
+    # Polar coordinates have no straight arm: this bend moves the tip by 5e-7 of its length.
+    return _nearly_straight(vehicle, 1e-6)[0][:6, :6]
+
+
+def _nearly_straight(vehicle: Vehicle, angle: float) -> tuple[np.ndarray, np.ndarray]:
+    """M (coordinates, coordinates) with every section bent towards x by an angle [rad], κ_s off,
+    and the bends κ (sections,) [1/m]."""
+    kappa = np.array([angle / each.length for arm in vehicle.arms for each in arm.section])
+    q = np.zeros(6 + 2 * vehicle.sections)
+    q[6::2] = kappa
+    return mass_matrix(vehicle.model_copy(update={"arm_tables": _unbounded(vehicle)}), q), kappa
+
+
+def _unbounded(vehicle: Vehicle) -> Section | tuple[ArmChain, ...]:
+    """The arms with κ_s = 0."""
+    off = {"kappa_s": 0.0}
+    if not vehicle.has_arm_list:
+        return vehicle.arm.model_copy(update=off)
+    return tuple(
+        arm.model_copy(update={"section": tuple(s.model_copy(update=off) for s in arm.section)})
+        for arm in vehicle.arms
+    )
+
+
+def bend_inertia(vehicle: Vehicle) -> np.ndarray:
+    """Inertia (bends, bends) of the straight arms' bend vectors, the base fixed [kg m⁴]."""
+    check_single_vehicle(vehicle)
+    if not vehicle.has_arm_list:
+        return float(vehicle.arm.straight_modal_mass) * np.eye(2)
+    return straight_inertia(vehicle)[6:, 6:]
+
+
+def straight_inertia(vehicle: Vehicle) -> np.ndarray:
+    """M (coordinates, coordinates) of the level vehicle with straight arms, about B's origin: for
+    velocity, angular velocity and the rates of the bend vectors."""
+    # Small enough to be straight to 1e-8, and large enough for as many digits of 1 - cos.
+    M, kappa = _nearly_straight(vehicle, 1e-4)
+    # Bent towards x, a section's k̇ is (κ̇, κ ψ̇a).
+    scale = np.stack([np.ones_like(kappa), 1.0 / kappa], axis=-1).ravel()
+    scale = np.concatenate([np.ones(6), scale])
+    found: np.ndarray = scale[:, None] * M * scale
+    return found
+
+
+def camera_inertia(vehicle: Vehicle) -> np.ndarray:
+    """Λ (6, 6): inertia that a camera at its arm's tip feels, in its axes, with all arms straight
+    and frozen."""
+    return camera_inertia_of(check_single_vehicle(vehicle))
+
+
+# Many gains are designed for one vehicle.
+@lru_cache(maxsize=1024)
+def camera_inertia_of(vehicle: Vehicle) -> np.ndarray:
+    R = axes_on_body(vehicle).T
+    J = np.block([[R, -R @ skew(on_body(vehicle))], [np.zeros((3, 3)), R]])
+    inverse = np.linalg.inv(J)
+    return checks.frozen(inverse.T @ _rigid_inertia(vehicle) @ inverse)

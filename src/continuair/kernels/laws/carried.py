@@ -1,0 +1,66 @@
+"""The paper's law on a vehicle whose arms are carried along: servoing with several sections.
+
+Ours, not the paper's: its wrench on the camera, J_Lᵀ (K_p e_a - K_d J_L q̇), pushes the body as with
+its arms frozen; the bends, those of other arms too, get the moments that the inertia of straight
+arms asks for then, and loops of their own about straight. All bends move the camera and its twist.
+"""
+
+from types import SimpleNamespace
+
+import warp as wp
+
+from continuair.kernels.laws.servoing import camera_wrench
+from continuair.kernels.sensing.sense import LawCode
+
+
+def law(code: LawCode) -> SimpleNamespace:
+    """The law on the device."""
+    Real, vec3, ImageGain, Bends = code.Real, code.vec3, code.ImageGain, code.Bends
+    Sense, bends, two = code.Sense, code.bends, code.Real(2.0)
+    push, camera_push = code.push, code.camera_push
+    force_of, moment_of = code.force_of, code.moment_of
+    PerPush = wp.types.matrix((bends, 6), Real)
+    BendInertia = wp.types.matrix((bends, bends), Real)
+
+    @wp.struct
+    class Gains:
+        Kp: ImageGain
+        Kd: ImageGain
+        Cp: ImageGain
+        Cd: ImageGain
+        Cs: ImageGain
+        sigma: Real
+        feed_forward: Real
+        on_feature_rate: Real
+        spring: Real
+        posture: Real
+        per_push: PerPush
+        bend_inertia: BendInertia
+        bend_rate: Real
+
+    wrench_of = camera_wrench(code, Gains)
+
+    @wp.func
+    def carrying(sense: Sense, gains: Gains, force: vec3, moment: vec3):
+        """Moments on the bends under a push on the body, both in its axes."""
+        w = gains.bend_rate
+        out = Bends()
+        for i in range(bends):
+            for j in range(3):
+                out[i] = out[i] + gains.per_push[i, j] * force[j]
+                out[i] = out[i] + gains.per_push[i, 3 + j] * moment[j]
+            for j in range(bends):
+                back = w * (w * sense.bend[j] + two * sense.bend_rate[j])
+                out[i] = out[i] - gains.bend_inertia[i, j] * back
+        return out
+
+    @wp.func
+    def control(sense: Sense, gains: Gains):
+        frozen = camera_push(sense, wrench_of(sense, gains))
+        force = force_of(frozen)
+        moment = moment_of(frozen)
+        bend = carrying(sense, gains, wp.quat_rotate_inv(sense.attitude, force), moment)
+        tau = sense.weight + gains.spring * sense.spring
+        return tau + push(force, moment, bend - gains.posture * sense.bend_rate)
+
+    return SimpleNamespace(Gains=Gains, control=control)
