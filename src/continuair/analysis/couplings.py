@@ -17,10 +17,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from continuair.analysis.metrics import differences
 from continuair.errors import InputError
-from continuair.flight.prepare import check_scenario, prepare
+from continuair.flight.prepare import Flight, check_scenario, prepare
 from continuair.flight.simulate import fly
 from continuair.kernels.dynamics import COUPLINGS
 from continuair.scenario.scenarios import Scenario
@@ -33,7 +34,8 @@ _TIP = ("tip_position", "tip_attitude")
 
 def attribution(vehicle: Vehicle, scenario: Scenario, sample: float) -> dict[str, dict[str, Any]]:
     """How far the tip is from the coupled flight's without each of COUPLINGS alone, and of
-    `decoupled`, without all of them: what `compare` returns, NaN for a flight that ended early.
+    `decoupled`, without all of them: what `compare` returns, NaN for a flight that ended early. Of
+    several tips it is the one that carries the camera.
 
     vehicle, scenario: plain or batched, in open loop; sample: time between samples [s]. Raises
     InputError.
@@ -44,8 +46,14 @@ def attribution(vehicle: Vehicle, scenario: Scenario, sample: float) -> dict[str
     flight = prepare(vehicle, scenario, sample=sample, stacklevel=3)
     models = {coupling: f"without {coupling}" for coupling in COUPLINGS}
     models["decoupled"] = "decoupled"
-    coupled = fly(flight, "coupled", _TIP)
-    return {name: differences(coupled, fly(flight, model, _TIP)) for name, model in models.items()}
+    coupled = _tip(flight, "coupled")
+    return {name: differences(coupled, _tip(flight, model)) for name, model in models.items()}
+
+
+def _tip(flight: Flight, model: str) -> xr.Dataset:
+    """Pose of the tip that carries the camera."""
+    found = fly(flight, model, _TIP)
+    return found.isel(arm=flight.vehicle.camera_arm) if "arm" in found.dims else found
 
 
 def responsible(errors: dict[str, Array]) -> Array:

@@ -11,7 +11,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from scipy.linalg import eigvalsh
 
+from continuair.analysis.excited import excited_arm
+from continuair.controllers.inertias import straight_inertia
 from continuair.engine.engine import Engine
 from continuair.flight.steps import fastest_frequency
 from continuair.vehicle.section import Section
@@ -42,8 +45,13 @@ GRAVITY = 9.81
 def place(vehicle: Vehicle, gravity: float = GRAVITY) -> dict[str, Any]:
     """Return the groups of a vehicle, numbers, or arrays over the runs of a batch.
 
-    Disks count as mass of the arm. Of a UAV of unequal moments, the pitch inertia counts.
+    Disks count as mass of the arm. Of a UAV of unequal moments, the pitch inertia counts. Of a
+    vehicle with [[arm]] the mass is that of all arms, the coupling the largest of all their
+    motions, and length, frequency and damping are of the arm that carries the camera; slenderness,
+    which its sections need not share, is left out.
     """
+    if vehicle.has_arm_list:
+        return _place_of_chains(vehicle, gravity)
     arm, uav = vehicle.arm, vehicle.uav
     clamped = np.asarray(arm.clamped_frequency)
     critical = 2.0 * np.asarray(arm.bending_stiffness) / clamped
@@ -58,6 +66,30 @@ def place(vehicle: Vehicle, gravity: float = GRAVITY) -> dict[str, Any]:
         "coupling": coupling(vehicle),
     }
     return found if vehicle.runs else {name: float(np.squeeze(v)) for name, v in found.items()}
+
+
+def _place_of_chains(vehicle: Vehicle, gravity: float) -> dict[str, Any]:
+    arm, uav = excited_arm(vehicle), vehicle.uav
+    mass = np.asarray(sum(each.mass for each in vehicle.arms))
+    found = {
+        "mass_ratio": mass / uav.mass,
+        "inertia_ratio": mass * np.asarray(arm.length) ** 2 / np.asarray(uav.inertia)[..., 1, 1],
+        "gravity_number": gravity / (arm.length * np.asarray(arm.frequency) ** 2),
+        "damping_ratio": arm.damping_ratio,
+        "coupling": _coupling_of_chains(vehicle),
+    }
+    return found if vehicle.runs else {name: float(v) for name, v in found.items()}
+
+
+def _coupling_of_chains(vehicle: Vehicle) -> Array:
+    """The largest eigenvalue of M_aa⁻¹ M_au M_uu⁻¹ M_ua with all arms straight."""
+    each = [vehicle] if vehicle.runs is None else map(vehicle.select, range(vehicle.runs))
+    found = []
+    for one in each:
+        M = straight_inertia(one)
+        felt = M[6:, :6] @ np.linalg.solve(M[:6, :6], M[:6, 6:])
+        found.append(eigvalsh(felt, M[6:, 6:])[-1])
+    return np.asarray(found if vehicle.runs else found[0])
 
 
 def coupling(vehicle: Vehicle) -> Array:

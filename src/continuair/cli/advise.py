@@ -52,5 +52,7 @@ def advise(
                 figures.write(results, load(), folder.file)
     print_table(["task", "model", "verdict"], report.verdicts(results), err=True)
     typer.echo(results["verdict"] + ".", err=True)
+    if results["varied"]:
+        typer.echo(f"{results['varied']} {report.OUTSIDE}", err=True)
     typer.echo(report.step_costs(results), err=True)
     write_json(as_json(results), json)

@@ -45,6 +45,14 @@ def over(vehicle: Vehicle, point: Any, distance: Any) -> Array:
     return np.asarray(np.asarray(point) + above - on_body(vehicle))
 
 
+def facing(vehicle: Vehicle, point: Any, distance: float) -> tuple[Array, Array]:
+    """UAV position (3,) [m] and Euler angles (φ, θ, ψ) (3,) with the camera `distance` above a
+    point (3,), straight above it and looking down with x along the world's, all arms straight."""
+    turn = Rotation.from_matrix(TIP_OF_STRAIGHT_ARM @ axes_on_body(vehicle).T)
+    at = np.asarray(point) + [0.0, 0.0, distance] - turn.apply(on_body(vehicle))
+    return np.asarray(at), np.asarray(turn.as_euler("ZYX")[::-1])
+
+
 def project(points: Any) -> Array:
     """Normalised image (2n,) of points (n, 3) [m] in camera axes, Eq. (13): X/Z and Y/Z in turn.
 

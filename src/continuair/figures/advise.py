@@ -41,8 +41,10 @@ def advice(results: dict[str, Any]) -> Figure:
 
 
 def write(results: dict[str, Any], atlas: xr.Dataset, file: Callable[[str], Path]) -> None:
-    """Write the advice, and the vehicle's place on an atlas, as PNG, SVG and PDF."""
+    """Write the advice, and the place of a vehicle with [arm] on an atlas, as PNG, SVG and PDF."""
     style.save(advice(results), "advise", file)
+    if not isinstance(results["vehicle"]["arm"], dict):
+        return
     place = {style.plain(results["vehicle"]["name"]): results["groups"]}
     style.save(validity_map(atlas, place), "atlas", file)
 

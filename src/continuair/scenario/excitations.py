@@ -61,6 +61,22 @@ class Scaled:
 
 
 @dataclass(frozen=True)
+class Shared:
+    """A wave of one component on several, each by its share (width,), or (runs, width)."""
+
+    wave: Wave
+    shares: Array
+
+    def __call__(self, t: float) -> Array:
+        return self.wave(t) * self.shares
+
+    @property
+    def fastest(self) -> Any:
+        """As the wave's."""
+        return self.wave.fastest
+
+
+@dataclass(frozen=True)
 class Offset:
     """A function of time plus a constant."""
 

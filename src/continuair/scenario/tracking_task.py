@@ -14,7 +14,7 @@ import numpy as np
 
 from continuair import checks
 from continuair.controllers.controller import Controller
-from continuair.equations.camera import over
+from continuair.equations.camera import facing, over
 from continuair.errors import InputError, shown
 from continuair.scenario import paths
 from continuair.scenario.letters import LETTERS
@@ -69,10 +69,13 @@ def chosen_letters(letters: Any) -> list[str]:
 
 
 def equipped(vehicle: Vehicle, setting: Setting) -> Vehicle:
-    """The vehicle with the setting's camera, and with some damping if its arm has none."""
+    """The vehicle with the setting's camera, and with some damping where a section has none."""
     changes: dict[str, Any] = {f"camera.{name}": value for name, value in setting.camera.items()}
-    if not np.any(vehicle.arm.structural_damping):
-        changes["arm.damping_ratio"] = STRUCTURAL_DAMPING
+    for arm in vehicle.arms:
+        for section in arm.section:
+            path = f"arm.{arm.name}.section.{section.name}" if vehicle.has_arm_list else "arm"
+            if not np.any(section.structural_damping):
+                changes[f"{path}.damping_ratio"] = STRUCTURAL_DAMPING
     return vehicle.replace(changes) if changes else vehicle
 
 
@@ -92,11 +95,16 @@ def task(
         Target(paths.letter(name, LETTER_HEIGHT, each))
         for name, each in zip(letters, durations, strict=True)
     ]
-    q = np.zeros((len(letters), 8))
+    q = np.zeros((len(letters), 6 + 2 * vehicle.sections))
     for row, target in zip(q, targets, strict=True):
         centroid = target.path([0.0])[0][0]
-        row[:3] = over(vehicle, centroid, target.distance) + START_OFFSET
-        row[6] = START_BEND
+        if vehicle.has_arm_list:
+            row[:3], row[3:6] = facing(vehicle, centroid, target.distance)
+        else:
+            row[:3] = over(vehicle, centroid, target.distance)
+        row[:3] += START_OFFSET
+        first = sum(vehicle.shape[: vehicle.camera_arm])
+        row[6 + 2 * first : 6 + 2 * (first + vehicle.shape[vehicle.camera_arm]) : 2] = START_BEND
     return Scenario(
         f"tracking {''.join(letters)}",
         q,

@@ -20,7 +20,7 @@ from continuair.scenario.tracking_task import SETTINGS, equipped, task
 from continuair.studies.tables import as_markdown, number
 from continuair.studies.timing import median_times
 from continuair.sweeps.machine import machine
-from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+from continuair.vehicle.vehicle import Vehicle, check_one_section
 
 PRINTED_MS = {"coupled": 32.0, "decoupled": 22.0}
 """Time per sampling instant that Amiri et al. print, of Simulink's profiler [ms]."""
@@ -49,7 +49,7 @@ def cost(
     of the target; control adds the law. The flights alternate, so that noise of the machine hits
     all alike. Raises InputError.
     """
-    check_single_vehicle(vehicle)
+    check_one_section(vehicle)
     flown, plants = equipped(vehicle, SETTINGS["nominal"]), list(models)
     scenarios = _scenarios(flown, (gains or load_gains("paper")).controller(flown))
     flights = {

@@ -6,22 +6,25 @@ Every flight starts at rest with the arm bent by an angle, 45 degrees off the pl
 lasts a number of clamped periods. What oscillates does so about a hover in which all inputs hold
 the bent arm and carry the weight, so that nothing moves but for the load, in any model. When the
 arm is released, a constant force carries the weight, and nothing holds the arm; in a fall nothing
-acts at all.
+acts at all. Of several arms the one that carries the camera is excited, and the others start
+straight; its sections bend alike, and a moment on them is shared so that they do.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from continuair import checks
+from continuair.analysis.excited import ExcitedArm, excited_arm
 from continuair.analysis.linear import held_hover
-from continuair.scenario.excitations import Wave, plus
+from continuair.controllers.inertias import rigid_inertia
+from continuair.scenario.excitations import Shared, Wave, plus
 from continuair.scenario.scenarios import Scenario
-from continuair.vehicle.layout import OF_NAME
+from continuair.vehicle.layout import OF_NAME, Layout
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -48,27 +51,29 @@ class Excitation:
     load: str
     moderate: float
     on: tuple[str, int] | None = None
-    amplitude: Callable[[Vehicle, Any, Any, float], Any] | None = None
+    amplitude: Callable[[Vehicle, ExcitedArm, Any, Any, float], Any] | None = None
 
 
-def _weights(vehicle: Vehicle, load: Any, _frequency: Any, gravity: float) -> Any:
+def _weights(vehicle: Vehicle, _arm: ExcitedArm, load: Any, _frequency: Any, gravity: float) -> Any:
     return load * np.asarray(vehicle.mass) * gravity
 
 
-def _rocking(vehicle: Vehicle, load: Any, frequency: Any, _gravity: float) -> Any:
-    rate = np.asarray(frequency) * vehicle.arm.clamped_frequency
+def _rocking(vehicle: Vehicle, arm: ExcitedArm, load: Any, frequency: Any, _gravity: float) -> Any:
+    rate = np.asarray(frequency) * arm.frequency
     return load * _pitch_inertia(vehicle) * rate**2
 
 
-def _bending(vehicle: Vehicle, load: Any, _frequency: Any, _gravity: float) -> Any:
-    # Q acts on the bend, whose potential energy is E I l |k|² / 2.
-    return load * np.asarray(vehicle.arm.bending_stiffness)
+def _bending(
+    _vehicle: Vehicle, arm: ExcitedArm, load: Any, _frequency: Any, _gravity: float
+) -> Any:
+    return load * arm.moments[..., 0]
 
 
-def _tip_bending(vehicle: Vehicle, load: Any, _frequency: Any, _gravity: float) -> Any:
+def _tip_bending(
+    _vehicle: Vehicle, arm: ExcitedArm, load: Any, _frequency: Any, _gravity: float
+) -> Any:
     # A lateral tip force F does the work of Q = F l² / 2 on the straight arm's bend.
-    arm = vehicle.arm
-    return load * 2.0 * np.asarray(arm.bending_stiffness) / np.asarray(arm.length) ** 2
+    return load * 2.0 * arm.stiffness / np.asarray(arm.length) ** 2
 
 
 EXCITATIONS = {
@@ -124,20 +129,30 @@ def standard_scenario(
     longest of a batch's: give `duration` to `simulate` or `run_pairs` where they differ. Raises
     InputError.
     """
-    excitation, arm = EXCITATIONS[checks.choice("excitation", name, EXCITATIONS)], vehicle.arm
+    excitation = EXCITATIONS[checks.choice("excitation", name, EXCITATIONS)]
+    arm, layout = excited_arm(vehicle), Layout(vehicle.shape)
     load = excitation.moderate if load is None else load
-    clamped = np.asarray(arm.clamped_frequency)
+    clamped = np.asarray(arm.frequency)
     duration = float(periods * 2.0 * np.pi / np.min(clamped))
-    q = np.zeros((*np.broadcast_shapes(np.shape(bend), np.shape(arm.length)), 8))
-    q[..., 6] = np.asarray(bend) / arm.length
-    q[..., 7] = BEND_DIRECTION
+    shape = np.broadcast_shapes(np.shape(bend), np.shape(arm.length))
+    q = np.zeros((*shape, layout.coordinates))
+    for section in arm.places:
+        q[..., 6 + 2 * section] = np.asarray(bend) / arm.length
+        q[..., 7 + 2 * section] = BEND_DIRECTION
     inputs: dict[str, Any] = {}
     if excitation.on is not None and excitation.amplitude is not None:
         channel, component = excitation.on
-        width = OF_NAME[channel].width(sections=1)
-        amplitude = np.asarray(excitation.amplitude(vehicle, load, frequency, gravity))
+        amplitude = np.asarray(excitation.amplitude(vehicle, arm, load, frequency, gravity))
         hertz = np.asarray(frequency) * clamped / (2.0 * np.pi)
-        wave = Wave(width, component, amplitude, hertz, hertz, 0.0, duration)
+        input_ = OF_NAME[channel]
+        if input_.per == "arm":
+            component += arm.index * len(input_.axes)
+        elif input_.per == "section":
+            component += arm.places.start * len(input_.axes)
+        width = input_.width(layout.sections, layout.arms)
+        wave: Any = Wave(width, component, amplitude, hertz, hertz, 0.0, duration)
+        if input_.per == "section" and len(arm.places) > 1:
+            wave = _shared(wave, arm)
         inputs = held_hover(vehicle, q, gravity)
         inputs[channel] = plus(wave, inputs.get(channel))
     elif name == "release":
@@ -145,13 +160,24 @@ def standard_scenario(
     return Scenario(name, q, duration=duration, gravity=gravity, **inputs)
 
 
+def _shared(wave: Wave, arm: ExcitedArm) -> Shared:
+    """A wave on the first section of an arm, with what makes its further ones bend alike."""
+    shares = np.zeros((*arm.moments.shape[:-1], wave.width))
+    for place, section in enumerate(arm.places):
+        shares[..., 2 * section] = arm.moments[..., place] / arm.moments[..., 0]
+    return Shared(replace(wave, width=1, component=0), shares)
+
+
 def sample_time(vehicle: Vehicle) -> float:
     """Return the time between the samples of a standard flight [s], the shortest of a batch's."""
-    return float(2.0 * np.pi / np.max(vehicle.arm.clamped_frequency) / SAMPLES_PER_PERIOD)
+    return float(2.0 * np.pi / np.max(excited_arm(vehicle).frequency) / SAMPLES_PER_PERIOD)
 
 
 def _pitch_inertia(vehicle: Vehicle) -> Array:
-    """Inertia of the vehicle with its arm straight about B's origin, body y axis [kg m²]."""
+    """Inertia of the vehicle with its arms straight about B's origin, body y axis [kg m²]."""
+    if vehicle.has_arm_list:
+        each = [vehicle] if vehicle.runs is None else map(vehicle.select, range(vehicle.runs))
+        return np.squeeze([rigid_inertia(one)[4, 4] for one in each])
     arm = vehicle.arm
     x, _, z = np.transpose(vehicle.uav.mount)
     own = np.asarray(vehicle.uav.inertia)[..., 1, 1]

@@ -209,6 +209,14 @@ def check_vehicle(value: Any) -> Vehicle:
     return value
 
 
+def check_one_section(value: Any) -> Vehicle:
+    """Return a vehicle of one run with one arm of one section, that of an [arm] table, as studies
+    of the paper need; raises InputError for anything else."""
+    vehicle = check_single_vehicle(value)
+    _ = vehicle.arm
+    return vehicle
+
+
 def check_single_vehicle(value: Any) -> Vehicle:
     """Return a vehicle that must be of one run; raises InputError for anything else."""
     if check_vehicle(value).runs is not None:

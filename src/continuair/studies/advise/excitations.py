@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from continuair.analysis.couplings import attribution
+from continuair.analysis.excited import excited_arm
 from continuair.analysis.limits import find_limits
 from continuair.flight.resolution import RESOLVED, angles_unread, steps_told_of
 from continuair.kernels.dynamics import COUPLINGS, SIMPLER
@@ -36,7 +37,7 @@ def excite(vehicle: Vehicle, name: str, tolerance: float) -> dict[str, Any]:
         for model, error in errors.items()
     }
     if excitation.on is not None:
-        clamped = float(vehicle.arm.clamped_frequency) / (2.0 * np.pi)
+        clamped = float(excited_arm(vehicle).frequency) / (2.0 * np.pi)
 
         def finer(ratios: np.ndarray, model: str) -> np.ndarray:
             return _errors(vehicle, name, ratios)[model]
@@ -79,7 +80,7 @@ def attribute(vehicle: Vehicle, name: str) -> dict[str, float]:
 def _error(found: Any, vehicle: Vehicle) -> np.ndarray:
     """The larger of the tip's RMSE over the arm's length and the RMS angle; infinite if it ended
     early."""
-    tip = np.asarray(found["rmse_t_m"]) / float(vehicle.arm.length)
+    tip = np.asarray(found["rmse_t_m"]) / float(excited_arm(vehicle).length)
     return np.nan_to_num(np.maximum(tip, found["angle_rad"]), nan=np.inf)
 
 

@@ -31,13 +31,29 @@ def as_table(results: dict[str, Any]) -> str:
             f"{_error(part['rms_px'])} px on the slowest letter; decoupled, |DS| up to "
             f"{_error(ds)} px there.",
         ]
-    lines += ["", "The model itself, an arm of constant curvature, errs against a beam by:", ""]
-    lines += [
-        f"* {name}: {entry['error']:+.1%}"
-        for name, entry in results["curvature_error"].items()
-        if entry["error"] and "decoupled" not in name
-    ]
+    lines += ["", *(_beside_a_beam(results) or [OUTSIDE])]
     return "\n".join([*lines, "", step_costs(results)]) + "\n"
+
+
+OUTSIDE = (
+    "The atlas of other flights and the comparison with a beam are of one arm of one section: this "
+    "vehicle lies outside of both."
+)
+"""What is told of a vehicle with [[arm]] in their place."""
+
+
+def _beside_a_beam(results: dict[str, Any]) -> list[str]:
+    if not results["curvature_error"]:
+        return []
+    return [
+        "The model itself, an arm of constant curvature, errs against a beam by:",
+        "",
+        *(
+            f"* {name}: {entry['error']:+.1%}"
+            for name, entry in results["curvature_error"].items()
+            if entry["error"] and "decoupled" not in name
+        ),
+    ]
 
 
 def step_costs(results: dict[str, Any]) -> str:
@@ -56,12 +72,13 @@ def verdicts(results: dict[str, Any]) -> list[list[str]]:
 
 
 def _scope(results: dict[str, Any]) -> str:
-    length, tolerance = results["vehicle"]["arm"]["length"], results["tolerance"]
+    length, tolerance = results["length_m"], results["tolerance"]
+    varied = results["varied"]
     return (
         f"Good enough is a tip within {tolerance:g} of the arm's length "
         f"({1e3 * tolerance * length:.3g} mm) and {tolerance:g} rad, "
         f"or |DS| up to {results['pixels']:g} px. Bending frequency of the clamped arm: "
-        f"{results['clamped_hz']:.3g} Hz."
+        f"{results['clamped_hz']:.3g} Hz." + (f" {varied}" if varied else "")
     )
 
 

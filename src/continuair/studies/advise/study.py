@@ -16,6 +16,7 @@ import numpy as np
 
 from continuair import checks
 from continuair.analysis.beam import curvature_error
+from continuair.analysis.excited import excited_arm
 from continuair.analysis.groups import place
 from continuair.controllers.gain_files import Gains, load_gains
 from continuair.flight.simulate import simulate
@@ -60,7 +61,7 @@ def advise(
 ) -> dict[str, Any]:
     """Errors, limits, costs and a verdict for each task. JSON-able; raises InputError."""
     check_single_vehicle(vehicle)
-    chosen = chosen_tasks(tasks)
+    chosen, arm = chosen_tasks(tasks), excited_arm(vehicle)
     names = list(dict.fromkeys(name for task in chosen for name in TASKS.get(task, ())))
     letters = {task: task.split(":")[1] for task in chosen if task not in TASKS}
     steps = Steps(progress, len(names) + bool(names) + len(letters) + 1)
@@ -75,16 +76,31 @@ def advise(
         "vehicle": vehicle.describe(),
         "tolerance": tolerance.tip,
         "pixels": tolerance.pixels,
-        "clamped_hz": float(vehicle.arm.clamped_frequency) / (2.0 * np.pi),
+        "length_m": float(arm.length),
+        "varied": varied(vehicle),
+        "clamped_hz": float(arm.frequency) / (2.0 * np.pi),
         "groups": {name: float(value) for name, value in place(vehicle).items()},
         "excitations": excitations,
         "tracking": tracked,
         "step_over_coupled": step_cost(vehicle),
-        "curvature_error": curvature_error(vehicle),
+        "curvature_error": {} if vehicle.has_arm_list else curvature_error(vehicle),
     }
     found = {task: {m: verdict(results, task, m) for m in SIMPLER} for task in chosen}
     sentence = "; ".join(f"{task}: {of['decoupled']['text']}" for task, of in found.items())
     return results | {"verdicts": found, "verdict": sentence}
+
+
+def varied(vehicle: Vehicle) -> str:
+    """What of a vehicle with [[arm]] is excited, as a sentence; empty for one with [arm]."""
+    if not vehicle.has_arm_list:
+        return ""
+    found = excited_arm(vehicle)
+    arm = vehicle.arms[found.index]
+    names = ", ".join(section.name for section in arm.section)
+    several = len(arm.section) > 1
+    text = f"Excited is the arm that carries the camera, {arm.name}"
+    text += f", its sections {names} bending alike" if several else ""
+    return f"{text}; other arms start straight." if len(vehicle.arms) > 1 else f"{text}."
 
 
 def _excitations(

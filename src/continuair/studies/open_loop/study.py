@@ -32,7 +32,7 @@ from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, open_loop_test
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.results import by_model
 from continuair.studies.tables import percent
-from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+from continuair.vehicle.vehicle import Vehicle, check_one_section
 
 PRINTED = {
     "A": {"nrmse_t": 0.0124, "nrmse_r": 1.0404},
@@ -77,7 +77,7 @@ def open_loop(
     frequency of Test D's chirp [Hz]. progress: called with (done, total, what) before each flight.
     Raises InputError for unknown tests or models, and for a batched vehicle.
     """
-    check_single_vehicle(vehicle)
+    check_one_section(vehicle)
     given = [str(letter).strip().upper() for letter in tests]
     letters = sorted(checks.choices("tests", given, OPEN_LOOP_TESTS))
     chosen = compared_models(models)

@@ -16,7 +16,7 @@ from continuair.studies.paper.theorem import Theorem, fly_theorem
 from continuair.studies.sensitivity.study import Sensitivity, sensitivity
 from continuair.studies.tracking.law_variants import law_variants
 from continuair.studies.tracking.study import Tracking, tracking
-from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+from continuair.vehicle.vehicle import Vehicle, check_one_section
 
 Keep = Callable[[str, Any], None]
 """Called with a study's name and result once it has run."""
@@ -44,7 +44,7 @@ class Evidence:
         keep: Keep | None = None,
         before_timing: Callable[[], None] | None = None,
     ) -> None:
-        check_single_vehicle(vehicle)
+        check_one_section(vehicle)
         self.vehicle, self.quick = vehicle, quick
         self._progress, self._keep, self._before_timing = progress, keep, before_timing
 

@@ -32,7 +32,7 @@ from continuair.studies.results import by_model
 from continuair.studies.sensitivity.claims import verdicts
 from continuair.studies.sensitivity.measures import VARIABLES, apart, measures
 from continuair.studies.sensitivity.task import PARAMETERS, Parameter, batch, flight
-from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+from continuair.vehicle.vehicle import Vehicle, check_one_section
 
 Array = NDArray[np.float64]
 
@@ -65,7 +65,7 @@ def sensitivity(
     parameters: names in PARAMETERS. hertz: the paper's f = 10 counts as 10 Hz, sin(2 pi 10 t), not
     as sin(10 t). progress: called with (done, total, what) before each batch. Raises InputError.
     """
-    check_single_vehicle(vehicle)
+    check_one_section(vehicle)
     chosen = _chosen(parameters)
     scenario = flight(hertz)
     # Every batch is made before the first flight: one that cannot be is told at once.

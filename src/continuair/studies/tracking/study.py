@@ -27,7 +27,7 @@ from continuair.progress import Progress, Steps
 from continuair.scenario.letters import LETTERS
 from continuair.scenario.tracking_task import SETTINGS, chosen_letters, equipped, task
 from continuair.studies.results import by_model
-from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+from continuair.vehicle.vehicle import Vehicle, check_one_section
 
 PRINTED = {"ds_max_px": 0.7}
 """What Amiri et al. print of the closed loop: |DS| stays below it "across all four" letters."""
@@ -73,7 +73,7 @@ def tracking(
     gains: of `load_gains`, the preset `paper` by default. models: `coupled` is added as the
     reference. progress: called with (done, total, what) before each batch. Raises InputError.
     """
-    check_single_vehicle(vehicle)
+    check_one_section(vehicle)
     written, plants = chosen_letters(letters), compared_models(models)
     names = checks.choices("settings", settings, SETTINGS)
     gains = gains or load_gains("paper")

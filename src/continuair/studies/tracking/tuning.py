@@ -28,7 +28,7 @@ from continuair.kernels.dynamics import PLANTS
 from continuair.progress import Progress, Steps
 from continuair.scenario.tracking_task import SETTINGS, equipped, task
 from continuair.sweeps.sampling import sobol
-from continuair.vehicle.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle, check_one_section
 
 RANGES = {
     "bandwidth": (4.0, 16.0),
@@ -70,6 +70,7 @@ def tune(
     candidates: per round, a power of two. letters: M has the sharpest corners. Raises
     InputError.
     """
+    check_one_section(vehicle)
     _check_size(candidates, rounds, seed)
     # Gains on the brink for one plant are lost on the other.
     runs = list(product(settings, PLANTS))

@@ -1,0 +1,102 @@
+"""The arm that carries the camera, as what excites a vehicle and what is told of it take it.
+
+Of an [arm] table these are the section's own numbers. An arm of several sections bends as one where
+all of them have one curvature: each then turns by its share of the length.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.linalg import eigh
+
+from continuair.controllers.inertias import bend_inertia
+from continuair.vehicle.layout import Layout
+from continuair.vehicle.section import Section
+from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class ExcitedArm:
+    """An arm and its scales, numbers or arrays over the runs of a batch.
+
+    index: of the arm; places: of its sections among all; length [m]; frequency: of its lowest
+    clamped mode without gravity [rad/s], and damping_ratio of that; moments (…, sections): moment
+    on each of its bends [N m²] per angle by which they bend the arm at rest; stiffness [N m²]: E I
+    of one section of that length which a lateral force at the tip turns as far.
+    """
+
+    index: int
+    places: range
+    length: Any
+    frequency: Any
+    damping_ratio: Any
+    moments: Array
+    stiffness: Any
+
+
+def excited_arm(vehicle: Vehicle) -> ExcitedArm:
+    """The arm that carries the camera of a vehicle, plain or batched."""
+    if not vehicle.has_arm_list:
+        return _of_section(vehicle.arm)
+    if vehicle.runs is None:
+        return _of_chain(vehicle)
+    each = [_of_chain(vehicle.select(run)) for run in range(vehicle.runs)]
+    names = ("length", "frequency", "damping_ratio", "moments", "stiffness")
+    stacked = {name: np.stack([getattr(one, name) for one in each]) for name in names}
+    return ExcitedArm(each[0].index, each[0].places, **stacked)
+
+
+def _of_section(arm: Section) -> ExcitedArm:
+    stiffness = np.asarray(arm.bending_stiffness)
+    frequency = np.asarray(arm.clamped_frequency)
+    return ExcitedArm(
+        index=0,
+        places=range(1),
+        length=arm.length,
+        frequency=arm.clamped_frequency,
+        damping_ratio=np.asarray(arm.structural_damping) / (2.0 * stiffness / frequency),
+        # Q acts on the bend, whose potential energy is E I l |k|² / 2.
+        moments=stiffness[..., None],
+        stiffness=stiffness,
+    )
+
+
+def _of_chain(vehicle: Vehicle) -> ExcitedArm:
+    index, first = vehicle.camera_arm, sum(vehicle.shape[: vehicle.camera_arm])
+    sections = vehicle.arms[index].section
+    lengths = np.array([each.length for each in sections])
+    stiffness = np.array([each.bending_stiffness for each in sections])
+    length = lengths.sum()
+    # How far the tip goes sideways as a section's curvature rises by 1 [m²].
+    lever = lengths * (length - np.cumsum(lengths) + 0.5 * lengths)
+    places = range(first, first + len(sections))
+    frequency, damping_ratio = _lowest_mode(vehicle, places)
+    return ExcitedArm(
+        index=index,
+        places=places,
+        length=length,
+        frequency=frequency,
+        damping_ratio=damping_ratio,
+        moments=stiffness * lengths / length,
+        stiffness=0.5 * length**2 / np.sum(lever / stiffness),
+    )
+
+
+def _lowest_mode(vehicle: Vehicle, places: range) -> tuple[float, float]:
+    """Frequency [rad/s] and damping ratio of the lowest clamped mode of an arm's sections."""
+    layout = Layout(vehicle.shape)
+    all_sections = [section for arm in vehicle.arms for section in arm.section]
+    of_arm = np.arange(layout.bends).reshape(-1, 2)[list(places)].ravel()
+    stiffness, damping = (
+        np.diag(np.repeat([getattr(all_sections[k], name) * all_sections[k].length
+                           for k in places], 2))
+        for name in ("bending_stiffness", "structural_damping")
+    )  # fmt: skip
+    squares, shapes = eigh(stiffness, bend_inertia(vehicle)[np.ix_(of_arm, of_arm)])
+    frequency, shape = float(np.sqrt(squares[0])), shapes[:, 0]
+    return frequency, float(shape @ damping @ shape) / (2.0 * frequency)
