@@ -37,7 +37,7 @@ TWIN = as_list(MOUNTED)
 def test_one_section_of_a_list_is_excited_as_that_of_a_table(name: str) -> None:
     one, twin = (standard_scenario(name, vehicle) for vehicle in (MOUNTED, TWIN))
     assert twin.duration == pytest.approx(one.duration, rel=1e-6)
-    np.testing.assert_allclose(twin.q, one.q, rtol=1e-12)
+    np.testing.assert_allclose(np.asarray(twin.q), np.asarray(one.q), rtol=1e-12)
     for field in ("force", "moment", "bend_moment", "tip_wrench"):
         own, others = (getattr(scenario, field) for scenario in (one, twin))
         assert (own is None) == (others is None)

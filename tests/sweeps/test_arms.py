@@ -72,3 +72,23 @@ def test_a_run_of_a_sweep_is_what_a_single_flight_gives(tmp_path: Path) -> None:
     assert flights[0]["bend"].dims == ("time", "section", "bend_axis")
     assert flights[0]["tip_position"].dims == ("time", "arm", "axis")
     assert list(flights[0]["section"].to_numpy()) == ["arm.base", "arm.tip"]
+
+
+@pytest.mark.parametrize("vehicle", ["two_section", "dual_arm"])
+def test_a_closed_loop_of_a_sweep_starts_before_its_target_and_follows_it(
+    vehicle: str, tmp_path: Path
+) -> None:
+    design = xr.Dataset(
+        {"vehicle.uav.mass": ("mass", [1.6, 2.4])},
+        attrs={
+            "vehicle": vehicle,
+            "scenario": {"duration": 4.0, "kappa": 0.05},
+            "controller": {"law": "servoing", "bandwidth": 6.0},
+            "target": {"letter": "L", "duration": 60.0},
+            "settle": 2.0,
+        },
+    )
+    found = ca.sweep(design, tmp_path / "store.zarr")
+    assert not found["status"].any()
+    # It starts 0.1 m off, some 50 px.
+    assert (found["rms_px"].sel(model="coupled") < 1.0).all()

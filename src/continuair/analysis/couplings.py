@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from continuair.analysis.metrics import differences
+from continuair.analysis.metrics import at_camera, differences
 from continuair.errors import InputError
 from continuair.flight.prepare import Flight, check_scenario, prepare
 from continuair.flight.simulate import fly
@@ -52,8 +52,7 @@ def attribution(vehicle: Vehicle, scenario: Scenario, sample: float) -> dict[str
 
 def _tip(flight: Flight, model: str) -> xr.Dataset:
     """Pose of the tip that carries the camera."""
-    found = fly(flight, model, _TIP)
-    return found.isel(arm=flight.vehicle.camera_arm) if "arm" in found.dims else found
+    return at_camera(fly(flight, model, _TIP), flight.vehicle)
 
 
 def responsible(errors: dict[str, Array]) -> Array:

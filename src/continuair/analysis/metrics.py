@@ -18,6 +18,7 @@ from continuair.flight.resolution import warn_of_lost_angles
 from continuair.vehicle.coordinates import continuous_euler, paper_rates
 from continuair.vehicle.following import CHANGE, unfollowed
 from continuair.vehicle.layout import ONE_SECTION
+from continuair.vehicle.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
@@ -259,6 +260,11 @@ def _warn_of_ended(name: str, flight: xr.Dataset) -> None:
         ContinuairWarning,
         stacklevel=3,
     )
+
+
+def at_camera(flight: xr.Dataset, vehicle: Vehicle) -> xr.Dataset:
+    """A flight of a vehicle with, of all its arms, the one that carries the camera."""
+    return flight.isel(arm=vehicle.camera_arm) if "arm" in flight.dims else flight
 
 
 def differences(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:

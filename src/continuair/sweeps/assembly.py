@@ -11,7 +11,7 @@ from continuair.controllers.classic import classic
 from continuair.controllers.controller import Controller, stack
 from continuair.controllers.gains import design, designs
 from continuair.controllers.servoing import servoing, servoings
-from continuair.equations.camera import over
+from continuair.equations.camera import facing, over
 from continuair.errors import InputError
 from continuair.scenario import paths
 from continuair.scenario.excitations import inputs, plus
@@ -33,6 +33,8 @@ _SHARED = {
 
 _DESIGN = ("bandwidth", "damping_ratio", "conditioning", "rate_gain", "sliding")
 """Fields of a controller that its gains are designed by."""
+
+_ANGLES = COORDINATES[3:6]
 
 _AT_REST = dict(zip(COORDINATES, (0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.1, 0.0), strict=True))
 # Seconds of inputs that differ from run to run over time: they fill a table over all steps.
@@ -144,8 +146,15 @@ def _closed_loop(vehicle: Vehicle, fields: dict[str, dict[str, Any]], runs: int)
     scenario = fields["scenario"]
     targets, of_run = _targets(fields["target"], runs)
     start = np.array([target.path(0.0)[0][0] for target in targets])[of_run]
-    above = over(vehicle, start, np.array([target.distance for target in targets])[of_run])
+    distance = np.array([target.distance for target in targets])[of_run]
     state = {name: scenario[name] for name in COORDINATES}
+    if vehicle.has_arm_list:
+        each = enumerate(zip(start, distance, strict=True))
+        places = [facing(vehicle.select(run), *seen) for run, seen in each]
+        above, turned = (np.stack(rows) for rows in zip(*places, strict=True))
+        state |= {name: turned[:, k] + state[name] for k, name in enumerate(_ANGLES)}
+    else:
+        above = over(vehicle, start, distance)
     for axis, name in enumerate("xyz"):
         off = START_OFFSET[axis] if scenario[name] is None else scenario[name]
         state[name] = above[:, axis] + off

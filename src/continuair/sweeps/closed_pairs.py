@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from continuair.analysis.metrics import differences, feature_rms, norm_difference
+from continuair.analysis.metrics import at_camera, differences, feature_rms, norm_difference
 from continuair.flight.prepare import Flight
 from continuair.flight.simulate import fly
 from continuair.vehicle.layout import DEVIATIONS
@@ -54,7 +54,8 @@ def track(
     parts, order = [], []
     for same, _ in flight.grids(chosen):
         for runs in (same[first : first + size] for first in range(0, len(same), size)):
-            flights = [_with_runs(fly(flight, model, names, runs=runs)) for model in models]
+            flown = (fly(flight, model, names, runs=runs) for model in models)
+            flights = [_with_runs(at_camera(each, flight.vehicle)) for each in flown]
             parts.append(reduced(flights, settle))
             order.append(runs)
     back = np.argsort(np.concatenate(order))
