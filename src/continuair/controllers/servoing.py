@@ -67,6 +67,10 @@ def servoing(
     }
     if arms is None:
         return Controller("DPD-SM-IBVS", law, gains, settings=settings)
+    return _with_arms_carried(gains, settings, arms)
+
+
+def _with_arms_carried(gains: dict[str, Any], settings: dict[str, Any], arms: Any) -> Controller:
     if not isinstance(arms, Carried):
         raise InputError(f"arms is {shown(arms)}; give what design(vehicle, ...) returns, or None.")
     gains |= {"per_push": arms.per_push, "bend_inertia": arms.inertia, "bend_rate": arms.rate}

@@ -141,23 +141,32 @@ def standard_scenario(
         q[..., 7 + 2 * section] = BEND_DIRECTION
     inputs: dict[str, Any] = {}
     if excitation.on is not None and excitation.amplitude is not None:
-        channel, component = excitation.on
         amplitude = np.asarray(excitation.amplitude(vehicle, arm, load, frequency, gravity))
         hertz = np.asarray(frequency) * clamped / (2.0 * np.pi)
-        input_ = OF_NAME[channel]
-        if input_.per == "arm":
-            component += arm.index * len(input_.axes)
-        elif input_.per == "section":
-            component += arm.places.start * len(input_.axes)
-        width = input_.width(layout.sections, layout.arms)
-        wave: Any = Wave(width, component, amplitude, hertz, hertz, 0.0, duration)
-        if input_.per == "section" and len(arm.places) > 1:
-            wave = _shared(wave, arm)
-        inputs = held_hover(vehicle, q, gravity)
+        inputs, channel = held_hover(vehicle, q, gravity), excitation.on[0]
+        wave = _wave(excitation.on, arm, layout, amplitude, hertz, duration)
         inputs[channel] = plus(wave, inputs.get(channel))
     elif name == "release":
         inputs["force"] = np.multiply.outer(np.asarray(vehicle.mass) * gravity, [0.0, 0.0, 1.0])
     return Scenario(name, q, duration=duration, gravity=gravity, **inputs)
+
+
+def _wave(
+    on: tuple[str, int],
+    arm: ExcitedArm,
+    layout: Layout,
+    amplitude: Array,
+    hertz: Array,
+    last: float,
+) -> Wave | Shared:
+    """A sine on an input's component of the vehicle, or of an arm and its sections."""
+    channel, component = OF_NAME[on[0]], on[1]
+    place = {"vehicle": 0, "arm": arm.index, "section": arm.places.start}[channel.per]
+    width = channel.width(layout.sections, layout.arms)
+    component += place * len(channel.axes)
+    wave = Wave(width, component, amplitude, hertz, hertz, 0.0, last)
+    several = channel.per == "section" and len(arm.places) > 1
+    return _shared(wave, arm) if several else wave
 
 
 def _shared(wave: Wave, arm: ExcitedArm) -> Shared:
