@@ -509,7 +509,8 @@ def counted(model: str) -> dict[str, Any]:
 
 def per_step(model: str) -> dict[str, Any]:
     """What one step takes: the mean of as many as one is measured of, late in a flight."""
-    from continuair.kernels.rollout import FEW_STEPS, MEASURED_EVERY
+    from continuair.kernels.rollout import FEW_STEPS
+    from continuair.kernels.step import MEASURED_EVERY
 
     (few, _), (more, _) = fly(model, FEW_STEPS), fly(model, FEW_STEPS + MEASURED_EVERY)
     _, state = fly(model, 3)

@@ -55,7 +55,8 @@ ROOMS = {
         {"sensing.sense"},
         {"laws", "sensing.pilot"},
         {"step"},
-        {"logs"},
+        {"implicit"},
+        {"integrators", "logs"},
         {"rollout", "observe", "deviations", "turning", "slopes"},
     ],
     "engine": [

@@ -94,7 +94,8 @@ class Engine:
     """One vehicle or batch, packed for one model, precision and device.
 
     `layout` names the columns of its states, inputs and logs. beside: an engine of the coupled
-    model for the same vehicle, from which another model's takes what they share.
+    model for the same vehicle, from which another model's takes what they share. integrator: of
+    roll-outs, by its name in kernels/integrators.py.
     """
 
     def __init__(
@@ -105,12 +106,13 @@ class Engine:
         device: str = "cpu",
         threads: int | None = None,
         beside: Engine | None = None,
+        integrator: str = "rk4",
     ) -> None:
         start_warp()
-        self.vehicle, self.model = vehicle, model
+        self.vehicle, self.model, self.integrator = vehicle, model, integrator
         self.tree = tree_of(vehicle)
         self.layout = self.tree.layout
-        self.kernels = kernels(precision, self.tree, model)
+        self.kernels = kernels(precision, self.tree, model, integrator=integrator)
         self.dtype: np.dtype[Any] = np.dtype(precision)
         self.device = device
         self.threads = threads or os.cpu_count() or 1
@@ -230,7 +232,7 @@ class Engine:
 
     def kernels_of(self, lanes: int) -> Kernels:
         """The kernels of packs of so many runs, or of single runs."""
-        return kernels(self.dtype.name, self.tree, self.model, lanes)
+        return kernels(self.dtype.name, self.tree, self.model, lanes, self.integrator)
 
     def lanes(self, runs: int) -> int:
         """How many of a number of runs fly at once in a thread."""

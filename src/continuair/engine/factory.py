@@ -31,13 +31,15 @@ from continuair.kernels.types import Tree, Types, device_types
 class Kernels:
     """Kernels of a model in open loop, and the structs of their arguments.
 
-    lanes: the runs that a thread flies, 1 or those of a pack. tip_rollout logs the tip's pose and
-    nothing else. A kernel is made when it is first asked for, and compiles when it is launched.
+    lanes: the runs that a thread flies, 1 or those of a pack. integrator: of roll-outs, by its name
+    in kernels/integrators.py. tip_rollout logs the tip's pose and nothing else. A kernel is made
+    when it is first asked for, and compiles when it is launched.
     """
 
     numbers: Numbers
     tree: Tree
     model: str
+    integrator: str = "rk4"
 
     @property
     def lanes(self) -> int:
@@ -61,11 +63,11 @@ class Kernels:
 
     @property
     def rollout(self) -> wp.Kernel:
-        return _rollout(self.numbers, self.tree, self.model, state_logger)
+        return _rollout(self.numbers, self.tree, self.model, state_logger, self.integrator)
 
     @property
     def tip_rollout(self) -> wp.Kernel:
-        return _rollout(self.numbers, self.tree, self.model, tip_logger)
+        return _rollout(self.numbers, self.tree, self.model, tip_logger, self.integrator)
 
     @property
     def derivative(self) -> wp.Kernel:
@@ -90,9 +92,11 @@ class LoopKernels:
     Gains: Any
 
 
-def kernels(precision: str, tree: Tree, model: str, lanes: int = 1) -> Kernels:
+def kernels(
+    precision: str, tree: Tree, model: str, lanes: int = 1, integrator: str = "rk4"
+) -> Kernels:
     """The kernels of a model in open loop; lanes: runs that fly at once in a pack, or 1."""
-    return Kernels(Numbers(precision, lanes), tree, model)
+    return Kernels(Numbers(precision, lanes), tree, model, integrator)
 
 
 # Types have one maker at a time, too: two of the same name would not be the same.
@@ -101,9 +105,11 @@ _arguments, _no_pilot = made_once(arguments), made_once(no_pilot)
 
 
 @made_once
-def _rollout(numbers: Numbers, tree: Tree, model: str, logger: Callable[..., Any]) -> wp.Kernel:
+def _rollout(
+    numbers: Numbers, tree: Tree, model: str, logger: Callable[..., Any], integrator: str
+) -> wp.Kernel:
     of = numbers, tree
-    return rollout_kernel(*of, dynamics_code(*of, model), no_pilot(*of), logger(*of))
+    return rollout_kernel(*of, dynamics_code(*of, model), no_pilot(*of), logger(*of), integrator)
 
 
 @made_once
@@ -125,6 +131,7 @@ def closed_loop(
     points: int,
     every_stage: bool,
     lanes: int = 1,
+    integrator: str = "rk4",
 ) -> LoopKernels:
     """The roll-out with a controller's law; raises InputError for a law without its parts."""
     of = Numbers(precision, lanes), tree
@@ -136,7 +143,8 @@ def closed_loop(
                 "a Warp function."
             )
     pilot = law_pilot(*of, points, found, every_stage)
-    rollout = rollout_kernel(*of, dynamics_code(*of, model), pilot, state_logger(*of))
+    logger = state_logger(*of)
+    rollout = rollout_kernel(*of, dynamics_code(*of, model), pilot, logger, integrator)
     return LoopKernels(lanes, rollout, pilot, eye_code(*of, points), found.Gains)
 
 
@@ -149,13 +157,15 @@ def packed_loop(
     points: int,
     every_stage: bool,
     lanes: int,
+    integrator: str = "rk4",
 ) -> LoopKernels | None:
     """The same for packs of runs, loaded; None for a law that is not for packs.
 
     Such a law branches on its numbers, calls what packs do not have, or has gains of other kinds.
     """
     try:
-        found = closed_loop(precision, tree, model, law, points, every_stage, lanes)
+        of = precision, tree, model
+        found = closed_loop(*of, law, points, every_stage, lanes, integrator)
     except Exception:
         # Whatever a law raises that is made of other numbers than it expects.
         return None

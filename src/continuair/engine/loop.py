@@ -76,10 +76,11 @@ class Loop:
         if (engine, lanes) not in self._packed:
             of = engine.dtype.name, engine.tree, engine.model
             law = self.controller.law, self.points, self.timing.every_stage
-            kernels = closed_loop(*of, *law)
+            kernels = closed_loop(*of, *law, integrator=engine.integrator)
             gains = pack_gains(self.controller, kernels.Gains, self.points)
             cameras = pack_cameras(engine.vehicle, kernels.eye.Camera)
-            packed = packed_loop(*of, *law, lanes) if lanes > 1 else None
+            several = lanes > 1
+            packed = packed_loop(*of, *law, lanes, engine.integrator) if several else None
             self._packed[engine, lanes] = PackedLoop(self, packed or kernels, cameras, gains)
         return self._packed[engine, lanes]
 

@@ -30,6 +30,7 @@ from continuair.flight.time_grid import (
     shared_grids,
     stage_times,
 )
+from continuair.kernels.integrators import INTEGRATORS
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import COMMAND, FIELDS, Layout
@@ -88,10 +89,10 @@ class Flight:
 
     runs: how many; batched: whether results have a dimension for them. start: of all runs; steps:
     of each run (runs,) [s]; missed: whether its steps miss what its inputs do (runs,); marks: times
-    that steps end at. coupled: an engine of that model, which others share
-    what they can with. automatic: whether the steps may be made finer;
-    adaptive: whether the integrator takes its own; told: inputs whose jumps have been told of;
-    lost: times near which samples did not follow the Euler angles of q [s].
+    that steps end at. coupled: an engine of that model, which others share what they can with.
+    automatic: whether the steps may be made finer; integrator: "rk4", "implicit", or "dop853",
+    which takes steps of its own; told: inputs whose jumps have been told of; lost: times near which
+    samples did not follow the Euler angles of q [s].
     """
 
     vehicle: Vehicle
@@ -106,11 +107,16 @@ class Flight:
     marks: Marks
     coupled: Engine
     automatic: bool
-    adaptive: bool
+    integrator: str
     told: set[str] = field(default_factory=set)
     lost: list[float] = field(default_factory=list)
     _sampled: dict[tuple[bytes, bytes], Drive] = field(default_factory=dict)
     _engines: dict[tuple[str, str], Engine] = field(default_factory=dict)
+
+    @property
+    def adaptive(self) -> bool:
+        """Whether the integrator takes steps of its own."""
+        return self.integrator not in INTEGRATORS
 
     @property
     def groups(self) -> int:
@@ -145,10 +151,13 @@ class Flight:
     def engine(self, model: str, dtype: str = "float64") -> Engine:
         """The engine of a model for this flight's vehicle."""
         one, key = self.coupled, (model, dtype)
-        if key == (one.model, one.dtype.name):
+        # The derivatives that DOP853 drives are those of any engine.
+        taken = one.integrator if self.adaptive else self.integrator
+        if (*key, taken) == (one.model, one.dtype.name, one.integrator):
             return one
         if key not in self._engines:
-            made = Engine(self.vehicle, model, dtype, one.device, one.threads, beside=one)
+            at = one.device, one.threads
+            made = Engine(self.vehicle, model, dtype, *at, beside=one, integrator=taken)
             self._engines[key] = made
         return self._engines[key]
 
@@ -218,14 +227,14 @@ def prepare(
     duration: Any = None,
     device: Any = "cpu",
     threads: Any = None,
-    adaptive: bool = False,
+    integrator: str = "rk4",
     horizon: float = 0.0,
     stacklevel: int = 2,
 ) -> Flight:
     """Check vehicle, scenario and choices, as `continuair.simulate` describes them, and join them.
 
-    adaptive: the integrator takes steps of its own. horizon: until when inputs are probed, beyond
-    the duration [s]. Raises InputError; warns of a step that is too coarse, `stacklevel` frames up.
+    integrator: as a `Flight` has it. horizon: until when inputs are probed, beyond the duration
+    [s]. Raises InputError; warns of a step that is too coarse, `stacklevel` frames up.
     """
     check_vehicle(vehicle)
     check_scenario(scenario)
@@ -241,11 +250,15 @@ def prepare(
     if asked is not None:
         check_same_runs(runs, {"step": len(asked)})
     driven = np.broadcast_to(declared_rate(scenario), runs)
-    fine = np.broadcast_to(automatic_step(coupled, q, qd, driven), runs)
+    adaptive = integrator not in INTEGRATORS
+    by_default = "rk4" if adaptive else integrator
+    fine = np.broadcast_to(automatic_step(coupled, q, qd, driven, by_default), runs)
     probe = Probe(scenario, coupled.layout, max(duration, horizon))
     if asked is None:
         fine = np.minimum(fine, probe.following_step(sample))
-    steps = steps_of(scenario, asked, fine, sample, None if adaptive else stacklevel + 1)
+    # What an implicit step does to modes that it does not resolve, its step_error tells.
+    distorts = not adaptive and not INTEGRATORS[integrator].stiff
+    steps = steps_of(scenario, asked, fine, sample, stacklevel + 1 if distorts else None)
     check_steps(duration, min(float(steps.min()), sample))
     missed = np.zeros(runs, bool)
     if not adaptive:
@@ -270,7 +283,7 @@ def prepare(
         marks,
         coupled,
         automatic=asked is None and not adaptive,
-        adaptive=adaptive,
+        integrator=integrator,
     )
 
 

@@ -23,6 +23,7 @@ from continuair.flight.trajectory import (
     default_variables,
 )
 from continuair.kernels.dynamics import MODELS
+from continuair.kernels.integrators import INTEGRATORS
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.vehicle import Vehicle
 
@@ -59,18 +60,20 @@ def simulate(
     stiffest mode with its damping or initial motion, it makes 0.2, and at most `sample`. duration:
     seconds, the scenario's by default. sample: seconds between logged samples, the last interval
     shorter if need be; steps end at samples. variables: names to keep, all by default. integrator:
-    "rk4", or "dop853" with relative `tolerance` (single runs, float64; `step` then only times the
-    end of a run that ends early). dtype: "float64" or "float32". device: "cpu" or a CUDA device.
-    threads: CPU threads for a batch. Returns a Dataset over time (and run, for a batch) with
-    `status`, `end_time` and `step_error` per run, and for a batch `step`; the variables, their axes
-    and units are in its attributes. step_error estimates the largest error of the tip that the step
-    makes, in arm lengths: above 1e-3 it warns, but at an automatic step flies that run again at
-    half the step first; attribute `flown_again` counts those runs, each of which costs six flights
-    instead of one, as what halving changes is measured. Raises InputError.
+    "rk4"; "implicit", of second order, for arms of several sections whose stiffest modes make RK4's
+    steps short: its automatic step makes 0.05 of the arms' first modes and the initial motion; or
+    "dop853" with relative `tolerance` (single runs, float64; `step` then only times the end of a
+    run that ends early). dtype: "float64" or "float32". device: "cpu" or a CUDA device. threads:
+    CPU threads for a batch. Returns a Dataset over time (and run, for a batch) with `status`,
+    `end_time` and `step_error` per run, and for a batch `step`; the variables, their axes and units
+    are in its attributes. step_error estimates the largest error of the tip that the step makes, in
+    arm lengths: above 1e-3 it warns, but at an automatic step flies that run again at half the step
+    first; attribute `flown_again` counts those runs, each of which costs six flights instead of
+    one, as what halving changes is measured. Raises InputError.
     """
     checks.choice("model", model, MODELS)
     names = _checked_names(scenario, variables)
-    adaptive = _checked_integrator(scenario, integrator, tolerance, dtype)
+    _check_integrator(scenario, integrator, tolerance, dtype)
     flight = prepare(
         vehicle,
         scenario,
@@ -80,9 +83,9 @@ def simulate(
         device=device,
         threads=threads,
         stacklevel=3,
-        adaptive=adaptive,
+        integrator=integrator,
     )
-    if adaptive:
+    if flight.adaptive:
         return _fly_adaptive(flight, model, names, tolerance)
     recorder = Recorder(flight, model, names, dtype)
     record(recorder)
@@ -105,13 +108,14 @@ def fly(
 
 
 def error_by_halving(flight: Flight, model: str, runs: Array) -> Array:
-    """step_error (runs,) of half the step: of RK4, a fifteenth of what halving changes.
+    """step_error (runs,) of half the step: of RK4 a fifteenth of what halving changes, of the
+    implicit step a third.
 
     Under polar torques all of it: their direction where the arm passes straight hangs on the step,
     and what does not fall with the step has no order. Where they are in doubt at half the step too,
     both flights may have gone the wrong way, and the doubt stays.
     """
-    share = 1.0 if flight.scenario.tau is not None else 1.0 / 15.0
+    share = 1.0 if flight.scenario.tau is not None else INTEGRATORS[flight.integrator].share
     finer, length = flight.halved(runs), per_run(flight.vehicle.reach, flight.runs)
     found = []
     most = _most_runs(flight.marks.samples, _HALVED_AT_ONCE)
@@ -157,7 +161,7 @@ def _fly_adaptive(flight: Flight, model: str, names: tuple[str, ...], tolerance:
     cohort = next(flight.cohorts())
     recorder = Recorder(flight, model, names, "float64")
     recorder.keep(cohort, integrate_reference(flight, flight.engine(model), cohort, tolerance))
-    return recorder.dataset({"step": "adaptive", "integrator": "dop853", "tolerance": tolerance})
+    return recorder.dataset({"step": "adaptive", "tolerance": tolerance})
 
 
 def _runs_at_once(cohort: Cohort, engine: Engine) -> int:
@@ -175,13 +179,13 @@ def _most_runs(samples: Array, numbers: float) -> int:
     return max(1, int(numbers / (len(samples) * _NUMBERS_PER_SAMPLE)))
 
 
-def _checked_integrator(scenario: Any, integrator: Any, tolerance: Any, dtype: Any) -> bool:
-    """Whether the integrator is the adaptive one."""
-    checks.choice("integrator", integrator, ("rk4", "dop853"))
+def _check_integrator(scenario: Any, integrator: Any, tolerance: Any, dtype: Any) -> None:
+    """Raise InputError unless an integrator flies the scenario in this precision."""
+    checks.choice("integrator", integrator, (*INTEGRATORS, "dop853"))
     checks.choice("dtype", dtype, ("float64", "float32"))
     checks.positive("tolerance", tolerance)
-    if integrator == "rk4":
-        return False
+    if integrator in INTEGRATORS:
+        return
     if dtype != "float64":
         raise InputError(f"dtype is {shown(dtype)}, but integrator='dop853' needs 'float64'.")
     if tolerance < _FINEST_TOLERANCE:
@@ -193,7 +197,6 @@ def _checked_integrator(scenario: Any, integrator: Any, tolerance: Any, dtype: A
         raise InputError(
             "integrator is 'dop853', but a controller closes the loop; use integrator='rk4'."
         )
-    return True
 
 
 def _checked_names(scenario: Any, variables: Any) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ import numpy as np
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.engine.pack import per_run
 from continuair.errors import ContinuairWarning, InputError
-from continuair.kernels.step import STEP_PHASE
+from continuair.kernels.integrators import INTEGRATORS
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import FIELDS, GENERAL
@@ -51,6 +51,20 @@ def fastest_rate(engine: Engine, q: Any) -> np.ndarray:
     stiffness, damping = _of_bends(engine)
     rates = _fastest(_symmetric(compliance, stiffness), damping / stiffness)
     largest: np.ndarray = np.fmax.reduce(rates)
+    return largest
+
+
+def first_frequency(engine: Engine, q: Any) -> np.ndarray:
+    """ω (runs,) [rad/s] of the first mode of every arm, undamped, the fastest of the arms' and in
+    the faster plane; q as for `fastest_rate`."""
+    q = np.atleast_2d(q)
+    compliance = _compliance(engine, q.reshape(-1, *q.shape[-2:]))
+    squares, found, first = _symmetric(compliance, _of_bends(engine)[0]), [], 0
+    for count in engine.layout.shape:
+        of_arm = slice(2 * first, 2 * (first + count))
+        found.append(_eigenvalues(squares[..., of_arm, of_arm])[..., 1])
+        first += count
+    largest: np.ndarray = np.fmax.reduce(np.sqrt(np.max(found, axis=0)))
     return largest
 
 
@@ -145,9 +159,14 @@ def _pushed(engine: Engine, states: Array, angles: Array, runs: Array) -> Array:
 
 def _largest(squares: Array) -> Array:
     """The largest eigenvalue (...) of each; NaN for a configuration past a full circle."""
+    return _eigenvalues(squares)[..., -1]
+
+
+def _eigenvalues(squares: Array) -> Array:
+    """Eigenvalues (..., bends) ascending; NaN for a configuration past a full circle."""
     known = np.isfinite(squares).all((-1, -2))
     filled = np.where(known[..., None, None], squares, 0.0)
-    return np.asarray(np.where(known, np.linalg.eigvalsh(filled)[..., -1], np.nan))
+    return np.asarray(np.where(known[..., None], np.linalg.eigvalsh(filled), np.nan))
 
 
 def told_rate(value: Any) -> Any:
@@ -162,21 +181,26 @@ def declared_rate(scenario: Scenario) -> Any:
     return np.max(np.broadcast_arrays(*rates), axis=0)
 
 
-def automatic_step(coupled: Engine, q: Any, qd: Any = None, driven: Any = 0.0) -> Array:
+def automatic_step(
+    coupled: Engine, q: Any, qd: Any = None, driven: Any = 0.0, integrator: str = "rk4"
+) -> Array:
     """Step (runs,) [s] of which the fastest rate of a run makes at most 0.2.
 
     That rate is `driven`, of its inputs, or the spin |ω| at the start, plus what is faster seen
     from the turning body: the stiffest mode (straight or at the initial bend, with its damping), or
     a tip's turning Σ |k̇| l. coupled: an engine of the coupled model, whose free base raises the
     rates most. q, qd: (runs or 1, 8) paper coordinates and rates, at rest by default. A run that
-    has no finite rate, as a bend past a full circle has none, has the step inf. Raises InputError
-    if no run has one.
+    has no finite rate, as a bend past a full circle has none, has the step inf. The integrator
+    "implicit" has 0.05 for 0.2, and the first mode of every arm for the stiffest one: faster modes
+    do not make it unstable. Raises InputError if no run has a finite rate.
     """
     q = np.atleast_2d(q)
     qd = np.zeros_like(q) if qd is None else np.atleast_2d(qd)
     straight = np.array(q)
     straight[:, 6::2] = 0.0
-    modes = fastest_rate(coupled, np.stack([straight, q]))
+    taken = INTEGRATORS[integrator]
+    rate_of = first_frequency if taken.stiff else fastest_rate
+    modes = rate_of(coupled, np.stack([straight, q]))
     if not np.isfinite(modes).any():
         raise InputError(
             "vehicle has no finite bending frequency: its arm is too heavy or too "
@@ -189,7 +213,7 @@ def automatic_step(coupled: Engine, q: Any, qd: Any = None, driven: Any = 0.0) -
         state = state_from_paper(q, qd)
         spin = np.linalg.norm(state[:, layout.angular_velocity], axis=1)
         turning = _turning_of_tips(coupled, state)
-        step = STEP_PHASE / np.fmax(np.fmax(modes, turning) + spin, driven)
+        step = taken.phase / np.fmax(np.fmax(modes, turning) + spin, driven)
     found: Array = np.where(np.isnan(step), np.inf, step)
     return found
 

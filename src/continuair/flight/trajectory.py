@@ -219,7 +219,7 @@ class Recorder:
         return {
             **flight.provenance,
             "model": self.model,
-            "integrator": "rk4",
+            "integrator": flight.integrator,
             "dtype": self.dtype,
             "gravity": flight.scenario.gravity,
             "versions": versions(),

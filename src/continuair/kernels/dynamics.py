@@ -50,14 +50,19 @@ BLOCK_BIASED = ("decoupled", "without coriolis")
 class Dynamics:
     """rate_of(y, along, flight, row, push) -> dy/dt of one model, and its loads.
 
-    freezes: rate_of reads what the flight keeps of its start, `Flight.frozen`. bias: the kind that
-    the model has, of kernels/arm/chain.py. couples: whether its mass matrix has the blocks.
+    It is rates(y, flight, a) with a = accelerations_of(y, flight, total, load), of loads and of
+    total_of, what the recursion along the arms sums up. freezes: rate_of reads what the flight
+    keeps of its start, `Flight.frozen`. bias: the kind that the model has, of kernels/arm/chain.py.
+    couples: whether its mass matrix has the blocks.
     """
 
     model: str
     freezes: bool
     bias: str
     couples: bool
+    total_of: Any
+    accelerations_of: Any
+    rates: Any
     rate_of: Any
     loads: Any
 
@@ -137,15 +142,11 @@ def dynamics_code(numbers: Numbers, tree: Tree, model: str) -> Dynamics:
         out.base = (force - wp.cross(out.spin, c)) / plant.mass
         return out
 
+    accelerations_of = independent_accelerations if freezes else carried_accelerations
+
     @wp.func
-    def rate_of(y: State, along: Along, flight: Flight, row: int, push: Push):
-        """dy/dt under the inputs of a row and a controller's push."""
-        load = load_of(y, along, flight, row, push)
-        total = total_of(y, flight.coefficients, flight.plant, flight.vehicle)
-        if wp.static(freezes):
-            a = independent_accelerations(y, flight, total, load)
-        else:
-            a = carried_accelerations(y, flight, total, load)
+    def rates(y: State, flight: Flight, a: Accelerations):
+        """dy/dt of a state that accelerates so."""
         q = attitude_of(y)
         v = wp.quat_rotate(q, a.base)
         # half * q * (ω, 0), written out.
@@ -158,5 +159,12 @@ def dynamics_code(numbers: Numbers, tree: Tree, model: str) -> Dynamics:
         )
         falling = vec3(v[0], v[1], v[2] - flight.gravity)
         return state_of(velocity_of(y), turn, bend_rates_of(y), falling, a.spin, a.bend)
+
+    @wp.func
+    def rate_of(y: State, along: Along, flight: Flight, row: int, push: Push):
+        """dy/dt under the inputs of a row and a controller's push."""
+        load = load_of(y, along, flight, row, push)
+        total = total_of(y, flight.coefficients, flight.plant, flight.vehicle)
+        return rates(y, flight, accelerations_of(y, flight, total, load))
 
     return holding(Dynamics, locals())

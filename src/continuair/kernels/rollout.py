@@ -8,21 +8,24 @@ import warp as wp
 from continuair.kernels.arguments import arguments
 from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.flight import flight_code
+from continuair.kernels.integrators import INTEGRATORS
 from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.pilot import PilotCode
-from continuair.kernels.step import UNSEEN, step_code, stepping_code
+from continuair.kernels.step import UNSEEN, stepping_code
 from continuair.kernels.types import FULL_LENGTH, Tree, device_types
 from continuair.vehicle.layout import PAPER
-
-MEASURED_EVERY = 4
-"""One step of so many is measured, for all of them: what they leave out changes slowly."""
 
 FEW_STEPS = 32
 """In a flight of fewer steps, every one is measured."""
 
 
 def rollout_kernel(
-    numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: PilotCode, log_row: Any
+    numbers: Numbers,
+    tree: Tree,
+    dynamics: Dynamics,
+    pilot: PilotCode,
+    log_row: Any,
+    integrator: str = "rk4",
 ) -> Any:
     """The kernel `rollout` of a model under a pilot; log_row: of kernels/logs.py.
 
@@ -38,11 +41,12 @@ def rollout_kernel(
     flight_of, freeze, load_state = structs.flight_of, structs.freeze, types.load_state
     branch_at, followed, end_of = stepping.branch_at, stepping.followed, stepping.end_of
     Loop, pilot_of, decide, push_at = pilot.Loop, pilot.pilot_of, pilot.decide, pilot.push_at
-    step = step_code(numbers, tree, dynamics.rate_of, pilot)
+    taken = INTEGRATORS[integrator]
+    step = taken.step_code(numbers, tree, dynamics, pilot)
     bend_of, bend_rate_of, lanes = types.bend_of, types.bend_rate_of, code.lanes
     above, all_above, any_above, finite = code.above, code.all_above, code.any_above, code.finite
     mark, keep_whole, keep_of_run = code.mark, code.keep_whole, code.keep_of_run
-    one_of, few, sections, paper = MEASURED_EVERY, FEW_STEPS, types.layout.sections, PAPER
+    one_of, few, sections, paper = taken.measured_every, FEW_STEPS, types.layout.sections, PAPER
     zero, one, full = Real(0.0), Real(1.0), Real(FULL_LENGTH)
     unseen, infinite, misdirected = Real(float(UNSEEN)), Real(np.inf), dynamics.loads.misdirected
 
@@ -98,6 +102,9 @@ def rollout_kernel(
                 if all_above(ended, zero):
                     break
             h = Real(steps.lengths[i])
+            if wp.static(taken.stiff):
+                # What such steps do not resolve is lost within the first of them.
+                every = wp.where(i < few, 1, one_of)
             measured = i % every == 0
             begun = y
             y, left_out = step(i, time, h, y, branch.direction, flight, pilot, push, measured)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.elementary import elementary_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.numbers import Numbers, number_code
@@ -16,6 +17,9 @@ from continuair.kernels.types import FULL_LENGTH, Tree, device_types, holding
 STEP_PHASE = 0.2
 """Largest product of an automatic step and the fastest rate: RK4 then keeps the amplitude of the
 stiffest mode, and follows the fastest decay."""
+
+MEASURED_EVERY = 4
+"""One step of so many is measured, for all of them: what they leave out changes slowly."""
 
 OK, NOT_FINITE, OVERBENT, UNSEEN = 0, 1, 2, 3
 STATUS = {
@@ -155,18 +159,17 @@ def resolution_code(numbers: Numbers, tree: Tree) -> Resolution:
     position_of, velocity_of, spin_of = types.position_of, types.velocity_of, types.spin_of
     attitude_of, bend_of, bend_rate_of = types.attitude_of, types.bend_of, types.bend_rate_of
     zero, one, four, thirty = Real(0.0), Real(1.0), Real(4.0), Real(30.0)
-    sections, turn, phase = types.layout.sections, Real(FULL_LENGTH), Real(STEP_PHASE)
+    sections, turn = types.layout.sections, Real(FULL_LENGTH)
     above, finite = code.above, code.finite
 
     @wp.func
-    def squared_size(d: State, plant: Plant, h: Real):
+    def squared_size(d: State, plant: Plant, period: Real):
         """Of a difference of rates: how far it moves the tip, squared, in arm lengths per second.
 
         A moment of the arm turns by twice a change of the quaternion, and a bend moves the tip by
         its angle times its section's reach; accelerations act for the period in which the fastest
-        rate that an automatic step of length h resolves turns them into rates.
+        rate that is resolved turns them into rates.
         """
-        period = h / phase
         area = plant.length * plant.length
         q = attitude_of(d)
         moved = wp.length_sq(position_of(d)) / area + four * wp.dot(q, q)
@@ -191,8 +194,8 @@ def resolution_code(numbers: Numbers, tree: Tree) -> Resolution:
     return holding(Resolution, locals())
 
 
-def step_code(numbers: Numbers, tree: Tree, rate_of: Any, pilot: PilotCode) -> Any:
-    """The function `step`: one step of RK4 of a model, by its rate_of, under a pilot.
+def step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: PilotCode) -> Any:
+    """The function `step`: one step of RK4 of a model under a pilot.
 
     It returns the state at the step's end, and the error of the step in arm lengths; 0 for a step
     that is not measured.
@@ -202,6 +205,7 @@ def step_code(numbers: Numbers, tree: Tree, rate_of: Any, pilot: PilotCode) -> A
     Flight, Pilot, push_at = flight_code(numbers, tree).Flight, pilot.Pilot, pilot.push_at
     unit_attitude, resolution = stepping.unit_attitude, resolution_code(numbers, tree)
     squared_size, unresolved = resolution.squared_size, resolution.unresolved
+    rate_of, phase = dynamics.rate_of, Real(STEP_PHASE)
     half, sixth, zero = Real(0.5), Real(1.0 / 6.0), Real(0.0)
 
     @wp.func
@@ -225,9 +229,9 @@ def step_code(numbers: Numbers, tree: Tree, rate_of: Any, pilot: PilotCode) -> A
             before = k
             k = rate_of(at, along, flight, row, push)
             if measured and stage == 1:
-                first = squared_size(k - before, flight.plant, h)
+                first = squared_size(k - before, flight.plant, h / phase)
             if measured and stage == 2:
-                second = squared_size(k - before, flight.plant, h)
+                second = squared_size(k - before, flight.plant, h / phase)
             total += Real(1 + ahead % 2) * k
         error = zero
         if measured:

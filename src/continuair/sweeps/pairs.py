@@ -16,6 +16,7 @@ from continuair.flight.resolution import warn_of_coarse_steps, warn_of_lost_angl
 from continuair.flight.simulate import error_by_halving
 from continuair.flight.trajectory import STEP_ERROR
 from continuair.kernels.dynamics import MODELS, REFERENCE, SIMPLER
+from continuair.kernels.integrators import INTEGRATORS
 from continuair.kernels.step import STATUS
 from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.closed_pairs import Reduced, track
@@ -46,6 +47,7 @@ def run_pairs(
     sample: float = 1e-3,
     duration: float | None = None,
     settle: float = 0.0,
+    integrator: str = "rk4",
     device: str = "cpu",
     threads: int | None = None,
 ) -> xr.Dataset:
@@ -56,7 +58,8 @@ def run_pairs(
     step: seconds, or "auto": as for `simulate`, every run's own, so that no result depends on the
     batch it was in. sample: seconds between the samples that are compared.
     duration: seconds, the scenario's by default. settle: seconds at the start that the metrics in
-    pixels leave out. device: "cpu" or a CUDA device. threads: CPU threads, all by default.
+    pixels leave out. integrator: "rk4" or "implicit", as for `simulate`. device: "cpu" or a CUDA
+    device. threads: CPU threads, all by default.
 
     Returns a Dataset over (run, model), "coupled" first: the metrics of `continuair.compare`
     nrmse_t, nrmse_r, rmse_t_m, rmse_r_rad, angle_rad against the coupled run (0 for itself); with
@@ -70,6 +73,7 @@ def run_pairs(
     `continuair.compare` tells. Raises InputError.
     """
     names = _checked_models(models)
+    checks.choice("integrator", integrator, tuple(INTEGRATORS))
     flight = prepare(
         vehicle,
         scenario,
@@ -79,6 +83,7 @@ def run_pairs(
         device=device,
         threads=threads,
         stacklevel=3,
+        integrator=integrator,
     )
     settle = _checked_settle(settle, flight)
     found = _fly(flight, names, settle)
