@@ -78,7 +78,7 @@ ROOMS = {
     "studies": [
         {"tables", "timing", "standard_excitations", "sentences", "verdicts"},
         {"results"},
-        {"open_loop", "sensitivity", "tracking", "advise", "atlas", "cost"},
+        {"open_loop", "sensitivity", "tracking", "advise", "atlas", "cost", "sections"},
         {"paper"},
     ],
     "studies.open_loop": [{"study"}, {"report"}],

@@ -46,13 +46,13 @@ def batch(vehicle: ca.Vehicle) -> ca.Vehicle:
 
 def fly(
     vehicle: ca.Vehicle, model: str, dtype: str = "float64", chosen: Any = slice(None),
-    threads: int = 1, spoiled: int | None = None, stiff: float = 1.0,
+    threads: int = 1, spoiled: int | None = None, stiff: float = 1.0, integrator: str = "rk4",
 ) -> Logs:  # fmt: skip
     """Some of RUNS runs that differ in all, under all groups of inputs; everything observed.
 
     spoiled: a run whose inputs are not numbers; stiff: a factor on one run's bend moment.
     """
-    engine = Engine(vehicle, model, dtype, threads=threads)
+    engine = Engine(vehicle, model, dtype, threads=threads, integrator=integrator)
     layout, rng = engine.layout, np.random.default_rng(7)
     q, qd = rng.uniform(-0.5, 0.5, (2, RUNS, 6 + layout.bends))
     table = rng.uniform(-0.3, 0.3, (1, RUNS, layout.inputs))
@@ -118,6 +118,27 @@ def test_packs_are_single_runs_to_rounding(
     one_by_one(monkeypatch)
     alone = fly(batch(VEHICLES[vehicle]), model, dtype, stiff=1e5)
     assert alone.status[3] != 0 and (alone.status == 0).sum() >= RUNS - 2
+    assert_equal(flown, alone, dtype)
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "model", "dtype"),
+    [
+        ("two_section", "coupled", "float64"),
+        ("paper", "independent", "float32"),
+        pytest.param("dual_arm", "decoupled", "float64", marks=pytest.mark.slow),
+    ],
+)
+def test_packs_of_implicit_steps_are_single_runs_to_rounding(
+    vehicle: str, model: str, dtype: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    many = batch(VEHICLES[vehicle])
+    flown = fly(many, model, dtype, integrator="implicit")
+    part = fly(many, model, dtype, chosen=[4, 5, 9], integrator="implicit")
+    np.testing.assert_array_equal(part.log, flown.log[[4, 5, 9]])
+    one_by_one(monkeypatch)
+    alone = fly(many, model, dtype, integrator="implicit")
+    assert (alone.status == 0).all()
     assert_equal(flown, alone, dtype)
 
 

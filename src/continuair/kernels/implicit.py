@@ -57,13 +57,18 @@ def stage_code(numbers: Numbers, tree: Tree, model: str) -> Stage:
     def stage_of(
         y: State, along: Along, flight: Flight, row: int, push: Push, before: State, h: Real
     ):
-        """k of a state; before: k₁ in the second stage, nothing in the first."""
+        """k of a state, and ω² below which no bend swings by itself [1/s²].
+
+        before: k₁ in the second stage, nothing in the first.
+        """
         load = load_of(y, along, flight, row, push)
         total = total_of(y, flight.coefficients, flight.plant, flight.vehicle)
         reach, turned, turning = gamma * h, bends_of(before), bend_rates_of(before)
         rate, explicit = bend_rates_of(y), Bends()
+        slowest = flight.plant.stiffness[0] / total.M[0, 0]
         for j in range(bends):
             K, D = flight.plant.stiffness[j // 2], flight.plant.damping[j // 2]
+            slowest = wp.min(slowest, K / total.M[j, j])
             explicit[j] = rate[j] - two * reach * turning[j]
             ahead = K * (two * turned[j] - explicit[j]) + two * D * turning[j]
             load.bend[j] = load.bend[j] + reach * ahead
@@ -71,7 +76,7 @@ def stage_code(numbers: Numbers, tree: Tree, model: str) -> Stage:
         k = rates(y, flight, accelerations_of(y, flight, total, load))
         for j in range(bends):
             k[B + j] = explicit[j] + reach * k[DB + j]
-        return k
+        return k, slowest
 
     return holding(Stage, locals())
 
@@ -79,8 +84,10 @@ def stage_code(numbers: Numbers, tree: Tree, model: str) -> Stage:
 def implicit_step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: PilotCode) -> Any:
     """The function `step` as kernels/step.py has it, of the linearly implicit step.
 
-    A step that is measured is also taken in two halves: its error is 4/3 of the difference. That of
-    the velocities counts as much as that of places, as it does where something swings.
+    A step that is measured is also taken in two halves: its error is 4/3 of the difference. Along
+    what swings, errors of places and of velocities count alike. It returns, third, what those of
+    velocities become in the time of the slowest bend: they add up where something is pushed to and
+    fro faster than it swings.
     """
     types, stage_of = (
         device_types(numbers, tree),
@@ -89,8 +96,8 @@ def implicit_step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: 
     Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
     Flight, Pilot, push_at = flight_code(numbers, tree).Flight, pilot.Pilot, pilot.push_at
     unit_attitude = stepping_code(numbers, tree).unit_attitude
-    squared_size = resolution_code(numbers, tree).squared_size
-    half, zero, share = Real(0.5), Real(0.0), Real(4.0 / 3.0 * np.sqrt(2.0))
+    moved = resolution_code(numbers, tree).moved
+    half, zero, share, swings = Real(0.5), Real(0.0), Real(4.0 / 3.0), Real(np.sqrt(2.0))
 
     @wp.func
     def step(
@@ -101,6 +108,8 @@ def implicit_step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: 
         k = State()
         begun = y
         whole = State()
+        drift = State()
+        slowest = zero
         # The whole step, then its first and its second half: two stages each.
         stages = wp.int32(2)
         if measured:
@@ -118,7 +127,7 @@ def implicit_step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: 
             now = time + half * h * Real(ahead)
             push = push_at(3 * i + ahead, now, at, along, flight, pilot, held)
             row = i * flight.stride + wp.min(flight.stride, ahead)
-            k = stage_of(at, along, flight, row, push, before, span)
+            k, slowest = stage_of(at, along, flight, row, push, before, span)
             if later == 1:
                 reached = begun + half * span * (before + k)
                 if part == 0:
@@ -127,7 +136,8 @@ def implicit_step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: 
                     begun = reached
         error = zero
         if measured:
-            error = share * wp.sqrt(squared_size(begun - whole, flight.plant, zero))
-        return unit_attitude(whole), error
+            error = swings * share * wp.sqrt(moved(begun - whole, flight.plant))
+            drift = share * (begun - whole) / wp.sqrt(slowest)
+        return unit_attitude(whole), error, drift
 
     return step

@@ -11,7 +11,7 @@ from continuair.kernels.flight import flight_code
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.pilot import PilotCode
-from continuair.kernels.step import UNSEEN, stepping_code
+from continuair.kernels.step import UNSEEN, resolution_code, stepping_code
 from continuair.kernels.types import FULL_LENGTH, Tree, device_types
 from continuair.vehicle.layout import PAPER
 
@@ -43,6 +43,7 @@ def rollout_kernel(
     Loop, pilot_of, decide, push_at = pilot.Loop, pilot.pilot_of, pilot.decide, pilot.push_at
     taken = INTEGRATORS[integrator]
     step = taken.step_code(numbers, tree, dynamics, pilot)
+    carried = resolution_code(numbers, tree).carried
     bend_of, bend_rate_of, lanes = types.bend_of, types.bend_rate_of, code.lanes
     above, all_above, any_above, finite = code.above, code.all_above, code.any_above, code.finite
     mark, keep_whole, keep_of_run = code.mark, code.keep_whole, code.keep_of_run
@@ -88,6 +89,10 @@ def rollout_kernel(
         error = Real(0.0)
         doubt = Real(0.0)
         swing = Real(0.0)
+        if wp.static(taken.stiff):
+            plant, drift = flight.plant, State()
+            drifted = Real(0.0)
+            lasted = Real(0.0)
         for i in range(count):
             time = Real(steps.starts[i])
             decision = decide(i, time, y, branch.direction, flight, pilot, push)
@@ -107,7 +112,18 @@ def rollout_kernel(
                 every = wp.where(i < few, 1, one_of)
             measured = i % every == 0
             begun = y
-            y, left_out = step(i, time, h, y, branch.direction, flight, pilot, push, measured)
+            if wp.static(taken.stiff):
+                y, left_out, added = step(
+                    i, time, h, y, branch.direction, flight, pilot, push, measured
+                )
+                if measured:
+                    several = Real(wp.min(every, count - i))
+                    drift += several * added
+                    spent = several * h * above(ended, zero, zero, one)
+                    lasted += spent
+                    drifted += spent * wp.sqrt(carried(drift, plant))
+            else:
+                y, left_out = step(i, time, h, y, branch.direction, flight, pilot, push, measured)
             if measured:
                 stands_for = Real(wp.min(every, count - i))
                 swing += above(ended, zero, zero, stands_for * h * swing_of(begun))
@@ -129,6 +145,9 @@ def rollout_kernel(
             push = push_at(3 * last + 2, time, y, branch.direction, flight, pilot, push)
             log_row(log, due, ended, y, flight, branch, push)
         keep_whole(status, run, ended)
+        if wp.static(taken.stiff):
+            # On average: what a mode that rings adds, it takes back.
+            error += drifted / lasted
         whole = error + swing
         keep_of_run(errors, run, 0, finite(whole, error, infinite))
         keep_of_run(errors, run, 1, finite(whole, swing, zero) * full * full)

@@ -141,8 +141,12 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
 
 @dataclass(frozen=True)
 class Resolution:
-    """squared_size(difference of rates, plant, period); unresolved(first, second, h), an error."""
+    """Sizes of differences: moved, pushed and carried; squared_size(difference of rates, plant, h)
+    of a step of RK4, whose error is unresolved(first, second, h)."""
 
+    moved: Any
+    pushed: Any
+    carried: Any
     squared_size: Any
     unresolved: Any
 
@@ -159,26 +163,56 @@ def resolution_code(numbers: Numbers, tree: Tree) -> Resolution:
     position_of, velocity_of, spin_of = types.position_of, types.velocity_of, types.spin_of
     attitude_of, bend_of, bend_rate_of = types.attitude_of, types.bend_of, types.bend_rate_of
     zero, one, four, thirty = Real(0.0), Real(1.0), Real(4.0), Real(30.0)
-    sections, turn = types.layout.sections, Real(FULL_LENGTH)
-    above, finite = code.above, code.finite
+    sections, turn, phase = types.layout.sections, Real(FULL_LENGTH), Real(STEP_PHASE)
+    above, finite, vec2 = code.above, code.finite, types.vec2
+    arms, first = types.layout.arms, tree.first
 
     @wp.func
-    def squared_size(d: State, plant: Plant, period: Real):
-        """Of a difference of rates: how far it moves the tip, squared, in arm lengths per second.
+    def moved(d: State, plant: Plant):
+        """Of a difference of places: how far it moves the tip, squared, in arm lengths.
 
         A moment of the arm turns by twice a change of the quaternion, and a bend moves the tip by
-        its angle times its section's reach; accelerations act for the period in which the fastest
-        rate that is resolved turns them into rates.
+        its angle times its section's reach.
         """
-        area = plant.length * plant.length
         q = attitude_of(d)
-        moved = wp.length_sq(position_of(d)) / area + four * wp.dot(q, q)
-        pushed = wp.length_sq(velocity_of(d)) / area + wp.length_sq(spin_of(d))
+        out = wp.length_sq(position_of(d)) / (plant.length * plant.length) + four * wp.dot(q, q)
         for i in range(sections):
             bending = turn * plant.reach[i]
-            moved += bending * bending * wp.length_sq(bend_of(d, i))
-            pushed += bending * bending * wp.length_sq(bend_rate_of(d, i))
-        return moved + period * period * pushed
+            out += bending * bending * wp.length_sq(bend_of(d, i))
+        return out
+
+    @wp.func
+    def pushed(d: State, plant: Plant):
+        """Of a difference of velocities: as `moved` has it, in arm lengths per second, squared."""
+        out = wp.length_sq(velocity_of(d)) / (plant.length * plant.length)
+        out += wp.length_sq(spin_of(d))
+        for i in range(sections):
+            bending = turn * plant.reach[i]
+            out += bending * bending * wp.length_sq(bend_rate_of(d, i))
+        return out
+
+    @wp.func
+    def carried(d: State, plant: Plant):
+        """As `pushed`, but sections of one arm may take back what others do to its tip."""
+        out = wp.length_sq(velocity_of(d)) / (plant.length * plant.length)
+        out += wp.length_sq(spin_of(d))
+        for arm in range(arms):
+            tip = vec2()
+            for i in range(sections):
+                if wp.static(first[arm] <= i < first[arm + 1]):
+                    tip += turn * plant.reach[i] * bend_rate_of(d, i)
+            out += wp.length_sq(tip)
+        return out
+
+    @wp.func
+    def squared_size(d: State, plant: Plant, h: Real):
+        """Of a difference of rates: how far it moves the tip, squared, in arm lengths per second.
+
+        Accelerations act for the period in which the fastest rate that an automatic step of length
+        h resolves turns them into rates.
+        """
+        period = h / phase
+        return moved(d, plant) + period * period * pushed(d, plant)
 
     @wp.func
     def unresolved(first: Real, second: Real, h: Real):
@@ -205,8 +239,7 @@ def step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: PilotCode
     Flight, Pilot, push_at = flight_code(numbers, tree).Flight, pilot.Pilot, pilot.push_at
     unit_attitude, resolution = stepping.unit_attitude, resolution_code(numbers, tree)
     squared_size, unresolved = resolution.squared_size, resolution.unresolved
-    rate_of, phase = dynamics.rate_of, Real(STEP_PHASE)
-    half, sixth, zero = Real(0.5), Real(1.0 / 6.0), Real(0.0)
+    rate_of, half, sixth, zero = dynamics.rate_of, Real(0.5), Real(1.0 / 6.0), Real(0.0)
 
     @wp.func
     def step(
@@ -229,9 +262,9 @@ def step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: PilotCode
             before = k
             k = rate_of(at, along, flight, row, push)
             if measured and stage == 1:
-                first = squared_size(k - before, flight.plant, h / phase)
+                first = squared_size(k - before, flight.plant, h)
             if measured and stage == 2:
-                second = squared_size(k - before, flight.plant, h / phase)
+                second = squared_size(k - before, flight.plant, h)
             total += Real(1 + ahead % 2) * k
         error = zero
         if measured:

@@ -100,7 +100,10 @@ class Design:
 
     def describe(self) -> dict[str, Any]:
         """The base and the vehicle as JSON can hold them."""
-        return {"base": self.base.model_dump(), "vehicle": self.vehicle.describe()}
+        # Stores of RK4 that were begun before there was a choice go on.
+        usual = {"integrator"} if self.base.integrator == "rk4" else set()
+        base = self.base.model_dump(exclude=usual)
+        return {"base": base, "vehicle": self.vehicle.describe()}
 
     @property
     def digest(self) -> str:

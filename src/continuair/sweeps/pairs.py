@@ -106,10 +106,12 @@ def run_pairs(
 
 def check_pairs(
     vehicle: Vehicle, scenario: Scenario, step: float | str, sample: float, settle: float,
-    device: str,
+    integrator: str, device: str,
 ) -> None:  # fmt: skip
     """Raise InputError for what `run_pairs` would refuse; nothing is flown."""
-    flight = prepare(vehicle, scenario, step=step, sample=sample, device=device, threads=1)
+    flight = prepare(
+        vehicle, scenario, step=step, sample=sample, device=device, threads=1, integrator=integrator
+    )
     _checked_settle(settle, flight)
 
 

@@ -204,6 +204,9 @@ class Base(Part):
     step: Step = "auto"
     """the integration step [s], or 'auto'"""
 
+    integrator: Literal["rk4", "implicit"] = "rk4"
+    """how steps are taken"""
+
     sample: Positive = 2e-3
     """the time between the samples that are compared [s]"""
 

@@ -81,7 +81,8 @@ def _check_whole(design: Design, vehicle: Vehicle, scenario: Scenario, device: s
     """Raise InputError for what only the whole flight shows, as a start of it does not."""
     base = design.base
     with _without_warnings():
-        check_pairs(vehicle, scenario, base.step, base.sample, base.settle, device)
+        choices = base.step, base.sample, base.settle, base.integrator
+        check_pairs(vehicle, scenario, *choices, device)
 
 
 def _computed(design: Design, runs: Array, device: str, threads: int | None) -> Array:
@@ -111,6 +112,7 @@ def _fly(
             step=base.step,
             sample=base.sample,
             settle=min(base.settle, 0.5 * options.get("duration", np.inf)),
+            integrator=base.integrator,
             device=device,
             threads=threads,
             **options,

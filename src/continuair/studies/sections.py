@@ -1,0 +1,187 @@
+"""What cutting one arm into more sections changes: modes, sag, decoupling, step and cost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+
+from continuair.analysis.beam import beam_frequency
+from continuair.analysis.linear import modes, trim
+from continuair.engine.engine import Engine
+from continuair.flight.prepare import prepare
+from continuair.flight.simulate import simulate
+from continuair.flight.steps import automatic_step
+from continuair.kernels.integrators import INTEGRATORS
+from continuair.kernels.step import OK
+from continuair.scenario.scenarios import Scenario
+from continuair.studies.timing import median_times
+from continuair.sweeps.machine import machine
+from continuair.sweeps.pairs import run_pairs
+from continuair.vehicle.vehicle import Vehicle
+
+COUNTS = (1, 2, 3, 4)
+"""Numbers of equal sections that the arm is cut into."""
+
+LENGTH, STIFFNESS, MASS_PER_LENGTH, DAMPING_RATIO = 0.6, 0.5, 0.1, 0.03
+"""The arm: length [m], E I [N m²], mass per length [kg/m], damping of the beam's first mode [-]."""
+
+UAV = {"mass": 1.8, "inertia": (0.02, 0.02, 0.035)}
+"""The vehicle that carries it [kg, kg m²]."""
+
+BEAM_CONSTANT = 3.516015
+"""ω l² √(μ/E I) of the first mode of a clamped uniform beam."""
+
+SWAY, RATIO, DURATION = 0.2, 0.5, 3.0
+"""The flight: a lateral force on the UAV of so many weights at so much of the beam's first clamped
+frequency, for a time [s]."""
+
+LOADS = (0.01, 0.5, 2.0, 5.0)
+"""Loads μ g l³/E I at which the level arm sags."""
+
+_SAMPLE, _ROUNDS = 0.01, 9
+# From straight down to straight ahead.
+_LEVEL = (0.0, -np.sqrt(0.5), 0.0, np.sqrt(0.5))
+
+
+def cut(count: int, *, level: bool = False) -> Vehicle:
+    """The vehicle with its arm in so many equal sections; level: held out ahead, not down."""
+    clamped = BEAM_CONSTANT * np.sqrt(STIFFNESS / MASS_PER_LENGTH) / LENGTH**2
+    section = {
+        "length": LENGTH / count,
+        "bending_stiffness": STIFFNESS,
+        "mass_per_length": MASS_PER_LENGTH,
+        "damping": 2.0 * DAMPING_RATIO / clamped * STIFFNESS,
+    }
+    arm = {"section": [section] * count} | ({"attitude": _LEVEL} if level else {})
+    return Vehicle(name=f"{count} sections", uav=UAV, arm=[arm])
+
+
+def beam_constants() -> dict[str, float]:
+    """The constants of the true beam's first mode, clamped and on the free vehicle."""
+    arm = {"length": LENGTH, "bending_stiffness": STIFFNESS, "mass_per_length": MASS_PER_LENGTH}
+    vehicle = Vehicle(name="beam", uav=UAV, arm=arm)
+    return {
+        base: constant(beam_frequency(vehicle, free=base == "free")) for base in ("clamped", "free")
+    }
+
+
+def constant(frequency: float) -> float:
+    """ω l² √(μ/E I) of a frequency of the arm [rad/s]."""
+    return float(frequency * LENGTH**2 * np.sqrt(MASS_PER_LENGTH / STIFFNESS))
+
+
+def sag(count: int, load: float) -> float:
+    """How far the tip of the level arm hangs below its base, over the length, at μ g l³/E I."""
+    gravity = load * STIFFNESS / (MASS_PER_LENGTH * LENGTH**3)
+    vehicle = cut(count, level=True)
+    q = trim(vehicle, gravity=gravity).q
+    still = Scenario("level", q, duration=1e-4, gravity=0.0)
+    options: Any = {"step": 1e-4, "sample": 1e-4, "variables": ["tip_position"]}
+    tip = simulate(vehicle, still, **options)["tip_position"].to_numpy()[0].ravel()
+    return float(-tip[2] / LENGTH)
+
+
+def elastica_sag(load: float) -> float:
+    """The same of the true rod: E I θ'' = -μ g (l - s) cos θ, clamped and level at its base."""
+    # Slow to import.
+    from scipy.integrate import solve_bvp
+
+    def slopes(s: Any, y: Any) -> Any:
+        return np.stack([y[1], -load * (1.0 - s) * np.cos(y[0]), np.sin(y[0])])
+
+    def ends(base: Any, tip: Any) -> Any:
+        return np.array([base[0], tip[1], base[2]])
+
+    s = np.linspace(0.0, 1.0, 101)
+    found = solve_bvp(slopes, ends, s, np.zeros((3, len(s))), tol=1e-9)
+    assert found.success
+    return float(found.y[2, -1])
+
+
+def sections(counts: Iterable[int] = COUNTS) -> dict[str, Any]:
+    """Frequencies, sags, errors, steps and costs of every count, and of the true beam.
+
+    Frequencies as constants ω l² √(μ/E I), sags over the length, errors of the tip in arm lengths
+    (RMS, in the flight of SWAY), steps [s]; times per step and second of flight [s], of one thread.
+    """
+    counts = tuple(counts)
+    rows = [_row(count) for count in counts]
+    finest = rows[-1].pop("tip")
+    for row in rows:
+        tip = row.pop("tip", finest)
+        off = np.linalg.norm(tip - finest, axis=-1)
+        row["from_finest"] = float(np.sqrt(np.mean(off**2)) / LENGTH)
+    times = median_times({key: fly for row in rows for key, fly in row.pop("flights")}, _ROUNDS)
+    for row in rows:
+        row["step_s"] = {
+            name: times[row["count"], name] / row["steps"][name] for name in INTEGRATORS
+        }
+        row["flight_s"] = {name: times[row["count"], name] / DURATION for name in INTEGRATORS}
+        row.pop("steps")
+    beam: dict[str, Any] = beam_constants() | {"sag": [elastica_sag(load) for load in LOADS]}
+    return {"rows": rows, "beam": beam, "loads": list(LOADS), "machine": machine()}
+
+
+def swayed(vehicle: Vehicle) -> Scenario:
+    """The flight: the straight arm hangs at rest, the weight is carried, a force sways the UAV."""
+    weight = 9.81 * vehicle.mass
+    rate = RATIO * BEAM_CONSTANT * np.sqrt(STIFFNESS / MASS_PER_LENGTH) / LENGTH**2
+    return Scenario(
+        "sway",
+        np.zeros(6 + 2 * vehicle.sections),
+        duration=DURATION,
+        force=lambda t: [SWAY * weight * np.sin(rate * t), 0.0, weight],
+    )
+
+
+def _row(count: int) -> dict[str, Any]:
+    """What is found of one count, its flights that are to be timed, and its coupled tip."""
+    vehicle = cut(count)
+    scenario, engine = swayed(vehicle), Engine(vehicle, "coupled")
+    flown = {
+        name: simulate(
+            vehicle, scenario, sample=_SAMPLE, integrator=name, variables=["tip_position"]
+        )
+        for name in INTEGRATORS
+    }
+    tip = flown["rk4"]["tip_position"].to_numpy().reshape(-1, 3)
+    apart = np.linalg.norm(
+        flown["implicit"]["tip_position"].to_numpy().reshape(-1, 3) - tip, axis=-1
+    )
+    pair = run_pairs(vehicle, scenario, ["decoupled"], sample=_SAMPLE)
+    straight = np.zeros(engine.layout.coordinates)
+    timed = {name: _timed(vehicle, scenario, name) for name in INTEGRATORS}
+    return {
+        "count": count,
+        "clamped": [
+            constant(each) for each in modes(vehicle, base="clamped", gravity=0.0).frequencies[::2]
+        ],
+        "free": [constant(each) for each in modes(vehicle, gravity=0.0).frequencies[::2]],
+        "sag": [sag(count, load) for load in LOADS],
+        "decoupled": float(pair["rmse_t_m"].sel(model="decoupled")[0]) / LENGTH,
+        "step": {
+            name: float(automatic_step(engine, straight, integrator=name)[0])
+            for name in INTEGRATORS
+        },
+        "implicit_error": float(apart.max() / LENGTH),
+        "step_error": {name: float(flight["step_error"]) for name, flight in flown.items()},
+        "tip": tip,
+        "steps": {name: steps for name, (steps, _) in timed.items()},
+        "flights": [((count, name), fly) for name, (_, fly) in timed.items()],
+    }
+
+
+def _timed(vehicle: Vehicle, scenario: Scenario, integrator: str) -> tuple[int, Callable[[], None]]:
+    """Steps of a roll-out at the automatic step, and the roll-out alone, all else prepared."""
+    flight = prepare(
+        vehicle, scenario, sample=DURATION, threads=1, integrator=integrator, step="auto"
+    )
+    engine, cohort = flight.engine("coupled"), next(flight.cohorts())
+
+    def fly() -> None:
+        logs = cohort.fly(engine, observe=False)
+        assert (logs.status == OK).all(), "a flight that ends early cannot be timed"
+
+    return len(cohort.grid.steps), fly
