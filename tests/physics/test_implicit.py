@@ -9,6 +9,7 @@ import xarray as xr
 import continuair as ca
 from continuair.engine.engine import Engine
 from continuair.flight.steps import automatic_step, fastest_rate
+from tests.closed_loop.flights import VEHICLE, designed, scenario
 
 TWO = ca.load_vehicle("two_section")
 # Its stiffest mode is thirty times as fast as that of TWO, its slow ones are those of a stiff tip.
@@ -184,3 +185,15 @@ def test_pairs_fly_as_simulate_does() -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-9)
     with pytest.raises(ca.InputError, match="integrator is 'dop853'"):
         ca.run_pairs(vehicle, swayed(TWO), integrator="dop853")
+
+
+@coarse
+def test_a_closed_loop_flies_with_it_at_second_order() -> None:
+    """The paper's law, whose push is held between control instants."""
+    loop = scenario(designed(1.0), duration=0.3, control_period=1e-3)
+    reference = ca.simulate(VEHICLE, loop, step=2.5e-4, sample=0.05)
+    errors = [
+        apart(ca.simulate(VEHICLE, loop, step=h, sample=0.05, integrator="implicit"), reference)
+        for h in (1e-3, 5e-4)
+    ]
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.15)

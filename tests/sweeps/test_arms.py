@@ -47,6 +47,17 @@ def test_the_papers_tests_are_for_its_vehicle() -> None:
     assert not Path("never.zarr").exists()
 
 
+def test_a_sweep_flies_with_the_integrator_of_its_design(tmp_path: Path) -> None:
+    excited = {"excitation": "sine", "on": "force_x", "amplitude": 1.0, "frequency": 0.5}
+    shared = {"vehicle": "two_section", "scenario": excited | {"duration": 0.2, "lift": 1.0}}
+    masses = {"vehicle.uav.mass": ("mass", [1.0, 2.0])}
+    steps = {}
+    for integrator in ("rk4", "implicit"):
+        design = xr.Dataset(masses, attrs=shared | {"integrator": integrator, "sample": 0.02})
+        steps[integrator] = ca.sweep(design, tmp_path / integrator)["step"].to_numpy()
+    assert (steps["implicit"] > 1.5 * steps["rk4"]).all()
+
+
 @pytest.mark.slow
 def test_a_run_of_a_sweep_is_what_a_single_flight_gives(tmp_path: Path) -> None:
     excited = {"excitation": "sine", "on": "force_x", "amplitude": 1.0, "frequency": 0.5}

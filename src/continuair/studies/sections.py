@@ -77,8 +77,8 @@ def sag(count: int, load: float) -> float:
     gravity = load * STIFFNESS / (MASS_PER_LENGTH * LENGTH**3)
     vehicle = cut(count, level=True)
     q = trim(vehicle, gravity=gravity).q
-    still = Scenario("level", q, duration=1e-4, gravity=0.0)
-    options: Any = {"step": 1e-4, "sample": 1e-4, "variables": ["tip_position"]}
+    still = Scenario("level", q, duration=1e-5, gravity=0.0)
+    options: Any = {"step": 1e-5, "sample": 1e-5, "variables": ["tip_position"]}
     tip = simulate(vehicle, still, **options)["tip_position"].to_numpy()[0].ravel()
     return float(-tip[2] / LENGTH)
 
