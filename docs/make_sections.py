@@ -8,6 +8,7 @@ from typing import Any
 from continuair.figures import style
 from continuair.figures.sections import sections as figure
 from continuair.studies.sections import sections
+from continuair.studies.tables import number
 
 DOCS = Path(__file__).parent
 START, END = "<!-- written by make_sections.py -->\n", "<!-- to here -->\n"
@@ -43,9 +44,9 @@ def _tables(results: dict[str, Any]) -> list[str]:
     lines[-1] += " per second, RK4 [ms] | per second, implicit [ms] | tip, implicit |"
     lines.append("| --- |" + " ---: |" * 9)
     for row in rows:
-        steps = " | ".join(f"{1e3 * row['step'][name]:.2g}" for name in row["step"])
-        each = " | ".join(f"{1e6 * row['step_s'][name]:.2g}" for name in row["step"])
-        whole = " | ".join(f"{1e3 * row['flight_s'][name]:.2g}" for name in row["step"])
+        steps = " | ".join(number(1e3 * row["step"][name], 2) for name in row["step"])
+        each = " | ".join(number(1e6 * row["step_s"][name], 2) for name in row["step"])
+        whole = " | ".join(number(1e3 * row["flight_s"][name], 3) for name in row["step"])
         finest = "–" if row is rows[-1] else f"{row['from_finest']:.1e}"
         lines.append(
             f"| {row['count']} | {row['decoupled']:.1e} | {finest} | {steps} | {each} | {whole} | "

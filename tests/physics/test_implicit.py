@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -17,12 +19,12 @@ STIFF = TWO.replace({"arm.arm.section.tip.youngs_modulus": 5e13})
 coarse = pytest.mark.filterwarnings("ignore:step_error reaches", "ignore:step is")
 
 
-def driven(vehicle: ca.Vehicle, duration: float = 0.2, **fields: object) -> ca.Scenario:
+def driven(vehicle: ca.Vehicle, duration: float = 0.2, **fields: Any) -> ca.Scenario:
     """Bent arms that spin with the body, under gravity, a swaying force and bend moments."""
     n = vehicle.sections
     q, qd = np.zeros((2, 6 + 2 * n))
     q[6::2], q[7::2], qd[3:6], qd[6::2] = 0.8, np.linspace(0.3, 1.0, n), (0.3, 0.5, -0.2), 1.0
-    inputs = {
+    inputs: dict[str, Any] = {
         "force": lambda t: [np.sin(30.0 * t), 0.0, 20.0],
         "bend_moment": lambda t: np.full(2 * n, 0.02 * np.cos(50.0 * t)),
     }
