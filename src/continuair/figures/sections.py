@@ -43,9 +43,9 @@ def sections(results: dict[str, Any]) -> Figure:
         style.head(
             figure,
             f"Two sections are {gained:.0f} times nearer to the true beam than one; "
-            f"{counts[-1]} cut RK4's step {steps['rk4'][0] / steps['rk4'][-1]:.0f}-fold",
+            f"{counts[-1]} sections cut RK4's step {steps['rk4'][0] / steps['rk4'][-1]:.0f}-fold",
             "One uniform arm of 0.6 m, damped by 3 % in its first mode, cut into equal sections. "
-            "Tips in arm lengths; times of one thread.",
+            "Tips in arm lengths; times of one core.",
         )
     return figure
 
