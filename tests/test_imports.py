@@ -54,6 +54,7 @@ ROOMS = {
         {"sensing.eye"},
         {"sensing.sense"},
         {"laws", "sensing.pilot"},
+        {"resolution"},
         {"step"},
         {"implicit"},
         {"integrators", "logs"},

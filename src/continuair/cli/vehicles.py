@@ -58,7 +58,7 @@ def _derived(vehicle: Vehicle) -> list[tuple[str, str]]:
     """Return names and values of what a vehicle's parameters imply."""
     from continuair.engine.engine import Engine
     from continuair.flight.steps import automatic_step
-    from continuair.kernels.step import STEP_PHASE
+    from continuair.kernels.resolution import STEP_PHASE
     from continuair.vehicle.layout import Layout
 
     straight = [0.0] * Layout(vehicle.shape).coordinates

@@ -10,8 +10,9 @@ import warp as wp
 from continuair.kernels.dynamics import Dynamics, dynamics_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.numbers import Numbers
+from continuair.kernels.resolution import resolution_code
 from continuair.kernels.sensing.pilot import PilotCode
-from continuair.kernels.step import resolution_code, stepping_code
+from continuair.kernels.step import stepping_code
 from continuair.kernels.types import Tree, device_types, holding
 
 GAMMA = 1.0 - np.sqrt(0.5)

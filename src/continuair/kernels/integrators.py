@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from continuair.kernels.implicit import IMPLICIT_MEASURED_EVERY, IMPLICIT_PHASE, implicit_step_code
-from continuair.kernels.step import MEASURED_EVERY, STEP_PHASE, step_code
+from continuair.kernels.resolution import STEP_PHASE
+from continuair.kernels.step import MEASURED_EVERY, step_code
 
 
 @dataclass(frozen=True)

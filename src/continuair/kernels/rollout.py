@@ -10,8 +10,9 @@ from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.flight import flight_code
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.kernels.numbers import Numbers, number_code
+from continuair.kernels.resolution import resolution_code
 from continuair.kernels.sensing.pilot import PilotCode
-from continuair.kernels.step import UNSEEN, resolution_code, stepping_code
+from continuair.kernels.step import UNSEEN, stepping_code
 from continuair.kernels.types import FULL_LENGTH, Tree, device_types
 from continuair.vehicle.layout import PAPER
 

@@ -11,12 +11,9 @@ from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.elementary import elementary_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.numbers import Numbers, number_code
+from continuair.kernels.resolution import resolution_code
 from continuair.kernels.sensing.pilot import PilotCode
-from continuair.kernels.types import FULL_LENGTH, Tree, device_types, holding
-
-STEP_PHASE = 0.2
-"""Largest product of an automatic step and the fastest rate: RK4 then keeps the amplitude of the
-stiffest mode, and follows the fastest decay."""
+from continuair.kernels.types import Tree, device_types, holding
 
 MEASURED_EVERY = 4
 """One step of so many is measured, for all of them: what they leave out changes slowly."""
@@ -137,95 +134,6 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
         return finite(wp.length_sq(y), out, not_finite)
 
     return holding(Stepping, locals())
-
-
-@dataclass(frozen=True)
-class Resolution:
-    """Sizes of differences: moved, pushed and carried; squared_size(difference of rates, plant, h)
-    of a step of RK4, whose error is unresolved(first, second, h)."""
-
-    moved: Any
-    pushed: Any
-    carried: Any
-    squared_size: Any
-    unresolved: Any
-
-
-@cache
-def resolution_code(numbers: Numbers, tree: Tree) -> Resolution:
-    """What a step of RK4 leaves out, from its stages.
-
-    On y' = λ y, z = λ h, the stages are k₁ times 1, 1 + z/2, 1 + z/2 + z²/4 and so on, and a step
-    errs by y z⁵/120. So |z| is twice |k₃ - k₂| / |k₂ - k₁|, and the error h |k₃ - k₂| z²/30.
-    """
-    types, code = device_types(numbers, tree), number_code(numbers)
-    Real, State, Plant = types.Real, types.State, types.Plant
-    position_of, velocity_of, spin_of = types.position_of, types.velocity_of, types.spin_of
-    attitude_of, bend_of, bend_rate_of = types.attitude_of, types.bend_of, types.bend_rate_of
-    zero, one, four, thirty = Real(0.0), Real(1.0), Real(4.0), Real(30.0)
-    sections, turn, phase = types.layout.sections, Real(FULL_LENGTH), Real(STEP_PHASE)
-    above, finite, vec2 = code.above, code.finite, types.vec2
-    arms, first = types.layout.arms, tree.first
-
-    @wp.func
-    def moved(d: State, plant: Plant):
-        """Of a difference of places: how far it moves the tip, squared, in arm lengths.
-
-        A moment of the arm turns by twice a change of the quaternion, and a bend moves the tip by
-        its angle times its section's reach.
-        """
-        q = attitude_of(d)
-        out = wp.length_sq(position_of(d)) / (plant.length * plant.length) + four * wp.dot(q, q)
-        for i in range(sections):
-            bending = turn * plant.reach[i]
-            out += bending * bending * wp.length_sq(bend_of(d, i))
-        return out
-
-    @wp.func
-    def pushed(d: State, plant: Plant):
-        """Of a difference of velocities: as `moved` has it, in arm lengths per second, squared."""
-        out = wp.length_sq(velocity_of(d)) / (plant.length * plant.length)
-        out += wp.length_sq(spin_of(d))
-        for i in range(sections):
-            bending = turn * plant.reach[i]
-            out += bending * bending * wp.length_sq(bend_rate_of(d, i))
-        return out
-
-    @wp.func
-    def carried(d: State, plant: Plant):
-        """As `pushed`, but sections of one arm may take back what others do to its tip."""
-        out = wp.length_sq(velocity_of(d)) / (plant.length * plant.length)
-        out += wp.length_sq(spin_of(d))
-        for arm in range(arms):
-            tip = vec2()
-            for i in range(sections):
-                if wp.static(first[arm] <= i < first[arm + 1]):
-                    tip += turn * plant.reach[i] * bend_rate_of(d, i)
-            out += wp.length_sq(tip)
-        return out
-
-    @wp.func
-    def squared_size(d: State, plant: Plant, h: Real):
-        """Of a difference of rates: how far it moves the tip, squared, in arm lengths per second.
-
-        Accelerations act for the period in which the fastest rate that an automatic step of length
-        h resolves turns them into rates.
-        """
-        period = h / phase
-        return moved(d, plant) + period * period * pushed(d, plant)
-
-    @wp.func
-    def unresolved(first: Real, second: Real, h: Real):
-        """Error of a step of length h [s], as a distance of the tip in arm lengths.
-
-        first and second: the squared sizes of k₂ - k₁ and of k₃ - k₂.
-        """
-        # Where stages hardly differ, their ratio says nothing: RK4 is unstable from z = 2.8 on.
-        square = wp.min(four * second / above(first, zero, first, one), four)
-        error = h * wp.sqrt(second) * square / thirty
-        return finite(first, above(first, zero, error, zero), first)
-
-    return holding(Resolution, locals())
 
 
 def step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: PilotCode) -> Any:
