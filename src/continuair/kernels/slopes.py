@@ -87,7 +87,7 @@ def step_slopes_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
     Vehicles, Drive, Steps, Pilot = structs.Vehicles, begins.Drive, begins.Steps, pilot.Pilot
     flight_of, freeze, keep, lanes = structs.flight_of, structs.freeze, code.keep, code.lanes
     seeded_state = _seeded_state(numbers, tree)
-    step = step_code(numbers, tree, dynamics.rate_of, pilot)
+    step = step_code(numbers, tree, dynamics, pilot)
     layout, where = types.layout, Directions(types.layout, dynamics.freezes)
     state, start = where.state.start, where.start.start
     width, bends, B, DB = layout.state, layout.bends, layout.bend.start, layout.bend_rate.start

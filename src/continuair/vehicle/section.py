@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
@@ -225,7 +225,7 @@ class Section(Part):
         Constant curvature is stiffer than a true cantilever, whose first mode is 21 % lower.
         """
         stiffness = self.bending_stiffness * self.length
-        frequency: float = np.sqrt(stiffness / self.straight_modal_mass)
+        frequency: float = _root(stiffness / self.straight_modal_mass)
         return frequency
 
     @property
@@ -234,5 +234,10 @@ class Section(Part):
         if self.damping_ratio is None:
             return self.damping
         stiffness = self.bending_stiffness * self.length
-        critical: float = 2 * np.sqrt(stiffness * self.straight_modal_mass) / self.length
+        critical: float = 2 * _root(stiffness * self.straight_modal_mass) / self.length
         return self.damping_ratio * critical
+
+
+def _root(value: Any) -> Any:
+    """The square root of a number, as a number, or of an array."""
+    return np.sqrt(value) if isinstance(value, np.ndarray) else math.sqrt(value)
