@@ -2,6 +2,8 @@
 PYTHON ?= python3
 # What `make test` installs; EXTRAS=test,oracles adds the comparisons with other engines.
 EXTRAS ?= test
+# Processes that test, a file of tests at a time: make test WORKERS=8 where there are more cores.
+WORKERS ?= 2
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -20,7 +22,7 @@ test: $(VENV)/installed-$(subst $(comma),-,$(EXTRAS))
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	@# One thread of BLAS: matrices are small here, and threads would wait for each other.
-	OMP_NUM_THREADS=1 $(BIN)/pytest -q -m "not slow"
+	OMP_NUM_THREADS=1 $(BIN)/pytest -q -n $(WORKERS) --dist loadfile -m "not slow"
 
 # The page is written whatever was reached; a claim that misses without an explanation fails.
 verify: $(VENV)/installed-test-oracles
