@@ -465,7 +465,7 @@ def fly(model: str, steps: int) -> tuple[Tally, np.ndarray]:
     after = np.full(steps, -1)
     after[-1] = 1
     log, lengths = np.zeros((1, 2, layout.log)), np.full(steps, STEP)
-    ends = [*(Array(np.zeros(1, int), int) for _ in range(2)), Array(np.zeros((1, 2)), int)]
+    ends = [*(Array(np.zeros(1, int), int) for _ in range(2)), Array(np.zeros((1, 3)), int)]
     rollout_kernel(*of, dynamics_code(*of, model), pilot, state_logger(*of))(
         packed(vehicle, *of),
         filled(begins.Start, states=states, frozen=states, angle=Array(branches_of(q))),
