@@ -282,7 +282,7 @@ BITS = """
 import sys
 import numpy as np
 import continuair as ca
-from tests.kernels.test_packs import PAPER_ARM, RUNS, batch, fly
+from tests.kernels.test_packs import PAPER_ARM, RUNS, VEHICLES, batch, fly
 even = np.linspace(0.8, 1.2, RUNS)
 varied = {"arm.radius": 0.005 * even, "arm.length": even, "uav.mass": 2.0 * even}
 scenario = ca.Scenario(
@@ -291,7 +291,8 @@ scenario = ca.Scenario(
 )
 flown = ca.simulate(PAPER_ARM.replace(varied), scenario, sample=0.01).drop_vars("q")
 found = {name: values.to_numpy() for name, values in flown.data_vars.items()}
-np.savez(sys.argv[1], log=fly(batch(PAPER_ARM), "coupled").log, **found)
+several = fly(batch(VEHICLES["two_section"]), "coupled", integrator="implicit").log
+np.savez(sys.argv[1], log=fly(batch(PAPER_ARM), "coupled").log, several=several, **found)
 """
 PROCESSORS = {
     "this one": {},

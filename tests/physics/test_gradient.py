@@ -254,3 +254,43 @@ def test_the_sweep_back_is_the_transpose_of_the_derivatives_carried_forward(kapp
 def test_a_quaternions_own_length_has_no_part_in_the_slope_of_a_rotation() -> None:
     attitude = np.array([0.1, -0.5, 0.3, 0.8]) / np.sqrt(0.99)
     assert np.abs(of_rotation(attitude, 7.0 * attitude)).max() < 1e-15
+
+
+def listed(**changes: Any) -> ca.Vehicle:
+    """A light arm of one section in a list, straight down, with a disk at its end."""
+    section: dict[str, Any] = {
+        "length": 0.3,
+        "mass_per_length": 0.01,
+        "bending_stiffness": 0.02,
+    }
+    section |= {"damping_ratio": 0.3, "disks": [{"position": 0.3, "mass": 0.002}]}
+    uav = {"mass": 0.5, "inertia": [0.002, 0.002, 0.003]}
+    return ca.Vehicle(name="light", uav=uav, arm=[{"section": [section]}]).replace(changes)
+
+
+def slopes_of_the_light_arm(
+    path: str, values: Array, step: float, weights: Array
+) -> tuple[Array, float]:
+    """What `gradient` says of a field, and differences of flights at its values."""
+    flight = scenario(listed(), 0.8, 20)
+    options: dict[str, Any] = {"step": STEP, "sample": STEP}
+    found = ca.gradient(listed(), flight, cost, fields=[path], **options)
+    flown = ca.simulate(listed(**{path: values}), flight, **options)
+    return found.fields[path], float(cost(flown)[0] @ weights / step)
+
+
+def test_arms_that_are_not_turned_have_slopes_of_their_attitudes() -> None:
+    """Their kernels leave the turn out."""
+    step = 1e-4
+    turns = [[0.0, x, 0.0, np.sqrt(1.0 - x * x)] for x in step * PLACES]
+    found, expected = slopes_of_the_light_arm("arm.0.attitude", np.array(turns), step, WEIGHTS)
+    assert found[1] == pytest.approx(expected, rel=1e-6)
+
+
+def test_fields_that_are_zero_have_slopes_on_the_scale_on_which_they_count() -> None:
+    """Damping of a ratio goes with the root of an inertia that is far below 1 kg m²."""
+    step = 1e-8
+    weights = np.array([-25.0, 48.0, -36.0, 16.0, -3.0]) / 12.0
+    path = "arm.0.section.0.disks.0.inertia.0"
+    found, expected = slopes_of_the_light_arm(path, step * np.arange(5.0), step, weights)
+    assert found == pytest.approx(expected, rel=1e-5)

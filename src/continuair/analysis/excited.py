@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import eigh
+from scipy.spatial.transform import Rotation
 
 from continuair.controllers.inertias import bend_inertia
 from continuair.vehicle.layout import Layout
@@ -27,7 +28,8 @@ class ExcitedArm:
     index: of the arm; places: of its sections among all; length [m]; frequency: of its lowest
     clamped mode without gravity [rad/s], and damping_ratio of that; moments (…, sections): moment
     on each of its bends [N m²] per angle by which they bend the arm at rest; stiffness [N m²]: E I
-    of one section of that length which a lateral force at the tip turns as far.
+    of one section of that length which a lateral force at the tip turns as far; axes: of its
+    mount in those of the body, columns (…, 3, 3).
     """
 
     index: int
@@ -37,6 +39,7 @@ class ExcitedArm:
     damping_ratio: Any
     moments: Array
     stiffness: Any
+    axes: Array
 
 
 def excited_arm(vehicle: Vehicle) -> ExcitedArm:
@@ -46,7 +49,7 @@ def excited_arm(vehicle: Vehicle) -> ExcitedArm:
     if vehicle.runs is None:
         return _of_chain(vehicle)
     each = [_of_chain(vehicle.select(run)) for run in range(vehicle.runs)]
-    names = ("length", "frequency", "damping_ratio", "moments", "stiffness")
+    names = ("length", "frequency", "damping_ratio", "moments", "stiffness", "axes")
     stacked = {name: np.stack([getattr(one, name) for one in each]) for name in names}
     return ExcitedArm(each[0].index, each[0].places, **stacked)
 
@@ -63,6 +66,7 @@ def _of_section(arm: Section) -> ExcitedArm:
         # Q acts on the bend, whose potential energy is E I l |k|² / 2.
         moments=stiffness[..., None],
         stiffness=stiffness,
+        axes=np.eye(3),
     )
 
 
@@ -84,6 +88,7 @@ def _of_chain(vehicle: Vehicle) -> ExcitedArm:
         damping_ratio=damping_ratio,
         moments=stiffness * lengths / length,
         stiffness=0.5 * length**2 / np.sum(lever / stiffness),
+        axes=Rotation.from_quat(vehicle.arms[index].attitude).as_matrix(),
     )
 
 

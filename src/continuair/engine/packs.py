@@ -12,7 +12,7 @@ from continuair.engine.compiling import load, made_once
 from continuair.engine.lanes import packs_of, struct_rows, table_rows
 from continuair.errors import ContinuairWarning
 from continuair.kernels.numbers import LANES, NARROW, Numbers
-from continuair.kernels.probe import PROBED, TERMS, WIDTH, probe_kernel
+from continuair.kernels.probe import PROBED, TERMS, WIDTH, probe_kernel, wide_registers
 
 Array = np.ndarray
 
@@ -26,12 +26,24 @@ _ROUNDING = 64.0
 def lanes_of(runs: int, threads: int, precision: str, device: str) -> int:
     """Runs that fly at once: those of a pack, narrow where all threads have enough of them, or 1.
 
-    A run has the same bits in both kinds of packs.
+    A run has the same bits in both kinds of packs, as each fills one vector register: where those
+    hold a narrow pack at the most there are no others, which are no faster there, and whose halves
+    the compiler fuses in another order.
     """
     if device != "cpu" or not packs_work(precision):
         return 1
     narrow = NARROW[precision]
-    return narrow if runs <= narrow * threads else LANES[precision]
+    few = runs <= narrow * threads
+    return narrow if few or not registers_are_wide() else LANES[precision]
+
+
+@made_once
+def registers_are_wide() -> bool:
+    """Whether a vector register of the processor that kernels are compiled for holds 512 bits."""
+    load(wide_registers, "cpu")
+    found = wp.zeros(1, wp.int32, device="cpu")
+    wp.launch(wide_registers, dim=1, device="cpu", inputs=[found])
+    return bool(found.numpy()[0])
 
 
 @made_once

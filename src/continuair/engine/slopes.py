@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,9 @@ class Slopes:
 
     def __init__(self, engine: Engine, tangents: Tangents) -> None:
         self.engine = engine
-        self._kernel, Vehicles = step_slopes(engine.tree, engine.model)
+        # Kernels for arms that are not turned leave out what turning them would change.
+        self._tree = replace(engine.tree, turned=engine.tree.turned or tangents.of_attitudes)
+        self._kernel, Vehicles = step_slopes(self._tree, engine.model)
         self.directions = Directions(engine.layout, engine.model == "independent")
         first = self.directions.start.stop
         self.fields = slice(first, first + len(tangents.plants))
@@ -58,7 +61,7 @@ class Slopes:
         def launch(at: slice, found: Array) -> list[Any]:
             return [self._vehicles.plants, engine.upload(log[None, at]), found]
 
-        return self._launched(tip_slopes(engine.tree), slice(0, len(log)), width, launch)
+        return self._launched(tip_slopes(self._tree), slice(0, len(log)), width, launch)
 
     def _launched(self, kernel: wp.Kernel, part: slice, width: int, arguments: Any) -> Array:
         """What a kernel finds (n, directions, width) for rows of a part, on all threads."""

@@ -1,7 +1,8 @@
 """How what kernels read of a vehicle changes with a field of it: differences of the host's packing.
 
-Packing a vehicle is a smooth closed form of its fields, so that differences of fourth order, of
-steps of 2e-4 of the value, are right to about 1e-11.
+Packing a vehicle is a smooth closed form of its fields, so that differences of fourth order are
+right to about 1e-11 where steps are 2e-4 of the scale on which a field counts. That is its value;
+or, of a field that is 0 or hardly counts, found by steps that get shorter until they agree.
 """
 
 from __future__ import annotations
@@ -21,8 +22,18 @@ from continuair.vehicle.vehicle import Vehicle
 Array = np.ndarray
 
 _STEP = 2e-4
-"""Of a difference, as a share of the value, or of the largest of a field's; of 1 where that is 0.
-Quaternions keep their norm of 1 to the 1e-3 that they are read with."""
+"""Of a difference, as a share of the field's scale. Quaternions keep their norm of 1 to the 1e-3
+that they are read with."""
+
+_SHORTER, _MOST = 8.0, 16
+"""The factor by which scales get shorter, and how often they do at the most."""
+
+_AGREE = 3e-8
+"""Share of a derivative by which two steps in a row may differ."""
+
+_COUNTS = 1e-3
+"""Change of a number along the scale of a field, as a share of that number, which counts: of
+smaller ones rounding leaves too few digits to agree."""
 
 _STENCILS = (
     (np.array([-2.0, -1.0, 1.0, 2.0]), np.array([1.0, -8.0, 8.0, -1.0]) / 12.0),
@@ -41,6 +52,11 @@ class Tangents:
     fields: dict[str, tuple[int, ...]]
     plants: Array
     table: Array
+
+    @property
+    def of_attitudes(self) -> bool:
+        """Whether a field is an attitude, or a number of one."""
+        return any("attitude" in name.split(".") for name in self.fields)
 
     def named(self, directions: Array) -> dict[str, Array]:
         """Derivatives along the directions (directions,) as arrays of the fields' shapes."""
@@ -98,11 +114,55 @@ def _tangent(
     vehicle: Vehicle, name: str, value: Array, moved: Array, Plant: Any
 ) -> tuple[Array, Array]:
     """Derivatives of plant and polynomials as a value moves."""
-    size = float(np.abs(value).max())
-    step = _STEP * (size if size > 0.0 else 1.0)
+    own = pack_plants(vehicle, Plant).view(float).ravel(), pack_table(vehicle, 1)[0]
+
+    def along(scale: float) -> tuple[Array, Array]:
+        return _difference(vehicle, name, value, _STEP * scale * moved, _STEP * scale, Plant)
+
+    def apart(found: tuple[Array, Array], finer: tuple[Array, Array], scale: float) -> float:
+        return max(_apart(*each, scale) for each in zip(found, finer, own, strict=True))
+
+    scale = float(np.abs(value).max())
+    found = along(scale) if scale > 0.0 else None
+    if found is None or not _counts(found, own, scale):
+        scale = max(scale, 1.0)
+        found = along(scale)
+    best, least = found, np.inf
+    for _ in range(_MOST):
+        finer = along(scale / _SHORTER)
+        off = apart(found, finer, scale)
+        if off < least:
+            best, least = found, off
+        if off < _AGREE:
+            break
+        found, scale = finer, scale / _SHORTER
+    return best
+
+
+def _counts(found: tuple[Array, Array], own: tuple[Array, Array], scale: float) -> bool:
+    """Whether some number changes along the scale of a field by more than rounding tells of."""
+    return any(
+        bool((np.abs(slope) * scale > _COUNTS * np.abs(of)).any())
+        for slope, of in zip(found, own, strict=True)
+    )
+
+
+def _apart(found: Array, finer: Array, own: Array, scale: float) -> float:
+    """The largest share by which derivatives of numbers, or of columns of them, differ."""
+    size = np.maximum(np.abs(finer), _COUNTS * np.abs(own) / scale)
+    off = np.abs(found - finer)
+    if found.ndim > 1:
+        size, off = size.max(axis=0), off.max(axis=0)
+    return float(np.divide(off, size, out=np.zeros_like(off), where=size > 0.0).max())
+
+
+def _difference(
+    vehicle: Vehicle, name: str, value: Array, moved: Array, step: float, Plant: Any
+) -> tuple[Array, Array]:
+    """Differences of fourth order as a value moves; moved: by a step."""
     refused: list[InputError] = []
     for places, weights in _STENCILS:
-        values = value + step * np.multiply.outer(places, moved)
+        values = value + np.multiply.outer(places, moved)
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", ContinuairWarning)

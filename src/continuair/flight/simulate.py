@@ -37,6 +37,9 @@ _LOGGED_AT_ONCE = {"cpu": 1.0e6, "cuda": 2.0e7}
 _HALVED_AT_ONCE = 2.0e7
 _NUMBERS_PER_SAMPLE = 50
 
+# Of second order a quarter is left at half the step.
+_ORDERED = 0.35
+
 
 def simulate(
     vehicle: Vehicle,
@@ -115,7 +118,8 @@ def error_by_halving(flight: Flight, model: str, runs: Array) -> Array:
     and what does not fall with the step has no order. Where they are in doubt at half the step too,
     both flights may have gone the wrong way, and the doubt stays.
     """
-    share = 1.0 if flight.scenario.tau is not None else INTEGRATORS[flight.integrator].share
+    taken = INTEGRATORS[flight.integrator]
+    share = 1.0 if flight.scenario.tau is not None else taken.share
     finer, length = flight.halved(runs), per_run(flight.vehicle.reach, flight.runs)
     found = []
     most = _most_runs(flight.marks.samples, _HALVED_AT_ONCE)
@@ -128,8 +132,18 @@ def error_by_halving(flight: Flight, model: str, runs: Array) -> Array:
         tips = [recorder.values("tip_position") for recorder in flown]
         # What a run that ended has not reached is NaN in one or both.
         apart = np.nanmax(np.linalg.norm(tips[1] - tips[0], axis=-1), axis=-1)
-        found.append(np.fmax(share * apart / length[part], flown[1].doubt))
+        estimate = np.fmax(share * apart / length[part], flown[1].doubt)
+        found.append(estimate if not taken.stiff else _of_stiff_steps(estimate, *flown))
     return np.concatenate(found)
+
+
+def _of_stiff_steps(estimate: Array, coarse: Recorder, fine: Recorder) -> Array:
+    """Errors (runs,) by halving, or those of the steps themselves where these have no order yet.
+
+    Modes that neither step resolves are lost by both alike, and halving changes little.
+    """
+    ordered = fine.step_error <= _ORDERED * coarse.step_error
+    return np.where(ordered, estimate, np.fmax(estimate, fine.step_error))
 
 
 def record(recorder: Recorder, runs: Array | None = None) -> None:

@@ -7,6 +7,24 @@ import warp as wp
 
 from continuair.kernels.elementary import elementary_code
 from continuair.kernels.numbers import Numbers, number_code
+from continuair.kernels.options import OPTIONS
+
+
+@wp.func_native("""
+#ifdef __AVX512F__
+return 1;
+#else
+return 0;
+#endif
+""")
+def _wide() -> int: ...
+
+
+@wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
+def wide_registers(found: wp.array(dtype=wp.int32)):
+    """1 where the compiler fills vector registers of 512 bits, else 0."""
+    found[0] = _wide()
+
 
 TERMS, WIDTH = 4, 3
 """Of the tables that are probed: terms of WIDTH polynomials."""

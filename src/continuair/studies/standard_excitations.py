@@ -7,7 +7,8 @@ lasts a number of clamped periods. What oscillates does so about a hover in whic
 the bent arm and carry the weight, so that nothing moves but for the load, in any model. When the
 arm is released, a constant force carries the weight, and nothing holds the arm; in a fall nothing
 acts at all. Of several arms the one that carries the camera is excited, and the others start
-straight; its sections bend alike, and a moment on them is shared so that they do.
+straight; its sections bend alike, and a moment on them is shared so that they do. Lateral is along
+x of that arm's mount, and a moment on the UAV about its y.
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ def _weights(vehicle: Vehicle, _arm: ExcitedArm, load: Any, _frequency: Any, gra
 
 def _rocking(vehicle: Vehicle, arm: ExcitedArm, load: Any, frequency: Any, _gravity: float) -> Any:
     rate = np.asarray(frequency) * arm.frequency
-    return load * _pitch_inertia(vehicle) * rate**2
+    return load * _rocking_inertia(vehicle, arm) * rate**2
 
 
 def _bending(
@@ -159,14 +160,31 @@ def _wave(
     hertz: Array,
     last: float,
 ) -> Wave | Shared:
-    """A sine on an input's component of the vehicle, or of an arm and its sections."""
+    """A sine on an input's component of the vehicle, or of an arm and its sections.
+
+    Forces and moments are along the axes of the arm's mount.
+    """
     channel, component = OF_NAME[on[0]], on[1]
     place = {"vehicle": 0, "arm": arm.index, "section": arm.places.start}[channel.per]
     width = channel.width(layout.sections, layout.arms)
     component += place * len(channel.axes)
     wave = Wave(width, component, amplitude, hertz, hertz, 0.0, last)
-    several = channel.per == "section" and len(arm.places) > 1
-    return _shared(wave, arm) if several else wave
+    if channel.per == "section":
+        return _shared(wave, arm) if len(arm.places) > 1 else wave
+    return wave if _is_level(arm) else _turned(wave, arm, on[1])
+
+
+def _is_level(arm: ExcitedArm) -> bool:
+    """Whether an arm's mount has the axes of the body."""
+    return bool((arm.axes == np.eye(3)).all())
+
+
+def _turned(wave: Wave, arm: ExcitedArm, axis: int) -> Shared:
+    """A wave on a vector's first component, or another, along that axis of the arm's mount."""
+    shares = np.zeros((*arm.axes.shape[:-2], wave.width))
+    first = wave.component - axis
+    shares[..., first : first + 3] = arm.axes[..., axis]
+    return Shared(replace(wave, width=1, component=0), shares)
 
 
 def _shared(wave: Wave, arm: ExcitedArm) -> Shared:
@@ -182,11 +200,13 @@ def sample_time(vehicle: Vehicle) -> float:
     return float(2.0 * np.pi / np.max(excited_arm(vehicle).frequency) / SAMPLES_PER_PERIOD)
 
 
-def _pitch_inertia(vehicle: Vehicle) -> Array:
-    """Inertia of the vehicle with its arms straight about B's origin, body y axis [kg m²]."""
+def _rocking_inertia(vehicle: Vehicle, excited: ExcitedArm) -> Array:
+    """Inertia of the vehicle with its arms straight about B's origin, y of the mount [kg m²]."""
     if vehicle.has_arm_list:
         each = [vehicle] if vehicle.runs is None else map(vehicle.select, range(vehicle.runs))
-        return np.squeeze([rigid_inertia(one)[4, 4] for one in each])
+        inertia = np.squeeze([rigid_inertia(one)[3:6, 3:6] for one in each])
+        y = excited.axes[..., 1]
+        return np.asarray((y * (inertia @ y[..., None])[..., 0]).sum(-1))
     arm = vehicle.arm
     x, _, z = np.transpose(vehicle.uav.mount)
     own = np.asarray(vehicle.uav.inertia)[..., 1, 1]
