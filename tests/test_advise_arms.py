@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import continuair as ca
 from continuair.analysis.excited import excited_arm
@@ -31,6 +32,26 @@ def as_list(vehicle: ca.Vehicle) -> ca.Vehicle:
 
 MOUNTED = PAPER.replace({"uav.mount": [0.02, 0.01, -0.05], "arm.damping_ratio": 0.03})
 TWIN = as_list(MOUNTED)
+
+
+@pytest.mark.parametrize("name", ["force", "moment", "tip"])
+def test_what_excites_an_arm_turns_with_it(name: str) -> None:
+    """One arm that sticks out level, in axes of the body that are called otherwise."""
+    section = {"length": 0.4, "bending_stiffness": 0.4, "mass_per_length": 0.08}
+    uav = {"mass": 1.5, "inertia": [0.02, 0.02, 0.03]}
+    quarter = Rotation.from_euler("z", 90, degrees=True)
+    ahead = Rotation.from_euler("y", -90, degrees=True)
+    scenarios = []
+    for turn in (ahead, quarter * ahead):
+        arm = {"attitude": turn.as_quat(), "section": [section], "tip": {"mass": 0.1}}
+        level = ca.Vehicle(name="level", uav=uav, arm=[arm])
+        scenarios.append(standard_scenario(name, level))
+    channel = "tip_wrench" if name == "tip" else name
+    one, turned = (np.asarray(getattr(each, channel)(0.05))[:3] for each in scenarios)
+    np.testing.assert_allclose(turned, quarter.apply(one), rtol=0, atol=1e-9 * abs(one).max())
+    along = ahead.apply([0.0, 0.0, -1.0])
+    still = np.asarray(getattr(scenarios[0], channel)(0.0))[:3]
+    assert abs((one - still) @ along) < 1e-9 * abs(one - still).max()
 
 
 @pytest.mark.parametrize("name", EXCITATIONS)

@@ -199,3 +199,21 @@ def test_a_closed_loop_flies_with_it_at_second_order() -> None:
         for h in (1e-3, 5e-4)
     ]
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.15)
+
+
+@pytest.mark.filterwarnings("ignore:step_error reaches")
+def test_halving_does_not_hide_modes_that_neither_step_resolves() -> None:
+    """A stiff section after a limp one, released bent: both steps lose its swing alike."""
+    limp = {"length": 0.477, "bending_stiffness": 0.0138, "mass_per_length": 0.0228}
+    stiff = {"length": 0.2871, "bending_stiffness": 6.5569, "mass_per_length": 0.0113}
+    uav = {"mass": 2.7, "inertia": [0.02, 0.02, 0.03]}
+    vehicle = ca.Vehicle(name="limp and stiff", uav=uav, arm=[{"section": [limp, stiff]}])
+    q = [0, 0, 3, 0.36, -0.01, 0.42, -0.19, -0.48, -0.44, -2.39]
+    released = ca.Scenario("released", q, duration=0.2, force=[11.0, 0.0, 26.6])
+    flown, exact = (
+        ca.simulate(vehicle, released, integrator=name, sample=0.01, variables=["tip_position"])
+        for name in ("implicit", "rk4")
+    )
+    assert flown.flown_again == 1
+    off = apart(flown, exact) / reach(vehicle)
+    assert off > 0.01 and float(flown.step_error) > off
