@@ -74,11 +74,12 @@ def tangents_of(vehicle: Vehicle, fields: tuple[str, ...], Plant: Any) -> Tangen
     Raises InputError for what is no number or array of numbers.
     """
     shapes, plants, tables = {}, [], []
+    own = pack_plants(vehicle, Plant).view(float).ravel(), pack_table(vehicle, 1)[0]
     for name in fields:
         value = _numbers(vehicle, name)
         shapes[name] = value.shape
         for moved in _moves(value):
-            plant, table = _tangent(vehicle, name, value, moved, Plant)
+            plant, table = _tangent(vehicle, name, value, moved, own, Plant)
             plants.append(plant)
             tables.append(table)
     none = np.zeros((0, 0)), np.zeros((0, 0, 0))
@@ -111,10 +112,9 @@ def _moves(value: Array) -> Iterator[Array]:
 
 
 def _tangent(
-    vehicle: Vehicle, name: str, value: Array, moved: Array, Plant: Any
+    vehicle: Vehicle, name: str, value: Array, moved: Array, own: tuple[Array, Array], Plant: Any
 ) -> tuple[Array, Array]:
-    """Derivatives of plant and polynomials as a value moves."""
-    own = pack_plants(vehicle, Plant).view(float).ravel(), pack_table(vehicle, 1)[0]
+    """Derivatives of plant and polynomials as a value moves; own: both of the vehicle itself."""
 
     def along(scale: float) -> tuple[Array, Array]:
         return _difference(vehicle, name, value, _STEP * scale * moved, _STEP * scale, Plant)

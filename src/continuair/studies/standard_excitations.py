@@ -184,7 +184,7 @@ def _turned(wave: Wave, arm: ExcitedArm, axis: int) -> Shared:
     shares = np.zeros((*arm.axes.shape[:-2], wave.width))
     first = wave.component - axis
     shares[..., first : first + 3] = arm.axes[..., axis]
-    return Shared(replace(wave, width=1, component=0), shares)
+    return _spread(wave, shares)
 
 
 def _shared(wave: Wave, arm: ExcitedArm) -> Shared:
@@ -192,6 +192,11 @@ def _shared(wave: Wave, arm: ExcitedArm) -> Shared:
     shares = np.zeros((*arm.moments.shape[:-1], wave.width))
     for place, section in enumerate(arm.places):
         shares[..., 2 * section] = arm.moments[..., place] / arm.moments[..., 0]
+    return _spread(wave, shares)
+
+
+def _spread(wave: Wave, shares: Array) -> Shared:
+    """A wave on several components of an input, by their shares (..., width)."""
     return Shared(replace(wave, width=1, component=0), shares)
 
 
