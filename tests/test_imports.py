@@ -79,7 +79,7 @@ ROOMS = {
     "studies": [
         {"tables", "timing", "standard_excitations", "sentences", "verdicts"},
         {"results"},
-        {"open_loop", "sensitivity", "tracking", "advise", "atlas", "cost", "sections"},
+        {"open_loop", "sensitivity", "tracking", "advise", "atlas", "check", "cost", "sections"},
         {"paper"},
     ],
     "studies.open_loop": [{"study"}, {"report"}],
@@ -105,7 +105,14 @@ ROOMS = {
     "studies.atlas": [{"flights", "loops"}, {"summary", "collapse"}, {"study"}, {"report"}],
 }
 # The readable form is the oracle of the fast one, so that form must not be built on it.
-INDEPENDENT_OF_EQUATIONS = ("kernels", "engine", "flight", "analysis.linear")
+INDEPENDENT_OF_EQUATIONS = (
+    "kernels",
+    "engine",
+    "flight",
+    "analysis.linear",
+    "analysis.trim",
+    "analysis.balance",
+)
 
 
 def imports(path: Path) -> set[str]:
@@ -176,3 +183,36 @@ def test_the_fast_form_is_not_built_on_the_readable_one() -> None:
         and any(f"{other}.".startswith("equations.") for other in imports(path))
     ]
     assert not wrong, wrong
+
+
+def test_what_is_static_in_device_code_is_so_when_it_is_defined() -> None:
+    """Warp takes the value of wp.static(…) into a module's name in the cache only where it is known
+    at once: one of a loop's variable is not, so that another process would compile the module anew,
+    and a changed value might not be noticed."""
+    late = []
+    for path in sorted((PACKAGE / "kernels").rglob("*.py")):
+        for function in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(function, ast.FunctionDef):
+                loops = set(names_of_loops(function))
+                late += [
+                    f"{path.name}:{call.lineno}"
+                    for call in static_calls(function)
+                    if any(isinstance(n, ast.Name) and n.id in loops for n in ast.walk(call))
+                ]
+    assert not late, f"wp.static of a loop's variable in {', '.join(late)}"
+
+
+def names_of_loops(function: ast.FunctionDef) -> Iterator[str]:
+    """Variables of the loops of a function of the device."""
+    decorated = {ast.unparse(each) for each in function.decorator_list}
+    if any(name.startswith(("wp.func", "wp.kernel")) for name in decorated):
+        for node in ast.walk(function):
+            if isinstance(node, ast.For):
+                yield from (name.id for name in ast.walk(node.target) if isinstance(name, ast.Name))
+
+
+def static_calls(function: ast.FunctionDef) -> Iterator[ast.Call]:
+    """Calls wp.static(…) in it."""
+    for node in ast.walk(function):
+        if isinstance(node, ast.Call) and ast.unparse(node.func) == "wp.static":
+            yield node

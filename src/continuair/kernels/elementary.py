@@ -5,7 +5,7 @@ and on every processor that fuses products and sums. Errors are a few units in t
 """
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, reduce
 from math import factorial, log
 from typing import Any
 
@@ -54,18 +54,23 @@ def elementary_code(numbers: Numbers) -> Elementary:
     Real, above, two_to = code.Real, code.above, code.two_to
     zero, quarter, half, one, two = (Real(x) for x in (0.0, 0.25, 0.5, 1.0, 2.0))
 
-    def polynomial(coefficients: Any) -> Any:
-        each = [Real(float(c)) for c in coefficients]
-        terms = len(each)
-
+    def constant(coefficient: Any) -> Any:
         @wp.func
         def value(x: Real):
-            out = wp.static(each[0])
-            for i in range(1, terms):
-                out = out * x + wp.static(each[i])
-            return out
+            return coefficient
 
         return value
+
+    def plus_power(before: Any, coefficient: Any) -> Any:
+        @wp.func
+        def value(x: Real):
+            return before(x) * x + coefficient
+
+        return value
+
+    def polynomial(coefficients: Any) -> Any:
+        first, *others = (Real(float(each)) for each in coefficients)
+        return reduce(plus_power, others, constant(first))
 
     terms = 8 if exact else 5
     sine_of = polynomial([(-1.0) ** k / factorial(2 * k + 1) for k in reversed(range(terms))])

@@ -32,7 +32,7 @@ def elimination_code(numbers: Numbers, tree: Tree) -> EliminationCode:
     Real, vec3, mat33, Bends = types.Real, types.vec3, types.mat33, types.Bends
     sums = total_types(numbers, tree)
     Total, Columns, Square = sums.Total, sums.Columns, sums.Square
-    one, bends = Real(1.0), types.layout.bends
+    one, bends, last = Real(1.0), types.layout.bends, types.layout.bends - 1
 
     @wp.struct
     class Rows:
@@ -65,37 +65,32 @@ def elimination_code(numbers: Numbers, tree: Tree) -> EliminationCode:
     def factored(M: Square):
         """Of the upper triangle of M."""
         out = Factors()
-        for j in range(bends):
-            inverse = one / M[j, j]
-            out.inverse[j] = inverse
-            for i in range(bends):
-                if wp.static(i > j):
-                    share = M[j, i] * inverse
-                    out.U[j, i] = share
-                    for h in range(bends):
-                        if wp.static(h >= i):
-                            M[i, h] = M[i, h] - share * M[j, h]
+        for h in range(bends):
+            for i in range(h):
+                for j in range(i):
+                    M[i, h] = M[i, h] - out.U[j, i] * M[j, h]
+            for j in range(h):
+                share = M[j, h] * out.inverse[j]
+                out.U[j, h] = share
+                M[h, h] = M[h, h] - share * M[j, h]
+            out.inverse[h] = one / M[h, h]
         return out
 
     @wp.func
     def forward(f: Factors, r: Bends):
         """U⁻ᵀ r."""
-        for j in range(bends):
-            for i in range(bends):
-                if wp.static(i > j):
-                    r[i] = r[i] - f.U[j, i] * r[j]
+        for i in range(bends):
+            for j in range(i):
+                r[i] = r[i] - f.U[j, i] * r[j]
         return r
 
     @wp.func
     def backward(f: Factors, r: Bends):
         """(D U)⁻¹ r."""
-        for k in range(bends):
-            j = wp.static(bends - 1 - k)
-            x = f.inverse[j] * r[j]
-            for i in range(bends):
-                if wp.static(i > bends - 1 - k):
-                    x = x - f.U[j, i] * r[i]
-            r[j] = x
+        r = wp.cw_mul(f.inverse, r)
+        for i in range(last, 0, -1):
+            for j in range(i):
+                r[j] = r[j] - f.U[j, i] * r[i]
         return r
 
     @wp.func
@@ -123,9 +118,9 @@ def elimination_code(numbers: Numbers, tree: Tree) -> EliminationCode:
             about = wp.cross(c, on)
             for k in range(3):
                 total.L[k, j] = total.L[k, j] - about[k]
-            for i in range(bends):
-                if wp.static(i <= j):
-                    total.M[i, j] = total.M[i, j] - wp.dot(column(total.F, i), on) / mass
+            for i in range(j):
+                total.M[i, j] = total.M[i, j] - wp.dot(column(total.F, i), on) / mass
+            total.M[j, j] = total.M[j, j] - wp.dot(on, on) / mass
         return total
 
     @wp.func
@@ -135,11 +130,10 @@ def elimination_code(numbers: Numbers, tree: Tree) -> EliminationCode:
         about = about_common_centre(mass, c, total)
         f = factored(about.M)
         L = about.L
-        for j in range(bends):
-            for i in range(bends):
-                if wp.static(i > j):
-                    for k in range(3):
-                        L[k, i] = L[k, i] - f.U[j, i] * L[k, j]
+        for i in range(bends):
+            for j in range(i):
+                for k in range(3):
+                    L[k, i] = L[k, i] - f.U[j, i] * L[k, j]
         r = forward(f, rows.bend)
         schur = inertia - between(c, vec3(), mass, mat33())
         moment = rows.moment - wp.cross(c, rows.force)

@@ -48,9 +48,9 @@ def _observer_of_arm(
     Cell, Real, keep = types.Cell, types.Real, number_code(numbers).keep
     State, Flight = types.State, flight_code(numbers, tree).Flight
     vec3, bends, at = types.vec3, types.layout.bends, observed_columns(len(tree.sections))
-    moving_tip, load_on_tip = tips.moving_tip_of(arm), dynamics.loads.load_on_tip(arm)
+    world_tip, load_on_tip = tips.world_tip_of(arm), dynamics.loads.load_on_tip(arm)
     arm_total = chain_code(numbers, tree, dynamics.bias).of_arm(arm)
-    position_of, attitude_of, velocity_of = types.position_of, types.attitude_of, types.velocity_of
+    attitude_of, velocity_of = types.attitude_of, types.velocity_of
     spin_of, bend_rates_of = types.spin_of, types.bend_rates_of
     attitude = at["tip_attitude"].start + 4 * arm
     names = ("tip_position", "tip_velocity", "tip_angular_velocity", "base_force", "base_moment")
@@ -64,12 +64,7 @@ def _observer_of_arm(
     ):  # fmt: skip
         before(out, sample, y, dy, begun, flight, row)
         q, w, plant = attitude_of(y), spin_of(y), flight.plant
-        moving = moving_tip(y, plant)
-        point = moving.tip.point
-        at_tip = position_of(y) + wp.quat_rotate(q, point)
-        swept = velocity_of(y) + wp.quat_rotate(q, wp.cross(w, point) + moving.swept)
-        spun = wp.quat_rotate(q, w + moving.turned)
-        turn = q * moving.tip.attitude
+        tip = world_tip(y, plant)
         # What the rows of the UAV hold of this arm, the arm takes from it.
         seen = y
         if wp.static(freezes):
@@ -96,13 +91,13 @@ def _observer_of_arm(
             taken -= load.force
             twisted -= load.moment
         for j in range(3):
-            keep(out, flight.run, sample, position + j, at_tip[j])
-            keep(out, flight.run, sample, velocity + j, swept[j])
-            keep(out, flight.run, sample, turning + j, spun[j])
+            keep(out, flight.run, sample, position + j, tip.position[j])
+            keep(out, flight.run, sample, velocity + j, tip.velocity[j])
+            keep(out, flight.run, sample, turning + j, tip.turning[j])
             keep(out, flight.run, sample, force + j, -taken[j])
             keep(out, flight.run, sample, moment + j, -twisted[j])
         for j in range(4):
-            keep(out, flight.run, sample, attitude + j, turn[j])
+            keep(out, flight.run, sample, attitude + j, tip.attitude[j])
 
     return observe
 

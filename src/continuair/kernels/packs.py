@@ -9,7 +9,7 @@ from typing import Any
 import warp as wp
 
 from continuair.kernels.options import OPTIONS
-from continuair.kernels.single import BITS
+from continuair.kernels.single import BITS, filled
 
 _PREAMBLE = """
 namespace wp {
@@ -153,13 +153,7 @@ def numbers_of_packs(precision: str, lanes: int) -> dict[str, Any]:
         )
         def fill(out: wp.ref[Struct], rows: wp.array2d(dtype=Cell), run: int): ...
 
-        @wp.func
-        def read(rows: wp.array2d(dtype=Cell), run: int):
-            out = Struct()
-            fill(out, rows, run)
-            return out
-
-        return read
+        return filled(Struct, Cell, fill)
 
     def table_of(Row: Any) -> Any:
         """(packs, terms, functions times lanes)."""

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 from typing import Any
 
 import warp as wp
@@ -36,48 +37,52 @@ def resolution_code(numbers: Numbers, tree: Tree) -> Resolution:
     types, code = device_types(numbers, tree), number_code(numbers)
     Real, State, Plant = types.Real, types.State, types.Plant
     position_of, velocity_of, spin_of = types.position_of, types.velocity_of, types.spin_of
-    attitude_of, bend_of, bend_rate_of = types.attitude_of, types.bend_of, types.bend_rate_of
+    attitude_of, bends_of, bend_rates_of = types.attitude_of, types.bends_of, types.bend_rates_of
+    bend_rate_of, vec3, Bends = types.bend_rate_of, types.vec3, types.Bends
     zero, one, four, thirty = Real(0.0), Real(1.0), Real(4.0), Real(30.0)
     sections, turn, phase = types.layout.sections, Real(FULL_LENGTH), Real(STEP_PHASE)
     above, finite, vec2 = code.above, code.finite, types.vec2
-    arms, first = types.layout.arms, tree.first
+
+    @wp.func
+    def of_tip(place: vec3, turned: Real, bends: Bends, plant: Plant):
+        """How far a difference moves the tip, squared, in arm lengths: of place, by a squared angle
+        and of bends, which move it by their angles times their sections' reach."""
+        out = wp.length_sq(place) / (plant.length * plant.length) + turned
+        for i in range(sections):
+            bending = turn * plant.reach[i]
+            out += bending * bending * wp.length_sq(vec2(bends[2 * i], bends[2 * i + 1]))
+        return out
 
     @wp.func
     def moved(d: State, plant: Plant):
-        """Of a difference of places: how far it moves the tip, squared, in arm lengths.
-
-        A moment of the arm turns by twice a change of the quaternion, and a bend moves the tip by
-        its angle times its section's reach.
-        """
+        """Of a difference of places; a quaternion changes by half of what it turns by."""
         q = attitude_of(d)
-        out = wp.length_sq(position_of(d)) / (plant.length * plant.length) + four * wp.dot(q, q)
-        for i in range(sections):
-            bending = turn * plant.reach[i]
-            out += bending * bending * wp.length_sq(bend_of(d, i))
-        return out
+        return of_tip(position_of(d), four * wp.dot(q, q), bends_of(d), plant)
 
     @wp.func
     def pushed(d: State, plant: Plant):
-        """Of a difference of velocities: as `moved` has it, in arm lengths per second, squared."""
-        out = wp.length_sq(velocity_of(d)) / (plant.length * plant.length)
-        out += wp.length_sq(spin_of(d))
-        for i in range(sections):
-            bending = turn * plant.reach[i]
-            out += bending * bending * wp.length_sq(bend_rate_of(d, i))
-        return out
+        """Of a difference of velocities, per second, squared."""
+        return of_tip(velocity_of(d), wp.length_sq(spin_of(d)), bend_rates_of(d), plant)
 
     @wp.func
-    def carried(d: State, plant: Plant):
-        """As `pushed`, but sections of one arm may take back what others do to its tip."""
-        out = wp.length_sq(velocity_of(d)) / (plant.length * plant.length)
-        out += wp.length_sq(spin_of(d))
-        for arm in range(arms):
+    def of_base(d: State, plant: Plant):
+        length = wp.length_sq(velocity_of(d)) / (plant.length * plant.length)
+        return length + wp.length_sq(spin_of(d))
+
+    def plus_arm(before: Any, begin: int, end: int) -> Any:
+        @wp.func
+        def carried(d: State, plant: Plant):
+            """As `pushed`, but sections of one arm may take back what others do to its tip."""
             tip = vec2()
-            for i in range(sections):
-                if wp.static(first[arm] <= i < first[arm + 1]):
-                    tip += turn * plant.reach[i] * bend_rate_of(d, i)
-            out += wp.length_sq(tip)
-        return out
+            for i in range(begin, end):
+                tip += turn * plant.reach[i] * bend_rate_of(d, i)
+            return before(d, plant) + wp.length_sq(tip)
+
+        return carried
+
+    carried = of_base
+    for ends in pairwise(tree.first):
+        carried = plus_arm(carried, *ends)
 
     @wp.func
     def squared_size(d: State, plant: Plant, h: Real):

@@ -19,6 +19,18 @@ BITS: dict[str, dict[str, Any]] = {
 lowest bits, which are shifted to where exponents stand."""
 
 
+def filled(Struct: Any, Cell: Any, fill: Any) -> Any:
+    """The function read(rows, run) of a struct whose numbers fill(struct, rows, run) reads."""
+
+    @wp.func
+    def read(rows: wp.array2d(dtype=Cell), run: int):
+        out = Struct()
+        fill(out, rows, run)
+        return out
+
+    return read
+
+
 def numbers_of_runs(precision: str, lanes: int) -> dict[str, Any]:
     """The parts of a NumberCode, of single runs."""
     Cell = Real = getattr(wp, precision)

@@ -129,8 +129,6 @@ def tip_slopes_kernel(numbers: Numbers, tree: Tree) -> Any:
     types, code, tips = device_types(numbers, tree), number_code(numbers), tip_code(numbers, tree)
     Cell, State, Plant = types.Cell, types.State, types.Plant
     Plants, plant_of = code.rows_of(types.Plant), code.reader_of(types.Plant)
-    position_of, attitude_of = types.position_of, types.attitude_of
-    velocity_of, spin_of = types.velocity_of, types.spin_of
     keep, lanes, arms = code.keep, code.lanes, len(tree.sections)
     at, state = tip_columns(arms), Directions(types.layout, False).state.start
     seeded_state = _seeded_state(numbers, tree)
@@ -140,7 +138,7 @@ def tip_slopes_kernel(numbers: Numbers, tree: Tree) -> Any:
         pass
 
     def plus_arm(before: Any, arm: int) -> Any:
-        moving_tip = tips.moving_tip_of(arm)
+        world_tip = tips.world_tip_of(arm)
         position, velocity, turning = (
             at[name].start + 3 * arm
             for name in ("tip_position", "tip_velocity", "tip_angular_velocity")
@@ -150,20 +148,13 @@ def tip_slopes_kernel(numbers: Numbers, tree: Tree) -> Any:
         @wp.func
         def keep_arm(slopes: wp.array3d(dtype=Cell), run: int, sample: int, y: State, plant: Plant):
             before(slopes, run, sample, y, plant)
-            q = attitude_of(y)
-            w = spin_of(y)
-            moving = moving_tip(y, plant)
-            point = moving.tip.point
-            at_tip = position_of(y) + wp.quat_rotate(q, point)
-            swept = velocity_of(y) + wp.quat_rotate(q, wp.cross(w, point) + moving.swept)
-            spun = wp.quat_rotate(q, w + moving.turned)
-            turn = q * moving.tip.attitude
+            tip = world_tip(y, plant)
             for j in range(3):
-                keep(slopes, run, sample, position + j, at_tip[j])
-                keep(slopes, run, sample, velocity + j, swept[j])
-                keep(slopes, run, sample, turning + j, spun[j])
+                keep(slopes, run, sample, position + j, tip.position[j])
+                keep(slopes, run, sample, velocity + j, tip.velocity[j])
+                keep(slopes, run, sample, turning + j, tip.turning[j])
             for j in range(4):
-                keep(slopes, run, sample, attitude + j, turn[j])
+                keep(slopes, run, sample, attitude + j, tip.attitude[j])
 
         return keep_arm
 

@@ -20,8 +20,8 @@ from continuair.kernels.types import FULL_LENGTH, Tree, device_types, holding
 class TipCode:
     """Structs and functions of the arms' tips; each is defined, and said what it is, below.
 
-    tip_of(arm), moving_tip_of(arm) and wrench_on(arm) give the functions of one arm;
-    points_of_tips is of all.
+    tip_of(arm), moving_tip_of(arm), world_tip_of(arm) and wrench_on(arm) give the functions of one
+    arm; points_of_tips is of all.
     """
 
     Tip: Any
@@ -30,6 +30,7 @@ class TipCode:
     end_of: Any
     tip_of: Any
     moving_tip_of: Any
+    world_tip_of: Any
     wrench_on: Any
     points_of_tips: Any
 
@@ -42,6 +43,8 @@ def tip_code(numbers: Numbers, tree: Tree) -> TipCode:
     Vectors = types.Vectors
     vec2, vec3, quat = types.vec2, types.vec3, types.quat
     bend_of, bend_rate_of, mount_of = types.bend_of, types.bend_rate_of, types.mount_of
+    position_of, attitude_of = types.position_of, types.attitude_of
+    velocity_of, spin_of = types.velocity_of, types.spin_of
     zero, quarter, half, one, two = (Real(x) for x in (0.0, 0.25, 0.5, 1.0, 2.0))
     full, turned, Series = Real(FULL_LENGTH), tree.turned, wp.types.vector(6, Real)
     polynomial = elementary_code(numbers).polynomial
@@ -75,6 +78,15 @@ def tip_code(numbers: Numbers, tree: Tree) -> TipCode:
         tip: Tip
         swept: vec3
         turned: vec3
+
+    @wp.struct
+    class WorldTip:
+        """A tip in world axes: place [m], velocity [m/s], turning [rad/s] and tip frame."""
+
+        position: vec3
+        velocity: vec3
+        turning: vec3
+        attitude: quat
 
     @wp.func
     def stumpff(z: Real):
@@ -215,6 +227,22 @@ def tip_code(numbers: Numbers, tree: Tree) -> TipCode:
             return out
 
         return moving_tip
+
+    def world_tip_of(arm: int) -> Any:
+        moving_tip = moving_tip_of(arm)
+
+        @wp.func
+        def world_tip(y: State, plant: Plant):
+            """The WorldTip of this arm."""
+            q, w, moving = attitude_of(y), spin_of(y), moving_tip(y, plant)
+            point, out = moving.tip.point, WorldTip()
+            out.position = position_of(y) + wp.quat_rotate(q, point)
+            out.velocity = velocity_of(y) + wp.quat_rotate(q, wp.cross(w, point) + moving.swept)
+            out.turning = wp.quat_rotate(q, w + moving.turned)
+            out.attitude = q * moving.tip.attitude
+            return out
+
+        return world_tip
 
     def wrench_on(arm: int) -> Any:
         first, count = tree.first[arm], tree.sections[arm]
