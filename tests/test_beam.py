@@ -13,7 +13,8 @@ from scipy.linalg import expm
 from scipy.optimize import brentq, minimize_scalar
 
 from continuair.analysis.beam import beam_frequency, curvature_error
-from continuair.analysis.linear import bending_frequencies, trim
+from continuair.analysis.linear import bending_frequencies
+from continuair.analysis.trim import trim
 from continuair.errors import InputError
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
 

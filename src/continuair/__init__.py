@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from continuair.analysis.beam import curvature_error as curvature_error
     from continuair.analysis.gradient import gradient as gradient
     from continuair.analysis.linear import linearize as linearize
-    from continuair.analysis.linear import modes as modes
-    from continuair.analysis.linear import trim as trim
     from continuair.analysis.lyapunov import lyapunov as lyapunov
     from continuair.analysis.metrics import compare as compare
+    from continuair.analysis.modes import modes as modes
+    from continuair.analysis.trim import trim as trim
     from continuair.controllers.classic import classic as classic
     from continuair.controllers.controller import Controller as Controller
     from continuair.controllers.controller import stack as stack
@@ -61,8 +61,8 @@ _HOME = {
     "curvature_error": "analysis.beam",
     "gradient": "analysis.gradient",
     "linearize": "analysis.linear",
-    "modes": "analysis.linear",
-    "trim": "analysis.linear",
+    "modes": "analysis.modes",
+    "trim": "analysis.trim",
     "lyapunov": "analysis.lyapunov",
     "compare": "analysis.metrics",
     "Simulation": "flight.live",

@@ -25,6 +25,36 @@ def test_clamped_modes_are_those_of_the_modal_mass_and_gravity() -> None:
     np.testing.assert_allclose(found, np.sqrt(stiffness / arm.straight_modal_mass), rtol=2e-12)
 
 
+def test_a_stiff_hovering_vehicle_swings_as_a_rigid_pendulum() -> None:
+    """Lift at B, the weight below it: ω² = W c / I about the common centre of mass, at c from B."""
+    stiff = VEHICLE.replace({"arm.youngs_modulus": 1e5 * VEHICLE.arm.youngs_modulus})
+    arm, uav = stiff.arm, stiff.uav
+    below = arm.mass * arm.length / 2.0 / stiff.mass
+    about_b = uav.inertia[0][0] + arm.mass * arm.length**2 / 3.0
+    about_b += arm.transverse_inertia_per_length * arm.length
+    expected = np.sqrt(stiff.mass * 9.81 * below / (about_b - stiff.mass * below**2))
+    found = ca.modes(stiff, base="hovering")
+    np.testing.assert_allclose(found.frequencies[:2], expected, rtol=1e-5)
+    # It turns about its centre of mass, which stays where it is.
+    x, _, _, _, turned, *_ = found.shapes[:, np.argmax(np.abs(found.shapes[4, :2]))]
+    assert x == pytest.approx(below * turned, rel=1e-4)
+
+
+def test_hovering_modes_are_the_eigenvalues_about_the_hover() -> None:
+    """Of all motions, damping and gravity included, but translation and turning in the level."""
+    vehicle = ca.load_vehicle("two_section").replace(
+        {"arm.main.mount": [0.1, 0.0, -0.05], "arm.main.attitude": [0.2, 0.0, 0.0, 0.98]}
+    )
+    rest = ca.trim(vehicle)
+    A, _ = ca.linearize(vehicle, rest.q, force=rest.force, moment=rest.moment)
+    rates = np.linalg.eigvals(A)
+    swinging = rates[rates.imag > 0.05]
+    found = ca.modes(vehicle, rest.q, base="hovering")
+    np.testing.assert_allclose(found.frequencies, np.sort(np.abs(swinging)), rtol=2e-3)
+    lowest = swinging[np.argmin(np.abs(swinging))]
+    assert found.damping[0] == pytest.approx(-lowest.real / abs(lowest), rel=0.05)
+
+
 def test_without_gravity_the_clamped_frequency_is_the_arms_own() -> None:
     found = ca.modes(VEHICLE, base="clamped", gravity=0.0).frequencies
     np.testing.assert_allclose(found, VEHICLE.arm.clamped_frequency, rtol=2e-12)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
@@ -204,3 +205,41 @@ def test_a_stiff_section_with_a_limp_one_rests_where_its_energy_is_least() -> No
     q = ca.trim(leaning).q
     np.testing.assert_allclose(q[6:], [0.3112, np.pi / 2, 2.8753, np.pi / 2], rtol=2e-4)
     assert (ca.modes(leaning, q, base="clamped").frequencies > 0.0).all()
+
+
+LIMP = {
+    "length": [0.3, 0.45, 0.4],
+    "bending_stiffness": [0.004, 0.6, 0.02],
+    "mass_per_length": [0.05, 0.1, 0.2],
+}
+LOAD = 0.1
+
+
+def limp(lean: float) -> ca.Vehicle:
+    """An arm of three sections, one of them much stiffer, that points `lean` away from down."""
+    sections = [dict(zip(LIMP, row, strict=True)) for row in zip(*LIMP.values(), strict=True)]
+    attitude = [np.sin(lean / 2.0), 0.0, 0.0, np.cos(lean / 2.0)]
+    arm = {"attitude": attitude, "section": sections, "tip": {"mass": LOAD}}
+    uav = {"mass": 2.0, "inertia": [0.1, 0.1, 0.1]}
+    return ca.Vehicle(name="limp", uav=uav, arm=[arm])
+
+
+def potential(turns: np.ndarray, lean: float) -> float:
+    """Of the limp arm bent in its vertical plane: pieces of arc lift all that lies beyond them."""
+    length, stiffness, density = (np.array(LIMP[name])[:, None] for name in LIMP)
+    part = (np.arange(2000) + 0.5) / 2000
+    after = np.cumsum((density * length)[::-1], axis=0)[::-1]
+    beyond = LOAD + after - density * length * part
+    bent = turns[:, None]
+    angle = lean + np.cumsum(bent, axis=0) - bent * (1.0 - part)
+    lifted = -np.cos(angle) * beyond * length / part.size
+    return float((0.5 * stiffness * bent**2 / length).sum() + 9.81 * lifted.sum())
+
+
+@pytest.mark.parametrize("lean", [1.3, 2.6, np.pi])
+def test_limp_arms_sink_to_the_balance_downhill_of_straight(lean: float) -> None:
+    """Upright, straight is a balance which does not last; the arm falls to either side."""
+    tipped = np.full(3, 1e-2 if lean == np.pi else 0.0)
+    downhill = minimize(potential, tipped, args=(lean,), method="BFGS", options={"gtol": 1e-9}).x
+    found = ca.trim(limp(lean)).q[6:].reshape(3, 2)
+    np.testing.assert_allclose(found[:, 0] * LIMP["length"], np.abs(downhill), rtol=1e-5)

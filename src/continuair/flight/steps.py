@@ -142,8 +142,11 @@ def _pushed(engine: Engine, states: Array, angles: Array, runs: Array) -> Array:
     """
     layout, shape = engine.layout, angles.shape[:2]
     pushes = np.vstack([np.zeros(layout.bends), np.eye(layout.bends)])
-    inputs = np.zeros((len(pushes), shape[0] * shape[1], layout.inputs))
-    inputs[..., layout.bend_moment] = pushes[:, None]
+    # Unit moments would be lost in the rounding of what a bent arm of large stiffness does.
+    size, _ = _of_bends(engine)
+    size = size[np.minimum(runs, len(size) - 1)]
+    inputs = np.zeros((len(pushes), *shape, layout.inputs))
+    inputs[..., layout.bend_moment] = pushes[:, None, None] * size
     many = len(pushes) * shape[0] * shape[1]
     start = Start(
         *(
@@ -154,7 +157,7 @@ def _pushed(engine: Engine, states: Array, angles: Array, runs: Array) -> Array:
     acting = Drive(inputs.reshape(1, many, -1), False, GENERAL, 0.0)
     rates = engine.derivative(start, acting, np.resize(runs, many))[:, layout.bend_rate]
     still, *pushed = rates.reshape(len(pushes), *shape, layout.bends)
-    return np.stack([rate - still for rate in pushed], axis=-1)
+    return np.stack([rate - still for rate in pushed], axis=-1) / size[:, None]
 
 
 def _largest(squares: Array) -> Array:

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from continuair.analysis.beam import beam_frequency
-from continuair.analysis.linear import modes, trim
+from continuair.analysis.modes import modes
+from continuair.analysis.trim import trim
 from continuair.engine.engine import Engine
 from continuair.flight.prepare import prepare
 from continuair.flight.simulate import simulate

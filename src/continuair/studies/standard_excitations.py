@@ -21,7 +21,7 @@ import numpy as np
 
 from continuair import checks
 from continuair.analysis.excited import ExcitedArm, excited_arm
-from continuair.analysis.linear import held_hover
+from continuair.analysis.trim import held_hover
 from continuair.controllers.inertias import rigid_inertia
 from continuair.scenario.excitations import Shared, Wave, plus
 from continuair.scenario.scenarios import Scenario

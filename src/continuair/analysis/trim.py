@@ -1,0 +1,165 @@
+"""Hover: the inputs that hold a vehicle at rest, level, at a bend or at the one that it takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from continuair import checks
+from continuair.analysis.balance import balance
+from continuair.engine.engine import Drive, Engine, Start
+from continuair.errors import InputError, shown
+from continuair.vehicle.coordinates import branches_of, state_from_paper
+from continuair.vehicle.layout import GENERAL, TIP, Layout
+from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+
+DIFFERENCE = 2e-3
+"""Of central differences [m, rad, 1/m, and their rates]."""
+
+_ROOM = 2.5 * DIFFERENCE
+"""What a bend leaves below a full circle [1/m], so that its differences are still inside."""
+
+
+@dataclass(frozen=True)
+class Trim:
+    """A hovering equilibrium: paper coordinates q (8,) and the inputs that hold it.
+
+    force [N, world], moment [N m, body, about B's origin], bend_moment [N m²], of each section.
+    """
+
+    q: np.ndarray
+    force: np.ndarray
+    moment: np.ndarray
+    bend_moment: np.ndarray
+
+
+def trim(
+    vehicle: Vehicle,
+    *,
+    bend: Any = None,
+    yaw: float = 0.0,
+    position: Any = (0.0, 0.0, 0.0),
+    tip_wrench: Any = 0.0,
+    gravity: float = 9.81,
+) -> Trim:
+    """Hover with level base: the inputs that make every acceleration zero.
+
+    bend: bend vector (2,) [1/m] to hold, of each section in turn, or None for the bend that
+    straight arms sink into under gravity and tip_wrench (6,) [N, N m, world axes], of each arm in
+    turn, with no bend moment; where straight arms would only just stand, the smaller of the two
+    bends to either side that they fall into. Raises InputError.
+    """
+    check_single_vehicle(vehicle)
+    gravity = checks.gravity(gravity)
+    yaw, position = float(checks.row("yaw", yaw, 1)[0]), checks.row("position", position, 3)
+    layout = Layout(vehicle.shape)
+    tip_wrench = checks.row("tip_wrench", tip_wrench, 6 * layout.arms)
+
+    def held(k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Paper coordinates (n, …) at bends k (n, bends), and the pushes that hold them."""
+        x, y = np.moveaxis(k.reshape(len(k), -1, 2), -1, 0)
+        polar = np.stack([np.hypot(x, y), np.arctan2(y, x)], axis=-1).reshape(len(k), -1)
+        base = np.concatenate([position, [0.0, 0.0, yaw]])
+        q = np.hstack([np.broadcast_to(base, (len(k), 6)), polar])
+        return q, holding(vehicle, q, gravity, tip_wrench)
+
+    if bend is None:
+        k = _free_bend(vehicle, lambda k: held(k)[1][:, layout.bend_moment])
+    else:
+        k = checks.vector("bend", bend, layout.bends)
+        _check_bend("bend", bend, np.linalg.norm(k.reshape(-1, 2), axis=1), vehicle)
+    (q,), (push,) = held(k[None])
+    bend_moment = np.zeros(layout.bends) if bend is None else push[layout.bend_moment]
+    return Trim(q, push[layout.force], push[layout.moment], bend_moment)
+
+
+def _free_bend(vehicle: Vehicle, needed: Any) -> np.ndarray:
+    """The bend (bends,) [1/m] that straight arms sink into, or InputError.
+
+    needed: bend moments (n, bends) [N m²] that hold bends (n, bends).
+    """
+    sections = [section for arm in vehicle.arms for section in arm.section]
+    length = np.array([each.length for each in sections])
+    # Over √(E I l) moments and bends are those of springs of 1.
+    unit = np.repeat(np.sqrt([each.bending_stiffness for each in sections] * length), 2)
+    largest = (2.0 * np.pi / length - _ROOM) * unit[::2]
+    found = balance(lambda x: needed(x / unit) / unit, largest)
+    if found is None:
+        raise InputError(
+            "gravity and tip_wrench leave the arm no stable equilibrium below a full circle that "
+            "is found; give less of them, or the bend to hold."
+        )
+    return np.asarray(found / unit)
+
+
+def held_hover(vehicle: Vehicle, q: np.ndarray, gravity: float = 9.81) -> dict[str, Any]:
+    """Return force, moment and bend_moment that keep vehicles at rest, level, at a bend.
+
+    vehicle: plain or batched; q: (8,) or (runs, 8) paper coordinates. As `trim`, for a batch.
+    """
+    held = holding(vehicle, np.atleast_2d(q), gravity)
+    held = held[0] if np.ndim(q) == 1 and vehicle.runs is None else held
+    layout = Layout(vehicle.shape)
+    return {
+        "force": held[..., layout.force],
+        "moment": held[..., layout.moment],
+        "bend_moment": held[..., layout.bend_moment],
+    }
+
+
+def holding(
+    vehicle: Vehicle, rows: np.ndarray, gravity: float, tip_wrench: Any = 0.0
+) -> np.ndarray:
+    """Pushes (runs, coordinates) under which nothing accelerates at rest; rows: (runs, 8)."""
+    engine = Engine(vehicle, "decoupled")
+    layout = engine.layout
+    rows = np.broadcast_to(rows, (max(len(rows), vehicle.runs or 1), layout.coordinates))
+    state = state_from_paper(rows, np.zeros(rows.shape))
+    # Unit pushes would be lost in the rounding of a large vehicle's accelerations.
+    scale = _scale_of_pushes(vehicle, len(rows))
+
+    def pushed(push: np.ndarray) -> np.ndarray:
+        inputs = np.zeros((1, len(rows), layout.inputs))
+        inputs[..., layout.tip_wrench] = tip_wrench
+        inputs[0, :, layout.push] = scale * push
+        acting = Drive(inputs, False, GENERAL + TIP, gravity)
+        return engine.derivative(Start(state, branches_of(rows)), acting)[
+            :, layout.velocity.start :
+        ]
+
+    still = pushed(np.zeros(layout.coordinates))
+    answers = [pushed(unit) - still for unit in np.eye(layout.coordinates)]
+    return scale * np.linalg.solve(np.stack(answers, axis=-1), -still[..., None])[..., 0]
+
+
+def _scale_of_pushes(vehicle: Vehicle, runs: int) -> np.ndarray:
+    """Sizes of pushes (runs, coordinates): forces, moments and bend moments as vibration has."""
+    sections = [section for arm in vehicle.arms for section in arm.section]
+    columns = []
+    for power, section in [(1, sections[0]), (2, sections[0]), *((3, each) for each in sections)]:
+        inertial = vehicle.mass * np.square(section.clamped_frequency) * section.length**power
+        columns += [np.broadcast_to(inertial, runs)] * (3 if power < 3 else 2)
+    return np.stack(columns, axis=-1)
+
+
+def configuration(name: str, q: Any, vehicle: Vehicle) -> np.ndarray:
+    """Paper coordinates (coordinates,) whose bends leave room, 0 by default, or InputError."""
+    width = Layout(vehicle.shape).coordinates
+    at = np.zeros(width) if q is None else checks.row(name, q, width)
+    _check_bend(name, at, np.abs(at[6::2]), vehicle)
+    return at
+
+
+def _check_bend(name: str, value: Any, kappas: np.ndarray, vehicle: Vehicle) -> None:
+    """Raise InputError unless the bends of all sections [1/m] leave room below a full circle."""
+    sections = (section for arm in vehicle.arms for section in arm.section)
+    for kappa, section in zip(kappas, sections, strict=True):
+        largest = 2.0 * np.pi / section.length - _ROOM
+        if kappa > largest:
+            raise InputError(
+                f"{name} is {shown(value)}, which bends a section of {section.length:g} m to "
+                f"{kappa:g} 1/m; give a bend of at most {largest:.4g} 1/m, just below a full "
+                "circle."
+            )
