@@ -21,6 +21,7 @@ from typer.testing import CliRunner
 import continuair.cli as cli
 import continuair.studies.open_loop.study as study
 from continuair.analysis.linear import bending_frequencies
+from continuair.analysis.modes import modes
 from continuair.cli.application import Reporting
 from continuair.cli.terminal import print_table
 from continuair.errors import ContinuairWarning, InputError
@@ -154,7 +155,7 @@ def test_check_of_an_unusable_file_names_the_file_and_the_field() -> None:
 def test_check_shows_mass_ratio_and_both_bending_frequencies() -> None:
     result = run("check", "paper")
     assert result.exit_code == 0, result.output
-    for part in ("0.6165 kg", "0.3083", "UAV clamped", "UAV free", "57.41 rad", "ms"):
+    for part in ("0.6165 kg", "0.3083", "clamped", "free fall", "57.41", "143.3", "ms"):
         assert part in result.stdout
 
 
@@ -170,6 +171,40 @@ def test_check_shows_the_step_that_a_heavily_damped_arm_needs() -> None:
         shown = run("check", "mine.toml").stdout
         assert f"{rate:.4g} 1/s" in shown
         assert f"{1e3 * 0.2 / rate:.3g} ms" in shown
+
+
+def test_check_shows_modes_about_the_hover_and_the_step_of_a_flight() -> None:
+    vehicle = load_vehicle("paper")
+    shown = run("check", "paper").stdout
+    for base in ("clamped", "hovering"):
+        lowest = modes(vehicle, base=base).frequencies[0]
+        (line,) = (line for line in shown.splitlines() if line.split()[:1] == [base])
+        assert f"{lowest:.4g}" in line
+    assert "gravity number g / l ω²" in shown
+    assert "step taken, arm let go" in shown
+
+
+@pytest.mark.parametrize(
+    ("text", "other", "doubt"),
+    [
+        ("density = 7850.0", "density = 1e9", "arm.density is 1e+09 kg/m³, more than any"),
+        ("radius = 0.005", "radius = 0.0002", "would sag by"),
+        (
+            "damping = 0.0",
+            "disks = [{position = 1, mass = 30}]",
+            "disks.0.mass is 30 kg, more than",
+        ),
+        ("[0.024, 0.024, 0.047]", "[24, 24, 47]", "is it in kg m²?"),
+    ],
+)
+def test_check_warns_of_what_is_hardly_meant(text: str, other: str, doubt: str) -> None:
+    assert text in PAPER_TOML
+    Path("mine.toml").write_text(PAPER_TOML.replace(text, other))
+    result = run("check", "mine.toml")
+    assert result.exit_code == 0
+    assert doubt in result.stderr
+    Path("mine.toml").write_text(PAPER_TOML)
+    assert "Warning" not in run("check", "mine.toml").stderr
 
 
 def test_check_shows_what_constant_curvature_costs_beside_the_beam() -> None:

@@ -1,0 +1,116 @@
+"""What follows from a vehicle's parameters, as lines of names and values."""
+
+from __future__ import annotations
+
+import warnings
+from contextlib import suppress
+from math import pi
+
+import numpy as np
+
+from continuair.analysis.beam import curvature_error
+from continuair.analysis.groups import place
+from continuair.analysis.modes import modes
+from continuair.analysis.trim import trim
+from continuair.engine.engine import Engine
+from continuair.errors import ContinuairWarning, InputError
+from continuair.flight.simulate import simulate
+from continuair.flight.steps import automatic_step
+from continuair.kernels.resolution import STEP_PHASE
+from continuair.studies.standard_excitations import standard_scenario
+from continuair.vehicle.layout import Layout
+from continuair.vehicle.vehicle import Vehicle
+
+Lines = list[tuple[str, ...]]
+
+MODES = ("modes", "rad/s", "lowest Hz", "damping")
+"""Columns of `modes_of`."""
+
+_ALIKE = 1e-3
+"""Frequencies that differ by less than this share are shown once."""
+
+
+def facts(vehicle: Vehicle) -> Lines:
+    """Masses, couplings, sections, sag, steps and the error of constant curvature, by name."""
+    mass, groups = sum(arm.mass for arm in vehicle.arms), place(vehicle)
+    return [
+        ("arm mass", f"{mass:.4g} kg"),
+        ("arm mass / UAV mass", f"{mass / vehicle.uav.mass:.4g}"),
+        ("coupling, 0 to 1", f"{groups['coupling']:.3g}"),
+        ("gravity number g / l ω²", f"{groups['gravity_number']:.3g}"),
+        *_of_sections(vehicle),
+        *_at_rest(vehicle),
+        *_of_steps(vehicle),
+        *([] if vehicle.has_arm_list else _beside_a_beam(vehicle)),
+    ]
+
+
+def modes_of(vehicle: Vehicle) -> Lines:
+    """Modes of straight arms without gravity, and about the hover with it; as MODES has them."""
+    straight = np.zeros(Layout(vehicle.shape).coordinates)
+    lines: Lines = [
+        ("clamped, g = 0", *_told(vehicle, straight, "clamped", 0.0)),
+        ("free fall", *_told(vehicle, straight, "free", 0.0)),
+    ]
+    with suppress(InputError):
+        rest = trim(vehicle).q
+        for base in ("clamped", "hovering"):
+            lines.append((base, *_told(vehicle, rest, base, 9.81)))
+    return lines
+
+
+def _of_sections(vehicle: Vehicle) -> Lines:
+    if not vehicle.has_arm_list:
+        return [("bending stiffness EI", f"{vehicle.arm.bending_stiffness:.4g} N m²")]
+    return [
+        (
+            f"section {arm.name}.{section.name}",
+            f"{section.length:.4g} m, {section.mass:.4g} kg, "
+            f"EI {section.bending_stiffness:.4g} N m²",
+        )
+        for arm in vehicle.arms
+        for section in arm.section
+    ]
+
+
+def _at_rest(vehicle: Vehicle) -> Lines:
+    try:
+        q = trim(vehicle).q
+    except InputError:
+        return [("angles at rest", "none: no balance below a full circle")]
+    lengths = [section.length for arm in vehicle.arms for section in arm.section]
+    angles = [kappa * length for kappa, length in zip(q[6::2], lengths, strict=True)]
+    return [("angles at rest", ", ".join(f"{angle:.3g}" for angle in angles) + " rad")]
+
+
+def _told(vehicle: Vehicle, q: np.ndarray, base: str, gravity: float) -> tuple[str, str, str]:
+    """Different frequencies [rad/s] in order; the lowest [Hz], and its damping ratio."""
+    try:
+        found = modes(vehicle, q, base=base, gravity=gravity)
+    except InputError:
+        return ("none: buckles or topples", "", "")
+    each = found.frequencies
+    different = each[np.append(True, np.diff(each) > _ALIKE * each[1:])]
+    rates = ", ".join(f"{rate:.4g}" for rate in different)
+    return rates, f"{each[0] / (2.0 * pi):.4g}", f"{found.damping[0]:.2g}"
+
+
+def _of_steps(vehicle: Vehicle) -> Lines:
+    straight = [0.0] * Layout(vehicle.shape).coordinates
+    step = float(automatic_step(Engine(vehicle, "coupled"), straight)[0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ContinuairWarning)
+        flight = simulate(vehicle, standard_scenario("release", vehicle), variables=["position"])
+    return [
+        ("fastest rate, with damping", f"{STEP_PHASE / step:.4g} 1/s"),
+        ("automatic step, at rest", f"{1e3 * step:.3g} ms"),
+        ("step taken, arm let go", f"{1e3 * flight.attrs['step']:.3g} ms"),
+    ]
+
+
+def _beside_a_beam(vehicle: Vehicle) -> Lines:
+    return [
+        (f"beam: {name}", f"{entry['reference']:.4g} {entry['units']} ({entry['error']:+.1%})")
+        for name, entry in curvature_error(vehicle).items()
+        if entry["error"] and "decoupled" not in name
+    ]
