@@ -43,7 +43,7 @@ def test_a_stiff_hovering_vehicle_swings_as_a_rigid_pendulum() -> None:
 def test_hovering_modes_are_the_eigenvalues_about_the_hover() -> None:
     """Of all motions, damping and gravity included, but translation and turning in the level."""
     vehicle = ca.load_vehicle("two_section").replace(
-        {"arm.main.mount": [0.1, 0.0, -0.05], "arm.main.attitude": [0.2, 0.0, 0.0, 0.98]}
+        {"arm.arm.mount": [0.0, 0.0, -0.05], "uav.inertia": [0.02, 0.04, 0.05]}
     )
     rest = ca.trim(vehicle)
     A, _ = ca.linearize(vehicle, rest.q, force=rest.force, moment=rest.moment)

@@ -33,7 +33,8 @@ class Modes:
 
     shapes: (coordinates, modes) in (body translation 3, body rotation 3, bend), motions that
     nothing resists left out; (bends, modes) for a clamped base. Columns have unit norm; the first
-    bend that counts is positive, and of modes of one frequency the first bends most along x.
+    bend that counts is positive, and of modes of one frequency the first bends most along x. The
+    damping is that of the sections.
     """
 
     frequencies: np.ndarray
