@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from continuair.controllers.classic import classic as classic
     from continuair.controllers.controller import Controller as Controller
     from continuair.controllers.controller import stack as stack
+    from continuair.controllers.flight import flight_controller as flight_controller
     from continuair.controllers.gains import design as design
     from continuair.controllers.hold import hold as hold
     from continuair.controllers.inertias import rigid_inertia as rigid_inertia
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from continuair.scenario import paths as paths
     from continuair.scenario.paper_tests import open_loop_test as open_loop_test
     from continuair.scenario.scenarios import Scenario as Scenario
+    from continuair.scenario.setpoints import Setpoints as Setpoints
     from continuair.scenario.targets import Target as Target
     from continuair.scenario.targets import square as square
     from continuair.sweeps import open_sweep as open_sweep
@@ -70,6 +72,8 @@ _HOME = {
     "square": "scenario.targets",
     "Controller": "controllers.controller",
     "stack": "controllers.controller",
+    "flight_controller": "controllers.flight",
+    "Setpoints": "scenario.setpoints",
     "servoing": "controllers.servoing",
     "classic": "controllers.classic",
     "hold": "controllers.hold",

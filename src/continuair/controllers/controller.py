@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -23,7 +23,10 @@ class Controller:
     law: a function of a `LawCode` (kernels/sensing/sense.py) that returns a namespace with
     `Gains`, a Warp struct, and `control(sense, gains) -> Push`, a Warp function; the same function
     object is compiled once. gains: the value of every field of `Gains`, for one run; `stack` makes
-    a batch. looks: whether it needs the camera and a target. settings: kept as provenance.
+    a batch. looks: whether it needs the camera and a target. settings: kept as provenance. period:
+    how often it acts [s], the scenario's control_period where it is None. guided: whether its law
+    follows set-points, as kernels/sensing/guided.py has it; latency: how long after it has sensed
+    what it acts on the push of such a law acts [s].
     """
 
     name: str
@@ -32,6 +35,9 @@ class Controller:
     looks: bool = True
     settings: Mapping[str, Any] = field(default_factory=dict)
     runs: int | None = None
+    period: float | None = None
+    latency: float = 0.0
+    guided: bool = False
 
     def __post_init__(self) -> None:
         if not callable(self.law):
@@ -78,12 +84,17 @@ def stack(controllers: Sequence[Controller]) -> Controller:
                     f"controllers holds gains {name} of shapes {one} and {two}; stack controllers "
                     "for as many points each."
                 )
+        if (other.period, other.latency) != (first.period, first.latency):
+            raise InputError(
+                f"controllers act every {first.period} and {other.period} s, {first.latency} and "
+                f"{other.latency} s late; give all of them the same rate and latency."
+            )
     gains = {
         name: np.stack([np.asarray(c.gains[name]) for c in controllers]) for name in first.gains
     }
     few = len(controllers) <= _TOLD_APART
     settings = {"runs": [c.describe() for c in controllers]} if few else {}
-    return Controller(first.name, first.law, gains, first.looks, settings, runs=len(controllers))
+    return replace(first, gains=gains, settings=settings, runs=len(controllers))
 
 
 def over_runs(
@@ -99,7 +110,7 @@ def over_runs(
     if runs <= _TOLD_APART:
         own = [{name: _plain(rows[run]) for name, rows in settings.items()} for run in range(runs)]
         told = {"runs": [first.describe() | each for each in own]}
-    return Controller(first.name, first.law, found, first.looks, told, runs)
+    return replace(first, gains=found, settings=told, runs=runs)
 
 
 def gain_matrix(name: str, value: Any, size: int) -> np.ndarray:

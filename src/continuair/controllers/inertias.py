@@ -31,10 +31,10 @@ def _nearly_straight(vehicle: Vehicle, angle: float) -> tuple[np.ndarray, np.nda
     kappa = np.array([angle / each.length for arm in vehicle.arms for each in arm.section])
     q = np.zeros(6 + 2 * vehicle.sections)
     q[6::2] = kappa
-    return mass_matrix(vehicle.model_copy(update={"arm_tables": _unbounded(vehicle)}), q), kappa
+    return mass_matrix(vehicle.model_copy(update={"arm_tables": unbounded(vehicle)}), q), kappa
 
 
-def _unbounded(vehicle: Vehicle) -> Section | tuple[ArmChain, ...]:
+def unbounded(vehicle: Vehicle) -> Section | tuple[ArmChain, ...]:
     """The arms with κ_s = 0."""
     off = {"kappa_s": 0.0}
     if not vehicle.has_arm_list:

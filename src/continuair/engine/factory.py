@@ -20,6 +20,7 @@ from continuair.kernels.numbers import DIRECTIONS, Numbers, number_code
 from continuair.kernels.observe import observe_kernel, watch_kernel
 from continuair.kernels.rollout import derivative_kernel, rollout_kernel
 from continuair.kernels.sensing.eye import Eye, eye_code
+from continuair.kernels.sensing.guided import guided_pilot
 from continuair.kernels.sensing.pilot import PilotCode, law_pilot, no_pilot
 from continuair.kernels.sensing.sense import law_code
 from continuair.kernels.slopes import step_slopes_kernel, tip_slopes_kernel
@@ -82,7 +83,8 @@ class Kernels:
 class LoopKernels:
     """The kernel `rollout` with a controller's law, and the types of its arguments.
 
-    lanes: the runs that a thread flies, 1 or those of a pack.
+    lanes: the runs that a thread flies, 1 or those of a pack. remembered: numbers of the law's
+    memory.
     """
 
     lanes: int
@@ -90,6 +92,7 @@ class LoopKernels:
     pilot: PilotCode
     eye: Eye
     Gains: Any
+    remembered: int = 0
 
 
 def kernels(
@@ -142,10 +145,14 @@ def closed_loop(
                 f"law gives no {name}; return a namespace with Gains, a Warp struct, and control, "
                 "a Warp function."
             )
-    pilot = law_pilot(*of, points, found, every_stage)
+    if hasattr(found, "Memory"):
+        pilot = guided_pilot(*of, points, found)
+    else:
+        pilot = law_pilot(*of, points, found, every_stage)
     logger = state_logger(*of)
     rollout = rollout_kernel(*of, dynamics_code(*of, model), pilot, logger, integrator)
-    return LoopKernels(lanes, rollout, pilot, eye_code(*of, points), found.Gains)
+    remembered = found.Memory._length_ if hasattr(found, "Memory") else 0
+    return LoopKernels(lanes, rollout, pilot, eye_code(*of, points), found.Gains, remembered)
 
 
 @made_once

@@ -44,6 +44,18 @@ class Scene:
     motion_at_samples: Array
 
 
+@dataclass(frozen=True)
+class Guidance:
+    """For a law that follows set-points: per step (m,), issued, which push it decides on at its
+    start, or -1, and taken, which push acts from then on, or -1; slots: most pushes on their way;
+    wanted (pushes, runs or 1, columns): set-points."""
+
+    issued: Array
+    taken: Array
+    slots: int
+    wanted: Array
+
+
 _NOTHING = Scene(
     np.zeros((1, 3)), np.zeros((1, 2)), *(np.zeros((1, 1, width_of(MOTION))) for _ in range(2))
 )
@@ -53,13 +65,15 @@ _NOTHING = Scene(
 class Loop:
     """What closes a loop over one time grid: the controller, when it acts, and what it looks at.
 
-    scene: None for a controller without a target. seeds (runs,): of the camera's noise, per run.
+    scene: None for a controller without a target. seeds (runs,): of the noise, per run. guidance:
+    of a guided controller.
     """
 
     controller: Controller
     timing: Timing
     scene: Scene | None
     seeds: Array
+    guidance: Guidance | None = None
     _packed: dict[tuple[Engine, int], PackedLoop] = field(default_factory=dict)
 
     @property
@@ -102,6 +116,8 @@ class PackedLoop:
 
     def struct(self, engine: Engine, runs: Array) -> Any:
         """The struct of some runs."""
+        if self.loop.guidance is not None:
+            return self._guided(engine, runs, self.loop.guidance)
         loop, kernels, timing = self.loop, self.kernels, self.loop.timing
         scene = loop.scene or _NOTHING
         on_their_way = np.maximum.accumulate(timing.exposed) - timing.shown
@@ -119,6 +135,20 @@ class PackedLoop:
         columns = width_of(frame_columns(max(loop.points, 1)))
         found.frames = engine.upload(np.zeros((len(runs), slots, columns)))
         found.needed = int(loop.controller.looks)
+        return found
+
+    def _guided(self, engine: Engine, runs: Array, guidance: Guidance) -> Any:
+        """The struct of some runs under a guided law."""
+        kernels, found = self.kernels, self.kernels.pilot.Loop()
+        for name in ("issued", "taken"):
+            setattr(found, name, engine.upload(getattr(guidance, name), wp.int32))
+        found.seeds = engine.upload(self.loop.seeds[runs], wp.int32)
+        gains = _rows(self.gains, runs)
+        found.gains = struct_rows(gains, kernels.Gains, kernels.lanes, engine.device)
+        found.wanted = engine.upload(_columns(guidance.wanted, runs))
+        found.memory = engine.upload(np.zeros((len(runs), 1, kernels.remembered)))
+        pushes = engine.layout.push.stop
+        found.pushes = engine.upload(np.zeros((len(runs), guidance.slots, pushes)))
         return found
 
 

@@ -11,9 +11,10 @@ from continuair.engine.engine import Engine, Start
 from continuair.engine.loop import Loop, Scene, Timing, watch
 from continuair.engine.pack import per_run
 from continuair.errors import InputError, shown
+from continuair.flight.guiding import guidance_over
 from continuair.flight.time_grid import Grid, stage_times
 from continuair.scenario.scenarios import Scenario
-from continuair.vehicle.layout import watched_columns
+from continuair.vehicle.layout import Layout, watched_columns
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -21,10 +22,19 @@ Array = np.ndarray
 
 def loop_over(vehicle: Vehicle, scenario: Scenario, grid: Grid, runs: int) -> Loop:
     """The loop of a scenario's controller over a time grid; raises InputError."""
-    assert scenario.controller is not None
-    timing = _timing(vehicle, scenario, grid)
+    controller = scenario.controller
+    assert controller is not None
+    timing = _blind(grid) if controller.guided else _timing(vehicle, scenario, grid)
     scene = _scene(scenario, grid, timing.every_stage) if scenario.targets else None
-    return Loop(scenario.controller, timing, scene, _seeds(scenario.seed, runs))
+    layout = Layout(vehicle.shape)
+    guidance = guidance_over(scenario, grid, layout) if controller.guided else None
+    return Loop(controller, timing, scene, _seeds(scenario.seed, runs), guidance)
+
+
+def _blind(grid: Grid) -> Timing:
+    """The camera's timing under a controller that does not look."""
+    never = np.full(len(grid.steps), -1)
+    return Timing(np.zeros(len(never), np.int32), never, never, False)
 
 
 def _seeds(given: int | Sequence[int], runs: int) -> Array:
@@ -77,7 +87,7 @@ def check_view(engine: Engine, scenario: Scenario, start: Start) -> None:
 
 
 def _timing(vehicle: Vehicle, scenario: Scenario, grid: Grid) -> Timing:
-    camera, period = vehicle.camera, scenario.control_period
+    camera, period = vehicle.camera, scenario.period
     steps = len(grid.steps)
     if period is None:
         for name in ("noise", "frame_rate", "latency") if scenario.targets else ():

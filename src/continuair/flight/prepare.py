@@ -267,8 +267,8 @@ def prepare(
     states = state_from_paper(*np.broadcast_arrays(q, qd))
     branches = branches_of(q)
     start = Start(*(np.broadcast_to(each, (runs, each.shape[1])) for each in (states, branches)))
-    period = scenario.control_period if scenario.controller is not None else None
-    marks = marks_of(duration, sample, scenario.jumps, period)
+    late = scenario.controller.latency if scenario.controller is not None else 0.0
+    marks = marks_of(duration, sample, scenario.jumps, scenario.period, late)
     check_view(coupled, scenario, start)
     return Flight(
         vehicle,
@@ -356,6 +356,7 @@ def _runs(vehicle: Vehicle, scenario: Scenario, engine: Engine) -> tuple[int, bo
         "scenario.controller": controller.runs if controller is not None else None,
         "scenario.target": len(scenario.targets) if listed else None,
         "scenario.seed": len(seed) if isinstance(seed, tuple) else None,
+        "scenario.setpoints": None if scenario.setpoints is None else scenario.setpoints.runs,
         "the scenario's inputs": width if width > 1 else None,
     }
     runs = max(size or 1 for size in sizes.values())

@@ -241,10 +241,10 @@ def steps_of(
     start allow, at most `sample`; in a closed loop a whole part of the control period. warn: frames
     up to which to warn of a step that is longer than `fine`, or None. Raises InputError.
     """
-    period = scenario.control_period if scenario.controller is not None else None
+    period = scenario.period
     if asked is not None:
         if period is not None:
-            check_divides(period, asked)
+            check_divides(period, asked, _period_name(scenario))
         if warn is not None:
             _warn_if_coarse(asked, fine, warn + 1)
         return np.broadcast_to(asked, len(fine))
@@ -256,13 +256,18 @@ def steps_of(
     return np.asarray(period / np.ceil(period / finest * (1.0 - 1e-12)))
 
 
-def check_divides(period: float, steps: Array) -> None:
+def _period_name(scenario: Scenario) -> str:
+    own = scenario.controller is not None and scenario.controller.period is not None
+    return "the period of the controller's rate" if own else "control_period"
+
+
+def check_divides(period: float, steps: Array, name: str = "control_period") -> None:
     """Raise InputError unless a control period is a multiple of every step (n,), all [s]."""
     parts = period / steps
     wrong = (np.round(parts) < 1) | (np.abs(parts - np.round(parts)) > 1e-6)
     if wrong.any():
         raise InputError(
-            f"control_period is {period:g} s, which is not a multiple of the step, "
+            f"{name} is {period:g} s, which is not a multiple of the step, "
             f"{steps[wrong][0]:g} s; give one that is, or step='auto'."
         )
 

@@ -43,15 +43,20 @@ def marks_of(
     sample: float,
     jumps: Iterable[float] = (),
     control_period: float | None = None,
+    latency: float = 0.0,
 ) -> Marks:
-    """The marks of a flight over [0, duration], with a sample at its end."""
+    """The marks of a flight over [0, duration], with a sample at its end; latency: after each
+    control instant, when its push acts [s]."""
     # The last interval is the shorter one; what is left of rounding is none.
     count = max(1, int(np.ceil(duration / sample - _ROUNDING)))
-    return marks_at(np.append(sample * np.arange(count), duration), jumps, control_period)
+    return marks_at(np.append(sample * np.arange(count), duration), jumps, control_period, latency)
 
 
 def marks_at(
-    samples: np.ndarray, jumps: Iterable[float] = (), control_period: float | None = None
+    samples: np.ndarray,
+    jumps: Iterable[float] = (),
+    control_period: float | None = None,
+    latency: float = 0.0,
 ) -> Marks:
     """The marks of a flight, or of a part, with samples (n,) at these times [s], first to last.
 
@@ -67,7 +72,11 @@ def marks_at(
     inside = inside[(inside >= samples[0]) & (inside <= samples[-1])]
     times = np.union1d(samples, inside)
     if control_period is not None:
-        times = _merged(times, np.arange(control_instants(end, control_period)), control_period)
+        instants = control_period * np.arange(control_instants(end, control_period))
+        times = _merged(times, instants)
+        if latency > 0.0:
+            late = instants + latency
+            times = _merged(times, late[late < end * (1.0 - 1e-9)])
     return Marks(samples, times, inside)
 
 
@@ -128,9 +137,8 @@ def control_instants(duration: float, period: float) -> int:
     return int(np.ceil(duration / period * (1.0 - 1e-12)))
 
 
-def _merged(marks: np.ndarray, counts: np.ndarray, period: float) -> np.ndarray:
-    """Marks with the instants counts * period, but for those within rounding of a mark."""
-    instants = counts * period
+def _merged(marks: np.ndarray, instants: np.ndarray) -> np.ndarray:
+    """Marks with instants [s], but for those within rounding of a mark."""
     gap = np.abs(marks[_nearest(marks, instants)] - instants)
     return np.union1d(marks, instants[gap > 1e-9 * marks[-1]])
 

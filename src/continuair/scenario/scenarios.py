@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from continuair import checks
 from continuair.controllers.controller import Controller
 from continuair.errors import InputError, nearest, shown
+from continuair.scenario.setpoints import Setpoints
 from continuair.scenario.targets import Target
 from continuair.vehicle.fields import is_title
 from continuair.vehicle.layout import FIELDS, OF_NAME, ONE_SECTION
@@ -115,13 +116,17 @@ class Scenario:
     """closes the loop; the inputs above then disturb it. See continuair.controllers"""
 
     control_period: float | None = 1e-3
-    """the controller acts this often [s], its push held between; None: at every stage of a step"""
+    """the controller acts this often [s], its push held between; None: at every stage of a step; a
+    controller with a period of its own, such as a flight controller, keeps that"""
 
     target: Target | Sequence[Target] | None = None
     """what the camera looks at: a Target, or one per run with as many points"""
 
     seed: int | Sequence[int] = 0
-    """seed of the camera's noise, one for all runs or one per run"""
+    """seed of the noise of camera and sensors, one for all runs or one per run"""
+
+    setpoints: Setpoints | None = None
+    """what a flight controller follows: continuair.Setpoints; the start by default"""
 
     def __post_init__(self) -> None:
         if not is_title(self.name):
@@ -156,11 +161,34 @@ class Scenario:
             )
         if self.target is not None:
             object.__setattr__(self, "target", _checked_targets(self.target))
+        if self.setpoints is not None:
+            self._check_setpoints()
         if self.controller is not None and self.controller.looks and not self.targets:
             raise InputError(
                 f"target is None, but the controller {self.controller.name} looks at one; give a "
                 "continuair.Target."
             )
+
+    def _check_setpoints(self) -> None:
+        if not isinstance(self.setpoints, Setpoints):
+            raise InputError(
+                f"setpoints is {shown(self.setpoints)}; give continuair.Setpoints(position=...)."
+            )
+        if self.controller is None or not self.controller.guided:
+            name = "None" if self.controller is None else self.controller.name
+            raise InputError(
+                f"controller is {name}, which follows no setpoints; give "
+                "continuair.flight_controller(vehicle), or leave the setpoints out."
+            )
+
+    @property
+    def period(self) -> float | None:
+        """How often the controller acts [s]: its own period, or control_period; None without one
+        and for one that acts at every stage of a step."""
+        if self.controller is None:
+            return None
+        own = self.controller.period
+        return self.control_period if own is None else own
 
     @property
     def targets(self) -> tuple[Target, ...]:

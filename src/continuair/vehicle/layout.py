@@ -270,6 +270,14 @@ def watched_columns(points: int) -> dict[str, slice]:
     ])  # fmt: skip
 
 
+def setpoint_columns(bends: int) -> dict[str, slice]:
+    """Columns of set-points that a law follows; follows: whether the position counts."""
+    return columns([
+        ("position", 3), ("follows", 1), ("velocity", 3), ("yaw", 1), ("yaw_rate", 1),
+        ("bend", bends),
+    ])  # fmt: skip
+
+
 def frame_columns(points: int) -> dict[str, slice]:
     """Columns of a camera's frame on its way to the controller."""
     return columns([("image", 2 * points), ("seen", 2 * points), ("depth", points)])

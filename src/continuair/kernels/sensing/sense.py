@@ -29,11 +29,14 @@ class LawCode:
     moment_of give these of a push;
     camera_push(sense, wrench: Twist) -> Push, J_cᵀ wrench; interaction(sight) -> L, Eq. (14), Amiri
     et al.; points, bends: number of feature points, and of numbers in Bends; Image, ImageGain,
-    Twist: vectors and matrices for them; Sense: below. On the CPU several runs fly at once: a law
-    does so that chooses by above(a, b, x, y), x where a > b and else y, and takes sine, cosine,
-    tanh and angle_of(y, x) from here; one that branches on numbers flies run by run.
+    Twist: vectors and matrices for them; numbers, tree: what all of it is for; Sense: below. On the
+    CPU several runs fly at once: a law does so that chooses by above(a, b, x, y), x where a > b and
+    else y, and takes sine, cosine, tanh and angle_of(y, x) from here; one that branches on numbers
+    flies run by run.
     """
 
+    numbers: Numbers
+    tree: Tree
     points: int
     bends: int
     Real: Any

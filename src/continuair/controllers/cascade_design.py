@@ -1,0 +1,138 @@
+"""The flight controller's gains: of given bandwidths, or of those that the vehicle bears."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from continuair.controllers.cascade_gains import (
+    attitude_gains,
+    bend_gains,
+    per_period,
+    position_gains,
+)
+from continuair.controllers.hover import hover
+from continuair.controllers.margins import LinearLoop
+from continuair.errors import InputError
+from continuair.vehicle.vehicle import Vehicle
+
+GRAVITY = 9.81
+"""That gains are made for [m/s²]."""
+
+FASTEST = {"attitude": 20.0, "bend": 5.0}
+"""Bandwidths [rad/s] that defaults do not exceed; the others follow from the attitude's."""
+
+_SLOWER = 0.8 ** np.arange(14)
+"""Shares of those that are tried, until the loop bears half as much delay again."""
+
+_BEND_DAMPING = (0.7, 0.4, 0.2, 0.1)
+"""Damping ratios of the bends that are tried: one that comes late shakes a stiff arm."""
+
+_OF_LAG = 0.4
+"""Largest bandwidth of the attitude by default, times the rotors' lag."""
+
+_BELOW_ATTITUDE = {"position": 1.0 / 8.0, "yaw": 1.0 / 2.5}
+
+
+class Design:
+    """Gains of given bandwidths, or of the fastest that the hovering vehicle bears."""
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        given: dict[str, Any],
+        shape: tuple[float, float],
+        limits: dict[str, Any],
+        feedforward: str,
+        timing: tuple[float, float, float],
+    ) -> None:
+        self.vehicle, self.given, self.shape, self.limits = vehicle, given, shape, limits
+        self.feedforward, self.hover = feedforward, hover(vehicle, GRAVITY)
+        self.period, self.latency, self.lag = timing
+
+    def found(self) -> tuple[dict[str, Any], dict[str, Any], float]:
+        """Bandwidths, gains, and the latency that they bear; raises InputError if that is less than
+        there is."""
+        asked = all(value is not None for value in self.given.values())
+        tried = [
+            (self.bandwidths(float(share)), ratio)
+            for share in ((1.0,) if asked else _SLOWER)
+            for ratio in _BEND_DAMPING
+        ]
+        for bandwidths, ratio in tried:
+            gains = self.gains(bandwidths, ratio)
+            if self.loop(gains).stable(self.latency) and self.bears_more(gains):
+                return bandwidths, gains, self.loop(gains).longest_latency()
+        borne = [self.loop(self.gains(*each)).longest_latency() for each in tried]
+        most = max(borne)
+        if most < self.latency:
+            at = tried[borne.index(most)][0]
+            raise InputError(_unstable(at, most, self.latency, self.lag))
+        # Slower ones bear little more than the fastest that bear half of what is possible.
+        first = next(i for i, each in enumerate(borne) if each >= 0.5 * (self.latency + most))
+        return tried[first][0], self.gains(*tried[first]), borne[first]
+
+    def loop(self, gains: dict[str, Any], lag: float = 1.0) -> LinearLoop:
+        """The loop with these gains, and so many times the rotors' lag."""
+        return LinearLoop(self.hover, gains, self.feedforward, lag * self.lag)
+
+    def bears_more(self, gains: dict[str, Any]) -> bool:
+        """Whether the loop is stable with half as much delay again, the hold's included."""
+        return self.loop(gains, 1.5).stable(1.5 * self.latency + 0.5 * self.period)
+
+    def bandwidths(self, share: float) -> dict[str, Any]:
+        """All bandwidths [rad/s], those that are not given as a share of the fastest."""
+        found = dict(self.given)
+        if found["attitude"] is None:
+            slow = _OF_LAG / self.lag if self.lag else np.inf
+            found["attitude"] = share * min(FASTEST["attitude"], slow)
+        for name, below in _BELOW_ATTITUDE.items():
+            if found[name] is None:
+                found[name] = below * found["attitude"]
+        if found["bend"] is None:
+            found["bend"] = np.full(self.vehicle.sections, share * FASTEST["bend"])
+        return found
+
+    def gains(self, bandwidths: dict[str, Any], bend_damping: float) -> dict[str, Any]:
+        """The value of every field of the law's gains but its noise."""
+        ratio, share = self.shape
+        k_p, k_v, k_i = position_gains(bandwidths["position"], ratio, share)
+        sections = self.vehicle.sections
+        free = np.repeat(bandwidths["bend"], 2) == 0.0
+        limits = {name: np.asarray(value) for name, value in self.limits.items()}
+        return {
+            "period": np.array(self.period),
+            "mass": np.array(self.hover.mass),
+            "inertia": self.hover.inertia,
+            "position": np.full(3, k_p),
+            "velocity": np.full(3, k_v),
+            "integral": np.full(3, k_i),
+            **attitude_gains(bandwidths["attitude"], bandwidths["yaw"], ratio),
+            **bend_gains(self.hover, bandwidths["bend"], bend_damping, self.period),
+            "speed": limits["speed"],
+            "tilt": np.tan(limits["tilt"]),
+            "least_thrust": limits["thrust"][0],
+            "most_thrust": limits["thrust"][1],
+            "most_moment": limits["moment"],
+            "bend_limit": np.where(free, 0.0, limits["bend_moment"]),
+            "bend_speed": np.full(2 * sections, limits["bend_speed"]),
+            "bend_washout": per_period(bandwidths["attitude"], self.period),
+        }
+
+
+def _unstable(bandwidths: dict[str, Any], bears: float, latency: float, lag: float) -> str:
+    """The sentence of a loop that is not stable with its delays."""
+    at = f"attitude_bandwidth is {bandwidths['attitude']:.3g} rad/s"
+    with_lag = f" with a rotor lag of {lag:.3g} s" if lag else ""
+    margin = (
+        f"the hovering vehicle is stable up to a latency of {bears:.2g} s{with_lag}, which "
+        f"{latency:.2g} s exceeds by {latency - bears:.2g} s"
+        if bears >= 0.0
+        else f"the hovering vehicle is unstable{with_lag} at any latency"
+    )
+    return (
+        f"{at}, position_bandwidth {bandwidths['position']:.3g} and bend_bandwidth "
+        f"{bandwidths['bend'].max():.3g}, with which {margin}; give lower bandwidths, less latency "
+        "or a higher rate."
+    )

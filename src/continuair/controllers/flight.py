@@ -1,0 +1,163 @@
+"""A flight controller, a cascade from position to moment; kernels/laws/flight.py writes the law."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from continuair import checks
+from continuair.controllers.cascade_design import GRAVITY, Design
+from continuair.controllers.cascade_gains import real_gains
+from continuair.controllers.controller import Controller
+from continuair.errors import InputError, nearest, shown
+from continuair.kernels.laws.feeding import FEEDFORWARD
+from continuair.kernels.laws.flight import LAWS
+from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+
+_NOISE = ("position", "velocity", "attitude", "gyro")
+_NO_LIMIT = 1e30
+
+
+def flight_controller(
+    vehicle: Any,
+    *,
+    position_bandwidth: float | None = None,
+    attitude_bandwidth: float | None = None,
+    yaw_bandwidth: float | None = None,
+    bend_bandwidth: Any = None,
+    damping_ratio: float = 1.0,
+    integral_share: float = 0.2,
+    feedforward: str = "weight",
+    rate: float = 250.0,
+    latency: float = 0.0,
+    rotor_lag: float | None = None,
+    tilt: float = 0.7,
+    thrust: Any = None,
+    moment: Any = None,
+    speed: float = 5.0,
+    bend_moment: float | None = None,
+    bend_speed: float | None = None,
+    noise: Mapping[str, float] | None = None,
+) -> Controller:
+    """Fly to set-points (`Setpoints`) by thrust along the body's z axis, moment and bend servos.
+
+    Bandwidths [rad/s]: of position, roll and pitch, yaw, and the bends' servos, one for all
+    sections or one each, 0 for a section that hangs free. Those not given are 20 for the attitude,
+    at most 0.4 / rotor_lag, and 5 for the bends, or as much less as the hovering vehicle needs to
+    bear half as much delay again; an eighth of the attitude's for position, two fifths for yaw.
+    integral_share: of the integral's pole in the position's, 0 for none. feedforward: of the arms,
+    "none", "weight" or "reaction". rate: how often it acts [Hz]; latency: how long after it sensed
+    its push acts [s]; rotor_lag: of first order, which its gains must bear [s], the rotors' by
+    default. Limits: tilt [rad], thrust (least, most) [N], by default 0.1 and 2 times the weight,
+    moment (3,) [N m], speed of approach [m/s], bend_moment [N m²], bend_speed [1/(m s)]. noise:
+    standard deviations per axis of "position" [m], "velocity" [m/s], "attitude" [rad] and "gyro"
+    [rad/s]. Raises InputError, also for gains that the delays make unstable.
+    """
+    check_single_vehicle(vehicle)
+    checks.choice("feedforward", feedforward, FEEDFORWARD)
+    period = 1.0 / checks.positive("rate", rate, " [Hz]")
+    late = checks.number("latency", latency, least=0.0, otherwise=" [s]")
+    lag = _lag(vehicle, rotor_lag)
+    ratio = checks.positive("damping_ratio", damping_ratio)
+    share = checks.number("integral_share", integral_share, least=0.0)
+    if not real_gains(ratio, share):
+        raise InputError(
+            f"integral_share is {shown(integral_share)}, with which damping_ratio {ratio:g} has no "
+            "real gains; give a smaller share, such as 0.2."
+        )
+    given = {
+        "position": _bandwidth("position_bandwidth", position_bandwidth),
+        "attitude": _bandwidth("attitude_bandwidth", attitude_bandwidth),
+        "yaw": _bandwidth("yaw_bandwidth", yaw_bandwidth),
+        "bend": _bend_bandwidth(bend_bandwidth, vehicle.sections),
+    }
+    limits = _limits(vehicle, tilt, thrust, moment, speed, bend_moment, bend_speed)
+    design = Design(vehicle, given, (ratio, share), limits, feedforward, (period, late, lag))
+    bandwidths, gains, margin = design.found()
+    settings = {
+        **{f"{name}_bandwidth": value for name, value in bandwidths.items()},
+        "damping_ratio": ratio,
+        "integral_share": share,
+        "feedforward": feedforward,
+        "rate": 1.0 / period,
+        "latency": late,
+        "rotor_lag": lag,
+        "latency_margin": margin - late,
+        **{name: gains[name] for name in ("position", "velocity", "integral", "attitude", "spin")},
+        **limits,
+        "noise": _noise(noise),
+    }
+    gains = gains | {"noise": np.array(list(settings["noise"].values()))}
+    law = LAWS[feedforward]
+    return Controller(
+        "flight controller", law, gains, False, settings, period=period, latency=late, guided=True
+    )
+
+
+def _limits(
+    vehicle: Vehicle, tilt: Any, thrust: Any, moment: Any, speed: Any, bend: Any, bend_speed: Any
+) -> dict[str, Any]:
+    """Limits by name, checked; None is none."""
+    weight = vehicle.mass * GRAVITY
+    least_most = checks.vector(
+        "thrust", [0.1 * weight, 2.0 * weight] if thrust is None else thrust, 2
+    )
+    if not 0.0 < least_most[0] < weight < least_most[1]:
+        raise InputError(
+            f"thrust is {shown(thrust)}; give the least and the most [N], above 0, with the weight "
+            f"of {weight:.3g} N in between."
+        )
+    if not 0.0 < checks.positive("tilt", tilt, " [rad]") <= 1.4:
+        raise InputError(f"tilt is {shown(tilt)}; give an angle of at most 1.4 [rad].")
+    most = checks.row("moment", _NO_LIMIT if moment is None else moment, 3)
+    if not (most > 0.0).all():
+        raise InputError(f"moment is {shown(moment)}; give three largest moments above 0 [N m].")
+    return {
+        "tilt": float(tilt),
+        "thrust": least_most,
+        "moment": most,
+        "speed": checks.positive("speed", speed, " [m/s]"),
+        "bend_moment": checks.positive(
+            "bend_moment", _NO_LIMIT if bend is None else bend, " [N m²]"
+        ),
+        "bend_speed": checks.positive(
+            "bend_speed", _NO_LIMIT if bend_speed is None else bend_speed, " [1/(m s)]"
+        ),
+    }
+
+
+def _lag(vehicle: Vehicle, given: Any) -> float:
+    """The rotors' lag [s]: as given, or the vehicle's if it has rotors."""
+    if given is None:
+        rotors = getattr(vehicle.uav, "rotors", None)
+        return float(getattr(rotors, "lag", 0.0))
+    return checks.number("rotor_lag", given, least=0.0, otherwise=" [s]")
+
+
+def _bandwidth(name: str, value: Any) -> float | None:
+    return None if value is None else checks.positive(name, value, " [rad/s]")
+
+
+def _bend_bandwidth(value: Any, sections: int) -> np.ndarray | None:
+    """One bandwidth of 0 or more for each section (sections,)."""
+    if value is None:
+        return None
+    found = checks.row("bend_bandwidth", value, sections)
+    if not (found >= 0.0).all():
+        raise InputError(f"bend_bandwidth is {shown(value)}; give 0 or more [rad/s].")
+    return found
+
+
+def _noise(given: Any) -> dict[str, float]:
+    """Standard deviations of all that is sensed, in order."""
+    given = {} if given is None else given
+    if not isinstance(given, Mapping):
+        raise InputError(f"noise is {shown(given)}; give numbers by name: {', '.join(_NOISE)}.")
+    for name in given:
+        if name not in _NOISE:
+            raise InputError(f"noise holds {shown(name)}; {nearest(str(name), _NOISE)}.")
+    return {
+        name: checks.number(f"noise.{name}", given.get(name, 0.0), least=0.0) for name in _NOISE
+    }

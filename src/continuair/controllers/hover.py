@@ -1,0 +1,109 @@
+"""The hovering vehicle as a linear system, gravity and flexible arms included."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from continuair.controllers.inertias import straight_inertia, unbounded
+from continuair.equations.kinematics import skew
+from continuair.equations.masses import mass_times_height
+from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
+
+_UP = np.array([0.0, 0.0, 1.0])
+
+_TURN = 0.05
+"""Bend times length [rad] over which slopes of the arms' weight are taken."""
+
+_STRAIGHT = 1e-6
+"""Bend times length [rad] of a section that is not bent, which polar coordinates cannot be."""
+
+
+@dataclass(frozen=True, eq=False)
+class Hover:
+    """A vehicle that hovers level with straight arms.
+
+    mass [kg]; inertia (3, 3) about the common centre of mass, and moment (3,), its place times the
+    mass, body axes; M (6 + bends, 6 + bends) of velocity, angular velocity and bend rates, about B;
+    stiffness, damping (bends,) of the arms; weight (bends, bends): what their weight adds to the
+    stiffness; A (12 + 2 bends, …): of position, small turns, bends, and the rates of all of them;
+    B (…, 4 + bends): of thrust, moment and bend moments.
+    """
+
+    mass: float
+    gravity: float
+    inertia: Array
+    moment: Array
+    M: Array
+    stiffness: Array
+    damping: Array
+    weight: Array
+    A: Array
+    B: Array
+
+    @property
+    def bends(self) -> int:
+        """The number of bend coordinates."""
+        return len(self.stiffness)
+
+    @property
+    def free_bends(self) -> Array:
+        """Inertia (bends, bends) of the bends while the vehicle recoils freely [kg m⁴]."""
+        coupled = self.M[6:, :6]
+        return self.M[6:, 6:] - coupled @ np.linalg.solve(self.M[:6, :6], coupled.T)
+
+
+# Many controllers are made for one vehicle.
+@lru_cache(maxsize=64)
+def hover(vehicle: Vehicle, gravity: float) -> Hover:
+    """The linear system of a vehicle of one run."""
+    M = straight_inertia(vehicle)
+    n, mass = len(M) - 6, float(M[0, 0])
+    off = -M[:3, 3:6]
+    H = np.array([off[2, 1], off[0, 2], off[1, 0]])
+    sections = [each for arm in vehicle.arms for each in arm.section]
+    stiffness = np.repeat([each.bending_stiffness * each.length for each in sections], 2)
+    damping = np.repeat([each.structural_damping * each.length for each in sections], 2)
+    weight = gravity * _height_slopes(vehicle)
+    K = np.zeros((6 + n, 6 + n))
+    # A bend moves the centre of mass by F b, on which the thrust turns the vehicle.
+    K[3:6, 6:] = -gravity * skew(_UP) @ M[:3, 6:]
+    K[6:, 6:] = np.diag(stiffness) + weight
+    D = np.diag(np.concatenate([np.zeros(6), damping]))
+    pushed = np.zeros((6 + n, 4 + n))
+    pushed[2, 0] = 1.0
+    pushed[3:, 1:] = np.eye(3 + n)
+    A, B = np.zeros((12 + 2 * n, 12 + 2 * n)), np.zeros((12 + 2 * n, 4 + n))
+    A[: 6 + n, 6 + n :] = np.eye(6 + n)
+    A[6 + n :, : 6 + n] = -np.linalg.solve(M, K)
+    A[6 + n :, 6 + n :] = -np.linalg.solve(M, D)
+    A[6 + n : 9 + n, 3:6] -= gravity * skew(_UP)
+    B[6 + n :] = np.linalg.solve(M, pushed)
+    inertia = M[3:6, 3:6] + skew(H) @ skew(H) / mass
+    return Hover(mass, gravity, inertia, H, M, stiffness, damping, weight, A, B)
+
+
+def _height_slopes(vehicle: Vehicle) -> Array:
+    """Second slopes (bends, bends) of Σ m z by the bend vectors, at straight arms."""
+    level = vehicle.model_copy(update={"arm_tables": unbounded(vehicle)})
+    lengths = np.repeat([each.length for arm in vehicle.arms for each in arm.section], 2)
+    n = len(lengths)
+
+    def height(b: Array) -> float:
+        pairs = b.reshape(-1, 2)
+        kappa = np.maximum(np.hypot(*pairs.T), _STRAIGHT / lengths[::2])
+        polar = np.column_stack([kappa, np.arctan2(pairs[:, 1], pairs[:, 0])])
+        return float(mass_times_height(level, np.concatenate([np.zeros(6), polar.ravel()])))
+
+    steps = np.diag(_TURN / lengths)
+    found = np.empty((n, n))
+    for i in range(n):
+        for j in range(n):
+            one, two = steps[i], steps[j]
+            both = height(one + two) + height(-one - two) - height(one - two) - height(two - one)
+            found[i, j] = both / (4.0 * one[i] * two[j])
+    return found

@@ -1,0 +1,62 @@
+"""From a scenario to its flight controller's loop: when it acts and its pushes do, and on what."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from continuair.engine.loop import Guidance
+from continuair.errors import InputError
+from continuair.flight.time_grid import Grid
+from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.layout import Layout, setpoint_columns, width_of
+
+Array = np.ndarray
+
+_NEAR = 2e-9
+"""Share of a flight by which the start of a step may differ from an instant."""
+
+
+def guidance_over(scenario: Scenario, grid: Grid, layout: Layout) -> Guidance:
+    """When a guided law decides and its pushes act over a time grid, and its set-points."""
+    controller = scenario.controller
+    assert controller is not None and controller.period is not None
+    period, latency, near = controller.period, controller.latency, _NEAR * grid.samples[-1]
+    issued, taken = (
+        np.where(np.abs(since - np.round(since / period) * period) < near, count, -1)
+        for since in (grid.starts, grid.starts - latency)
+        for count in [np.maximum(np.round(since / period), -1).astype(int)]
+    )
+    # Until the first push has arrived by its latency, it acts all the same.
+    taken[0] = 0
+    instants = period * np.arange(issued.max() + 1)
+    return Guidance(issued, taken, int(latency / period) + 2, wanted_at(scenario, layout, instants))
+
+
+def wanted_at(scenario: Scenario, layout: Layout, instants: Array) -> Array:
+    """Set-points (instants, runs or 1, columns) of a scenario, as a guided law reads them."""
+    given, found = scenario.setpoints, _at_start(scenario)
+    columns = setpoint_columns(layout.bends)
+    for name in columns if given is not None else ():
+        rows = given.at(name, instants) if given is not None and name != "follows" else None
+        if rows is not None:
+            found[name] = rows
+    alone = given is not None and given.velocity is not None and given.position is None
+    found["follows"] = np.full((1, 1, 1), float(not alone))
+    if found["bend"].shape[-1] != layout.bends:
+        raise InputError(
+            f"bend of the setpoints holds {found['bend'].shape[-1]} numbers, but the vehicle has "
+            f"{layout.sections} sections; give {layout.bends}."
+        )
+    runs = max(len(rows) for rows in found.values())
+    table = np.zeros((runs, len(instants), width_of(columns)))
+    for name, rows in found.items():
+        table[..., columns[name]] = rows
+    return np.ascontiguousarray(table.swapaxes(0, 1))
+
+
+def _at_start(scenario: Scenario) -> dict[str, Array]:
+    """Position, yaw and bends (runs or 1, 1, width) that a flight starts with."""
+    q = np.atleast_2d(scenario.q)[:, None]
+    along = np.stack([np.cos(q[..., 7::2]), np.sin(q[..., 7::2])], axis=-1)
+    bend = (q[..., 6::2, None] * along).reshape(len(q), 1, -1)
+    return {"position": q[..., :3], "yaw": q[..., 5:6], "bend": bend}

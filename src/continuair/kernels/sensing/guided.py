@@ -1,0 +1,120 @@
+"""Device code of who pushes under a law that follows set-points, remembers, and acts late.
+
+Such a law gives, beside Gains, Memory, a vector of numbers that are 0 at the start, and control(
+sense, gains, flight, wanted, memory) -> push, memory. Gains.noise is the noise of what it senses.
+Its force is a thrust along the body's z axis, with which it turns between the law's instants.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from continuair.kernels.flight import flight_code
+from continuair.kernels.numbers import Numbers, number_code
+from continuair.kernels.sensing.guidance import guidance_code
+from continuair.kernels.sensing.pilot import PilotCode
+from continuair.kernels.sensing.sense import law_code
+from continuair.kernels.types import Tree, device_types, holding
+
+
+def guided_pilot(numbers: Numbers, tree: Tree, points: int, law: Any) -> PilotCode:
+    """The pilot of a law with a memory; points: of a target that it does not look at."""
+    types, Flight = device_types(numbers, tree), flight_code(numbers, tree).Flight
+    code, ground = number_code(numbers), guidance_code(numbers, tree)
+    Cell, Real, State, Push, Along = types.Cell, types.Real, types.State, types.Push, types.Along
+    vec3, attitude_of, push_of = types.vec3, types.attitude_of, types.push_of
+    force_of, moment_of, bend_moment_of = types.force_of, types.moment_of, types.bend_moment_of
+    proprioception = law_code(numbers, tree, points).proprioception
+    set_point_of, disturbed = ground.set_point_of, ground.disturbed
+    Gains, Memory, control = law.Gains, law.Memory, law.control
+    AllGains, gains_of = code.rows_of(Gains), code.reader_of(Gains)
+    keep, of_sample = code.keep, code.of_sample
+    remembered, pushes = law.Memory._length_, types.layout.push.stop
+    zero, one = Real(0.0), Real(1.0)
+
+    @wp.struct
+    class Loop:
+        """When the law acts, what with, and what it is to reach.
+
+        Per step: issued, which push the law decides on at its start, or -1; taken, which push acts
+        from then on, or -1 for the one before. Per run: seeds of the noise; gains, one or one each.
+        wanted (pushes, runs or 1, columns): set-points. memory (runs, 1, numbers); pushes (runs,
+        slots, columns): on their way.
+        """
+
+        issued: wp.array(dtype=wp.int32)
+        taken: wp.array(dtype=wp.int32)
+        seeds: wp.array(dtype=wp.int32)
+        gains: AllGains
+        wanted: wp.array3d(dtype=Cell)
+        memory: wp.array3d(dtype=Cell)
+        pushes: wp.array3d(dtype=Cell)
+
+    @wp.struct
+    class Pilot:
+        """One run of the loop."""
+
+        loop: Loop
+        run: wp.int32
+        gains: Gains
+
+    @wp.struct
+    class Decision:
+        """The push from now on; lost: 0, as this pilot looks at nothing."""
+
+        push: Push
+        lost: Real
+
+    @wp.func
+    def pilot_of(loop: Loop, run: int):
+        out = Pilot()
+        out.loop = loop
+        out.run = run
+        out.gains = gains_of(loop.gains, run)
+        return out
+
+    @wp.func
+    def turned(push: Push, y: State):
+        """A push whose force is along the body's z axis, as the body has turned since."""
+        along = wp.quat_rotate(attitude_of(y), vec3(zero, zero, one))
+        force = wp.length(force_of(push)) * along
+        return push_of(force, moment_of(push), bend_moment_of(push))
+
+    @wp.func
+    def issue(instant: int, time: Real, y: State, flight: Flight, pilot: Pilot):
+        """Let the law decide, and send its push on its way."""
+        loop, run = pilot.loop, pilot.run
+        memory = Memory()
+        for k in range(remembered):
+            memory[k] = of_sample(loop.memory, run, 0, k)
+        sensed = disturbed(y, pilot.gains.noise, loop.seeds, run, instant)
+        wanted = set_point_of(loop.wanted, instant, run)
+        sense = proprioception(time, sensed, flight)
+        push, memory = control(sense, pilot.gains, flight, wanted, memory)
+        for k in range(remembered):
+            keep(loop.memory, run, 0, k, memory[k])
+        for k in range(pushes):
+            keep(loop.pushes, run, instant % loop.pushes.shape[1], k, push[k])
+
+    @wp.func
+    def decide(
+        i: int, time: Real, y: State, along: Along, flight: Flight, pilot: Pilot, held: Push
+    ):
+        loop, out = pilot.loop, Decision()
+        push = held
+        if loop.issued[i] >= 0:
+            issue(loop.issued[i], time, y, flight, pilot)
+        if loop.taken[i] >= 0:
+            slot = loop.taken[i] % loop.pushes.shape[1]
+            for k in range(pushes):
+                push[k] = of_sample(loop.pushes, pilot.run, slot, k)
+        out.push = turned(push, y)
+        return out
+
+    @wp.func
+    def push_at(
+        row: int, time: Real, y: State, along: Along, flight: Flight, pilot: Pilot, held: Push
+    ):
+        return turned(held, y)
+
+    return holding(PilotCode, locals())

@@ -1,0 +1,145 @@
+"""The flight controller's rate, latency and noise, and what its gains bear of them."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.linalg import solve_discrete_lyapunov
+
+import continuair as ca
+from continuair.controllers.hover import hover
+from continuair.controllers.margins import LinearLoop
+from tests.closed_loop.test_flight_controller import HOME, PAPER, RIGID, fly
+
+DUAL = ca.load_vehicle("dual_arm")
+
+
+def nudged(vehicle: ca.Vehicle, controller: ca.Controller, duration: float) -> np.ndarray:
+    """Sizes of roll over a flight that starts a little rolled."""
+    start = np.zeros(6 + 2 * vehicle.sections)
+    start[2], start[3] = 3.0, 1e-4
+    run = fly(vehicle, controller, start, duration=duration, setpoints=ca.Setpoints(yaw=0.0))
+    return np.abs(run.q.sel(coordinate="roll").to_numpy())
+
+
+# One that goes unstable may end, or turn faster than its samples show.
+@pytest.mark.filterwarnings("ignore::continuair.ContinuairWarning")
+@pytest.mark.parametrize("feedforward", ["none", "weight", "reaction"])
+@pytest.mark.parametrize("vehicle", [PAPER, RIGID], ids=["paper", "rigid"])
+def test_a_flight_goes_unstable_at_the_latency_that_is_told(
+    vehicle: ca.Vehicle, feedforward: str
+) -> None:
+    law = ca.flight_controller(vehicle, feedforward=feedforward)
+    margin = law.settings["latency_margin"]
+    assert 1e-3 < margin < 0.2
+    for share, grows in ((0.9, False), (1.1, True)):
+        late = dataclasses.replace(law, latency=share * margin)
+        size = nudged(vehicle, late, 6.0)
+        before, after = size[100:200].max(), size[500:].max()
+        # One that grows ends before the flight does, or in a limit cycle.
+        assert (not after <= before) == grows, share
+
+
+def test_a_flight_is_the_linear_loop_that_its_margin_is_of() -> None:
+    """Flexible arm, lateness between two instants, integral: every sample of a small motion."""
+    law = ca.flight_controller(PAPER, latency=0.0058, rate=200.0, bend_bandwidth=3.0)
+    loop = LinearLoop(hover(PAPER, 9.81), law.gains, "weight")
+    q = HOME + np.array([2e-4, 1e-4, -2e-4, 3e-5, 1e-4, 0, 0, 0])
+    run = fly(PAPER, law, q, duration=0.5, setpoints=ca.Setpoints(position=HOME[:3], yaw=0.0))
+    step, found = loop.matrix(0.0058), []
+    x = np.zeros(len(step))
+    x[:6] = q[:6] - HOME[:6]
+    # Until the first push arrives by its latency, it acts from the start on.
+    n, known = loop.A.shape[0], loop.A.shape[0] + len(loop.memory)
+    first = loop.K[:, :n] @ x[:n]
+    x[known:] = np.tile(first, (len(x) - known) // len(first))
+    for _ in range(100):
+        found.append(x[:3].copy())
+        x = step @ x
+    flown = fly(PAPER, law, q, duration=0.5, setpoints=ca.Setpoints(position=HOME[:3], yaw=0.0))
+    np.testing.assert_array_equal(flown.position, run.position)
+    expected = np.array(found)[::2]
+    np.testing.assert_allclose(
+        run.position.to_numpy()[:50] - HOME[:3], expected, rtol=0, atol=2e-3 * 2e-4
+    )
+
+
+def test_rotors_that_lag_lower_the_margin_and_gains_too_fast_are_refused_with_it() -> None:
+    free: dict[str, Any] = {"bend_bandwidth": 0.0, "rate": 1000.0, "yaw_bandwidth": 3.0}
+    quick = ca.flight_controller(RIGID, attitude_bandwidth=15.0, position_bandwidth=0.02, **free)
+    # L = (ω² + 2ω s) / s² crosses 1 at 2.058 ω, with atan(2 · 2.058) of phase left.
+    margin = np.arctan(2 * 2.058) / (2.058 * 15.0) - 0.5e-3
+    assert quick.settings["latency_margin"] == pytest.approx(margin, rel=0.02)
+    slow = ca.flight_controller(RIGID, attitude_bandwidth=15.0, rotor_lag=0.04, **free)
+    assert slow.settings["latency_margin"] < 0.7 * margin
+    # A lag T alone makes s² (1 + T s) + 2ω s + ω² unstable from T = 2/ω on.
+    for lag, fits in ((1.7 / 20.0, True), (2.1 / 20.0, False)):
+        given: dict[str, Any] = {
+            "attitude_bandwidth": 20.0, "position_bandwidth": 0.2, "yaw_bandwidth": 5.0,
+            "bend_bandwidth": 0.0, "rate": 2000.0, "rotor_lag": lag,
+        }  # fmt: skip
+        if fits:
+            ca.flight_controller(RIGID, **given)
+            continue
+        with pytest.raises(ca.InputError, match="attitude_bandwidth is 20 .* at any latency"):
+            ca.flight_controller(RIGID, **given)
+    with pytest.raises(ca.InputError, match=r"stable up to a latency of 0\.0\d+ s, which 0\.1 s"):
+        ca.flight_controller(
+            RIGID, attitude_bandwidth=20.0, position_bandwidth=2.0, yaw_bandwidth=8.0,
+            bend_bandwidth=0.0, latency=0.1,
+        )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["paper", "slender", "two_section", "dual_arm", "table1"])
+def test_the_defaults_of_every_preset_bear_more_than_their_delays(name: str) -> None:
+    vehicle = ca.load_vehicle(name)
+    law = ca.flight_controller(vehicle, latency=0.005, rotor_lag=0.03)
+    assert law.settings["latency_margin"] > 1e-3
+    start = np.zeros(6 + 2 * vehicle.sections)
+    start[:3] = 0.3, -0.2, 3.0
+    run = fly(vehicle, law, start, duration=40.0, setpoints=ca.Setpoints(position=[0, 0, 3]))
+    assert run.status == 0
+    assert np.abs(run.position.to_numpy()[-1] - [0, 0, 3]).max() < 0.02
+
+
+def test_noise_moves_the_yaw_as_much_as_the_loop_says_and_repeats_with_its_seed() -> None:
+    w, period, size = 6.0, 0.004, 0.02
+    law = ca.flight_controller(RIGID, yaw_bandwidth=w, noise={"gyro": size})
+    runs = 64
+
+    def flown(seed: int, start: np.ndarray) -> np.ndarray:
+        run = fly(RIGID, law, start, duration=6.0, seed=seed)
+        return np.asarray(run.q.sel(coordinate="yaw").to_numpy())
+
+    yaw = flown(1, np.tile(HOME, (runs, 1)))
+    # The yaw is a double integrator that holds -ω² ψ - 2 ω (ψ̇ + n) for a period.
+    B = np.array([[period**2 / 2], [period]])
+    A = np.array([[1, period], [0, 1]]) + B @ [[-w * w, -2 * w]]
+    predicted = solve_discrete_lyapunov(A, B @ B.T * (2 * w * size) ** 2)[0, 0]
+    # Yaw forgets within 2/ω: 15 independent values per run in 5 s, whose squares have 2 variances.
+    late = yaw[:, 100:]
+    assert late.var() == pytest.approx(predicted, rel=4 * np.sqrt(2 / (15 * runs)))
+    assert abs(np.corrcoef(late[0], late[1])[0, 1]) < 0.9
+    np.testing.assert_array_equal(yaw, flown(1, np.tile(HOME, (runs, 1))))
+    assert np.abs(yaw - flown(2, np.tile(HOME, (runs, 1)))).max() > 1e-4
+
+
+def test_noise_of_position_velocity_and_attitude_moves_what_it_should() -> None:
+    start = np.tile(HOME, (16, 1))
+    sizes = {"position": 0.02, "velocity": 0.05, "attitude": 0.01}
+    climb = {}
+    for name, size in sizes.items():
+        law = ca.flight_controller(RIGID, noise={name: size})
+        k_p, k_v = law.settings["position"][2], law.settings["velocity"][2]
+        thrust = fly(RIGID, law, start, duration=2.0).command.to_numpy()[:, 1:-1, :3]
+        climb[name] = np.linalg.norm(thrust, axis=-1).std() / RIGID.mass
+        # What is asked for at once, before anything has moved: k_v k_p n or k_v n.
+        at_once = {"position": k_v * k_p * size, "velocity": k_v * size, "attitude": 0.0}[name]
+        assert climb[name] == pytest.approx(at_once, rel=0.2, abs=0.03)
+
+
+def test_a_rate_that_is_no_multiple_of_the_step_is_refused() -> None:
+    scenario = ca.Scenario("x", HOME, controller=ca.flight_controller(RIGID, rate=300.0))
+    with pytest.raises(ca.InputError, match="the period of the controller's rate is 0.0033333"):
+        ca.simulate(RIGID, scenario, step=1e-3)

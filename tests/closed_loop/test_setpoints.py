@@ -1,0 +1,89 @@
+"""Set-points: numbers, functions of time and arrays over time, for one run or each."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from tests.closed_loop.test_flight_controller import HOME, PAPER, RIGID, fly
+
+TIMES = np.array([0.0, 1.0, 2.5, 3.0])
+
+
+def test_an_array_over_time_is_the_function_of_its_straight_lines() -> None:
+    path, yaw = np.array([[0, 0, 3], [0.4, 0, 3], [0.4, 0.5, 3.3], [0, 0, 3.0]]), 0.3 * TIMES
+    bend = np.array([[0, 0], [0.1, 0], [0.1, -0.2], [0, 0]])
+
+    def line(rows: np.ndarray) -> Any:
+        return lambda t: [np.interp(t, TIMES, column) for column in rows.T]
+
+    arrays = ca.Setpoints(times=TIMES, position=path, yaw=yaw, bend=bend)
+    functions = ca.Setpoints(
+        position=line(path), yaw=lambda t: np.interp(t, TIMES, yaw), bend=line(bend)
+    )
+    law = ca.flight_controller(PAPER)
+    one, other = (fly(PAPER, law, setpoints=each) for each in (arrays, functions))
+    np.testing.assert_array_equal(one.command, other.command)
+    assert np.abs(one.position.sel(axis="y")).max() > 0.3
+
+
+def test_what_is_not_given_stays_as_the_flight_starts_and_a_velocity_alone_is_kept() -> None:
+    law = ca.flight_controller(PAPER)
+    start = np.array([[1, 2, 3, 0, 0, 0.5, 0.3, 1.0], [0, 0, 5, 0, 0, -2.0, 0, 0]])
+    still = fly(PAPER, law, start)
+    np.testing.assert_allclose(still.q.to_numpy()[:, -1, :6], start[:, :6], atol=5e-3)
+    assert still.q.to_numpy()[0, -1, 6] == pytest.approx(0.3, abs=2e-3)
+    moving = fly(PAPER, law, start, duration=8.0, setpoints=ca.Setpoints(velocity=[0.5, 0, 0.1]))
+    gone = moving.position.to_numpy()[:, -1] - moving.position.to_numpy()[:, -101]
+    np.testing.assert_allclose(gone, np.tile([0.5, 0, 0.1], (2, 1)), atol=5e-3)
+    np.testing.assert_allclose(moving.q.to_numpy()[:, -1, 5], start[:, 5], atol=5e-3)
+
+
+def test_a_velocity_beside_a_moving_position_takes_the_lag_away() -> None:
+    law, k_p = ca.flight_controller(RIGID, integral_share=0.0), 0.0
+    k_p = law.settings["position"][0]
+
+    def line(t: float) -> list[float]:
+        return [0.3 * t, 0.0, 3.0]
+
+    for velocity, lag in ((None, 0.3 / k_p), ([0.3, 0, 0], 0.0)):
+        run = fly(RIGID, law, duration=10.0,
+                  setpoints=ca.Setpoints(position=line, velocity=velocity))  # fmt: skip
+        assert float(3.0 - run.position[-1, 0]) == pytest.approx(lag, abs=2e-3)
+
+
+BAD: dict[str, tuple[Any, str]] = {
+    "position": (lambda: ca.Setpoints(position=[1.0, 2.0]), "position of the setpoints is"),
+    "yaw": (lambda: ca.Setpoints(yaw=np.nan), "yaw of the setpoints is"),
+    "odd bend": (lambda: ca.Setpoints(bend=[1.0]), "two per section"),
+    "times": (lambda: ca.Setpoints(times=[1.0, 0.0], yaw=[0.0, 0.0]), "rising"),
+    "length": (lambda: ca.Setpoints(times=[0.0, 1.0], yaw=[0.0, 0.0, 0.0]), "each of 2 times"),
+    "raises": (lambda: ca.Setpoints(yaw=lambda t: 1 / t), "ZeroDivisionError"),
+    "sections": (
+        lambda: fly(PAPER, ca.flight_controller(PAPER), setpoints=ca.Setpoints(bend=[0.0] * 4)),
+        "has 1 sections; give 2",
+    ),
+    "another law": (
+        lambda: fly(PAPER, ca.hold(PAPER, [0, 0, 3]), setpoints=ca.Setpoints(yaw=0.0)),
+        "hold, which follows no setpoints",
+    ),
+    "kind": (
+        lambda: fly(PAPER, ca.flight_controller(PAPER), setpoints=[0, 0, 3]),
+        r"give continuair\.Setpoints",
+    ),
+    "runs": (
+        lambda: fly(
+            PAPER, ca.flight_controller(PAPER), np.tile(HOME, (3, 1)),
+            setpoints=ca.Setpoints(yaw=[0.0, 1.0]),
+        ),
+        "scenario.setpoints holds 2 runs",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_set_point_that_cannot_be_followed_is_refused_in_one_sentence(name: str) -> None:
+    make, words = BAD[name]
+    with pytest.raises(ca.InputError, match=words):
+        make()
