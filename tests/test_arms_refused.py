@@ -104,10 +104,10 @@ def test_a_section_has_one_of_each_pair(changes: dict[str, Any], problem: str) -
 
 
 FILES: list[tuple[Callable[[str], str], str]] = [
-    (lambda text: text.replace("[[arm]]", "[uav.rotors]\nlever = 0.2\n[[arm]]", 1),
-     "uav.rotors is not simulated yet; leave the table out, and give forces directly."),
-    (lambda text: text.replace("[[arm]]", "[uav.drag]\nlinear = [1, 1, 1]\n[[arm]]", 1),
-     "uav.drag is not simulated yet; leave the table out"),
+    (lambda text: text.replace("[[arm]]", "[uav.rotors]\nlevr = 0.2\n[[arm]]", 1),
+     "uav.rotors.levr = 0.2 is not a known field; use uav.rotors.lever"),
+    (lambda text: text.replace("[[arm]]", "[uav.drag]\nlinear = [1, 1]\n[[arm]]", 1),
+     "uav.drag.linear is [1, 1], but must hold 3 numbers"),
     (lambda text: text.replace("[arm.tip]", "[[arm.tendons]]\nradius = 1\n[arm.tip]"),
      "arm.left.tendons are not simulated yet; leave the tables out, and give bend moments"),
     (lambda text: text.replace("radius = 0.001", "radius = 0.001\npoisson_ratio = 0.3"),

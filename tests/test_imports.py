@@ -31,8 +31,8 @@ ROOMS = {
         {"cli"},
     ],
     "vehicle": [
-        {"fields", "runs", "layout", "poles"},
-        {"inertia", "replacing"},
+        {"fields", "runs", "layout", "poles", "allocation"},
+        {"inertia", "replacing", "rotors"},
         {"disk", "camera", "uav", "coordinates"},
         {"section", "following"},
         {"arms", "changes"},
@@ -59,7 +59,7 @@ ROOMS = {
         {"step"},
         {"implicit"},
         {"integrators", "logs"},
-        {"rollout", "observe", "deviations", "turning", "slopes"},
+        {"rollout", "observe", "deviations", "turning", "slopes", "thrusts"},
     ],
     "engine": [
         {"moments", "compiling", "lanes", "rows"},
@@ -71,8 +71,8 @@ ROOMS = {
     ],
     "flight": [
         {"time_grid", "inputs", "resolution", "turns"},
-        {"steps", "guiding"},
-        {"camera_timing", "probing"},
+        {"steps", "guiding", "holding"},
+        {"camera_timing", "probing", "rotors"},
         {"prepare"},
         {"dop853", "trajectory"},
         {"simulate", "live"},

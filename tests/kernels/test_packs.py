@@ -29,7 +29,7 @@ from continuair.kernels.elementary import elementary_code
 from continuair.kernels.numbers import LANES, NARROW, Numbers, number_code
 from continuair.kernels.sensing.sense import LawCode
 from continuair.vehicle.coordinates import branches_of, state_from_paper
-from continuair.vehicle.layout import GENERAL, PAPER, TIP
+from continuair.vehicle.layout import AIR, GENERAL, PAPER, ROTORS, TIP
 
 pytestmark = pytest.mark.targets
 
@@ -60,9 +60,11 @@ def fly(
     if spoiled is not None:
         table[0, spoiled] = np.nan
     runs = np.arange(RUNS)[chosen]
-    start = Start(state_from_paper(q, qd)[chosen], branches_of(q)[chosen])
+    states = np.hstack([state_from_paper(q, qd), rng.uniform(0.3, 0.9, (RUNS, layout.rotors))])
+    start = Start(states[chosen], branches_of(q)[chosen])
     grid = grid_of(marks_of(0.02, 0.004), 5e-4)
-    drive = Drive(table[:, chosen], False, GENERAL + PAPER + TIP, 9.81)
+    groups = GENERAL + PAPER + TIP + AIR * layout.air + ROTORS * (layout.rotors > 0)
+    drive = Drive(table[:, chosen], False, groups, 9.81)
     return engine.roll_out(runs, start, grid, drive, at_samples=drive)
 
 
@@ -100,8 +102,24 @@ def assert_equal(found: Logs, expected: Logs, dtype: str) -> None:
 
 VEHICLES = {"paper": PAPER_ARM, "two_section": ca.load_vehicle("two_section")}
 VEHICLES["dual_arm"] = ca.load_vehicle("dual_arm")
+VEHICLES["quad"] = ca.load_vehicle("slender").replace(
+    {
+        "uav.rotors": {
+            "layout": "quad_x",
+            "lever": 0.2,
+            "thrust_limits": [0.1, 12.0],
+            "torque_per_thrust": 0.02,
+            "lag": 0.03,
+        },
+        "uav.drag": {"linear": [0.2, 0.3, 0.1], "quadratic": [0.1, 0.1, 0.2]},
+    }
+)
 CASES = [("paper", model, "float64") for model in ca.MODELS]
-CASES += [("paper", "coupled", "float32"), ("two_section", "coupled", "float64")]
+CASES += [
+    ("paper", "coupled", "float32"),
+    ("two_section", "coupled", "float64"),
+    ("quad", "coupled", "float64"),
+]
 OTHERS = [("dual_arm", "decoupled", "float64"), ("two_section", "independent", "float64")]
 OTHERS += [("paper", model, "float32") for model in ("decoupled", "independent")]
 

@@ -93,7 +93,7 @@ def gradient(
     scenario has no controller and no tau. Raises InputError, also where the flight ends early.
     """
     checks.choice("model", model, MODELS)
-    check_single_vehicle(vehicle)
+    _check_plain(check_single_vehicle(vehicle))
     flight = prepare(vehicle, scenario, step=step, sample=sample, duration=duration, stacklevel=3)
     _check_smooth(flight)
     names = _names(fields)
@@ -124,6 +124,16 @@ def _names(fields: Any) -> tuple[str, ...]:
         raise InputError(
             f"fields is {shown(fields)}; give a list of names, such as ['uav.mass']."
         ) from None
+
+
+def _check_plain(vehicle: Vehicle) -> None:
+    """Raise InputError for a vehicle of which no derivatives are known."""
+    for name in ("rotors", "drag"):
+        if getattr(vehicle.uav, name) is not None:
+            raise InputError(
+                f"vehicle {shown(vehicle.name)} has uav.{name}, of which no gradient is known; "
+                "leave it out, and give forces directly."
+            )
 
 
 def _check_smooth(flight: Flight) -> None:

@@ -115,4 +115,5 @@ def _perturbed(centre: np.ndarray, index: int, h: float) -> np.ndarray:
 def _tangent(rate: np.ndarray, states: np.ndarray, layout: Layout) -> np.ndarray:
     """Rates (n, 2 coordinates) of the perturbations from rates (n, state) of the states."""
     spin = states[:, layout.angular_velocity]
-    return np.hstack([rate[:, layout.position], spin, rate[:, layout.attitude.stop :]])
+    moving = slice(layout.bend.start, layout.bend_rate.stop)
+    return np.hstack([rate[:, layout.position], spin, rate[:, moving]])

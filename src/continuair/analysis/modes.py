@@ -10,9 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from continuair import checks
 from continuair.analysis.linear import linearize
-from continuair.analysis.trim import configuration, holding
+from continuair.analysis.trim import configuration
 from continuair.engine.engine import Engine
 from continuair.errors import InputError, shown
+from continuair.flight.holding import holding
 from continuair.flight.steps import bend_compliance
 from continuair.vehicle.coordinates import state_from_paper
 from continuair.vehicle.layout import Layout
@@ -82,7 +83,9 @@ def _bending(
     """Squares of frequencies (bends,), shapes (coordinates or bends, bends) and modal masses."""
     felt = 0.0 if free else gravity
     model = "coupled" if free else "independent"
-    held = holding(vehicle, at[None], felt)[0][Layout(vehicle.shape).bend_moment]
+    held = holding(Engine(vehicle, "decoupled"), at[None], felt)[0][
+        Layout(vehicle.shape).bend_moment
+    ]
     A, _ = linearize(vehicle, at, bend_moment=held, model=model, gravity=felt)
     n = len(A) // 2
     base_rate, bend, rate = slice(n, n + 6), slice(6, n), slice(n + 6, 2 * n)
@@ -101,7 +104,8 @@ def _hovering(
     vehicle: Vehicle, at: np.ndarray, gravity: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """As `_bending`, of all motions that something resists."""
-    held, layout = holding(vehicle, at[None], gravity)[0], Layout(vehicle.shape)
+    layout = Layout(vehicle.shape)
+    held = holding(Engine(vehicle, "decoupled"), at[None], gravity)[0]
     push = {name: held[getattr(layout, name)] for name in ("force", "moment", "bend_moment")}
     A, B = linearize(vehicle, at, **push, gravity=gravity)
     n = len(A) // 2

@@ -9,10 +9,11 @@ import numpy as np
 
 from continuair import checks
 from continuair.analysis.balance import balance
-from continuair.engine.engine import Drive, Engine, Start
+from continuair.engine.engine import Engine
 from continuair.errors import InputError, shown
-from continuair.vehicle.coordinates import branches_of, state_from_paper
-from continuair.vehicle.layout import GENERAL, TIP, Layout
+from continuair.flight.holding import holding
+from continuair.flight.rotors import still
+from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 DIFFERENCE = 2e-3
@@ -44,7 +45,7 @@ def trim(
     tip_wrench: Any = 0.0,
     gravity: float = 9.81,
 ) -> Trim:
-    """Hover with level base: the inputs that make every acceleration zero.
+    """Hover with level base: the inputs that make every acceleration zero, with rotors at rest.
 
     bend: bend vector (2,) [1/m] to hold, of each section in turn, or None for the bend that
     straight arms sink into under gravity and tip_wrench (6,) [N, N m, world axes], of each arm in
@@ -54,7 +55,7 @@ def trim(
     check_single_vehicle(vehicle)
     gravity = checks.gravity(gravity)
     yaw, position = float(checks.row("yaw", yaw, 1)[0]), checks.row("position", position, 3)
-    layout = Layout(vehicle.shape)
+    layout, engine = Layout(vehicle.shape), Engine(vehicle, "decoupled")
     tip_wrench = checks.row("tip_wrench", tip_wrench, 6 * layout.arms)
 
     def held(k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -63,7 +64,7 @@ def trim(
         polar = np.stack([np.hypot(x, y), np.arctan2(y, x)], axis=-1).reshape(len(k), -1)
         base = np.concatenate([position, [0.0, 0.0, yaw]])
         q = np.hstack([np.broadcast_to(base, (len(k), 6)), polar])
-        return q, holding(vehicle, q, gravity, tip_wrench)
+        return q, holding(engine, q, gravity, tip_wrench)
 
     if bend is None:
         k = _free_bend(vehicle, lambda k: held(k)[1][:, layout.bend_moment])
@@ -95,53 +96,19 @@ def _free_bend(vehicle: Vehicle, needed: Any) -> np.ndarray:
 
 
 def held_hover(vehicle: Vehicle, q: np.ndarray, gravity: float = 9.81) -> dict[str, Any]:
-    """Return force, moment and bend_moment that keep vehicles at rest, level, at a bend.
+    """Return force, moment and bend_moment that keep vehicles at rest, level, at a bend, and the
+    rotor_command that leaves rotors, if there are any, at rest.
 
     vehicle: plain or batched; q: (8,) or (runs, 8) paper coordinates. As `trim`, for a batch.
     """
-    held = holding(vehicle, np.atleast_2d(q), gravity)
+    held = holding(Engine(vehicle, "decoupled"), np.atleast_2d(q), gravity)
     held = held[0] if np.ndim(q) == 1 and vehicle.runs is None else held
     layout = Layout(vehicle.shape)
-    return {
+    return still(vehicle) | {
         "force": held[..., layout.force],
         "moment": held[..., layout.moment],
         "bend_moment": held[..., layout.bend_moment],
     }
-
-
-def holding(
-    vehicle: Vehicle, rows: np.ndarray, gravity: float, tip_wrench: Any = 0.0
-) -> np.ndarray:
-    """Pushes (runs, coordinates) under which nothing accelerates at rest; rows: (runs, 8)."""
-    engine = Engine(vehicle, "decoupled")
-    layout = engine.layout
-    rows = np.broadcast_to(rows, (max(len(rows), vehicle.runs or 1), layout.coordinates))
-    state = state_from_paper(rows, np.zeros(rows.shape))
-    # Unit pushes would be lost in the rounding of a large vehicle's accelerations.
-    scale = _scale_of_pushes(vehicle, len(rows))
-
-    def pushed(push: np.ndarray) -> np.ndarray:
-        inputs = np.zeros((1, len(rows), layout.inputs))
-        inputs[..., layout.tip_wrench] = tip_wrench
-        inputs[0, :, layout.push] = scale * push
-        acting = Drive(inputs, False, GENERAL + TIP, gravity)
-        return engine.derivative(Start(state, branches_of(rows)), acting)[
-            :, layout.velocity.start :
-        ]
-
-    still = pushed(np.zeros(layout.coordinates))
-    answers = [pushed(unit) - still for unit in np.eye(layout.coordinates)]
-    return scale * np.linalg.solve(np.stack(answers, axis=-1), -still[..., None])[..., 0]
-
-
-def _scale_of_pushes(vehicle: Vehicle, runs: int) -> np.ndarray:
-    """Sizes of pushes (runs, coordinates): forces, moments and bend moments as vibration has."""
-    sections = [section for arm in vehicle.arms for section in arm.section]
-    columns = []
-    for power, section in [(1, sections[0]), (2, sections[0]), *((3, each) for each in sections)]:
-        inertial = vehicle.mass * np.square(section.clamped_frequency) * section.length**power
-        columns += [np.broadcast_to(inertial, runs)] * (3 if power < 3 else 2)
-    return np.stack(columns, axis=-1)
 
 
 def configuration(name: str, q: Any, vehicle: Vehicle) -> np.ndarray:

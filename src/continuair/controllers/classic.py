@@ -25,4 +25,4 @@ def classic(
     }
     gains = {name: np.asarray(value, float) for name, value in settings.items()}
     gains["inertia"] = camera_inertia(vehicle)
-    return Controller("classic IBVS", law, gains, True, settings)
+    return Controller("classic IBVS", law, gains, True, settings, asks=6)

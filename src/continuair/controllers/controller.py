@@ -26,7 +26,8 @@ class Controller:
     a batch. looks: whether it needs the camera and a target. settings: kept as provenance. period:
     how often it acts [s], the scenario's control_period where it is None. guided: whether its law
     follows set-points, as kernels/sensing/guided.py has it; latency: how long after it has sensed
-    what it acts on the push of such a law acts [s].
+    what it acts on the push of such a law acts [s]. asks: of rotors the rank of the wrench, 4
+    for a lift and moments, 6 for forces in any direction too.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Controller:
     period: float | None = None
     latency: float = 0.0
     guided: bool = False
+    asks: int = 4
 
     def __post_init__(self) -> None:
         if not callable(self.law):

@@ -53,8 +53,8 @@ def hold(
         "stiffness": np.repeat(np.where(held, stiffness, 0.0), 2),
     }
     gains = {name: np.asarray(value) for name, value in (settings | plant).items()}
-    rates = np.broadcast_to(settings["bend_rate"], len(sections))
-    return Controller("hold", law, gains | {"bend_rate": np.repeat(rates, 2)}, False, settings)
+    rates = np.repeat(np.broadcast_to(settings["bend_rate"], len(sections)), 2)
+    return Controller("hold", law, gains | {"bend_rate": rates}, False, settings, asks=6)
 
 
 def _bend_rate(given: Any, sections: int) -> Any:

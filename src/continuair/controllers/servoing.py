@@ -66,7 +66,7 @@ def servoing(
         "posture": settings["posture_damping"],
     }
     if arms is None:
-        return Controller("DPD-SM-IBVS", law, gains, settings=settings)
+        return Controller("DPD-SM-IBVS", law, gains, settings=settings, asks=6)
     return _with_arms_carried(gains, settings, arms)
 
 
@@ -75,7 +75,7 @@ def _with_arms_carried(gains: dict[str, Any], settings: dict[str, Any], arms: An
         raise InputError(f"arms is {shown(arms)}; give what design(vehicle, ...) returns, or None.")
     gains |= {"per_push": arms.per_push, "bend_inertia": arms.inertia, "bend_rate": arms.rate}
     settings |= {"bend_rate": arms.rate}
-    return Controller("DPD-SM-IBVS, arms carried", carried.law, gains, settings=settings)
+    return Controller("DPD-SM-IBVS, arms carried", carried.law, gains, settings=settings, asks=6)
 
 
 def servoings(gains: Mapping[str, Any], posture_damping: np.ndarray) -> Controller:

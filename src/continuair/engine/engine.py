@@ -119,7 +119,7 @@ class Engine:
         self.plants = pack_plants(vehicle, self.kernels.types.Plant)
         full = pack_table(vehicle, self.threads) if beside is None else beside.full_table
         self.full_table: Array = full
-        self.observed = observed_columns(self.layout.arms)
+        self.observed = observed_columns(self.layout.arms, self.layout.rotors)
         self.table: Array = self.full_table.astype(self.dtype, copy=False)
         self._packed: dict[int, Any] = {}
 
@@ -138,7 +138,7 @@ class Engine:
         lanes = self.lanes(runs) if closed is None else closed.kernels.lanes
         used = self.kernels_of(lanes)
         rollout = used.rollout if closed is None else closed.kernels.rollout
-        for each in [rollout] + [used.observe] * observe:
+        for each in [rollout, *(used.observers if observe else ())]:
             load(each, self.device)
         return int(lanes)
 
@@ -195,7 +195,8 @@ class Engine:
                 self.download(source, target[part])
             if observed is not None and at_samples is not None:
                 seen, acting = self.upload(observed[part]), self.drive(at_samples, part, 1)
-                self.launch(used.observe, (threads, samples), [vehicles, acting, out, seen])
+                for kernel in used.observers:
+                    self.launch(kernel, (threads, samples), [vehicles, acting, out, seen])
                 self.download(seen, observed[part])
 
         self.side_by_side(work, self._split(n, lanes))
@@ -211,7 +212,8 @@ class Engine:
         used = self.kernels_for(len(log))
         out, acting = self.upload(seen), self.drive(drive, slice(None), 1)
         rows = [self.vehicles(runs, used), acting, self.upload(log), out]
-        self.launch(used.observe, (packs_of(len(log), used.lanes), log.shape[1]), rows)
+        for kernel in used.observers:
+            self.launch(kernel, (packs_of(len(log), used.lanes), log.shape[1]), rows)
         self.download(out, seen)
         return seen
 
@@ -260,12 +262,20 @@ class Engine:
     def start(self, start: Start, part: slice | Array) -> Any:
         """The struct of where a part of the runs begins."""
         found = self.kernels.arguments.Start()
-        found.states = self.upload(start.states[part][:, None])
+        found.states = self.upload(self._with_rotors(start.states[part])[:, None])
         # Unless told otherwise, each model freezes what it does not integrate at the start.
         frozen = start.frozen
-        found.frozen = found.states if frozen is None else self.upload(frozen[part][:, None])
+        if frozen is None:
+            found.frozen = found.states
+        else:
+            found.frozen = self.upload(self._with_rotors(frozen[part])[:, None])
         found.angle = self.upload(start.angle[part])
         return found
+
+    def _with_rotors(self, states: Array) -> Array:
+        """States, in which rotors are at rest where they tell nothing of rotors."""
+        missing = self.layout.state - states.shape[1]
+        return np.pad(states, ((0, 0), (0, missing))) if missing else states
 
     def drive(self, drive: Drive, part: slice | Array, rows: int) -> Any:
         """The struct of what acts on a part of the runs; rows: of the table, per step or sample."""

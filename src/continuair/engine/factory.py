@@ -24,6 +24,7 @@ from continuair.kernels.sensing.guided import guided_pilot
 from continuair.kernels.sensing.pilot import PilotCode, law_pilot, no_pilot
 from continuair.kernels.sensing.sense import law_code
 from continuair.kernels.slopes import step_slopes_kernel, tip_slopes_kernel
+from continuair.kernels.thrusts import thrusts_kernel
 from continuair.kernels.turning import turning_kernel
 from continuair.kernels.types import Tree, Types, device_types
 
@@ -78,6 +79,12 @@ class Kernels:
     def observe(self) -> wp.Kernel:
         return _observe(self.numbers, self.tree, self.model)
 
+    @property
+    def observers(self) -> tuple[wp.Kernel, ...]:
+        """What looks back along a log, each at its own columns."""
+        rotors = (_thrusts(self.numbers, self.tree),) if self.tree.rotors else ()
+        return self.observe, *rotors
+
 
 @dataclass(frozen=True)
 class LoopKernels:
@@ -123,6 +130,11 @@ def _derivative(numbers: Numbers, tree: Tree, model: str) -> wp.Kernel:
 @made_once
 def _observe(numbers: Numbers, tree: Tree, model: str) -> wp.Kernel:
     return observe_kernel(numbers, tree, dynamics_code(numbers, tree, model))
+
+
+@made_once
+def _thrusts(numbers: Numbers, tree: Tree) -> wp.Kernel:
+    return thrusts_kernel(numbers, tree)
 
 
 @made_once

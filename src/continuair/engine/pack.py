@@ -12,6 +12,7 @@ from continuair.engine.moments import length_unit, polynomials
 from continuair.kernels.types import Tree
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.section import Section
+from continuair.vehicle.uav import Uav
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -23,13 +24,16 @@ _BLOCK = 1024
 
 def tree_of(vehicle: Vehicle) -> Tree:
     """What kernels are made for to fly a vehicle."""
-    arms = vehicle.arms
+    arms, rotors = vehicle.arms, vehicle.uav.rotors
     straight = np.array([0.0, 0.0, 0.0, 1.0])
     return Tree(
         tuple(len(arm.section) for arm in arms),
         bodies=any(arm.tip is not None for arm in arms),
         turned=any((np.asarray(arm.attitude) != straight).any() for arm in arms),
         eye=vehicle.camera_arm,
+        rotors=0 if rotors is None else rotors.count,
+        prompt=rotors is not None and bool((np.asarray(rotors.lag) == 0.0).any()),
+        air=vehicle.uav.drag is not None,
     )
 
 
@@ -99,7 +103,19 @@ def pack_plants(vehicle: Vehicle, Plant: Any) -> Array:
         _pack_body(plants, index, arm)
         _pack_sections(plants, first, arm, lengths[index])
         first += len(arm.section)
+    _pack_rotors_and_drag(plants, uav)
     return plants
+
+
+def _pack_rotors_and_drag(plants: Array, uav: Uav) -> None:
+    runs, rotors, drag = len(plants), uav.rotors, uav.drag
+    if rotors is not None:
+        plants["allocation"], plants["inverse"] = rotors.allocation, rotors.inverse
+        plants["lowest"], plants["highest"] = per_run(rotors.thrust_limits, runs, 2).T
+        plants["lag"] = per_run(rotors.lag, runs)
+    if drag is not None:
+        plants["drag"] = per_run(drag.linear, runs, 3)
+        plants["square_drag"] = per_run(drag.quadratic, runs, 3)
 
 
 def _pack_mount(plants: Array, index: int, arm: ArmChain) -> None:

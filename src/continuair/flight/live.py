@@ -184,7 +184,7 @@ class Simulation:
         times = self._marks(0).samples[:-1]
         log = np.stack(self._rows)[None]
         acting = self._drive(times, np.stack(self._taus)[:, None])
-        names, scene, watched = default_variables(scenario), None, None
+        names, scene, watched = default_variables(self._vehicle, scenario), None, None
         if scenario.targets:
             names += tuple(sorted(WATCHED_VARIABLES))
             target, motion = scenario.targets[0], motion_of(scenario, times)

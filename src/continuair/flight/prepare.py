@@ -21,6 +21,12 @@ from continuair.flight.camera_timing import check_view, loop_over
 from continuair.flight.inputs import groups_in_use, sample_inputs
 from continuair.flight.probing import Probe, warn_of_jumps
 from continuair.flight.resolution import UNSEEN, step_error, unresolved
+from continuair.flight.rotors import (
+    check_air_and_rotors,
+    lag_rate,
+    rotor_speeds,
+    with_rotors_running,
+)
 from continuair.flight.steps import automatic_step, declared_rate, steps_of
 from continuair.flight.time_grid import (
     Grid,
@@ -245,11 +251,13 @@ def prepare(
         checks.whole("threads", threads, 1)
     coupled = _engine(vehicle, device, threads)
     check_fits(scenario, coupled.layout)
+    check_air_and_rotors(vehicle, scenario, coupled.layout)
     q, qd = np.atleast_2d(scenario.q), np.atleast_2d(scenario.qd)
     runs, batched = _runs(vehicle, scenario, coupled)
+    scenario = with_rotors_running(coupled, scenario)
     if asked is not None:
         check_same_runs(runs, {"step": len(asked)})
-    driven = np.broadcast_to(declared_rate(scenario), runs)
+    driven = np.broadcast_to(np.maximum(declared_rate(scenario), lag_rate(vehicle)), runs)
     adaptive = integrator not in INTEGRATORS
     by_default = "rk4" if adaptive else integrator
     fine = np.broadcast_to(automatic_step(coupled, q, qd, driven, by_default), runs)
@@ -265,8 +273,9 @@ def prepare(
         probe.warn_of_blur(steps, stacklevel + 1)
         missed = probe.missed(steps) | (driven * steps > UNSEEN)
     states = state_from_paper(*np.broadcast_arrays(q, qd))
-    branches = branches_of(q)
-    start = Start(*(np.broadcast_to(each, (runs, each.shape[1])) for each in (states, branches)))
+    parts = states, rotor_speeds(vehicle, scenario), branches_of(q)
+    *state, branches = (np.broadcast_to(each, (runs, each.shape[1])) for each in parts)
+    start = Start(np.hstack(state), branches)
     late = scenario.controller.latency if scenario.controller is not None else 0.0
     marks = marks_of(duration, sample, scenario.jumps, scenario.period, late)
     check_view(coupled, scenario, start)
@@ -357,6 +366,7 @@ def _runs(vehicle: Vehicle, scenario: Scenario, engine: Engine) -> tuple[int, bo
         "scenario.target": len(scenario.targets) if listed else None,
         "scenario.seed": len(seed) if isinstance(seed, tuple) else None,
         "scenario.setpoints": None if scenario.setpoints is None else scenario.setpoints.runs,
+        "scenario.rotor_thrust": _rows(scenario.rotor_thrust),
         "the scenario's inputs": width if width > 1 else None,
     }
     runs = max(size or 1 for size in sizes.values())

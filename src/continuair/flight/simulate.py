@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable
 from typing import Any
 
@@ -12,11 +13,12 @@ from continuair import checks
 from continuair.engine.engine import Engine
 from continuair.engine.lanes import packs_of
 from continuair.engine.pack import per_run
-from continuair.errors import InputError, nearest, shown
+from continuair.errors import ContinuairWarning, InputError, nearest, shown
 from continuair.flight.prepare import Cohort, Flight, check_scenario, prepare
 from continuair.flight.resolution import warn_of_coarse_steps
 from continuair.flight.trajectory import (
     OBSERVED_VARIABLES,
+    OF_ROTORS,
     VARIABLES,
     WATCHED_VARIABLES,
     Recorder,
@@ -25,7 +27,7 @@ from continuair.flight.trajectory import (
 from continuair.kernels.dynamics import MODELS
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.scenario.scenarios import Scenario
-from continuair.vehicle.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
 Array = np.ndarray
 
@@ -36,6 +38,9 @@ _FINEST_TOLERANCE = 1e-13
 _LOGGED_AT_ONCE = {"cpu": 1.0e6, "cuda": 2.0e7}
 _HALVED_AT_ONCE = 2.0e7
 _NUMBERS_PER_SAMPLE = 50
+
+# Part of a rotor's range that counts as beyond it.
+_ROUNDING = 1e-9
 
 # Of second order a quarter is left at half the step.
 _ORDERED = 0.35
@@ -75,7 +80,7 @@ def simulate(
     one, as what halving changes is measured. Raises InputError.
     """
     checks.choice("model", model, MODELS)
-    names = _checked_names(scenario, variables)
+    names = _checked_names(vehicle, scenario, variables)
     _check_integrator(scenario, integrator, tolerance, dtype)
     flight = prepare(
         vehicle,
@@ -98,6 +103,7 @@ def simulate(
         record(recorder, flown_again)
         recorder.step_error[flown_again] = error_by_halving(flight, model, flown_again)
     warn_of_coarse_steps(recorder.step_error, recorder.flight.steps, stacklevel=3)
+    _warn_of_saturation(recorder, stacklevel=3)
     return recorder.dataset(recorder.step | {"flown_again": len(flown_again)})
 
 
@@ -175,7 +181,27 @@ def _fly_adaptive(flight: Flight, model: str, names: tuple[str, ...], tolerance:
     cohort = next(flight.cohorts())
     recorder = Recorder(flight, model, names, "float64")
     recorder.keep(cohort, integrate_reference(flight, flight.engine(model), cohort, tolerance))
+    _warn_of_saturation(recorder, stacklevel=4)
     return recorder.dataset({"step": "adaptive", "tolerance": tolerance})
+
+
+def _warn_of_saturation(recorder: Recorder, stacklevel: int) -> None:
+    """Warn, a number of frames up, if rotors are asked for thrusts beyond their limits."""
+    if "saturation" not in recorder.names:
+        return
+    excess = recorder.values("saturation")[..., 0]
+    wrong = excess > _ROUNDING
+    if wrong.any():
+        runs = np.asarray(wrong.any(axis=1))
+        of = "" if len(runs) == 1 else f" in {runs.sum()} of {len(runs)} runs"
+        first = recorder.flight.marks.samples[wrong.any(axis=0)][0]
+        warnings.warn(
+            f"rotors saturate{of}: from t = {first:.3g} s on they are asked for up to "
+            f"{100.0 * np.nanmax(excess):.3g} % of their range beyond it; see the result's "
+            "saturation, or give thrust_limits that leave room.",
+            ContinuairWarning,
+            stacklevel=stacklevel,
+        )
 
 
 def _runs_at_once(cohort: Cohort, engine: Engine) -> int:
@@ -213,11 +239,12 @@ def _check_integrator(scenario: Any, integrator: Any, tolerance: Any, dtype: Any
         )
 
 
-def _checked_names(scenario: Any, variables: Any) -> tuple[str, ...]:
-    """The variables to keep, which the scenario must have."""
+def _checked_names(vehicle: Any, scenario: Any, variables: Any) -> tuple[str, ...]:
+    """The variables to keep, which vehicle and scenario must have."""
+    check_vehicle(vehicle)
     check_scenario(scenario)
     if variables is None:
-        return default_variables(scenario)
+        return default_variables(vehicle, scenario)
     try:
         names = () if isinstance(variables, str) else tuple(variables)
     except TypeError:
@@ -232,5 +259,11 @@ def _checked_names(scenario: Any, variables: Any) -> tuple[str, ...]:
             raise InputError(
                 f"variables holds {name}, which needs a scenario with a controller and a target; "
                 "give both, or leave it out."
+            )
+        if name in OF_ROTORS and name not in default_variables(vehicle, scenario):
+            raise InputError(
+                f"variables holds {name}, which needs [uav.rotors]"
+                f"{' with a radius' * (name == 'rotor_power')} in the vehicle; give that, or leave "
+                "it out."
             )
     return names

@@ -26,6 +26,7 @@ from continuair.vehicle.layout import (
     observed_columns,
     watched_columns,
 )
+from continuair.vehicle.runs import take
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -60,6 +61,13 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
         "moment that the arm puts on the UAV, about B's origin (UAV "
         "centre of mass), body axes, reaction of the bend actuation included",
     ),
+    "rotor_thrust": ("rotor", "N", "thrusts of the rotors"),
+    "rotor_power": ("rotor", "W", "induced power of the rotors, by momentum theory in hover"),
+    "saturation": (
+        "",
+        "1",
+        "the most that a rotor is asked for beyond its limits, in parts of their range",
+    ),
     "command": (
         "actuator",
         "N, N m, N m²",
@@ -88,7 +96,10 @@ WATCHED_VARIABLES = frozenset(
 )
 """Variables of a closed loop with a target."""
 
-OBSERVED_VARIABLES = frozenset(observed_columns(1))
+OF_ROTORS = frozenset({"rotor_thrust", "rotor_power", "saturation"})
+"""Variables of a vehicle with rotors."""
+
+OBSERVED_VARIABLES = frozenset(observed_columns(1)) | OF_ROTORS
 
 _OF_SECTION = ("bend", "bend_rate")
 """Variables that each section has."""
@@ -265,8 +276,7 @@ def values_of(name: str, logs: Logs, cohort: Cohort) -> tuple[Array, ...]:
     if name in WATCHED_VARIABLES:
         return (_watched(name, logs, cohort),)
     if name in OBSERVED_VARIABLES:
-        assert logs.observed is not None
-        return (logs.observed[..., observed_columns(layout.arms)[name]],)
+        return (_observed(name, logs, cohort),)
     log = logs.log
     if name in _LOGGED:
         return (log[..., getattr(layout, name)],)
@@ -280,6 +290,18 @@ def values_of(name: str, logs: Logs, cohort: Cohort) -> tuple[Array, ...]:
         return log[..., layout.position], euler, log[..., layout.branch]
     # The kernels integrate the velocity of B's origin in world axes.
     return (in_body_axes(log[..., layout.velocity], attitude),)
+
+
+def _observed(name: str, logs: Logs, cohort: Cohort) -> Array:
+    """What a kernel finds along the log, and the power of thrusts."""
+    assert logs.observed is not None
+    layout, vehicle = cohort.flight.coupled.layout, cohort.flight.vehicle
+    columns = observed_columns(layout.arms, layout.rotors)
+    if name != "rotor_power":
+        return logs.observed[..., columns[name]]
+    assert vehicle.uav.rotors is not None
+    rotors = vehicle.uav.rotors if vehicle.runs is None else take(vehicle.uav.rotors, cohort.runs)
+    return rotors.power(logs.observed[..., columns["rotor_thrust"]])
 
 
 def _watched(name: str, logs: Logs, cohort: Cohort) -> Array:
@@ -311,9 +333,13 @@ def in_front(image: Array, depth: Array) -> Array:
     return np.where(np.repeat(depth > 0.0, 2, axis=-1), image, np.nan)
 
 
-def default_variables(scenario: Any) -> tuple[str, ...]:
-    """All variables that a scenario has."""
+def default_variables(vehicle: Vehicle, scenario: Any) -> tuple[str, ...]:
+    """All variables that a vehicle has in a scenario."""
     absent: set[str] = set()
+    if vehicle.uav.rotors is None:
+        absent |= OF_ROTORS
+    elif vehicle.uav.rotors.radius is None:
+        absent |= {"rotor_power"}
     if scenario.controller is None:
         absent |= {"command"}
     if scenario.controller is None or not scenario.targets:

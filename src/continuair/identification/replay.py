@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from continuair.engine.engine import Engine, Start
 from continuair.errors import InputError, shown
 from continuair.flight.prepare import Cohort, Flight, prepare
+from continuair.flight.rotors import still
 from continuair.flight.time_grid import marks_at
 from continuair.identification.recording import Recording
 from continuair.scenario.paper_tests import open_loop_test
@@ -50,7 +51,8 @@ class Replay:
                 f"{', '.join(ACTUATORS)}, or say with --test which open-loop test was flown."
             )
         self.recording, self.test = recording, test
-        self._scenario = open_loop_test(test) if test else _held(recording, self.layout)
+        flown = open_loop_test(test) if test else _held(recording, self.layout)
+        self._scenario = flown.replace(**still(vehicle))
         self._flown = self._cohort(vehicle)
         self._finest = self.step / _MOST_FINER
 

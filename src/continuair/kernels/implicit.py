@@ -9,6 +9,7 @@ import warp as wp
 
 from continuair.kernels.dynamics import Dynamics, dynamics_code
 from continuair.kernels.flight import flight_code
+from continuair.kernels.forces.rotors import rotor_code
 from continuair.kernels.numbers import Numbers
 from continuair.kernels.resolution import resolution_code
 from continuair.kernels.sensing.pilot import PilotCode
@@ -78,6 +79,19 @@ def stage_code(numbers: Numbers, tree: Tree, model: str) -> Stage:
         for j in range(bends):
             k[B + j] = explicit[j] + reach * k[DB + j]
         return k, slowest
+
+    if tree.rotors:
+        of_bodies, spun_up = stage_of, rotor_code(numbers, tree).spun_up
+
+        @wp.func
+        def stage_with_rotors(
+            y: State, along: Along, flight: Flight, row: int, push: Push, before: State, h: Real
+        ):
+            """Speeds are followed as by Heun: they are not stiff, and J leaves them out."""
+            k, slowest = of_bodies(y, along, flight, row, push, before, h)
+            return spun_up(k, y, flight, row, push), slowest
+
+        stage_of = stage_with_rotors
 
     return holding(Stage, locals())
 

@@ -26,18 +26,22 @@ class Tree:
     """What kernels are made for: sections of each arm, and what costs time where it is absent.
 
     bodies: whether tips carry rigid bodies; turned: whether mounts turn an arm. eye: the arm at
-    whose tip the camera is.
+    whose tip the camera is. rotors: how many there are; prompt: whether some follow their command
+    at once; air: whether it drags.
     """
 
     sections: tuple[int, ...]
     bodies: bool = False
     turned: bool = False
     eye: int = 0
+    rotors: int = 0
+    prompt: bool = False
+    air: bool = False
 
     @property
     def layout(self) -> Layout:
         """Columns of its states, inputs and logs."""
-        return Layout(self.sections)
+        return Layout(self.sections, self.rotors, self.air)
 
     @property
     def first(self) -> tuple[int, ...]:
@@ -49,7 +53,8 @@ class Tree:
 class Types:
     """Types, and functions of a `State` y and of a `Push`, what actuators do.
 
-    y holds, as `Layout` orders it, position, attitude, b of each section, world velocity, ω and ḃ.
+    y holds, as `Layout` orders it, position, attitude, b of each section, world velocity, ω and ḃ,
+    and speeds of the rotors.
     A push is push_of(force, moment, bend): world axes [N], body axes [N m], bend moments [N m²].
     Bends holds two numbers per section; bend_of and bend_rate_of give those of one, by its index.
     Along holds (cos, sin) of ψa of each section and of the roll, on the branches that are followed;
@@ -69,6 +74,7 @@ class Types:
     Matrices: Any
     Vectors: Any
     PerSection: Any
+    PerRotor: Any
     Row: Any
     Table: Any
     State: Any
@@ -110,6 +116,8 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
     PerSection, PerArm = wp.types.vector(sections, Real), wp.types.vector(arms, Real)
     Vectors, Matrices = wp.types.matrix((arms, 3), Real), wp.types.matrix((arms, 9), Real)
     Quaternions = wp.types.matrix((arms, 4), Real)
+    rotors = tree.rotors
+    PerRotor = wp.types.vector(rotors, Real) if rotors else None
     width, bends, one, two = layout.state, layout.bends, Real(1.0), Real(2.0)
     P, Q, B = layout.position.start, layout.attitude.start, layout.bend.start
     V, W, DB = layout.velocity.start, layout.angular_velocity.start, layout.bend_rate.start
@@ -123,7 +131,9 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
         cross-sections, and reach, how far its turning by 1 moves the tip [arm lengths]. Per arm:
         mass, mount, turn (arm axes to body) and the
         same as a quaternion; mass, first moment and inertia of the body on its
-        tip about that point, in the last section's axes at it. length: of the longest arm [m].
+        tip about that point, in the last section's axes at it. length: of the longest arm [m]. Of
+        rotors, if there are any: allocation and its pseudo-inverse, limits of a thrust, lag; and of
+        the air drag per velocity, and per velocity and speed.
         """
 
         mass: Real
@@ -145,6 +155,15 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
         body_mass: PerArm
         body_moment: Vectors
         body_inertia: Matrices
+        if rotors:
+            allocation: wp.types.matrix((6, rotors), Real)
+            inverse: wp.types.matrix((rotors, 6), Real)
+            lowest: Real
+            highest: Real
+            lag: Real
+        if tree.air:
+            drag: vec3
+            square_drag: vec3
 
     @wp.func
     def position_of(y: State):

@@ -100,6 +100,17 @@ class Scenario:
     tip_wrench: Input = None
     """force and moment at the tip in world axes, shape (6,), or 6 for each arm in turn [N, N m]"""
 
+    wind: Input = None
+    """velocity of the air in world axes, shape (3,) [m/s]; the vehicle must have drag"""
+
+    rotor_command: Input = None
+    """thrusts that the rotors are to give, one each [N]; without it and without a controller those
+    that hold the vehicle level at its start"""
+
+    rotor_thrust: ArrayLike | None = None
+    """thrusts of the rotors at the start, one each, or a row per run [N]; by default those of
+    rotor_command then, and without it those that hold the vehicle"""
+
     tip_wrench_sign: int = 1
     """1: the wrench acts on the tip; -1: as the paper's equations write it, it acts reversed"""
 
@@ -136,6 +147,7 @@ class Scenario:
         given = np.zeros(width) if self.qd is None else self.qd
         checked["qd"] = _state("qd", given, width)
         checked |= {name: _input(name, getattr(self, name), width) for name in _INPUTS}
+        checked["rotor_thrust"] = _thrusts(self.rotor_thrust)
         _check_runs(checked)
         if not checks.is_number(self.tip_wrench_sign) or self.tip_wrench_sign not in (1, -1):
             problem = f"tip_wrench_sign is {shown(self.tip_wrench_sign)}, but must be 1 or -1"
@@ -205,7 +217,7 @@ class Scenario:
     @property
     def runs(self) -> int | None:
         """The number of runs if a state or a constant input holds a row per run, else None."""
-        values = [getattr(self, name) for name in ("q", "qd", *_INPUTS)]
+        values = [getattr(self, name) for name in ("q", "qd", "rotor_thrust", *_INPUTS)]
         arrays = [value for value in values if isinstance(value, np.ndarray)]
         return next((len(array) for array in arrays if array.ndim == 2), None)
 
@@ -249,12 +261,14 @@ def _fits(field: str, found: int, width: int) -> bool:
     """Tell whether a field of an input holds as many numbers as coordinates of a width call for."""
     if field == "tip_wrench":
         return found % _OF_TIP == 0
+    if field == "rotor_command":
+        return True  # the vehicle says how many there are
     return found == _width_of(field, width)
 
 
 def _width_of(field: str, width: int) -> int:
     """How many numbers an input has, of one arm, where there are as many coordinates."""
-    return sum(OF_NAME[name].width(width // 2 - 3) for name in FIELDS[field])
+    return sum(OF_NAME[name].width(width // 2 - 3, rotors=1, air=True) for name in FIELDS[field])
 
 
 def _check_runs(fields: dict[str, Any]) -> None:
@@ -286,10 +300,25 @@ def _input(field: str, value: Any, width: int) -> Array | Callable[[float], Arra
     array = _finite_array(given)
     if array is None or not _is_rows(array) or not _fits(field, array.shape[-1], width):
         numbers = f"{size} finite numbers or a row of {size} per run"
+        if field == "rotor_command":
+            numbers = "a finite number for each rotor, or a row of them per run"
         problem = f"{field} is {shown(given)}{at}, but must be {numbers}"
         raise InputError(f"{problem}; give {_INPUTS[field]}.")
     result: Array | Callable[[float], ArrayLike] = value if at else array
     return result
+
+
+def _thrusts(value: Any) -> Array | None:
+    """Thrusts of 0 or more, or None."""
+    if value is None:
+        return None
+    array = _finite_array(value)
+    if array is None or not _is_rows(array) or not (array >= 0.0).all():
+        raise InputError(
+            f"rotor_thrust is {shown(value)}, but must be finite thrusts of 0 or more, or a row of "
+            "them per run; give one for each rotor [N]."
+        )
+    return array
 
 
 def _jumps(value: Any, duration: float) -> tuple[float, ...]:
@@ -330,8 +359,8 @@ def _plain(value: Any) -> Any:
         given = [repr(item) for item in value.args]
         given += [f"{name}={item!r}" for name, item in value.keywords.items()]
         return f"{_plain(value.func)}({', '.join(given)})"
-    if callable(value):
-        return getattr(value, "__qualname__", type(value).__qualname__)
     if hasattr(value, "describe"):
         return value.describe()
+    if callable(value):
+        return getattr(value, "__qualname__", type(value).__qualname__)
     return [_plain(item) for item in value] if isinstance(value, (tuple, list)) else value

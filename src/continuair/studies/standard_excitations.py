@@ -23,6 +23,7 @@ from continuair import checks
 from continuair.analysis.excited import ExcitedArm, excited_arm
 from continuair.analysis.trim import held_hover
 from continuair.controllers.inertias import rigid_inertia
+from continuair.flight.rotors import still
 from continuair.scenario.excitations import Shared, Wave, plus
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import OF_NAME, Layout
@@ -140,7 +141,7 @@ def standard_scenario(
     for section in arm.places:
         q[..., 6 + 2 * section] = np.asarray(bend) / arm.length
         q[..., 7 + 2 * section] = BEND_DIRECTION
-    inputs: dict[str, Any] = {}
+    inputs: dict[str, Any] = still(vehicle)
     if excitation.on is not None and excitation.amplitude is not None:
         amplitude = np.asarray(excitation.amplitude(vehicle, arm, load, frequency, gravity))
         hertz = np.asarray(frequency) * clamped / (2.0 * np.pi)

@@ -121,6 +121,7 @@ Count = Annotated[int, BeforeValidator(_count)]
 Whole = Annotated[int, BeforeValidator(_whole)]
 CountPair = Annotated[tuple[int, int], _entries(2, _count)]
 Vector = Annotated[tuple[float, float, float], _entries(3, finite)]
+NotNegativeVector = Annotated[tuple[float, float, float], _entries(3, _not_negative)]
 Quaternion = Annotated[tuple[float, float, float, float], _entries(4, finite)]
 
 

@@ -7,14 +7,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-GENERAL, PAPER, TIP, COMMAND = 1, 2, 4, 8
+GENERAL, PAPER, TIP, COMMAND, AIR, ROTORS = 1, 2, 4, 8, 16, 32
 """What acts, as bits: inputs along the state's own axes, those along the paper's coordinates, the
-wrench at the tip; and a controller's push, which is no column of the inputs."""
+wrench at the tip; a controller's push, which is no column of the inputs; wind; and thrusts that are
+commanded of the rotors."""
 
 
 @dataclass(frozen=True)
 class Input:
-    """An input of a flight: its columns per vehicle, section or arm, and what they mean.
+    """An input of a flight: its columns per vehicle, section, arm or rotor, and what they mean.
 
     axes: letters of the components. channel: what a design calls each run of components, if it has
     names for them. bit: of the group that it belongs to.
@@ -33,9 +34,10 @@ class Input:
         """Names of the components for one section, as logs and recordings call them."""
         return tuple(f"{self.name}_{axis}" for axis in self.axes)
 
-    def width(self, sections: int, arms: int = 1) -> int:
+    def width(self, sections: int, arms: int = 1, rotors: int = 0, air: bool = False) -> int:
         """Number of columns."""
-        return len(self.axes) * {"vehicle": 1, "section": sections, "arm": arms}[self.per]
+        counts = {"vehicle": 1, "section": sections, "arm": arms, "rotor": rotors, "air": int(air)}
+        return len(self.axes) * counts[self.per]
 
 
 INPUTS = (
@@ -50,6 +52,8 @@ INPUTS = (
     Input("tip_wrench", "xyzxyz", "N, N m",
           "a force [N] and a moment [N m] at the tip in world axes", TIP,
           ("tip_force", "tip_moment"), per="arm"),
+    Input("wind", "xyz", "m/s", "the velocity of the air in world axes [m/s]", AIR, per="air"),
+    Input("rotor_command", "z", "N", "a thrust for each rotor [N]", ROTORS, per="rotor"),
 )  # fmt: skip
 """The table of inputs, in the order of their columns; all that has inputs follows it."""
 
@@ -64,7 +68,7 @@ ACTUATORS = tuple(name for each in PUSH for name in OF_NAME[each].components)
 TAU = ("force", "euler_torque", "polar_torque")
 """Inputs that the paper's generalised forces τ, conjugate to q, consist of, in order."""
 
-FIELDS = {"tau": TAU} | {name: (name,) for name in (*PUSH, "tip_wrench")}
+FIELDS = {"tau": TAU} | {name: (name,) for name in (*PUSH, "tip_wrench", "wind", "rotor_command")}
 """Field of a scenario -> the inputs that it gives."""
 
 CHANNELS = {
@@ -107,12 +111,15 @@ class Layout:
 
     Sections go arm by arm, each from its base out. State: position (world), attitude (x y z w, body
     to world), bend vectors [1/m], velocity of B's origin (world axes), angular velocity (body
-    axes), bend rates. A log row is a state, then (κ, ψa) of each section on its signed branch, the
-    roll, and a controller's push. Inputs: those of the table INPUTS. Attributes named after a
-    quantity are the slice of its columns.
+    axes), bend rates, speeds of the rotors over their greatest. A log row is a state, then (κ, ψa)
+    of each section on its signed branch, the roll, and a controller's push. Inputs: those of the
+    table INPUTS. Attributes named after a quantity are the slice of its columns. rotors: how many
+    there are; air: whether it acts.
     """
 
     shape: tuple[int, ...]
+    rotors: int = 0
+    air: bool = False
 
     position = slice(0, 3)
     attitude = slice(3, 7)
@@ -158,14 +165,19 @@ class Layout:
         return _after(self.angular_velocity, self.bends)
 
     @cached_property
+    def rotor_speed(self) -> slice:
+        """Speeds of the rotors over their greatest, in a state."""
+        return _after(self.bend_rate, self.rotors)
+
+    @cached_property
     def state(self) -> int:
         """Columns of a state."""
-        return self.bend_rate.stop
+        return self.rotor_speed.stop
 
     @cached_property
     def branch(self) -> slice:
         """(κ, ψa) of each section in a log row."""
-        return _after(self.bend_rate, self.bends)
+        return _after(self.rotor_speed, self.bends)
 
     @cached_property
     def roll(self) -> slice:
@@ -184,8 +196,10 @@ class Layout:
 
     @cached_property
     def of_input(self) -> dict[str, slice]:
-        """Columns of each input in a row of inputs."""
-        return columns((each.name, each.width(self.sections, self.arms)) for each in INPUTS)
+        """Columns of each input that there is in a row of inputs."""
+        counts = self.sections, self.arms, self.rotors, self.air
+        widths = {each.name: each.width(*counts) for each in INPUTS}
+        return columns((name, width) for name, width in widths.items() if width)
 
     @property
     def force(self) -> slice:
@@ -215,7 +229,7 @@ class Layout:
     @cached_property
     def inputs(self) -> int:
         """Columns of a row of inputs."""
-        return self.tip_wrench.stop
+        return width_of(self.of_input)
 
     def add(self, table: Any, names: Iterable[str], values: Any) -> None:
         """Add values (..., n) of some inputs, side by side, to a table of inputs (..., inputs)."""
@@ -244,13 +258,14 @@ OF_ARM = ("tip_position", "tip_attitude", "tip_velocity", "tip_angular_velocity"
 """What is observed of each arm."""
 
 
-def observed_columns(arms: int) -> dict[str, slice]:
+def observed_columns(arms: int, rotors: int = 0) -> dict[str, slice]:
     """Columns of what is observed along a log; those of each arm follow one another."""
     widths = [
         ("tip_position", 3), ("tip_attitude", 4), ("tip_velocity", 3), ("tip_angular_velocity", 3),
         ("base_force", 3), ("base_moment", 3), ("kinetic_energy", 1), ("gravity_energy", 1),
         ("elastic_energy", 1), ("linear_momentum", 3), ("angular_momentum", 3),
     ]  # fmt: skip
+    widths += [("rotor_thrust", rotors), ("saturation", 1)] if rotors else []
     return columns((name, width * (arms if name in OF_ARM else 1)) for name, width in widths)
 
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import ClassVar
-
 from pydantic import field_validator
 
 from continuair.vehicle.fields import Part, Positive, Vector
@@ -14,15 +11,11 @@ from continuair.vehicle.inertia import (
     principal_moments,
     symmetric_matrix,
 )
+from continuair.vehicle.rotors import Drag, Rotors
 
 
 class Uav(Part):
     """The multirotor, a rigid body."""
-
-    refused: ClassVar[Mapping[str, str]] = {
-        "rotors": "is not simulated yet; leave the table out, and give forces directly",
-        "drag": "is not simulated yet; leave the table out, and give forces directly",
-    }
 
     mass: Positive
     """the mass of the UAV without its arms [kg]"""
@@ -32,6 +25,12 @@ class Uav(Part):
 
     mount: Vector = (0.0, 0.0, 0.0)
     """the position of the single arm's base ([arm]) in body axes, as 3 numbers [m]"""
+
+    rotors: Rotors | None = None
+    """the rotors, a table ([uav.rotors]); without it forces and moments act directly"""
+
+    drag: Drag | None = None
+    """the drag of UAV and rotors, a table ([uav.drag])"""
 
     @field_validator("inertia", mode="before")
     @classmethod

@@ -30,6 +30,8 @@ from continuair.vehicle.uav import Uav
 PAPER_VEHICLE = "paper"
 """The preset beside which the numbers that the paper prints are shown, and no other vehicle."""
 
+_GRAVITY = 9.81
+
 _PRESETS = Presets("vehicle", Path(__file__).parents[1] / "presets")
 
 
@@ -73,6 +75,7 @@ class Vehicle(Part):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         self._check_mount()
+        self._check_lift()
         names = [arm.name for arm in self.arms]
         valid = ["", *names, *(str(index) for index in range(len(names)))]
         if self.camera.arm not in valid:
@@ -87,6 +90,24 @@ class Vehicle(Part):
             raise InputError(
                 f"uav.mount is {shown(self.uav.mount)}, but the arms of a list have mounts of "
                 "their own; give the mount in each [[arm]] instead."
+            )
+
+    def _check_lift(self) -> None:
+        rotors = self.uav.rotors
+        if rotors is None:
+            return
+        lift = rotors.allocation[..., 2, :].sum(axis=-1) * rotors.highest
+        weight = np.asarray(self.mass) * _GRAVITY
+        heavy, lift, weight = (
+            np.atleast_1d(x) for x in np.broadcast_arrays(lift <= weight, lift, weight)
+        )
+        if heavy.any():
+            run = int(np.argmax(heavy))
+            of = f"run {run}: " if len(heavy) > 1 else ""
+            raise InputError(
+                f"{of}uav.rotors.thrust_limits is {shown(rotors.thrust_limits)}, with which "
+                f"{rotors.count} rotors lift {lift[run]:.4g} N, but the vehicle weighs "
+                f"{weight[run]:.4g} N; give rotors that lift more than it weighs."
             )
 
     @property
@@ -167,6 +188,7 @@ class Vehicle(Part):
             raise InputError(f"changes is {shown(changes)}, but {text}; give the fields to change.")
         found = replacing.replace(self, implied(self, changes) | dict(changes))
         found._check_mount()
+        found._check_lift()
         return found
 
     def select(self, run: int) -> Vehicle:

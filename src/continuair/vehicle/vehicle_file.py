@@ -26,8 +26,19 @@ def as_toml(vehicle: Vehicle, comment: Iterable[str] = ()) -> str:
         below = _section("[arm]", "arm", arms)
     lines = [f"# {line}".rstrip() for line in comment]
     lines.append(f"name = {json.dumps(fields['name'], ensure_ascii=False)}")
-    lines += _table("[uav]", _short_inertia(uav)) + below
+    lines += _uav(uav) + below
     return "\n".join([*lines, *_table("[camera]", fields["camera"])]) + "\n"
+
+
+def _uav(fields: dict[str, Any]) -> list[str]:
+    rotors, drag = fields.pop("rotors"), fields.pop("drag")
+    lines = _table("[uav]", _short_inertia(fields))
+    if rotors is not None:
+        each = rotors.pop("rotor")
+        lines += _table("[uav.rotors]", rotors)
+        for rotor in each or ():
+            lines += _table("[[uav.rotors.rotor]]", rotor)
+    return lines + (_table("[uav.drag]", drag) if drag is not None else [])
 
 
 def _arm(fields: dict[str, Any]) -> list[str]:

@@ -7,8 +7,10 @@ from typing import Any
 import warp as wp
 
 from continuair.kernels.flight import flight_code
+from continuair.kernels.forces.air import air_code
 from continuair.kernels.forces.inputs import input_code
 from continuair.kernels.forces.load import load_code
+from continuair.kernels.forces.rotors import rotor_code
 from continuair.kernels.numbers import Numbers
 from continuair.kernels.types import Tree, device_types, holding
 from continuair.vehicle.layout import PAPER, TIP
@@ -45,6 +47,29 @@ def acting_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> ActingCode:
         if (flight.groups & PAPER) != 0:
             out = plus(out, paper_load(y, along, flight, row))
         return out
+
+    if tree.rotors:
+        directly, rotor_load = load_on_uav, rotor_code(numbers, tree).rotor_load
+        push_of, bend_moment_of, vec3 = types.push_of, types.bend_moment_of, types.vec3
+
+        @wp.func
+        def load_with_rotors(y: State, along: Along, flight: Flight, row: int, command: Push):
+            """Force and moment of a push are what rotors make of them."""
+            bending = push_of(vec3(), vec3(), bend_moment_of(command))
+            out = directly(y, along, flight, row, bending)
+            return plus(out, rotor_load(y, flight, row, command))
+
+        load_on_uav = load_with_rotors
+
+    if tree.air:
+        in_still_air, drag_load = load_on_uav, air_code(numbers, tree).drag_load
+
+        @wp.func
+        def load_in_air(y: State, along: Along, flight: Flight, row: int, command: Push):
+            out = in_still_air(y, along, flight, row, command)
+            return plus(out, drag_load(y, flight, row))
+
+        load_on_uav = load_in_air
 
     @wp.func
     def load_of(y: State, along: Along, flight: Flight, row: int, command: Push):

@@ -1,0 +1,48 @@
+"""What holds a vehicle at rest."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from continuair.engine.engine import Drive, Engine, Start
+from continuair.vehicle.coordinates import branches_of, state_from_paper
+from continuair.vehicle.layout import GENERAL, TIP
+from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
+
+
+def holding(engine: Engine, rows: Array, gravity: float, tip_wrench: Any = 0.0) -> Array:
+    """Pushes (runs, coordinates) under which nothing accelerates at rest; rows: (runs, 8).
+
+    engine: of any model that is held on a base at rest. Rotors stand still.
+    """
+    layout, vehicle = engine.layout, engine.vehicle
+    rows = np.broadcast_to(rows, (max(len(rows), vehicle.runs or 1), layout.coordinates))
+    state = state_from_paper(rows, np.zeros(rows.shape))
+    moving = slice(layout.velocity.start, layout.bend_rate.stop)
+    # Unit pushes would be lost in the rounding of a large vehicle's accelerations.
+    scale = _scale_of_pushes(vehicle, len(rows))
+
+    def pushed(push: Array) -> Array:
+        inputs = np.zeros((1, len(rows), layout.inputs))
+        inputs[..., layout.tip_wrench] = tip_wrench
+        inputs[0, :, layout.push] = scale * push
+        acting = Drive(inputs, False, GENERAL + TIP, gravity)
+        return engine.derivative(Start(state, branches_of(rows)), acting)[:, moving]
+
+    still = pushed(np.zeros(layout.coordinates))
+    answers = [pushed(unit) - still for unit in np.eye(layout.coordinates)]
+    return scale * np.linalg.solve(np.stack(answers, axis=-1), -still[..., None])[..., 0]
+
+
+def _scale_of_pushes(vehicle: Vehicle, runs: int) -> Array:
+    """Sizes of pushes (runs, coordinates): forces, moments and bend moments as vibration has."""
+    sections = [section for arm in vehicle.arms for section in arm.section]
+    columns = []
+    for power, section in [(1, sections[0]), (2, sections[0]), *((3, each) for each in sections)]:
+        inertial = vehicle.mass * np.square(section.clamped_frequency) * section.length**power
+        columns += [np.broadcast_to(inertial, runs)] * (3 if power < 3 else 2)
+    return np.stack(columns, axis=-1)

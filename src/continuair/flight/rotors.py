@@ -1,0 +1,135 @@
+"""Rotors of a flight: what they start at and what commands them where nothing else does."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from continuair.engine.engine import Engine
+from continuair.engine.pack import per_run
+from continuair.errors import InputError, shown
+from continuair.flight.holding import holding
+from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.layout import Layout
+from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
+
+# Of the greatest thrust. The last bits of the solver are others where another BLAS is.
+_DIGITS = 12
+
+
+def check_air_and_rotors(vehicle: Vehicle, scenario: Scenario, layout: Layout) -> None:
+    """Raise InputError unless a vehicle has what a scenario gives wind and commands to."""
+    if scenario.wind is not None and not layout.air:
+        raise InputError(
+            "wind is given, but the vehicle has no drag for it to act on; leave it out, or give "
+            "the vehicle a table [uav.drag]."
+        )
+    for name in ("rotor_command", "rotor_thrust"):
+        _check_count(name, getattr(scenario, name), layout.rotors)
+    if vehicle.uav.rotors is not None:
+        _check_start(vehicle.uav.rotors.highest, scenario.rotor_thrust)
+        _check_rank(vehicle.uav.rotors.rank, scenario.controller)
+
+
+def _check_count(name: str, value: Any, rotors: int) -> None:
+    given = value(0.0) if callable(value) else value
+    if given is None or np.shape(given)[-1] == rotors:
+        return
+    many = f"{rotors} rotors; give one for each" if rotors else "no rotors; leave it out"
+    held = np.shape(given)[-1]
+    raise InputError(f"scenario.{name} holds {held} thrusts, but the vehicle has {many}.")
+
+
+def _check_start(highest: Any, thrust: Any) -> None:
+    if thrust is not None and (thrust > np.asarray(highest)[..., None]).any():
+        raise InputError(
+            f"scenario.rotor_thrust is {shown(thrust)}, but a rotor gives {shown(highest)} N at "
+            "the most; give less."
+        )
+
+
+def _check_rank(rank: int, law: Any) -> None:
+    if law is not None and rank < law.asks:
+        raise InputError(
+            f"controller {law.name} asks for forces in any direction, but the rotors give a wrench "
+            f"of rank {rank}, not 6; give rotors that are tilted, such as hex_tilted, a controller "
+            "that turns the vehicle, or a vehicle without [uav.rotors]."
+        )
+
+
+def with_rotors_running(engine: Engine, scenario: Scenario) -> Scenario:
+    """The scenario with the thrusts that rotors start at, and those that hold the vehicle where
+    nothing commands them.
+
+    Raises InputError where thrusts that it does not give would be beyond the limits.
+    """
+    if engine.vehicle.uav.rotors is None:
+        return scenario
+    alone = scenario.controller is None and scenario.rotor_command is None
+    start, command = scenario.rotor_thrust, scenario.rotor_command
+    hover = None
+    if alone or (start is None and command is None):
+        hover = _hover(engine, scenario)
+    if start is None:
+        given = command(0.0) if callable(command) else command
+        highest = np.asarray(engine.vehicle.uav.rotors.highest)[..., None]
+        start = hover if given is None else np.clip(np.asarray(given, float), 0.0, highest)
+    return scenario.replace(rotor_thrust=start, rotor_command=hover if alone else command)
+
+
+def rotor_speeds(vehicle: Vehicle, scenario: Scenario) -> Array:
+    """Speeds (runs or 1, rotors), over the greatest, that rotors start at; without rotors none."""
+    if vehicle.uav.rotors is None:
+        return np.zeros((1, 0))
+    highest = np.asarray(vehicle.uav.rotors.highest)[..., None]
+    return np.atleast_2d(np.sqrt(np.asarray(scenario.rotor_thrust, float) / highest))
+
+
+def still(vehicle: Vehicle) -> dict[str, Array]:
+    """The rotor_command, if there are rotors, that leaves them at rest beside direct forces."""
+    rotors = vehicle.uav.rotors
+    return {} if rotors is None else {"rotor_command": np.zeros(rotors.count)}
+
+
+def lag_rate(vehicle: Vehicle) -> Any:
+    """The rate (runs or 1) [1/s] at which rotors follow their commands; 0 where they do at once."""
+    rotors = vehicle.uav.rotors
+    lag = np.zeros(1) if rotors is None else np.asarray(rotors.lag, float)
+    return np.divide(1.0, lag, out=np.zeros_like(lag), where=lag > 0.0)
+
+
+def _hover(engine: Engine, scenario: Scenario) -> Array:
+    """Thrusts (rotors,) or (runs, rotors) [N] that hold the vehicle level, arms bent as they start.
+
+    Raises InputError if a rotor cannot give its own.
+    """
+    rotors = engine.vehicle.uav.rotors
+    assert rotors is not None
+    level = np.atleast_2d(scenario.q).copy()
+    level[:, :6] = 0.0
+    push = holding(engine, level, scenario.gravity)
+    wrench = push[:, None, :6]
+    inverse = np.broadcast_to(rotors.inverse, (len(push), rotors.count, 6))
+    thrusts = sum(inverse[..., j] * wrench[..., j] for j in range(6))
+    highest = per_run(rotors.thrust_limits, len(push), 2)[:, 1:]
+    rounded = highest * np.round(thrusts / highest, _DIGITS)
+    _check_hover(rotors.thrust_limits, rounded)
+    plain = engine.vehicle.runs is None and np.ndim(scenario.q) == 1
+    return rounded[0] if plain else rounded
+
+
+def _check_hover(limits: Any, thrusts: Array) -> None:
+    """Raise InputError if hovering asks a rotor for what it cannot give."""
+    highest = per_run(limits, len(thrusts), 2)[:, 1:]
+    wrong = (thrusts < 0.0) | (thrusts > highest)
+    if wrong.any():
+        run, rotor = np.argwhere(wrong)[0]
+        where = f" in run {run}" if len(thrusts) > 1 else ""
+        raise InputError(
+            f"uav.rotors.thrust_limits allows 0 to {highest[run, 0]:g} N, but to hover with its "
+            f"arm as it starts the vehicle needs {thrusts[run, rotor]:.4g} N of rotor {rotor}"
+            f"{where}; give the scenario a rotor_command, or the vehicle rotors that lift more."
+        )

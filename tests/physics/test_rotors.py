@@ -1,0 +1,323 @@
+"""What rotors and air do to a flight: against closed forms, balances and other integrators."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.spatial.transform import Rotation
+
+import continuair as ca
+from continuair.errors import ContinuairWarning, InputError
+from tests.closed_loop.constant_push import constant_push
+from tests.test_errors import assert_one_plain_sentence
+
+GIVEN: dict[str, Any] = {
+    "layout": "quad_x",
+    "lever": 0.2,
+    "height": 0.03,
+    "thrust_limits": [0.2, 12.0],
+    "torque_per_thrust": 0.016,
+    "lag": 0.04,
+    "radius": 0.12,
+}
+DRAG = {"linear": [0.25, 0.3, 0.1], "quadratic": [0.02, 0.03, 0.04]}
+SLENDER = ca.load_vehicle("slender")
+QUAD = SLENDER.replace({"uav.rotors": GIVEN})
+FURNISHED = QUAD.replace({"uav.drag": DRAG})
+TILTED = {**GIVEN, "layout": "hex_tilted", "tilt": 0.35}
+TREE = ca.load_vehicle(Path(__file__).parents[1] / "three_sections.toml")
+TREE = TREE.replace({"uav.rotors": TILTED, "uav.drag": DRAG})
+WEIGHT = 9.81 * QUAD.mass
+LEVEL = (0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+BENT = (0.0, 0.0, 2.0, 0.1, -0.2, 0.3, 0.4, 0.7)
+
+
+def swaying(t: float) -> np.ndarray:
+    """Thrusts that differ, and change slowly beside the lag."""
+    return 5.3 + np.array([0.3, -0.2, 0.1, 0.25]) * np.sin(3.0 * t + np.arange(4.0))
+
+
+def breeze(t: float) -> np.ndarray:
+    return np.array([2.0 + np.sin(2.0 * t), -1.0, 0.5 * np.cos(3.0 * t)])
+
+
+def flown(vehicle: ca.Vehicle, q: Any = BENT, **given: Any) -> xr.Dataset:
+    options = {
+        name: given.pop(name)
+        for name in ("model", "step", "sample", "integrator", "dtype", "tolerance")
+        if name in given
+    }
+    given = {"duration": 0.5} | given
+    return ca.simulate(vehicle, ca.Scenario("flight", q, **given), **options)
+
+
+def test_left_alone_the_rotors_hold_a_level_vehicle_at_rest() -> None:
+    """Two sections of one arm and one of another; bends are held, and the body stays for 1 s."""
+    q = np.zeros(12)
+    q[6::2] = 0.4, -0.3, 0.5
+    hover = ca.trim(TREE, bend=np.array([0.4, 0.0, -0.3, 0.0, 0.5, 0.0]))
+    flight = flown(TREE, q, bend_moment=hover.bend_moment, duration=1.0, sample=0.01)
+    rotors = TREE.uav.rotors
+    assert rotors is not None
+    wrench = rotors.allocation @ flight.rotor_thrust[0].to_numpy()
+    np.testing.assert_allclose(wrench, [*hover.force, *hover.moment], atol=1e-9)
+    assert float(np.abs(flight.position).max()) < 1e-9
+    assert float(flight.saturation.max()) == 0.0
+
+
+def test_thrusts_follow_a_step_of_the_command_with_the_lag_of_the_speed() -> None:
+    """Ω(t) = Ω₁ + (Ω₀ - Ω₁) e^{-t/τ} and f = f_max Ω²: RK4 at h/τ = 1/40 errs by 1e-10."""
+    before, after = np.array([2.0, 4.0, 5.0, 6.0]), np.array([6.0, 5.0, 3.0, 8.0])
+
+    def command(t: float) -> np.ndarray:
+        return before if t < 0.1 else after
+
+    flight = flown(FURNISHED, LEVEL, rotor_command=command, jumps=(0.1,), duration=0.4, step=1e-3)
+    since = np.maximum(flight.time.to_numpy() - 0.1, 0.0)[:, None]
+    start, end = np.sqrt(before / 12.0), np.sqrt(after / 12.0)
+    speed = end + (start - end) * np.exp(-since / 0.04)
+    np.testing.assert_allclose(flight.rotor_thrust, 12.0 * speed**2, rtol=2e-9)
+    power = 12.0 * speed**2 * np.sqrt(12.0 * speed**2 / (2.0 * 1.225 * np.pi * 0.12**2))
+    np.testing.assert_allclose(flight.rotor_power, power, rtol=4e-9)
+
+
+def test_rotors_without_lag_give_what_is_commanded_at_once() -> None:
+    prompt = FURNISHED.replace({"uav.rotors.lag": 0.0})
+    flight = flown(prompt, LEVEL, rotor_command=swaying)
+    commanded = [swaying(t) for t in flight.time.to_numpy()]
+    np.testing.assert_allclose(flight.rotor_thrust, commanded, rtol=1e-13)
+    # With a lag that is short beside the flight, nearly the same flight.
+    quick = flown(FURNISHED.replace({"uav.rotors.lag": 1e-4}), LEVEL, rotor_command=swaying)
+    np.testing.assert_allclose(quick.position, flight.position, atol=1e-4)
+
+
+def drag_force(vehicle: ca.Vehicle, flight: xr.Dataset, wind: np.ndarray) -> np.ndarray:
+    """In body axes, written out for one sample after the other."""
+    drag = vehicle.uav.drag
+    assert drag is not None
+    turn = Rotation.from_quat(flight.attitude.to_numpy())
+    through = flight.velocity.to_numpy() - turn.inv().apply(wind)
+    speed = np.linalg.norm(through, axis=1)[:, None]
+    return -(np.array(drag.linear) + speed * np.array(drag.quadratic)) * through
+
+
+def wrench(vehicle: ca.Vehicle, flight: xr.Dataset) -> np.ndarray:
+    assert vehicle.uav.rotors is not None
+    return flight.rotor_thrust.to_numpy() @ vehicle.uav.rotors.allocation.T
+
+
+def simpson(values: np.ndarray, h: float) -> np.ndarray:
+    ends = values[0] + values[-1] + 4.0 * values[1:-1:2].sum(0) + 2.0 * values[2:-1:2].sum(0)
+    return h / 3.0 * ends
+
+
+@pytest.mark.parametrize("model", ["coupled", "decoupled"])
+def test_energy_changes_by_the_work_of_rotors_and_air(model: str) -> None:
+    """Both models have their own energy; Simpson's rule at 1 ms leaves (2 ω h)⁴/180 < 1e-6 of what
+    vibrates at ω = 48 rad/s."""
+    flight = flown(
+        FURNISHED, model=model, rotor_command=swaying, wind=breeze, duration=1.0, step=2e-4
+    )
+    energy = (flight.kinetic_energy + flight.gravity_energy + flight.elastic_energy).to_numpy()
+    wind = np.array([breeze(t) for t in flight.time.to_numpy()])
+    rotors = wrench(FURNISHED, flight)
+    force = rotors[:, :3] + drag_force(FURNISHED, flight, wind)
+    power = (force * flight.velocity.to_numpy()).sum(1)
+    power += (rotors[:, 3:] * flight.angular_velocity.to_numpy()).sum(1)
+    work = simpson(power, 1e-3)
+    assert abs(energy[-1] - energy[0]) > 1.0
+    assert energy[-1] - energy[0] == pytest.approx(float(work), abs=1e-6 * np.abs(power).max())
+
+
+def test_momentum_changes_by_the_forces_of_rotors_air_and_weight() -> None:
+    flight = flown(TREE, tree_start(), wind=breeze, duration=1.0, step=2e-4)
+    wind = np.array([breeze(t) for t in flight.time.to_numpy()])
+    turn = Rotation.from_quat(flight.attitude.to_numpy())
+    force = turn.apply(wrench(TREE, flight)[:, :3] + drag_force(TREE, flight, wind))
+    force[:, 2] -= 9.81 * TREE.mass
+    changed = (flight.linear_momentum[-1] - flight.linear_momentum[0]).to_numpy()
+    np.testing.assert_allclose(changed, simpson(force, 1e-3), atol=1e-6 * np.abs(force).max())
+
+
+def tree_start() -> np.ndarray:
+    q = np.zeros(12)
+    q[3:6] = 0.1, -0.1, 0.4
+    q[6::2], q[7::2] = (0.4, -0.3, 0.5), (0.1, 0.9, 2.0)
+    return q
+
+
+def test_a_vehicle_that_falls_tends_to_the_speed_at_which_drag_carries_it() -> None:
+    """Straight down it moves as one body: v = v_t tanh(g t/v_t), and v_t (1 - e^{-g t/v_t}) under
+    linear drag."""
+    idle = {"rotor_command": np.zeros(4), "duration": 4.0, "sample": 0.05}
+    for drag, shape in (({"quadratic": [0, 0, 0.5]}, np.tanh), ({"linear": [0, 0, 4.0]}, None)):
+        vehicle = QUAD.replace({"uav.drag": drag})
+        value = 0.5 if shape else 4.0
+        terminal = np.sqrt(WEIGHT / value) if shape else WEIGHT / value
+        flight = flown(vehicle, LEVEL, **idle)
+        x = 9.81 * flight.time.to_numpy() / terminal
+        fallen = terminal * (np.tanh(x) if shape else -np.expm1(-x))
+        np.testing.assert_allclose(-flight.velocity[:, 2], fallen, rtol=1e-8, atol=1e-9)
+
+
+def test_a_vehicle_drifts_with_the_wind() -> None:
+    """In free fall without gravity, carried by the air: no force is left at the wind's velocity."""
+    vehicle = QUAD.replace({"uav.drag": {"linear": [5.0, 5.0, 5.0]}})
+    start = dict(rotor_command=np.zeros(4), gravity=0.0, wind=(1.0, -2.0, 0.5), duration=0.2)
+    still = flown(vehicle, LEVEL, qd=(1.0, -2.0, 0.5, 0, 0, 0, 0, 0), **start)
+    np.testing.assert_allclose(still.position[-1], [0.2, -0.4, 2.1], atol=1e-12)
+
+
+ASKED = [
+    ([0.0, 0.0, 20.0], [0.2, -0.3, 0.05]),
+    ([0.0, 0.0, 20.0], [0.2, -0.3, 0.9]),
+    ([0.0, 0.0, 44.0], [0.1, 0.1, -0.5]),
+]
+
+
+@pytest.mark.filterwarnings("ignore:rotors saturate")
+@pytest.mark.parametrize(("force", "moment"), ASKED)
+def test_yaw_is_given_up_first_while_lift_and_other_moments_hold(
+    force: list[float], moment: list[float]
+) -> None:
+    prompt = FURNISHED.replace({"uav.rotors.lag": 0.0})
+    flight = flown(
+        prompt, LEVEL, controller=constant_push(force, moment), duration=0.002, sample=0.001
+    )
+    given = wrench(prompt, flight)[0]
+    np.testing.assert_allclose(given[2:5], [force[2], *moment[:2]], atol=1e-12)
+    full = bool(flight.saturation[0] == 0.0)
+    thrusts = flight.rotor_thrust[0].to_numpy()
+    if full:
+        assert given[5] == pytest.approx(moment[2], abs=1e-12)
+    else:
+        # As much of it as there is: a rotor is at its limit.
+        assert 0.0 <= given[5] / moment[2] < 1.0
+        at_limit = np.isclose(thrusts, 0.2) | np.isclose(thrusts, 12.0)
+        assert at_limit.any()
+    assert full == (moment[2] == 0.05)
+
+
+def test_saturation_is_told_of_and_stays_in_the_result() -> None:
+    law = constant_push([0.0, 0.0, 60.0], [0.0, 0.0, 0.0])
+    with pytest.warns(ContinuairWarning, match="rotors saturate: from t = 0 s on .* up to 25.4 %"):
+        flight = flown(FURNISHED, LEVEL, controller=law, duration=0.1)
+    # Of 15 N each, 12 are there; limits reach from 0.2 N.
+    np.testing.assert_allclose(flight.saturation, 3.0 / 11.8, rtol=1e-12)
+    assert float(flight.rotor_thrust.max()) <= 12.0
+
+
+def test_a_full_wrench_flies_a_law_for_ideal_wrenches_on_tilted_rotors() -> None:
+    """Without lag and within the limits the flight is that of ideal forces, to rounding."""
+    vehicle = SLENDER.replace({"uav.rotors": {**TILTED, "lag": 0.0}})
+    law = ca.hold(SLENDER, (0.1, -0.1, 2.1), bend_rate=0.0, rate=1.5, attitude_rate=4.0)
+    direct = flown(SLENDER, LEVEL, controller=law)
+    flight = flown(vehicle, LEVEL, controller=law, control_period=1e-3)
+    np.testing.assert_allclose(flight.position, direct.position, atol=1e-11)
+    np.testing.assert_allclose(flight.bend, direct.bend, atol=1e-9)
+
+
+@pytest.mark.parametrize("model", ca.MODELS)
+def test_rotors_at_rest_and_drag_of_zero_change_nothing(model: str) -> None:
+    inert = QUAD.replace({"uav.drag": {}})
+    given: dict[str, Any] = {"force": (3.0, 1.0, 20.0), "moment": (0.1, 0.1, -0.1)}
+    given |= {"bend_moment": (0.05, 0.01), "model": model}
+    bare = flown(SLENDER, **given)
+    still = flown(inert, rotor_command=np.zeros(4), **given)
+    for name in ("position", "attitude", "bend", "base_moment", "kinetic_energy"):
+        np.testing.assert_allclose(still[name], bare[name], rtol=1e-11, atol=1e-11)
+
+
+@pytest.mark.parametrize("model", ca.MODELS)
+def test_a_run_of_a_batch_flies_as_alone_and_in_single_precision(model: str) -> None:
+    masses, lags = np.linspace(1.8, 2.2, 11), np.linspace(0.0, 0.05, 11)
+    batch = FURNISHED.replace({"uav.mass": masses, "uav.rotors.lag": lags})
+    given: dict[str, Any] = {"model": model, "wind": breeze, "sample": 0.01}
+    together = flown(batch, **given)
+    for run in (0, 4, 10):
+        alone = flown(batch.select(run), **given)
+        for name in ("position", "bend", "rotor_thrust"):
+            np.testing.assert_allclose(together[name][run], alone[name], rtol=1e-10, atol=1e-11)
+    single = flown(batch, dtype="float32", **given)
+    np.testing.assert_allclose(single.position, together.position, atol=2e-4)
+
+
+@pytest.mark.parametrize("model", ca.MODELS)
+def test_the_integrators_agree(model: str) -> None:
+    given: dict[str, Any] = {"model": model, "rotor_command": swaying, "wind": breeze}
+    given |= {"sample": 0.01}
+    fine = flown(FURNISHED, step=2e-4, **given)
+    reference = flown(FURNISHED, integrator="dop853", tolerance=1e-11, **given)
+    for name in ("position", "attitude", "bend", "rotor_thrust"):
+        np.testing.assert_allclose(fine[name], reference[name], rtol=1e-8, atol=1e-8)
+    coarse, finer = (
+        np.abs(
+            flown(FURNISHED, integrator="implicit", step=h, **given).rotor_thrust
+            - fine.rotor_thrust
+        )
+        for h in (1e-3, 5e-4)
+    )
+    # Of second order: halving leaves a quarter.
+    assert 3.5 < float(coarse.max() / finer.max()) < 4.5
+
+
+def test_a_simulation_flies_as_simulate_does() -> None:
+    scenario = ca.Scenario("hover", BENT, wind=breeze, duration=0.1)
+    simulation = ca.Simulation(FURNISHED, scenario, control_period=0.01)
+    for _ in range(10):
+        simulation.step(np.zeros(8))
+    whole = ca.simulate(FURNISHED, scenario, sample=0.01)
+    stepped = simulation.trajectory()
+    for name in ("position", "bend", "rotor_thrust", "saturation", "rotor_power"):
+        np.testing.assert_allclose(stepped[name], whole[name], rtol=1e-9, atol=1e-9)
+
+
+def test_trim_and_linearize_are_those_of_ideal_wrenches() -> None:
+    bend = (0.3, 0.1)
+    ideal, own = (ca.trim(vehicle, bend=bend) for vehicle in (SLENDER, QUAD))
+    np.testing.assert_allclose(own.force, ideal.force, rtol=1e-12)
+    np.testing.assert_allclose(own.moment, ideal.moment, rtol=1e-9)
+    A, B = ca.linearize(QUAD, ideal.q, force=ideal.force, moment=ideal.moment)
+    A0, B0 = ca.linearize(SLENDER, ideal.q, force=ideal.force, moment=ideal.moment)
+    np.testing.assert_allclose(A, A0, atol=1e-6)
+    np.testing.assert_allclose(B, B0, atol=1e-6)
+    np.testing.assert_allclose(
+        ca.modes(QUAD, base="clamped").frequencies, ca.modes(SLENDER, base="clamped").frequencies
+    )
+
+
+def test_results_of_rotors_survive_a_round_trip_through_a_file(tmp_path: Path) -> None:
+    flight = flown(FURNISHED, LEVEL, duration=0.05)
+    flight.to_netcdf(tmp_path / "flight.nc", engine="h5netcdf")
+    with xr.open_dataset(tmp_path / "flight.nc", engine="h5netcdf") as read:
+        xr.testing.assert_identical(read.load(), flight)
+    assert flight.rotor_thrust.dims == ("time", "rotor") and flight.saturation.dims == ("time",)
+
+
+UNUSABLE: list[tuple[ca.Vehicle, dict[str, Any], str, str]] = [
+    (SLENDER, {"wind": (1.0, 0.0, 0.0)}, "wind is given, but the vehicle has no drag", "uav.drag"),
+    (SLENDER, {"rotor_command": (1.0,)}, "scenario.rotor_command holds 1 thrusts", "leave it out"),
+    (QUAD, {"rotor_command": np.ones(6)}, "scenario.rotor_command holds 6 thrusts", "4 rotors"),
+    (QUAD, {"rotor_thrust": np.ones(3)}, "scenario.rotor_thrust holds 3 thrusts", "4 rotors"),
+    (QUAD, {"rotor_thrust": np.full(4, 13.0)}, "scenario.rotor_thrust is [13.0", "12.0 N at the"),
+    (QUAD, {"rotor_thrust": -np.ones(4)}, "rotor_thrust is [-1.0", "0 or more"),
+    (QUAD, {"rotor_command": "full"}, "rotor_command is 'full'", "for each rotor"),
+    (QUAD, {"controller": ca.hold(SLENDER, (0, 0, 2))}, "controller hold asks for forces in any "
+     "direction, but the rotors give a wrench of rank 4", "hex_tilted"),
+    (QUAD.replace({"uav.rotors.lever": 0.01}), {"q": (0, 0, 2, 0, 0, 0, 2.0, 0)},
+     "uav.rotors.thrust_limits allows 0 to 12 N, but to hover", "rotor_command"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "given", "start", "remedy"), UNUSABLE, ids=lambda value: str(value)[:30]
+)
+def test_what_rotors_and_air_cannot_do_is_refused_in_one_sentence(
+    vehicle: ca.Vehicle, given: dict[str, Any], start: str, remedy: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        flown(vehicle, **{"q": LEVEL} | given)
+    assert str(caught.value).startswith(start) and remedy in str(caught.value)
+    assert_one_plain_sentence(str(caught.value))

@@ -1,0 +1,197 @@
+"""Rotors and drag of a vehicle: layouts, allocation, files, batches, and what is refused."""
+
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from continuair.errors import InputError
+from continuair.vehicle.allocation import LayoutName, pseudo_inverse
+from continuair.vehicle.rotors import AIR_DENSITY, Rotors
+from continuair.vehicle.vehicle_file import as_toml
+from tests.test_errors import assert_one_plain_sentence
+
+SLENDER = ca.load_vehicle("slender")
+GIVEN: dict[str, Any] = {
+    "lever": 0.2,
+    "height": 0.03,
+    "thrust_limits": [0.1, 12.0],
+    "torque_per_thrust": 0.016,
+    "lag": 0.04,
+}
+RANKS = {name: 6 if name == "hex_tilted" else 4 for name in get_args(LayoutName)}
+CORNERS = [[0.2, 0.1, 0.0], [-0.1, 0.2, 0.0], [-0.2, -0.1, 0.05], [0.1, -0.3, 0.0]]
+LIST: dict[str, Any] = {
+    "thrust_limits": [0.0, 9.0],
+    "torque_per_thrust": 0.02,
+    "rotor": [
+        {"position": at, "axis": [0.02 * i, 0.0, 1.0], "spin": (-1) ** i}
+        for i, at in enumerate(CORNERS)
+    ],
+}
+
+
+def rotors(name: str, **changes: Any) -> Rotors:
+    tilt = {"tilt": 0.35} if name == "hex_tilted" else {}
+    return Rotors(layout=name, **GIVEN | tilt | changes)
+
+
+def with_rotors(**given: Any) -> ca.Vehicle:
+    return SLENDER.replace({"uav.rotors": given})
+
+
+@pytest.mark.parametrize(("name", "rank"), RANKS.items())
+def test_flat_layouts_push_along_one_direction_and_tilted_rotors_along_all(
+    name: str, rank: int
+) -> None:
+    found = rotors(name)
+    # NumPy's own count of singular values, from LAPACK.
+    assert found.rank == np.linalg.matrix_rank(found.allocation, tol=1e-9) == rank
+
+
+@pytest.mark.parametrize("name", RANKS)
+def test_equal_thrusts_carry_the_weight_without_a_moment(name: str) -> None:
+    found = rotors(name)
+    weight = np.array([0.0, 0.0, 20.0, 0.0, 0.0, 0.0])
+    thrusts = found.inverse @ weight
+    upright = np.cos(found.tilt)
+    np.testing.assert_allclose(thrusts, 20.0 / (found.count * upright), rtol=1e-13)
+    np.testing.assert_allclose(found.allocation @ thrusts, weight, atol=1e-13)
+
+
+def test_the_layouts_put_their_rotors_where_they_say() -> None:
+    quad = rotors("quad_x", height=0.0)
+    lift, roll, pitch, yaw = quad.allocation[2:]
+    arm = 0.2 * np.sqrt(0.5)
+    # Counter-clockwise from ahead and left: thrust on the left rolls right, ahead it pitches back.
+    np.testing.assert_allclose(lift, 1.0)
+    np.testing.assert_allclose(roll, arm * np.array([1.0, 1.0, -1.0, -1.0]), atol=1e-16)
+    np.testing.assert_allclose(pitch, -arm * np.array([1.0, -1.0, -1.0, 1.0]), atol=1e-16)
+    # The first turns counter-clockwise, so that the air turns the frame clockwise.
+    np.testing.assert_allclose(yaw, 0.016 * np.array([-1.0, 1.0, -1.0, 1.0]), atol=1e-16)
+    ahead = rotors("octo_plus").allocation[:, 0]
+    np.testing.assert_allclose(ahead, [0.0, 0.0, 1.0, 0.0, -0.2, -0.016], atol=1e-16)
+
+
+def test_a_list_of_the_same_rotors_is_the_layout() -> None:
+    named = rotors("quad_x")
+    corner = 0.2 * np.sqrt(0.5)
+    places = [(1, 1), (-1, 1), (-1, -1), (1, -1)]
+    listed = Rotors(
+        thrust_limits=[0.1, 12.0],
+        torque_per_thrust=0.016,
+        rotor=[
+            {"position": [corner * x, corner * y, 0.03], "spin": (-1) ** i}
+            for i, (x, y) in enumerate(places)
+        ],
+    )
+    np.testing.assert_allclose(listed.allocation, named.allocation, atol=1e-16)
+
+
+def test_the_pseudo_inverse_meets_the_four_conditions_of_penrose() -> None:
+    rng = np.random.default_rng(3)
+    matrices = rng.normal(size=(20, 6, 8))
+    matrices[5:, :2] = 0.0
+    matrices[10:, 5] = matrices[10:, 3] - 2.0 * matrices[10:, 4]
+    inverses, values = pseudo_inverse(matrices)
+    for B, X, singular in zip(matrices, inverses, values, strict=True):
+        np.testing.assert_allclose(B @ X @ B, B, atol=2e-14 * np.abs(B).max())
+        np.testing.assert_allclose(X @ B @ X, X, atol=2e-13 * np.abs(X).max())
+        np.testing.assert_allclose(B @ X, (B @ X).T, atol=1e-13)
+        np.testing.assert_allclose(X @ B, (X @ B).T, atol=1e-13)
+        np.testing.assert_allclose(
+            np.sort(singular), np.linalg.svd(B, compute_uv=False)[::-1], atol=1e-13
+        )
+    # Each by itself as in a batch, to the bit.
+    assert all(
+        np.array_equal(pseudo_inverse(B)[0], X) for B, X in zip(matrices, inverses, strict=True)
+    )
+
+
+def test_power_is_that_of_momentum_theory() -> None:
+    """f^1.5 = T v with the induced velocity v of T = 2 ρ A v²."""
+    found = rotors("quad_x", radius=0.12)
+    thrust = np.array([[0.0, 1.0, 4.0, 9.0]])
+    area = np.pi * 0.12**2
+    induced = np.sqrt(thrust / (2.0 * AIR_DENSITY * area))
+    np.testing.assert_allclose(found.power(thrust), thrust * induced, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    "given", [{"layout": "quad_x", "radius": 0.12, **GIVEN}, LIST], ids=["layout", "list"]
+)
+def test_a_vehicle_with_rotors_and_drag_is_the_same_after_a_round_trip_through_its_file(
+    given: dict[str, Any], tmp_path: Path
+) -> None:
+    vehicle = with_rotors(**given).replace({"uav.drag": {"linear": [0.2, 0.2, 0.1]}})
+    file = tmp_path / "quad.toml"
+    file.write_text(as_toml(vehicle), encoding="utf-8")
+    assert ca.load_vehicle(file) == vehicle
+    assert ca.load_vehicle(file).describe() == vehicle.describe()
+
+
+def test_fields_of_rotors_vary_over_the_runs_of_a_batch() -> None:
+    levers, lags = [0.2, 0.25, 0.3], [0.02, 0.04, 0.06]
+    batch = with_rotors(layout="quad_x", **GIVEN).replace(
+        {"uav.rotors.lever": levers, "uav.rotors.lag": lags}
+    )
+    assert batch.runs == 3
+    found = batch.uav.rotors
+    assert found is not None and found.allocation.shape == (3, 6, 4)
+    for run, lever in enumerate(levers):
+        alone = rotors("quad_x", lever=lever, lag=lags[run])
+        assert batch.select(run).uav.rotors == alone
+        assert np.array_equal(found.inverse[run], alone.inverse)
+    moved = with_rotors(**LIST).replace({"uav.rotors.rotor.1.position": np.eye(3) + 0.1})
+    assert moved.uav.rotors is not None and moved.uav.rotors.allocation.shape == (3, 6, 4)
+
+
+QUAD = {"layout": "quad_x", **GIVEN}
+LINE = [{"position": [x, 0.0, 0.0], "spin": 1 if x > 0 else -1} for x in (-2, -1, 1, 2)]
+UNUSABLE: list[tuple[dict[str, Any], str, str]] = [
+    ({**QUAD, "layout": "quad_y"}, "uav.rotors.layout is 'quad_y', but must be 'quad_x'", "layout"),
+    ({**QUAD, "lever": None}, "uav.rotors.lever is missing", "distance of the rotors"),
+    ({**QUAD, "lever": 0.0}, "uav.rotors.lever is 0.0", "[m]"),
+    ({**QUAD, "tilt": 0.1}, "uav.rotors.tilt is 0.1, but the layout is quad_x", "hex_tilted"),
+    ({**QUAD, "layout": "hex_tilted"}, "uav.rotors.tilt is 0, but", "tilt other than 0"),
+    ({**QUAD, "thrust_limits": [9.0, 9.0]}, "uav.rotors.thrust_limits is [9.0, 9.0]", "[N]"),
+    ({**QUAD, "thrust_limits": [-1.0, 9.0]}, "uav.rotors.thrust_limits is [-1.0, 9.0]", "[N]"),
+    ({**QUAD, "lag": -1.0}, "uav.rotors.lag is -1.0", "[s]"),
+    ({**QUAD, "torque_per_thrust": 0.0}, "uav.rotors.torque_per_thrust is 0", "both spins"),
+    ({**QUAD, "rotor": LINE}, "uav.rotors.layout and rotor are both given", "one of the two"),
+    (GIVEN, "uav.rotors.layout and rotor are both missing", "one of the two"),
+    ({**LIST, "lever": 0.2}, "uav.rotors.lever is 0.2, but is of a layout", "leave it out"),
+    ({**LIST, "rotor": LINE}, "uav.rotors.torque_per_thrust is 0.02", "not in one line"),
+    ({**LIST, "rotor": LIST["rotor"][:3]}, "uav.rotors.torque_per_thrust is 0.02", "4 rotors"),
+    ({**LIST, "rotor": []}, "uav.rotors.rotor is []", "1 to 16 rotors"),
+    ({**LIST, "rotor": [{"position": [1, 0, 0]}]}, "uav.rotors.rotor.0.spin is missing", "1 for"),
+    ({**LIST, "rotor": [{"position": [1, 0, 0], "spin": 2}]}, "uav.rotors.rotor.0.spin is 2", "-1"),
+    ({**QUAD, "thrust_limits": [0.0, 5.0]}, "uav.rotors.thrust_limits is (0.0, 5.0), with which 4 "
+     "rotors lift 20 N, but the vehicle weighs 21.13 N", "lift more"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("given", "start", "remedy"), UNUSABLE, ids=lambda value: str(value)[:40])
+def test_unusable_rotors_are_refused_in_one_sentence(
+    given: dict[str, Any], start: str, remedy: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        with_rotors(**given)
+    text = str(caught.value)
+    assert text.startswith(start) and remedy in text
+    assert_one_plain_sentence(text)
+
+
+def test_the_run_of_a_batch_that_rotors_cannot_lift_is_named() -> None:
+    quad = with_rotors(**QUAD | {"thrust_limits": [0.0, 7.0]})
+    with pytest.raises(InputError, match=r"run 2: uav.rotors.thrust_limits is \(0.0, 7.0\)"):
+        quad.replace({"uav.mass": [1.0, 2.0, 3.0]})
+
+
+def test_unusable_drag_is_refused_in_one_sentence() -> None:
+    with pytest.raises(InputError) as caught:
+        SLENDER.replace({"uav.drag": {"linear": [0.1, 0.1, -0.1]}})
+    assert str(caught.value).startswith("uav.drag.linear is [0.1, 0.1, -0.1]")
+    assert_one_plain_sentence(str(caught.value))
