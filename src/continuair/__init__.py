@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from continuair.scenario.setpoints import Setpoints as Setpoints
     from continuair.scenario.targets import Target as Target
     from continuair.scenario.targets import square as square
+    from continuair.scenario.wind import dryden as dryden
+    from continuair.scenario.wind import gust as gust
     from continuair.sweeps import open_sweep as open_sweep
     from continuair.sweeps import run_pairs as run_pairs
     from continuair.sweeps import sweep as sweep
@@ -70,6 +72,8 @@ _HOME = {
     "Simulation": "flight.live",
     "Target": "scenario.targets",
     "square": "scenario.targets",
+    "gust": "scenario.wind",
+    "dryden": "scenario.wind",
     "Controller": "controllers.controller",
     "stack": "controllers.controller",
     "flight_controller": "controllers.flight",
