@@ -135,6 +135,19 @@ def test_servoing_brings_the_image_home_from_bent_arms_on_the_coupled_plant(
 
 
 @pytest.mark.parametrize("vehicle", [TWO, DUAL], ids=lambda vehicle: vehicle.name)
+def test_with_current_gains_the_image_comes_home_from_far_with_arms_carried(
+    vehicle: ca.Vehicle,
+) -> None:
+    q = above(vehicle, [0.4, -0.3, 0.5])
+    law = ca.servoing(**ca.design(vehicle, 3.0, gains="current"))
+    run = served(vehicle, q, law, duration=12.0)
+    assert run.status == 0
+    assert np.abs(run.feature_error[0]).max() > 100.0
+    assert np.abs(run.feature_error[-1]).max() < 1.0
+    assert np.abs(run.bend[-1]).max() < 1e-2
+
+
+@pytest.mark.parametrize("vehicle", [TWO, DUAL], ids=lambda vehicle: vehicle.name)
 def test_with_arms_carried_the_camera_has_the_double_pole_of_its_design(
     vehicle: ca.Vehicle,
 ) -> None:

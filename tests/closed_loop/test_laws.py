@@ -107,3 +107,43 @@ def test_classic_servoing_is_a_twist_by_the_pseudo_inverse_and_a_loop_around_it(
         wanted += float(feed_forward) * seen.target
         wrench = inertia @ (inner * (wanted - seen.camera))
         assert_close(push, seen.weight + seen.J.T @ wrench)
+
+
+@pytest.mark.parametrize("damping", ["camera", "feature"])
+@pytest.mark.parametrize("cap", [(0.05, 0.03), (50.0, 50.0)])
+def test_current_gains_are_equations_15_and_16_with_gains_of_the_image_of_now(
+    damping: str, cap: tuple[float, float]
+) -> None:
+    ω, ζ, μ, share, Cs, σ = 3.0, 0.8, 0.02, 0.01, 0.3, 0.05
+    gains = ca.design(
+        VEHICLE, ω, gains="current", damping_ratio=ζ, conditioning=μ, rate_gain=share, sliding=Cs,
+        cap=cap,
+    )  # fmt: skip
+    controller = ca.servoing(**gains, sigma=σ, damping=damping)
+    felt, axes = np.linalg.eigh(camera_inertia(VEHICLE))
+    root, inverse_root = (axes * felt**p @ axes.T for p in (0.5, -0.5))
+    nominal = np.linalg.norm(
+        interaction_matrix(ca.Target(paths.hold()).desired, 2.0) @ inverse_root, 2
+    )
+    ε, capped = (μ * nominal) ** 2, 0
+    for _, _, push, seen in first_pushes(controller):
+        u, s, vt = np.linalg.svd(seen.L @ inverse_root)
+        u, other, rates = u[:, :6], u[:, 6:], ω * s**2 / (s**2 + ε)
+        sliding = seen.error + Cs * np.tanh(seen.error / σ)
+        away = inverse_root @ vt.T @ (s / (s**2 + ε) * (u.T @ sliding))
+        sizes = np.linalg.norm(away[:3]), np.linalg.norm(away[3:])
+        c = min(1.0, *(float(most / size) for most, size in zip(cap, sizes, strict=True)))
+        capped += c < 1.0
+        # What they are where Lᵀ is 0 makes no difference, but they are symmetric positive definite.
+        rest = other @ np.diag(np.linspace(0.5, 2.0, other.shape[1])) @ other.T
+        Kp = c * (u * (rates / s) ** 2 @ u.T + rest)
+        Kd = share * (u * (rates / (ω * s)) ** 2 @ u.T + rest)
+        Cd = (u * (2.0 * ζ / rates) @ u.T + rest) / c
+        for gain in (Kp, Kd, Cd):
+            assert np.linalg.eigvalsh(gain)[0] > 0.0
+        followed = seen.L @ seen.target
+        e_a = Cd @ (followed - seen.L @ seen.camera) + sliding
+        damped = seen.L @ seen.camera - float(damping == "feature") * followed
+        wrench = (seen.L @ seen.J).T @ (Kp @ e_a - Kd @ damped)
+        assert_close(push, seen.weight + wrench)
+    assert capped == (STATES if cap[0] < 1.0 else 0)

@@ -135,7 +135,8 @@ def _gains_of(scenario: Scenario) -> dict[str, Array]:
     if controller is None or controller.law is not law:
         name = shown(scenario) if controller is None else f"has the controller {controller.name}"
         raise InputError(
-            f"scenario {name}; give a Scenario whose controller is one of continuair.servoing."
+            f"scenario {name}; give a Scenario whose controller is one of continuair.servoing "
+            "with constant gains."
         )
     if controller.runs is not None:
         raise InputError(

@@ -44,6 +44,11 @@ class Gains:
         if "Kp" in self.settings and "Kd" not in self.settings:
             raise InputError(f"{self.name}: Kd is missing; give it beside Kp.")
 
+    @property
+    def constant(self) -> bool:
+        """Whether the gains are those of the desired image throughout."""
+        return self.settings.get("gains", "constant") == "constant"
+
     def controller(self, vehicle: Vehicle) -> Controller:
         """The paper's law with these gains, designed for the vehicle if they give a bandwidth."""
         designing = {k: v for k, v in self.settings.items() if k in _DESIGN and k != "points"}

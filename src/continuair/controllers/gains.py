@@ -8,10 +8,14 @@ import numpy as np
 
 from continuair import checks
 from continuair.controllers.carried import carried
+from continuair.controllers.current import CAP, current_gains
 from continuair.controllers.inertias import camera_inertia, camera_inertia_of
 from continuair.equations.camera import interaction_matrix
 from continuair.errors import InputError, shown
 from continuair.vehicle.vehicle import Vehicle
+
+GAINS = ("constant", "current")
+"""Made for the desired image, or anew for the image of now."""
 
 _FLOOR = 1e-6
 """What makes W definite in the 2n - 6 directions that no camera motion reaches."""
@@ -21,29 +25,35 @@ def design(
     vehicle: Vehicle,
     bandwidth: float,
     *,
+    gains: str = "constant",
     damping_ratio: float = 1.0,
     conditioning: float = 1.5e-3,
     rate_gain: float = 1e-4,
     sliding: float = 1e-6,
     desired: Any = None,
     distance: float = 2.0,
+    cap: Any = None,
     bend_rate: float | None = None,
 ) -> dict[str, Any]:
     """Gains Kp, Kd, Cp, Cd, Cs for `servoing`, that place the poles of the camera's motion.
 
-    bandwidth: ω [rad/s]; damping_ratio: ζ; conditioning: μ, a share of the best seen direction's
-    gain, below which a direction gets a slower loop; rate_gain: K_d = rate_gain W; sliding: C_s;
-    desired: the image to reach (2n,), normalised, of points `distance` [m] away, our 0.5 m
-    square by default, as the paper prints none; bend_rate: of the loops that keep arms straight
-    which are carried along [rad/s], twice the bandwidth by default for a vehicle with [[arm]]. 0,
-    and by default for one with [arm], is the paper's law: its wrench bends the camera's arm. Raises
-    InputError.
+    bandwidth: ω [rad/s]; gains: "constant", made for the desired image, or "current", made anew at
+    every instant for the image that there is, for starts far off; damping_ratio: ζ; conditioning:
+    μ, a share of the best seen direction's gain, below which a direction gets a slower loop;
+    rate_gain: K_d = rate_gain W; sliding: C_s; desired: the image to reach (2n,), normalised, of
+    points `distance` [m] away, our 0.5 m square by default, as the paper prints none; cap: of
+    current gains, displacements of the camera from where it is to be, a distance [m] and an angle
+    [rad], 0.5 each by default, beyond which errors pull no harder; bend_rate: of the loops that
+    keep arms straight which are carried along [rad/s], twice the bandwidth by default for a vehicle
+    with [[arm]]. 0, and by default for one with [arm], is the paper's law: its wrench bends the
+    camera's arm. Raises InputError.
 
     With Λ the inertia that the camera feels, all arms straight and frozen, L Λ^(-1/2) =
     Σ s_i u_i v_iᵀ over the directions seen. K_p = ω² W = Σ ω_i² / s_i² u_i u_iᵀ and C_d = Σ 2 ζ /
     ω_i u_i u_iᵀ give direction i the poles of p² + 2 ζ ω_i p + ω_i², with ω_i = ω s_i² / (s_i² +
     μ² s_1²). μ = 0 makes them all equal, and K_p = ω² (L⁺)ᵀ Λ L⁺; noise in the image then moves the
-    directions that it hardly determines.
+    directions that it hardly determines. Current gains take s_1 of the desired image, too: pixels
+    are as noisy anywhere.
     """
     # NumPy's powers of a number may be infinite, which is refused below; Python's raise.
     ω = np.float64(checks.positive("bandwidth", bandwidth))
@@ -51,19 +61,33 @@ def design(
     μ = checks.number("conditioning", conditioning, least=0.0)
     L = _seen(desired, checks.positive("distance", distance))
     share, Cs = checks.positive("rate_gain", rate_gain), checks.positive("sliding", sliding)
-    Kp, Kd, Cd = _placed(camera_inertia(vehicle), L, ω, ζ, μ, share)
-    if not np.isfinite([Kp, Kd, Cd]).all():
-        raise InputError(
-            f"bandwidth is {shown(bandwidth)}, which with damping_ratio {shown(damping_ratio)}, "
-            f"conditioning {shown(conditioning)}, rate_gain {shown(rate_gain)} and distance "
-            f"{shown(distance)} gives gains that no number holds; give values nearer to 1."
-        )
-    found = {"Kp": Kp, "Kd": Kd, "Cp": 1.0, "Cd": Cd, "Cs": Cs, "points": len(L) // 2}
+    found: dict[str, Any] = {"Cp": 1.0, "Cs": Cs, "points": len(L) // 2}
+    if checks.choice("gains", gains, GAINS) == "current":
+        made = current_gains(vehicle, L, ω, ζ, μ, share, CAP if cap is None else cap)
+        found |= {"Kp": made, "Kd": made, "Cd": made}
+    elif cap is not None:
+        raise InputError(f"cap is {shown(cap)}, which constant gains have none of; leave it out.")
+    else:
+        found |= _constant(vehicle, L, ω, ζ, μ, share, distance)
     if bend_rate is None:
         bend_rate = 2.0 * float(ω) if vehicle.has_arm_list else 0.0
     if checks.number("bend_rate", bend_rate, least=0.0, otherwise=" [rad/s]") > 0.0:
         found["arms"] = carried(vehicle, bend_rate)
     return found
+
+
+def _constant(
+    vehicle: Vehicle, L: np.ndarray, ω: Any, ζ: float, μ: float, share: float, distance: float
+) -> dict[str, np.ndarray]:
+    """Kp, Kd, Cd (2n, 2n) of `design`, or InputError."""
+    Kp, Kd, Cd = _placed(camera_inertia(vehicle), L, ω, ζ, μ, share)
+    if not np.isfinite([Kp, Kd, Cd]).all():
+        raise InputError(
+            f"bandwidth is {shown(float(ω))}, which with damping_ratio {shown(ζ)}, conditioning "
+            f"{shown(μ)}, rate_gain {shown(share)} and distance {shown(distance)} gives gains that "
+            "no number holds; give values nearer to 1."
+        )
+    return {"Kp": Kp, "Kd": Kd, "Cd": Cd}
 
 
 def designs(vehicle: Vehicle, desired: np.ndarray, **settings: Any) -> dict[str, Any]:

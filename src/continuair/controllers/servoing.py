@@ -8,8 +8,9 @@ import numpy as np
 from continuair import checks
 from continuair.controllers.carried import Carried
 from continuair.controllers.controller import Controller, definite, gain_matrix, over_runs
+from continuair.controllers.current import CurrentGains
 from continuair.errors import InputError, shown
-from continuair.kernels.laws import carried
+from continuair.kernels.laws import carried, current
 from continuair.kernels.laws.servoing import law
 
 _MOST_POINTS = 100
@@ -38,44 +39,71 @@ def servoing(
     """The paper's controller for `points` feature points.
 
     Kp, Kd, Cp, Cd, Cs: scalars, diagonals (2 points,) or matrices (2 points, 2 points), symmetric
-    positive definite; sigma: width of tanh, normalised image. compensation: "gravity_only" leaves
-    the arm its spring, "literal" cancels the elastic force too, as the printed G does.
-    posture_damping: a moment against the bend rate [N m³ s], for the two joint directions that the
-    image does not see. arms: what `design` gives for a vehicle with [[arm]]; with it they are
-    carried along, our law and not the paper's. Raises InputError.
+    positive definite, or all what `design` gives with gains="current"; sigma: width of tanh,
+    normalised image. compensation: "gravity_only" leaves the arm its spring, "literal" cancels the
+    elastic force too, as the printed G does. posture_damping: a moment against the bend rate
+    [N m³ s], for the two joint directions that the image does not see. arms: what `design` gives
+    for a vehicle with [[arm]]; with it they are carried along, our law and not the paper's. Raises
+    InputError.
     """
     chosen = {"damping": damping, "compensation": compensation}
     for name, value in chosen.items():
         checks.choice(name, value, CHOICES[name])
     size = 2 * checks.whole("points", points, 3, _MOST_POINTS)
     given = {"Kp": Kp, "Kd": Kd, "Cp": Cp, "Cd": Cd, "Cs": Cs}
-    matrices = {name: gain_matrix(name, value, size) for name, value in given.items()}
+    follow = any(isinstance(value, CurrentGains) for value in given.values())
+    fields, told = _of_the_image(given) if follow else _constant(given, size)
     settings: dict[str, Any] = {
-        **matrices,
+        **told,
         **chosen,
         "sigma": checks.positive("sigma", sigma),
         "feed_forward": checks.flag("feed_forward", feed_forward),
         "posture_damping": checks.number("posture_damping", posture_damping, least=0.0),
     }
     gains = {
-        **matrices,
+        **fields,
         "sigma": settings["sigma"],
         "feed_forward": float(settings["feed_forward"]),
         "on_feature_rate": float(damping == "feature"),
         "spring": float(compensation == "literal"),
         "posture": settings["posture_damping"],
     }
+    name = "DPD-SM-IBVS, current gains" if follow else "DPD-SM-IBVS"
     if arms is None:
-        return Controller("DPD-SM-IBVS", law, gains, settings=settings, asks=6)
-    return _with_arms_carried(gains, settings, arms)
+        plain = current.law if follow else law
+        return Controller(name, plain, gains, settings=settings, asks=6)
+    return _with_arms_carried(name, gains, settings, arms, follow)
 
 
-def _with_arms_carried(gains: dict[str, Any], settings: dict[str, Any], arms: Any) -> Controller:
+def _with_arms_carried(
+    name: str, gains: dict[str, Any], settings: dict[str, Any], arms: Any, follow: bool
+) -> Controller:
     if not isinstance(arms, Carried):
         raise InputError(f"arms is {shown(arms)}; give what design(vehicle, ...) returns, or None.")
     gains |= {"per_push": arms.per_push, "bend_inertia": arms.inertia, "bend_rate": arms.rate}
     settings |= {"bend_rate": arms.rate}
-    return Controller("DPD-SM-IBVS, arms carried", carried.law, gains, settings=settings, asks=6)
+    carrying = current.carrying_law if follow else carried.law
+    return Controller(f"{name}, arms carried", carrying, gains, settings=settings, asks=6)
+
+
+def _constant(given: dict[str, Any], size: int) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The fields that the law has for its gains, and what provenance keeps of them."""
+    matrices = {name: gain_matrix(name, value, size) for name, value in given.items()}
+    return matrices, matrices
+
+
+def _of_the_image(given: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The same for gains that follow the image of now."""
+    made = given["Kp"]
+    if not (given["Kd"] is made and given["Cd"] is made):
+        raise InputError(
+            "Kp, Kd and Cd are not those of one design(..., gains='current'); give all three as it "
+            "returns them."
+        )
+    sliding = checks.positive("Cs", given["Cs"], " with current gains")
+    if np.any(np.asarray(given["Cp"]) != 1.0):
+        raise InputError(f"Cp is {shown(given['Cp'])}; with current gains it is 1, leave it out.")
+    return {**made.fields(), "sliding": sliding}, {**made.describe(), "Cs": sliding}
 
 
 def servoings(gains: Mapping[str, Any], posture_damping: np.ndarray) -> Controller:

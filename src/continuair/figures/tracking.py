@@ -160,9 +160,10 @@ def write(
             "traces": traces(dataset, text),
             "errors": errors(dataset, text),
             "image": image(dataset, camera, text),
-            "stability": stability(dataset, part["ultimate_bound"], text),
             "speed": speed_of(_first(dataset), text),
         }
+        if "ultimate_bound" in part:
+            figures["stability"] = stability(dataset, part["ultimate_bound"], text)
         if _others(dataset):
             figures["ds"] = norm_difference_of(_first(dataset), text, printed)
         for kind, figure in figures.items():

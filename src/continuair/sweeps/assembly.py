@@ -27,7 +27,7 @@ Array = np.ndarray
 
 _SHARED = {
     "scenario.test", "scenario.f1", "scenario.excitation", "scenario.on", "scenario.duration",
-    "scenario.gravity", "controller.law",
+    "scenario.gravity", "controller.law", "controller.gains",
 }  # fmt: skip
 """Fields that are one for a whole launch: runs are grouped by their values."""
 
@@ -204,8 +204,8 @@ def _controller(
                 for run, one in enumerate(_each(fields, runs))
             ]
         )
-    if vehicle.has_arm_list:
-        return _with_arms_carried(vehicle, fields, targets, of_run)
+    if vehicle.has_arm_list or fields["gains"] == "current":
+        return _one_by_one(vehicle, fields, targets, of_run)
     gains = designs(
         vehicle,
         np.stack([target.desired for target in targets])[of_run],
@@ -215,16 +215,17 @@ def _controller(
     return servoings(gains, np.broadcast_to(fields["posture_damping"], runs))
 
 
-def _with_arms_carried(
+def _one_by_one(
     vehicle: Vehicle, fields: dict[str, Any], targets: list[Target], of_run: Array
 ) -> Controller:
     """The law of each run, designed for its own vehicle, which may differ in what carries its
-    arms."""
+    arms, or follows the image of now."""
     laws = []
     for run, one in enumerate(_each(fields, len(of_run))):
         target = targets[of_run[run]]
         gains = design(
             vehicle.select(run),
+            gains=one["gains"],
             **{name: one[name] for name in _DESIGN},
             desired=target.desired,
             distance=target.distance,

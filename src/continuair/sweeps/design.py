@@ -100,9 +100,12 @@ class Design:
 
     def describe(self) -> dict[str, Any]:
         """The base and the vehicle as JSON can hold them."""
-        # Stores of RK4 that were begun before there was a choice go on.
-        usual = {"integrator"} if self.base.integrator == "rk4" else set()
-        base = self.base.model_dump(exclude=usual)
+        base = self.base.model_dump()
+        # Stores that were begun before there was a choice go on.
+        if base["integrator"] == "rk4":
+            del base["integrator"]
+        if base["controller"] and base["controller"]["gains"] == "constant":
+            del base["controller"]["gains"]
         return {"base": base, "vehicle": self.vehicle.describe()}
 
     @property

@@ -142,6 +142,9 @@ class ControllerTable(Part):
     law: Literal["servoing", "classic"] = "servoing"
     """the paper's law with designed gains, or classic image-based servoing"""
 
+    gains: Literal["constant", "current"] = "constant"
+    """made for the desired image, or anew for the image of now, in the paper's law"""
+
     bandwidth: Positive = 3.0
     """the bandwidth of the paper's law [rad/s]"""
 

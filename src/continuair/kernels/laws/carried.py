@@ -6,6 +6,7 @@ arms asks for then, and loops of their own about straight. All bends move the ca
 """
 
 from types import SimpleNamespace
+from typing import Any
 
 import warp as wp
 
@@ -15,10 +16,7 @@ from continuair.kernels.sensing.sense import LawCode
 
 def law(code: LawCode) -> SimpleNamespace:
     """The law on the device."""
-    Real, vec3, ImageGain, Bends = code.Real, code.vec3, code.ImageGain, code.Bends
-    Sense, bends, two = code.Sense, code.bends, code.Real(2.0)
-    push, camera_push = code.push, code.camera_push
-    force_of, moment_of = code.force_of, code.moment_of
+    Real, ImageGain, bends = code.Real, code.ImageGain, code.bends
     PerPush = wp.types.matrix((bends, 6), Real)
     BendInertia = wp.types.matrix((bends, bends), Real)
 
@@ -38,7 +36,16 @@ def law(code: LawCode) -> SimpleNamespace:
         bend_inertia: BendInertia
         bend_rate: Real
 
-    wrench_of = camera_wrench(code, Gains)
+    return SimpleNamespace(
+        Gains=Gains, control=carrying_control(code, Gains, camera_wrench(code, Gains))
+    )
+
+
+def carrying_control(code: LawCode, Gains: Any, wrench_of: Any) -> Any:
+    """The push of (sense, gains): a wrench on the camera, and what carries the arms under it."""
+    vec3, Bends, bends = code.vec3, code.Bends, code.bends
+    Sense, push, camera_push, two = code.Sense, code.push, code.camera_push, code.Real(2.0)
+    force_of, moment_of = code.force_of, code.moment_of
 
     @wp.func
     def carrying(sense: Sense, gains: Gains, force: vec3, moment: vec3):
@@ -63,4 +70,4 @@ def law(code: LawCode) -> SimpleNamespace:
         tau = sense.weight + gains.spring * sense.spring
         return tau + push(force, moment, bend - gains.posture * sense.bend_rate)
 
-    return SimpleNamespace(Gains=Gains, control=control)
+    return control

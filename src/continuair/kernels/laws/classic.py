@@ -8,14 +8,15 @@ from types import SimpleNamespace
 
 import warp as wp
 
+from continuair.kernels.laws.definite import definite_code
 from continuair.kernels.sensing.sense import LawCode
 
 
 def law(code: LawCode) -> SimpleNamespace:
     """The law on the device."""
-    Real, Twist, Sense, interaction = code.Real, code.Twist, code.Sense, code.interaction
-    camera_push = code.camera_push
-    TwistGain = wp.types.matrix((6, 6), Real)
+    Real, Sense, interaction = code.Real, code.Sense, code.interaction
+    camera_push, definite = code.camera_push, definite_code(code.Real, code.Twist)
+    TwistGain, factored, solved = definite.Matrix, definite.factored, definite.solved
 
     @wp.struct
     class Gains:
@@ -25,34 +26,6 @@ def law(code: LawCode) -> SimpleNamespace:
         feed_forward: Real
 
     @wp.func
-    def solve(A: TwistGain, b: Twist):
-        """A⁻¹ b for a symmetric positive definite A, by LDLᵀ."""
-        D = Twist()
-        x = Twist()
-        for j in range(6):
-            d = A[j, j]
-            for k in range(j):
-                d -= A[j, k] * A[j, k] * D[k]
-            D[j] = d
-            for i in range(j + 1, 6):
-                s = A[i, j]
-                for k in range(j):
-                    s -= A[i, k] * A[j, k] * D[k]
-                A[i, j] = s / d
-        for i in range(6):
-            s = b[i]
-            for k in range(i):
-                s -= A[i, k] * x[k]
-            x[i] = s
-        for r in range(6):
-            i = 5 - r
-            s = x[i] / D[i]
-            for k in range(i + 1, 6):
-                s -= A[k, i] * x[k]
-            x[i] = s
-        return x
-
-    @wp.func
     def control(sense: Sense, gains: Gains):
         L = interaction(sense.sight)
         e = wp.cw_mul(sense.sight.seen, sense.desired - sense.sight.image)
@@ -60,7 +33,7 @@ def law(code: LawCode) -> SimpleNamespace:
         for i in range(6):
             # With too few points in view the motion that they do not determine stays at rest.
             normal[i, i] += Real(1e-9)
-        v = gains.rate * solve(normal, wp.transpose(L) * e)
+        v = gains.rate * solved(factored(normal), wp.transpose(L) * e)
         v += gains.feed_forward * sense.target_twist
         wrench = gains.inertia * (gains.inner * (v - sense.camera_twist))
         return sense.weight + camera_push(sense, wrench)

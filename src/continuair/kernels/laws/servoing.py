@@ -17,8 +17,7 @@ from continuair.kernels.sensing.sense import LawCode
 
 def law(code: LawCode) -> SimpleNamespace:
     """The law on the device."""
-    Real, vec3, ImageGain = code.Real, code.vec3, code.ImageGain
-    Sense, push, camera_push = code.Sense, code.push, code.camera_push
+    Real, ImageGain = code.Real, code.ImageGain
 
     @wp.struct
     class Gains:
@@ -33,7 +32,14 @@ def law(code: LawCode) -> SimpleNamespace:
         spring: Real
         posture: Real
 
-    wrench_of = camera_wrench(code, Gains)
+    return SimpleNamespace(
+        Gains=Gains, control=camera_control(code, Gains, camera_wrench(code, Gains))
+    )
+
+
+def camera_control(code: LawCode, Gains: Any, wrench_of: Any) -> Any:
+    """The push of (sense, gains): weight, spring, what a wrench on the camera does, and damping."""
+    Sense, push, camera_push, vec3 = code.Sense, code.push, code.camera_push, code.vec3
 
     @wp.func
     def control(sense: Sense, gains: Gains):
@@ -41,7 +47,7 @@ def law(code: LawCode) -> SimpleNamespace:
         tau += camera_push(sense, wrench_of(sense, gains))
         return tau + push(vec3(), vec3(), -gains.posture * sense.bend_rate)
 
-    return SimpleNamespace(Gains=Gains, control=control)
+    return control
 
 
 def camera_wrench(code: LawCode, Gains: Any) -> Any:

@@ -99,7 +99,10 @@ def remarks(results: dict[str, Any]) -> list[str]:
 
 
 def _stability(results: dict[str, Any]) -> list[str]:
-    """The bound of the proof, and the conditions of the theorem and of the sound V that fail."""
+    """The bound of the proof, and the conditions of the theorem and of the sound V that fail; both
+    are of constant gains."""
+    if "ultimate_bound" not in results:
+        return []
     bound = results["ultimate_bound"]
     cells = [
         [STATEMENTS[statement], each["name"], each["measure"], number(each["value"])]

@@ -1,0 +1,55 @@
+"""Device code that solves six equations with a symmetric positive definite matrix, as laws need."""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+
+@dataclass(frozen=True)
+class Definite:
+    """Matrix, (6, 6); factored(A), its LDLᵀ; solved(factors, b), A⁻¹ b."""
+
+    Matrix: Any
+    factored: Any
+    solved: Any
+
+
+@cache
+def definite_code(Real: Any, Twist: Any) -> Definite:
+    """The functions for one kind of numbers and their vectors of six."""
+    Matrix = wp.types.matrix((6, 6), Real)
+
+    @wp.func
+    def factored(A: Matrix):
+        """D on the diagonal, and L, whose own diagonal is 1, below it."""
+        for j in range(6):
+            d = A[j, j]
+            for k in range(j):
+                d -= A[j, k] * A[j, k] * A[k, k]
+            A[j, j] = d
+            for i in range(j + 1, 6):
+                s = A[i, j]
+                for k in range(j):
+                    s -= A[i, k] * A[j, k] * A[k, k]
+                A[i, j] = s / d
+        return A
+
+    @wp.func
+    def solved(A: Matrix, b: Twist):
+        x = Twist()
+        for i in range(6):
+            s = b[i]
+            for k in range(i):
+                s -= A[i, k] * x[k]
+            x[i] = s
+        for r in range(6):
+            i = 5 - r
+            s = x[i] / A[i, i]
+            for k in range(i + 1, 6):
+                s -= A[k, i] * x[k]
+            x[i] = s
+        return x
+
+    return Definite(Matrix, factored, solved)
