@@ -1,71 +1,62 @@
-"""Write the table of the region of operation in docs/control.md."""
+"""Write the tables of the region of operation in docs/control.md, from what `region` has written:
+
+continuair region --rate 1000 --rate 10000 --out results/region
+python docs/make_control.py results/region/region.json
+"""
 
 from __future__ import annotations
 
+import json
+import shutil
+import sys
 from pathlib import Path
+from typing import Any
 
-import numpy as np
-
-import continuair as ca
-from continuair.controllers.gain_files import load_gains
-from continuair.equations.camera import over
-from continuair.scenario.tracking_task import SETTINGS, equipped
+from continuair.studies.region.report import reach
+from continuair.studies.region.starts import DIRECTIONS
+from continuair.studies.tables import percent
 
 START, END = "<!-- written by make_control.py -->\n", "<!-- to here -->\n"
-
-BENDS = (0.0, 0.1)
-PERIODS = (1e-3, 1e-4)
-DURATION = 10.0
-WELL = 0.1
-"""Largest feature error in the last second of a flight that has ended well [px]."""
-
-DEGREE = np.pi / 180.0
-# Name -> coordinate, what one unit of the values is, the unit's name, and the values tried.
-OFFSETS = {
-    "yaw off by": (5, DEGREE, "°", (5, 10, 15, 20, 30, 45, 60)),
-    "x off by": (0, 1.0, " m", (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)),
-    "roll off by": (3, DEGREE, "°", (2, 5, 8, 10, 12)),
-    "too high by": (2, 1.0, " m", (0.5, 1, 2, 3)),
-}
+DOCS = Path(__file__).parent
+PLANT = "coupled"
+FIGURE = "random_coupled_1000_hz.png"
 
 
-def main() -> None:
-    lines = [f"| control period | start bend | {' | '.join(OFFSETS)} |"]
-    lines.append("| --- | ---: |" + " --- |" * len(OFFSETS))
-    for period in PERIODS:
-        for bend in BENDS:
-            cells = [_reach(name, bend, period) for name in OFFSETS]
-            lines.append(f"| {1e3 * period:g} ms | {bend:g} 1/m | {' | '.join(cells)} |")
-    page = Path(__file__).parent / "control.md"
+def main(results: Path) -> None:
+    cases = json.loads(results.read_text(encoding="utf-8"))["cases"]
+    own = [case for case in cases if case["model"] == PLANT]
+    page = DOCS / "control.md"
     before, rest = page.read_text(encoding="utf-8").split(START)
-    table = "\n".join(lines) + "\n"
-    page.write_text(before + START + table + END + rest.split(END)[1], encoding="utf-8")
+    table = "\n".join([*_directions(own), "", *_random(cases)]) + "\n"
+    page.write_text(before + START + table + END + rest.split(END, 1)[1], encoding="utf-8")
+    shutil.copy(results.parent / FIGURE, DOCS / "images" / "region.png")
 
 
-def _reach(name: str, bend: float, period: float) -> str:
-    """The largest value up to which all flights end well, and the next one tried, if any."""
-    coordinate, size, unit, values = OFFSETS[name]
-    vehicle = equipped(ca.load_vehicle("paper"), SETTINGS["nominal"])
-    target = ca.Target(ca.paths.hold())
-    q = np.zeros((len(values), 8))
-    q[:, :3] = over(vehicle, np.zeros(3), target.distance)
-    q[:, 6] = bend
-    q[:, coordinate] += size * np.array(values)
-    scenario = ca.Scenario(
-        name,
-        q,
-        controller=load_gains("paper").controller(vehicle),
-        target=target,
-        control_period=period,
-        duration=DURATION,
-    )
-    flights = ca.simulate(vehicle, scenario, sample=0.01, variables=["feature_error"])
-    late = flights["feature_error"].sel(time=slice(DURATION - 1.0, None))
-    well = (flights["status"] == 0) & (np.abs(late).max(("time", "pixel")) < WELL)
-    count = int(np.cumprod(well).sum())
-    reached = f"{values[count - 1]:g}{unit}" if count else "none"
-    return reached if count == len(values) else f"{reached} (not {values[count]:g}{unit})"
+def _directions(cases: list[dict[str, Any]]) -> list[str]:
+    lines = [f"| gains | control | start bend | {' | '.join(DIRECTIONS)} |"]
+    lines.append("| --- | ---: | ---: |" + " --- |" * len(DIRECTIONS))
+    for case in cases:
+        for bend in dict.fromkeys(each["bend_1_m"] for each in case["directions"]):
+            cells = [reach(each) for each in case["directions"] if each["bend_1_m"] == bend]
+            lines.append(
+                f"| {case['law']} | {case['rate_hz']:g} Hz | {bend:g} 1/m | {' | '.join(cells)} |"
+            )
+    return lines
+
+
+def _random(cases: list[dict[str, Any]]) -> list[str]:
+    lines = [
+        "| gains | plant | control | random starts that end well |",
+        "| --- | --- | ---: | ---: |",
+    ]
+    for case in cases:
+        found = case["random"]
+        lines.append(
+            f"| {case['law']} | {case['model']} | {case['rate_hz']:g} Hz | {found['well']} of "
+            f"{found['runs']} ({percent(found['share'])}) |"
+        )
+    return lines
 
 
 if __name__ == "__main__":
-    main()
+    main(Path(sys.argv[1]))

@@ -5,6 +5,7 @@ from continuair.cli import (  # noqa: F401, I001
     open_loop,
     sensitivity,
     tracking,
+    region,
     cost,
     advise,
     atlas,

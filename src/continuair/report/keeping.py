@@ -38,6 +38,14 @@ def _tracking(found: Any, folder: ResultFolder) -> None:
     figures.write(found.results, found.datasets, camera, folder.file)
 
 
+def _region(found: Any, folder: ResultFolder) -> None:
+    from continuair.figures import region as figures
+    from continuair.studies.region import report
+
+    report.write(found, folder)
+    figures.write(found.results, found.flights, folder.file)
+
+
 def _cost(found: Any, folder: ResultFolder) -> None:
     from continuair.studies.cost import as_table
 
@@ -49,5 +57,6 @@ _KEEPERS = {
     "sensitivity": _sensitivity,
     "sensitivity_hertz": _sensitivity,
     "tracking": _tracking,
+    "region": _region,
     "cost": _cost,
 }

@@ -1,0 +1,116 @@
+"""Storing the region of operation: JSON, CSV, a table, and all flights."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from continuair.studies.region.flights import DURATION, LAWS
+from continuair.studies.region.starts import BEND, DIRECTIONS, HEIGHT, SIDEWAYS, TILT, YAW
+from continuair.studies.region.study import Region
+from continuair.studies.results import ResultFolder
+from continuair.studies.tables import as_markdown, percent
+from continuair.vehicle.layout import COORDINATES
+
+BOX = (
+    f"within {SIDEWAYS:g} m sideways, from {-HEIGHT[0]:g} m too low to {HEIGHT[1]:g} m too high, "
+    f"within {TILT:.3g} rad of tilt and {YAW:.3g} rad of yaw to either side, bends to {BEND:g} 1/m"
+)
+"""Where random starts are drawn from, of which those with all points in view fly."""
+
+_LISTED = 20
+"""Failures that the table lists, of each case; the CSV has all."""
+
+
+def write(study: Region, folder: ResultFolder) -> None:
+    """Write region.json, region.csv, table.md and region_flights.nc to the folder."""
+    folder.store(
+        study.results, as_table(study.results), _failures(study.results), {"flights": study.flights}
+    )
+
+
+def _failures(results: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield a row for every random start that did not end well."""
+    for case in results["cases"]:
+        named = {key: case[key] for key in ("law", "model", "rate_hz")}
+        for failure in case["random"]["failures"]:
+            yield {**named, **failure}
+
+
+def name_of(case: dict[str, Any]) -> str:
+    """A case in words."""
+    return f"{case['law']}, {case['model']}, {case['rate_hz']:g} Hz"
+
+
+def reach(entry: dict[str, Any]) -> str:
+    """How far a law reaches in a direction, and what is beyond: nothing tried, a failure, or starts
+    with points out of view."""
+    unit = entry["unit"]
+    reached = f"{entry['reached']:g}{unit}" if entry["reached"] else "none"
+    if entry["failed_at"] is None:
+        return reached
+    beyond = f"not {entry['failed_at']:g}{unit}" if entry["in_view"] else "all in view"
+    return f"{reached} ({beyond})"
+
+
+def as_table(results: dict[str, Any]) -> str:
+    """Return the results in Markdown, with what they rest on."""
+    lines = [
+        f"# Region of operation, vehicle {results['vehicle']['name']}",
+        "",
+        f"Flights of {DURATION:g} s from rest before a target at rest. One has ended well that "
+        f"stays below {results['well_px']:g} px",
+        "in each coordinate of each point throughout its last second.",
+        "",
+        *(f"* {name}: {meaning}." for name, meaning in LAWS.items() if name in results["laws"]),
+        "",
+        "## Off in one direction",
+        "",
+        "The largest value up to which all flights end well, and what is beyond: nothing that was",
+        "tried, a failure, or starts with points out of view.",
+        "",
+        *_reaches(results),
+        "",
+        "## Random starts",
+        "",
+        f"All points in view, {BOX}; seed {results['seed']}.",
+        "",
+        *_shares(results),
+    ]
+    for case in results["cases"]:
+        lines += _listed(case)
+    return "\n".join(lines) + "\n"
+
+
+def _reaches(results: dict[str, Any]) -> list[str]:
+    cells = []
+    for case in results["cases"]:
+        for bend in dict.fromkeys(each["bend_1_m"] for each in case["directions"]):
+            own = [each for each in case["directions"] if each["bend_1_m"] == bend]
+            cells.append([name_of(case), f"{bend:g}", *map(reach, own)])
+    headings = ["law, plant, control rate", "start bend [1/m]", *DIRECTIONS]
+    return as_markdown(headings, cells, ("law, plant, control rate", *DIRECTIONS))
+
+
+def _shares(results: dict[str, Any]) -> list[str]:
+    cells = [
+        [name_of(case), str(case["random"]["well"]), str(case["random"]["runs"]),
+         percent(case["random"]["share"])]
+        for case in results["cases"]
+    ]  # fmt: skip
+    headings = ["law, plant, control rate", "ended well", "of", "share"]
+    return as_markdown(headings, cells, headings[:1])
+
+
+def _listed(case: dict[str, Any]) -> list[str]:
+    """The first failures of a case, with their reasons."""
+    failures = case["random"]["failures"]
+    if not failures:
+        return []
+    lines = ["", f"## Failed: {name_of(case)}", ""]
+    for each in failures[:_LISTED]:
+        start = ", ".join(f"{each[name]:.3g}" for name in COORDINATES)
+        lines.append(f"* [{start}]: {each['reason']}.")
+    if len(failures) > _LISTED:
+        lines.append(f"* and {len(failures) - _LISTED} more, in region.csv.")
+    return lines

@@ -1,0 +1,179 @@
+"""The region of operation: from which starts a law brings the image to where it belongs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from continuair import checks
+from continuair.controllers.gain_files import Gains
+from continuair.errors import InputError, shown
+from continuair.kernels.dynamics import MODELS, PLANTS
+from continuair.kernels.step import OK, STATUS
+from continuair.progress import Progress, Steps
+from continuair.scenario.tracking_task import SETTINGS, equipped
+from continuair.studies.region.flights import (
+    DURATION,
+    ENDED,
+    LAWS,
+    TARGET,
+    Case,
+    batches,
+    fly,
+    gains_for,
+    law_of,
+)
+from continuair.studies.region.starts import BENDS, DIRECTIONS, RANDOM, starts
+from continuair.vehicle.layout import COORDINATES
+from continuair.vehicle.vehicle import Vehicle, check_one_section
+
+Array = np.ndarray
+
+WELL = 1.0
+"""Feature error at the end below which a flight has ended well [px]."""
+
+_FASTEST, _MOST = 1e6, 1_000_000
+
+
+@dataclass(frozen=True)
+class Region:
+    """Results of the study.
+
+    results: JSON-able; results["cases"] holds a case per law, model and control rate, with what it
+    reaches in each of its "directions" and how many of its "random" starts end well. flights: every
+    start and how its flights ended, over (law, model, rate, start).
+    """
+
+    results: dict[str, Any]
+    flights: xr.Dataset
+
+
+def region(
+    vehicle: Vehicle,
+    laws: Iterable[str] = tuple(LAWS),
+    models: Iterable[str] = PLANTS,
+    rates: Iterable[float] = (1000.0,),
+    runs: int = 1000,
+    seed: int = 0,
+    gains: Gains | None = None,
+    *,
+    progress: Progress | None = None,
+) -> Region:
+    """Fly every law from starts off in each direction and at random.
+
+    rates: of control [Hz]; runs, seed: of the random starts; gains: of `load_gains`, instead of the
+    preset of the law that they are for. progress: called with (done, total, what) before each
+    batch. Raises InputError.
+    """
+    check_one_section(vehicle)
+    names, plants = checks.choices("laws", laws, LAWS), checks.choices("models", models, MODELS)
+    hertz = _checked_rates(rates)
+    checks.whole("runs", runs, 1, _MOST)
+    checks.whole("seed", seed, 0)
+    flown = equipped(vehicle, SETTINGS["nominal"])
+    if gains is not None and gains_for(gains) not in names:
+        raise InputError(
+            f"gains is {gains.name}, which is for the law {gains_for(gains)}; fly that law, or "
+            "leave gains out."
+        )
+    controllers = {name: law_of(name, flown, gains) for name in names}
+    begun = starts(flown, TARGET, runs, seed)
+    cases = [Case(*each) for each in product(names, plants, hertz)]
+    seen = begun["visible"].to_numpy()
+    q = begun["q"].to_numpy()[seen]
+    steps = Steps(progress, len(cases) * len(batches(len(q))))
+    flown_all = np.full((3, len(cases), len(seen)), np.nan)
+    for place, case in enumerate(cases):
+        flown_all[:, place, seen] = fly(flown, case, controllers[case.law], q, steps)
+    flights = begun.assign_coords(law=names, model=plants, rate=hertz)
+    shape = (len(names), len(plants), len(hertz), len(seen))
+    for name, values in zip(ENDED, flown_all, strict=True):
+        flights[name] = (("law", "model", "rate", "start"), values.reshape(shape))
+    flights["well"] = (flights["status"] == OK) & (flights["error"] < WELL)
+    results = {
+        "study": "region",
+        "vehicle": vehicle.describe(),
+        "laws": {name: controllers[name].describe() for name in names},
+        "duration_s": DURATION,
+        "well_px": WELL,
+        "seed": seed,
+        "cases": [_found(case, flights) for case in cases],
+    }
+    return Region(results, flights)
+
+
+def _checked_rates(rates: Any) -> list[float]:
+    found = list(dict.fromkeys(rates))
+    if not found:
+        raise InputError("rates is empty; give one or more control rates [Hz].")
+    for rate in found:
+        if not checks.is_number(rate) or not 0.0 < rate <= _FASTEST:
+            raise InputError(
+                f"rates holds {shown(rate)}; give control rates above 0 and up to "
+                f"{_FASTEST:g} [Hz]."
+            )
+    return [float(rate) for rate in found]
+
+
+def _found(case: Case, flights: xr.Dataset) -> dict[str, Any]:
+    """What a case reaches."""
+    own = flights.sel(law=case.law, model=case.model, rate=case.rate)
+    drawn = own.isel(start=np.flatnonzero(own["direction"] == RANDOM))
+    well = drawn["well"].to_numpy()
+    return {
+        "law": case.law,
+        "model": case.model,
+        "rate_hz": case.rate,
+        "directions": [
+            {"direction": name, "bend_1_m": bend, **_reach(own, name, bend)}
+            for name in DIRECTIONS
+            for bend in BENDS
+        ],
+        "random": {
+            "runs": well.size,
+            "well": int(well.sum()),
+            "share": float(well.mean()),
+            "failures": [_failure(drawn.isel(start=run)) for run in np.flatnonzero(~well)],
+        },
+    }
+
+
+def _reach(own: xr.Dataset, direction: str, bend: float) -> dict[str, Any]:
+    """The largest value up to which all flights end well, the next one, and why that does not."""
+    along = (own["direction"] == direction) & (own["start_bend"] == bend)
+    ladder = own.isel(start=np.flatnonzero(along))
+    good = (ladder["well"] & ladder["visible"]).to_numpy()
+    count = int(np.cumprod(good).sum())
+    values = ladder["off_by"].to_numpy()
+    found: dict[str, Any] = {
+        "unit": DIRECTIONS[direction].unit,
+        "reached": float(values[count - 1]) if count else 0.0,
+        "failed_at": None,
+        "in_view": True,
+        "reason": "",
+    }
+    if count < len(values):
+        failed = ladder.isel(start=count)
+        found["failed_at"] = float(values[count])
+        found["in_view"] = bool(failed["visible"])
+        found["reason"] = reason(failed) if found["in_view"] else "points out of view at the start"
+    return found
+
+
+def reason(flight: xr.Dataset) -> str:
+    """Why a flight did not end well."""
+    status = int(flight["status"])
+    if status != OK:
+        return f"{STATUS[status]} at {float(flight['end_time']):.3g} s"
+    return f"still {float(flight['error']):.3g} px off at {DURATION:g} s"
+
+
+def _failure(flight: xr.Dataset) -> dict[str, Any]:
+    """A random start from which a flight did not end well, and why."""
+    q = dict(zip(COORDINATES, flight["q"].to_numpy().tolist(), strict=True))
+    return {**q, "end_time_s": float(flight["end_time"]), "reason": reason(flight)}

@@ -1,0 +1,141 @@
+"""The region of operation: which starts there are, what counts as reached, and what is written."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import continuair as ca
+import continuair.cli as cli
+from continuair import equations
+from continuair.controllers.gain_files import Gains
+from continuair.equations.camera import in_view
+from continuair.figures import region as figures
+from continuair.studies.region.flights import LAWS, TARGET
+from continuair.studies.region.starts import BEND, HEIGHT, RANDOM, SIDEWAYS, TILT, YAW, starts
+from continuair.studies.region.study import Region, region
+
+RUNS = 40
+
+
+@pytest.fixture(scope="module")
+def vehicle() -> ca.Vehicle:
+    return ca.load_vehicle("paper")
+
+
+@pytest.fixture(scope="module")
+def study(vehicle: ca.Vehicle) -> Region:
+    return region(vehicle, models=["coupled"], runs=RUNS, seed=1)
+
+
+def test_random_starts_fill_their_box_with_all_points_in_view(vehicle: ca.Vehicle) -> None:
+    found = starts(vehicle, TARGET, 300, seed=2)
+    q = (found["q"] - found["centre"]).to_numpy()[found["direction"] == RANDOM]
+    aside = np.hypot(q[:, 0], q[:, 1])
+    assert 0.9 * SIDEWAYS < aside.max() <= SIDEWAYS
+    assert HEIGHT[0] <= q[:, 2].min() < q[:, 2].max() <= HEIGHT[1]
+    lean = np.arccos(np.cos(q[:, 3]) * np.cos(q[:, 4]))
+    assert 0.9 * TILT < lean.max() <= TILT + 1e-12
+    # The yaw of a tilted body is the angle about the vertical to first order in the tilt squared.
+    assert 0.9 * YAW < np.abs(q[:, 5]).max() <= YAW + TILT**2
+    assert q[:, 6].min() >= 0.0 and 0.9 * BEND < q[:, 6].max() <= BEND
+    for row in found["q"].to_numpy()[found["direction"] == RANDOM]:
+        assert in_view(vehicle.camera, *equations.look(vehicle, row, TARGET.points)).all()
+
+
+def test_current_gains_reach_at_least_as_far_as_constant_ones_in_every_direction(
+    study: Region,
+) -> None:
+    constant, current = (
+        next(case for case in study.results["cases"] if case["law"] == law)
+        for law in ("constant", "current")
+    )
+    for one, other in zip(constant["directions"], current["directions"], strict=True):
+        assert other["reached"] >= one["reached"], (one, other)
+    assert constant["random"]["share"] < 0.9 < current["random"]["share"]
+
+
+def test_what_counts_as_reached_follows_from_the_flights(study: Region) -> None:
+    for case in study.results["cases"]:
+        own = study.flights.sel(law=case["law"], model=case["model"], rate=case["rate_hz"])
+        drawn = own.isel(start=own["direction"] == RANDOM)
+        well = (drawn["status"] == 0) & (drawn["error"] < 1.0)
+        assert case["random"]["well"] == int(well.sum())
+        assert len(case["random"]["failures"]) == RUNS - case["random"]["well"]
+        for entry in case["directions"]:
+            along = (own["direction"] == entry["direction"]) & (
+                own["start_bend"] == entry["bend_1_m"]
+            )
+            ladder = own.isel(start=along)
+            within = ladder["off_by"] <= entry["reached"]
+            assert ladder["well"].to_numpy()[within].all()
+            if entry["failed_at"] is not None:
+                failed = ladder.isel(start=int(within.sum()))
+                assert float(failed["off_by"]) == entry["failed_at"]
+                assert not failed["well"] and entry["reason"]
+
+
+def test_a_study_writes_tables_flights_and_figures_with_failures_drawn_as_failed(
+    study: Region, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from continuair.report.keeping import keep
+    from continuair.studies.results import ResultFolder
+
+    with ResultFolder(tmp_path / "out", "region") as folder:
+        keep("region", study, folder)
+        folder.finish()
+    written = {path.name for path in (tmp_path / "out").iterdir()}
+    assert {"region.json", "region.csv", "table.md", "region_flights.nc"} <= written
+    assert {"reach_coupled_1000_hz.png", "random_coupled_1000_hz.svg"} <= written
+    results = json.loads((tmp_path / "out" / "region.json").read_text("utf-8"))
+    assert "Failed: constant" in (tmp_path / "out" / "table.md").read_text("utf-8")
+    figure = figures.random_starts(results, study.flights, "coupled", 1000.0)
+    crosses = [
+        len(line.get_xdata())  # type: ignore[arg-type]
+        for axes in figure.axes
+        for line in axes.get_lines()
+        if line.get_gid() == "failed"
+    ]
+    failed = {case["law"]: RUNS - case["random"]["well"] for case in results["cases"]}
+    assert crosses == [failed[law] for law in figures.LAWS]
+
+
+REFUSED: dict[str, tuple[dict[str, Any], str]] = {
+    "law": ({"laws": ["now"]}, "laws holds 'now'"),
+    "model": ({"models": ["rigid"]}, "models holds 'rigid'"),
+    "rate": ({"rates": [0.0]}, "rates holds 0.0; give control rates above 0"),
+    "no rate": ({"rates": []}, "rates is empty"),
+    "runs": ({"runs": 0}, "runs is 0"),
+    "gains for another law": (
+        {"laws": ["classic"], "gains": Gains("mine.toml", {"bandwidth": 3.0})},
+        "gains is mine.toml, which is for the law constant",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_a_study_that_cannot_be_flown_is_refused(case: str, vehicle: ca.Vehicle) -> None:
+    changes, problem = REFUSED[case]
+    with pytest.raises(ca.InputError, match=problem):
+        region(vehicle, **changes)
+
+
+def test_a_camera_that_does_not_look_down_is_refused(vehicle: ca.Vehicle) -> None:
+    turned = vehicle.replace({"camera.attitude": [1.0, 0.0, 0.0, 0.0]})
+    with pytest.raises(ca.InputError, match="give it a camera that looks down"):
+        region(turned, runs=5)
+
+
+def test_the_command_refuses_in_one_sentence(tmp_path: Path) -> None:
+    for arguments in (("--law", "now"), ("--rate", "-5"), ("--vehicle", "two_section")):
+        result = CliRunner().invoke(cli.app, ["region", *arguments, "--out", str(tmp_path / "out")])
+        assert result.exit_code == 2 and result.stderr.strip().endswith(".")
+        assert "\n" not in result.stderr.strip() and not (tmp_path / "out").exists()
+
+
+def test_the_command_shows_its_laws() -> None:
+    help_text = CliRunner().invoke(cli.app, ["region", "--help"]).stdout
+    assert all(law in help_text for law in LAWS)
