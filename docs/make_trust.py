@@ -91,13 +91,14 @@ def section(file: str, entries: list[dict[str, Any]]) -> str:
         "| claim | test | tolerance | reached | verdict |",
         "| --- | --- | --- | --- | --- |",
     ]
-    remarks = []
+    # Of many claims that have one remark it is written once.
+    remarks: list[str] = []
     for entry in entries:
         mark = ""
-        for remark in (entry["known_miss"], entry["note"]):
-            if remark:
+        for remark in filter(None, (entry["known_miss"], entry["note"])):
+            if remark not in remarks:
                 remarks.append(remark)
-                mark += f" [{len(remarks)}]"
+            mark += f" [{remarks.index(remark) + 1}]"
         cells = [entry["claim"] + mark, f"`{test(entry)}`"]
         cells += [tolerance(entry), reached(entry), verdict(entry)]
         lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
