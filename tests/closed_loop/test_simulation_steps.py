@@ -163,6 +163,52 @@ def test_nothing_has_flown_yet() -> None:
     assert float(run.end_time) == 0.0 and run.sizes["time"] == 1
 
 
+@pytest.mark.filterwarnings("ignore:step_error reaches")
+def test_named_pushes_are_those_of_a_scenario() -> None:
+    """They add up with one another and with the scenario's own."""
+    pushes = {
+        "force": [0.5, -0.2, 26.0],
+        "moment": [0.01, -0.02, 0.005],
+        "bend_moment": [0.4, -0.3],
+        "tip_wrench": [0.2, 0.1, -0.3, 0.01, 0.02, -0.01],
+        "tau": [0.1, 0.2, 0.3, 0.01, 0.02, -0.01, 0.2, 0.1],
+    }
+    sim = ca.Simulation(VEHICLE, scenario(tip_wrench=None, jumps=()), control_period=PERIOD)
+    for _ in range(50):
+        sim.step(**pushes)
+    stepped = sim.trajectory()
+    given = scenario(**pushes, jumps=(), duration=50 * PERIOD)
+    whole = ca.simulate(VEHICLE, given, sample=PERIOD, step=stepped.attrs["step"])
+    for name in ("q", "tip_position", "base_force", "base_moment"):
+        one, other = stepped[name].to_numpy(), whole[name].to_numpy()
+        # What acts is kept from the start of a period on, and the first row is of the first.
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-10 * (1 + np.abs(other).max()))
+
+
+@pytest.mark.filterwarnings("ignore:step_error reaches")
+def test_a_spring_at_the_tip_that_a_program_adds_takes_and_gives_back_energy() -> None:
+    """A force held for a period errs by the first power of its length."""
+    rest, stiffness = 2.0, 40.0
+
+    def lost(period: float) -> float:
+        start = {"q": [0, 0, 3.0, 0.1, 0, 0, 0.4, 0.7], "qd": None, "tip_wrench": None, "jumps": ()}
+        undamped = ca.load_vehicle("paper")
+        sim = ca.Simulation(undamped, scenario(**start), control_period=period)
+        stored = []
+        for _ in range(round(0.3 / period)):
+            flight = sim.trajectory().isel(time=-1)
+            deep = rest - float(flight.tip_position[2])
+            stored.append(float(flight.kinetic_energy + flight.gravity_energy))
+            stored[-1] += float(flight.elastic_energy) + 0.5 * stiffness * deep**2
+            sim.step(tip_wrench=[0, 0, stiffness * deep, 0, 0, 0])
+        assert deep > 0.2
+        return stored[-1] - stored[0]
+
+    coarse, fine, finest = lost(1e-2), lost(5e-3), lost(2.5e-3)
+    assert fine == pytest.approx(coarse / 2.0, rel=0.2)
+    assert finest == pytest.approx(fine / 2.0, rel=0.1)
+
+
 def simulation(**words: Any) -> ca.Simulation:
     given: dict[str, Any] = {"vehicle": VEHICLE, "scenario": scenario()} | words
     return ca.Simulation(given.pop("vehicle"), given.pop("scenario"), **given)
@@ -176,6 +222,17 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     "period": (lambda: simulation(control_period=0), "control_period is 0", "above 0 [s]"),
     "tau": (lambda: simulation().step([1, 2]), "tau is [1, 2]", "8 finite"),
     "tau nan": (lambda: simulation().step([np.nan] * 8), "tau is [nan", "8 finite"),
+    "tip wrench": (lambda: simulation().step(tip_wrench=[1.0]), "tip_wrench is [1.0]", "6 finite"),
+    "wind": (
+        lambda: simulation().step(wind=[1, 0, 0]),
+        "wind is [1, 0, 0]",
+        "no [uav.drag]; leave it out",
+    ),
+    "rotors": (
+        lambda: simulation().step(rotor_command=[1]),
+        "rotor_command is [1]",
+        "no [uav.rotors]; leave it out",
+    ),
     "no target": (lambda: simulation().observe(), "target of the scenario is None", "give one"),
     "controller": (
         lambda: simulation(scenario=flights.scenario(flights.designed())),

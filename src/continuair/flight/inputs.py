@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -17,11 +18,15 @@ _TIMES_AT_ONCE = 256
 
 def groups_in_use(scenario: Scenario) -> int:
     """Bits of the groups of inputs that a scenario uses."""
+    return groups_of(field for field in FIELDS if getattr(scenario, field) is not None)
+
+
+def groups_of(fields: Iterable[str]) -> int:
+    """Bits of the groups of inputs that fields of a scenario give."""
     bits = 0
-    for field, inputs in FIELDS.items():
-        if getattr(scenario, field) is not None:
-            for name in inputs:
-                bits |= OF_NAME[name].bit
+    for field in fields:
+        for name in FIELDS[field]:
+            bits |= OF_NAME[name].bit
     return bits
 
 

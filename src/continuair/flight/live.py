@@ -14,6 +14,7 @@ from continuair.engine.engine import Drive, Logs, Start
 from continuair.engine.loop import Scene, watch
 from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import motion_of
+from continuair.flight.inputs import field_width, groups_of
 from continuair.flight.prepare import Cohort, check_scenario, checked_step, prepare
 from continuair.flight.resolution import summed
 from continuair.flight.steps import check_divides
@@ -23,7 +24,7 @@ from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import OK, STATUS
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import nearest_euler, paper_rates
-from continuair.vehicle.layout import GENERAL, PAPER, TAU, watched_columns
+from continuair.vehicle.layout import FIELDS, watched_columns
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
 Array = np.ndarray
@@ -56,7 +57,7 @@ class Observation:
 
 
 class Simulation:
-    """One vehicle in a scenario, advanced by `step(tau)` under forces held for a control period.
+    """One vehicle in a scenario, advanced by `step` under forces held for a control period.
 
     The scenario gives the start, the inputs that disturb the flight, and the target, if any; its
     duration is not a limit. model, step: as in `simulate`; control_period: [s]. Raises InputError.
@@ -95,7 +96,7 @@ class Simulation:
         row[: layout.state] = self._flight.start.states[0]
         row[layout.branch] = np.atleast_2d(scenario.q)[0, 6:]
         row[layout.roll] = np.atleast_2d(scenario.q)[0, 3]
-        self._rows, self._taus = [row], [np.zeros(layout.coordinates)]
+        self._rows, self._pushes, self._groups = [row], [np.zeros(layout.inputs)], 0
         self._euler = nearest_euler(row[layout.attitude], np.zeros(3), row[layout.roll][0])
 
     @property
@@ -129,14 +130,28 @@ class Simulation:
         """Rates of the paper's coordinates (8,), NaN of the Euler angles at a pitch of ±π/2."""
         return paper_rates(self.q[None], self.state[None], self._vehicle.kappa_s)[0]
 
-    def step(self, tau: Any) -> None:
-        """Advance one control period under generalised forces tau (8,), conjugate to q.
+    def step(
+        self,
+        tau: Any = None,
+        *,
+        force: Any = None,
+        moment: Any = None,
+        bend_moment: Any = None,
+        tip_wrench: Any = None,
+        rotor_command: Any = None,
+        wind: Any = None,
+    ) -> None:
+        """Advance one control period under what acts besides the scenario's inputs.
 
-        Force in world axes [N], torques conjugate to the Euler angles [N m], Q_κ [N m²] and
-        Q_ψa [N m]; they act besides the scenario's inputs. Raises InputError, also for a flight
-        that has ended.
+        tau (8,): generalised forces conjugate to q: force in world axes [N], torques conjugate to
+        the Euler angles [N m], Q_κ [N m²] and Q_ψa [N m]. The others as in `Scenario`; a
+        tip_wrench acts on the tip. All add up. Raises InputError, also for a flight that has ended.
         """
-        push = _numbers(tau, self._engine.layout.coordinates)
+        given = {
+            "tau": tau, "force": force, "moment": moment, "bend_moment": bend_moment,
+            "tip_wrench": tip_wrench, "rotor_command": rotor_command, "wind": wind,
+        }  # fmt: skip
+        push = self._row_of(given)
         if self._status != OK:
             raise InputError(
                 f"step is not possible: the flight ended at {self._ended:g} s ({self.status}); "
@@ -146,15 +161,16 @@ class Simulation:
         states, first = row[None, : layout.state], self._rows[0][None, : layout.state]
         angles = np.append(row[layout.branch][1::2], row[layout.roll])
         start = Start(states, angles[None], frozen=first)
+        self._groups |= groups_of(name for name, value in given.items() if value is not None)
         acting = self._drive(stage_times(grid), push)
         logs = self._engine.roll_out(_ONE, start, grid, acting)
-        self._taus[-1] = push
+        self._pushes[-1] = push
         self._errors = summed([self._errors, logs.errors[0]])
         self._status = int(logs.status[0])
         if self._status != OK:
             self._ended = float(grid.starts[logs.last_step[0]])
             return
-        self._taus.append(push)
+        self._pushes.append(push)
         self._rows.append(logs.log[0, -1])
         row = self._rows[-1]
         self._euler = nearest_euler(row[layout.attitude], self._euler, row[layout.roll][0])
@@ -183,7 +199,7 @@ class Simulation:
         scenario, engine = self._scenario, self._engine
         times = self._marks(0).samples[:-1]
         log = np.stack(self._rows)[None]
-        acting = self._drive(times, np.stack(self._taus)[:, None])
+        acting = self._drive(times, np.stack(self._pushes)[:, None])
         names, scene, watched = default_variables(self._vehicle, scenario), None, None
         if scenario.targets:
             names += tuple(sorted(WATCHED_VARIABLES))
@@ -211,14 +227,28 @@ class Simulation:
         edges = self._period * np.arange(first, len(self._rows) + 1)
         return marks_at(edges, self._scenario.jumps)
 
-    def _drive(self, times: Array, tau: Array) -> Drive:
-        """What acts at times; tau (8,), or (n, 1, 8) at each time."""
+    def _row_of(self, given: dict[str, Any]) -> Array:
+        """A row of inputs of fields of a scenario, or InputError."""
+        layout = self._engine.layout
+        row = np.zeros(layout.inputs)
+        for name, value in given.items():
+            if value is None:
+                continue
+            if not layout.of_input.keys() >= set(FIELDS[name]):
+                table = "[uav.drag]" if name == "wind" else "[uav.rotors]"
+                raise InputError(
+                    f"{name} is {shown(value)}, but the vehicle has no {table}; leave it out, or "
+                    "give the vehicle one."
+                )
+            layout.add(row, FIELDS[name], _numbers(name, value, field_width(name, layout)))
+        return row
+
+    def _drive(self, times: Array, push: Array) -> Drive:
+        """What acts at times; push (inputs,), or (n, 1, inputs) at each time."""
         drive = self._flight.drive(times, _ONE)
-        shape = np.broadcast_shapes(drive.table.shape, (*tau.shape[:-1], 1))
-        table = np.array(np.broadcast_to(drive.table, shape))
-        self._engine.layout.add(table, TAU, tau)
-        timed = len(table) > 1 and (drive.timed or tau.ndim > 1)
-        return Drive(table, timed, drive.groups | GENERAL | PAPER, drive.gravity)
+        table = drive.table + push
+        timed = len(table) > 1 and (drive.timed or push.ndim > 1)
+        return Drive(table, timed, drive.groups | self._groups, drive.gravity)
 
     def _watch(self, rows: list[Array], times: Array) -> Array:
         if not self._scenario.targets:
@@ -234,7 +264,7 @@ def _check_alone(vehicle: Any, scenario: Any) -> None:
     if scenario.controller is not None:
         raise InputError(
             f"controller of the scenario is {scenario.controller.name}, but a Simulation is pushed "
-            "by step(tau); leave the controller out, or use continuair.simulate."
+            "by step(…); leave the controller out, or use continuair.simulate."
         )
     runs = {
         "vehicle": vehicle.runs,
@@ -249,8 +279,8 @@ def _check_alone(vehicle: Any, scenario: Any) -> None:
             )
 
 
-def _numbers(tau: Any, size: int) -> Array:
-    array = checks.finite_array(tau)
+def _numbers(name: str, value: Any, size: int) -> Array:
+    array = checks.finite_array(value)
     if array is None or array.shape != (size,):
-        raise InputError(f"tau is {shown(tau)}; give {size} finite generalised forces.")
+        raise InputError(f"{name} is {shown(value)}; give {size} finite numbers.")
     return array
