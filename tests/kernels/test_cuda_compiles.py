@@ -13,6 +13,7 @@ from continuair.kernels.laws.servoing import law
 from continuair.kernels.types import Tree
 
 ONE, ARMS = Tree((1,)), Tree((2, 1), bodies=True, turned=True)
+FURNISHED = Tree((2, 1), turned=True, rotors=6, prompt=True, drag=True, arm_drag=True, wash=True)
 HOPPER = 90
 """Compute capability 9.0, of the H100 and H200."""
 
@@ -26,6 +27,8 @@ KERNELS: dict[str, Callable[[], Any]] = {
     "closed loop": lambda: closed_loop("float64", ONE, "coupled", law, 4, False).rollout,
     "two arms, one of two sections": lambda: kernels("float64", ARMS, "coupled").rollout,
     "what the camera sees": lambda: watching("float64", ONE, 4)[0],
+    "rotors, drag and wash": lambda: kernels("float64", FURNISHED, "coupled").rollout,
+    "thrusts": lambda: kernels("float64", FURNISHED, "coupled").observers[1],
 }
 
 

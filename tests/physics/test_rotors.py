@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import continuair as ca
 from continuair.errors import ContinuairWarning, InputError
+from continuair.studies.standard_excitations import EXCITATIONS, standard_scenario
 from tests.closed_loop.constant_push import constant_push
 from tests.test_errors import assert_one_plain_sentence
 
@@ -320,4 +321,22 @@ def test_what_rotors_and_air_cannot_do_is_refused_in_one_sentence(
     with pytest.raises(InputError) as caught:
         flown(vehicle, **{"q": LEVEL} | given)
     assert str(caught.value).startswith(start) and remedy in str(caught.value)
+    assert_one_plain_sentence(str(caught.value))
+
+
+@pytest.mark.parametrize("name", [next(iter(EXCITATIONS)), "release"])
+def test_studies_excite_a_vehicle_with_rotors_by_direct_forces(name: str) -> None:
+    """Rotors stand still then, and the flight is that of the vehicle without them."""
+    flights = [
+        ca.simulate(vehicle, standard_scenario(name, vehicle), duration=0.3, sample=0.01)
+        for vehicle in (SLENDER, QUAD)
+    ]
+    np.testing.assert_allclose(flights[1].tip_position, flights[0].tip_position, atol=1e-9)
+    assert float(flights[1].rotor_thrust.max()) == 0.0
+
+
+def test_a_gradient_refuses_rotors_in_one_sentence() -> None:
+    with pytest.raises(InputError) as caught:
+        ca.gradient(QUAD, ca.Scenario("hover", LEVEL), lambda flight: (0.0, {}))
+    assert str(caught.value).startswith("vehicle 'slender' has rotors, of which no gradient")
     assert_one_plain_sentence(str(caught.value))

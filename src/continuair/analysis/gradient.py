@@ -128,10 +128,16 @@ def _names(fields: Any) -> tuple[str, ...]:
 
 def _check_plain(vehicle: Vehicle) -> None:
     """Raise InputError for a vehicle of which no derivatives are known."""
-    for name in ("rotors", "drag"):
-        if getattr(vehicle.uav, name) is not None:
+    sections = (section for arm in vehicle.arms for section in arm.section)
+    found = {
+        "rotors": vehicle.uav.rotors is not None,
+        "drag": vehicle.uav.drag is not None,
+        "drag_coefficient": any(each.drag_coefficient is not None for each in sections),
+    }
+    for name, given in found.items():
+        if given:
             raise InputError(
-                f"vehicle {shown(vehicle.name)} has uav.{name}, of which no gradient is known; "
+                f"vehicle {shown(vehicle.name)} has {name}, of which no gradient is known; "
                 "leave it out, and give forces directly."
             )
 

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from continuair.engine.moments import length_unit, polynomials
 from continuair.kernels.types import Tree
 from continuair.vehicle.arms import ArmChain
+from continuair.vehicle.rotors import AIR_DENSITY
 from continuair.vehicle.section import Section
 from continuair.vehicle.uav import Uav
 from continuair.vehicle.vehicle import Vehicle
@@ -26,6 +27,7 @@ def tree_of(vehicle: Vehicle) -> Tree:
     """What kernels are made for to fly a vehicle."""
     arms, rotors = vehicle.arms, vehicle.uav.rotors
     straight = np.array([0.0, 0.0, 0.0, 1.0])
+    drags = any(each.drag_coefficient is not None for arm in arms for each in arm.section)
     return Tree(
         tuple(len(arm.section) for arm in arms),
         bodies=any(arm.tip is not None for arm in arms),
@@ -33,7 +35,9 @@ def tree_of(vehicle: Vehicle) -> Tree:
         eye=vehicle.camera_arm,
         rotors=0 if rotors is None else rotors.count,
         prompt=rotors is not None and bool((np.asarray(rotors.lag) == 0.0).any()),
-        air=vehicle.uav.drag is not None,
+        drag=vehicle.uav.drag is not None,
+        arm_drag=drags,
+        wash=drags and rotors is not None and rotors.radius is not None,
     )
 
 
@@ -116,6 +120,11 @@ def _pack_rotors_and_drag(plants: Array, uav: Uav) -> None:
     if drag is not None:
         plants["drag"] = per_run(drag.linear, runs, 3)
         plants["square_drag"] = per_run(drag.quadratic, runs, 3)
+    if "wash" in (plants.dtype.names or ()):
+        assert rotors is not None
+        square = np.square(per_run(rotors.radius, runs))
+        plants["hubs"], plants["disk"] = rotors.hubs, square
+        plants["wash"] = 0.5 / (AIR_DENSITY * np.pi * square)
 
 
 def _pack_mount(plants: Array, index: int, arm: ArmChain) -> None:
@@ -160,6 +169,10 @@ def _pack_sections(plants: Array, first: int, arm: ArmChain, whole: Array) -> No
             "beyond": beyond,
             "reach": (reach + 0.5 * length) / whole,
         }
+        if section.drag_coefficient is not None:
+            width = 2.0 * per_run(section.radius, runs)
+            share = 0.5 * AIR_DENSITY * per_run(section.drag_coefficient, runs)
+            columns["across"] = share * width * length
         for name, values in columns.items():
             plants[name][:, where] = values
         beyond, reach = beyond + mass, reach + length

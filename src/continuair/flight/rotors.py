@@ -25,7 +25,7 @@ def check_air_and_rotors(vehicle: Vehicle, scenario: Scenario, layout: Layout) -
     if scenario.wind is not None and not layout.air:
         raise InputError(
             "wind is given, but the vehicle has no drag for it to act on; leave it out, or give "
-            "the vehicle a table [uav.drag]."
+            "the vehicle a table [uav.drag], or a section a drag_coefficient."
         )
     for name in ("rotor_command", "rotor_thrust"):
         _check_count(name, getattr(scenario, name), layout.rotors)

@@ -55,14 +55,16 @@ def _observer_of_arm(
     attitude = at["tip_attitude"].start + 4 * arm
     names = ("tip_position", "tip_velocity", "tip_angular_velocity", "base_force", "base_moment")
     position, velocity, turning, force, moment = (at[name].start + 3 * arm for name in names)
-    freezes, couples = dynamics.freezes, dynamics.couples
+    freezes, couples, drags = dynamics.freezes, dynamics.couples, tree.arm_drag
+    drag_on = dynamics.loads.drag_on_arm(arm) if drags else None
+    Push = types.Push
 
     @wp.func
     def observe(
         out: wp.array3d(dtype=Cell), sample: int, y: State, dy: State, begun: State, flight: Flight,
-        row: int,
+        row: int, push: Push,
     ):  # fmt: skip
-        before(out, sample, y, dy, begun, flight, row)
+        before(out, sample, y, dy, begun, flight, row, push)
         q, w, plant = attitude_of(y), spin_of(y), flight.plant
         tip = world_tip(y, plant)
         # What the rows of the UAV hold of this arm, the arm takes from it.
@@ -90,6 +92,10 @@ def _observer_of_arm(
             load = load_on_tip(y, flight, row)
             taken -= load.force
             twisted -= load.moment
+        if wp.static(drags):
+            air = drag_on(y, flight, row, push)
+            taken -= air.force
+            twisted -= air.moment
         for j in range(3):
             keep(out, flight.run, sample, position + j, tip.position[j])
             keep(out, flight.run, sample, velocity + j, tip.velocity[j])
@@ -131,7 +137,7 @@ def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
     @wp.func
     def nothing(
         out: wp.array3d(dtype=Cell), sample: int, y: State, dy: State, begun: State, flight: Flight,
-        row: int,
+        row: int, push: Push,
     ):  # fmt: skip
         pass
 
@@ -162,7 +168,7 @@ def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
         for j in range(pushes):
             push[j] = of_sample(log, run, sample, command_at + j)
         dy = rate_of(y, along, flight, row, push)
-        observe_arms(out, sample, y, dy, begun, flight, row)
+        observe_arms(out, sample, y, dy, begun, flight, row, push)
 
         p, q, w, m = position_of(y), attitude_of(y), spin_of(y), plant.mass
         b = bends_of(y)

@@ -27,7 +27,8 @@ class Tree:
 
     bodies: whether tips carry rigid bodies; turned: whether mounts turn an arm. eye: the arm at
     whose tip the camera is. rotors: how many there are; prompt: whether some follow their command
-    at once; air: whether it drags.
+    at once. drag: whether the UAV has drag; arm_drag: whether arms have; wash: whether these hang
+    in air that the rotors move.
     """
 
     sections: tuple[int, ...]
@@ -36,7 +37,14 @@ class Tree:
     eye: int = 0
     rotors: int = 0
     prompt: bool = False
-    air: bool = False
+    drag: bool = False
+    arm_drag: bool = False
+    wash: bool = False
+
+    @property
+    def air(self) -> bool:
+        """Whether wind does anything."""
+        return self.drag or self.arm_drag
 
     @property
     def layout(self) -> Layout:
@@ -132,8 +140,10 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
         mass, mount, turn (arm axes to body) and the
         same as a quaternion; mass, first moment and inertia of the body on its
         tip about that point, in the last section's axes at it. length: of the longest arm [m]. Of
-        rotors, if there are any: allocation and its pseudo-inverse, limits of a thrust, lag; and of
-        the air drag per velocity, and per velocity and speed.
+        rotors, if there are any: allocation and its pseudo-inverse, limits of a thrust, lag. Of
+        drag: that of the UAV per velocity, and per velocity and speed; that of the sections per
+        velocity and speed across them. Of a wash: hubs, the squared radius of disks,
+        the squared velocity of the air over the thrust.
         """
 
         mass: Real
@@ -161,9 +171,15 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
             lowest: Real
             highest: Real
             lag: Real
-        if tree.air:
+        if tree.drag:
             drag: vec3
             square_drag: vec3
+        if tree.arm_drag:
+            across: PerSection
+        if tree.wash:
+            hubs: wp.types.matrix((rotors, 3), Real)
+            disk: Real
+            wash: Real
 
     @wp.func
     def position_of(y: State):

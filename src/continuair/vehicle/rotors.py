@@ -167,6 +167,11 @@ class Rotors(Part):
         return wrenches(*self._geometry(), self.torque_per_thrust)
 
     @property
+    def hubs(self) -> Array:
+        """Positions of the rotors in body axes (rotors, 3), or (runs, rotors, 3) [m]."""
+        return self._geometry()[0]
+
+    @property
     def inverse(self) -> Array:
         """The pseudo-inverse of the allocation (rotors, 6), or (runs, rotors, 6)."""
         return pseudo_inverse(self.allocation)[0]

@@ -65,6 +65,9 @@ class Section(Part):
     """the spacer disks and tip masses, a list of tables ([[arm.disks]]), or a table of a count,
     mass and inertia for equal ones at even distances"""
 
+    drag_coefficient: NotNegative | None = None
+    """the drag coefficient of the round backbone in air that flows across it [-]"""
+
     kappa_s: NotNegative = 1e-3
     """the curvature below which generalised inputs in polar coordinates use kappa_s in place of
     the curvature they are divided by; Remark 1, Amiri et al. [1/m]"""
@@ -89,6 +92,10 @@ class Section(Part):
                     f"disks.{index}.position is {disk.position}, beyond the {owner}'s end; give a "
                     f"position from 0 to the {owner}'s length {self.length} [m]."
                 )
+        if self.drag_coefficient is not None and self.given_radius is None:
+            raise InputError(
+                "radius is missing, which drag_coefficient needs; give the backbone's radius [m]."
+            )
         self._check_frequency()
         if self.given_radius is not None and self.radius > self.length / 2:
             raise InputError(

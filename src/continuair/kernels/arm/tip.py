@@ -28,6 +28,10 @@ class TipCode:
     MovingTip: Any
     End: Any
     end_of: Any
+    mounted: Any
+    swept_by: Any
+    turned_by: Any
+    wrench_on_bend: Any
     tip_of: Any
     moving_tip_of: Any
     world_tip_of: Any

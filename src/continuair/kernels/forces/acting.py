@@ -8,6 +8,7 @@ import warp as wp
 
 from continuair.kernels.flight import flight_code
 from continuair.kernels.forces.air import air_code
+from continuair.kernels.forces.arm_air import arm_air_code
 from continuair.kernels.forces.inputs import input_code
 from continuair.kernels.forces.load import load_code
 from continuair.kernels.forces.rotors import rotor_code
@@ -19,13 +20,14 @@ from continuair.vehicle.layout import PAPER, TIP
 @dataclass(frozen=True)
 class ActingCode:
     """Load, a struct, and what acts: otherwise than at the tips, and in all; and load_on_tip and
-    misdirected, of forces/inputs.py."""
+    misdirected, of forces/inputs.py, and drag_on_arm, of forces/arm_air.py, None without drag."""
 
     Load: Any
     load_on_uav: Any
     load_of: Any
     load_on_tip: Any
     misdirected: Any
+    drag_on_arm: Any
 
 
 @cache
@@ -61,15 +63,27 @@ def acting_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> ActingCode:
 
         load_on_uav = load_with_rotors
 
-    if tree.air:
-        in_still_air, drag_load = load_on_uav, air_code(numbers, tree).drag_load
+    if tree.drag:
+        without_drag, drag_load = load_on_uav, air_code(numbers, tree).drag_load
 
         @wp.func
-        def load_in_air(y: State, along: Along, flight: Flight, row: int, command: Push):
-            out = in_still_air(y, along, flight, row, command)
+        def load_with_drag(y: State, along: Along, flight: Flight, row: int, command: Push):
+            out = without_drag(y, along, flight, row, command)
             return plus(out, drag_load(y, flight, row))
 
-        load_on_uav = load_in_air
+        load_on_uav = load_with_drag
+
+    drag_on_arm = None
+    if tree.arm_drag:
+        air = arm_air_code(numbers, tree, frozen_arm)
+        without_arms, arms_load, drag_on_arm = load_on_uav, air.arms_load, air.drag_on_arm
+
+        @wp.func
+        def load_with_arms(y: State, along: Along, flight: Flight, row: int, command: Push):
+            out = without_arms(y, along, flight, row, command)
+            return plus(out, arms_load(y, flight, row, command))
+
+        load_on_uav = load_with_arms
 
     @wp.func
     def load_of(y: State, along: Along, flight: Flight, row: int, command: Push):

@@ -1,4 +1,4 @@
-"""Device code of the air: drag of the UAV in the wind."""
+"""Device code of the air: the wind, and the drag of the UAV in it."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -15,8 +15,9 @@ from continuair.vehicle.layout import AIR
 
 @dataclass(frozen=True)
 class AirCode:
-    """drag_load(y, flight, row)."""
+    """wind_at(flight, row), world axes; drag_load(y, flight, row) of the UAV."""
 
+    wind_at: Any
     drag_load: Any
 
 
@@ -29,12 +30,16 @@ def air_code(numbers: Numbers, tree: Tree) -> AirCode:
     wind = types.layout.of_input["wind"].start
 
     @wp.func
+    def wind_at(flight: Flight, row: int):
+        out = vec3()
+        if (flight.groups & AIR) != 0:
+            out = three_of(flight.inputs, row, flight.run, wind)
+        return out
+
+    @wp.func
     def drag_load(y: State, flight: Flight, row: int):
         """-D v - |v| D₂ v, of the velocity v through the air in body axes."""
-        through = velocity_of(y)
-        if (flight.groups & AIR) != 0:
-            through -= three_of(flight.inputs, row, flight.run, wind)
-        v = wp.quat_rotate_inv(attitude_of(y), through)
+        v = wp.quat_rotate_inv(attitude_of(y), velocity_of(y) - wind_at(flight, row))
         speed = wp.length(v)
         linear = flight.plant.drag
         square = flight.plant.square_drag

@@ -1,0 +1,146 @@
+"""Drag of the arms and the wash of the rotors on them, against the paper's own Jacobians."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import continuair as ca
+from continuair.engine.engine import Drive, Engine, Start
+from continuair.equations import kinematics
+from continuair.errors import InputError
+from continuair.vehicle.coordinates import branches_of, state_from_paper
+from continuair.vehicle.layout import FIELDS, GENERAL, PAPER
+from continuair.vehicle.rotors import AIR_DENSITY
+from tests.test_errors import assert_one_plain_sentence
+
+Array = np.ndarray
+
+BARE = ca.load_vehicle(Path(__file__).parents[1] / "three_sections.toml")
+BARE = BARE.replace({"arm.left.section.tip.radius": 0.003})
+LEFT, RIGHT = "arm.left.section", "arm.1.section"
+COEFFICIENTS = {f"{LEFT}.base": 1.2, f"{LEFT}.tip": 0.8, f"{RIGHT}.0": 1.1}
+DRAGGED = BARE.replace({f"{name}.drag_coefficient": c for name, c in COEFFICIENTS.items()})
+SLENDER = ca.load_vehicle("slender")
+CYLINDER = SLENDER.replace({"arm.drag_coefficient": 1.1})
+RNG = np.random.default_rng(11)
+Q = np.array([0.1, 0.2, 0.3, 0.2, -0.4, 0.6, 1.5, 0.3, -2.0, 1.1, 1.2, -0.7])
+QD = RNG.uniform(-3.0, 3.0, 12)
+
+
+def generalised(vehicle: ca.Vehicle, q: Array, qd: Array, wash: Any = None) -> Array:
+    """Σ Jᵀ f of three Gauss nodes of every section, f = -½ρ C_d d |v_n| v_n per length, v_n what is
+    across the tangent; wash(point): velocity of the air at a point, world axes."""
+    nodes, weights = np.polynomial.legendre.leggauss(3)
+    found = np.zeros(len(q))
+    for a, arm in enumerate(vehicle.arms):
+        for k, section in enumerate(arm.section):
+            s = 0.5 * section.length * (1.0 + nodes)
+            J = kinematics.jacobian(vehicle, q, s, arm=a, section=k)[:, :3]
+            v = J @ qd
+            if wash is not None:
+                v = v - wash(kinematics.position(vehicle, q, s, arm=a, section=k))
+            t = kinematics.tangents(vehicle, q, s, arm=a, section=k)
+            v = v - (v * t).sum(-1, keepdims=True) * t
+            assert section.drag_coefficient is not None
+            size = 0.5 * AIR_DENSITY * section.drag_coefficient * 2.0 * section.radius
+            share = 0.5 * section.length * weights * size * np.linalg.norm(v, axis=1)
+            found -= np.einsum("nij,ni->j", J, share[:, None] * v)
+    return found
+
+
+@pytest.mark.parametrize("model", ["coupled", "decoupled"])
+def test_drag_is_what_its_nodes_do_through_the_jacobian(model: str) -> None:
+    """Two sections in line and another arm; rounding of the Jacobians with polar coordinates."""
+    found = ca.forward_dynamics(DRAGGED, Q, QD, model=model)
+    tau = generalised(DRAGGED, Q, QD)
+    expected = ca.forward_dynamics(BARE, Q, QD, tau, model=model)
+    without = ca.forward_dynamics(BARE, Q, QD, model=model)
+    assert np.abs(found - without).max() > 0.1
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * np.abs(without).max())
+
+
+def test_the_independent_arm_feels_the_air_on_a_base_at_rest() -> None:
+    still = np.concatenate([np.zeros(6), QD[6:]])
+    tau = np.concatenate([generalised(DRAGGED, Q, QD)[:6], generalised(DRAGGED, Q, still)[6:]])
+    found = ca.forward_dynamics(DRAGGED, Q, QD, model="independent")
+    expected = ca.forward_dynamics(BARE, Q, QD, tau, model="independent")
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-7)
+
+
+ROTORS = {
+    "layout": "quad_x",
+    "lever": 0.2,
+    "height": 0.02,
+    "thrust_limits": [0.0, 14.0],
+    "torque_per_thrust": 0.016,
+    "lag": 0.04,
+    "radius": 0.12,
+}
+
+
+def test_rotors_wash_the_parts_of_an_arm_that_are_below_their_disks() -> None:
+    """An arm that hangs from a boom's end and bends out of the wash; rotors turn differently."""
+    bare = SLENDER.replace({"uav.mount": (0.14, 0.14, -0.05), "uav.rotors": ROTORS})
+    blown = bare.replace({"arm.drag_coefficient": 1.1})
+    q = np.array([0.0, 0.0, 1.0, 0.1, -0.2, 0.3, 1.1, 0.6])
+    qd = np.array([0.5, -0.3, 0.2, 0.4, 0.1, -0.5, 0.3, 0.2])
+    speeds = np.array([0.8, 0.6, 0.7, 0.5])
+    R, corner, area = kinematics.rotation(q), 0.2 * np.sqrt(0.5), np.pi * 0.12**2
+    hubs = corner * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
+
+    def wash(points: Array) -> Array:
+        body = (points - q[:3]) @ R
+        inside = np.linalg.norm(body[:, None, :2] - hubs, axis=2) < 0.12
+        assert inside.any() and not inside.all(axis=0).any()
+        induced = np.sqrt(14.0 * speeds**2 / (2.0 * AIR_DENSITY * area))
+        return -(inside @ induced)[:, None] * R[:, 2]
+
+    state = np.hstack([state_from_paper(q[None], qd[None]), speeds[None]])
+    start = Start(state, branches_of(q[None]))
+    rates = []
+    for vehicle, tau in ((blown, np.zeros(8)), (bare, generalised(blown, q, qd, wash))):
+        engine = Engine(vehicle, "coupled")
+        inputs = np.zeros((1, 1, engine.layout.inputs))
+        engine.layout.add(inputs, FIELDS["tau"], tau)
+        rates.append(engine.derivative(start, Drive(inputs, False, GENERAL + PAPER, 9.81)))
+    np.testing.assert_allclose(*rates, rtol=1e-10, atol=1e-9)
+
+
+def test_wind_only_matters_relative_to_the_vehicle() -> None:
+    """Carried along by the wind without gravity, it flies as in still air."""
+    wind, q = np.array([2.0, -1.0, 0.5]), (0, 0, 0, 0.1, 0.2, 0.3, 0.8, 0.4)
+    moving, options = (1.0, 2.0, -1.0, 0.3, 0.1, 0.2, 0.5, 0.2), {"sample": 0.01}
+    given: dict[str, Any] = {"gravity": 0.0, "duration": 0.5}
+    still = ca.simulate(CYLINDER, ca.Scenario("still", q, moving, **given), **options)
+    carried = np.add(moving, [*wind, 0, 0, 0, 0, 0])
+    blown = ca.simulate(CYLINDER, ca.Scenario("blown", q, carried, wind=wind, **given), **options)
+    drift = wind * still.time.to_numpy()[:, None]
+    np.testing.assert_allclose(blown.position - drift, still.position, atol=1e-10)
+    np.testing.assert_allclose(blown.bend, still.bend, atol=1e-9)
+
+
+def test_the_reaction_at_the_base_is_what_moves_the_uav() -> None:
+    """m_u Δv = ∫ R f dt + m_u g t: what the arm puts on the UAV holds its own drag."""
+    q, wind = (0, 0, 0, 0.1, 0.2, 0.3, 0.8, 0.4), (6.0, 3.0, 0.0)
+    scenario = ca.Scenario("blown", q, wind=wind, duration=0.4)
+    flight = ca.simulate(CYLINDER, scenario, step=2e-4)
+    turn = Rotation.from_quat(flight.attitude.to_numpy())
+    force = turn.apply(flight.base_force.to_numpy())
+    ends = force[0] + force[-1] + 4.0 * force[1:-1:2].sum(0) + 2.0 * force[2:-1:2].sum(0)
+    v = turn.apply(flight.velocity.to_numpy())
+    gained = SLENDER.uav.mass * (v[-1] - v[0]) + [0.0, 0.0, SLENDER.uav.mass * 9.81 * 0.4]
+    # Simpson's rule at 1 ms of what vibrates at ω = 48 rad/s.
+    np.testing.assert_allclose(gained, 1e-3 / 3.0 * ends, atol=1e-6 * np.abs(force).max())
+    assert float(np.abs(flight.base_force[0]).max()) > 0.01
+
+
+def test_drag_without_a_radius_is_refused_in_one_sentence() -> None:
+    with pytest.raises(InputError) as caught:
+        ca.load_vehicle(Path(__file__).parents[1] / "three_sections.toml").replace(
+            {"arm.left.section.tip.drag_coefficient": 1.0}
+        )
+    assert str(caught.value).startswith("arm.left.section.tip.radius is missing, which drag_coeff")
+    assert_one_plain_sentence(str(caught.value))
