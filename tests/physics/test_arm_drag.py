@@ -112,11 +112,11 @@ def test_rotors_wash_the_parts_of_an_arm_that_are_below_their_disks() -> None:
 def test_wind_only_matters_relative_to_the_vehicle() -> None:
     """Carried along by the wind without gravity, it flies as in still air."""
     wind, q = np.array([2.0, -1.0, 0.5]), (0, 0, 0, 0.1, 0.2, 0.3, 0.8, 0.4)
-    moving, options = (1.0, 2.0, -1.0, 0.3, 0.1, 0.2, 0.5, 0.2), {"sample": 0.01}
+    moving = (1.0, 2.0, -1.0, 0.3, 0.1, 0.2, 0.5, 0.2)
     given: dict[str, Any] = {"gravity": 0.0, "duration": 0.5}
-    still = ca.simulate(CYLINDER, ca.Scenario("still", q, moving, **given), **options)
+    still = ca.simulate(CYLINDER, ca.Scenario("still", q, moving, **given), sample=0.01)
     carried = np.add(moving, [*wind, 0, 0, 0, 0, 0])
-    blown = ca.simulate(CYLINDER, ca.Scenario("blown", q, carried, wind=wind, **given), **options)
+    blown = ca.simulate(CYLINDER, ca.Scenario("blown", q, carried, wind=wind, **given), sample=0.01)
     drift = wind * still.time.to_numpy()[:, None]
     np.testing.assert_allclose(blown.position - drift, still.position, atol=1e-10)
     np.testing.assert_allclose(blown.bend, still.bend, atol=1e-9)
