@@ -2,8 +2,6 @@
 
 import json
 import subprocess
-import sys
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +10,9 @@ import pytest
 
 import continuair as ca
 from tests.oracles.conftest import Claim
+from tests.oracles.peers import python_with
 
 SOURCE = "RotorPy 3.0.0"
-ROOT = Path(__file__).parents[2]
 PERIOD, PERIODS = 0.05, 10
 FULL, COEFFICIENT, TORQUE = 800.0, 1.9e-5, 2.6e-7
 """Greatest speed [rad/s], thrust [N] and torque [N m] per squared speed."""
@@ -56,27 +54,6 @@ def rigid() -> ca.Vehicle:
     )
 
 
-def python() -> str:
-    """One that has RotorPy: this one, that of `make bench`, or one that is made on first use."""
-    if find_spec("rotorpy"):
-        return sys.executable
-    for name in ("rotorpy_rigid", "rotorpy_oracle"):
-        folder = ROOT / ".peers" / name
-        if (folder / "installed").exists():
-            return str(folder / "bin" / "python")
-    found = str(folder / "bin" / "python")
-    # Of what RotorPy asks for, its vehicle needs these.
-    wanted = ["rotorpy==3.0.0", f"numpy=={np.__version__}", "scipy"]
-    try:
-        subprocess.run([sys.executable, "-m", "venv", "--clear", str(folder)], check=True)
-        pip = [found, "-m", "pip", "install", "--quiet", "--quiet"]
-        subprocess.run([*pip, "--no-deps", *wanted], check=True)
-    except (OSError, subprocess.CalledProcessError) as error:
-        pytest.skip(f"RotorPy cannot be installed: {error}")
-    (folder / "installed").touch()
-    return found
-
-
 @pytest.fixture(scope="module")
 def theirs() -> Any:
     """What RotorPy makes of the case."""
@@ -89,8 +66,11 @@ def theirs() -> Any:
     case = {"params": params, "start": start, "speeds": SPEEDS.tolist(), "period": PERIOD}
     case |= {"wrenches": WRENCHES.tolist()}
     script = Path(__file__).with_name("rotorpy_quad.py")
+    # Of what RotorPy asks for, its vehicle needs these.
+    wanted = ["--no-deps", "rotorpy==3.0.0", f"numpy=={np.__version__}", "scipy"]
+    python = python_with("rotorpy", "rotorpy_rigid", *wanted)
     run = subprocess.run(
-        [python(), str(script)], input=json.dumps(case), capture_output=True, text=True, check=True
+        [python, str(script)], input=json.dumps(case), capture_output=True, text=True, check=True
     )
     return json.loads(run.stdout)
 

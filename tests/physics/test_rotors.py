@@ -340,3 +340,10 @@ def test_a_gradient_refuses_rotors_in_one_sentence() -> None:
         ca.gradient(QUAD, ca.Scenario("hover", LEVEL), lambda flight: (0.0, {}))
     assert str(caught.value).startswith("vehicle 'slender' has rotors, of which no gradient")
     assert_one_plain_sentence(str(caught.value))
+
+
+def test_a_command_beside_a_controller_adds_to_what_its_push_asks_for() -> None:
+    prompt = FURNISHED.replace({"uav.rotors.lag": 0.0})
+    law = constant_push([0.0, 0.0, 20.0], [0.0, 0.0, 0.0])
+    flight = flown(prompt, LEVEL, controller=law, rotor_command=(1.0, 2.0, 3.0, 4.0), duration=0.01)
+    np.testing.assert_allclose(flight.rotor_thrust[0], [6.0, 7.0, 8.0, 9.0], rtol=1e-12)
