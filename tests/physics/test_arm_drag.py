@@ -106,7 +106,7 @@ def test_rotors_wash_the_parts_of_an_arm_that_are_below_their_disks() -> None:
         inputs = np.zeros((1, 1, engine.layout.inputs))
         engine.layout.add(inputs, FIELDS["tau"], tau)
         rates.append(engine.derivative(start, Drive(inputs, False, GENERAL + PAPER, 9.81)))
-    np.testing.assert_allclose(*rates, rtol=1e-10, atol=1e-9)
+    np.testing.assert_allclose(rates[0], rates[1], rtol=1e-10, atol=1e-9)
 
 
 def test_wind_only_matters_relative_to_the_vehicle() -> None:
