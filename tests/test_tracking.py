@@ -282,3 +282,13 @@ def test_flights_that_ended_early_are_told_and_have_no_largest_difference(
     lost = results["letters"]["M"]["decoupled"]
     assert np.isnan(lost["ds_max_px_after_2s"])
     assert any("fast, M, coupled: ended at" in line for line in tracking_output.remarks(results))
+
+
+def test_gains_of_the_image_of_now_track_as_well_and_no_proof_is_said_to_hold(
+    vehicle: ca.Vehicle, study: Tracking
+) -> None:
+    found = tracking(vehicle, "L", load_gains("current"), ["coupled"], ["nominal"])
+    constant = study.results["letters"]["L"]["coupled"]["rms_px"]
+    assert found.results["letters"]["L"]["coupled"]["rms_px"] <= 1.05 * constant
+    assert "conditions" in study.results and "conditions" not in found.results
+    assert "## Stability" not in tracking_output.as_table(found.results)

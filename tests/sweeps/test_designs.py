@@ -292,3 +292,33 @@ def test_an_excitation_that_a_given_step_misses_is_told_of(tmp_path: Path) -> No
         with pytest.warns(ca.ContinuairWarning, match="inf in 1 of 2 runs: inputs change within"):
             found = way(tmp_path / "store.zarr")
     assert np.isinf(found["step_error"].to_numpy()).tolist() == [[False] * 2, [True] * 2]
+
+
+def test_gains_of_the_image_of_now_bring_runs_of_a_sweep_home_from_afar() -> None:
+    design = xr.Dataset(
+        {"controller.gains": ("gains", ["constant", "current"]), "scenario.yaw": 1.0},
+        attrs={
+            "scenario": {"duration": 8.0},
+            "controller": {"bandwidth": 6.0},
+            "target": {"duration": 1e3},
+            "vehicle": "paper",
+            "sample": 0.01,
+            "settle": 7.0,
+        },
+    )
+    found = results(design).sel(model="coupled")
+    assert found["status"].values.tolist()[1] == 0 != found["status"].values.tolist()[0]
+    assert found["rms_px"].values[1] < 1.0
+
+
+def test_stores_of_constant_gains_begun_before_there_was_a_choice_go_on() -> None:
+    attrs = {"controller": {"bandwidth": 3.0}, "target": {}}
+    found = load_design(xr.Dataset({"scenario.x": ("x", [0.1])}, attrs=attrs))
+    assert "gains" not in found.describe()["base"]["controller"]
+    other = load_design(
+        xr.Dataset(
+            {"scenario.x": ("x", [0.1])},
+            attrs=attrs | {"controller": {"bandwidth": 3.0, "gains": "current"}},
+        )
+    )
+    assert found.digest != other.digest

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -17,11 +17,7 @@ from continuair.cli.options import (
     tell_where,
     write_json,
 )
-from continuair.cli.terminal import print_table, progress_bar
-
-# Everything else is imported inside the commands, so that --help answers at once.
-if TYPE_CHECKING:
-    from continuair.studies.region.study import Region
+from continuair.cli.terminal import progress_bar
 
 
 @app.command()
@@ -64,6 +60,7 @@ def region(
         from continuair.controllers.gain_files import load_gains
         from continuair.kernels.dynamics import PLANTS
         from continuair.studies.region.flights import LAWS
+        from continuair.studies.region.report import summary
         from continuair.studies.region.study import region as run
         from continuair.vehicle.vehicle import load_vehicle
 
@@ -77,28 +74,6 @@ def region(
 
                 progress(1, 1, "writing results and figures")
                 keep("region", study, folder)
-    _show(study)
+    typer.echo("\n".join(summary(study.results)), err=True)
     tell_where(out)
     write_json(as_json(study.results), json)
-
-
-def _show(study: Region) -> None:
-    from continuair.studies.region.report import name_of, reach
-    from continuair.studies.tables import percent
-
-    cases = study.results["cases"]
-    rows = [
-        [entries[0]["direction"], f"{entries[0]['bend_1_m']:g}", *map(reach, entries)]
-        for entries in zip(*(case["directions"] for case in cases), strict=True)
-    ]
-    names = [name_of(case).replace(", ", "\n") for case in cases]
-    # What is in a cell stays on one line.
-    whole = [[cell.replace(" ", "\xa0") for cell in row] for row in rows]
-    print_table(["off in", "bend", *names], whole, err=True)
-    for case in cases:
-        found = case["random"]
-        typer.echo(
-            f"{name_of(case)}: {found['well']} of {found['runs']} random starts end well "
-            f"({percent(found['share'])}).",
-            err=True,
-        )

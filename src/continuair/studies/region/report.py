@@ -54,8 +54,14 @@ def reach(entry: dict[str, Any]) -> str:
 
 
 def as_table(results: dict[str, Any]) -> str:
-    """Return the results in Markdown, with what they rest on."""
-    lines = [
+    """Return the results in Markdown, with what they rest on and the starts that fail."""
+    failed = [line for case in results["cases"] for line in _listed(case)]
+    return "\n".join([*summary(results), *failed]) + "\n"
+
+
+def summary(results: dict[str, Any]) -> list[str]:
+    """Return the lines of what is reached."""
+    return [
         f"# Region of operation, vehicle {results['vehicle']['name']}",
         "",
         f"Flights of {DURATION:g} s from rest before a target at rest. One has ended well that "
@@ -77,9 +83,6 @@ def as_table(results: dict[str, Any]) -> str:
         "",
         *_shares(results),
     ]
-    for case in results["cases"]:
-        lines += _listed(case)
-    return "\n".join(lines) + "\n"
 
 
 def _reaches(results: dict[str, Any]) -> list[str]:

@@ -50,8 +50,10 @@ def law_variants(
     steps.begin("variants of the law")
     chosen = _variants(damped, gains, scalar)
     for of_damped, flown in ((True, damped), (False, bare)):
-        same = [v for v in chosen if v.damped is of_damped]
-        rows += _fly(flown, same, stack([v.controller for v in same]), letter)
+        # Scalar gains fly another law than gains of the image of now.
+        for law in dict.fromkeys(v.controller.law for v in chosen):
+            same = [v for v in chosen if v.damped is of_damped and v.controller.law is law]
+            rows += _fly(flown, same, stack([v.controller for v in same]), letter)
     steps.begin("classic image-based servoing")
     baseline = Variant("classic IBVS, v = λ L⁺ e, rate 1.5 /s", classic(damped, 1.5, 6.0))
     return rows + _fly(damped, [baseline], stack([baseline.controller]), letter)
