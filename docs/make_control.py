@@ -1,6 +1,6 @@
 """Write the tables of the region of operation in docs/control.md, from what `region` has written:
 
-continuair region --rate 1000 --rate 10000 --out results/region
+continuair region --model coupled --rate 1000 --rate 10000 --out results/region
 python docs/make_control.py results/region/region.json
 """
 
