@@ -138,6 +138,11 @@ def _gains_of(scenario: Scenario) -> dict[str, Array]:
             f"scenario {name}; give a Scenario whose controller is one of continuair.servoing "
             "with constant gains."
         )
+    if controller.integral:
+        raise InputError(
+            f"scenario has a controller with integral {controller.integral:g}, of which no "
+            "Lyapunov function here knows; give one without."
+        )
     if controller.runs is not None:
         raise InputError(
             f"scenario has a controller of {controller.runs} runs; give one with the gains of one "

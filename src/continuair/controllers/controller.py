@@ -26,8 +26,9 @@ class Controller:
     a batch. looks: whether it needs the camera and a target. settings: kept as provenance. period:
     how often it acts [s], the scenario's control_period where it is None. guided: whether its law
     follows set-points, as kernels/sensing/guided.py has it; latency: how long after it has sensed
-    what it acts on the push of such a law acts [s]. asks: of rotors the rank of the wrench, 4
-    for a lift and moments, 6 for forces in any direction too.
+    what it acts on the push of such a law acts [s]. asks: of rotors the rank of the wrench, 4 for a
+    lift and moments, 6 for forces in any direction too. integral: rate [1/s] at which the error of
+    the image, summed up over time, adds to it, for laws that look.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Controller:
     period: float | None = None
     latency: float = 0.0
     guided: bool = False
+    integral: float = 0.0
     asks: int = 4
 
     def __post_init__(self) -> None:
@@ -86,6 +88,11 @@ def stack(controllers: Sequence[Controller]) -> Controller:
                     f"controllers holds gains {name} of shapes {one} and {two}; stack controllers "
                     "for as many points each."
                 )
+        if other.integral != first.integral:
+            raise InputError(
+                f"controllers have integral {first.integral:g} and {other.integral:g}; give all of "
+                "them the same."
+            )
         if (other.period, other.latency) != (first.period, first.latency):
             raise InputError(
                 f"controllers act every {first.period} and {other.period} s, {first.latency} and "

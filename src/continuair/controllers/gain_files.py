@@ -49,6 +49,11 @@ class Gains:
         """Whether the gains are those of the desired image throughout."""
         return self.settings.get("gains", "constant") == "constant"
 
+    @property
+    def as_printed(self) -> bool:
+        """Whether the law is the one that the paper's proof speaks of: constant, no integral."""
+        return self.constant and not self.settings.get("integral")
+
     def controller(self, vehicle: Vehicle) -> Controller:
         """The paper's law with these gains, designed for the vehicle if they give a bandwidth."""
         designing = {k: v for k, v in self.settings.items() if k in _DESIGN and k != "points"}

@@ -34,6 +34,7 @@ def servoing(
     feed_forward: bool = True,
     compensation: str = "gravity_only",
     posture_damping: float = 0.0,
+    integral: float = 0.0,
     arms: Carried | None = None,
 ) -> Controller:
     """The paper's controller for `points` feature points.
@@ -42,9 +43,11 @@ def servoing(
     positive definite, or all what `design` gives with gains="current"; sigma: width of tanh,
     normalised image. compensation: "gravity_only" leaves the arm its spring, "literal" cancels the
     elastic force too, as the printed G does. posture_damping: a moment against the bend rate
-    [N m³ s], for the two joint directions that the image does not see. arms: what `design` gives
-    for a vehicle with [[arm]]; with it they are carried along, our law and not the paper's. Raises
-    InputError.
+    [N m³ s], for the two joint directions that the image does not see. integral: rate [1/s] at
+    which the error, summed up over time while no point is farther than 0.1 off, adds to it, so that
+    a steady force leaves none; below the bandwidth of the slowest direction. arms: what `design`
+    gives for a vehicle with [[arm]]; with it they are carried along, our law and not the paper's.
+    Raises InputError.
     """
     chosen = {"damping": damping, "compensation": compensation}
     for name, value in chosen.items():
@@ -60,6 +63,9 @@ def servoing(
         "feed_forward": checks.flag("feed_forward", feed_forward),
         "posture_damping": checks.number("posture_damping", posture_damping, least=0.0),
     }
+    rate = checks.number("integral", integral, least=0.0, otherwise=" [1/s]")
+    if rate:
+        settings["integral"] = rate
     gains = {
         **fields,
         "sigma": settings["sigma"],
@@ -69,21 +75,19 @@ def servoing(
         "posture": settings["posture_damping"],
     }
     name = "DPD-SM-IBVS, current gains" if follow else "DPD-SM-IBVS"
-    if arms is None:
-        plain = current.law if follow else law
-        return Controller(name, plain, gains, settings=settings, asks=6)
-    return _with_arms_carried(name, gains, settings, arms, follow)
+    laws = (current.law, current.carrying_law) if follow else (law, carried.law)
+    if arms is not None:
+        name, gains = f"{name}, arms carried", gains | _carrying(arms)
+        settings["bend_rate"] = arms.rate
+    flown = laws[arms is not None]
+    return Controller(name, flown, gains, settings=settings, asks=6, integral=rate)
 
 
-def _with_arms_carried(
-    name: str, gains: dict[str, Any], settings: dict[str, Any], arms: Any, follow: bool
-) -> Controller:
+def _carrying(arms: Any) -> dict[str, Any]:
+    """The fields that the laws have besides for arms that are carried along."""
     if not isinstance(arms, Carried):
         raise InputError(f"arms is {shown(arms)}; give what design(vehicle, ...) returns, or None.")
-    gains |= {"per_push": arms.per_push, "bend_inertia": arms.inertia, "bend_rate": arms.rate}
-    settings |= {"bend_rate": arms.rate}
-    carrying = current.carrying_law if follow else carried.law
-    return Controller(f"{name}, arms carried", carrying, gains, settings=settings, asks=6)
+    return {"per_push": arms.per_push, "bend_inertia": arms.inertia, "bend_rate": arms.rate}
 
 
 def _constant(given: dict[str, Any], size: int) -> tuple[dict[str, Any], dict[str, Any]]:

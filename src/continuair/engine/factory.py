@@ -147,6 +147,7 @@ def closed_loop(
     every_stage: bool,
     lanes: int = 1,
     integrator: str = "rk4",
+    integrates: bool = False,
 ) -> LoopKernels:
     """The roll-out with a controller's law; raises InputError for a law without its parts."""
     of = Numbers(precision, lanes), tree
@@ -160,7 +161,7 @@ def closed_loop(
     if hasattr(found, "Memory"):
         pilot = guided_pilot(*of, points, found)
     else:
-        pilot = law_pilot(*of, points, found, every_stage)
+        pilot = law_pilot(*of, points, found, every_stage, integrates)
     logger = state_logger(*of)
     rollout = rollout_kernel(*of, dynamics_code(*of, model), pilot, logger, integrator)
     remembered = found.Memory._length_ if hasattr(found, "Memory") else 0
@@ -177,6 +178,7 @@ def packed_loop(
     every_stage: bool,
     lanes: int,
     integrator: str = "rk4",
+    integrates: bool = False,
 ) -> LoopKernels | None:
     """The same for packs of runs, loaded; None for a law that is not for packs.
 
@@ -184,7 +186,7 @@ def packed_loop(
     """
     try:
         of = precision, tree, model
-        found = closed_loop(*of, law, points, every_stage, lanes, integrator)
+        found = closed_loop(*of, law, points, every_stage, lanes, integrator, integrates)
     except Exception:
         # Whatever a law raises that is made of other numbers than it expects.
         return None

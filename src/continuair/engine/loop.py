@@ -14,7 +14,13 @@ from continuair.engine.factory import LoopKernels, closed_loop, packed_loop, wat
 from continuair.engine.lanes import packs_of, struct_rows
 from continuair.engine.pack import per_run
 from continuair.errors import InputError
-from continuair.vehicle.layout import MOTION, frame_columns, watched_columns, width_of
+from continuair.vehicle.layout import (
+    MOTION,
+    frame_columns,
+    summed_columns,
+    watched_columns,
+    width_of,
+)
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -90,11 +96,12 @@ class Loop:
         if (engine, lanes) not in self._packed:
             of = engine.dtype.name, engine.tree, engine.model
             law = self.controller.law, self.points, self.timing.every_stage
-            kernels = closed_loop(*of, *law, integrator=engine.integrator)
+            how = engine.integrator, self.controller.integral > 0.0
+            kernels = closed_loop(*of, *law, 1, *how)
             gains = pack_gains(self.controller, kernels.Gains, self.points)
             cameras = pack_cameras(engine.vehicle, kernels.eye.Camera)
             several = lanes > 1
-            packed = packed_loop(*of, *law, lanes, engine.integrator) if several else None
+            packed = packed_loop(*of, *law, lanes, *how) if several else None
             self._packed[engine, lanes] = PackedLoop(self, packed or kernels, cameras, gains)
         return self._packed[engine, lanes]
 
@@ -132,10 +139,19 @@ class PackedLoop:
         found.corners = engine.upload(scene.corners)
         found.motion = engine.upload(_columns(scene.motion, runs))
         found.desired = engine.upload(_rows(scene.desired, runs))
-        columns = width_of(frame_columns(max(loop.points, 1)))
-        found.frames = engine.upload(np.zeros((len(runs), slots, columns)))
+        found.frames = engine.upload(self._frames(len(runs), slots))
         found.needed = int(loop.controller.looks)
         return found
+
+    def _frames(self, runs: int, slots: int) -> Array:
+        """Room for the frames on their way, and behind the first one for what is summed up."""
+        points, integral = max(self.loop.points, 1), self.loop.controller.integral
+        if not integral:
+            return np.zeros((runs, slots, width_of(frame_columns(points))))
+        summed = summed_columns(points)
+        frames = np.zeros((runs, slots, width_of(summed)))
+        frames[:, 0, summed["rate"]] = integral
+        return frames
 
     def _guided(self, engine: Engine, runs: Array, guidance: Guidance) -> Any:
         """The struct of some runs under a guided law."""

@@ -90,6 +90,12 @@ def _timing(vehicle: Vehicle, scenario: Scenario, grid: Grid) -> Timing:
     camera, period = vehicle.camera, scenario.period
     steps = len(grid.steps)
     if period is None:
+        integral = scenario.controller.integral if scenario.controller is not None else 0.0
+        if integral:
+            raise InputError(
+                f"control_period is None, but the controller has integral {integral:g}, summed up "
+                "from one instant to the next; give a period [s], such as 1e-3."
+            )
         for name in ("noise", "frame_rate", "latency") if scenario.targets else ():
             if np.any(getattr(camera, name)):
                 raise InputError(

@@ -298,6 +298,13 @@ def frame_columns(points: int) -> dict[str, slice]:
     return columns([("image", 2 * points), ("seen", 2 * points), ("depth", points)])
 
 
+def summed_columns(points: int) -> dict[str, slice]:
+    """Columns behind those of a frame: the image's error summed up over time [s], when that was
+    done last [s], and the rate at which it adds to the error [1/s]."""
+    frame = [("frame", width_of(frame_columns(points)))]
+    return columns([*frame, ("sum", 2 * points), ("time", 1), ("rate", 1)])
+
+
 MOTION = columns([("position", 3), ("velocity", 3)])
 """Columns of a target's motion: its centroid in world axes."""
 

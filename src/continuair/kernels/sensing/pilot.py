@@ -17,7 +17,11 @@ from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.eye import eye_code
 from continuair.kernels.sensing.sense import law_code
 from continuair.kernels.types import Tree, device_types, holding
-from continuair.vehicle.layout import MOTION, frame_columns
+from continuair.vehicle.layout import MOTION, frame_columns, summed_columns
+
+_NEAR = 0.1
+"""Error of the image beyond which none is summed up, normalised: what is far off gets there anyway,
+and the sum would have to be undone."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +75,11 @@ def no_pilot(numbers: Numbers, tree: Tree) -> PilotCode:
     return holding(PilotCode, locals())
 
 
-def law_pilot(numbers: Numbers, tree: Tree, points: int, law: Any, every_stage: bool) -> PilotCode:
-    """A law pushes; every_stage: at every stage of a step, else its push is held."""
+def law_pilot(
+    numbers: Numbers, tree: Tree, points: int, law: Any, every_stage: bool, integrates: bool = False
+) -> PilotCode:
+    """A law pushes; every_stage: at every stage of a step, else its push is held. integrates: the
+    error of the image that it sees holds what that has summed up to, too."""
     types, Flight = device_types(numbers, tree), flight_code(numbers, tree).Flight
     eye, ground = eye_code(numbers, tree, points), law_code(numbers, tree, points)
     Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
@@ -86,6 +93,9 @@ def law_pilot(numbers: Numbers, tree: Tree, points: int, law: Any, every_stage: 
     zero, one, frame_of = Real(0.0), Real(1.0), frame_columns(points)
     image, seen, depth = (frame_of[name].start for name in ("image", "seen", "depth"))
     place, speed = MOTION["position"].start, MOTION["velocity"].start
+    summed = summed_columns(max(points, 1))
+    total, clock, rate = (summed[name].start for name in ("sum", "time", "rate"))
+    near = Real(_NEAR)
 
     @wp.struct
     class Loop:
@@ -176,6 +186,23 @@ def law_pilot(numbers: Numbers, tree: Tree, points: int, law: Any, every_stage: 
         return out
 
     @wp.func
+    def led(sense: Sense, time: Real, pilot: Pilot):
+        """The desired image, and beyond it what the error has summed up to, at its rate."""
+        frames, run = pilot.loop.frames, pilot.run
+        out = sense.desired
+        e = wp.cw_mul(sense.sight.seen, sense.desired - sense.sight.image)
+        largest = zero
+        for k in range(2 * points):
+            largest = wp.max(largest, wp.abs(e[k]))
+        passed = above(largest, near, zero, time - of_sample(frames, run, 0, clock))
+        keep(frames, run, 0, clock, time)
+        for k in range(2 * points):
+            s = of_sample(frames, run, 0, total + k) + passed * e[k]
+            keep(frames, run, 0, total + k, s)
+            out[k] = out[k] + of_sample(frames, run, 0, rate) * s
+        return out
+
+    @wp.func
     def decide(
         i: int, time: Real, y: State, along: Along, flight: Flight, pilot: Pilot, held: Push
     ):
@@ -196,6 +223,8 @@ def law_pilot(numbers: Numbers, tree: Tree, points: int, law: Any, every_stage: 
                         )
                         expose(pilot, loop.exposed[i], blurred)
                     sense.sight = report(pilot, loop.shown[i])
+                if wp.static(integrates):
+                    sense.desired = led(sense, time, pilot)
             out.push = control(sense, pilot.gains)
         return out
 

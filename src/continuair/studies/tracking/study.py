@@ -111,7 +111,7 @@ def _fly(
         steps.begin(f"{name}, {model}")
         with steps_told_of():
             data = simulate(flown, scenario, model=model, sample=SAMPLE, variables=_VARIABLES)
-        if gains.constant:
+        if gains.as_printed:
             proofs[model] = lyapunov(flown, scenario, data)
             data = data.merge(proofs[model].over_time)
         runs[model] = data.rename(run="letter").assign_coords(letter=letters)
@@ -127,7 +127,7 @@ def _fly(
         "duration_s": setting.duration,
         "damping_ratio": flown.arm.damping_ratio,
         "letters": {letter: _entry(letter, runs, finer, setting.settled) for letter in letters},
-        **(_stability(proofs[REFERENCE], runs, setting.settled) if gains.constant else {}),
+        **(_stability(proofs[REFERENCE], runs, setting.settled) if gains.as_printed else {}),
     }
 
 
