@@ -70,9 +70,10 @@ def guidance_code(numbers: Numbers, tree: Tree) -> GuidanceCode:
     @wp.func
     def shaken(size: Real, seeds: wp.array(dtype=wp.int32), run: int, instant: int, which: int):
         # Counted backwards from -1, so that they are not the numbers of a camera's frames.
-        x = randn(seeds, run, -1 - instant, which)
-        y = randn(seeds, run, -1 - instant, which + 1)
-        return size * vec3(x, y, randn(seeds, run, -1 - instant, which + 2))
+        first = -1 - 12 * instant - which
+        x = randn(seeds, run, first, 0)
+        y = randn(seeds, run, first - 1, 0)
+        return size * vec3(x, y, randn(seeds, run, first - 2, 0))
 
     @wp.func
     def disturbed(y: State, noise: Noise, seeds: wp.array(dtype=wp.int32), run: int, instant: int):
