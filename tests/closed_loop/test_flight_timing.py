@@ -10,7 +10,7 @@ from scipy.linalg import solve_discrete_lyapunov
 import continuair as ca
 from continuair.controllers.hover import hover
 from continuair.controllers.margins import LinearLoop
-from tests.closed_loop.test_flight_controller import HOME, PAPER, RIGID, fly
+from tests.closed_loop.test_flight_controller import HOME, PAPER, RIGID, ROTORS, fly
 
 DUAL = ca.load_vehicle("dual_arm")
 
@@ -137,6 +137,14 @@ def test_noise_of_position_velocity_and_attitude_moves_what_it_should() -> None:
         # What is asked for at once, before anything has moved: k_v k_p n or k_v n.
         at_once = {"position": k_v * k_p * size, "velocity": k_v * size, "attitude": 0.0}[name]
         assert climb[name] == pytest.approx(at_once, rel=0.2, abs=0.03)
+
+
+def test_the_lag_and_the_thrust_are_the_rotors_own() -> None:
+    settings = ca.flight_controller(ROTORS).settings
+    assert settings["rotor_lag"] == 0.04
+    np.testing.assert_allclose(settings["thrust"], [0.1 * 9.81 * ROTORS.mass, 4 * 14.0])
+    with pytest.raises(ca.InputError, match=r"thrust is \[1\.0, 20\.0\]; .* weight of 25\.7 N"):
+        ca.flight_controller(ROTORS, thrust=[1.0, 20.0])
 
 
 def test_a_rate_that_is_no_multiple_of_the_step_is_refused() -> None:

@@ -29,7 +29,7 @@ _SLOWER = 0.8 ** np.arange(14)
 _BEND_DAMPING = (0.7, 0.4, 0.2, 0.1)
 """Damping ratios of the bends that are tried: one that comes late shakes a stiff arm."""
 
-_OF_LAG = 0.4
+_OF_LAG = 0.5
 """Largest bandwidth of the attitude by default, times the rotors' lag."""
 
 _BELOW_ATTITUDE = {"position": 1.0 / 8.0, "yaw": 1.0 / 2.5}

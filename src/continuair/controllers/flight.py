@@ -45,15 +45,15 @@ def flight_controller(
 
     Bandwidths [rad/s]: of position, roll and pitch, yaw, and the bends' servos, one for all
     sections or one each, 0 for a section that hangs free. Those not given are 20 for the attitude,
-    at most 0.4 / rotor_lag, and 5 for the bends, or as much less as the hovering vehicle needs to
+    at most 0.5 / rotor_lag, and 5 for the bends, or as much less as the hovering vehicle needs to
     bear half as much delay again; an eighth of the attitude's for position, two fifths for yaw.
     integral_share: of the integral's pole in the position's, 0 for none. feedforward: of the arms,
     "none", "weight" or "reaction". rate: how often it acts [Hz]; latency: how long after it sensed
     its push acts [s]; rotor_lag: of first order, which its gains must bear [s], the rotors' by
-    default. Limits: tilt [rad], thrust (least, most) [N], by default 0.1 and 2 times the weight,
-    moment (3,) [N m], speed of approach [m/s], bend_moment [N m²], bend_speed [1/(m s)]. noise:
-    standard deviations per axis of "position" [m], "velocity" [m/s], "attitude" [rad] and "gyro"
-    [rad/s]. Raises InputError, also for gains that the delays make unstable.
+    default. Limits: tilt [rad], thrust (least, most) [N], by default the rotors', or 0.1 and 2
+    times the weight, moment (3,) [N m], speed of approach [m/s], bend_moment [N m²], bend_speed
+    [1/(m s)]. noise: standard deviations per axis of "position" [m], "velocity" [m/s], "attitude"
+    [rad] and "gyro" [rad/s]. Raises InputError, also for gains that the delays make unstable.
     """
     check_single_vehicle(vehicle)
     checks.choice("feedforward", feedforward, FEEDFORWARD)
@@ -101,13 +101,12 @@ def _limits(
 ) -> dict[str, Any]:
     """Limits by name, checked; None is none."""
     weight = vehicle.mass * GRAVITY
-    least_most = checks.vector(
-        "thrust", [0.1 * weight, 2.0 * weight] if thrust is None else thrust, 2
-    )
+    able = _thrust_of(vehicle, weight) if thrust is None else thrust
+    least_most = checks.vector("thrust", able, 2)
     if not 0.0 < least_most[0] < weight < least_most[1]:
         raise InputError(
-            f"thrust is {shown(thrust)}; give the least and the most [N], above 0, with the weight "
-            f"of {weight:.3g} N in between."
+            f"thrust is {shown(least_most.tolist())}; give the least and the most [N], above 0, "
+            f"with the weight of {weight:.3g} N in between."
         )
     if not 0.0 < checks.positive("tilt", tilt, " [rad]") <= 1.4:
         raise InputError(f"tilt is {shown(tilt)}; give an angle of at most 1.4 [rad].")
@@ -128,11 +127,20 @@ def _limits(
     }
 
 
+def _thrust_of(vehicle: Vehicle, weight: float) -> tuple[float, float]:
+    """The least and the most thrust [N]: what the rotors have along z, or of the weight."""
+    least, rotors = 0.1 * weight, vehicle.uav.rotors
+    if rotors is None:
+        return least, 2.0 * weight
+    lowest, highest = (limit * float(rotors.allocation[2].sum()) for limit in rotors.thrust_limits)
+    return max(least, lowest), highest
+
+
 def _lag(vehicle: Vehicle, given: Any) -> float:
     """The rotors' lag [s]: as given, or the vehicle's if it has rotors."""
     if given is None:
-        rotors = getattr(vehicle.uav, "rotors", None)
-        return float(getattr(rotors, "lag", 0.0))
+        rotors = vehicle.uav.rotors
+        return 0.0 if rotors is None else float(rotors.lag)
     return checks.number("rotor_lag", given, least=0.0, otherwise=" [s]")
 
 
