@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from continuair.controllers.hold import hold as hold
     from continuair.controllers.inertias import rigid_inertia as rigid_inertia
     from continuair.controllers.servoing import servoing as servoing
+    from continuair.controllers.twist_servoing import twist_servoing as twist_servoing
     from continuair.errors import ContinuairWarning as ContinuairWarning
     from continuair.errors import InputError as InputError
     from continuair.flight.live import Simulation as Simulation
@@ -77,6 +78,7 @@ _HOME = {
     "Controller": "controllers.controller",
     "stack": "controllers.controller",
     "flight_controller": "controllers.flight",
+    "twist_servoing": "controllers.twist_servoing",
     "Setpoints": "scenario.setpoints",
     "servoing": "controllers.servoing",
     "classic": "controllers.classic",

@@ -125,11 +125,14 @@ class PackedLoop:
         """The struct of some runs."""
         if self.loop.guidance is not None:
             return self._guided(engine, runs, self.loop.guidance)
+        return self._filled(self.kernels.pilot.Loop(), engine, runs)
+
+    def _filled(self, found: Any, engine: Engine, runs: Array) -> Any:
+        """The struct of a law's gains, of its timing and of what it looks at."""
         loop, kernels, timing = self.loop, self.kernels, self.loop.timing
         scene = loop.scene or _NOTHING
         on_their_way = np.maximum.accumulate(timing.exposed) - timing.shown
         slots = 1 + int(on_their_way[timing.acts != 0].max(initial=0))
-        found = kernels.pilot.Loop()
         for name in ("acts", "exposed", "shown"):
             setattr(found, name, engine.upload(getattr(timing, name), wp.int32))
         found.seeds = engine.upload(loop.seeds[runs], wp.int32)
@@ -156,11 +159,9 @@ class PackedLoop:
     def _guided(self, engine: Engine, runs: Array, guidance: Guidance) -> Any:
         """The struct of some runs under a guided law."""
         kernels, found = self.kernels, self.kernels.pilot.Loop()
+        self._filled(found.sight, engine, runs)
         for name in ("issued", "taken"):
             setattr(found, name, engine.upload(getattr(guidance, name), wp.int32))
-        found.seeds = engine.upload(self.loop.seeds[runs], wp.int32)
-        gains = _rows(self.gains, runs)
-        found.gains = struct_rows(gains, kernels.Gains, kernels.lanes, engine.device)
         found.wanted = engine.upload(_columns(guidance.wanted, runs))
         found.memory = engine.upload(np.zeros((len(runs), 1, kernels.remembered)))
         pushes = engine.layout.push.stop

@@ -24,7 +24,8 @@ def loop_over(vehicle: Vehicle, scenario: Scenario, grid: Grid, runs: int) -> Lo
     """The loop of a scenario's controller over a time grid; raises InputError."""
     controller = scenario.controller
     assert controller is not None
-    timing = _blind(grid) if controller.guided else _timing(vehicle, scenario, grid)
+    blind = controller.guided and not controller.looks
+    timing = _blind(grid) if blind else _timing(vehicle, scenario, grid)
     scene = _scene(scenario, grid, timing.every_stage) if scenario.targets else None
     layout = Layout(vehicle.shape)
     guidance = guidance_over(scenario, grid, layout) if controller.guided else None

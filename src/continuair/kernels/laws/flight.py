@@ -10,7 +10,7 @@ is fed forward of the arms (kernels/laws/feeding.py). A servo moves each bend's 
 set-point with a lag and a largest speed, and the bend after it by spring and damper.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from types import SimpleNamespace
 from typing import Any
 
@@ -28,8 +28,9 @@ _SIDEWAYS = 0.3
 def _fed_by(feedforward: str) -> Callable[[LawCode], SimpleNamespace]:
     def law(code: LawCode) -> SimpleNamespace:
         """The law on the device."""
-        parts = _parts(code)
-        return _controlled(code, parts, getattr(feeding_code(code.numbers, code.tree), feedforward))
+        parts = cascade_parts(code)
+        steer = steering(code, parts, feedforward)
+        return _following(code, parts, steer)
 
     return law
 
@@ -38,41 +39,48 @@ LAWS = {name: _fed_by(name) for name in FEEDFORWARD}
 """The law by what it feeds forward."""
 
 
-def _parts(code: LawCode) -> SimpleNamespace:
-    """Gains, and the functions that the cascade consists of."""
+def cascade_parts(
+    code: LawCode, more: Mapping[str, Any] | None = None, remembers: int = 0
+) -> SimpleNamespace:
+    """Gains, and the functions that the cascade consists of.
+
+    more: types of further gains by name; remembers: how many numbers more are remembered.
+    """
     Real, Sense, Bends = code.Real, code.Sense, code.Bends
     vec3, quat, mat33, above = code.vec3, code.quat, code.mat33, code.above
     sine, cosine, bends = code.sine, code.cosine, code.bends
     ground = guidance_code(code.numbers, code.tree)
     SetPoint, Noise = ground.SetPoint, ground.Noise
-    Memory = wp.types.vector(4 + 2 * bends, Real)
+    Memory = wp.types.vector(4 + 2 * bends + remembers, Real)
     BendInertia = wp.types.matrix((bends, bends), Real)
     zero, half, one, share = Real(0.0), Real(0.5), Real(1.0), Real(_SIDEWAYS)
 
-    @wp.struct
-    class Gains:
-        period: Real
-        mass: Real
-        inertia: mat33
-        position: vec3
-        velocity: vec3
-        integral: vec3
-        attitude: vec3
-        spin: vec3
-        speed: Real
-        tilt: Real
-        least_thrust: Real
-        most_thrust: Real
-        most_moment: vec3
-        noise: Noise
-        bend_inertia: BendInertia
-        bend_stiffness: Bends
-        bend_stiffer: Real
-        bend_damper: Real
-        bend_servo: Bends
-        bend_speed: Bends
-        bend_limit: Bends
-        bend_washout: Real
+    # Made of a table, as other laws have further gains.
+    fields = {
+        "period": Real,
+        "mass": Real,
+        "inertia": mat33,
+        "position": vec3,
+        "velocity": vec3,
+        "integral": vec3,
+        "attitude": vec3,
+        "spin": vec3,
+        "speed": Real,
+        "tilt": Real,
+        "least_thrust": Real,
+        "most_thrust": Real,
+        "most_moment": vec3,
+        "noise": Noise,
+        "bend_inertia": BendInertia,
+        "bend_stiffness": Bends,
+        "bend_stiffer": Real,
+        "bend_damper": Real,
+        "bend_servo": Bends,
+        "bend_speed": Bends,
+        "bend_limit": Bends,
+        "bend_washout": Real,
+    }
+    Gains = wp.struct(type("Gains", (), {"__annotations__": fields | dict(more or {})}))
 
     @wp.func
     def asked_velocity(sense: Sense, gains: Gains, wanted: SetPoint):
@@ -145,15 +153,18 @@ def _parts(code: LawCode) -> SimpleNamespace:
     return SimpleNamespace(**locals())
 
 
-def _controlled(code: LawCode, parts: SimpleNamespace, fed: Any) -> SimpleNamespace:
-    """The law of a function that says what is fed forward."""
+def steering(code: LawCode, parts: SimpleNamespace, feedforward: str) -> Any:
+    """The function steer(sense, gains, flight, wanted, reference, rate, memory) -> push, memory.
+
+    reference, rate: of the bends' servos.
+    """
+    fed = getattr(feeding_code(code.numbers, code.tree), feedforward)
     Real, Sense, vec3, push, bends = code.Real, code.Sense, code.vec3, code.push, code.bends
     Bends = code.Bends
     Flight = flight_code(code.numbers, code.tree).Flight
     Gains, Memory, SetPoint = parts.Gains, parts.Memory, parts.SetPoint
     asked_velocity, within_limits = parts.asked_velocity, parts.within_limits
-    asked_turning, reference_of = parts.asked_turning, parts.reference_of
-    servo_rate, servo_moment = parts.servo_rate, parts.servo_moment
+    asked_turning, servo_moment = parts.asked_turning, parts.servo_moment
     washed_rate = parts.washed_rate
     zero, one, two = Real(0.0), Real(1.0), Real(2.0)
 
@@ -177,14 +188,15 @@ def _controlled(code: LawCode, parts: SimpleNamespace, fed: Any) -> SimpleNamesp
         return memory
 
     @wp.func
-    def control(sense: Sense, gains: Gains, flight: Flight, wanted: SetPoint, memory: Memory):
+    def steer(
+        sense: Sense, gains: Gains, flight: Flight, wanted: SetPoint, reference: Bends, rate: Bends,
+        memory: Memory,
+    ):  # fmt: skip
         miss = asked_velocity(sense, gains, wanted) - sense.velocity
         asked = wp.cw_mul(gains.velocity, miss) + vec3(memory[0], memory[1], memory[2])
         body_z = wp.quat_rotate(sense.attitude, vec3(zero, zero, one))
         lift = gains.mass * (asked + vec3(zero, zero, flight.gravity))
         felt = vec3(zero, zero, thrust_along(lift, body_z, gains) / gains.mass)
-        reference = reference_of(sense, memory)
-        rate = servo_rate(reference, gains, wanted)
         bend = servo_moment(sense, gains, reference, rate)
         washed = washed_rate(sense, memory)
         ddb = gains.bend_washout * (sense.bend_rate - washed)
@@ -202,4 +214,20 @@ def _controlled(code: LawCode, parts: SimpleNamespace, fed: Any) -> SimpleNamesp
         thrust = thrust_along(force, body_z, gains)
         return push(thrust * body_z, moment, arms.bend), memory
 
-    return SimpleNamespace(Gains=Gains, Memory=Memory, control=control)
+    return steer
+
+
+def _following(code: LawCode, parts: SimpleNamespace, steer: Any) -> SimpleNamespace:
+    """The law that follows set-points."""
+    Sense, Flight = code.Sense, flight_code(code.numbers, code.tree).Flight
+    Gains, Memory, SetPoint = parts.Gains, parts.Memory, parts.SetPoint
+    reference_of, servo_rate = parts.reference_of, parts.servo_rate
+
+    @wp.func
+    def control(sense: Sense, gains: Gains, flight: Flight, wanted: SetPoint, memory: Memory):
+        reference = reference_of(sense, memory)
+        rate = servo_rate(reference, gains, wanted)
+        push, memory = steer(sense, gains, flight, wanted, reference, rate, memory)
+        return push, memory
+
+    return SimpleNamespace(Gains=Gains, Memory=Memory, control=control, looks=False)

@@ -1,6 +1,7 @@
 """Device code of who pushes under a law that follows set-points, remembers, and acts late.
 
-Such a law gives, beside Gains, Memory, a vector of numbers that are 0 at the start, and control(
+Such a law gives, beside Gains, looks, whether it needs the camera's image; Memory, a vector of
+numbers that are 0 at the start; and control(
 sense, gains, flight, wanted, memory) -> push, memory. Gains.noise is the noise of what it senses.
 Its force is a thrust along the body's z axis, with which it turns between the law's instants.
 """
@@ -12,22 +13,24 @@ import warp as wp
 from continuair.kernels.flight import flight_code
 from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.guidance import guidance_code
-from continuair.kernels.sensing.pilot import PilotCode
+from continuair.kernels.sensing.pilot import PilotCode, law_pilot
 from continuair.kernels.sensing.sense import law_code
 from continuair.kernels.types import Tree, device_types, holding
 
 
 def guided_pilot(numbers: Numbers, tree: Tree, points: int, law: Any) -> PilotCode:
-    """The pilot of a law with a memory; points: of a target that it does not look at."""
+    """The pilot of a law with a memory; points: of the target."""
     types, Flight = device_types(numbers, tree), flight_code(numbers, tree).Flight
     code, ground = number_code(numbers), guidance_code(numbers, tree)
     Cell, Real, State, Push, Along = types.Cell, types.Real, types.State, types.Push, types.Along
     vec3, attitude_of, push_of = types.vec3, types.attitude_of, types.push_of
     force_of, moment_of, bend_moment_of = types.force_of, types.moment_of, types.bend_moment_of
     proprioception = law_code(numbers, tree, points).proprioception
+    looks = law.looks
+    seeing = law_pilot(numbers, tree, points if looks else 0, law, every_stage=False)
+    Sight, Looking, look_of, seen_at = seeing.Loop, seeing.Pilot, seeing.pilot_of, seeing.sensed
     set_point_of, disturbed = ground.set_point_of, ground.disturbed
-    Gains, Memory, control = law.Gains, law.Memory, law.control
-    AllGains, gains_of = code.rows_of(Gains), code.reader_of(Gains)
+    Memory, control = law.Memory, law.control
     keep, of_sample = code.keep, code.of_sample
     remembered, pushes = law.Memory._length_, types.layout.push.stop
     zero, one = Real(0.0), Real(1.0)
@@ -36,16 +39,15 @@ def guided_pilot(numbers: Numbers, tree: Tree, points: int, law: Any) -> PilotCo
     class Loop:
         """When the law acts, what with, and what it is to reach.
 
-        Per step: issued, which push the law decides on at its start, or -1; taken, which push acts
-        from then on, or -1 for the one before. Per run: seeds of the noise; gains, one or one each.
-        wanted (pushes, runs or 1, columns): set-points. memory (runs, 1, numbers); pushes (runs,
-        slots, columns): on their way.
+        sight: gains, seeds and what is looked at, as a law without a memory has them. Per step:
+        issued, which push the law decides on at its start, or -1; taken, which push acts from then
+        on, or -1 for the one before. wanted (pushes, runs or 1, columns): set-points. memory (runs,
+        1, numbers); pushes (runs, slots, columns): on their way.
         """
 
+        sight: Sight
         issued: wp.array(dtype=wp.int32)
         taken: wp.array(dtype=wp.int32)
-        seeds: wp.array(dtype=wp.int32)
-        gains: AllGains
         wanted: wp.array3d(dtype=Cell)
         memory: wp.array3d(dtype=Cell)
         pushes: wp.array3d(dtype=Cell)
@@ -56,11 +58,11 @@ def guided_pilot(numbers: Numbers, tree: Tree, points: int, law: Any) -> PilotCo
 
         loop: Loop
         run: wp.int32
-        gains: Gains
+        looking: Looking
 
     @wp.struct
     class Decision:
-        """The push from now on; lost: 0, as this pilot looks at nothing."""
+        """The push from now on; lost: 1 where no point is in view that is needed, else 0."""
 
         push: Push
         lost: Real
@@ -70,7 +72,7 @@ def guided_pilot(numbers: Numbers, tree: Tree, points: int, law: Any) -> PilotCo
         out = Pilot()
         out.loop = loop
         out.run = run
-        out.gains = gains_of(loop.gains, run)
+        out.looking = look_of(loop.sight, run)
         return out
 
     @wp.func
@@ -81,20 +83,30 @@ def guided_pilot(numbers: Numbers, tree: Tree, points: int, law: Any) -> PilotCo
         return push_of(force, moment_of(push), bend_moment_of(push))
 
     @wp.func
-    def issue(instant: int, time: Real, y: State, flight: Flight, pilot: Pilot):
-        """Let the law decide, and send its push on its way."""
+    def issue(i: int, time: Real, y: State, along: Along, flight: Flight, pilot: Pilot):
+        """Let the law decide, and send its push on its way; 1 if all points are lost, else 0."""
         loop, run = pilot.loop, pilot.run
+        instant, gains, lost = loop.issued[i], pilot.looking.gains, zero
         memory = Memory()
         for k in range(remembered):
             memory[k] = of_sample(loop.memory, run, 0, k)
-        sensed = disturbed(y, pilot.gains.noise, loop.seeds, run, instant)
+        told = disturbed(y, gains.noise, loop.sight.seeds, run, instant)
         wanted = set_point_of(loop.wanted, instant, run)
-        sense = proprioception(time, sensed, flight)
-        push, memory = control(sense, pilot.gains, flight, wanted, memory)
+        sense = proprioception(time, told, flight)
+        if wp.static(looks):
+            seen, lost = seen_at(i, time, y, along, flight, pilot.looking)
+            sense.sight = seen.sight
+            sense.desired = seen.desired
+            sense.camera = seen.camera
+            sense.view = seen.view
+            sense.camera_twist = seen.camera_twist
+            sense.target_twist = seen.target_twist
+        push, memory = control(sense, gains, flight, wanted, memory)
         for k in range(remembered):
             keep(loop.memory, run, 0, k, memory[k])
         for k in range(pushes):
             keep(loop.pushes, run, instant % loop.pushes.shape[1], k, push[k])
+        return lost
 
     @wp.func
     def decide(
@@ -103,7 +115,7 @@ def guided_pilot(numbers: Numbers, tree: Tree, points: int, law: Any) -> PilotCo
         loop, out = pilot.loop, Decision()
         push = held
         if loop.issued[i] >= 0:
-            issue(loop.issued[i], time, y, flight, pilot)
+            out.lost = issue(i, time, y, along, flight, pilot)
         if loop.taken[i] >= 0:
             slot = loop.taken[i] % loop.pushes.shape[1]
             for k in range(pushes):
@@ -117,4 +129,5 @@ def guided_pilot(numbers: Numbers, tree: Tree, points: int, law: Any) -> PilotCo
     ):
         return turned(held, y)
 
+    sensed = None
     return holding(PilotCode, locals())

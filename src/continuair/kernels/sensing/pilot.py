@@ -34,6 +34,7 @@ class PilotCode:
     pilot_of: Any
     decide: Any
     push_at: Any
+    sensed: Any = None
 
 
 @wp.struct
@@ -50,6 +51,7 @@ def no_pilot(numbers: Numbers, tree: Tree) -> PilotCode:
     Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
 
     Loop = Pilot = Nothing
+    sensed = None
 
     @wp.struct
     class Decision:
@@ -203,28 +205,36 @@ def law_pilot(
         return out
 
     @wp.func
+    def sensed(i: int, time: Real, y: State, along: Along, flight: Flight, pilot: Pilot):
+        """All that is sensed at the start of step i, with the image in hand; and 1 if no point is
+        in view that is needed, else 0."""
+        loop, row, lost = pilot.loop, i, zero
+        if wp.static(every_stage):
+            row = 3 * i
+        sense = sense_of(row, time, y, along, flight, pilot)
+        if wp.static(has_camera):
+            if loop.needed != 0:
+                lost = above(sense.sight.in_view, zero, zero, one)
+            if wp.static(not every_stage):
+                if loop.exposed[i] >= 0:
+                    blurred = blur(
+                        sense.sight, pilot.camera, loop.seeds, pilot.run, loop.exposed[i]
+                    )
+                    expose(pilot, loop.exposed[i], blurred)
+                sense.sight = report(pilot, loop.shown[i])
+            if wp.static(integrates):
+                sense.desired = led(sense, time, pilot)
+        return sense, lost
+
+    @wp.func
     def decide(
         i: int, time: Real, y: State, along: Along, flight: Flight, pilot: Pilot, held: Push
     ):
         loop, out = pilot.loop, Decision()
         out.push = held
         if loop.acts[i] != 0:
-            row = i
-            if wp.static(every_stage):
-                row = 3 * i
-            sense = sense_of(row, time, y, along, flight, pilot)
-            if wp.static(has_camera):
-                if loop.needed != 0:
-                    out.lost = above(sense.sight.in_view, zero, zero, one)
-                if wp.static(not every_stage):
-                    if loop.exposed[i] >= 0:
-                        blurred = blur(
-                            sense.sight, pilot.camera, loop.seeds, pilot.run, loop.exposed[i]
-                        )
-                        expose(pilot, loop.exposed[i], blurred)
-                    sense.sight = report(pilot, loop.shown[i])
-                if wp.static(integrates):
-                    sense.desired = led(sense, time, pilot)
+            sense, lost = sensed(i, time, y, along, flight, pilot)
+            out.lost = lost
             out.push = control(sense, pilot.gains)
         return out
 

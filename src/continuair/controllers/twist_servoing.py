@@ -1,0 +1,52 @@
+"""Visual servoing by a flight controller's set-points; kernels/laws/twists.py writes the law."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from continuair import checks
+from continuair.controllers.controller import Controller
+from continuair.controllers.flight import flight_controller
+from continuair.kernels.laws.twists import LAWS
+
+
+def twist_servoing(
+    vehicle: Any,
+    servo: float = 0.5,
+    *,
+    speed: float = 0.3,
+    feed_forward: bool = True,
+    **choices: Any,
+) -> Controller:
+    """Image-based servoing of a vehicle that must tilt to move, such as a quadrotor.
+
+    The camera's twist v = λ L⁺ e becomes set-points of velocity, yaw and bends for a flight
+    controller. servo: λ [1/s], well below the bandwidths of that; speed: the largest velocity that
+    is asked for [m/s], which tilts the camera the more the larger it is; feed_forward: add the
+    target's twist to v; choices: the others of `flight_controller`. Sections whose bend_bandwidth
+    is 0 are not moved. Raises InputError.
+    """
+    rate, ahead = (
+        checks.positive("servo", servo, " [1/s]"),
+        checks.flag("feed_forward", feed_forward),
+    )
+    flight = flight_controller(vehicle, speed=speed, **choices)
+    lengths = np.array([each.length for arm in vehicle.arms for each in arm.section])
+    moved = flight.settings["bend_bandwidth"] > 0.0
+    gains = {
+        "servo": np.array(rate),
+        "feed_forward": np.array(float(ahead)),
+        # A bend counts by the angle at its section's end.
+        "bend_weight": np.repeat(np.where(moved, lengths**-2.0, 0.0), 2),
+    }
+    return replace(
+        flight,
+        name="IBVS by twists",
+        law=LAWS[flight.settings["feedforward"]],
+        gains={**flight.gains, **gains},
+        looks=True,
+        settings={"servo": rate, "feed_forward": ahead, **flight.settings},
+    )
