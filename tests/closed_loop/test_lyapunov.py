@@ -239,6 +239,32 @@ def test_a_flight_that_cannot_tell_is_refused(settling: xr.Dataset) -> None:
         ca.lyapunov(flights.VEHICLE, two, settling)
 
 
+def test_a_target_counts_for_as_long_as_the_flight_lasts() -> None:
+    late = ca.paths.from_function(lambda t: [0.01 * max(t - 0.15, 0.0) ** 3, 0, 0], duration=1.0)
+    scenario = loop().replace(target=ca.Target(late))
+    flight = ca.simulate(flights.VEHICLE, scenario, duration=0.3, step=2.5e-4, sample=2.5e-4)
+    assert "target at rest" not in broken(scenario, "sound")
+    assert "target at rest" in broken(scenario, "sound", flight)
+    found = ca.lyapunov(flights.VEHICLE, scenario, flight)
+    assert found.bound["target_speed_m_s"] == pytest.approx(3 * 0.01 * 0.15**2, rel=1e-2)
+    assert float(found.over_time.ultimate_radius[-1]) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("field", "other"),
+    [
+        ("controller", loop({"Kp": 10.0})),
+        ("gravity", loop().replace(gravity=1.62)),
+        ("control_period", loop().replace(control_period=1e-3)),
+    ],
+)
+def test_a_flight_of_another_scenario_is_refused(
+    settling: xr.Dataset, field: str, other: ca.Scenario
+) -> None:
+    with pytest.raises(ca.InputError, match=f"flight is of a scenario whose {field} is"):
+        ca.lyapunov(flights.VEHICLE, other, settling)
+
+
 def test_a_flight_of_another_vehicle_is_refused(settling: xr.Dataset) -> None:
     heavier = flights.VEHICLE.replace({"uav.mass": 4.0})
     with pytest.raises(ca.InputError, match="flight is of another vehicle"):

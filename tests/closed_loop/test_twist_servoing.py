@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import continuair as ca
-from continuair.equations.camera import over
+from continuair.equations.camera import facing
 from tests.closed_loop.test_flight_controller import QUAD
 
 DAMPED = ca.load_vehicle("paper").replace({"arm.damping_ratio": 0.03})
@@ -14,7 +14,7 @@ ROTORS = DAMPED.replace({"uav.rotors": QUAD | {"thrust_limits": [0.2, 14.0]}})
 def starts(vehicle: ca.Vehicle, target: ca.Target) -> np.ndarray:
     """A bent arm alone; off to all sides; turned by 0.6 rad; all together."""
     q = np.zeros((4, 6 + 2 * vehicle.sections))
-    q[:, :3] = over(vehicle, target.path(0.0)[0][0], target.distance)
+    q[:, :3], q[:, 3:6] = facing(vehicle, target.path(0.0)[0][0], target.distance)
     q[:, 6] = 0.1
     q[1, :3] += [0.4, -0.3, 0.2]
     q[2, 5] = 0.6

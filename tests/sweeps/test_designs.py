@@ -13,6 +13,7 @@ import continuair as ca
 from continuair.sweeps import load_design
 from continuair.sweeps.assembly import batches
 from continuair.sweeps.units import REFUSED, compute, quantities
+from continuair.vehicle.vehicle_file import as_toml
 
 pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
 
@@ -150,6 +151,26 @@ def test_a_loop_starts_from_the_desired_image_wherever_the_camera_sits() -> None
         found = ca.simulate(vehicle, scenario, duration=1e-3, variables=["feature_error"])
         # Rounding of positions of metres, times a focal length of 800 px.
         assert np.abs(found["feature_error"].isel(time=0)).max() < 1e-10
+
+
+def test_a_loop_starts_from_the_desired_image_whichever_way_the_camera_looks(
+    tmp_path: Path,
+) -> None:
+    changes = {"camera.attitude": [0.05, 0.03, 0.15, 0.987], "camera.position": [0.05, 0.0, 0.02]}
+    (tmp_path / "turned.toml").write_text(as_toml(ca.load_vehicle("paper").replace(changes)))
+    start = {"x": 0.0, "y": 0.0, "z": 0.0, "kappa": 0.0}
+    design = xr.Dataset(
+        {"vehicle.uav.mass": ("mass", [1.5, 2.0])},
+        attrs={
+            "vehicle": str(tmp_path / "turned.toml"),
+            "scenario": start,
+            "controller": {},
+            "target": {},
+        },
+    )
+    for _, vehicle, scenario in batches(load_design(design), np.arange(2)):
+        found = ca.simulate(vehicle, scenario, duration=1e-3, variables=["feature_error"])
+        assert np.abs(found["feature_error"].isel(time=0)).max() < 1e-9
 
 
 def test_a_run_that_cannot_be_built_is_a_row_with_a_status() -> None:

@@ -48,7 +48,7 @@ def place(vehicle: Vehicle, gravity: float = GRAVITY) -> dict[str, Any]:
     Disks count as mass of the arm. Of a UAV of unequal moments, the pitch inertia counts. Of a
     vehicle with [[arm]] the mass is that of all arms, the coupling the largest of all their
     motions, and length, frequency and damping are of the arm that carries the camera; slenderness,
-    which its sections need not share, is left out.
+    which its sections need not share, is left out, as it is of an arm without a radius.
     """
     if vehicle.has_arm_list:
         return _place_of_chains(vehicle, gravity)
@@ -61,10 +61,11 @@ def place(vehicle: Vehicle, gravity: float = GRAVITY) -> dict[str, Any]:
         * np.asarray(arm.length) ** 2
         / np.asarray(uav.inertia)[..., 1, 1],
         "gravity_number": gravity / (arm.length * clamped**2),
-        "slenderness": np.asarray(arm.radius) / arm.length,
         "damping_ratio": np.asarray(arm.structural_damping) / critical,
         "coupling": coupling(vehicle),
     }
+    if arm.given_radius is not None:
+        found["slenderness"] = np.asarray(arm.radius) / arm.length
     return found if vehicle.runs else {name: float(np.squeeze(v)) for name, v in found.items()}
 
 

@@ -80,6 +80,9 @@ def lyapunov(vehicle: Vehicle, scenario: Scenario, flight: xr.Dataset | None = N
     gains = _gains_of(scenario)
     if flight is not None:
         _check_flight(vehicle, scenario, flight)
+        # What the target does counts for as long as it is flown after.
+        longest = max(scenario.duration, float(flight["time"][-1]))
+        scenario = scenario.replace(duration=longest)
     return Lyapunov(
         conditions_of(vehicle, scenario, gains, flight),
         ultimate_bound(scenario),
@@ -178,6 +181,20 @@ def _check_flight(vehicle: Vehicle, scenario: Scenario, flight: Any) -> None:
             f"flight holds {runs[-1] if runs else 1} runs, but scenario has {targets} targets; "
             "give all runs of that scenario."
         )
+    given = flight.attrs.get("scenario")
+    if given is not None:
+        _check_scenario(json.loads(given), json.loads(json.dumps(scenario.describe())))
+
+
+def _check_scenario(flown: dict[str, Any], given: dict[str, Any]) -> None:
+    """Raise InputError where a flight is of another scenario, but for its name, its length and the
+    thrusts that it starts with."""
+    for field in sorted(given.keys() - {"name", "duration", "rotor_thrust", "rotor_command"}):
+        if flown.get(field) != given[field]:
+            raise InputError(
+                f"flight is of a scenario whose {field} is {shown(flown.get(field))}, not "
+                f"{shown(given[field])}; give the scenario that was flown."
+            )
 
 
 def _over_time(

@@ -201,6 +201,8 @@ def _check_flight(name: str, flight: Any) -> None:
             f"{name} has no {' and no '.join(missing)}; simulate it with variables "
             f"{' and '.join(_TIP)}."
         )
+    if not flight.sizes["time"]:
+        raise InputError(f"{name} has no samples; give a flight with some.")
 
 
 def _in_order(flight: xr.Dataset) -> xr.Dataset:

@@ -39,15 +39,10 @@ def axes_on_body(vehicle: Vehicle) -> Array:
     return np.asarray(Rotation.from_quat(arm.attitude).as_matrix() @ tip)
 
 
-def over(vehicle: Vehicle, point: Any, distance: Any) -> Array:
-    """UAV position (..., 3) with the camera `distance` above a point, arm straight, level [m]."""
-    above = np.multiply.outer(distance, [0.0, 0.0, 1.0])
-    return np.asarray(np.asarray(point) + above - on_body(vehicle))
-
-
 def facing(vehicle: Vehicle, point: Any, distance: float) -> tuple[Array, Array]:
     """UAV position (3,) [m] and Euler angles (φ, θ, ψ) (3,) with the camera `distance` above a
-    point (3,), straight above it and looking down with x along the world's, all arms straight."""
+    point (3,), straight above it and looking down with x along the world's, all arms straight;
+    level for a camera that looks along its tip."""
     turn = Rotation.from_matrix(TIP_OF_STRAIGHT_ARM @ axes_on_body(vehicle).T)
     at = np.asarray(point) + [0.0, 0.0, distance] - turn.apply(on_body(vehicle))
     return np.asarray(at), np.asarray(turn.as_euler("ZYX")[::-1])

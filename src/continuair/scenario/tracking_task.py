@@ -14,7 +14,7 @@ import numpy as np
 
 from continuair import checks
 from continuair.controllers.controller import Controller
-from continuair.equations.camera import facing, over
+from continuair.equations.camera import facing
 from continuair.errors import InputError, shown
 from continuair.scenario import paths
 from continuair.scenario.letters import LETTERS
@@ -98,10 +98,7 @@ def task(
     q = np.zeros((len(letters), 6 + 2 * vehicle.sections))
     for row, target in zip(q, targets, strict=True):
         centroid = target.path([0.0])[0][0]
-        if vehicle.has_arm_list:
-            row[:3], row[3:6] = facing(vehicle, centroid, target.distance)
-        else:
-            row[:3] = over(vehicle, centroid, target.distance)
+        row[:3], row[3:6] = facing(vehicle, centroid, target.distance)
         row[:3] += START_OFFSET
         first = sum(vehicle.shape[: vehicle.camera_arm])
         row[6 + 2 * first : 6 + 2 * (first + vehicle.shape[vehicle.camera_arm]) : 2] = START_BEND

@@ -11,7 +11,7 @@ from continuair.controllers.classic import classic
 from continuair.controllers.controller import Controller, stack
 from continuair.controllers.gains import design, designs
 from continuair.controllers.servoing import servoing, servoings
-from continuair.equations.camera import facing, over
+from continuair.equations.camera import facing
 from continuair.errors import InputError
 from continuair.scenario import paths
 from continuair.scenario.excitations import inputs, plus
@@ -148,13 +148,10 @@ def _closed_loop(vehicle: Vehicle, fields: dict[str, dict[str, Any]], runs: int)
     start = np.array([target.path(0.0)[0][0] for target in targets])[of_run]
     distance = np.array([target.distance for target in targets])[of_run]
     state = {name: scenario[name] for name in COORDINATES}
-    if vehicle.has_arm_list:
-        each = enumerate(zip(start, distance, strict=True))
-        places = [facing(vehicle.select(run), *seen) for run, seen in each]
-        above, turned = (np.stack(rows) for rows in zip(*places, strict=True))
-        state |= {name: turned[:, k] + state[name] for k, name in enumerate(_ANGLES)}
-    else:
-        above = over(vehicle, start, distance)
+    each = enumerate(zip(start, distance, strict=True))
+    places = [facing(vehicle.select(run), *seen) for run, seen in each]
+    above, turned = (np.stack(rows) for rows in zip(*places, strict=True))
+    state |= {name: turned[:, k] + state[name] for k, name in enumerate(_ANGLES)}
     for axis, name in enumerate("xyz"):
         off = START_OFFSET[axis] if scenario[name] is None else scenario[name]
         state[name] = above[:, axis] + off

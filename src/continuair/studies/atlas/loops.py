@@ -13,7 +13,7 @@ from continuair.analysis.groups import GRAVITY, coupling, vehicle_of
 from continuair.controllers.controller import stack
 from continuair.controllers.gains import design
 from continuair.controllers.servoing import servoing
-from continuair.equations.camera import over
+from continuair.equations.camera import facing
 from continuair.errors import ContinuairWarning
 from continuair.kernels.dynamics import PLANTS
 from continuair.progress import Progress
@@ -114,7 +114,7 @@ def loop_scenario(vehicle: Vehicle, groups: dict[str, Array], first: int = 0) ->
         path = paths.letter(letter, speed * DURATION / _length(letter), DURATION)
         targets.append(Target(path, distance=DISTANCE))
         controllers.append(servoing(**design(one, groups["bandwidth"][run], distance=DISTANCE)))
-        q[run, :3] = over(one, path([0.0])[0][0], DISTANCE)
+        q[run, :3], q[run, 3:6] = facing(one, path([0.0])[0][0], DISTANCE)
     return Scenario(
         "closed loop", q, controller=stack(controllers), target=targets, duration=DURATION
     )

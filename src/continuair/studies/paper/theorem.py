@@ -17,7 +17,7 @@ from continuair.analysis.metrics import feature_norm, samples
 from continuair.controllers.gains import design
 from continuair.controllers.servoing import servoing
 from continuair.equations import image_jacobian, mass_matrix
-from continuair.equations.camera import over
+from continuair.equations.camera import facing
 from continuair.flight.resolution import steps_told_of
 from continuair.flight.simulate import simulate
 from continuair.scenario import paths
@@ -186,9 +186,9 @@ def growth(vehicle: Vehicle, target: Target, gains: Gains) -> float:
 
 
 def desired_pose(vehicle: Vehicle, target: Target) -> Array:
-    """q (8,) of a level vehicle that sees the desired image, its arm straight but for a hair."""
+    """q (8,) of a vehicle that sees the desired image, its arm straight but for a hair."""
     q = np.zeros(8)
-    q[:3] = over(vehicle, target.path([0.0])[0][0], target.distance)
+    q[:3], q[3:6] = facing(vehicle, target.path([0.0])[0][0], target.distance)
     q[6] = 1e-2 / vehicle.arm.length
     return q
 

@@ -10,7 +10,7 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 from continuair.equations import camera_pose
-from continuair.equations.camera import in_view, over
+from continuair.equations.camera import facing, in_view
 from continuair.errors import InputError
 from continuair.scenario.targets import Target
 from continuair.vehicle.layout import COORDINATES
@@ -93,7 +93,7 @@ def starts(vehicle: Vehicle, target: Target, runs: int, seed: int) -> xr.Dataset
 def centred(vehicle: Vehicle, target: Target) -> Array:
     """The start (8,) whose image is the desired one, the arm straight."""
     q = np.zeros(len(COORDINATES))
-    q[:3] = over(vehicle, target.path([0.0])[0][0], target.distance)
+    q[:3], q[3:6] = facing(vehicle, target.path([0.0])[0][0], target.distance)
     return q
 
 

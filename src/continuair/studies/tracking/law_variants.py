@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from continuair.analysis.excited import excited_arm
 from continuair.analysis.metrics import TRANSIENT, feature_rms, norm_difference
 from continuair.controllers.classic import classic
 from continuair.controllers.controller import Controller, stack
@@ -42,7 +43,8 @@ def law_variants(
     """RMS and largest feature error, bend, tilt and DS of each variant. Raises InputError."""
     setting = SETTINGS["nominal"]
     damped = equipped(vehicle, setting)
-    bare = damped.replace({"arm.damping_ratio": 0.0})
+    given = "damping" if damped.arm.damping_ratio is None else "damping_ratio"
+    bare = damped.replace({f"arm.{given}": 0.0})
     steps = Steps(progress, 3)
     steps.begin("scalar gains")
     scalar = {c: best_scalar(damped, letter, c) for c in ("gravity_only", "literal")}
@@ -130,7 +132,7 @@ def _fly(
     return [
         {
             "variant": variant.name,
-            "damping_ratio": vehicle.arm.damping_ratio,
+            "damping_ratio": float(excited_arm(vehicle).damping_ratio),
             "status": int(coupled["status"].to_numpy()[row]),
             "end_time_s": float(coupled["end_time"].to_numpy()[row]),
             "rms_px": float(rms[row]),
