@@ -78,8 +78,8 @@ ROOMS = {
         {"simulate", "live"},
     ],
     "studies": [
-        {"tables", "timing", "standard_excitations", "sentences", "verdicts"},
-        {"results"},
+        {"tables", "timing", "standard_loops", "sentences", "verdicts"},
+        {"results", "standard_excitations"},
         {
             "open_loop",
             "sensitivity",

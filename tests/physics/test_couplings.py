@@ -121,7 +121,8 @@ def test_attribution_tells_how_far_each_of_these_flights_is_from_the_coupled_one
         assert found[coupling]["rmse_t_m"] == pytest.approx(rms, rel=1e-12)
 
 
-def test_closed_loops_are_refused() -> None:
-    held = ca.Scenario("hold", [0] * 8, controller=ca.hold(VEHICLE, [0, 0, 1]))
-    with pytest.raises(ca.InputError, match="controller"):
-        attribution(VEHICLE, held, 1e-2)
+def test_loops_around_a_camera_are_refused() -> None:
+    law = ca.servoing(**ca.design(ca.load_vehicle("paper"), 6.0))
+    looking = ca.Scenario("look", [0] * 8, controller=law, target=ca.Target(ca.paths.hold()))
+    with pytest.raises(ca.InputError, match="looks at a target"):
+        attribution(VEHICLE, looking, 1e-2)

@@ -32,27 +32,35 @@ Array = np.ndarray
 _TIP = ("tip_position", "tip_attitude")
 
 
-def attribution(vehicle: Vehicle, scenario: Scenario, sample: float) -> dict[str, dict[str, Any]]:
+def attribution(
+    vehicle: Vehicle, scenario: Scenario, sample: float, settle: float = 0.0
+) -> dict[str, dict[str, Any]]:
     """How far the tip is from the coupled flight's without each of COUPLINGS alone, and of
     `decoupled`, without all of them: what `compare` returns, NaN for a flight that ended early. Of
     several tips it is the one that carries the camera.
 
-    vehicle, scenario: plain or batched, in open loop; sample: time between samples [s]. Raises
-    InputError.
+    vehicle, scenario: plain or batched, in open loop or in one without a target; sample: time
+    between samples [s]; settle: time at the start that does not count [s]. Raises InputError.
     """
     check_scenario(scenario)
-    if scenario.controller is not None:
-        raise InputError("scenario holds a controller; couplings are told apart in open loop.")
+    if scenario.controller is not None and scenario.controller.looks:
+        raise InputError(
+            f"scenario holds the controller {scenario.controller.name}, which looks at a target; "
+            "couplings are told apart in open loop, or under a law that looks at none."
+        )
     flight = prepare(vehicle, scenario, sample=sample, stacklevel=3)
     models = {coupling: f"without {coupling}" for coupling in COUPLINGS}
     models["decoupled"] = "decoupled"
-    coupled = _tip(flight, "coupled")
-    return {name: differences(coupled, _tip(flight, model)) for name, model in models.items()}
+    coupled = _tip(flight, "coupled", settle)
+    return {
+        name: differences(coupled, _tip(flight, model, settle)) for name, model in models.items()
+    }
 
 
-def _tip(flight: Flight, model: str) -> xr.Dataset:
-    """Pose of the tip that carries the camera."""
-    return at_camera(fly(flight, model, _TIP), flight.vehicle)
+def _tip(flight: Flight, model: str, settle: float) -> xr.Dataset:
+    """Pose of the tip that carries the camera, from a time on [s]."""
+    found = at_camera(fly(flight, model, _TIP), flight.vehicle)
+    return found.sel(time=slice(settle, None))
 
 
 def responsible(errors: dict[str, Array]) -> Array:

@@ -77,6 +77,23 @@ class Shared:
 
 
 @dataclass(frozen=True)
+class Swelling:
+    """A function of time that swells from nothing, smoothly, until a time [s]."""
+
+    function: Any
+    until: float
+
+    def __call__(self, t: float) -> Array:
+        share = np.sin(0.5 * np.pi * min(t / self.until, 1.0)) ** 2
+        return np.asarray(share * np.asarray(self.function(t)))
+
+    @property
+    def fastest(self) -> Any:
+        """As the function's, None if it does not tell."""
+        return getattr(self.function, "fastest", None)
+
+
+@dataclass(frozen=True)
 class Offset:
     """A function of time plus a constant."""
 

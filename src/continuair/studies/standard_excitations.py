@@ -6,9 +6,11 @@ Every flight starts at rest with the arm bent by an angle, 45 degrees off the pl
 lasts a number of clamped periods. What oscillates does so about a hover in which all inputs hold
 the bent arm and carry the weight, so that nothing moves but for the load, in any model. When the
 arm is released, a constant force carries the weight, and nothing holds the arm; in a fall nothing
-acts at all. Of several arms the one that carries the camera is excited, and the others start
-straight; its sections bend alike, and a moment on them is shared so that they do. Lateral is along
-x of that arm's mount, and a moment on the UAV about its y.
+acts at all. In a loop (`standard_loops`) a flight controller holds the hover, and of what holds it
+only the bend moment is left, for the arm; a fall has no loop, as motors are off. Of several arms
+the one that carries the camera is excited, and the others start straight; its sections bend alike,
+and a moment on them is shared so that they do. Lateral is along x of that arm's mount, and a moment
+on the UAV about its y.
 """
 
 from __future__ import annotations
@@ -24,8 +26,9 @@ from continuair.analysis.excited import ExcitedArm, excited_arm
 from continuair.analysis.trim import held_hover
 from continuair.controllers.inertias import rigid_inertia
 from continuair.flight.rotors import still
-from continuair.scenario.excitations import Shared, Wave, plus
+from continuair.scenario.excitations import Shared, Swelling, Wave, plus
 from continuair.scenario.scenarios import Scenario
+from continuair.studies.standard_loops import hover_loop
 from continuair.vehicle.layout import OF_NAME, Layout
 from continuair.vehicle.vehicle import Vehicle
 
@@ -122,16 +125,21 @@ def standard_scenario(
     *,
     periods: float = PERIODS,
     gravity: float = 9.81,
+    loop: str = "none",
+    bandwidth: float | None = None,
+    swell: float = 0.0,
 ) -> Scenario:
     """Return one standard excitation of a vehicle, plain or batched, as a scenario to simulate.
 
     name: one of EXCITATIONS; load: its load ratio, the moderate one by default; frequency: over the
     arm's clamped frequency; bend: the angle of the arm's end at the start, κ₀ l [rad]. All three
     are numbers, or arrays over the vehicle's runs. The duration is that many clamped periods, the
-    longest of a batch's: give `duration` to `simulate` or `run_pairs` where they differ. Raises
-    InputError.
+    longest of a batch's: give `duration` to `simulate` or `run_pairs` where they differ. loop: one
+    of LOOPS, for a single vehicle, and bandwidth: of its attitude [rad/s]; swell: share of the
+    duration over which what oscillates swells. Raises InputError.
     """
     excitation = EXCITATIONS[checks.choice("excitation", name, EXCITATIONS)]
+    controller = hover_loop(vehicle, loop, bandwidth)
     arm, layout = excited_arm(vehicle), Layout(vehicle.shape)
     load = excitation.moderate if load is None else load
     clamped = np.asarray(arm.frequency)
@@ -146,11 +154,18 @@ def standard_scenario(
         amplitude = np.asarray(excitation.amplitude(vehicle, arm, load, frequency, gravity))
         hertz = np.asarray(frequency) * clamped / (2.0 * np.pi)
         inputs, channel = held_hover(vehicle, q, gravity), excitation.on[0]
-        wave = _wave(excitation.on, arm, layout, amplitude, hertz, duration)
+        if controller is not None:
+            inputs = {"bend_moment": inputs["bend_moment"]}
+        wave: Any = _wave(excitation.on, arm, layout, amplitude, hertz, duration)
+        wave = Swelling(wave, swell * duration) if swell else wave
         inputs[channel] = plus(wave, inputs.get(channel))
-    elif name == "release":
+    elif name == "fall":
+        controller = None
+    elif controller is not None:
+        inputs = {}
+    else:
         inputs["force"] = np.multiply.outer(np.asarray(vehicle.mass) * gravity, [0.0, 0.0, 1.0])
-    return Scenario(name, q, duration=duration, gravity=gravity, **inputs)
+    return Scenario(name, q, duration=duration, gravity=gravity, controller=controller, **inputs)
 
 
 def _wave(

@@ -79,7 +79,8 @@ def _with_runs(flight: xr.Dataset) -> xr.Dataset:
 def reduced(flights: list[xr.Dataset], settle: float) -> Reduced:
     """Metrics of each model's flight against the first's; NaN where a run has not ended well.
 
-    flights: of the same runs, with the tip's pose and feature_error; settle: from when it counts.
+    flights: of the same runs, with the tip's pose and feature_error; settle: from when that counts,
+    or, without it, the tip's.
     """
     reference = flights[0]
     status = np.stack([flight["status"].to_numpy() for flight in flights], axis=-1)
@@ -104,13 +105,14 @@ def reduced(flights: list[xr.Dataset], settle: float) -> Reduced:
 
 
 def _metrics(reference: xr.Dataset, flight: xr.Dataset, settle: float) -> dict[str, Array]:
+    first, late = (each.sel(time=slice(settle, None)) for each in (reference, flight))
     if flight is reference:
         found = {name: np.zeros(flight.sizes["run"]) for name in DEVIATIONS}
     else:
-        compared = differences(reference, flight)
+        looks = "feature_error" in flight
+        compared = differences(reference, flight) if looks else differences(first, late)
         found = {name: compared[name] for name in DEVIATIONS}
     if "feature_error" in flight:
-        first, late = (each.sel(time=slice(settle, None)) for each in (reference, flight))
         found["rms_px"] = feature_rms(late)
         found["max_px"] = np.abs(late["feature_error"].to_numpy()).max(axis=(1, 2))
         found["ds_max_px"] = np.abs(norm_difference(first, late)).max(axis=1)

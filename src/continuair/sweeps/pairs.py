@@ -58,8 +58,9 @@ def run_pairs(
     step: seconds, or "auto": as for `simulate`, every run's own, so that no result depends on the
     batch it was in. sample: seconds between the samples that are compared.
     duration: seconds, the scenario's by default. settle: seconds at the start that the metrics in
-    pixels leave out. integrator: "rk4" or "implicit", as for `simulate`. device: "cpu" or a CUDA
-    device. threads: CPU threads, all by default.
+    pixels leave out, and in a loop without a target those of the tip. integrator: "rk4" or
+    "implicit", as for `simulate`. device: "cpu" or a CUDA device. threads: CPU threads, all by
+    default.
 
     Returns a Dataset over (run, model), "coupled" first: the metrics of `continuair.compare`
     nrmse_t, nrmse_r, rmse_t_m, rmse_r_rad, angle_rad against the coupled run (0 for itself); with

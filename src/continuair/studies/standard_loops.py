@@ -1,0 +1,61 @@
+"""The loops that standard excitations are flown in: none, or a flight controller that holds the
+hover.
+
+"position" holds place, height and attitude. "attitude" holds height and attitude alone, as where a
+pilot's sticks ask for tilt: sideways the vehicle goes as it is pushed. Neither holds the arm, which
+hangs on what held it at the start: a servo, which stiffens it, would hide what the loop does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from continuair import checks
+from continuair.controllers.controller import Controller
+from continuair.controllers.flight import flight_controller
+from continuair.errors import InputError, shown
+from continuair.vehicle.vehicle import Vehicle
+
+LOOPS = ("none", "attitude", "position")
+
+_UNFELT = 1e-9
+"""Share of the velocity's gains that is left sideways: the law divides by them."""
+
+
+def hover_loop(vehicle: Vehicle, loop: str, bandwidth: float | None = None) -> Controller | None:
+    """The flight controller of a loop with that bandwidth of the attitude [rad/s], or None.
+
+    bandwidth: by default the fastest that `flight_controller` gives the vehicle; position and yaw
+    follow from it. Raises InputError, also for a bandwidth that the vehicle is unstable with.
+    """
+    if checks.choice("loop", loop, LOOPS) == "none":
+        if bandwidth is not None:
+            raise InputError(
+                f"bandwidth is {shown(bandwidth)}, but loop 'none' has none; leave it out, or give "
+                "loop='position'."
+            )
+        return None
+    if vehicle.runs is not None:
+        raise InputError(
+            f"loop is {loop!r}, but the vehicle is a batch of {vehicle.runs}; give one vehicle, as "
+            "gains are made for each, or loop='none'."
+        )
+    held = flight_controller(vehicle, attitude_bandwidth=bandwidth, bend_bandwidth=0.0)
+    return held if loop == "position" else _free_sideways(held)
+
+
+def _free_sideways(held: Controller) -> Controller:
+    """A controller that neither holds the place nor slows the vehicle, but in height."""
+    velocity = held.gains["velocity"] * np.array([_UNFELT, _UNFELT, 1.0])
+    gains = {
+        "position": held.gains["position"] * np.array([0.0, 0.0, 1.0]),
+        "velocity": velocity,
+        "integral": held.gains["integral"] * np.array([0.0, 0.0, 1.0]),
+    }
+    settings = {**held.settings, **gains}
+    settings["height_bandwidth"] = settings.pop("position_bandwidth")
+    return replace(
+        held, name="attitude and height", gains={**held.gains, **gains}, settings=settings
+    )
