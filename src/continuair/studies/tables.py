@@ -50,6 +50,13 @@ def number(value: float | None, digits: int = 4) -> str:
     return f"{value:.1e}" if 0 < abs(value) < 1e-3 or len(text) > _WIDEST else text
 
 
+def number_below(value: float, digits: int = 2) -> str:
+    """Return a number above 0 with so many digits, rounded down."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - digits + 1)
+    # What has so many digits keeps them, whatever the division's last bit.
+    return f"{math.floor(value / unit * (1.0 + 1e-9)) * unit:.{digits}g}"
+
+
 def percent(share: float) -> str:
     """Return a share as texts print it."""
     return f"{100 * share:.0f} %" if share >= 0.1 else f"{100 * share:.2g} %"

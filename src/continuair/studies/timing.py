@@ -16,7 +16,29 @@ def median_times(
     rounds: int,
     begin: Callable[[Key], None] = lambda key: None,
 ) -> dict[Key, float]:
-    """Return the median time of every flight [s], after a round that compiles and is not timed.
+    """Return the median time of every flight [s], as `times_in_turns` has them."""
+    times = times_in_turns(flights, rounds, begin)
+    return {key: float(np.median(found)) for key, found in times.items()}
+
+
+def median_ratios(
+    flights: Mapping[Key, Callable[[], object]], reference: Key, rounds: int
+) -> dict[Key, float]:
+    """Return the median ratio of every flight's time to that of the reference in the same round."""
+    times = times_in_turns(flights, rounds)
+    return {
+        key: float(np.median(found / times[reference]))
+        for key, found in times.items()
+        if key != reference
+    }
+
+
+def times_in_turns(
+    flights: Mapping[Key, Callable[[], object]],
+    rounds: int,
+    begin: Callable[[Key], None] = lambda key: None,
+) -> dict[Key, np.ndarray]:
+    """Return the times (rounds,) of every flight [s], after a round that compiles and is not timed.
 
     The flights alternate, so that noise of the machine hits all alike. begin: called before each.
     """
@@ -27,4 +49,4 @@ def median_times(
             start = perf_counter()
             fly()
             times[key].append(perf_counter() - start)
-    return {key: float(np.median(found[1:])) for key, found in times.items()}
+    return {key: np.array(found[1:]) for key, found in times.items()}
