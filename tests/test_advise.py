@@ -101,6 +101,7 @@ def test_advice_is_stored_as_strict_json_a_table_and_a_figure(
     stored = json.loads(as_json(contact), parse_constant=lambda name: pytest.fail(name))
     assert stored["study"] == "advise"
     assert stored["verdicts"]["contact"]["decoupled"]["text"] in as_table(contact)
+    assert stored["loop"]["controller"]["name"] == "flight controller"
     assert set(stored["step_over_coupled"]) == {"decoupled", "independent"}
     figures.advice(contact).savefig(tmp_path / "advise.png")
     assert (tmp_path / "advise.png").stat().st_size > 10_000
@@ -114,6 +115,9 @@ def test_advice_is_stored_as_strict_json_a_table_and_a_figure(
         (("paper", "--tolerance", "-1"), ("tolerance is -1.0",)),
         (("paper", "--pixels", "nan"), ("pixels is nan",)),
         (("paper", "--gains", "none"), ("gains is 'none'",)),
+        (("paper", "--loop", "postion"), ("loop is 'postion'", "use position")),
+        (("paper", "--loop", "none", "--bandwidth", "8"), ("bandwidth is 8",)),
+        (("paper", "--bandwidth", "0"), ("attitude_bandwidth is 0",)),
     ],
 )
 def test_unusable_input_is_refused_in_a_sentence(
@@ -134,10 +138,13 @@ def test_a_lost_target_decides_nothing() -> None:
                 "gains": "paper",
                 "models": {"decoupled": {"limit_m_s": math.nan}},
             }
-        }
+        },
+        "called": "my.toml",
     }
     entry = verdict(found, "track:M", "decoupled")
-    assert entry["scope"] == "undecided" and "paper" in entry["text"]
+    assert entry["scope"] == "undecided" and "gains paper lose the target" in entry["text"]
+    assert "`continuair tune --vehicle my.toml --out gains.toml`" in entry["text"]
+    assert "`continuair advise my.toml --gains gains.toml`" in entry["text"]
 
 
 def test_couplings_that_cancel_are_named_together() -> None:

@@ -80,12 +80,12 @@ ROOMS = {
     "studies": [
         {"tables", "timing", "standard_loops", "sentences", "verdicts"},
         {"results", "standard_excitations"},
+        {"atlas"},
         {
             "open_loop",
             "sensitivity",
             "tracking",
             "advise",
-            "atlas",
             "region",
             "check",
             "cost",
@@ -97,7 +97,11 @@ ROOMS = {
     "studies.sensitivity": [{"task"}, {"findings", "measures"}, {"claims"}, {"study"}, {"report"}],
     "studies.tracking": [{"law_variants", "tuning", "study"}, {"report"}],
     "studies.region": [{"flights", "starts"}, {"study"}, {"report"}],
-    "studies.advise": [{"excitations", "tracking", "verdicts"}, {"study"}, {"report"}],
+    "studies.advise": [
+        {"excitations", "tracking", "verdicts", "notes"},
+        {"study"},
+        {"report"},
+    ],
     "studies.paper": [
         {"drawn", "recorded", "theorem", "proof"},
         {"evidence"},

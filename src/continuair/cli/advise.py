@@ -25,6 +25,15 @@ def advise(
     gains: Annotated[
         str, typer.Option(help="Gains for tracking: a preset's name, or the path of a .toml file.")
     ] = "paper",
+    loop: Annotated[
+        str, typer.Option(help="What holds the hover: position, attitude (and height) or none.")
+    ] = "position",
+    bandwidth: Annotated[
+        float | None,
+        typer.Option(
+            help="Of the attitude loop [rad/s]. Default: what the vehicle bears, at most 20."
+        ),
+    ] = None,
     out: OutOption = None,
     json: JsonOption = None,
 ) -> None:
@@ -43,7 +52,16 @@ def advise(
 
         good = study.Tolerance(tolerance, pixels)
         with results_in(out, "advise") as folder:
-            results = study.advise(loaded, task or (), good, law, progress=progress)
+            results = study.advise(
+                loaded,
+                task or (),
+                good,
+                law,
+                loop=loop,
+                bandwidth=bandwidth,
+                called=vehicle,
+                progress=progress,
+            )
             if folder is not None:
                 from continuair.figures import advise as figures
                 from continuair.studies.atlas.summary import load
@@ -52,6 +70,9 @@ def advise(
                 figures.write(results, load(), folder.file)
     print_table(["task", "model", "verdict"], report.verdicts(results), err=True)
     typer.echo(results["verdict"] + ".", err=True)
+    typer.echo(report.loop_of(results), err=True)
+    for note in results["notes"]:
+        typer.echo(note, err=True)
     if results["varied"]:
         typer.echo(f"{results['varied']} {report.OUTSIDE}", err=True)
     typer.echo(report.step_costs(results), err=True)

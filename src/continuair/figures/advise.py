@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -35,7 +36,11 @@ def advice(results: dict[str, Any]) -> Figure:
         if results["tracking"]:
             _tracking(axes.pop(0), results)
         figure.suptitle(
-            f"Decoupling {style.plain(results['vehicle']['name'])}", fontsize=9, x=0.01, ha="left"
+            f"Decoupling {style.plain(results['vehicle']['name'])}, "
+            f"loop: {results['loop']['name']}",
+            fontsize=9,
+            x=0.01,
+            ha="left",
         )
     return figure
 
@@ -45,17 +50,46 @@ def write(results: dict[str, Any], atlas: xr.Dataset, file: Callable[[str], Path
     style.save(advice(results), "advise", file)
     if not isinstance(results["vehicle"]["arm"], dict):
         return
+    style.save(placed(results, atlas), "atlas", file)
+
+
+def placed(results: dict[str, Any], atlas: xr.Dataset) -> Figure:
+    """Return the maps of an atlas with the vehicle, marked at the limits that were found for it.
+
+    A limit below or above all frequencies tried has no mark, as it has none on the other figure.
+    """
     place = {style.plain(results["vehicle"]["name"]): results["groups"]}
-    style.save(validity_map(atlas, place), "atlas", file)
+    limits = {
+        name: part["models"]["decoupled"]["limit_hz"] / results["clamped_hz"]
+        for name, part in results["excitations"].items()
+        if _marked(part["models"]["decoupled"])
+    }
+    figure = validity_map(atlas, place, frequencies=limits)
+    figure.suptitle(
+        f"The maps are of flights without a loop; diamonds: limits of this vehicle, loop: "
+        f"{results['loop']['name']}",
+        fontsize=7,
+        x=0.01,
+        ha="left",
+    )
+    return figure
+
+
+def _marked(entry: dict[str, Any]) -> bool:
+    return entry["limit_hz"] is not None and math.isfinite(entry["limit_hz"])
 
 
 def _errors(axes: Any, results: dict[str, Any], periodic: dict[str, Any]) -> None:
     for name, entry in periodic.items():
-        axes.plot(entry["hz"], entry["errors"], label=name, color=_COLOURS[name], lw=1.2)
+        colour = _COLOURS[name]
+        axes.plot(entry["hz"], entry["errors"], label=name, color=colour, lw=1.2)
+        if _marked(entry):
+            at = entry["errors"][entry["hz"].index(entry["limit_hz"])]
+            axes.plot(entry["limit_hz"], at, "D", color=colour, markersize=4)
     axes.axhline(results["tolerance"], color=style.PAPER_COLOUR, lw=1.0, ls="--")
     axes.axvline(results["clamped_hz"], color=style.PAPER_COLOUR, lw=0.8, ls=":")
     axes.set(xscale="log", yscale="log", xlabel="frequency [Hz] (dotted: clamped bending)")
-    axes.set_ylabel("error: RMSE / l, angle [rad]\n(dashed: tolerance)")
+    axes.set_ylabel("error: RMSE / l, angle [rad]\n(dashed: tolerance; diamonds: limits)")
     axes.legend(title="excitation", title_fontsize=7)
 
 
@@ -66,6 +100,14 @@ def _tracking(axes: Any, results: dict[str, Any]) -> None:
             axes.plot(entry["speed_m_s"], entry["ds_px"], label=f"{task}, {model}", **properties)
     axes.axhline(results["pixels"], color=style.PAPER_COLOUR, lw=1.0, ls="--")
     axes.set(xscale="log", yscale="log", xlabel="largest speed of the target [m/s]")
+    drawn = [value for line in axes.lines[:-1] for value in line.get_ydata()]
+    if not any(math.isfinite(value) and value > 0.0 for value in drawn):
+        # Logarithmic axes need numbers to show.
+        axes.set(
+            xlim=_SPEEDS[:: len(_SPEEDS) - 1],
+            ylim=(0.1 * results["pixels"], 10.0 * results["pixels"]),
+        )
+        axes.text(0.5, 0.5, "undecided", transform=axes.transAxes, ha="center", va="center")
     axes.xaxis.set_major_locator(FixedLocator(_SPEEDS))
     axes.xaxis.set_major_formatter(FixedFormatter([f"{speed:g}" for speed in _SPEEDS]))
     axes.xaxis.set_minor_formatter(NullFormatter())

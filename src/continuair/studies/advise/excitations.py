@@ -1,19 +1,29 @@
-"""Errors of the models on the standard excitations, and which coupling makes them."""
+"""Errors of the models on the standard excitations, in a loop, and which coupling makes them."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from continuair.analysis.couplings import attribution
 from continuair.analysis.excited import excited_arm
-from continuair.analysis.limits import find_limits
+from continuair.analysis.limits import Limit, find_limits
 from continuair.flight.resolution import RESOLVED, angles_unread, steps_told_of
 from continuair.kernels.dynamics import COUPLINGS, SIMPLER
-from continuair.studies.standard_excitations import EXCITATIONS, sample_time, standard_scenario
+from continuair.scenario.scenarios import Scenario
+from continuair.studies.standard_excitations import (
+    EXCITATIONS,
+    PERIODS,
+    sample_time,
+    standard_scenario,
+)
 from continuair.sweeps import run_pairs
 from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
 
 MODERATE = 0.5
 """Frequency over the clamped one at which errors are quoted and couplings are told apart."""
@@ -24,14 +34,41 @@ SCAN = np.geomspace(0.05, 3.0, 20)
 REFINED = 8
 """Frequencies of the round that halves in on a limit."""
 
+CYCLES = 3.0
+"""Cycles that count of every flight in a loop, at the least."""
 
-def excite(vehicle: Vehicle, name: str, tolerance: float) -> dict[str, Any]:
+SWELL = 0.4
+"""Share of a flight in a loop over which its load swells, and which does not count."""
+
+SETTLED = 0.1
+"""Largest share by which a settled error differs from that of a flight twice as long."""
+
+_LONGER = 1.5
+"""Ratio of the durations of flights that fly together."""
+
+
+@dataclass(frozen=True)
+class Loop:
+    """One of LOOPS, and the bandwidth of its attitude [rad/s], or None for its default."""
+
+    name: str = "none"
+    bandwidth: float | None = None
+
+    @property
+    def closed(self) -> bool:
+        """Whether anything holds the hover."""
+        return self.name != "none"
+
+
+def excite(vehicle: Vehicle, name: str, tolerance: float, loop: Loop = Loop()) -> dict[str, Any]:
     """Error of each model at the moderate load, and the frequency up to which it is tolerable.
 
     limit_hz: NaN where no frequency tried is, inf where all are, None for a release or a fall.
+    settled, and limit_settled at the limit: whether a flight twice as long says the same within a
+    tenth; None in open loop, where nothing settles, and for what does not oscillate.
     """
     excitation = EXCITATIONS[name]
-    errors = {model: float(e[0]) for model, e in _errors(vehicle, name, [MODERATE]).items()}
+    errors = {model: float(e[0]) for model, e in _errors(vehicle, name, [MODERATE], loop).items()}
     models: dict[str, dict[str, Any]] = {
         model: {"error": error, "tolerable": error <= tolerance, "limit_hz": None}
         for model, error in errors.items()
@@ -39,16 +76,19 @@ def excite(vehicle: Vehicle, name: str, tolerance: float) -> dict[str, Any]:
     if excitation.on is not None:
         clamped = float(excited_arm(vehicle).frequency) / (2.0 * np.pi)
 
-        def finer(ratios: np.ndarray, model: str) -> np.ndarray:
-            return _errors(vehicle, name, ratios)[model]
+        def finer(ratios: Array, model: str) -> Array:
+            return _errors(vehicle, name, ratios, loop)[model]
 
-        scanned = _errors(vehicle, name, SCAN)
-        for model, found in find_limits(SCAN, scanned, tolerance, finer, REFINED).items():
+        scanned = _errors(vehicle, name, SCAN, loop)
+        limits = find_limits(SCAN, scanned, tolerance, finer, REFINED)
+        for model, found in limits.items():
             models[model] |= {
                 "limit_hz": found.last * clamped,
                 "hz": (found.places * clamped).tolist(),
                 "errors": found.errors.tolist(),
             }
+        for model, settled in _settled(vehicle, name, errors, limits, loop).items():
+            models[model] |= settled
     return {
         "meaning": excitation.meaning,
         "load": excitation.load,
@@ -57,27 +97,99 @@ def excite(vehicle: Vehicle, name: str, tolerance: float) -> dict[str, Any]:
     }
 
 
-def _errors(vehicle: Vehicle, name: str, frequencies: Any) -> dict[str, np.ndarray]:
+def _settled(
+    vehicle: Vehicle, name: str, moderate: dict[str, float], limits: dict[str, Limit], loop: Loop
+) -> dict[str, dict[str, bool | None]]:
+    """Whether each model's errors at MODERATE and at its limit are those of longer flights."""
+    if not loop.closed:
+        return {model: {"settled": None, "limit_settled": None} for model in limits}
+    at = [each.last for each in limits.values() if np.isfinite(each.last)]
+    places = np.array([MODERATE, *at])
+    longer = _errors(vehicle, name, places, loop, 2.0)
+    found: dict[str, dict[str, bool | None]] = {}
+    for model, limit in limits.items():
+        found[model] = {"settled": _alike(moderate[model], longer[model][0]), "limit_settled": None}
+        if np.isfinite(limit.last):
+            error = limit.errors[limit.places == limit.last][0]
+            twice = longer[model][places == limit.last][0]
+            found[model]["limit_settled"] = _alike(error, twice)
+    return found
+
+
+def _alike(error: float, longer: float) -> bool:
+    return bool(abs(longer - error) <= SETTLED * error)
+
+
+def _errors(
+    vehicle: Vehicle, name: str, frequencies: Any, loop: Loop, longer: float = 1.0
+) -> dict[str, Array]:
     """Error of each model at each frequency; infinite where a flight ended early.
 
-    Where steps do not resolve a flight, it is at least what they err by.
+    Where steps do not resolve a flight, it is at least what they err by. longer: than need be.
     """
-    scenario = standard_scenario(name, vehicle, frequency=np.asarray(frequencies))
-    with steps_told_of(), angles_unread():
-        found = run_pairs(vehicle, scenario, SIMPLER, sample=sample_time(vehicle))
-    by_steps = found["step_error"].max("model").to_numpy()
-    least = np.where(by_steps > RESOLVED, by_steps, 0.0)
-    return {model: np.maximum(_error(found.sel(model=model), vehicle), least) for model in SIMPLER}
+    frequencies = np.asarray(frequencies, float)
+    errors = {model: np.empty(len(frequencies)) for model in SIMPLER}
+    for at, periods in _together(name, frequencies, loop):
+        scenario = excited(vehicle, name, frequencies[at], loop, longer * periods)
+        sample, settle = sampling(vehicle, scenario)
+        with steps_told_of(), angles_unread():
+            found = run_pairs(vehicle, scenario, SIMPLER, sample=sample, settle=settle)
+        by_steps = found["step_error"].max("model").to_numpy()
+        least = np.where(by_steps > RESOLVED, by_steps, 0.0)
+        for model in SIMPLER:
+            errors[model][at] = np.maximum(_error(found.sel(model=model), vehicle), least)
+    return errors
 
 
-def attribute(vehicle: Vehicle, name: str) -> dict[str, float]:
+def _together(name: str, frequencies: Array, loop: Loop) -> Iterator[tuple[Array, float]]:
+    """Indices of frequencies (n,) that fly as long, and how long [clamped periods]."""
+    if EXCITATIONS[name].on is None or not loop.closed:
+        yield np.arange(len(frequencies)), PERIODS
+        return
+    least = CYCLES / (1.0 - SWELL) / frequencies
+    steps = np.ceil(np.maximum(np.log(least / PERIODS) / np.log(_LONGER), 0.0) - 1e-9)
+    for step in np.unique(steps):
+        yield np.flatnonzero(steps == step), PERIODS * _LONGER**step
+
+
+def excited(
+    vehicle: Vehicle, name: str, frequency: Any, loop: Loop, periods: float = PERIODS
+) -> Scenario:
+    """A standard excitation as it is flown here; in a loop it swells."""
+    swell = SWELL if loop.closed else 0.0
+    return standard_scenario(
+        name,
+        vehicle,
+        frequency=frequency,
+        periods=periods,
+        loop=loop.name,
+        bandwidth=loop.bandwidth,
+        swell=swell,
+    )
+
+
+def sampling(vehicle: Vehicle, scenario: Scenario) -> tuple[float, float]:
+    """Time between samples that are compared, and from when they count [s].
+
+    In a loop samples are at instants at which it acts, or between them, so that steps are even.
+    """
+    sample, period = sample_time(vehicle), scenario.period
+    if period is None:
+        return sample, 0.0
+    even = period * (sample // period) if sample >= period else period / np.ceil(period / sample)
+    oscillates = EXCITATIONS[scenario.name].on is not None
+    return float(even), SWELL * scenario.duration * oscillates
+
+
+def attribute(vehicle: Vehicle, name: str, loop: Loop = Loop()) -> dict[str, float]:
     """Error of the coupled model without one coupling, at the moderate load."""
-    scenario = standard_scenario(name, vehicle, frequency=MODERATE)
-    found = attribution(vehicle, scenario, sample_time(vehicle))
+    (_, periods), *_rest = _together(name, np.array([MODERATE]), loop)
+    scenario = excited(vehicle, name, MODERATE, loop, periods)
+    found = attribution(vehicle, scenario, *sampling(vehicle, scenario))
     return {coupling: float(_error(found[coupling], vehicle)) for coupling in COUPLINGS}
 
 
-def _error(found: Any, vehicle: Vehicle) -> np.ndarray:
+def _error(found: Any, vehicle: Vehicle) -> Array:
     """The larger of the tip's RMSE over the arm's length and the RMS angle; infinite if it ended
     early."""
     tip = np.asarray(found["rmse_t_m"]) / float(excited_arm(vehicle).length)

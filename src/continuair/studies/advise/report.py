@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from continuair.kernels.dynamics import COUPLINGS
-from continuair.studies.tables import as_markdown, number
+from continuair.studies.tables import as_markdown, number, number_below
 
 
 def as_table(results: dict[str, Any]) -> str:
@@ -18,10 +18,14 @@ def as_table(results: dict[str, Any]) -> str:
         "",
         _scope(results),
         "",
+        loop_of(results),
+        "",
         f"Coupling {results['groups']['coupling']:.2f}, from 0 (a UAV like a rock) to 1.",
         "",
         *_verdicts(results),
         *_errors(results),
+        "",
+        *(f"* {note}" for note in results["notes"]),
     ]
     for task, part in results["tracking"].items():
         ds = part["models"]["decoupled"]["ds_max_px"]
@@ -78,7 +82,27 @@ def _scope(results: dict[str, Any]) -> str:
         f"Good enough is a tip within {tolerance:g} of the arm's length "
         f"({1e3 * tolerance * length:.3g} mm) and {tolerance:g} rad, "
         f"or |DS| up to {results['pixels']:g} px. Bending frequency of the clamped arm: "
-        f"{results['clamped_hz']:.3g} Hz." + (f" {varied}" if varied else "")
+        f"{results['clamped_hz']:.3g} Hz without gravity; modes of the hovering vehicle, with "
+        f"gravity: {_modes(results)}." + (f" {varied}" if varied else "")
+    )
+
+
+def _modes(results: dict[str, Any]) -> str:
+    told = list(dict.fromkeys(f"{hz:.3g}" for hz in results["hovering_hz"]))
+    return f"{', '.join(told)} Hz" if told else "none, as it has no stable balance"
+
+
+def loop_of(results: dict[str, Any]) -> str:
+    """Return the sentence about the loop that holds the hover."""
+    law = results["loop"]["controller"]
+    if law is None:
+        return "Loop: none; nothing holds the hover but constant forces."
+    place = law.get("position_bandwidth", law.get("height_bandwidth"))
+    what = "place" if "position_bandwidth" in law else "height, sideways nothing"
+    return (
+        f"Loop: {results['loop']['name']}; attitude {law['attitude_bandwidth']:.3g} rad/s, yaw "
+        f"{law['yaw_bandwidth']:.3g}, {what} {place:.3g}, at {law['rate']:g} Hz; the arm is held "
+        "by no servo."
     )
 
 
@@ -120,6 +144,8 @@ def _error(value: float) -> str:
 
 
 def _limit(value: float | None) -> str:
-    if value is None or math.isfinite(value):
-        return number(value, 2)
+    if value is None:
+        return ""
+    if math.isfinite(value):
+        return number_below(value)
     return "none" if math.isnan(value) else "all"

@@ -18,19 +18,24 @@ from continuair import checks
 from continuair.analysis.beam import curvature_error
 from continuair.analysis.excited import excited_arm
 from continuair.analysis.groups import place
+from continuair.analysis.modes import modes
+from continuair.analysis.trim import trim
 from continuair.controllers.gain_files import Gains, load_gains
+from continuair.errors import InputError
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import REFERENCE, SIMPLER
 from continuair.progress import Progress, Steps
 from continuair.scenario.letters import LETTERS
-from continuair.studies.advise.excitations import attribute, excite, missed
-from continuair.studies.advise.tracking import tracking_limit
+from continuair.studies.advise.excitations import CYCLES, Loop, attribute, excite, missed
+from continuair.studies.advise.notes import notes
+from continuair.studies.advise.tracking import tracking_limit, without_rotors
 from continuair.studies.advise.verdicts import TASKS, verdict
-from continuair.studies.standard_excitations import standard_scenario
-from continuair.studies.timing import median_times
+from continuair.studies.standard_excitations import PERIODS, standard_scenario
+from continuair.studies.standard_loops import hover_loop
+from continuair.studies.timing import median_ratios
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
-_STEPS, _REPEATS = 50_000, 5
+_STEPS, _REPEATS = 20_000, 11
 
 
 @dataclass(frozen=True)
@@ -57,37 +62,67 @@ def advise(
     tolerance: Tolerance = Tolerance(),
     gains: Gains | None = None,
     *,
+    loop: str = "position",
+    bandwidth: float | None = None,
+    called: str | None = None,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
-    """Errors, limits, costs and a verdict for each task. JSON-able; raises InputError."""
+    """Errors, limits, costs and a verdict for each task. JSON-able; raises InputError.
+
+    loop: that hovers while a load oscillates, one of LOOPS; bandwidth: of its attitude [rad/s], by
+    default what `flight_controller` gives the vehicle; called: the vehicle, in commands that the
+    advice gives, its name by default.
+    """
     check_single_vehicle(vehicle)
+    controller = hover_loop(vehicle, loop, bandwidth)
     chosen, arm = chosen_tasks(tasks), excited_arm(vehicle)
     names = list(dict.fromkeys(name for task in chosen for name in TASKS.get(task, ())))
     letters = {task: task.split(":")[1] for task in chosen if task not in TASKS}
     steps = Steps(progress, len(names) + bool(names) + len(letters) + 1)
-    excitations = _excitations(vehicle, names, tolerance.tip, steps)
+    flown = Loop(loop, bandwidth)
+    excitations = _excitations(vehicle, names, tolerance.tip, flown, steps)
     tracked, law = {}, gains or load_gains("paper")
+    wrench, told = without_rotors(vehicle)
     for task, letter in letters.items():
         steps.begin(task)
-        tracked[task] = tracking_limit(vehicle, letter, law, SIMPLER, tolerance.pixels)
+        tracked[task] = tracking_limit(wrench, letter, law, SIMPLER, tolerance.pixels)
     steps.begin("cost of a step")
     results: dict[str, Any] = {
         "study": "advise",
         "vehicle": vehicle.describe(),
+        "called": called or vehicle.name,
+        "loop": {
+            "name": loop,
+            "controller": None if controller is None else controller.describe(),
+        },
         "tolerance": tolerance.tip,
         "pixels": tolerance.pixels,
         "length_m": float(arm.length),
         "varied": varied(vehicle),
         "clamped_hz": float(arm.frequency) / (2.0 * np.pi),
+        "hovering_hz": hovering(vehicle),
+        "least_settled_hz": CYCLES / PERIODS * float(arm.frequency) / (2.0 * np.pi),
         "groups": {name: float(value) for name, value in place(vehicle).items()},
         "excitations": excitations,
         "tracking": tracked,
+        "tracking_notes": told if tracked else [],
         "step_over_coupled": step_cost(vehicle),
         "curvature_error": {} if vehicle.has_arm_list else curvature_error(vehicle),
     }
     found = {task: {m: verdict(results, task, m) for m in SIMPLER} for task in chosen}
     sentence = "; ".join(f"{task}: {of['decoupled']['text']}" for task, of in found.items())
-    return results | {"verdicts": found, "verdict": sentence}
+    results |= {"verdicts": found, "verdict": sentence}
+    return results | {"notes": notes(results)}
+
+
+def hovering(vehicle: Vehicle) -> list[float]:
+    """Frequencies of the hovering vehicle's modes with gravity, arms as they hang [Hz]; none where
+    it has no stable balance."""
+    try:
+        found = modes(vehicle, trim(vehicle).q, base="hovering")
+    except InputError:
+        return []
+    return [float(each) for each in found.frequencies / (2.0 * np.pi)]
 
 
 def varied(vehicle: Vehicle) -> str:
@@ -104,23 +139,23 @@ def varied(vehicle: Vehicle) -> str:
 
 
 def _excitations(
-    vehicle: Vehicle, names: Sequence[str], tolerance: float, steps: Steps
+    vehicle: Vehicle, names: Sequence[str], tolerance: float, loop: Loop, steps: Steps
 ) -> dict[str, Any]:
     """What is found of each excitation, with the coupling that its error comes from."""
     found: dict[str, Any] = {}
     for name in names:
         steps.begin(f"excitation {name}")
-        found[name] = excite(vehicle, name, tolerance)
+        found[name] = excite(vehicle, name, tolerance, loop)
     if names:
         steps.begin("couplings, one at a time")
     for name, part in found.items():
-        couplings, error = attribute(vehicle, name), part["models"]["decoupled"]["error"]
+        couplings, error = attribute(vehicle, name, loop), part["models"]["decoupled"]["error"]
         part |= {"couplings": couplings, "responsible": missed(couplings, error)}
     return found
 
 
 def step_cost(vehicle: Vehicle) -> dict[str, float]:
-    """Median time of a model's step over that of the coupled one's, flown in turns."""
+    """Median of the time of a model's step over that of the coupled one's, flown in turns."""
     scenario = standard_scenario("release", vehicle)
     options: dict[str, Any] = {
         "step": scenario.duration / _STEPS,
@@ -131,5 +166,4 @@ def step_cost(vehicle: Vehicle) -> dict[str, float]:
         model: partial(simulate, vehicle, scenario, model=model, **options)
         for model in (REFERENCE, *SIMPLER)
     }
-    times = median_times(flights, _REPEATS)
-    return {model: times[model] / times[REFERENCE] for model in SIMPLER}
+    return median_ratios(flights, REFERENCE, _REPEATS)

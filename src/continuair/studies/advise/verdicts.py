@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from continuair.studies.tables import number_below
+
 TASKS = {
     "hover": ("bend", "moment", "release"),
     "fast-flight": ("force", "fall"),
@@ -20,15 +22,21 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
     """What follows for a task and a model: a sentence, and its scope and exceptions.
 
     scope: "all" frequencies or speeds tried, those "below" the limit, "none", or "undecided";
-    except: excitations of the task, of no frequency, for which it does not hold.
+    limits: of each excitation that oscillates [Hz]; except: excitations of the task, of no
+    frequency, for which it does not hold.
     """
     if task in results["tracking"]:
         found = results["tracking"][task]
         limit = found["models"][model]["limit_m_s"]
         if np.isnan(found["rms_px"]):
-            text = f"cannot be decided: gains {found['gains']} lose the target, or chatter"
+            called = results["called"]
+            text = (
+                f"undecided: gains {found['gains']} lose the target, or chatter; find gains with "
+                f"`continuair tune --vehicle {called} --out gains.toml`, then "
+                f"`continuair advise {called} --gains gains.toml`"
+            )
             return {"scope": "undecided", "limit": limit, "unit": "m/s", "text": text}
-        text = _sentence(limit, "a target slower than {:.2g} m/s", "a target as fast as was tried")
+        text = _sentence(limit, "a target slower than {} m/s", "a target as fast as was tried")
         return {"scope": _scope(limit), "limit": limit, "unit": "m/s", "text": text}
     parts = {name: results["excitations"][name] for name in TASKS[task]}
     once = [name for name, part in parts.items() if part["models"][model]["limit_hz"] is None]
@@ -38,13 +46,14 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
     }
     worst = min(limits, key=lambda name: _rank(limits[name]))
     limit = limits[worst]
-    text = _sentence(limit, "motion below {:.2g} Hz", "motion at every frequency tried")
+    text = _sentence(limit, "motion below {} Hz", "motion at every frequency tried")
     if bad and not np.isnan(limit):
         text += ", but not " + " or ".join(_ONCE[name] for name in bad)
     if bad or not np.isinf(limit):
         culprit = parts[bad[0] if bad and np.isinf(limit) else worst]["responsible"]
         text += f" (what is missed: {culprit})"
-    return {"scope": _scope(limit), "except": bad, "limit": limit, "unit": "Hz", "text": text}
+    found = {"scope": _scope(limit), "except": bad, "limit": limit, "unit": "Hz", "text": text}
+    return found | {"limits": limits}
 
 
 def _scope(limit: float) -> str:
@@ -62,4 +71,4 @@ def _sentence(limit: float, below: str, everywhere: str) -> str:
         return "do not decouple"
     if np.isinf(limit):
         return f"decouple for {everywhere}"
-    return f"decouple for {below.format(limit)}"
+    return f"decouple for {below.format(number_below(limit))}"

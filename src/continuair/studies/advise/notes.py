@@ -1,0 +1,117 @@
+"""What a reader of the advice must know besides: where it comes from, and where it ends."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from continuair.kernels.dynamics import SIMPLER
+from continuair.studies.atlas.flights import RANGES
+from continuair.studies.tables import number, number_below
+
+_FURTHER = 1.5
+"""A limit this many times another one is told of."""
+
+_GROUPS = ("mass_ratio", "inertia_ratio", "gravity_number", "slenderness", "damping_ratio")
+
+
+def notes(results: dict[str, Any]) -> list[str]:
+    """Return sentences about verdicts, loop, settling and the atlas."""
+    return [
+        *_better(results),
+        *(note for task in results["verdicts"] for note in _alone(results, task)),
+        *_unsettled(results),
+        *_outside(results),
+        *results["tracking_notes"],
+    ]
+
+
+def _better(results: dict[str, Any]) -> list[str]:
+    """Where the model without any coupling to the UAV does better than the decoupled one."""
+    found = []
+    for task, of in results["verdicts"].items():
+        limits = [of[model]["limit"] for model in ("independent", "decoupled")]
+        held = set(of["decoupled"].get("except", ())) - set(of["independent"].get("except", ()))
+        start = f"{task}: independent does better than decoupled"
+        if _printed(limits[0]) > _printed(limits[1]):
+            told = f"it {_up_to(limits[0])}, decoupled {_up_to(limits[1])}"
+            found.append(f"{start}: {told} [{of['decoupled']['unit']}].")
+        elif held and _printed(limits[0]) == _printed(limits[1]):
+            found.append(f"{start}: it holds in {' and '.join(sorted(held))}, too.")
+    return found
+
+
+def _printed(limit: float) -> float:
+    """A limit as it is told."""
+    return float(number_below(limit)) if math.isfinite(limit) else _rank(limit)
+
+
+def _alone(results: dict[str, Any], task: str) -> list[str]:
+    """Where a limit is that of one excitation, and the others would allow much more."""
+    limits = results["verdicts"][task]["decoupled"].get("limits", {})
+    if not limits:
+        return []
+    worst = min(limits, key=lambda name: _rank(limits[name]))
+    others = {name: limit for name, limit in limits.items() if name != worst}
+    if not others:
+        return [f"{task}: one excitation alone, {worst}, oscillates."]
+    if math.isinf(limits[worst]) or _rank(min(others.values(), key=_rank)) < _FURTHER * max(
+        _rank(limits[worst]), 0.0
+    ):
+        return []
+    told = " and ".join(f"{name} {_up_to(limit)}" for name, limit in others.items())
+    return [f"{task}: the limit is that of {worst} alone; {told} [Hz]."]
+
+
+def _rank(limit: float) -> float:
+    return -1.0 if math.isnan(limit) else limit
+
+
+def _up_to(limit: float) -> str:
+    if math.isnan(limit):
+        return "allows nothing that was tried"
+    if math.isinf(limit):
+        return "allows all that was tried"
+    return f"allows {number_below(limit)}"
+
+
+def _unsettled(results: dict[str, Any]) -> list[str]:
+    """Errors that do not rest on settled cycles."""
+    if not results["excitations"]:
+        return []
+    if results["loop"]["name"] == "none":
+        least = results["least_settled_hz"]
+        return [
+            "Without a loop nothing settles: flights last ten periods of the clamped arm, which "
+            f"are fewer than three cycles below {number(least, 2)} Hz."
+        ]
+    found = []
+    for name, part in results["excitations"].items():
+        for model in SIMPLER:
+            entry = part["models"][model]
+            at = {"settled": "half the clamped frequency", "limit_settled": "the limit"}
+            wrong = [where for key, where in at.items() if entry.get(key) is False]
+            if wrong:
+                found.append(
+                    f"{name}, {model}: the error at {' and at '.join(wrong)} has not settled: a "
+                    "flight twice as long differs by more than a tenth."
+                )
+    return found
+
+
+def _outside(results: dict[str, Any]) -> list[str]:
+    """What of a vehicle with [arm], and of its flights, the atlas does not hold."""
+    vehicle, groups = results["vehicle"], results["groups"]
+    if not isinstance(vehicle["arm"], dict):
+        return []
+    found = [
+        f"{name.replace('_', ' ')} {number(groups[name], 2)} ({low:g} to {high:g} there)"
+        for name in _GROUPS
+        for low, high in [RANGES[name]]
+        if not low <= groups[name] <= high
+    ]
+    found += ["disks"] * bool(vehicle["arm"].get("disks"))
+    found += ["a mount off the centre"] * any(vehicle["uav"]["mount"])
+    loop = results["loop"]["name"]
+    found += [f"the loop {loop}"] * (loop != "none" and bool(results["excitations"]))
+    return [f"Outside the atlas of other flights: {', '.join(found)}."] if found else []

@@ -1,0 +1,230 @@
+"""Limits in a loop: flights simulated directly beside them agree, and what the advice tells."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from continuair.figures import advise as figures
+from continuair.studies.advise.excitations import Loop, excite
+from continuair.studies.advise.notes import notes
+from continuair.studies.advise.tracking import without_rotors
+from continuair.studies.advise.verdicts import verdict
+from continuair.studies.tables import number_below
+from continuair.studies.timing import median_ratios
+
+Array = np.ndarray
+TOLERANCE = 0.02
+
+DISKS = [{"position": 0.04375 * k, "mass": 0.003, "inertia": [1.7e-7, 3.4e-7]} for k in range(1, 9)]
+NEW_USER = ca.Vehicle(
+    name="mydrone",
+    uav={"mass": 1.9, "inertia": [0.012, 0.012, 0.021], "mount": [0.0, 0.0, -0.06]},
+    arm={
+        "length": 0.35,
+        "radius": 0.0008,
+        "density": 6450.0,
+        "youngs_modulus": 60e9,
+        "damping_ratio": 0.02,
+        "disks": [*DISKS, {"position": 0.35, "mass": 0.04}],
+    },
+)
+
+
+def direct_error(vehicle: ca.Vehicle, name: str, hertz: float, bandwidth: float) -> float:
+    """Error of the decoupled model in a position loop, of a flight that is written out here.
+
+    It swells over three cycles or eight periods of the arm, and counts for as long again and half.
+    """
+    arm, clamped = vehicle.arm, vehicle.arm.clamped_frequency / (2.0 * np.pi)
+    bend = 0.2 / arm.length * np.array([1.0, 1.0]) / np.sqrt(2.0)
+    held = ca.trim(vehicle, bend=bend)
+    until = max(3.0 / hertz, 8.0 / clamped)
+    x, _, z = np.transpose(vehicle.uav.mount)
+    inertia = vehicle.uav.inertia[1][1] + _about_b(vehicle, x, z)
+    size = {
+        "bend": 0.2 * arm.bending_stiffness,
+        "tip": 0.2 * 2.0 * arm.bending_stiffness / arm.length**2,
+        "force": 0.2 * vehicle.mass * 9.81,
+        "moment": 0.1 * inertia * (2.0 * np.pi * hertz) ** 2,
+    }[name]
+
+    def load(t: float) -> float:
+        share = np.sin(0.5 * np.pi * min(t / until, 1.0)) ** 2
+        return float(share * np.sin(2.0 * np.pi * hertz * t))
+
+    given: dict[str, Any] = {"bend_moment": held.bend_moment}
+    if name == "bend":
+        given["bend_moment"] = lambda t: held.bend_moment + size * load(t) * np.array([1.0, 0.0])
+    elif name == "tip":
+        given["tip_wrench"] = lambda t: size * load(t) * np.eye(6)[0]
+    elif name == "force":
+        given["force"] = lambda t: size * load(t) * np.eye(3)[0]
+    else:
+        given["moment"] = lambda t: size * load(t) * np.eye(3)[1]
+    law = ca.flight_controller(vehicle, attitude_bandwidth=bandwidth, bend_bandwidth=0.0)
+    scenario = ca.Scenario("direct", held.q, duration=2.5 * until, controller=law, **given)
+    names = ["tip_position", "tip_attitude"]
+    sample = 0.004 * max(1, int(1.0 / (40.0 * clamped) / 0.004))
+    one, other = (
+        ca.simulate(vehicle, scenario, model=model, sample=sample, variables=names).sel(
+            time=slice(until, None)
+        )
+        for model in ("coupled", "decoupled")
+    )
+    found = ca.compare(one, other)
+    return float(max(found["rmse_t_m"] / arm.length, found["angle_rad"]))
+
+
+def _about_b(vehicle: ca.Vehicle, x: float, z: float) -> float:
+    """Inertia of a straight, thin arm with its disks about B's y axis [kg m²]."""
+    arm = vehicle.arm
+    along = np.linspace(0.0, arm.length, 20001)
+    thin = arm.backbone_mass * float(np.mean(x**2 + (z - along) ** 2))
+    turned = arm.transverse_inertia_per_length * arm.length
+    disks = sum(
+        disk.transverse_inertia + disk.mass * (x**2 + (z - disk.position) ** 2)
+        for disk in arm.disks
+    )
+    return float(thin + turned + disks)
+
+
+def assert_flights_agree(vehicle: ca.Vehicle, name: str, bandwidth: float) -> None:
+    """The limit, as a flight says that lasts longer and swells otherwise."""
+    found = excite(vehicle, name, TOLERANCE, Loop("position", bandwidth))["models"]["decoupled"]
+    hz, limit = np.array(found["hz"]), found["limit_hz"]
+    below = 0.97 * limit if math.isfinite(limit) else hz[-1]
+    beyond = hz[0] if math.isnan(limit) else 1.03 * hz[np.searchsorted(hz, limit) + 1 :][:1]
+    if not math.isnan(limit):
+        assert direct_error(vehicle, name, float(below), bandwidth) <= TOLERANCE
+    if not math.isinf(limit):
+        assert direct_error(vehicle, name, float(np.squeeze(beyond)), bandwidth) > TOLERANCE
+
+
+@pytest.mark.parametrize("bandwidth", [4.0, 8.0, 20.0])
+def test_a_limit_is_where_flights_beside_it_leave_the_tolerance(bandwidth: float) -> None:
+    for name in ("bend", "tip"):
+        assert_flights_agree(NEW_USER, name, bandwidth)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(10))
+def test_limits_of_random_vehicles_are_where_flights_beside_them_say(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    mass, length = rng.uniform(1.0, 4.0), rng.uniform(0.25, 0.8)
+    inertia = mass * rng.uniform(0.006, 0.012)
+    arm_mass = mass * rng.uniform(0.01, 0.08)
+    clamped = rng.uniform(6.0, 30.0)
+    vehicle = ca.Vehicle(
+        name="random",
+        uav={"mass": mass, "inertia": [inertia, inertia, 1.8 * inertia]},
+        arm={
+            "length": length,
+            "mass_per_length": arm_mass / length,
+            "bending_stiffness": clamped**2 * arm_mass * length**3 / 5.0,
+            "damping_ratio": rng.uniform(0.02, 0.1),
+        },
+    )
+    name = ("bend", "moment", "force", "tip")[seed % 4]
+    assert_flights_agree(vehicle, name, (4.0, 8.0, 20.0)[seed % 3])
+
+
+def test_an_attitude_loop_lets_the_decoupled_model_do_for_faster_motion() -> None:
+    limits = [
+        excite(NEW_USER, "bend", TOLERANCE, loop)["models"]["decoupled"]["limit_hz"]
+        for loop in (Loop("none"), Loop("attitude", 8.0), Loop("attitude", 20.0))
+    ]
+    assert limits[0] < limits[1] < limits[2]
+
+
+def test_printed_limits_are_never_beyond_those_that_were_found() -> None:
+    for value in np.geomspace(0.011, 97.0, 500):
+        text = number_below(float(value))
+        assert float(text) <= value < 1.1 * float(text)
+    assert [number_below(each) for each in (0.29, 2.5, 25.0)] == ["0.29", "2.5", "25"]
+
+
+def results(decoupled: dict[str, float], independent: dict[str, float]) -> dict[str, Any]:
+    def entry(limit: float) -> dict[str, Any]:
+        return {"limit_hz": limit, "tolerable": True, "settled": True, "limit_settled": True}
+
+    parts = {
+        name: {
+            "models": {"decoupled": entry(limit), "independent": entry(independent[name])},
+            "responsible": "inertia",
+        }
+        for name, limit in decoupled.items()
+    }
+    once = {"limit_hz": None, "tolerable": True}
+    parts["release"] = {"models": {"decoupled": once, "independent": once}}
+    vehicle = ca.load_vehicle("slender")
+    found: dict[str, Any] = {
+        "vehicle": vehicle.describe(),
+        "loop": {"name": "none", "controller": None},
+        "least_settled_hz": 0.3,
+        "groups": dict.fromkeys(
+            ("mass_ratio", "inertia_ratio", "gravity_number", "slenderness", "damping_ratio"), 0.06
+        ),
+        "excitations": parts,
+        "tracking": {},
+        "tracking_notes": [],
+    }
+    found["groups"]["slenderness"] = 0.01
+    of = {model: verdict(found, "hover", model) for model in ("decoupled", "independent")}
+    return found | {"verdicts": {"hover": of}}
+
+
+def test_notes_tell_where_independent_is_better_and_whose_limit_it_is() -> None:
+    found = notes(results({"bend": 2.0, "moment": 0.5}, {"bend": 1.0, "moment": 0.9}))
+    better = (
+        "hover: independent does better than decoupled: it allows 0.9, decoupled allows 0.5 [Hz]."
+    )
+    assert found[0] == better
+    assert found[1] == "hover: the limit is that of moment alone; bend allows 2 [Hz]."
+    quiet = notes(results({"bend": 0.6, "moment": 0.5}, {"bend": 0.5, "moment": 0.4}))
+    assert len(quiet) == 1 and "fewer than three cycles below 0.3 Hz" in quiet[0]
+
+
+def test_notes_tell_what_the_atlas_does_not_hold_and_what_has_not_settled() -> None:
+    case = results({"bend": 0.6, "moment": 0.5}, {"bend": 0.5, "moment": 0.4})
+    case["loop"]["name"] = "position"
+    case["groups"]["gravity_number"] = 0.73
+    case["vehicle"] = NEW_USER.describe()
+    case["excitations"]["bend"]["models"]["decoupled"]["limit_settled"] = False
+    unsettled, outside = notes(case)
+    assert unsettled.startswith("bend, decoupled: the error at the limit has not settled")
+    for part in ("gravity number 0.73 (0.001 to 0.3 there)", "disks", "mount", "loop position"):
+        assert part in outside
+
+
+def test_tracking_leaves_out_rotors_that_cannot_push_in_any_direction() -> None:
+    rotors = {"layout": "quad_x", "lever": 0.25, "thrust_limits": [0.0, 15.0]}
+    rotors |= {"lag": 0.03, "torque_per_thrust": 0.02}
+    flat = NEW_USER.replace({"uav.rotors": rotors})
+    assert without_rotors(NEW_USER) == (NEW_USER, [])
+    flown, told = without_rotors(flat)
+    assert flown.uav.rotors is None and "without rotors" in told[0]
+
+
+def test_ratios_of_times_are_medians_of_pairs(monkeypatch: pytest.MonkeyPatch) -> None:
+    ticks = iter(np.cumsum([0, 9, 0, 9, 0, 1, 0, 2, 0, 10, 0, 20, 0, 2, 0, 6]).tolist())
+    monkeypatch.setattr("continuair.studies.timing.perf_counter", lambda: next(ticks))
+    # Rounds of (1, 2), (10, 20) and (2, 6): medians over each other would give 3, pairs give 2.
+    found = median_ratios({"one": lambda: None, "two": lambda: None}, "one", 3)
+    assert found == {"two": 2.0}
+
+
+def test_an_advice_on_a_lost_target_is_drawn(tmp_path: Path) -> None:
+    entry = {"speed_m_s": [0.1, 0.2], "ds_px": [math.nan, math.nan], "limit_m_s": math.nan}
+    found = {
+        "vehicle": {"name": "lost", "arm": {}},
+        "loop": {"name": "position"},
+        "pixels": 0.7,
+        "excitations": {},
+        "tracking": {"track:M": {"models": {"decoupled": entry, "independent": entry}}},
+    }
+    figures.advice(found).savefig(tmp_path / "lost.png")
+    assert (tmp_path / "lost.png").stat().st_size > 3_000
