@@ -66,8 +66,8 @@ def placed(results: dict[str, Any], atlas: xr.Dataset) -> Figure:
     }
     figure = validity_map(atlas, place, frequencies=limits)
     figure.suptitle(
-        f"The maps are of flights without a loop; diamonds over frequency: limits of this vehicle, loop: "
-        f"{results['loop']['name']}",
+        "The maps are of flights without a loop; diamonds over frequency: limits of this vehicle, "
+        f"loop: {results['loop']['name']}",
         fontsize=7,
         x=0.01,
         ha="left",
