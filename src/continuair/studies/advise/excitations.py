@@ -43,8 +43,8 @@ SWELL = 0.4
 SETTLED = 0.1
 """Largest share by which a settled error differs from that of a flight twice as long."""
 
-_LONGER = 1.5
-"""Ratio of the durations of flights that fly together."""
+_LONGER = float(np.sqrt(10.0))
+"""Ratio of the durations of flights that fly together: what acts on them is sampled once."""
 
 
 @dataclass(frozen=True)

@@ -107,6 +107,7 @@ def _outside(results: dict[str, Any]) -> list[str]:
     found = [
         f"{name.replace('_', ' ')} {number(groups[name], 2)} ({low:g} to {high:g} there)"
         for name in _GROUPS
+        if name in groups  # an arm by its stiffness has no slenderness
         for low, high in [RANGES[name]]
         if not low <= groups[name] <= high
     ]
