@@ -107,7 +107,7 @@ UNUSABLE: list[tuple[Any, str, str]] = [
 ]
 
 
-@pytest.mark.parametrize(("made", "start", "remedy"), UNUSABLE, ids=lambda value: str(value)[:30])
+@pytest.mark.parametrize(("made", "start", "remedy"), UNUSABLE, ids=[each[1] for each in UNUSABLE])
 def test_unusable_wind_is_refused_in_one_sentence(made: Any, start: str, remedy: str) -> None:
     with pytest.raises(InputError) as caught:
         made()
