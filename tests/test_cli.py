@@ -13,6 +13,7 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import typer
 import xarray as xr
@@ -182,6 +183,24 @@ def test_check_shows_modes_about_the_hover_and_the_step_of_a_flight() -> None:
         assert f"{lowest:.4g}" in line
     assert "gravity number g / l ω²" in shown
     assert "step taken, arm let go" in shown
+
+
+def test_check_shows_what_rotors_have_left() -> None:
+    """Straight, a quarter of the weight each; bent by α, the arm's centre is α l / 6 off, which the
+    rotors on that side carry besides at their lever over √2."""
+    rotors = '[uav.rotors]\nlayout = "quad_x"\nlever = 0.2\nthrust_limits = [0.0, 20.0]\n'
+    rotors += "torque_per_thrust = 0.016\n\n[arm]"
+    Path("quad.toml").write_text(PAPER_TOML.replace("[arm]", rotors))
+    shown = run("check", "quad.toml").stdout
+    vehicle = load_vehicle("paper")
+    weight, arm = 9.81 * vehicle.mass, 9.81 * vehicle.arm.mass
+    off = (1.0 - np.sin(1.0)) * vehicle.arm.length  # ∫ (1 - cos αs)/α ds at α = 1
+    for words, thrust in (
+        ("arm straight", weight / 4.0),
+        ("arm bent by 1 rad", weight / 4.0 + arm * off / (4.0 * 0.2 / np.sqrt(2.0))),
+    ):
+        (line,) = (line for line in shown.splitlines() if f"rotors' margin, {words}" in line)
+        assert f"{1.0 - thrust / 20.0:.0%}" in line
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from math import pi
 import numpy as np
 
 from continuair.analysis.beam import curvature_error
+from continuair.analysis.excited import excited_arm
 from continuair.analysis.groups import place
 from continuair.analysis.modes import modes
 from continuair.analysis.trim import trim
@@ -26,6 +27,9 @@ Lines = list[tuple[str, ...]]
 MODES = ("modes", "rad/s", "lowest Hz", "damping")
 """Columns of `modes_of`."""
 
+BENT = 1.0
+"""Angle by which the arm that carries the camera is bent to see what rotors have left [rad]."""
+
 _ALIKE = 1e-3
 """Frequencies that differ by less than this share are shown once."""
 
@@ -40,6 +44,7 @@ def facts(vehicle: Vehicle) -> Lines:
         ("gravity number g / l ω²", f"{groups['gravity_number']:.3g}"),
         *_of_sections(vehicle),
         *_at_rest(vehicle),
+        *_of_rotors(vehicle),
         *_of_steps(vehicle),
         *([] if vehicle.has_arm_list else _beside_a_beam(vehicle)),
     ]
@@ -81,6 +86,22 @@ def _at_rest(vehicle: Vehicle) -> Lines:
     lengths = [section.length for arm in vehicle.arms for section in arm.section]
     angles = [kappa * length for kappa, length in zip(q[6::2], lengths, strict=True)]
     return [("angles at rest", ", ".join(f"{angle:.3g}" for angle in angles) + " rad")]
+
+
+def _of_rotors(vehicle: Vehicle) -> Lines:
+    """What the busiest rotor has left of its thrust, hovering with straight and with bent arm."""
+    rotors, arm = vehicle.uav.rotors, excited_arm(vehicle)
+    if rotors is None:
+        return []
+    lines: Lines = []
+    for angle, name in ((0.0, "arm straight"), (BENT, f"arm bent by {BENT:g} rad")):
+        bend = np.zeros((vehicle.sections, 2))
+        bend[list(arm.places), 0] = angle / arm.length
+        held = trim(vehicle, bend=bend.ravel())
+        thrusts = np.squeeze(rotors.inverse) @ np.concatenate([held.force, held.moment])
+        left = 1.0 - thrusts.max() / float(rotors.highest)
+        lines.append((f"rotors' margin, {name}", f"{left:.0%}"))
+    return lines
 
 
 def _told(vehicle: Vehicle, q: np.ndarray, base: str, gravity: float) -> tuple[str, str, str]:
