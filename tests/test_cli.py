@@ -297,7 +297,7 @@ def test_ctrl_c_before_anything_else_loads_is_told_without_a_traceback() -> None
 def test_a_terminal_of_plain_letters_gets_the_table_with_what_it_lacks_replaced() -> None:
     done = command("check", "paper", env={"PYTHONIOENCODING": "ascii"})
     assert done.returncode == 0, done.stderr
-    assert "N m?" in done.stdout and "57.41 rad/s" in done.stdout
+    assert "N m?" in done.stdout and "57.41" in done.stdout
 
 
 @pytest.mark.parametrize("arguments", [("vehicles",), ("--help",), ("--version",)])

@@ -25,9 +25,9 @@ from continuair.studies.tracking.tuning import as_toml, tune
 IMAGE = np.array([1, -1, -1, -1, -1, 1, 1, 1]) * 0.125
 
 
-def turned(vehicle: ca.Vehicle) -> ca.Vehicle:
-    """With the camera half a turn off, so that every law loses its target within half a second."""
-    return vehicle.replace({"camera.attitude": [0.0, 0.0, 1.0, 0.0]})
+def late(vehicle: ca.Vehicle) -> ca.Vehicle:
+    """With a camera whose frames come so late that every law loses its target."""
+    return vehicle.replace({"camera.latency": 3.0})
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +138,7 @@ def test_a_real_camera_limits_the_error_and_its_noise_is_repeatable(vehicle: ca.
 def test_metrics_of_a_run_that_ended_early_are_not_finite_and_its_status_is_kept(
     vehicle: ca.Vehicle,
 ) -> None:
-    found = tracking(turned(vehicle), "M", models=["coupled"], settings=["fast"])
+    found = tracking(late(vehicle), "M", models=["coupled"], settings=["fast"])
     found = found.results["letters"]["M"]["coupled"]
     assert found["status"] != 0 and found["end_time_s"] < 10.0
     assert np.isnan(found["rms_px"]) and np.isnan(found["converged_s"])
@@ -210,7 +210,7 @@ def test_the_preset_is_reproduced_by_its_record(vehicle: ca.Vehicle) -> None:
 
     import continuair.controllers.gain_files as home
 
-    assert gain_presets() == ("paper",)
+    assert gain_presets() == ("current", "paper")
     stored = tomllib.loads(
         (Path(home.__file__).parent / "presets" / "paper.toml").read_text(encoding="utf-8")
     )
@@ -272,13 +272,13 @@ def test_a_search_of_no_size_is_refused(
 
 def test_a_search_in_which_every_candidate_is_lost_finds_nothing(vehicle: ca.Vehicle) -> None:
     with pytest.raises(ca.InputError, match="none keeps its target"):
-        tune(turned(vehicle), ["L"], ["fast"], candidates=2, rounds=1)
+        tune(late(vehicle), ["L"], ["fast"], candidates=2, rounds=1)
 
 
 def test_flights_that_ended_early_are_told_and_have_no_largest_difference(
     vehicle: ca.Vehicle,
 ) -> None:
-    results = tracking(turned(vehicle), "M", models=["decoupled"], settings=["fast"]).results
+    results = tracking(late(vehicle), "M", models=["decoupled"], settings=["fast"]).results
     lost = results["letters"]["M"]["decoupled"]
     assert np.isnan(lost["ds_max_px_after_2s"])
     assert any("fast, M, coupled: ended at" in line for line in tracking_output.remarks(results))

@@ -87,7 +87,8 @@ def elimination_code(numbers: Numbers, tree: Tree) -> EliminationCode:
     @wp.func
     def backward(f: Factors, r: Bends):
         """(D U)⁻¹ r."""
-        r = wp.cw_mul(f.inverse, r)
+        for i in range(bends):
+            r[i] = f.inverse[i] * r[i]
         for i in range(last, 0, -1):
             for j in range(i):
                 r[j] = r[j] - f.U[j, i] * r[i]
