@@ -46,11 +46,12 @@ def check(
     The lines "beam" are those of an Euler-Bernoulli beam, with the error of constant curvature.
     """
     from continuair.analysis.plausible import doubts
-    from continuair.studies.check import MODES, facts, modes_of
+    from continuair.studies.check import MODES, at_rest, facts, modes_of
     from continuair.vehicle.vehicle import load_vehicle
 
     vehicle = load_vehicle(file)
-    print_table([f"vehicle {vehicle.name}", ""], [list(line) for line in facts(vehicle)])
-    print_table(list(MODES), [list(line) for line in modes_of(vehicle)])
+    rest = at_rest(vehicle)
+    print_table([f"vehicle {vehicle.name}", ""], [list(line) for line in facts(vehicle, rest)])
+    print_table(list(MODES), [list(line) for line in modes_of(vehicle, rest)])
     for doubt in doubts(vehicle):
         typer.echo(f"Warning: {doubt}", err=True)

@@ -31,7 +31,7 @@ def on_body(vehicle: Vehicle) -> Array:
 
 
 def axes_on_body(vehicle: Vehicle) -> Array:
-    """The camera's axes (3, 3) in body axes with its arm straight, of a vehicle of one run."""
+    """The camera's axes (..., 3, 3) in body axes with its arm straight."""
     tip = TIP_OF_STRAIGHT_ARM @ Rotation.from_quat(vehicle.camera.attitude).as_matrix()
     if not vehicle.has_arm_list:
         return np.asarray(tip)
@@ -39,13 +39,15 @@ def axes_on_body(vehicle: Vehicle) -> Array:
     return np.asarray(Rotation.from_quat(arm.attitude).as_matrix() @ tip)
 
 
-def facing(vehicle: Vehicle, point: Any, distance: float) -> tuple[Array, Array]:
-    """UAV position (3,) [m] and Euler angles (φ, θ, ψ) (3,) with the camera `distance` above a
-    point (3,), straight above it and looking down with x along the world's, all arms straight;
+def facing(vehicle: Vehicle, point: Any, distance: Any) -> tuple[Array, Array]:
+    """UAV position (..., 3) [m] and Euler angles (φ, θ, ψ) with the camera `distance` (...) above a
+    point (..., 3), straight above it and looking down with x along the world's, all arms straight;
     level for a camera that looks along its tip."""
-    turn = Rotation.from_matrix(TIP_OF_STRAIGHT_ARM @ axes_on_body(vehicle).T)
-    at = np.asarray(point) + [0.0, 0.0, distance] - turn.apply(on_body(vehicle))
-    return np.asarray(at), np.asarray(turn.as_euler("ZYX")[::-1])
+    axes = axes_on_body(vehicle)
+    turn = Rotation.from_matrix(TIP_OF_STRAIGHT_ARM @ np.swapaxes(axes, -1, -2))
+    above = np.multiply.outer(distance, [0.0, 0.0, 1.0])
+    at = np.asarray(point) + above - turn.apply(on_body(vehicle))
+    return np.asarray(at), np.asarray(turn.as_euler("ZYX")[..., ::-1])
 
 
 def project(points: Any) -> Array:

@@ -111,9 +111,7 @@ def _hover(engine: Engine, scenario: Scenario) -> Array:
     level = np.atleast_2d(scenario.q).copy()
     level[:, :6] = 0.0
     push = holding(engine, level, scenario.gravity)
-    wrench = push[:, None, :6]
-    inverse = np.broadcast_to(rotors.inverse, (len(push), rotors.count, 6))
-    thrusts = sum(inverse[..., j] * wrench[..., j] for j in range(6))
+    thrusts = rotors.thrusts_for(push[:, :6])
     highest = per_run(rotors.thrust_limits, len(push), 2)[:, 1:]
     rounded = highest * np.round(thrusts / highest, _DIGITS)
     _check_hover(rotors.thrust_limits, rounded)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from contextlib import suppress
 from math import pi
 
 import numpy as np
@@ -12,7 +11,7 @@ from continuair.analysis.beam import curvature_error
 from continuair.analysis.excited import excited_arm
 from continuair.analysis.groups import place
 from continuair.analysis.modes import modes
-from continuair.analysis.trim import trim
+from continuair.analysis.trim import Trim, trim
 from continuair.engine.engine import Engine
 from continuair.errors import ContinuairWarning, InputError
 from continuair.flight.simulate import simulate
@@ -34,8 +33,19 @@ _ALIKE = 1e-3
 """Frequencies that differ by less than this share are shown once."""
 
 
-def facts(vehicle: Vehicle) -> Lines:
-    """Masses, couplings, sections, sag, steps and the error of constant curvature, by name."""
+def at_rest(vehicle: Vehicle) -> Trim | None:
+    """The hover that straight arms sink into; None where there is none below a full circle."""
+    try:
+        return trim(vehicle)
+    except InputError:
+        return None
+
+
+def facts(vehicle: Vehicle, rest: Trim | None) -> Lines:
+    """Masses, couplings, sections, sag, steps and the error of constant curvature, by name.
+
+    rest: of `at_rest`.
+    """
     mass, groups = sum(arm.mass for arm in vehicle.arms), place(vehicle)
     return [
         ("arm mass", f"{mass:.4g} kg"),
@@ -43,24 +53,23 @@ def facts(vehicle: Vehicle) -> Lines:
         ("coupling, 0 to 1", f"{groups['coupling']:.3g}"),
         ("gravity number g / l ω²", f"{groups['gravity_number']:.3g}"),
         *_of_sections(vehicle),
-        *_at_rest(vehicle),
+        *_angles(vehicle, rest),
         *_of_rotors(vehicle),
         *_of_steps(vehicle),
         *([] if vehicle.has_arm_list else _beside_a_beam(vehicle)),
     ]
 
 
-def modes_of(vehicle: Vehicle) -> Lines:
-    """Modes of straight arms without gravity, and about the hover with it; as MODES has them."""
+def modes_of(vehicle: Vehicle, rest: Trim | None) -> Lines:
+    """Modes of straight arms without gravity, and about `at_rest` with it; as MODES has them."""
     straight = np.zeros(Layout(vehicle.shape).coordinates)
     lines: Lines = [
         ("clamped, g = 0", *_told(vehicle, straight, "clamped", 0.0)),
         ("free fall", *_told(vehicle, straight, "free", 0.0)),
     ]
-    with suppress(InputError):
-        rest = trim(vehicle).q
+    if rest is not None:
         for base in ("clamped", "hovering"):
-            lines.append((base, *_told(vehicle, rest, base, 9.81)))
+            lines.append((base, *_told(vehicle, rest.q, base, 9.81)))
     return lines
 
 
@@ -78,13 +87,11 @@ def _of_sections(vehicle: Vehicle) -> Lines:
     ]
 
 
-def _at_rest(vehicle: Vehicle) -> Lines:
-    try:
-        q = trim(vehicle).q
-    except InputError:
+def _angles(vehicle: Vehicle, rest: Trim | None) -> Lines:
+    if rest is None:
         return [("angles at rest", "none: no balance below a full circle")]
     lengths = [section.length for arm in vehicle.arms for section in arm.section]
-    angles = [kappa * length for kappa, length in zip(q[6::2], lengths, strict=True)]
+    angles = [kappa * length for kappa, length in zip(rest.q[6::2], lengths, strict=True)]
     return [("angles at rest", ", ".join(f"{angle:.3g}" for angle in angles) + " rad")]
 
 
@@ -98,7 +105,7 @@ def _of_rotors(vehicle: Vehicle) -> Lines:
         bend = np.zeros((vehicle.sections, 2))
         bend[list(arm.places), 0] = angle / arm.length
         held = trim(vehicle, bend=bend.ravel())
-        thrusts = np.squeeze(rotors.inverse) @ np.concatenate([held.force, held.moment])
+        thrusts = rotors.thrusts_for(np.concatenate([held.force, held.moment]))
         left = 1.0 - thrusts.max() / float(rotors.highest)
         lines.append((f"rotors' margin, {name}", f"{left:.0%}"))
     return lines

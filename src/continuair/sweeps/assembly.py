@@ -148,10 +148,8 @@ def _closed_loop(vehicle: Vehicle, fields: dict[str, dict[str, Any]], runs: int)
     start = np.array([target.path(0.0)[0][0] for target in targets])[of_run]
     distance = np.array([target.distance for target in targets])[of_run]
     state = {name: scenario[name] for name in COORDINATES}
-    each = enumerate(zip(start, distance, strict=True))
-    places = [facing(vehicle.select(run), *seen) for run, seen in each]
-    above, turned = (np.stack(rows) for rows in zip(*places, strict=True))
-    state |= {name: turned[:, k] + state[name] for k, name in enumerate(_ANGLES)}
+    above, turned = facing(vehicle, start, distance)
+    state |= {name: turned[..., k] + state[name] for k, name in enumerate(_ANGLES)}
     for axis, name in enumerate("xyz"):
         off = START_OFFSET[axis] if scenario[name] is None else scenario[name]
         state[name] = above[:, axis] + off

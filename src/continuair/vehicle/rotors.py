@@ -176,6 +176,12 @@ class Rotors(Part):
         """The pseudo-inverse of the allocation (rotors, 6), or (runs, rotors, 6)."""
         return pseudo_inverse(self.allocation)[0]
 
+    def thrusts_for(self, wrench: Array) -> Array:
+        """Thrusts (..., rotors) [N] that make a force [N] and a moment about B's origin [N m], body
+        axes (..., 6), whatever their limits. Summed in order: the same bits on every processor."""
+        inverse = self.inverse
+        return np.asarray(sum(inverse[..., j] * wrench[..., j, None] for j in range(6)))
+
     @property
     def rank(self) -> int:
         """How many of lift, the moments and the side forces are free of each other, the fewest of
