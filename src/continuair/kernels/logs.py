@@ -1,4 +1,4 @@
-"""Device code that writes a row of a log: the whole state, or the pose of the tip alone."""
+"""Device code of the rows of a log: of whole states, which are read again, or of the tip alone."""
 
 from functools import cache
 from typing import Any
@@ -58,6 +58,23 @@ def state_logger(numbers: Numbers, tree: Tree) -> Any:
             keep(log, flight.run, sample, j, above(ended, zero, nan, row[j]))
 
     return log_row
+
+
+@cache
+def push_reader(numbers: Numbers, tree: Tree) -> Any:
+    """The function logged_push(log, run, sample): a controller's push, as it was logged."""
+    types, of_sample = device_types(numbers, tree), number_code(numbers).of_sample
+    Cell, Push, layout = types.Cell, types.Push, types.layout
+    pushes, command_at = layout.push.stop, layout.command.start
+
+    @wp.func
+    def logged_push(log: wp.array3d(dtype=Cell), run: int, sample: int):
+        push = Push()
+        for j in range(pushes):
+            push[j] = of_sample(log, run, sample, command_at + j)
+        return push
+
+    return logged_push
 
 
 @cache

@@ -11,6 +11,7 @@ from continuair.kernels.arm.tip import tip_code
 from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.elementary import elementary_code
 from continuair.kernels.flight import flight_code
+from continuair.kernels.logs import push_reader
 from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.eye import Eye
 from continuair.kernels.types import Tree, device_types
@@ -112,7 +113,7 @@ def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
     """The kernel `observe` of a model: columns observed_columns for each run and sample."""
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
     chain, code = chain_code(numbers, tree, dynamics.bias), number_code(numbers)
-    keep, of_sample, lanes = code.keep, code.of_sample, code.lanes
+    keep, lanes = code.keep, code.lanes
     Cell, layout = types.Cell, types.layout
     Real, State, Push = types.Real, types.State, types.Push
     vec3, Flight = types.vec3, structs.Flight
@@ -122,11 +123,7 @@ def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
     Drive = arguments(numbers.precision).Drive
     flight_of, freeze, load_state = structs.flight_of, structs.freeze, types.load_state
     rate_of, total_of, half = dynamics.rate_of, chain.total_of, Real(0.5)
-    pushes, command_at, logged_along = (
-        layout.push.stop,
-        layout.command.start,
-        _branches_of_log(numbers, tree),
-    )
+    logged_along, logged_push = _branches_of_log(numbers, tree), push_reader(numbers, tree)
     at = {name: where.start for name, where in observed_columns(layout.arms).items()}
     kinetic_energy, gravity_energy = at["kinetic_energy"], at["gravity_energy"]
     elastic_energy = at["elastic_energy"]
@@ -164,9 +161,7 @@ def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
             flight.frozen = freeze(flight, begun)
         row = sample * flight.stride
         along = logged_along(log, run, sample)
-        push = Push()
-        for j in range(pushes):
-            push[j] = of_sample(log, run, sample, command_at + j)
+        push = logged_push(log, run, sample)
         dy = rate_of(y, along, flight, row, push)
         observe_arms(out, sample, y, dy, begun, flight, row, push)
 

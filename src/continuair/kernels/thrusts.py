@@ -7,6 +7,7 @@ import warp as wp
 from continuair.kernels.arguments import arguments
 from continuair.kernels.flight import flight_code
 from continuair.kernels.forces.rotors import rotor_code
+from continuair.kernels.logs import push_reader
 from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.types import Tree, device_types
 from continuair.vehicle.layout import observed_columns
@@ -16,12 +17,11 @@ def thrusts_kernel(numbers: Numbers, tree: Tree) -> Any:
     """The kernel `thrusts`, the same for every model: columns rotor_thrust and saturation."""
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
     code, of = number_code(numbers), rotor_code(numbers, tree)
-    Cell, Push, layout = types.Cell, types.Push, types.layout
+    Cell, layout = types.Cell, types.layout
     Vehicles, Drive = structs.Vehicles, arguments(numbers.precision).Drive
     flight_of, load_state = structs.flight_of, types.load_state
     thrusts_of, excess_of = of.thrusts_of, of.excess_of
-    keep, of_sample, lanes = code.keep, code.of_sample, code.lanes
-    pushes, command_at = layout.push.stop, layout.command.start
+    keep, lanes, logged_push = code.keep, code.lanes, push_reader(numbers, tree)
     columns = observed_columns(layout.arms, layout.rotors)
     first, excess_at = columns["rotor_thrust"].start, columns["saturation"].start
     rotors = layout.rotors
@@ -39,9 +39,7 @@ def thrusts_kernel(numbers: Numbers, tree: Tree) -> Any:
         flight = flight_of(vehicles, drive, run)
         y = load_state(log, run, sample, flight.plant.unit)
         row = sample * flight.stride
-        push = Push()
-        for j in range(pushes):
-            push[j] = of_sample(log, run, sample, command_at + j)
+        push = logged_push(log, run, sample)
         given = thrusts_of(y, flight, row, push)
         for i in range(rotors):
             keep(out, run, sample, first + i, given[i])

@@ -10,35 +10,26 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.laws.servoing import camera_wrench
+from continuair.kernels.laws.servoing import camera_wrench, choices, constant_gains, gains_of
 from continuair.kernels.sensing.sense import LawCode
 
 
 def law(code: LawCode) -> SimpleNamespace:
     """The law on the device."""
-    Real, ImageGain, bends = code.Real, code.ImageGain, code.bends
-    PerPush = wp.types.matrix((bends, 6), Real)
-    BendInertia = wp.types.matrix((bends, bends), Real)
-
-    @wp.struct
-    class Gains:
-        Kp: ImageGain
-        Kd: ImageGain
-        Cp: ImageGain
-        Cd: ImageGain
-        Cs: ImageGain
-        sigma: Real
-        feed_forward: Real
-        on_feature_rate: Real
-        spring: Real
-        posture: Real
-        per_push: PerPush
-        bend_inertia: BendInertia
-        bend_rate: Real
-
+    Gains = gains_of(constant_gains(code) | choices(code) | carrying_gains(code))
     return SimpleNamespace(
         Gains=Gains, control=carrying_control(code, Gains, camera_wrench(code, Gains))
     )
+
+
+def carrying_gains(code: LawCode) -> dict[str, Any]:
+    """What carries the arms, and its types."""
+    Real, bends = code.Real, code.bends
+    return {
+        "per_push": wp.types.matrix((bends, 6), Real),
+        "bend_inertia": wp.types.matrix((bends, bends), Real),
+        "bend_rate": Real,
+    }
 
 
 def carrying_control(code: LawCode, Gains: Any, wrench_of: Any) -> Any:

@@ -18,32 +18,15 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.laws.carried import carrying_control
+from continuair.kernels.laws.carried import carrying_control, carrying_gains
 from continuair.kernels.laws.definite import definite_code
-from continuair.kernels.laws.servoing import camera_control
+from continuair.kernels.laws.servoing import camera_control, choices, gains_of
 from continuair.kernels.sensing.sense import LawCode
 
 
 def law(code: LawCode) -> SimpleNamespace:
     """The law on the device."""
-    Real, TwistGain = code.Real, definite_code(code.Real, code.Twist).Matrix
-
-    @wp.struct
-    class Gains:
-        inertia: TwistGain
-        stiffness: Real
-        damping: Real
-        rate_gain: Real
-        sliding: Real
-        sigma: Real
-        floor: Real
-        farthest: Real
-        widest: Real
-        feed_forward: Real
-        on_feature_rate: Real
-        spring: Real
-        posture: Real
-
+    Gains = gains_of(current_gains(code) | choices(code))
     return SimpleNamespace(
         Gains=Gains, control=camera_control(code, Gains, camera_wrench(code, Gains))
     )
@@ -51,33 +34,17 @@ def law(code: LawCode) -> SimpleNamespace:
 
 def carrying_law(code: LawCode) -> SimpleNamespace:
     """The same on a vehicle whose arms are carried along."""
-    Real, bends = code.Real, code.bends
-    TwistGain = definite_code(code.Real, code.Twist).Matrix
-    PerPush = wp.types.matrix((bends, 6), Real)
-    BendInertia = wp.types.matrix((bends, bends), Real)
-
-    @wp.struct
-    class Gains:
-        inertia: TwistGain
-        stiffness: Real
-        damping: Real
-        rate_gain: Real
-        sliding: Real
-        sigma: Real
-        floor: Real
-        farthest: Real
-        widest: Real
-        feed_forward: Real
-        on_feature_rate: Real
-        spring: Real
-        posture: Real
-        per_push: PerPush
-        bend_inertia: BendInertia
-        bend_rate: Real
-
+    Gains = gains_of(current_gains(code) | choices(code) | carrying_gains(code))
     return SimpleNamespace(
         Gains=Gains, control=carrying_control(code, Gains, camera_wrench(code, Gains))
     )
+
+
+def current_gains(code: LawCode) -> dict[str, Any]:
+    """What gains are made of, and its types: Λ, ω², 2ζω, k, C_s, ε and the caps of c."""
+    names = ("stiffness", "damping", "rate_gain", "sliding", "floor", "farthest", "widest")
+    inertia = definite_code(code.Real, code.Twist).Matrix
+    return {"inertia": inertia} | dict.fromkeys(names, code.Real)
 
 
 def camera_wrench(code: LawCode, Gains: Any) -> Any:

@@ -17,24 +17,26 @@ from continuair.kernels.sensing.sense import LawCode
 
 def law(code: LawCode) -> SimpleNamespace:
     """The law on the device."""
-    Real, ImageGain = code.Real, code.ImageGain
-
-    @wp.struct
-    class Gains:
-        Kp: ImageGain
-        Kd: ImageGain
-        Cp: ImageGain
-        Cd: ImageGain
-        Cs: ImageGain
-        sigma: Real
-        feed_forward: Real
-        on_feature_rate: Real
-        spring: Real
-        posture: Real
-
+    Gains = gains_of(constant_gains(code) | choices(code))
     return SimpleNamespace(
         Gains=Gains, control=camera_control(code, Gains, camera_wrench(code, Gains))
     )
+
+
+def constant_gains(code: LawCode) -> dict[str, Any]:
+    """The law's gains and their types."""
+    return dict.fromkeys(("Kp", "Kd", "Cp", "Cd", "Cs"), code.ImageGain)
+
+
+def choices(code: LawCode) -> dict[str, Any]:
+    """What else it is given, whatever its gains: σ, named choices and a damping of the posture."""
+    names = ("sigma", "feed_forward", "on_feature_rate", "spring", "posture")
+    return dict.fromkeys(names, code.Real)
+
+
+def gains_of(fields: dict[str, Any]) -> Any:
+    """Gains, a struct of fields by name."""
+    return wp.struct(type("Gains", (), {"__annotations__": fields}))
 
 
 def camera_control(code: LawCode, Gains: Any, wrench_of: Any) -> Any:

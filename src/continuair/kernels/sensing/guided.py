@@ -13,7 +13,7 @@ import warp as wp
 from continuair.kernels.flight import flight_code
 from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.guidance import guidance_code
-from continuair.kernels.sensing.pilot import PilotCode, law_pilot
+from continuair.kernels.sensing.pilot import PilotCode, decision_of, law_pilot
 from continuair.kernels.sensing.sense import law_code
 from continuair.kernels.types import Tree, device_types, holding
 
@@ -30,7 +30,7 @@ def guided_pilot(numbers: Numbers, tree: Tree, points: int, law: Any) -> PilotCo
     seeing = law_pilot(numbers, tree, points if looks else 0, law, every_stage=False)
     Sight, Looking, look_of, seen_at = seeing.Loop, seeing.Pilot, seeing.pilot_of, seeing.sensed
     set_point_of, disturbed = ground.set_point_of, ground.disturbed
-    Memory, control = law.Memory, law.control
+    Memory, control, Decision = law.Memory, law.control, decision_of(numbers, tree)
     keep, of_sample = code.keep, code.of_sample
     remembered, pushes = law.Memory._length_, types.layout.push.stop
     zero, one = Real(0.0), Real(1.0)
@@ -59,13 +59,6 @@ def guided_pilot(numbers: Numbers, tree: Tree, points: int, law: Any) -> PilotCo
         loop: Loop
         run: wp.int32
         looking: Looking
-
-    @wp.struct
-    class Decision:
-        """The push from now on; lost: 1 where no point is in view that is needed, else 0."""
-
-        push: Push
-        lost: Real
 
     @wp.func
     def pilot_of(loop: Loop, run: int):

@@ -45,18 +45,29 @@ class Nothing:
 
 
 @cache
+def decision_of(numbers: Numbers, tree: Tree) -> Any:
+    """Decision, the struct of what any pilot decides."""
+    types = device_types(numbers, tree)
+    Real, Push = types.Real, types.Push
+
+    @wp.struct
+    class Decision:
+        """The push from now on; lost: 1 where no point is in view that is needed, else 0."""
+
+        push: Push
+        lost: Real
+
+    return Decision
+
+
+@cache
 def no_pilot(numbers: Numbers, tree: Tree) -> PilotCode:
     """Nobody pushes."""
     types, Flight = device_types(numbers, tree), flight_code(numbers, tree).Flight
     Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
 
-    Loop = Pilot = Nothing
+    Loop, Pilot, Decision = Nothing, Nothing, decision_of(numbers, tree)
     sensed = None
-
-    @wp.struct
-    class Decision:
-        push: Push
-        lost: Real
 
     @wp.func
     def pilot_of(loop: Loop, run: int):
@@ -88,6 +99,7 @@ def law_pilot(
     Camera, Sight, Twist, Sense = eye.Camera, eye.Sight, eye.Twist, ground.Sense
     view_of, look, blur, proprioception = eye.view_of, eye.look, eye.blur, ground.proprioception
     Gains, control, has_camera = law.Gains, law.control, points > 0
+    Decision = decision_of(numbers, tree)
     Cell, three_of, code = types.Cell, types.three_of, number_code(numbers)
     keep, of_run, of_sample, above = code.keep, code.of_run, code.of_sample, code.above
     Cameras, AllGains = code.rows_of(Camera), code.rows_of(Gains)
@@ -130,13 +142,6 @@ def law_pilot(
         run: wp.int32
         camera: Camera
         gains: Gains
-
-    @wp.struct
-    class Decision:
-        """The push from now on; lost: 1 where no point is in view that is needed, else 0."""
-
-        push: Push
-        lost: Real
 
     @wp.func
     def pilot_of(loop: Loop, run: int):
