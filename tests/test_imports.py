@@ -52,6 +52,7 @@ ROOMS = {
         {"forces"},
         {"dynamics"},
         {"sensing.eye", "sensing.guidance"},
+        {"sensing.belief"},
         {"sensing.sense"},
         {"laws", "sensing.pilot"},
         {"sensing.guided"},

@@ -146,6 +146,11 @@ def _gains_of(scenario: Scenario) -> dict[str, Array]:
             f"scenario has a controller with integral {controller.integral:g}, of which no "
             "Lyapunov function here knows; give one without."
         )
+    if controller.believes is not None:
+        raise InputError(
+            f"scenario has a controller that believes in {shown(controller.believes.name)}; no "
+            "Lyapunov function here is of a law that does not know its vehicle: leave that out."
+        )
     if controller.runs is not None:
         raise InputError(
             f"scenario has a controller of {controller.runs} runs; give one with the gains of one "

@@ -11,6 +11,7 @@ import numpy as np
 
 from continuair import checks
 from continuair.errors import InputError, shown
+from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
 _TOLD_APART = 16
 """Runs of a batch that provenance tells apart, at most."""
@@ -28,7 +29,8 @@ class Controller:
     follows set-points, as kernels/sensing/guided.py has it; latency: how long after it has sensed
     what it acts on the push of such a law acts [s]. asks: of rotors the rank of the wrench, 4 for a
     lift and moments, 6 for forces in any direction too. integral: rate [1/s] at which the error of
-    the image, summed up over time, adds to it, for laws that look.
+    the image, summed up over time, adds to it, for laws that look. believes: the vehicle that the
+    law computes with, the one that flies where it is None; see `believing`.
     """
 
     name: str
@@ -42,6 +44,7 @@ class Controller:
     guided: bool = False
     integral: float = 0.0
     asks: int = 4
+    believes: Vehicle | None = None
 
     def __post_init__(self) -> None:
         if not callable(self.law):
@@ -61,9 +64,21 @@ class Controller:
             )
         return checks.frozen(found)
 
+    def believing(self, vehicle: Vehicle) -> Controller:
+        """The same law, but computing with this vehicle, whatever flies: with its weight, its
+        Jacobians, its camera's mount and intrinsics.
+
+        vehicle: one, or one per run, that `replace` made of the one that flies. What is measured
+        stays true: the state, the depths, and images in pixels, that of the goal among them. Gains
+        are those that the controller was made with. Raises InputError.
+        """
+        check_vehicle(vehicle)
+        return replace(self, believes=vehicle)
+
     def describe(self) -> dict[str, Any]:
         """Name and settings as JSON can hold them."""
-        return {"name": self.name, **{k: _plain(v) for k, v in self.settings.items()}}
+        told = {} if self.believes is None else {"believes": self.believes.describe()}
+        return {"name": self.name, **{k: _plain(v) for k, v in self.settings.items()}, **told}
 
 
 def stack(controllers: Sequence[Controller]) -> Controller:
@@ -92,6 +107,11 @@ def stack(controllers: Sequence[Controller]) -> Controller:
             raise InputError(
                 f"controllers have integral {first.integral:g} and {other.integral:g}; give all of "
                 "them the same."
+            )
+        if other.believes is not first.believes:
+            raise InputError(
+                "controllers believe in different vehicles; stack them first, and let the stack "
+                "believe in a batch."
             )
         if (other.period, other.latency) != (first.period, first.latency):
             raise InputError(

@@ -148,6 +148,7 @@ def closed_loop(
     lanes: int = 1,
     integrator: str = "rk4",
     integrates: bool = False,
+    believes: bool = False,
 ) -> LoopKernels:
     """The roll-out with a controller's law; raises InputError for a law without its parts."""
     of = Numbers(precision, lanes), tree
@@ -159,9 +160,9 @@ def closed_loop(
                 "a Warp function."
             )
     if hasattr(found, "Memory"):
-        pilot = guided_pilot(*of, points, found)
+        pilot = guided_pilot(*of, points, found, believes)
     else:
-        pilot = law_pilot(*of, points, found, every_stage, integrates)
+        pilot = law_pilot(*of, points, found, every_stage, integrates, believes)
     logger = state_logger(*of)
     rollout = rollout_kernel(*of, dynamics_code(*of, model), pilot, logger, integrator)
     remembered = found.Memory._length_ if hasattr(found, "Memory") else 0
@@ -179,6 +180,7 @@ def packed_loop(
     lanes: int,
     integrator: str = "rk4",
     integrates: bool = False,
+    believes: bool = False,
 ) -> LoopKernels | None:
     """The same for packs of runs, loaded; None for a law that is not for packs.
 
@@ -186,7 +188,7 @@ def packed_loop(
     """
     try:
         of = precision, tree, model
-        found = closed_loop(*of, law, points, every_stage, lanes, integrator, integrates)
+        found = closed_loop(*of, law, points, every_stage, lanes, integrator, integrates, believes)
     except Exception:
         # Whatever a law raises that is made of other numbers than it expects.
         return None

@@ -12,8 +12,8 @@ from continuair.controllers.controller import Controller
 from continuair.engine.engine import Engine
 from continuair.engine.factory import LoopKernels, closed_loop, packed_loop, watching
 from continuair.engine.lanes import packs_of, struct_rows
-from continuair.engine.pack import per_run
-from continuair.errors import InputError
+from continuair.engine.pack import per_run, tree_of
+from continuair.errors import InputError, shown
 from continuair.vehicle.layout import (
     MOTION,
     frame_columns,
@@ -96,13 +96,15 @@ class Loop:
         if (engine, lanes) not in self._packed:
             of = engine.dtype.name, engine.tree, engine.model
             law = self.controller.law, self.points, self.timing.every_stage
-            how = engine.integrator, self.controller.integral > 0.0
+            believed = self.controller.believes
+            how = engine.integrator, self.controller.integral > 0.0, believed is not None
             kernels = closed_loop(*of, *law, 1, *how)
             gains = pack_gains(self.controller, kernels.Gains, self.points)
             cameras = pack_cameras(engine.vehicle, kernels.eye.Camera)
             several = lanes > 1
             packed = packed_loop(*of, *law, lanes, *how) if several else None
-            self._packed[engine, lanes] = PackedLoop(self, packed or kernels, cameras, gains)
+            mind = None if believed is None else _mind(believed, engine, kernels.eye.Camera)
+            self._packed[engine, lanes] = PackedLoop(self, packed or kernels, cameras, gains, mind)
         return self._packed[engine, lanes]
 
     def watch(self, engine: Engine, log: Array, runs: Array) -> Array | None:
@@ -114,12 +116,14 @@ class Loop:
 
 @dataclass(frozen=True, eq=False)
 class PackedLoop:
-    """A loop's kernels, and its cameras and gains as they take them (runs or 1,)."""
+    """A loop's kernels, and its cameras and gains as they take them (runs or 1,); mind: the vehicle
+    that its law believes in, if that is another one."""
 
     loop: Loop
     kernels: LoopKernels
     cameras: Array
     gains: Array
+    mind: Mind | None = None
 
     def struct(self, engine: Engine, runs: Array) -> Any:
         """The struct of some runs."""
@@ -144,6 +148,10 @@ class PackedLoop:
         found.desired = engine.upload(_rows(scene.desired, runs))
         found.frames = engine.upload(self._frames(len(runs), slots))
         found.needed = int(loop.controller.looks)
+        if self.mind is not None:
+            believed, own = self.mind.engine, _rows(self.mind.cameras, runs)
+            found.believed = believed.vehicles(runs, engine.kernels_of(kernels.lanes))
+            found.believed_cameras = struct_rows(own, kernels.eye.Camera, *at)
         return found
 
     def _frames(self, runs: int, slots: int) -> Array:
@@ -167,6 +175,26 @@ class PackedLoop:
         pushes = engine.layout.push.stop
         found.pushes = engine.upload(np.zeros((len(runs), guidance.slots, pushes)))
         return found
+
+
+@dataclass(frozen=True, eq=False)
+class Mind:
+    """The vehicle that a law believes in, packed as that which flies is, and its cameras."""
+
+    engine: Engine
+    cameras: Array
+
+
+def _mind(believed: Vehicle, engine: Engine, Camera: Any) -> Mind:
+    """Raises InputError where the vehicles differ by more than numbers."""
+    if tree_of(believed) != engine.tree:
+        raise InputError(
+            f"controller believes in the vehicle {shown(believed.name)}, which has other arms, "
+            f"sections, tips, mounts, rotors or drag than {shown(engine.vehicle.name)} that flies; "
+            "make it of that one by replace."
+        )
+    packed = Engine(believed, engine.model, engine.dtype.name, engine.device, engine.threads)
+    return Mind(packed, pack_cameras(believed, Camera))
 
 
 def watch(

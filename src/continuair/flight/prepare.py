@@ -357,12 +357,14 @@ def _runs(vehicle: Vehicle, scenario: Scenario, engine: Engine) -> tuple[int, bo
     """The number of runs of a batch, all parts of which agree on it, and whether it is one."""
     width = sample_inputs(scenario, np.zeros(1), engine.layout)[0].shape[1]
     controller, seed = scenario.controller, scenario.seed
+    believed = controller.believes if controller is not None else None
     listed = isinstance(scenario.target, (list, tuple))
     sizes: Mapping[str, int | None] = {
         "vehicle": vehicle.runs,
         "scenario.q": _rows(scenario.q),
         "scenario.qd": _rows(scenario.qd),
         "scenario.controller": controller.runs if controller is not None else None,
+        "the vehicle that scenario.controller believes in": believed.runs if believed else None,
         "scenario.target": len(scenario.targets) if listed else None,
         "scenario.seed": len(seed) if isinstance(seed, tuple) else None,
         "scenario.setpoints": None if scenario.setpoints is None else scenario.setpoints.runs,

@@ -12,14 +12,17 @@ import warp as wp
 
 from continuair.kernels.flight import flight_code
 from continuair.kernels.numbers import Numbers, number_code
+from continuair.kernels.sensing.belief import belief_code
 from continuair.kernels.sensing.guidance import guidance_code
 from continuair.kernels.sensing.pilot import PilotCode, decision_of, law_pilot
 from continuair.kernels.sensing.sense import law_code
 from continuair.kernels.types import Tree, device_types, holding
 
 
-def guided_pilot(numbers: Numbers, tree: Tree, points: int, law: Any) -> PilotCode:
-    """The pilot of a law with a memory; points: of the target."""
+def guided_pilot(
+    numbers: Numbers, tree: Tree, points: int, law: Any, believes: bool = False
+) -> PilotCode:
+    """The pilot of a law with a memory; points: of the target; believes: as `law_pilot` has it."""
     types, Flight = device_types(numbers, tree), flight_code(numbers, tree).Flight
     code, ground = number_code(numbers), guidance_code(numbers, tree)
     Cell, Real, State, Push, Along = types.Cell, types.Real, types.State, types.Push, types.Along
@@ -27,7 +30,10 @@ def guided_pilot(numbers: Numbers, tree: Tree, points: int, law: Any) -> PilotCo
     force_of, moment_of, bend_moment_of = types.force_of, types.moment_of, types.bend_moment_of
     proprioception = law_code(numbers, tree, points).proprioception
     looks = law.looks
-    seeing = law_pilot(numbers, tree, points if looks else 0, law, every_stage=False)
+    points = points if looks else 0
+    seeing = law_pilot(numbers, tree, points, law, every_stage=False, believes=believes)
+    minds = belief_code(numbers, tree, points)
+    flight_with, state_with = minds.flight_with, minds.state_with
     Sight, Looking, look_of, seen_at = seeing.Loop, seeing.Pilot, seeing.pilot_of, seeing.sensed
     set_point_of, disturbed = ground.set_point_of, ground.disturbed
     Memory, control, Decision = law.Memory, law.control, decision_of(numbers, tree)
@@ -85,7 +91,11 @@ def guided_pilot(numbers: Numbers, tree: Tree, points: int, law: Any) -> PilotCo
             memory[k] = of_sample(loop.memory, run, 0, k)
         told = disturbed(y, gains.noise, loop.sight.seeds, run, instant)
         wanted = set_point_of(loop.wanted, instant, run)
-        sense = proprioception(time, told, flight)
+        known = flight
+        if wp.static(believes):
+            told = state_with(told, flight, pilot.looking.believed)
+            known = flight_with(flight, pilot.looking.believed)
+        sense = proprioception(time, told, known)
         if wp.static(looks):
             seen, lost = seen_at(i, time, y, along, flight, pilot.looking)
             sense.sight = seen.sight
@@ -94,7 +104,7 @@ def guided_pilot(numbers: Numbers, tree: Tree, points: int, law: Any) -> PilotCo
             sense.view = seen.view
             sense.camera_twist = seen.camera_twist
             sense.target_twist = seen.target_twist
-        push, memory = control(sense, gains, flight, wanted, memory)
+        push, memory = control(sense, gains, known, wanted, memory)
         for k in range(remembered):
             keep(loop.memory, run, 0, k, memory[k])
         for k in range(pushes):

@@ -14,6 +14,7 @@ import warp as wp
 
 from continuair.kernels.flight import flight_code
 from continuair.kernels.numbers import Numbers, number_code
+from continuair.kernels.sensing.belief import belief_code
 from continuair.kernels.sensing.eye import eye_code
 from continuair.kernels.sensing.sense import law_code
 from continuair.kernels.types import Tree, device_types, holding
@@ -89,10 +90,17 @@ def no_pilot(numbers: Numbers, tree: Tree) -> PilotCode:
 
 
 def law_pilot(
-    numbers: Numbers, tree: Tree, points: int, law: Any, every_stage: bool, integrates: bool = False
+    numbers: Numbers,
+    tree: Tree,
+    points: int,
+    law: Any,
+    every_stage: bool,
+    integrates: bool = False,
+    believes: bool = False,
 ) -> PilotCode:
     """A law pushes; every_stage: at every stage of a step, else its push is held. integrates: the
-    error of the image that it sees holds what that has summed up to, too."""
+    error of the image that it sees holds what that has summed up to, too. believes: in another
+    vehicle than the one that flies."""
     types, Flight = device_types(numbers, tree), flight_code(numbers, tree).Flight
     eye, ground = eye_code(numbers, tree, points), law_code(numbers, tree, points)
     Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
@@ -103,6 +111,9 @@ def law_pilot(
     Cell, three_of, code = types.Cell, types.three_of, number_code(numbers)
     keep, of_run, of_sample, above = code.keep, code.of_run, code.of_sample, code.above
     Cameras, AllGains = code.rows_of(Camera), code.rows_of(Gains)
+    minds, Vehicles = belief_code(numbers, tree, points), flight_code(numbers, tree).Vehicles
+    Believed, believed_of, read_with = minds.Believed, minds.believed_of, minds.read_with
+    flight_with, state_with = minds.flight_with, minds.state_with
     camera_of, gains_of = code.reader_of(Camera), code.reader_of(Gains)
     zero, one, frame_of = Real(0.0), Real(1.0), frame_columns(points)
     image, seen, depth = (frame_of[name].start for name in ("image", "seen", "depth"))
@@ -119,7 +130,8 @@ def law_pilot(
         shown, the frame that it has then. Per run: seeds of the noise, cameras and gains, one or
         one each. The target's points about its centroid and that one's motion (rows, runs or 1,
         MOTION); desired images. frames (runs, slots, columns): on their way. needed: 1 if a run
-        ends when all points are lost, as it does for a law that looks.
+        ends when all points are lost, as it does for a law that looks. believed: vehicles and
+        cameras that the law believes in, one or one per run.
         """
 
         acts: wp.array(dtype=wp.int32)
@@ -133,6 +145,9 @@ def law_pilot(
         desired: wp.array2d(dtype=Cell)
         frames: wp.array3d(dtype=Cell)
         needed: wp.int32
+        if believes:
+            believed: Vehicles
+            believed_cameras: Cameras
 
     @wp.struct
     class Pilot:
@@ -142,6 +157,8 @@ def law_pilot(
         run: wp.int32
         camera: Camera
         gains: Gains
+        if believes:
+            believed: Believed
 
     @wp.func
     def pilot_of(loop: Loop, run: int):
@@ -150,6 +167,8 @@ def law_pilot(
         out.run = run
         out.camera = camera_of(loop.cameras, run)
         out.gains = gains_of(loop.gains, run)
+        if wp.static(believes):
+            out.believed = believed_of(loop.believed, loop.believed_cameras, run, out.camera)
         return out
 
     @wp.func
@@ -177,19 +196,28 @@ def law_pilot(
     @wp.func
     def sense_of(row: int, time: Real, y: State, along: Along, flight: Flight, pilot: Pilot):
         """All that is sensed, with the true image; row: of the target's motion."""
-        out = proprioception(time, y, flight)
+        told, known = y, flight
+        if wp.static(believes):
+            told = state_with(y, flight, pilot.believed)
+            known = flight_with(flight, pilot.believed)
+        out = proprioception(time, told, known)
         if wp.static(has_camera):
             loop = pilot.loop
             out.camera = pilot.camera
             out.view = view_of(y, along, flight.plant, pilot.camera)
-            out.camera_twist = out.view.twist
-            moving = three_of(loop.motion, row, pilot.run, speed)
-            moving = wp.quat_rotate_inv(out.view.attitude, moving)
-            out.target_twist = Twist(moving[0], moving[1], moving[2], zero, zero, zero)
             at = three_of(loop.motion, row, pilot.run, place)
             out.sight = look(out.view, pilot.camera, at, loop.corners)
             for i in range(2 * points):
                 out.desired[i] = of_run(loop.desired, pilot.run, i)
+            if wp.static(believes):
+                out.camera = pilot.believed.camera
+                out.view = view_of(told, along, known.plant, out.camera)
+                out.sight.image = read_with(out.sight.image, pilot.camera, pilot.believed)
+                out.desired = read_with(out.desired, pilot.camera, pilot.believed)
+            out.camera_twist = out.view.twist
+            moving = three_of(loop.motion, row, pilot.run, speed)
+            moving = wp.quat_rotate_inv(out.view.attitude, moving)
+            out.target_twist = Twist(moving[0], moving[1], moving[2], zero, zero, zero)
         return out
 
     @wp.func
@@ -223,7 +251,7 @@ def law_pilot(
             if wp.static(not every_stage):
                 if loop.exposed[i] >= 0:
                     blurred = blur(
-                        sense.sight, pilot.camera, loop.seeds, pilot.run, loop.exposed[i]
+                        sense.sight, sense.camera, loop.seeds, pilot.run, loop.exposed[i]
                     )
                     expose(pilot, loop.exposed[i], blurred)
                 sense.sight = report(pilot, loop.shown[i])

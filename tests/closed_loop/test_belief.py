@@ -1,0 +1,118 @@
+"""Laws that compute with another vehicle than the one that flies."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import continuair as ca
+from continuair import equations
+from continuair.controllers.gain_files import load_gains
+from continuair.equations.camera import interaction_matrix, to_normalised, to_pixels
+from tests.closed_loop import eye
+from tests.closed_loop.flights import VEHICLE, scenario
+
+pytestmark = pytest.mark.targets
+
+STATES = 40
+WRONG = {
+    "uav.mass": 1.3 * eye.MOUNTED.uav.mass,
+    "arm.length": 1.2 * eye.MOUNTED.arm.length,
+    "arm.density": 0.8 * eye.MOUNTED.arm.density,
+    "arm.youngs_modulus": 0.7 * eye.MOUNTED.arm.youngs_modulus,
+    "camera.position": [0.01, 0.03, 0.02],
+    "camera.attitude": Rotation.from_euler("xyz", [0.2, -0.1, 0.4]).as_quat().tolist(),
+    "camera.focal_length": [760.0, 720.0],
+    "camera.principal_point": [500.0, 470.0],
+}
+
+
+def pushes(
+    law: ca.Controller, q: np.ndarray, qd: np.ndarray, targets: list[ca.Target]
+) -> np.ndarray:
+    """The first pushes, in the coordinates of the paper."""
+    start = ca.Scenario(
+        "believing", q, qd, duration=1e-6, controller=law, control_period=1e-6, target=targets
+    )
+    run = ca.simulate(eye.MOUNTED, start, step=1e-6, sample=1e-6, variables=["command"])
+    return eye.in_paper_coordinates(run["command"].isel(time=0).to_numpy(), q)
+
+
+@pytest.mark.parametrize("each", [False, True])
+def test_a_law_computes_with_the_vehicle_that_it_believes_in(each: bool) -> None:
+    """Weight, spring and Jacobian are that one's, one for all runs or one for each; depths and
+    pixels are those of the vehicle that flies, read with the intrinsics that are believed in."""
+    wrong = eye.MOUNTED.replace(WRONG)
+    believed = [wrong] * STATES
+    if each:
+        masses, lengths = np.linspace(1.0, 4.0, STATES), np.linspace(0.9, 1.3, STATES)
+        batch = wrong.replace({"uav.mass": masses, "arm.length": lengths})
+        believed = [
+            wrong.replace({"uav.mass": m.item(), "arm.length": far.item()})
+            for m, far in zip(masses, lengths, strict=True)
+        ]
+    q, qd = eye.states(STATES, seed=5)
+    q[:, 6] *= 0.7
+    targets = eye.held_before(eye.MOUNTED, q)
+    Kp, Kd = (np.diag(d) + 0.02 for d in np.random.default_rng(3).uniform(0.5, 2.0, (2, 8)))
+    law = ca.servoing(Kp, Kd, 1.0, 1e-3, 1e-6, compensation="literal")
+    found = pushes(law.believing(batch if each else wrong), q, qd, targets)
+    for row, rate, push, target, known in zip(q, qd, found, targets, believed, strict=True):
+        points = target.path(np.zeros(1))[0][0] + target.points
+        image, depth = equations.look(eye.MOUNTED, row, points)
+        image, desired = (
+            to_normalised(known.camera, to_pixels(eye.MOUNTED.camera, each))
+            for each in (image, target.desired)
+        )
+        L, J = interaction_matrix(image, depth), equations.camera_jacobian(known, row)
+        error, moving = desired - image, L @ J @ rate
+        e_a = -1e-3 * moving + error + 1e-6 * np.tanh(error / 1e-3)
+        expected = equations.weight_vector(known, row, nodes=32)
+        expected += equations.elastic_vector(known, row) + (L @ J).T @ (Kp @ e_a - Kd @ moving)
+        assert np.linalg.norm(push - expected) < 1e-10 * np.linalg.norm(expected)
+
+
+def test_a_law_that_believes_in_what_flies_flies_as_ever() -> None:
+    """Also through a camera with noise, which is that of the camera that flies."""
+    noisy = VEHICLE.replace({"camera.noise": 0.5, "camera.frame_rate": 100.0})
+    law = load_gains("paper").controller(noisy)
+    laws = law, law.believing(noisy), law.believing(noisy.replace({"camera.noise": 9.0}))
+    flights = [ca.simulate(noisy, scenario(each, duration=0.2), sample=0.01) for each in laws]
+    for other in flights[1:]:
+        for name in ("position", "bend", "command"):
+            np.testing.assert_allclose(other[name], flights[0][name], rtol=1e-7, atol=1e-9)
+
+
+def test_a_flight_controller_feeds_forward_the_arm_that_it_believes_in() -> None:
+    """At rest where it is to be, two laws of the same gains differ by the weights of their arms."""
+    vehicle = ca.load_vehicle("paper")
+    law = ca.flight_controller(vehicle)
+    heavier = vehicle.replace({"arm.density": 1.3 * vehicle.arm.density, "arm.length": 1.1})
+    q, found = np.array([[0, 0, 1, 0, 0, 0, 0.4, 0.9]]), []
+    for each in (law, law.believing(heavier)):
+        start = ca.Scenario("hover", q[0], controller=each, duration=0.01)
+        flight = ca.simulate(vehicle, start, sample=0.01, variables=["command"])
+        found.append(flight["command"].isel(time=0).to_numpy()[None])
+    more = eye.in_paper_coordinates(found[1] - found[0], q)[0]
+    true, believed = (equations.weight_vector(each, q[0], nodes=32) for each in (vehicle, heavier))
+    assert abs(more[6]) > 0.1
+    np.testing.assert_allclose(more[3:], (believed - true)[3:], rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(more[:3], 0.0, atol=1e-12)
+
+
+def test_what_cannot_be_believed_in_is_refused() -> None:
+    law = load_gains("paper").controller(VEHICLE)
+    with pytest.raises(ca.InputError, match="vehicle is 'paper'; load one"):
+        law.believing("paper")  # type: ignore[arg-type]
+    with pytest.raises(ca.InputError, match="other arms, sections, tips, mounts, rotors or drag"):
+        other = law.believing(ca.load_vehicle("two_section"))
+        ca.simulate(VEHICLE, scenario(other, duration=0.01), sample=0.01)
+    with pytest.raises(ca.InputError, match="believe in different vehicles"):
+        ca.stack([law, law.believing(VEHICLE)])
+    with pytest.raises(ca.InputError, match="q holds 2 runs, but the batch has 3"):
+        batch = VEHICLE.replace({"uav.mass": np.array([1.0, 2.0, 3.0])})
+        start = scenario(
+            law.believing(batch), duration=0.01, q=np.tile([0, 0, 3, 0, 0, 0, 0, 0], (2, 1))
+        )
+        ca.simulate(VEHICLE, start, sample=0.01)
+    with pytest.raises(ca.InputError, match="a law that does not know its vehicle"):
+        ca.lyapunov(VEHICLE, scenario(law.believing(VEHICLE)))
