@@ -55,6 +55,23 @@ def test_neighbouring_knots_are_correlated_as_the_model_says(field: Dryden, comp
         assert abs(found - r) < 5.0 * np.sqrt((1.0 - r * r) / SEEDS), k
 
 
+@pytest.mark.parametrize("airspeed, altitude, step", [(0.8, 22.0, 1e-3), (0.05, 200.0, 1e-4)])
+def test_knots_close_together_differ_by_as_little_as_the_model_says(
+    airspeed: float, altitude: float, step: float
+) -> None:
+    """Increments far below the length of the field hardly know of one another: their mean square,
+    2 σ² (1 - r) ≈ 3 σ² d, scatters by √(2/n)."""
+    knots = ca.dryden(
+        W20, altitude, airspeed, seed=list(range(20)), duration=2000 * step, step=step
+    ).knots
+    scales = low_altitude(W20, altitude)
+    for component, times in enumerate((2.0, 3.0, 3.0)):
+        d = airspeed * step / scales.lengths[component]
+        expected = times * d * scales.deviations[component] ** 2
+        found = np.diff(knots[..., component], axis=1) ** 2
+        assert abs(found.mean() / expected - 1.0) < 5.0 * np.sqrt(2.0 / found.size)
+
+
 @pytest.mark.parametrize("component", [0, 1, 2])
 def test_spectrum_is_that_of_the_model(field: Dryden, component: int) -> None:
     """Periodograms of 64 seeds, means over bands: of K ordinates that are exponential each, the

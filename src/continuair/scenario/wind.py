@@ -169,6 +169,17 @@ def _first_order(rate: float, step: float, noise: Array) -> Array:
     return found
 
 
+def _third_order(y: float, decayed: float) -> float:
+    """1 - e^-y (1 + y + y²/2), e^-y being decayed; for small y, where y³/6 is left, its series."""
+    if y > 1.0:
+        return 1.0 - decayed * (1.0 + y + 0.5 * y * y)
+    term, total, order = y * y * y / 6.0, 0.0, 3
+    while total + term > total:
+        total, order = total + term, order + 1
+        term *= y / order
+    return decayed * total
+
+
 def _second_order(rate: float, step: float, noise: Array) -> Array:
     """Of variance 1, with the spectrum of (1 + √3 s/rate) / (1 + s/rate)²: exact at the knots.
 
@@ -177,9 +188,10 @@ def _second_order(rate: float, step: float, noise: Array) -> Array:
     a, x = rate, rate * step
     decayed, squared = (_same(np.exp, -times * x) for times in (1.0, 2.0))
     forward = np.array([[1.0 + x, step], [-a * x, 1.0 - x]]) * decayed
-    variance = (1.0 - squared * (1.0 + 2.0 * x + 2.0 * x * x)) / (4.0 * a * a * a)
-    of_rate = (1.0 - squared * (1.0 - 2.0 * x + 2.0 * x * x)) / (4.0 * a)
-    spread = math.sqrt(max(variance, 0.0))
+    lost = -_same(np.expm1, -2.0 * x)
+    variance = _third_order(2.0 * x, squared) / (4.0 * a * a * a)
+    of_rate = (lost + 2.0 * squared * x * (1.0 - x)) / (4.0 * a)
+    spread = math.sqrt(variance)
     shared = 0.5 * step * step * squared / spread if spread > 0.0 else 0.0
     own = math.sqrt(max(of_rate - shared * shared, 0.0))
     seen = a * math.sqrt(a), math.sqrt(3.0 * a)
