@@ -269,3 +269,23 @@ def test_a_flight_of_another_vehicle_is_refused(settling: xr.Dataset) -> None:
     heavier = flights.VEHICLE.replace({"uav.mass": 4.0})
     with pytest.raises(ca.InputError, match="flight is of another vehicle"):
         ca.lyapunov(heavier, loop(), settling)
+
+
+def test_vehicles_with_power_of_their_own_are_refused() -> None:
+    """Rotors lag and saturate, and drag takes power, which the functions do not count."""
+    scenario = flights.scenario(flights.designed())
+    for change in (
+        {
+            "uav.rotors": {
+                "layout": "hex_tilted",
+                    "tilt": 0.3,
+                "lever": 0.25,
+                "thrust_limits": [0.0, 12.0],
+                "torque_per_thrust": 0.02,
+            }
+        },
+        {"uav.drag": {"linear": [0.3, 0.3, 0.3]}},
+        {"arm.drag_coefficient": 1.1},
+    ):
+        with pytest.raises(ca.InputError, match="whose power no Lyapunov function here knows"):
+            ca.lyapunov(flights.VEHICLE.replace(change), scenario)

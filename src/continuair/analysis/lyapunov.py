@@ -77,6 +77,7 @@ def lyapunov(vehicle: Vehicle, scenario: Scenario, flight: xr.Dataset | None = N
     proof's set at each moment, whose largest is the bound. Raises InputError.
     """
     check_single_vehicle(vehicle)
+    _check_pushed_directly(vehicle)
     gains = _gains_of(scenario)
     if flight is not None:
         _check_flight(vehicle, scenario, flight)
@@ -131,6 +132,24 @@ def _residual(gains: Gains, acceleration: Any, jerk: Any) -> Any:
     """The proof's bound on ‖r‖, R_max: ‖C_d‖ ‖v̈_t‖ + (‖C_p‖ + ‖C_s‖/σ) ‖v̇_t‖."""
     C_p, C_d, C_s = (np.linalg.norm(gains[name], 2) for name in ("Cp", "Cd", "Cs"))
     return C_d * jerk + (C_p + C_s / gains["sigma"]) * acceleration
+
+
+def _check_pushed_directly(vehicle: Vehicle) -> None:
+    """Refuse what takes or gives power beside the push that the law asks for."""
+    sections = [section for arm in vehicle.arms for section in arm.section]
+    given = {
+        "uav.rotors": vehicle.uav.rotors,
+        "uav.drag": vehicle.uav.drag,
+        "drag_coefficient": next(
+            (each.drag_coefficient for each in sections if each.drag_coefficient is not None), None
+        ),
+    }
+    for name, value in given.items():
+        if value is not None:
+            raise InputError(
+                f"vehicle {shown(vehicle.name)} has {name}, whose power no Lyapunov function here "
+                "knows; leave it out."
+            )
 
 
 def _gains_of(scenario: Scenario) -> dict[str, Array]:
