@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 import continuair as ca
 from continuair.errors import ContinuairWarning, InputError
 from continuair.studies.standard_excitations import EXCITATIONS, standard_scenario
+from continuair.vehicle.vehicle_file import write_vehicle
 from tests.closed_loop.constant_push import constant_push
 from tests.test_errors import assert_one_plain_sentence
 
@@ -203,11 +204,53 @@ def test_yaw_is_given_up_first_while_lift_and_other_moments_hold(
 
 def test_saturation_is_told_of_and_stays_in_the_result() -> None:
     law = constant_push([0.0, 0.0, 60.0], [0.0, 0.0, 0.0])
-    with pytest.warns(ContinuairWarning, match="rotors saturate: from t = 0 s on .* up to 25.4 %"):
+    with pytest.warns(ContinuairWarning, match="rotors saturate: .* up to 25.4 %"):
         flight = flown(FURNISHED, LEVEL, controller=law, duration=0.1)
     # Of 15 N each, 12 are there; limits reach from 0.2 N.
     np.testing.assert_allclose(flight.saturation, 3.0 / 11.8, rtol=1e-12)
     assert float(flight.rotor_thrust.max()) <= 12.0
+
+
+def short_pulse(t: float) -> np.ndarray:
+    """Thrusts of 20 N beside a limit of 12 N, for 20 ms between samples."""
+    return np.full(4, 20.0 if 0.06 < t < 0.08 else 5.0)
+
+
+@pytest.mark.parametrize("reference", [False, True])
+def test_saturation_between_samples_and_unasked_for_is_told_of(reference: bool) -> None:
+    start = ca.Scenario("pulse", LEVEL, rotor_command=short_pulse, jumps=(0.06, 0.08), duration=0.2)
+    at = 0.01 if reference else 0.05
+    kept = ["saturation"] if reference else ["tip_position"]
+    chosen: dict[str, Any] = {"integrator": "dop853"} if reference else {}
+    with pytest.warns(ContinuairWarning, match=f"rotors saturate: .* up to {800 / 12:.3g} %"):
+        flight = ca.simulate(FURNISHED, start, sample=at, variables=kept, **chosen)
+    assert float(flight["largest_saturation"]) == pytest.approx(8.0 / 12.0, rel=1e-12)
+
+
+def test_pairs_sweeps_and_stepped_flights_tell_of_saturation(tmp_path: Path) -> None:
+    pulse = ca.Scenario("thrust", LEVEL, rotor_command=np.full(4, 20.0), duration=0.05)
+    with pytest.warns(ContinuairWarning, match="rotors saturate: .* up to 66.7 %"):
+        pairs = ca.run_pairs(FURNISHED, pulse, sample=0.01)
+    np.testing.assert_allclose(pairs["largest_saturation"], 8.0 / 12.0, rtol=1e-12)
+    stepped = ca.Simulation(FURNISHED, ca.Scenario("stepped", LEVEL), control_period=0.01)
+    stepped.step(rotor_command=np.full(4, 20.0))
+    with pytest.warns(ContinuairWarning, match="rotors saturate"):
+        assert float(stepped.trajectory()["largest_saturation"]) > 0.6
+    file = tmp_path / "hex.toml"
+    write_vehicle(ca.load_vehicle("paper").replace({"uav.rotors": TILTED}), file)
+    design = xr.Dataset(
+        {"vehicle.uav.mass": ("mass", [1.5, 2.0])},
+        attrs={
+            "vehicle": str(file),
+            "scenario": {"duration": 0.02},
+            "controller": {"bandwidth": 8.0},
+            "target": {},
+            "sample": 0.01,
+        },
+    )
+    with pytest.warns(ContinuairWarning, match="rotors saturate in 2 of 2 runs"):
+        swept = ca.sweep(design, tmp_path / "store.zarr")
+    assert (swept["largest_saturation"] > 0.1).all()
 
 
 def test_a_full_wrench_flies_a_law_for_ideal_wrenches_on_tilted_rotors() -> None:

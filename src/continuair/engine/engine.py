@@ -19,6 +19,7 @@ from continuair.engine.pack import pack_plants, pack_table, tree_of
 from continuair.engine.packs import lanes_of
 from continuair.engine.rows import adjacent, forget_unreached
 from continuair.errors import InputError, shown
+from continuair.kernels.rollout import SUMS
 from continuair.vehicle.layout import observed_columns, width_of
 from continuair.vehicle.vehicle import Vehicle
 
@@ -65,7 +66,7 @@ class Drive:
 @dataclass(frozen=True)
 class Logs:
     """log, observed, watched (runs, samples, columns), the last two where asked for; status and
-    last_step (runs,); errors (runs, 3), as the roll-out sums them; scene: what was watched."""
+    last_step (runs,); errors (runs, SUMS), as the roll-out sums them; scene: what was watched."""
 
     log: Array
     status: Array
@@ -171,7 +172,7 @@ class Engine:
         n, samples = len(runs), len(grid.samples)
         log = np.empty((n, samples, self.layout.log), self.dtype)
         status, last = np.zeros(n, np.int32), np.zeros(n, np.int32)
-        errors = np.zeros((n, 3), self.dtype)
+        errors = np.zeros((n, SUMS), self.dtype)
         observed = None
         if at_samples is not None:
             observed = np.empty((n, samples, width_of(self.observed)), self.dtype)

@@ -13,6 +13,7 @@ from continuair.engine.compiling import load
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.engine.factory import Kernels, deviation, turning
 from continuair.engine.lanes import packs_of
+from continuair.kernels.rollout import SUMS
 from continuair.vehicle.following import unfollowed
 from continuair.vehicle.layout import DEVIATIONS, EULER_DEVIATIONS, TIP_POSE, width_of
 
@@ -30,7 +31,7 @@ _BLOCKS_PER_THREAD = 4
 class Pairs:
     """Results of all runs and models: deviations (runs, models, 5) from the first model, those of
     Euler angles NaN where samples do not follow them, tip (runs, models, 7) at the end, status and
-    last_step (runs, models), errors (runs, models, 3)."""
+    last_step (runs, models), errors (runs, models, SUMS)."""
 
     def __init__(self, engines: Sequence[Engine], runs: int) -> None:
         self.engines = engines
@@ -38,7 +39,7 @@ class Pairs:
         self.deviations = np.full((*shape, len(DEVIATIONS)), np.nan)
         self.tip = np.full((*shape, POSE), np.nan)
         self.status, self.last_step = np.zeros(shape, np.int32), np.zeros(shape, np.int32)
-        self.errors = np.zeros((*shape, 3))
+        self.errors = np.zeros((*shape, SUMS))
 
     def fly(self, runs: Array, start: Start, grid: Any, drive: Drive) -> None:
         """Fly some runs, by their indices, that share a time grid; start, drive: of these runs."""
@@ -71,7 +72,7 @@ class Pairs:
             log = wp.empty((len(runs), len(grid.samples), POSE), wp.float64, device=first.device)
             ends = [wp.zeros(len(runs), wp.int32, device=first.device) for _ in range(2)]
             begins = [engine.vehicles(runs, kernels), start, drive, steps, engine.no_loop()]
-            errors = wp.zeros((len(runs), 3), wp.float64, device=first.device)
+            errors = wp.zeros((len(runs), SUMS), wp.float64, device=first.device)
             engine.launch(kernels.tip_rollout, threads, [*begins, log, *ends, errors])
             logs.append(log)
             self.status[runs, column], self.last_step[runs, column] = (a.numpy() for a in ends)

@@ -9,6 +9,7 @@ from scipy.integrate import DOP853
 
 from continuair.engine.engine import Engine, Logs, Start
 from continuair.flight.prepare import Cohort, Flight
+from continuair.kernels.rollout import SUMS
 from continuair.kernels.step import NOT_FINITE, OK, OVERBENT
 from continuair.vehicle.layout import FIELDS, Layout
 
@@ -74,8 +75,15 @@ def integrate_reference(flight: Flight, engine: Engine, cohort: Cohort, toleranc
     last = np.searchsorted(grid.starts, reached)
     observed = engine.observe(log, cohort.at_samples)
     # It keeps its own account of its errors, in the tolerance.
-    untold = np.full((1, 3), np.nan)
+    untold = np.full((1, SUMS), np.nan)
+    untold[0, -1] = _largest_saturation(observed, engine)
     return Logs(log, np.array([status], np.int32), np.array([last], np.int32), untold, observed)
+
+
+def _largest_saturation(observed: np.ndarray, engine: Engine) -> float:
+    """That at the samples; without rotors none."""
+    at = engine.observed.get("saturation")
+    return 0.0 if at is None else float(np.nanmax(observed[..., at]))
 
 
 def _unit(state: np.ndarray, layout: Layout) -> np.ndarray:

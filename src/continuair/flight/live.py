@@ -16,11 +16,12 @@ from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import motion_of
 from continuair.flight.inputs import field_width, groups_of
 from continuair.flight.prepare import Cohort, check_scenario, checked_step, prepare
-from continuair.flight.resolution import summed
+from continuair.flight.resolution import summed, warn_of_saturation
 from continuair.flight.steps import check_divides
 from continuair.flight.time_grid import Grid, Marks, grid_of, marks_at, stage_times
 from continuair.flight.trajectory import WATCHED_VARIABLES, Recorder, default_variables, in_front
 from continuair.kernels.dynamics import MODELS
+from continuair.kernels.rollout import SUMS
 from continuair.kernels.step import OK, STATUS
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import nearest_euler, paper_rates
@@ -90,7 +91,7 @@ class Simulation:
         self._vehicle, self._scenario, self._model = vehicle, scenario, model
         self._engine, self._step = self._flight.engine(model), float(self._flight.steps[0])
         self._period, self._status, self._ended = period, OK, 0.0
-        self._errors = np.zeros(3)
+        self._errors = np.zeros(SUMS)
         layout = self._engine.layout
         row = np.zeros(layout.log)
         row[: layout.state] = self._flight.start.states[0]
@@ -215,6 +216,7 @@ class Simulation:
         recorder = Recorder(flight, self._model, names, "float64")
         logs = Logs(log, status, last, self._errors[None], observed, watched, scene)
         recorder.keep(Cohort(flight, _ONE, grid, acting, None), logs)
+        warn_of_saturation(recorder.saturation, stacklevel=3)
         return recorder.dataset({"step": self._step})
 
     def _grid(self) -> Grid:

@@ -15,6 +15,9 @@ Array = np.ndarray
 RESOLVED = 1e-3
 """Largest step_error of a flight that counts as resolved [arm lengths]."""
 
+_ROUNDING = 1e-9
+"""Saturation that is none."""
+
 UNSEEN = 1.0
 """Phase of a known input from which a step does not follow it [rad]: six steps a period."""
 
@@ -26,7 +29,7 @@ _MOST = 50.0
 
 
 def step_error(errors: Array, looking: bool = False) -> Array:
-    """Estimated largest error of the tip (...) [arm lengths], from sums of a roll-out (..., 3).
+    """Estimated largest error of the tip (...) [arm lengths], from sums of a roll-out (..., SUMS).
 
     The errors of single steps add up, and grow while a large bend swings: by e per 250 rad² of the
     swing ∫|k||k̇| l² dt, a bound that 600 random flights of light vehicles and large bends gave.
@@ -44,10 +47,15 @@ def doubt(errors: Array) -> Array:
     return errors[..., 2]
 
 
+def saturation(errors: Array) -> Array:
+    """The most (...) that rotors were asked for beyond their limits, in parts of these."""
+    return errors[..., 3]
+
+
 def summed(errors: Sequence[Array]) -> Array:
-    """The sums (3,) of a roll-out, of those of its parts in turn."""
+    """The sums (SUMS,) of a roll-out, of those of its parts in turn."""
     parts = np.array(errors)
-    return np.append(parts[:, :2].sum(axis=0), parts[:, 2].max())
+    return np.append(parts[:, :2].sum(axis=0), parts[:, 2:].max(axis=0))
 
 
 def unresolved(errors: Array) -> Array:
@@ -82,6 +90,20 @@ def warn_of_missed_inputs(errors: Array, steps: Array, stacklevel: int) -> None:
         warnings.warn(
             f"step_error is inf in {missed.sum()} of {len(errors)} runs: inputs change within "
             f"steps of {steps[missed].min():.3g} s; give a shorter step, or step = 'auto'.",
+            ContinuairWarning,
+            stacklevel=stacklevel,
+        )
+
+
+def warn_of_saturation(largest: Array, stacklevel: int) -> None:
+    """Warn if rotors were asked for thrusts beyond their limits, (runs,) or (runs, models)."""
+    wrong = np.asarray(largest.reshape(len(largest), -1).max(axis=1) > _ROUNDING)
+    if wrong.any():
+        of = "" if len(wrong) == 1 else f" in {wrong.sum()} of {len(wrong)} runs"
+        warnings.warn(
+            f"rotors saturate{of}: they are asked for up to {100.0 * np.nanmax(largest):.3g} % of "
+            "their range beyond it; see the result's saturation, or give thrust_limits that leave "
+            "room.",
             ContinuairWarning,
             stacklevel=stacklevel,
         )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable
 from typing import Any
 
@@ -13,9 +12,9 @@ from continuair import checks
 from continuair.engine.engine import Engine
 from continuair.engine.lanes import packs_of
 from continuair.engine.pack import per_run
-from continuair.errors import ContinuairWarning, InputError, nearest, shown
+from continuair.errors import InputError, nearest, shown
 from continuair.flight.prepare import Cohort, Flight, check_scenario, prepare
-from continuair.flight.resolution import warn_of_coarse_steps
+from continuair.flight.resolution import warn_of_coarse_steps, warn_of_saturation
 from continuair.flight.trajectory import (
     OBSERVED_VARIABLES,
     OF_ROTORS,
@@ -38,9 +37,6 @@ _FINEST_TOLERANCE = 1e-13
 _LOGGED_AT_ONCE = {"cpu": 1.0e6, "cuda": 2.0e7}
 _HALVED_AT_ONCE = 2.0e7
 _NUMBERS_PER_SAMPLE = 50
-
-# Part of a rotor's range that counts as beyond it.
-_ROUNDING = 1e-9
 
 # Of second order a quarter is left at half the step.
 _ORDERED = 0.35
@@ -77,7 +73,8 @@ def simulate(
     are in its attributes. step_error estimates the largest error of the tip that the step makes, in
     arm lengths: above 1e-3 it warns, but at an automatic step flies that run again at half the step
     first; attribute `flown_again` counts those runs, each of which costs six flights instead of
-    one, as what halving changes is measured. Raises InputError.
+    one, as what halving changes is measured. Rotors add largest_saturation, the most that one was
+    asked for beyond its limits, of which it warns too. Raises InputError.
     """
     checks.choice("model", model, MODELS)
     names = _checked_names(vehicle, scenario, variables)
@@ -103,7 +100,7 @@ def simulate(
         record(recorder, flown_again)
         recorder.step_error[flown_again] = error_by_halving(flight, model, flown_again)
     warn_of_coarse_steps(recorder.step_error, recorder.flight.steps, stacklevel=3)
-    _warn_of_saturation(recorder, stacklevel=3)
+    warn_of_saturation(recorder.saturation, stacklevel=3)
     return recorder.dataset(recorder.step | {"flown_again": len(flown_again)})
 
 
@@ -181,27 +178,8 @@ def _fly_adaptive(flight: Flight, model: str, names: tuple[str, ...], tolerance:
     cohort = next(flight.cohorts())
     recorder = Recorder(flight, model, names, "float64")
     recorder.keep(cohort, integrate_reference(flight, flight.engine(model), cohort, tolerance))
-    _warn_of_saturation(recorder, stacklevel=4)
+    warn_of_saturation(recorder.saturation, stacklevel=4)
     return recorder.dataset({"step": "adaptive", "tolerance": tolerance})
-
-
-def _warn_of_saturation(recorder: Recorder, stacklevel: int) -> None:
-    """Warn, a number of frames up, if rotors are asked for thrusts beyond their limits."""
-    if "saturation" not in recorder.names:
-        return
-    excess = recorder.values("saturation")[..., 0]
-    wrong = excess > _ROUNDING
-    if wrong.any():
-        runs = np.asarray(wrong.any(axis=1))
-        of = "" if len(runs) == 1 else f" in {runs.sum()} of {len(runs)} runs"
-        first = recorder.flight.marks.samples[wrong.any(axis=0)][0]
-        warnings.warn(
-            f"rotors saturate{of}: from t = {first:.3g} s on they are asked for up to "
-            f"{100.0 * np.nanmax(excess):.3g} % of their range beyond it; see the result's "
-            "saturation, or give thrust_limits that leave room.",
-            ContinuairWarning,
-            stacklevel=stacklevel,
-        )
 
 
 def _runs_at_once(cohort: Cohort, engine: Engine) -> int:

@@ -14,7 +14,7 @@ from xarray.indexes import PandasIndex
 from continuair.engine.engine import Logs
 from continuair.engine.rows import adjacent
 from continuair.flight.prepare import Cohort, Flight
-from continuair.flight.resolution import doubt, warn_of_lost_coordinates
+from continuair.flight.resolution import doubt, saturation, warn_of_lost_coordinates
 from continuair.flight.turns import followed_euler, in_body_axes, on_triple
 from continuair.kernels.step import STATUS
 from continuair.vehicle.layout import (
@@ -138,6 +138,7 @@ class Recorder:
         self._end_time = np.zeros(len(self.runs))
         self.step_error = np.full(len(self.runs), np.nan)
         self.doubt = np.zeros(len(self.runs))
+        self.saturation = np.zeros(len(self.runs))
 
     @property
     def step(self) -> dict[str, float]:
@@ -152,6 +153,7 @@ class Recorder:
         self._status[at] = logs.status
         self.step_error[at] = self.flight.step_error(logs.errors, cohort.runs)
         self.doubt[at] = doubt(logs.errors)
+        self.saturation[at] = saturation(logs.errors)
         times = np.append(cohort.grid.starts, cohort.grid.samples[-1])
         self._end_time[at] = times[logs.last_step]
 
@@ -184,6 +186,8 @@ class Recorder:
         until = {"units": "s", "long_name": "time up to which the run is valid"}
         kept["end_time"] = ("run",), self._end_time, until
         kept["step_error"] = ("run",), self.step_error, STEP_ERROR
+        if self.flight.vehicle.uav.rotors is not None:
+            kept["largest_saturation"] = ("run",), self.saturation, LARGEST_SATURATION
         if self.flight.batched:
             taken = {"units": "s", "long_name": "integration step"}
             kept["step"] = ("run",), self.flight.steps[self.runs], taken
@@ -239,6 +243,12 @@ class Recorder:
 
 STEP_ERROR = {"units": "1", "long_name": "estimated largest error of the tip, in arm lengths"}
 """Attributes of step_error."""
+
+LARGEST_SATURATION = {
+    "units": "1",
+    "long_name": "the most that a rotor was asked for beyond its limits, in parts of their range",
+}
+"""Attributes of largest_saturation, of vehicles with rotors."""
 
 
 def _parts_of(vehicle: Vehicle) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -8,6 +8,7 @@ import warp as wp
 from continuair.kernels.arguments import arguments
 from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.flight import flight_code
+from continuair.kernels.forces.rotors import rotor_code
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.resolution import resolution_code
@@ -15,6 +16,9 @@ from continuair.kernels.sensing.pilot import PilotCode
 from continuair.kernels.step import UNSEEN, stepping_code
 from continuair.kernels.types import FULL_LENGTH, Tree, device_types
 from continuair.vehicle.layout import PAPER
+
+SUMS = 4
+"""Numbers that a roll-out sums up of each run."""
 
 FEW_STEPS = 32
 """In a flight of fewer steps, every one is measured."""
@@ -31,10 +35,12 @@ def rollout_kernel(
     """The kernel `rollout` of a model under a pilot; log_row: of kernels/logs.py.
 
     log: (runs, samples, columns). status, last_step: (runs,), how a run ended and at which step.
-    errors: (runs, 3), the sum of what its steps leave out [arm lengths]; its swing, the integral of
-    |k| |k̇| l² over time; and the most that torques may have gone the wrong way [arm lengths].
+    errors: (runs, SUMS), the sum of what its steps leave out [arm lengths]; its swing, the integral
+    of |k| |k̇| l² over time; the most that torques may have gone the wrong way [arm lengths]; and
+    the most that rotors were asked for beyond their limits as a step began, in parts of these.
     """
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
+    excess_of = rotor_code(numbers, tree).excess_of if tree.rotors else None
     stepping, begins = stepping_code(numbers, tree), arguments(numbers.precision)
     code, Cell, Real, State = number_code(numbers), types.Cell, types.Real, types.State
     Push = types.Push
@@ -90,6 +96,7 @@ def rollout_kernel(
         error = Real(0.0)
         doubt = Real(0.0)
         swing = Real(0.0)
+        excess = Real(0.0)
         if wp.static(taken.stiff):
             plant, drift = flight.plant, State()
             drifted = Real(0.0)
@@ -107,6 +114,9 @@ def rollout_kernel(
                 ended += lost
                 if all_above(ended, zero):
                     break
+            if wp.static(tree.rotors > 0):
+                beyond = excess_of(y, flight, i * flight.stride, push)
+                excess = wp.max(excess, above(ended, zero, zero, beyond))
             h = Real(steps.lengths[i])
             if wp.static(taken.stiff):
                 # What such steps do not resolve is lost within the first of them.
@@ -153,6 +163,7 @@ def rollout_kernel(
         keep_of_run(errors, run, 0, finite(whole, error, infinite))
         keep_of_run(errors, run, 1, finite(whole, swing, zero) * full * full)
         keep_of_run(errors, run, 2, doubt)
+        keep_of_run(errors, run, 3, excess)
 
     return rollout
 

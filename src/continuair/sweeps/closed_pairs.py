@@ -21,14 +21,15 @@ _BYTES_PER_SAMPLE = 1000
 
 @dataclass(frozen=True)
 class Reduced:
-    """What is kept of flights: metrics, status, end_time and step_error (runs, models), and the
-    tip's pose at the end (runs, models, 7)."""
+    """What is kept of flights: metrics, status, end_time, step_error and the largest saturation
+    (runs, models), and the tip's pose at the end (runs, models, 7)."""
 
     metrics: dict[str, Array]
     tip: Array
     status: Array
     end_time: Array
     step_error: Array
+    saturation: Array
 
     def updated(self, runs: Array, found: Reduced) -> Reduced:
         """With some runs, by their indices, as they were found later."""
@@ -39,7 +40,7 @@ class Reduced:
             return old
 
         metrics = {name: put(old, found.metrics[name]) for name, old in self.metrics.items()}
-        rest = ("tip", "status", "end_time", "step_error")
+        rest = ("tip", "status", "end_time", "step_error", "saturation")
         return Reduced(metrics, *(put(getattr(self, each), getattr(found, each)) for each in rest))
 
 
@@ -69,6 +70,7 @@ def track(
         joined([part.status for part in parts]),
         joined([part.end_time for part in parts]),
         joined([part.step_error for part in parts]),
+        joined([part.saturation for part in parts]),
     )
 
 
@@ -101,7 +103,11 @@ def reduced(flights: list[xr.Dataset], settle: float) -> Reduced:
         np.stack([flight[name].to_numpy() for flight in flights], axis=-1)
         for name in ("end_time", "step_error")
     )
-    return Reduced(metrics, np.stack(poses, axis=1), status, end_time, error)
+    saturated = np.zeros(status.shape)
+    if "largest_saturation" in reference:
+        each = [flight["largest_saturation"].to_numpy() for flight in flights]
+        saturated = np.stack(each, axis=-1)
+    return Reduced(metrics, np.stack(poses, axis=1), status, end_time, error, saturated)
 
 
 def _metrics(reference: xr.Dataset, flight: xr.Dataset, settle: float) -> dict[str, Array]:

@@ -12,9 +12,14 @@ from continuair import checks
 from continuair.engine.pairs import Pairs
 from continuair.errors import InputError, shown
 from continuair.flight.prepare import Flight, prepare
-from continuair.flight.resolution import warn_of_coarse_steps, warn_of_lost_angles
+from continuair.flight.resolution import (
+    saturation,
+    warn_of_coarse_steps,
+    warn_of_lost_angles,
+    warn_of_saturation,
+)
 from continuair.flight.simulate import error_by_halving
-from continuair.flight.trajectory import STEP_ERROR
+from continuair.flight.trajectory import LARGEST_SATURATION, STEP_ERROR
 from continuair.kernels.dynamics import MODELS, REFERENCE, SIMPLER
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.kernels.step import STATUS
@@ -67,11 +72,11 @@ def run_pairs(
     a controller that looks at a target also rms_px, max_px and ds_max_px (of the norm of the
     feature error, against the coupled run's), NaN of a run in which a point is behind the camera at
     a sample that counts, as it has no image there; tip_position and tip_attitude at the end; status
-    (0: ok; the meanings are in its attributes), end_time [s], step_error and step [s]: as for
-    `simulate`, but where one model asks for half the step, all models of that run take it. A run of
-    a status other than 0, or beside such a coupled run, has NaN metrics; nrmse_r and rmse_r_rad are
-    NaN, with a warning, where samples do not follow the Euler angles of the tip, as
-    `continuair.compare` tells. Raises InputError.
+    (0: ok; the meanings are in its attributes), end_time [s], step_error, step [s] and, of rotors,
+    largest_saturation: as for `simulate`, but where one model asks for half the step, all models of
+    that run take it. A run of a status other than 0, or beside such a coupled run, has NaN metrics;
+    nrmse_r and rmse_r_rad are NaN, with a warning, where samples do not follow the Euler angles of
+    the tip, as `continuair.compare` tells. Raises InputError.
     """
     names = _checked_models(models)
     checks.choice("integrator", integrator, tuple(INTEGRATORS))
@@ -96,9 +101,12 @@ def run_pairs(
             found.step_error[coarse, column] = error_by_halving(flight, model, coarse)
         flight = finer
     warn_of_coarse_steps(found.step_error, flight.steps, stacklevel=3)
+    warn_of_saturation(found.saturation, stacklevel=3)
     lost = lost_angles(found.metrics["nrmse_r"], found.status)
     warn_of_lost_angles(lost, flight.sample, stacklevel=3)
     data = _variables(found)
+    if vehicle.uav.rotors is not None:
+        data["largest_saturation"] = (("run", "model"), found.saturation, LARGEST_SATURATION)
     data["step"] = ("run", flight.steps, {"units": "s", "long_name": "integration step"})
     coordinates = {"run": np.arange(flight.runs), "model": list(names)}
     coordinates |= {"axis": list("xyz"), "quaternion": list("xyzw")}
@@ -149,7 +157,9 @@ def _fly_open(flight: Flight, models: tuple[str, ...], chosen: Array) -> Reduced
         end_time[runs] = np.append(grid.starts, grid.samples[-1])[pairs.last_step[runs]]
     metrics = {name: pairs.deviations[chosen, :, i] for i, name in enumerate(DEVIATIONS)}
     tip, status, ends = (each[chosen] for each in (pairs.tip, pairs.status, end_time))
-    return Reduced(metrics, tip, status, ends, flight.step_error(pairs.errors[chosen], chosen))
+    errors = pairs.errors[chosen]
+    told = flight.step_error(errors, chosen), saturation(errors)
+    return Reduced(metrics, tip, status, ends, *told)
 
 
 def _variables(found: Reduced) -> dict[str, Any]:

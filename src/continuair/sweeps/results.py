@@ -15,8 +15,9 @@ from continuair.flight.resolution import (
     warn_of_coarse_steps,
     warn_of_lost_angles,
     warn_of_missed_inputs,
+    warn_of_saturation,
 )
-from continuair.flight.trajectory import STEP_ERROR
+from continuair.flight.trajectory import LARGEST_SATURATION, STEP_ERROR
 from continuair.sweeps.design import Design
 from continuair.sweeps.pairs import METRICS, lost_angles
 from continuair.sweeps.units import STATUSES
@@ -31,6 +32,7 @@ _UNITS: dict[str, tuple[str, str]] = {
     "end_time": ("s", "time up to which the run is valid"),
     "step_error": (STEP_ERROR["units"], STEP_ERROR["long_name"]),
     "step": ("s", "integration step"),
+    "largest_saturation": (LARGEST_SATURATION["units"], LARGEST_SATURATION["long_name"]),
 }
 
 _PROVENANCE = ("design_hash", "seed", "machine", "device", "unit_size", "done")
@@ -64,6 +66,8 @@ def labelled(design: Design, results: np.ndarray, attributes: dict[str, Any]) ->
     errors, steps = results[..., names.index("step_error")], results[..., 0, names.index("step")]
     warn_of_coarse_steps(errors, steps, stacklevel=4)
     warn_of_missed_inputs(errors, steps, stacklevel=4)
+    if "largest_saturation" in names:
+        warn_of_saturation(results[..., names.index("largest_saturation")], stacklevel=4)
     status = results[..., names.index("status")]
     for name in [name for name in EULER_DEVIATIONS if name in names][:1]:
         lost = lost_angles(results[..., names.index(name)], status)

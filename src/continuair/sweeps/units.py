@@ -33,7 +33,8 @@ _SECONDS_PER_UNIT = {"cpu": 1000.0, "cuda": 20000.0}
 
 def quantities(design: Design) -> tuple[str, ...]:
     """What is kept of a run and model, in order."""
-    return (*design.metrics, *_ENDS)
+    saturation = ("largest_saturation",) if design.vehicle.uav.rotors is not None else ()
+    return (*design.metrics, *_ENDS, *saturation)
 
 
 def unit_size(design: Design, device: str) -> int:
@@ -121,7 +122,10 @@ def _fly(
     columns += [found["tip_position"].to_numpy()[..., axis] for axis in range(3)]
     columns += [found[name].to_numpy() for name in ("status", "end_time", "step_error")]
     steps = np.broadcast_to(found["step"].to_numpy()[:, None], found["status"].shape)
-    return np.stack([*columns, steps], axis=-1)
+    columns.append(steps)
+    if "largest_saturation" in found:
+        columns.append(found["largest_saturation"].to_numpy())
+    return np.stack(columns, axis=-1)
 
 
 @contextmanager
