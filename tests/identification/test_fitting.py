@@ -103,6 +103,22 @@ def test_parameters_that_only_act_together_are_reported_as_such() -> None:
     assert any("cannot tell" in doubt and "arm.radius" in doubt for doubt in together.doubts)
 
 
+def test_a_field_that_goes_to_the_edge_of_what_a_vehicle_can_have_is_no_estimate() -> None:
+    """A heavier disk flew than the start has, which the fit makes up for by one farther out."""
+    lighter = {"arm.disks.0.mass": 0.5 * true_vehicle().arm.disks[0].mass}
+    found = fitted(("arm.disks.0.position", "arm.youngs_modulus"), changes=lighter, duration=0.5)
+    assert found.errors[0] == np.inf and np.isfinite(found.errors[1])
+    assert any("arm.disks.0.position has gone to the edge" in doubt for doubt in found.doubts)
+
+
+def test_a_test_does_not_tell_what_rotors_did() -> None:
+    record(Path("flight.csv"), test="C", duration=0.1)
+    rotors = {"layout": "quad_x", "lever": 0.2, "thrust_limits": [0.0, 12.0], "lag": 0.04}
+    furnished = true_vehicle().replace({"uav.rotors": rotors | {"torque_per_thrust": 0.016}})
+    with pytest.raises(ca.InputError, match="does not tell the thrusts that held the vehicle"):
+        fit(furnished, load_recording("flight.csv"), ["uav.mass"], test="C")
+
+
 def test_what_a_flight_hardly_excites_is_warned_about() -> None:
     # A free fall in a plane turns about one axis; in its first tenth of a second, noise hides
     # what the mass of the UAV does to the bend.

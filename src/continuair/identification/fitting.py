@@ -201,6 +201,12 @@ class _Problem:
             max_nfev=_MOST,
         )
 
+    def at_edge(self, row: Array) -> Array:
+        """Which unknowns (unknowns,) have a neighbour that is no vehicle, or does not fly."""
+        ahead = _DIFFERENCE * np.eye(len(row))
+        rows = self.residuals(np.vstack([row + ahead, row - ahead]), np.ones(len(GROUPS)))
+        return np.asarray((rows == _FAR).all(axis=1).reshape(2, -1).any(axis=0))
+
     def jacobian(self, row: Array, deviations: Array) -> Array:
         """Central differences (residuals, unknowns), flown as one batch."""
         ahead = _DIFFERENCE * np.eye(len(row))
@@ -230,7 +236,9 @@ def _confidence(
     problem: _Problem, where: Array, deviations: Array
 ) -> tuple[Array, float, tuple[str, ...]]:
     """Standard errors (fields,) on the fields' scales, condition, and what is in doubt."""
-    J = problem.jacobian(where, np.ones(len(GROUPS)))
+    J, edge = problem.jacobian(where, np.ones(len(GROUPS))), problem.at_edge(where)
+    # What is held at an edge tells nothing of itself, and counts as known for the others.
+    J[:, edge] = 0.0
     silent = np.abs(J).max(0) < SILENT
     scale = np.repeat(deviations, [3, 3, problem.measured - 6])
     J = J / np.tile(scale, len(J) // problem.measured)[:, None]
@@ -244,7 +252,12 @@ def _confidence(
     names, count = problem.chosen.names, problem.fields
     doubts = [
         f"the flight does not depend on {name} near the fit; leave it out of --fit."
-        for name in np.array(names)[silent[:count]]
+        for name in np.array(names)[silent[:count] & ~edge[:count]]
+    ]
+    doubts += [
+        f"{name} has gone to the edge of what a vehicle can have, or can fly with, so that its "
+        "estimate is none; leave it out of --fit, or start nearer to what flew."
+        for name in np.array(names)[edge[:count]]
     ]
     mixed = [name for name, gone, quiet in zip(names, lost, silent, strict=False)
              if gone and not quiet]  # fmt: skip

@@ -118,7 +118,13 @@ class Replay:
 
 
 def _check_sections(vehicle: Vehicle, recording: Recording, test: str | None) -> None:
-    """Raise InputError unless a recording and a test are of as many sections as a vehicle."""
+    """Raise InputError unless a recording and a test are of as many sections as a vehicle, and the
+    test tells all that acted."""
+    if test is not None and vehicle.uav.rotors is not None:
+        raise InputError(
+            f"test is {shown(test)}, which does not tell the thrusts that held the vehicle, and "
+            "this one has [uav.rotors]; leave it out, and record the inputs."
+        )
     if recording.bend.shape[1] != 2 * vehicle.sections:
         raise InputError(
             f"{recording.name}: holds the bends of {recording.bend.shape[1] // 2} sections, but "
