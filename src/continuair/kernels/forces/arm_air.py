@@ -18,6 +18,10 @@ from continuair.kernels.types import Tree, device_types, holding
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(3)
 """Of Gauss's rule along a section, from -1 to 1."""
 
+EDGE = 0.2
+"""Part of a disk's radius, and of its area, over which the wash begins on either side of its edge:
+air shears there, and a force that jumped would cost the steps their order."""
+
 
 @dataclass(frozen=True)
 class ArmAirCode:
@@ -59,6 +63,13 @@ def arm_air_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> ArmAirCode:
     induced_of, washed_at = no_wash, unmoved
     if washes:
         thrusts_of = rotor_code(numbers, tree).thrusts_of
+        edge, half, three = Real(EDGE), Real(0.5), Real(3.0)
+
+        @wp.func
+        def risen(x: Real):
+            """From 0 at -1 to 1 at 1, and flat beyond."""
+            part = wp.min(wp.max(half * (x + one), zero), one)
+            return part * part * (three - (one + one) * part)
 
         @wp.func
         def induced_by_thrusts(y: State, flight: Flight, row: int, push: Push):
@@ -70,14 +81,16 @@ def arm_air_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> ArmAirCode:
 
         @wp.func
         def washed(plant: Plant, point: vec3, induced: Induced):
-            """The wash at a point: of each rotor below its disk."""
+            """The wash at a point: of each rotor below its disk, as much beyond the edge as it
+            lacks within."""
             out = vec3()
+            thick = edge * wp.sqrt(plant.disk)
             for i in range(rotors):
                 axis = vec3(plant.allocation[0, i], plant.allocation[1, i], plant.allocation[2, i])
                 from_hub = point - vec3(plant.hubs[i, 0], plant.hubs[i, 1], plant.hubs[i, 2])
                 height = wp.dot(from_hub, axis)
                 aside = wp.length_sq(from_hub) - height * height
-                within = above(plant.disk, aside, above(zero, height, one, zero), zero)
+                within = risen((one - aside / plant.disk) / edge) * risen(-height / thick)
                 out -= within * induced[i] * axis
             return out
 
