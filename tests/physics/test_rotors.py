@@ -227,6 +227,25 @@ def test_saturation_between_samples_and_unasked_for_is_told_of(reference: bool) 
     assert float(flight["largest_saturation"]) == pytest.approx(8.0 / 12.0, rel=1e-12)
 
 
+@pytest.mark.parametrize(("lag", "amplitude"), [(0.0, 60.0), (0.05, 600.0)])
+def test_an_automatic_step_follows_commands_where_limits_cut_them_off(
+    lag: float, amplitude: float
+) -> None:
+    """They are smooth as they are given, and nearly jump as they act: off by 0.07 else."""
+
+    def waves(t: float) -> np.ndarray:
+        return 4.56 + amplitude * np.sin(38.0 * t + 0.3) * np.array([1.0, 1.0, -1.0, -1.0])
+
+    vehicle = FURNISHED.replace({"uav.rotors.lag": lag})
+    start = ca.Scenario("waves", LEVEL, rotor_command=waves, duration=0.5)
+    with pytest.warns(ContinuairWarning, match="rotors saturate"):
+        found = ca.simulate(vehicle, start, sample=0.01)
+    with pytest.warns(ContinuairWarning, match="rotors saturate"):
+        exact = ca.simulate(vehicle, start, sample=0.01, integrator="dop853", tolerance=1e-10)
+    off = np.linalg.norm(found.tip_position - exact.tip_position, axis=1).max()
+    assert off < 1e-3 * vehicle.arm.length
+
+
 def test_pairs_sweeps_and_stepped_flights_tell_of_saturation(tmp_path: Path) -> None:
     pulse = ca.Scenario("thrust", LEVEL, rotor_command=np.full(4, 20.0), duration=0.05)
     with pytest.warns(ContinuairWarning, match="rotors saturate: .* up to 66.7 %"):

@@ -26,6 +26,7 @@ from continuair.flight.rotors import (
     lag_rate,
     rotor_speeds,
     with_rotors_running,
+    within_limits,
 )
 from continuair.flight.steps import automatic_step, declared_rate, steps_of
 from continuair.flight.time_grid import (
@@ -261,7 +262,8 @@ def prepare(
     adaptive = integrator not in INTEGRATORS
     by_default = "rk4" if adaptive else integrator
     fine = np.broadcast_to(automatic_step(coupled, q, qd, driven, by_default), runs)
-    probe = Probe(scenario, coupled.layout, max(duration, horizon))
+    probed = within_limits(vehicle, scenario)
+    probe = Probe(probed, coupled.layout, max(duration, horizon))
     if asked is None:
         fine = np.minimum(fine, probe.following_step(sample))
     # What an implicit step does to modes that it does not resolve, its step_error tells.

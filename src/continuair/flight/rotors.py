@@ -80,6 +80,20 @@ def with_rotors_running(engine: Engine, scenario: Scenario) -> Scenario:
     return scenario.replace(rotor_thrust=start, rotor_command=hover if alone else command)
 
 
+def within_limits(vehicle: Vehicle, scenario: Scenario) -> Scenario:
+    """The scenario with commands over time as they act: cut off at what a rotor gives."""
+    command = scenario.rotor_command
+    if not callable(command):
+        return scenario
+    assert vehicle.uav.rotors is not None
+    highest = np.asarray(vehicle.uav.rotors.highest, float)[..., None]
+
+    def given(t: float) -> Array:
+        return np.clip(np.asarray(command(t), float), 0.0, highest)
+
+    return scenario.replace(rotor_command=given)
+
+
 def rotor_speeds(vehicle: Vehicle, scenario: Scenario) -> Array:
     """Speeds (runs or 1, rotors), over the greatest, that rotors start at; without rotors none."""
     if vehicle.uav.rotors is None:
