@@ -1,7 +1,8 @@
-"""Write the tables of the region of operation in docs/control.md, from what `region` has written:
+"""Write the tables of docs/control.md, from what `region` and `robustness` have written:
 
 continuair region --model coupled --rate 1000 --rate 10000 --out results/region
-python docs/make_control.py results/region/region.json
+continuair robustness --out results/robustness
+python docs/make_control.py results/region/region.json results/robustness/robustness.json
 """
 
 from __future__ import annotations
@@ -14,22 +15,30 @@ from typing import Any
 
 from continuair.studies.region.report import reach
 from continuair.studies.region.starts import DIRECTIONS
+from continuair.studies.robustness.report import reaches
 from continuair.studies.tables import percent
 
-START, END = "<!-- written by make_control.py -->\n", "<!-- to here -->\n"
+START, END = "<!-- written by make_control.py: {} -->\n", "<!-- to here -->\n"
 DOCS = Path(__file__).parent
 PLANT = "coupled"
-FIGURE = "random_coupled_1000_hz.png"
 
 
-def main(results: Path) -> None:
-    cases = json.loads(results.read_text(encoding="utf-8"))["cases"]
+def main(region: Path, robustness: Path) -> None:
+    cases = json.loads(region.read_text(encoding="utf-8"))["cases"]
     own = [case for case in cases if case["model"] == PLANT]
-    page = DOCS / "control.md"
-    before, rest = page.read_text(encoding="utf-8").split(START)
-    table = "\n".join([*_directions(own), "", *_random(cases)]) + "\n"
-    page.write_text(before + START + table + END + rest.split(END, 1)[1], encoding="utf-8")
-    shutil.copy(results.parent / FIGURE, DOCS / "images" / "region.png")
+    _put("region", [*_directions(own), "", *_random(cases)])
+    _put("robustness", reaches(json.loads(robustness.read_text(encoding="utf-8"))))
+    images = DOCS / "images"
+    shutil.copy(region.parent / "random_coupled_1000_hz.png", images / "region.png")
+    shutil.copy(robustness.parent / "errors_coupled.png", images / "robustness.png")
+
+
+def _put(name: str, lines: list[str]) -> None:
+    """Write lines where the page has room for what is called so."""
+    page, start = DOCS / "control.md", START.format(name)
+    before, rest = page.read_text(encoding="utf-8").split(start)
+    table = "\n".join(lines) + "\n"
+    page.write_text(before + start + table + END + rest.split(END, 1)[1], encoding="utf-8")
 
 
 def _directions(cases: list[dict[str, Any]]) -> list[str]:
@@ -59,4 +68,4 @@ def _random(cases: list[dict[str, Any]]) -> list[str]:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1]), Path(sys.argv[2]))

@@ -79,7 +79,7 @@ ROOMS = {
         {"simulate", "live"},
     ],
     "studies": [
-        {"tables", "timing", "standard_loops", "sentences", "verdicts"},
+        {"tables", "timing", "standard_laws", "standard_loops", "sentences", "verdicts"},
         {"results", "standard_excitations"},
         {"atlas"},
         {
@@ -88,6 +88,7 @@ ROOMS = {
             "tracking",
             "advise",
             "region",
+            "robustness",
             "check",
             "cost",
             "sections",
@@ -98,6 +99,7 @@ ROOMS = {
     "studies.sensitivity": [{"task"}, {"findings", "measures"}, {"claims"}, {"study"}, {"report"}],
     "studies.tracking": [{"law_variants", "tuning", "study"}, {"report"}],
     "studies.region": [{"flights", "starts"}, {"study"}, {"report"}],
+    "studies.robustness": [{"mistakes"}, {"flights"}, {"study"}, {"report"}],
     "studies.advise": [
         {"excitations", "tracking", "verdicts", "notes"},
         {"study"},

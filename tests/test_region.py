@@ -14,9 +14,11 @@ from continuair import equations
 from continuair.controllers.gain_files import Gains
 from continuair.equations.camera import in_view
 from continuair.figures import region as figures
-from continuair.studies.region.flights import LAWS, TARGET
+from continuair.figures.laws import LAWS as STYLES
+from continuair.studies.region.flights import TARGET
 from continuair.studies.region.starts import BEND, HEIGHT, RANDOM, SIDEWAYS, TILT, YAW, starts
 from continuair.studies.region.study import Region, region
+from continuair.studies.standard_laws import LAWS
 
 RUNS = 40
 
@@ -100,7 +102,7 @@ def test_a_study_writes_tables_flights_and_figures_with_failures_drawn_as_failed
         if line.get_gid() == "failed"
     ]
     failed = {case["law"]: RUNS - case["random"]["well"] for case in results["cases"]}
-    assert crosses == [failed[law] for law in figures.LAWS]
+    assert crosses == [failed[law] for law in STYLES]
 
 
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {

@@ -278,7 +278,7 @@ def test_vehicles_with_power_of_their_own_are_refused() -> None:
         {
             "uav.rotors": {
                 "layout": "hex_tilted",
-                    "tilt": 0.3,
+                "tilt": 0.3,
                 "lever": 0.25,
                 "thrust_limits": [0.0, 12.0],
                 "torque_per_thrust": 0.02,

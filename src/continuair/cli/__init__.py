@@ -6,6 +6,7 @@ from continuair.cli import (  # noqa: F401, I001
     sensitivity,
     tracking,
     region,
+    robustness,
     cost,
     advise,
     atlas,

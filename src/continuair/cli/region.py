@@ -59,9 +59,9 @@ def region(
     with progress_bar() as progress:
         from continuair.controllers.gain_files import load_gains
         from continuair.kernels.dynamics import PLANTS
-        from continuair.studies.region.flights import LAWS
         from continuair.studies.region.report import summary
         from continuair.studies.region.study import region as run
+        from continuair.studies.standard_laws import LAWS
         from continuair.vehicle.vehicle import load_vehicle
 
         with results_in(out, "region", command) as folder:

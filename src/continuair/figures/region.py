@@ -12,13 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from continuair.figures import style
-
-LAWS: dict[str, dict[str, Any]] = {
-    "current": {"color": "#000000", "hatch": ""},
-    "constant": {"color": "#D55E00", "hatch": "//"},
-    "classic": {"color": "#0072B2", "hatch": ".."},
-}
-"""How bars and points of each law look, from the top down."""
+from continuair.figures.laws import LAWS
 
 _CROSS: dict[str, Any] = {"marker": "x", "ls": "", "color": style.FAILED_COLOUR}
 _DOT: dict[str, Any] = {"marker": "o", "ls": "", "mfc": "none"}

@@ -46,6 +46,14 @@ def _region(found: Any, folder: ResultFolder) -> None:
     figures.write(found.results, found.flights, folder.file)
 
 
+def _robustness(found: Any, folder: ResultFolder) -> None:
+    from continuair.figures import robustness as figures
+    from continuair.studies.robustness import report
+
+    report.write(found, folder)
+    figures.write(found.results, folder.file)
+
+
 def _cost(found: Any, folder: ResultFolder) -> None:
     from continuair.studies.cost import as_table
 
@@ -58,5 +66,6 @@ _KEEPERS = {
     "sensitivity_hertz": _sensitivity,
     "tracking": _tracking,
     "region": _region,
+    "robustness": _robustness,
     "cost": _cost,
 }

@@ -6,9 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from continuair.controllers.classic import classic
 from continuair.controllers.controller import Controller
-from continuair.controllers.gain_files import Gains, load_gains
 from continuair.flight.resolution import steps_told_of
 from continuair.flight.simulate import simulate
 from continuair.progress import Steps
@@ -19,23 +17,12 @@ from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 
-LAWS = {
-    "constant": "the paper's law with gains made for the desired image",
-    "current": "the paper's law with gains made anew for the image of now",
-    "classic": "classic servoing, v = λ L⁺ e, with an inner loop",
-}
-"""Law -> what it is."""
-
-RATE, INNER = 1.5, 6.0
-"""Rates of classic servoing and of its inner loop [1/s]."""
-
 DURATION, JUDGED = 10.0, 1.0
 """How long flights last, and the part at their end in which they are judged [s]."""
 
 TARGET = Target(paths.hold())
 """A square at rest, the camera's place 2 m above it."""
 
-_PRESETS = {"constant": "paper", "current": "current"}
 _SAMPLE, _AT_ONCE = 0.01, 256
 
 
@@ -54,20 +41,6 @@ class Case:
 ENDED = ("status", "end_time", "error")
 """What is kept of a flight: its status, when it ended [s], and its largest feature error at the end
 [px], NaN of one that ended early."""
-
-
-def gains_for(gains: Gains) -> str:
-    """The law that gains are for."""
-    return "constant" if gains.constant else "current"
-
-
-def law_of(name: str, vehicle: Vehicle, gains: Gains | None) -> Controller:
-    """A law by its name, with given gains if they are for it, else with those of its preset."""
-    if name == "classic":
-        return classic(vehicle, RATE, INNER)
-    if gains is None or gains_for(gains) != name:
-        gains = load_gains(_PRESETS[name])
-    return gains.controller(vehicle)
 
 
 def batches(runs: int) -> list[slice]:

@@ -20,15 +20,13 @@ from continuair.scenario.tracking_task import SETTINGS, equipped
 from continuair.studies.region.flights import (
     DURATION,
     ENDED,
-    LAWS,
     TARGET,
     Case,
     batches,
     fly,
-    gains_for,
-    law_of,
 )
 from continuair.studies.region.starts import BENDS, DIRECTIONS, RANDOM, starts
+from continuair.studies.standard_laws import LAWS, gains_for, law_of
 from continuair.vehicle.layout import COORDINATES
 from continuair.vehicle.vehicle import Vehicle, check_one_section
 

@@ -1,0 +1,117 @@
+"""Flights of a letter by laws that believe in a vehicle, on others than that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from continuair.analysis.metrics import feature_rms
+from continuair.controllers.controller import Controller
+from continuair.flight.resolution import steps_told_of
+from continuair.flight.simulate import simulate
+from continuair.kernels.step import OK
+from continuair.scenario.tracking_task import SETTINGS, task
+from continuair.studies.robustness.mistakes import MISTAKES
+from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
+
+LETTER, SETTING = "M", SETTINGS["nominal"]
+
+_SAMPLE = 0.01
+
+
+@dataclass(frozen=True)
+class Wrong:
+    """A mistake by its name, and its value; the name None: there is none."""
+
+    name: str | None
+    value: float = 0.0
+
+    def changes(self, nominal: Vehicle) -> dict[str, Any]:
+        """What the vehicle that flies has in its place."""
+        return {} if self.name is None else MISTAKES[self.name].vehicle(nominal, self.value)
+
+    def acting(self) -> dict[str, Any]:
+        """What acts on it."""
+        return {} if self.name is None else MISTAKES[self.name].scenario(self.value)
+
+    @property
+    def alone(self) -> bool:
+        """Whether it flies by itself."""
+        return self.name is not None and MISTAKES[self.name].alone
+
+
+def groups(wrong: list[Wrong]) -> list[list[Wrong]]:
+    """Mistakes that fly in one batch."""
+    together = [each for each in wrong if not each.alone]
+    return [*([together] if together else []), *([each] for each in wrong if each.alone)]
+
+
+def fly(nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong]) -> list[dict[str, Any]]:
+    """Status, end [s] and RMS and largest feature error [px] of the letter under each mistake of a
+    batch, NaN of a flight that ended early."""
+    flown = _vehicles(nominal, wrong)
+    believed = nominal
+    if nominal.uav.drag is None and flown.uav.drag is not None:
+        believed = nominal.replace({"uav.drag": flown.uav.drag.model_dump()})
+    scenarios = [task(each, [LETTER], law, SETTING.duration) for each in _single(nominal, wrong)]
+    acting = _acting(wrong)
+    scenario = scenarios[0].replace(
+        q=np.concatenate([each.q for each in scenarios]),
+        controller=law.believing(believed),
+        target=scenarios[0].targets[0],
+        **acting,
+    )
+    with steps_told_of():
+        data = simulate(flown, scenario, model=model, sample=_SAMPLE, variables=["feature_error"])
+    found = []
+    for run in range(len(wrong)):
+        flight = data.isel(run=run)
+        late = flight.sel(time=slice(SETTING.settled, None))
+        good = int(flight["status"]) == OK
+        largest = float(np.abs(late["feature_error"]).max()) if good else np.nan
+        found.append(
+            {
+                "status": int(flight["status"]),
+                "end_time_s": float(flight["end_time"]),
+                "rms_px": feature_rms(late) if good else np.nan,
+                "max_px": largest,
+            }
+        )
+    return found
+
+
+def _single(nominal: Vehicle, wrong: list[Wrong]) -> list[Vehicle]:
+    changes = [each.changes(nominal) for each in wrong]
+    return [nominal.replace(each) if each else nominal for each in changes]
+
+
+def _vehicles(nominal: Vehicle, wrong: list[Wrong]) -> Vehicle:
+    """The vehicles that fly, one batch."""
+    if len(wrong) == 1:
+        return _single(nominal, wrong)[0]
+    changes = [each.changes(nominal) for each in wrong]
+    paths = dict.fromkeys(path for each in changes for path in each)
+    rows = {
+        path: np.array([each.get(path, _value(nominal, path)) for each in changes])
+        for path in paths
+    }
+    return nominal.replace(rows)
+
+
+def _value(nominal: Vehicle, path: str) -> Any:
+    value: Any = nominal
+    for name in path.split("."):
+        value = getattr(value, name)
+    return np.asarray(value, float)
+
+
+def _acting(wrong: list[Wrong]) -> dict[str, Any]:
+    """What acts in a batch: forces, a row for each."""
+    if len(wrong) == 1:
+        return wrong[0].acting()
+    given = [each.acting() for each in wrong]
+    return {"force": np.array([each.get("force", np.zeros(3)) for each in given])}

@@ -1,0 +1,154 @@
+"""What a law does not know: its vehicle is another one, something pushes it, its camera is real."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from continuair.scenario.wind import dryden
+from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
+Changes = dict[str, Any]
+
+LINEAR_DRAG = 0.25
+"""Drag of a vehicle that has none, where wind blows [N s/m]."""
+
+_ALTITUDE, _DURATION = 10.0, 60.0
+"""Height above ground of the wind [m], and how long it lasts [s]."""
+
+_PERCENT, _DEGREE = 0.01, np.pi / 180.0
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """Something that is not as the law believes, by values in a unit, from small to large.
+
+    vehicle(nominal, value): what the vehicle that flies has in its place; scenario(value): what
+    acts on it. alone: whether each value flies by itself, as runs of a batch cannot differ in it.
+    """
+
+    meaning: str
+    unit: str
+    values: tuple[float, ...]
+    vehicle: Callable[[Vehicle, float], Changes] = field(default=lambda nominal, value: {})
+    scenario: Callable[[float], Changes] = field(default=lambda value: {})
+    alone: bool = False
+
+
+def _times(path: str, sign: float) -> Callable[[Vehicle, float], Changes]:
+    """A field of the vehicle, more or less by a percentage."""
+
+    def changed(nominal: Vehicle, percent: float) -> Changes:
+        value: Any = nominal
+        for name in path.split("."):
+            value = getattr(value, name)
+        return {path: np.asarray(value, float) * (1.0 + sign * _PERCENT * percent)}
+
+    return changed
+
+
+def _stiffer(sign: float) -> Callable[[Vehicle, float], Changes]:
+    """The arm's stiffness, more or less by a percentage, by what its file gives it."""
+
+    def changed(nominal: Vehicle, percent: float) -> Changes:
+        given = nominal.arm.bending_stiffness is not None
+        path = "arm.bending_stiffness" if given else "arm.youngs_modulus"
+        return _times(path, sign)(nominal, percent)
+
+    return changed
+
+
+def _turned(axis: str) -> Callable[[Vehicle, float], Changes]:
+    """The camera, turned about an axis of its own."""
+
+    def changed(nominal: Vehicle, degrees: float) -> Changes:
+        turn = Rotation.from_euler(axis, _DEGREE * degrees)
+        return {"camera.attitude": (Rotation.from_quat(nominal.camera.attitude) * turn).as_quat()}
+
+    return changed
+
+
+def _moved(nominal: Vehicle, centimetres: float) -> Changes:
+    """The camera, moved along the tip's x axis."""
+    return {"camera.position": np.array(nominal.camera.position) + [0.01 * centimetres, 0.0, 0.0]}
+
+
+def _off_centre(nominal: Vehicle, pixels: float) -> Changes:
+    return {"camera.principal_point": np.array(nominal.camera.principal_point) + [pixels, 0.0]}
+
+
+def _draggy(nominal: Vehicle, speed: float) -> Changes:
+    return {} if nominal.uav.drag is not None else {"uav.drag": {"linear": [LINEAR_DRAG] * 3}}
+
+
+def _wind(speed: float) -> Changes:
+    wind = dryden(speed, _ALTITUDE, speed, mean=[speed, 0.0, 0.0], duration=_DURATION)
+    return {"wind": wind}
+
+
+def _camera(name: str, of: Callable[[float], float]) -> Callable[[Vehicle, float], Changes]:
+    return lambda nominal, value: {f"camera.{name}": of(value)}
+
+
+_SHARES = (5.0, 10.0, 20.0, 40.0)
+_MILLI = 1e-3
+
+MISTAKES = {
+    "heavier": Mistake("the UAV is heavier", "%", (*_SHARES, 80.0), _times("uav.mass", 1.0)),
+    "lighter": Mistake("the UAV is lighter", "%", _SHARES, _times("uav.mass", -1.0)),
+    "stiffer": Mistake("the arm is stiffer", "%", (20.0, 50.0, 100.0, 300.0), _stiffer(1.0)),
+    "softer": Mistake("the arm is softer", "%", (10.0, 20.0, 50.0, 80.0), _stiffer(-1.0)),
+    "longer": Mistake("the arm is longer", "%", _SHARES, _times("arm.length", 1.0)),
+    "shorter": Mistake("the arm is shorter", "%", _SHARES, _times("arm.length", -1.0)),
+    "camera tilted": Mistake("the camera is tilted", "°", (1.0, 2.0, 5.0, 8.0, 12.0), _turned("x")),
+    "camera rolled": Mistake(
+        "the camera is turned about its axis", "°", (2.0, 5.0, 10.0, 20.0, 45.0), _turned("z")
+    ),
+    "camera moved": Mistake("the camera sits elsewhere", " cm", (1.0, 2.0, 5.0, 10.0), _moved),
+    "focal length": Mistake(
+        "the focal length is longer", "%", _SHARES, _times("camera.focal_length", 1.0)
+    ),
+    "principal point": Mistake(
+        "the image's centre is elsewhere", " px", (10.0, 20.0, 50.0, 100.0), _off_centre
+    ),
+    "side force": Mistake(
+        "a steady force pushes the UAV sideways",
+        " N",
+        (0.1, 0.2, 0.5, 1.0, 2.0),
+        scenario=lambda newtons: {"force": np.array([newtons, 0.0, 0.0])},
+    ),
+    "wind": Mistake(
+        "wind blows, of that mean and with Dryden's turbulence",
+        " m/s",
+        (1.0, 2.0, 5.0, 10.0),
+        _draggy,
+        _wind,
+        alone=True,
+    ),
+    "latency": Mistake(
+        "images arrive late",
+        " ms",
+        (5.0, 10.0, 20.0, 50.0, 100.0),
+        _camera("latency", lambda ms: _MILLI * ms),
+        alone=True,
+    ),
+    "frames": Mistake(
+        "there is an image only so often",
+        " ms",
+        (10.0, 20.0, 40.0, 80.0),
+        _camera("frame_rate", lambda ms: 1.0 / (_MILLI * ms)),
+        alone=True,
+    ),
+    "noise": Mistake(
+        "the image is noisy",
+        " px",
+        (0.2, 0.5, 1.0, 2.0, 5.0),
+        _camera("noise", lambda pixels: pixels),
+    ),
+}
+"""Mistake -> what it is. Besides, the law knows everything."""

@@ -1,0 +1,79 @@
+"""Storing the robustness study: JSON, CSV and a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from continuair.studies.results import ResultFolder
+from continuair.studies.robustness.mistakes import LINEAR_DRAG
+from continuair.studies.robustness.study import Robustness
+from continuair.studies.standard_laws import LAWS
+from continuair.studies.tables import as_markdown, number
+
+
+def write(study: Robustness, folder: ResultFolder) -> None:
+    """Write robustness.json, robustness.csv and table.md to the folder."""
+    folder.store(study.results, as_table(study.results), _flights(study.results), {})
+
+
+def _flights(results: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield a row for every flight."""
+    for case in results["cases"]:
+        named = {"law": case["law"], "model": case["model"]}
+        yield {**named, "mistake": "", "value": 0.0, "unit": "", **case["without"]}
+        for name, mistake in case["mistakes"].items():
+            for each in mistake["values"]:
+                yield {**named, "mistake": name, "unit": mistake["unit"].strip(), **each}
+
+
+def as_table(results: dict[str, Any]) -> str:
+    """Return the results in Markdown, with what they rest on."""
+    return "\n".join(summary(results)) + "\n"
+
+
+def summary(results: dict[str, Any]) -> list[str]:
+    """Return the lines of what is reached."""
+    return [
+        f"# Robustness, vehicle {results['vehicle']['name']}",
+        "",
+        f"The letter {results['letter']} in {results['duration_s']:g} s, by laws that were "
+        "designed for this vehicle",
+        "and believe in it, on others that differ by one mistake at a time. It is borne if it adds",
+        f"at most {results['borne_px']:g} px to the RMS of the feature error after "
+        f"{results['settled_s']:g} s.",
+        "",
+        *(f"* {name}: {meaning}." for name, meaning in LAWS.items() if name in results["laws"]),
+        "",
+        "The largest mistake up to which all are borne, and the first that is not:",
+        "",
+        *reaches(results),
+        "",
+        *_wind(results),
+    ]
+
+
+def reaches(results: dict[str, Any]) -> list[str]:
+    """Return the lines of a table, a row for each mistake."""
+    cases = results["cases"]
+    names = [f"{case['law']}, {case['model']}" for case in cases]
+    rows = [["none", *(f"{number(case['without']['rms_px'], 2)} px RMS" for case in cases)]]
+    for name, mistake in cases[0]["mistakes"].items():
+        cells = [reach(case["mistakes"][name]) for case in cases]
+        rows.append([mistake["meaning"], *cells])
+    return as_markdown(["mistake", *names], rows, ["mistake", *names])
+
+
+def reach(entry: dict[str, Any]) -> str:
+    """How large a mistake may be, and the first size that is not borne."""
+    unit = entry["unit"]
+    reached = f"{entry['reached']:g}{unit}" if entry["reached"] else "none"
+    if entry["failed_at"] is None:
+        return f"{reached} (all tried)"
+    return f"{reached} (not {entry['failed_at']:g}{unit})"
+
+
+def _wind(results: dict[str, Any]) -> list[str]:
+    if results["vehicle"]["uav"].get("drag") is not None:
+        return []
+    return [f"The vehicle has no drag; in wind it flies with one of {LINEAR_DRAG:g} N s/m."]

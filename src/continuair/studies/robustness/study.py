@@ -1,0 +1,116 @@
+"""Robustness: how well laws track a letter on a vehicle that is not the one they were made for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+from continuair import checks
+from continuair.controllers.gain_files import Gains
+from continuair.errors import InputError
+from continuair.kernels.dynamics import MODELS, PLANTS
+from continuair.kernels.step import OK, STATUS
+from continuair.progress import Progress, Steps
+from continuair.scenario.tracking_task import equipped
+from continuair.studies.robustness.flights import LETTER, SETTING, Wrong, fly, groups
+from continuair.studies.robustness.mistakes import MISTAKES
+from continuair.studies.standard_laws import LAWS, gains_for, law_of
+from continuair.vehicle.vehicle import Vehicle, check_one_section
+
+BORNE = 5.0
+"""What a mistake that is borne may add to the RMS of the feature error [px]."""
+
+
+@dataclass(frozen=True)
+class Robustness:
+    """results: JSON-able; results["cases"] holds one per law and model, with the RMS of the error
+    without any mistake and, for each mistake, of every value and how large it is borne."""
+
+    results: dict[str, Any]
+
+
+def robustness(
+    vehicle: Vehicle,
+    laws: Iterable[str] = tuple(LAWS),
+    models: Iterable[str] = PLANTS,
+    mistakes: Iterable[str] = tuple(MISTAKES),
+    gains: Gains | None = None,
+    *,
+    progress: Progress | None = None,
+) -> Robustness:
+    """Fly a letter with every law, designed for the vehicle and believing in it, on others.
+
+    gains: of `load_gains`, instead of the preset of the law that they are for. progress: called
+    with (done, total, what) before each batch. Raises InputError.
+    """
+    check_one_section(vehicle)
+    names, plants = checks.choices("laws", laws, LAWS), checks.choices("models", models, MODELS)
+    chosen = checks.choices("mistakes", mistakes, MISTAKES)
+    if gains is not None and gains_for(gains) not in names:
+        raise InputError(
+            f"gains is {gains.name}, which is for the law {gains_for(gains)}; fly that law, or "
+            "leave gains out."
+        )
+    nominal = equipped(vehicle, SETTING)
+    wrong = [Wrong(name, value) for name in chosen for value in MISTAKES[name].values]
+    batches = groups([Wrong(None), *wrong])
+    steps = Steps(progress, len(names) * len(plants) * len(batches))
+    cases = []
+    for name, plant in product(names, plants):
+        law = law_of(name, nominal, gains)
+        found: dict[Wrong, dict[str, Any]] = {}
+        for batch in batches:
+            steps.begin(f"{name}, {plant}, {batch[-1].name or 'no mistake'}")
+            found |= zip(batch, fly(nominal, law, plant, batch), strict=True)
+        cases.append(_case(name, plant, chosen, found))
+    return Robustness(
+        {
+            "study": "robustness",
+            "vehicle": vehicle.describe(),
+            "laws": {name: law_of(name, nominal, gains).describe() for name in names},
+            "letter": LETTER,
+            "duration_s": SETTING.duration,
+            "settled_s": SETTING.settled,
+            "borne_px": BORNE,
+            "cases": cases,
+        }
+    )
+
+
+def _case(law: str, model: str, chosen: list[str], found: dict[Wrong, Any]) -> dict[str, Any]:
+    """What a law reaches on a plant."""
+    return {
+        "law": law,
+        "model": model,
+        "without": found[Wrong(None)],
+        "mistakes": {name: _reach(name, found) for name in chosen},
+    }
+
+
+def _reach(name: str, found: dict[Wrong, Any]) -> dict[str, Any]:
+    """The largest value up to which all are borne, the next one, and why that is not."""
+    mistake, most = MISTAKES[name], found[Wrong(None)]["rms_px"] + BORNE
+    values = [{"value": value, **found[Wrong(name, value)]} for value in mistake.values]
+    reached, beyond = 0.0, None
+    for each in values:
+        if not (each["status"] == OK and each["rms_px"] <= most):
+            beyond = each
+            break
+        reached = each["value"]
+    return {
+        "meaning": mistake.meaning,
+        "unit": mistake.unit,
+        "values": values,
+        "reached": reached,
+        "failed_at": None if beyond is None else beyond["value"],
+        "reason": "" if beyond is None else reason(beyond),
+    }
+
+
+def reason(flight: dict[str, Any]) -> str:
+    """Why a mistake was not borne."""
+    if flight["status"] != OK:
+        return f"{STATUS[flight['status']]} at {flight['end_time_s']:.3g} s"
+    return f"{flight['rms_px']:.3g} px RMS"

@@ -1,0 +1,115 @@
+"""Robustness: what mistakes are, what they cost, and what is written of it."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import continuair as ca
+import continuair.cli as cli
+from continuair.controllers.gain_files import load_gains
+from continuair.figures import robustness as figures
+from continuair.scenario.tracking_task import equipped
+from continuair.studies.robustness.flights import LETTER, SETTING, Wrong, fly, groups
+from continuair.studies.robustness.mistakes import MISTAKES
+from continuair.studies.robustness.study import BORNE, Robustness, robustness
+
+CHOSEN = ("heavier", "camera tilted", "side force", "shorter", "latency")
+NOMINAL = equipped(ca.load_vehicle("paper"), SETTING)
+
+
+@pytest.fixture(scope="module")
+def study() -> Robustness:
+    return robustness(ca.load_vehicle("paper"), ["current"], ["coupled"], CHOSEN)
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_each_mistake_is_something_of_its_own_and_grows(name: str) -> None:
+    mistake = MISTAKES[name]
+    assert list(mistake.values) == sorted(set(mistake.values)) and mistake.values[0] > 0.0
+    changed, acting = mistake.vehicle(NOMINAL, mistake.values[0]), mistake.scenario(1.0)
+    assert changed or acting
+    for path in changed:
+        assert NOMINAL.replace(changed) != NOMINAL, path
+
+
+def test_a_heavier_vehicle_flies_as_one_that_its_law_knows_and_that_is_pushed_down(
+    study: Robustness,
+) -> None:
+    """In steady flight the weight that the law does not carry is a force; it stays below inertia's
+    part of it."""
+    law = load_gains("current").controller(NOMINAL)
+    found = study.results["cases"][0]["mistakes"]["heavier"]["values"][1]
+    down = -9.81 * 0.01 * found["value"] * NOMINAL.uav.mass
+    start = _letter(law).replace(force=[0.0, 0.0, down])
+    flight = ca.simulate(NOMINAL, start, sample=0.01, variables=["feature_error"])
+    late = flight["feature_error"].sel(time=slice(SETTING.settled, None))
+    rms = float(np.sqrt((late**2).mean()))
+    assert found["rms_px"] == pytest.approx(rms, rel=0.02)
+
+
+def _letter(law: ca.Controller) -> ca.Scenario:
+    from continuair.scenario.tracking_task import task
+
+    return task(NOMINAL, [LETTER], law, SETTING.duration)
+
+
+def test_what_a_steady_force_leaves_grows_with_it(study: Robustness) -> None:
+    values = study.results["cases"][0]["mistakes"]["side force"]["values"]
+    small, double = (each["rms_px"] for each in values[:2])
+    assert double == pytest.approx(2.0 * small, rel=0.05)
+
+
+def test_how_the_camera_is_mounted_and_when_images_arrive_hardly_matters(study: Robustness) -> None:
+    """The desired image is one that the same camera took; the target's motion is fed forward."""
+    case = study.results["cases"][0]
+    for name in ("camera tilted", "latency"):
+        for each in case["mistakes"][name]["values"]:
+            assert each["rms_px"] < 1.2 * case["without"]["rms_px"]
+
+
+def test_a_flight_that_ends_early_is_not_borne_and_says_why(study: Robustness) -> None:
+    found = study.results["cases"][0]["mistakes"]["shorter"]
+    assert (found["reached"], found["failed_at"]) == (20.0, 40.0)
+    assert "lost from view" in found["reason"]
+    assert np.isnan(found["values"][-1]["rms_px"])
+    borne = study.results["cases"][0]["mistakes"]["side force"]
+    most = study.results["cases"][0]["without"]["rms_px"] + BORNE
+    reached = [each["value"] for each in borne["values"] if each["rms_px"] <= most]
+    assert borne["reached"] == reached[-1]
+
+
+def test_a_mistake_of_a_batch_flies_as_it_does_alone() -> None:
+    law = load_gains("current").controller(NOMINAL)
+    wrong = [Wrong(None), Wrong("heavier", 20.0), Wrong("camera rolled", 10.0), Wrong("noise", 1.0)]
+    assert groups([*wrong, Wrong("latency", 5.0)]) == [wrong, [Wrong("latency", 5.0)]]
+    together = fly(NOMINAL, law, "coupled", wrong)
+    for each, found in zip(wrong[:3], together, strict=False):
+        (alone,) = fly(NOMINAL, law, "coupled", [each])
+        assert found["rms_px"] == pytest.approx(alone["rms_px"], rel=1e-6)
+
+
+def test_the_figure_crosses_flights_that_ended_early(study: Robustness) -> None:
+    figure = figures.errors(study.results, "coupled")
+    crosses = [
+        len(np.asarray(line.get_xdata()))
+        for axes in figure.axes
+        for line in axes.lines
+        if line.get_gid() == "failed"
+    ]
+    assert sum(crosses) == 1
+
+
+def test_the_command_writes_tables_and_refuses_what_is_unknown(tmp_path: Path) -> None:
+    run = CliRunner().invoke
+    given = ["robustness", "--law", "current", "--model", "coupled", "--mistake", "side force"]
+    out = run(cli.app, [*given, "--out", str(tmp_path / "out")])
+    assert out.exit_code == 0, out.output
+    found = json.loads((tmp_path / "out" / "robustness.json").read_text())
+    assert found["cases"][0]["mistakes"]["side force"]["reached"] == 1.0
+    assert "1 N (not 2 N)" in (tmp_path / "out" / "table.md").read_text()
+    assert (tmp_path / "out" / "errors_coupled.png").exists()
+    bad = run(cli.app, ["robustness", "--mistake", "bigger"])
+    assert bad.exit_code == 2 and "mistakes holds 'bigger'" in bad.output
