@@ -182,3 +182,13 @@ def test_an_excitation_plus_a_constant_is_probed_as_it_is_alone() -> None:
     assert steps[0] < 1e-4
     assert steps[1] < 2e-4
     assert steps[2] > 1e-3
+
+
+def test_an_implicit_step_that_misses_the_lag_of_rotors_says_so() -> None:
+    """It distorts nothing that it does not resolve, but what is missed is missed."""
+    rotors = {"layout": "quad_x", "lever": 0.2, "thrust_limits": [0.0, 20.0], "lag": 1e-3}
+    vehicle = VEHICLE.replace({"uav.rotors": rotors | {"torque_per_thrust": 0.016}})
+    start = ca.Scenario("hover", (0, 0, 2, 0, 0, 0, 0.1, 0), duration=0.02)
+    with pytest.warns(ca.ContinuairWarning, match="inputs or rotors change by more than"):
+        found = ca.simulate(vehicle, start, step=2e-3, sample=0.01, integrator="implicit")
+    assert float(found["step_error"]) == np.inf

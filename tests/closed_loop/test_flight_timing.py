@@ -147,6 +147,11 @@ def test_the_lag_and_the_thrust_are_the_rotors_own() -> None:
         ca.flight_controller(ROTORS, thrust=[1.0, 20.0])
 
 
+def test_a_rate_whose_margin_would_take_minutes_is_refused() -> None:
+    with pytest.raises(ca.InputError, match="rate is 1000000000.0; give at most 10000"):
+        ca.flight_controller(RIGID, rate=1e9)
+
+
 def test_a_rate_that_is_no_multiple_of_the_step_is_refused() -> None:
     scenario = ca.Scenario("x", HOME, controller=ca.flight_controller(RIGID, rate=300.0))
     with pytest.raises(ca.InputError, match="the period of the controller's rate is 0.0033333"):

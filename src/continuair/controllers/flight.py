@@ -18,6 +18,8 @@ from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 _NOISE = ("position", "velocity", "attitude", "gyro")
 _NO_LIMIT = 1e30
+_FASTEST = 1e4
+"""The largest rate [Hz]."""
 
 
 def flight_controller(
@@ -58,6 +60,11 @@ def flight_controller(
     check_single_vehicle(vehicle)
     checks.choice("feedforward", feedforward, FEEDFORWARD)
     period = 1.0 / checks.positive("rate", rate, " [Hz]")
+    if rate > _FASTEST:
+        raise InputError(
+            f"rate is {shown(rate)}; give at most {_FASTEST:g} [Hz], beyond which its margin takes "
+            "minutes to find."
+        )
     late = checks.number("latency", latency, least=0.0, otherwise=" [s]")
     lag = _lag(vehicle, rotor_lag)
     ratio = checks.positive("damping_ratio", damping_ratio)

@@ -28,7 +28,12 @@ from continuair.flight.rotors import (
     with_rotors_running,
     within_limits,
 )
-from continuair.flight.steps import automatic_step, declared_rate, steps_of
+from continuair.flight.steps import (
+    automatic_step,
+    declared_rate,
+    steps_of,
+    warn_of_fast_inputs,
+)
 from continuair.flight.time_grid import (
     Grid,
     Marks,
@@ -274,6 +279,8 @@ def prepare(
     if not adaptive:
         probe.warn_of_blur(steps, stacklevel + 1)
         missed = probe.missed(steps) | (driven * steps > UNSEEN)
+        if not distorts:
+            warn_of_fast_inputs(steps, driven, stacklevel + 1)
     states = state_from_paper(*np.broadcast_arrays(q, qd))
     parts = states, rotor_speeds(vehicle, scenario), branches_of(q)
     *state, branches = (np.broadcast_to(each, (runs, each.shape[1])) for each in parts)

@@ -10,6 +10,7 @@ import numpy as np
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.engine.pack import per_run
 from continuair.errors import ContinuairWarning, InputError
+from continuair.flight.resolution import UNSEEN
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import branches_of, state_from_paper
@@ -254,6 +255,20 @@ def steps_of(
     if period is None:
         return np.minimum(finest, LOOP_STEP)
     return np.asarray(period / np.ceil(period / finest * (1.0 - 1e-12)))
+
+
+def warn_of_fast_inputs(steps: Array, rates: Array, stacklevel: int) -> None:
+    """Warn of steps (runs,) [s] that miss what an input that tells its rate (runs,) [1/s], or the
+    lag of rotors, does: of no integrator do they follow it."""
+    missed = rates * steps > UNSEEN
+    if missed.any():
+        of = "" if len(steps) == 1 else f" in {missed.sum()} of {len(steps)} runs"
+        warnings.warn(
+            f"step is {steps[missed].max():g} s, in which inputs or rotors change by more than it "
+            f"follows{of}; use {UNSEEN / rates.max():.3g} s or less, or step='auto'.",
+            ContinuairWarning,
+            stacklevel=stacklevel,
+        )
 
 
 def _period_name(scenario: Scenario) -> str:
