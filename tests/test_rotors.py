@@ -110,6 +110,38 @@ def test_the_pseudo_inverse_meets_the_four_conditions_of_penrose() -> None:
     )
 
 
+def leaning(front: float, rear: float) -> ca.Vehicle:
+    """A quadrotor whose front and rear pairs lean forward [rad]."""
+    places = [([0.2, 0.2, 0.0], front, 1), ([-0.2, 0.2, 0.0], rear, -1)]
+    places += [([-0.2, -0.2, 0.0], rear, 1), ([0.2, -0.2, 0.0], front, -1)]
+    rotors = [
+        {"position": at, "axis": [np.sin(lean), 0.0, np.cos(lean)], "spin": spin}
+        for at, lean, spin in places
+    ]
+    return ca.load_vehicle("slender").replace(
+        {"uav.rotors": {"rotor": rotors, "thrust_limits": [0.0, 20.0], "torque_per_thrust": 0.016}}
+    )
+
+
+@pytest.mark.parametrize("lean", [(0.26, 0.0), (0.26, 0.26), (0.1, -0.2)])
+def test_rotors_that_lean_give_lift_and_moments_as_asked(lean: tuple[float, float]) -> None:
+    """Side forces that they cannot leave out spoil nothing of the rest."""
+    rotors = leaning(*lean).uav.rotors
+    assert rotors is not None and rotors.rank < 6
+    asked = np.array([0.0, 0.0, 18.0, 0.3, -0.2, 0.05])
+    given = rotors.allocation @ rotors.thrusts_for(asked)
+    np.testing.assert_allclose(given[2:], asked[2:], atol=1e-13)
+
+
+def test_rotors_that_push_a_level_vehicle_sideways_do_not_hover_by_themselves() -> None:
+    start = ca.Scenario("hover", (0, 0, 2, 0, 0, 0, 0, 0), duration=0.01)
+    with pytest.raises(InputError, match="push sideways by .* give the scenario a rotor_command"):
+        ca.simulate(leaning(0.26, 0.0), start, sample=0.01)
+    vehicle = leaning(0.26, 0.0)
+    controlled = start.replace(controller=ca.flight_controller(vehicle))
+    assert int(ca.simulate(vehicle, controlled, sample=0.01)["status"]) == 0
+
+
 def test_power_is_that_of_momentum_theory() -> None:
     """f^1.5 = T v with the induced velocity v of T = 2 ρ A v²."""
     found = rotors("quad_x", radius=0.12)

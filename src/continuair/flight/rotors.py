@@ -19,6 +19,9 @@ Array = np.ndarray
 # Of the greatest thrust. The last bits of the solver are others where another BLAS is.
 _DIGITS = 12
 
+_UNFELT = 1e-6
+"""Share of the thrusts that a level vehicle may be pushed sideways by: rounding."""
+
 
 def check_air_and_rotors(vehicle: Vehicle, scenario: Scenario, layout: Layout) -> None:
     """Raise InputError unless a vehicle has what a scenario gives wind and commands to."""
@@ -72,7 +75,7 @@ def with_rotors_running(engine: Engine, scenario: Scenario) -> Scenario:
     start, command = scenario.rotor_thrust, scenario.rotor_command
     hover = None
     if alone or (start is None and command is None):
-        hover = _hover(engine, scenario)
+        hover = _hover(engine, scenario, alone)
     if start is None:
         given = command(0.0) if callable(command) else command
         highest = np.asarray(engine.vehicle.uav.rotors.highest)[..., None]
@@ -115,10 +118,11 @@ def lag_rate(vehicle: Vehicle) -> Any:
     return np.divide(1.0, lag, out=np.zeros_like(lag), where=lag > 0.0)
 
 
-def _hover(engine: Engine, scenario: Scenario) -> Array:
+def _hover(engine: Engine, scenario: Scenario, alone: bool) -> Array:
     """Thrusts (rotors,) or (runs, rotors) [N] that hold the vehicle level, arms bent as they start.
 
-    Raises InputError if a rotor cannot give its own.
+    Raises InputError if a rotor cannot give its own, or if thrusts that nothing else commands push
+    sideways.
     """
     rotors = engine.vehicle.uav.rotors
     assert rotors is not None
@@ -129,8 +133,22 @@ def _hover(engine: Engine, scenario: Scenario) -> Array:
     highest = per_run(rotors.thrust_limits, len(push), 2)[:, 1:]
     rounded = highest * np.round(thrusts / highest, _DIGITS)
     _check_hover(rotors.thrust_limits, rounded)
+    if alone:
+        _check_level(rotors.allocation, rounded)
     plain = engine.vehicle.runs is None and np.ndim(scenario.q) == 1
     return rounded[0] if plain else rounded
+
+
+def _check_level(allocation: Array, thrusts: Array) -> None:
+    """Raise InputError if rotors that lean push a level vehicle sideways."""
+    aside = np.linalg.norm((allocation[..., :2, :] @ thrusts[..., None])[..., 0], axis=-1)
+    worst = int(np.argmax(aside))
+    if aside[worst] > _UNFELT * thrusts[worst].sum():
+        where = f" in run {worst}" if len(thrusts) > 1 else ""
+        raise InputError(
+            f"uav.rotors lean, so that to hover level{where} they would push sideways by "
+            f"{aside[worst]:.3g} N; give the scenario a rotor_command or a controller."
+        )
 
 
 def _check_hover(limits: Any, thrusts: Array) -> None:

@@ -173,8 +173,14 @@ class Rotors(Part):
 
     @property
     def inverse(self) -> Array:
-        """The pseudo-inverse of the allocation (rotors, 6), or (runs, rotors, 6)."""
-        return pseudo_inverse(self.allocation)[0]
+        """Wrenches to thrusts (rotors, 6), or (runs, rotors, 6): the pseudo-inverse of the
+        allocation, or where its rank is below 6 that of its rows for lift and moments, which side
+        forces that cannot be given would spoil else."""
+        whole, vertical = self.allocation, self.allocation[..., 2:, :]
+        found, values = pseudo_inverse(whole)
+        upright = np.zeros_like(found)
+        upright[..., 2:] = pseudo_inverse(vertical)[0]
+        return np.where(_ranks(values)[..., None, None] == values.shape[-1], found, upright)
 
     def thrusts_for(self, wrench: Array) -> Array:
         """Thrusts (..., rotors) [N] that make a force [N] and a moment about B's origin [N m], body
@@ -187,7 +193,7 @@ class Rotors(Part):
         """How many of lift, the moments and the side forces are free of each other, the fewest of
         all runs; 0 where lift and the three moments are not."""
         whole, vertical = self.allocation, self.allocation[..., 2:, :]
-        ranks = [_rank(each) for each in (whole, vertical)]
+        ranks = [int(_ranks(pseudo_inverse(each)[1]).min()) for each in (whole, vertical)]
         return ranks[0] if ranks[1] == 4 else 0
 
     @property
@@ -218,9 +224,9 @@ class Rotors(Part):
         return positions, axes, np.moveaxis(columns[2], 0, -1)
 
 
-def _rank(matrices: Array) -> int:
-    values = pseudo_inverse(matrices)[1]
-    return int((values > RANK * values.max(axis=-1, keepdims=True)).sum(axis=-1).min())
+def _ranks(values: Array) -> Array:
+    """Ranks (...) of matrices by their singular values (..., rows)."""
+    return np.asarray((values > RANK * values.max(axis=-1, keepdims=True)).sum(axis=-1))
 
 
 class Drag(Part):
