@@ -201,18 +201,31 @@ class _Problem:
             max_nfev=_MOST,
         )
 
+    def jacobian(self, row: Array, deviations: Array) -> Array:
+        """Differences (residuals, unknowns), flown as one batch: central, or to the one side where
+        the other holds no vehicle."""
+        fore, back, at = self._around(row, deviations)
+        ahead, behind = (~_failed(rows) for rows in (fore, back))
+        fore, back = np.where(ahead[:, None], fore, at), np.where(behind[:, None], back, at)
+        widths = _DIFFERENCE * np.maximum(ahead.astype(float) + behind, 1.0)
+        slopes: Array = ((fore - back) / widths[:, None]).T
+        return slopes
+
     def at_edge(self, row: Array) -> Array:
         """Which unknowns (unknowns,) have a neighbour that is no vehicle, or does not fly."""
-        ahead = _DIFFERENCE * np.eye(len(row))
-        rows = self.residuals(np.vstack([row + ahead, row - ahead]), np.ones(len(GROUPS)))
-        return np.asarray((rows == _FAR).all(axis=1).reshape(2, -1).any(axis=0))
+        fore, back, _ = self._around(row, np.ones(len(GROUPS)))
+        return _failed(fore) | _failed(back)
 
-    def jacobian(self, row: Array, deviations: Array) -> Array:
-        """Central differences (residuals, unknowns), flown as one batch."""
+    def _around(self, row: Array, deviations: Array) -> tuple[Array, Array, Array]:
+        """Residuals with each unknown a little larger, a little smaller, and as it is."""
         ahead = _DIFFERENCE * np.eye(len(row))
-        rows = self.residuals(np.vstack([row + ahead, row - ahead]), deviations)
-        slopes: Array = ((rows[: len(row)] - rows[len(row) :]) / (2.0 * _DIFFERENCE)).T
-        return slopes
+        rows = self.residuals(np.vstack([row + ahead, row - ahead, row]), deviations)
+        return rows[: len(row)], rows[len(row) : -1], rows[-1]
+
+
+def _failed(rows: Array) -> Array:
+    """Which rows of residuals are of what did not fly at all."""
+    return np.asarray((rows == _FAR).all(axis=1))
 
 
 def _deviations(left: Array, unknowns: int) -> Array:
@@ -237,8 +250,6 @@ def _confidence(
 ) -> tuple[Array, float, tuple[str, ...]]:
     """Standard errors (fields,) on the fields' scales, condition, and what is in doubt."""
     J, edge = problem.jacobian(where, np.ones(len(GROUPS))), problem.at_edge(where)
-    # What is held at an edge tells nothing of itself, and counts as known for the others.
-    J[:, edge] = 0.0
     silent = np.abs(J).max(0) < SILENT
     scale = np.repeat(deviations, [3, 3, problem.measured - 6])
     J = J / np.tile(scale, len(J) // problem.measured)[:, None]
@@ -252,11 +263,11 @@ def _confidence(
     names, count = problem.chosen.names, problem.fields
     doubts = [
         f"the flight does not depend on {name} near the fit; leave it out of --fit."
-        for name in np.array(names)[silent[:count] & ~edge[:count]]
+        for name in np.array(names)[silent[:count]]
     ]
     doubts += [
-        f"{name} has gone to the edge of what a vehicle can have, or can fly with, so that its "
-        "estimate is none; leave it out of --fit, or start nearer to what flew."
+        f"{name} lies at the edge of what a vehicle can have, or can fly with, which may have held "
+        "it there: read it and its standard error with care, or leave it out of --fit."
         for name in np.array(names)[edge[:count]]
     ]
     mixed = [name for name, gone, quiet in zip(names, lost, silent, strict=False)
