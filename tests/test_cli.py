@@ -203,6 +203,16 @@ def test_check_shows_what_rotors_have_left() -> None:
         assert f"{1.0 - thrust / 20.0:.0%}" in line
 
 
+def test_check_says_that_rotors_cannot_hold_a_bent_arm() -> None:
+    """On a short lever an arm that is bent asks the rotors on one side to pull down."""
+    rotors = '[uav.rotors]\nlayout = "quad_x"\nlever = 0.04\nthrust_limits = [0.0, 40.0]\n'
+    rotors += "torque_per_thrust = 0.016\n\n[arm]"
+    Path("short.toml").write_text(PAPER_TOML.replace("[arm]", rotors))
+    shown = run("check", "short.toml").stdout
+    (line,) = (line for line in shown.splitlines() if "rotors' margin, arm bent" in line)
+    assert "none: a rotor would have to give -" in line
+
+
 @pytest.mark.parametrize(
     ("text", "other", "doubt"),
     [

@@ -130,3 +130,25 @@ def test_unusable_wind_is_refused_in_one_sentence(made: Any, start: str, remedy:
         made()
     assert str(caught.value).startswith(start) and remedy in str(caught.value)
     assert_one_plain_sentence(str(caught.value))
+
+
+def test_steps_end_at_the_knots_of_turbulence() -> None:
+    """Between them wind is a straight line, whose kinks would fall within steps else."""
+    vehicle = ca.load_vehicle("slender").replace(
+        {
+            "uav.drag": {"linear": [1.0, 1.0, 1.0]},
+            "arm.drag_coefficient": 1.2,
+            "arm.radius": 0.012,
+            "arm.density": 60.0,
+            "arm.youngs_modulus": 2e6,
+        }
+    )
+    wind = ca.dryden(30.0, 6.0, 10.0, duration=1.0)
+    start = ca.Scenario("gusts", (0, 0, 2, 0, 0, 0, 0.3, 0), wind=wind, duration=0.95)
+    fine, found = (
+        ca.simulate(vehicle, start, sample=0.016, step=step, variables=["tip_position"])
+        for step in (1e-4, "auto")
+    )
+    assert found.attrs["step"] > 5e-3
+    off = np.linalg.norm(found.tip_position - fine.tip_position, axis=1).max()
+    assert off < 1e-4 * vehicle.arm.length

@@ -286,7 +286,7 @@ def prepare(
     *state, branches = (np.broadcast_to(each, (runs, each.shape[1])) for each in parts)
     start = Start(np.hstack(state), branches)
     late = scenario.controller.latency if scenario.controller is not None else 0.0
-    marks = marks_of(duration, sample, scenario.jumps, scenario.period, late)
+    marks = marks_of(duration, sample, scenario.breaks, scenario.period, late)
     check_view(coupled, scenario, start)
     return Flight(
         vehicle,

@@ -135,8 +135,8 @@ class Probe:
     def _windows(self, width: float) -> tuple[Array, Array]:
         """Starts and widths of the steps that are looked into; none reaches over a jump."""
         starts = (self.duration - width) * (_SPREAD * np.arange(1, _WINDOWS + 1) % 1.0)
-        edges = np.array([0.0, *(t for t in self.scenario.jumps if t < self.duration)])
-        edges = np.append(edges, self.duration)
+        breaks = np.sort(self.scenario.breaks)
+        edges = np.concatenate([[0.0], breaks[breaks < self.duration], [self.duration]])
         piece = np.clip(np.searchsorted(edges, starts, side="right"), 1, len(edges) - 1)
         ends = np.minimum(starts + width, edges[piece])
         begins = np.maximum(ends - width, edges[piece - 1])

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from continuair.errors import InputError
 
@@ -41,7 +41,7 @@ class Marks:
 def marks_of(
     duration: float,
     sample: float,
-    jumps: Iterable[float] = (),
+    jumps: ArrayLike = (),
     control_period: float | None = None,
     latency: float = 0.0,
 ) -> Marks:
@@ -54,7 +54,7 @@ def marks_of(
 
 def marks_at(
     samples: np.ndarray,
-    jumps: Iterable[float] = (),
+    jumps: ArrayLike = (),
     control_period: float | None = None,
     latency: float = 0.0,
 ) -> Marks:
@@ -65,7 +65,8 @@ def marks_at(
     """
     samples, end = np.array(samples, float), float(samples[-1])
     near_end = 1e-9 * end
-    inside = np.array([t for t in jumps if samples[0] - near_end < t < end + near_end])
+    inside = np.array(jumps, float)
+    inside = inside[(inside > samples[0] - near_end) & (inside < end + near_end)]
     near = _nearest(samples, inside)
     same = np.abs(samples[near] - inside) < near_end
     samples[near[same]] = inside[same]

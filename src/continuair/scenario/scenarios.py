@@ -203,6 +203,11 @@ class Scenario:
         return self.control_period if own is None else own
 
     @property
+    def breaks(self) -> Array:
+        """Times at which integration steps end [s]: the jumps, and the knots of a wind."""
+        return np.append(np.array(self.jumps, float), getattr(self.wind, "knot_times", ()))
+
+    @property
     def targets(self) -> tuple[Target, ...]:
         """The targets, one for all runs or one per run; none without a target."""
         if self.target is None:

@@ -95,6 +95,11 @@ class Dryden:
         found = before + (at - first) * (after - before)
         return np.asarray(found if len(found) > 1 else found[0])
 
+    @property
+    def knot_times(self) -> Array:
+        """Times of the knots inside [s], at which steps end."""
+        return self.step * np.arange(1, self.knots.shape[1] - 1)
+
     def describe(self) -> dict[str, Any]:
         """What it was made of, as JSON can hold it."""
         return {"wind": "dryden", **self.settings}

@@ -14,11 +14,13 @@ from continuair.analysis.modes import modes
 from continuair.analysis.trim import Trim, trim
 from continuair.engine.engine import Engine
 from continuair.errors import ContinuairWarning, InputError
+from continuair.flight.rotors import lag_rate
 from continuair.flight.simulate import simulate
 from continuair.flight.steps import automatic_step
 from continuair.kernels.resolution import STEP_PHASE
 from continuair.studies.standard_excitations import standard_scenario
 from continuair.vehicle.layout import Layout
+from continuair.vehicle.rotors import Rotors
 from continuair.vehicle.vehicle import Vehicle
 
 Lines = list[tuple[str, ...]]
@@ -102,13 +104,26 @@ def _of_rotors(vehicle: Vehicle) -> Lines:
         return []
     lines: Lines = []
     for angle, name in ((0.0, "arm straight"), (BENT, f"arm bent by {BENT:g} rad")):
-        bend = np.zeros((vehicle.sections, 2))
-        bend[list(arm.places), 0] = angle / arm.length
-        held = trim(vehicle, bend=bend.ravel())
-        thrusts = rotors.thrusts_for(np.concatenate([held.force, held.moment]))
-        left = 1.0 - thrusts.max() / float(rotors.highest)
-        lines.append((f"rotors' margin, {name}", f"{left:.0%}"))
+        held = []
+        for way in np.exp(0.5j * np.pi * np.arange(4)):
+            bend = np.zeros((vehicle.sections, 2))
+            bend[list(arm.places)] = angle / arm.length * np.array([way.real, way.imag])
+            at = trim(vehicle, bend=bend.ravel())
+            held.append(rotors.thrusts_for(np.concatenate([at.force, at.moment])))
+        lines.append((f"rotors' margin, {name}", _left(np.array(held), rotors)))
     return lines
+
+
+def _left(thrusts: np.ndarray, rotors: Rotors) -> str:
+    """What is left of the greatest of thrusts (ways, rotors), or why they cannot be given."""
+    highest = float(rotors.highest)
+    for worst, beyond in (
+        (thrusts.min(), thrusts.min() < 0.0),
+        (thrusts.max(), thrusts.max() > highest),
+    ):
+        if beyond:
+            return f"none: a rotor would have to give {worst:.3g} N of 0 to {highest:g}"
+    return f"{1.0 - thrusts.max() / highest:.0%}"
 
 
 def _told(vehicle: Vehicle, q: np.ndarray, base: str, gravity: float) -> tuple[str, str, str]:
@@ -125,7 +140,8 @@ def _told(vehicle: Vehicle, q: np.ndarray, base: str, gravity: float) -> tuple[s
 
 def _of_steps(vehicle: Vehicle) -> Lines:
     straight = [0.0] * Layout(vehicle.shape).coordinates
-    step = float(automatic_step(Engine(vehicle, "coupled"), straight)[0])
+    driven = np.atleast_1d(lag_rate(vehicle))
+    step = float(automatic_step(Engine(vehicle, "coupled"), straight, driven=driven)[0])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ContinuairWarning)
         flight = simulate(vehicle, standard_scenario("release", vehicle), variables=["position"])
