@@ -166,6 +166,34 @@ def test_the_preset_is_held_within_a_centimetre_and_a_degree_while_its_arm_swing
     assert np.degrees(tilt(run).max()) < 1.0
 
 
+@pytest.mark.parametrize("hertz", [0.25, 1.0])
+def test_the_base_moves_by_as_much_of_the_recoil_as_the_tilt_leaves(hertz: float) -> None:
+    """Upright rotors accelerate the centre of mass by g θ, so that a base that is off it by s moves
+    by at least s - g θ/ω², whatever the controller; half a radian of the arm makes s 19 mm."""
+    w, law = 2.0 * np.pi * hertz, ca.flight_controller(ROTORS)
+    swing = ca.Setpoints(bend=lambda t: [0.6 * np.sin(w * t), 0.0])
+    run = fly(ROTORS, law, duration=20.0, setpoints=swing).sel(time=slice(20.0 - 2.0 / hertz, None))
+    angle = np.abs(run.bend.to_numpy()[:, 0]).max() * PAPER.arm.length
+    aside = PAPER.arm.length * (1.0 - np.sin(angle) / angle) / angle
+    recoil = aside * PAPER.arm.mass / PAPER.mass
+    least = recoil - 9.81 * float(np.tan(tilt(run).max())) / w**2
+    moved = np.linalg.norm(run.position.to_numpy()[:, :2], axis=-1).max()
+    assert moved > least - 1e-4
+    assert moved < recoil + 9.81 * float(np.tan(tilt(run).max())) / w**2
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_position_is_held_within_ten_centimetres_of_turbulence_and_its_mean(seed: int) -> None:
+    """For 60 s from calm on, by rotors that lag by 40 ms."""
+    vehicle = ROTORS.replace({"uav.drag": {"linear": [0.3, 0.3, 0.15]}, "arm.damping_ratio": 0.03})
+    law = ca.flight_controller(vehicle, position_bandwidth=3.0, feedforward="reaction")
+    wind = ca.dryden(5.0, 10.0, 5.0, seed=seed, mean=(5.0, 0.0, 0.0), duration=60.0)
+    run = fly(vehicle, law, duration=60.0, wind=wind)
+    off = np.linalg.norm(run.position.to_numpy() - HOME[:3], axis=-1)
+    assert off.max() < 0.1
+    assert off[run.time.to_numpy() > 5.0].max() < 0.03
+
+
 def test_a_bend_servo_has_its_lag_and_its_largest_speed_and_a_free_arm_none() -> None:
     law = ca.flight_controller(PAPER, bend_bandwidth=4.0, bend_speed=0.5, rate=500.0)
     run = fly(PAPER, law, duration=3.0, setpoints=ca.Setpoints(bend=[0.4, -0.05]))
