@@ -22,6 +22,7 @@ def starts(vehicle: ca.Vehicle, target: ca.Target) -> np.ndarray:
     return q
 
 
+@pytest.mark.filterwarnings("ignore:rotors saturate in 2 of 4 runs")
 @pytest.mark.parametrize("vehicle", [ROTORS, ca.load_vehicle("two_section")], ids=lambda v: v.name)
 def test_the_image_comes_home_at_the_rate_that_was_asked_for(vehicle: ca.Vehicle) -> None:
     """Rotors that lag by 40 ms; and two soft sections, whose bends are more than the camera needs.
@@ -29,7 +30,7 @@ def test_the_image_comes_home_at_the_rate_that_was_asked_for(vehicle: ca.Vehicle
     From the bent start nothing else is off, and the error e-folds once in 2 s.
     """
     target = ca.Target(ca.paths.hold())
-    law = ca.twist_servoing(vehicle, 0.5)
+    law = ca.twist_servoing(vehicle, 0.5, conditioning=0.0)
     scenario = ca.Scenario(
         "home", starts(vehicle, target), controller=law, target=target, duration=20.0
     )
@@ -40,17 +41,34 @@ def test_the_image_comes_home_at_the_rate_that_was_asked_for(vehicle: ca.Vehicle
     assert error[0, 200] / error[0, 100] == pytest.approx(np.exp(-1.0), rel=0.1)
 
 
-def test_a_letter_is_followed_by_a_quadrotor_with_the_targets_motion_fed_forward() -> None:
-    target = ca.Target(ca.paths.letter("M", duration=50.0))
-    q = starts(ROTORS, target)[:1]
-    rms = {}
+def test_letters_are_followed_by_a_quadrotor_through_a_real_camera() -> None:
+    """Rotors that lag by 40 ms, half a pixel of noise, 30 frames a second, one frame late: below
+    3 px, most of it at corners; and not without the target's motion."""
+    real = {"camera.noise": 0.5, "camera.frame_rate": 30.0, "camera.latency": 1.0 / 30.0}
+    vehicle = ROTORS.replace(real)
+    targets = [ca.Target(ca.paths.letter(name, duration=50.0)) for name in "MRAL"]
+    q, rms = np.concatenate([starts(vehicle, target)[:1] for target in targets]), {}
     for ahead in (True, False):
-        law = ca.twist_servoing(ROTORS, 1.0, feed_forward=ahead)
-        scenario = ca.Scenario("letter", q, controller=law, target=target, duration=50.0)
-        run = ca.simulate(ROTORS, scenario, sample=0.02, variables=["feature_error"])
+        law = ca.twist_servoing(vehicle, 1.0, feed_forward=ahead)
+        scenario = ca.Scenario("letters", q, controller=law, target=targets, duration=50.0)
+        run = ca.simulate(vehicle, scenario, sample=0.02, variables=["feature_error"])
         assert (run.status == 0).all()
-        rms[ahead] = np.sqrt((run.feature_error.sel(time=slice(5, None)).to_numpy() ** 2).mean())
-    assert rms[True] < 5.0 and rms[False] > 2.0 * rms[True]
+        late = run.feature_error.sel(time=slice(5, None)).to_numpy()
+        rms[ahead] = np.sqrt((late**2).mean(axis=(1, 2)))
+    assert rms[True].max() < 3.0 and (rms[False] > 2.0 * rms[True]).all()
+
+
+def test_noise_moves_the_camera_less_where_directions_that_hardly_show_are_slowed() -> None:
+    noisy = ROTORS.replace({"camera.noise": 0.5})
+    target, spread = ca.Target(ca.paths.hold()), []
+    for share in (0.0, 0.03):
+        law = ca.twist_servoing(noisy, 1.0, conditioning=share)
+        scenario = ca.Scenario(
+            "still", starts(noisy, target)[0], controller=law, target=target, duration=10.0
+        )
+        run = ca.simulate(noisy, scenario, sample=0.02, variables=["position"])
+        spread.append(run.position.sel(time=slice(5, None)).std("time").max().item())
+    assert spread[1] < 0.2 * spread[0]
 
 
 def test_what_cannot_be_flown_is_refused() -> None:

@@ -18,6 +18,7 @@ def twist_servoing(
     servo: float = 0.5,
     *,
     speed: float = 0.3,
+    conditioning: float = 0.03,
     feed_forward: bool = True,
     **choices: Any,
 ) -> Controller:
@@ -25,13 +26,15 @@ def twist_servoing(
 
     The camera's twist v = λ L⁺ e becomes set-points of velocity, yaw and bends for a flight
     controller. servo: λ [1/s], well below the bandwidths of that; speed: the largest velocity that
-    is asked for [m/s], which tilts the camera the more the larger it is; feed_forward: add the
-    target's twist to v; choices: the others of `flight_controller`. Sections whose bend_bandwidth
-    is 0 are not moved. Raises InputError.
+    is asked for [m/s], which tilts the camera the more the larger it is; conditioning: directions
+    of which the image shows less than this share come home more slowly, as noise moves them most;
+    feed_forward: add the target's twist to v; choices: the others of `flight_controller`. Sections
+    whose bend_bandwidth is 0 are not moved. Raises InputError.
     """
-    rate, ahead = (
+    rate, ahead, share = (
         checks.positive("servo", servo, " [1/s]"),
         checks.flag("feed_forward", feed_forward),
+        checks.number("conditioning", conditioning, least=0.0),
     )
     flight = flight_controller(vehicle, speed=speed, **choices)
     lengths = np.array([each.length for arm in vehicle.arms for each in arm.section])
@@ -39,6 +42,7 @@ def twist_servoing(
     gains = {
         "servo": np.array(rate),
         "feed_forward": np.array(float(ahead)),
+        "conditioning": np.array(share),
         # A bend counts by the angle at its section's end.
         "bend_weight": np.repeat(np.where(moved, lengths**-2.0, 0.0), 2),
     }
@@ -48,5 +52,10 @@ def twist_servoing(
         law=LAWS[flight.settings["feedforward"]],
         gains={**flight.gains, **gains},
         looks=True,
-        settings={"servo": rate, "feed_forward": ahead, **flight.settings},
+        settings={
+            "servo": rate,
+            "feed_forward": ahead,
+            "conditioning": share,
+            **flight.settings,
+        },  # fmt: skip
     )

@@ -1,7 +1,8 @@
 """Visual servoing of a vehicle that must tilt to move: a cascade on twists over the flight law.
 
-The camera is to move by v = λ L⁺ e, besides the target's own twist. Of what moves it a vehicle with
-parallel rotors holds position, yaw and bends, ζ = (velocity, yaw rate, bend rates), while roll and
+The camera is to move by v = λ (LᵀL + c² tr(LᵀL) 1)⁻¹ Lᵀ e, besides the target's own twist: as by
+L⁺, but slower the less the image shows of a direction. Of what moves it a vehicle with parallel
+rotors holds position, yaw and bends, ζ = (velocity, yaw rate, bend rates), while roll and
 pitch serve the thrust: ζ = W Jᵀ (J W Jᵀ + μ² 1)⁻¹ v with J its columns of the camera's Jacobian.
 The velocity and the yaw, integrated, are set-points of the flight law (kernels/laws/flight.py); the
 bend rates move the servos' references. A velocity above its limit slows all of ζ by one factor.
@@ -30,7 +31,8 @@ _SINGULAR = 1e-6
 def _by_twists(feedforward: str) -> Callable[[LawCode], SimpleNamespace]:
     def law(code: LawCode) -> SimpleNamespace:
         """The law on the device."""
-        more = {"servo": code.Real, "feed_forward": code.Real, "bend_weight": code.Bends}
+        real = dict.fromkeys(("servo", "feed_forward", "conditioning"), code.Real)
+        more = {**real, "bend_weight": code.Bends}
         parts = cascade_parts(code, more, remembers=1)
         return _servoed(code, parts, _wanted(code, parts), steering(code, parts, feedforward))
 
@@ -62,8 +64,9 @@ def _wanted(code: LawCode, parts: SimpleNamespace) -> Any:
         L = interaction(sense.sight)
         e = wp.cw_mul(sense.sight.seen, sense.desired - sense.sight.image)
         normal = wp.transpose(L) * L
+        slower = undetermined + gains.conditioning * gains.conditioning * wp.trace(normal)
         for i in range(6):
-            normal[i, i] += undetermined
+            normal[i, i] += slower
         v = gains.servo * solved(factored(normal), wp.transpose(L) * e)
         return v + gains.feed_forward * sense.target_twist
 
