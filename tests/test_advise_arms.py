@@ -17,7 +17,6 @@ from continuair.studies.advise.excitations import excite
 from continuair.studies.advise.report import as_table
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time, standard_scenario
 from continuair.studies.tracking.study import tracking
-from continuair.studies.tracking.tuning import tune
 
 PAPER, TWO, DUAL = (ca.load_vehicle(name) for name in ("paper", "two_section", "dual_arm"))
 
@@ -142,6 +141,5 @@ def test_advice_names_what_was_varied_and_that_the_atlas_is_of_other_vehicles(
 
 
 def test_studies_of_the_paper_refuse_several_sections_in_a_sentence() -> None:
-    for study in (tracking, tune):
-        with pytest.raises(ca.InputError, match="needs the single section of an .arm. table"):
-            study(TWO)
+    with pytest.raises(ca.InputError, match="needs the single section of an .arm. table"):
+        tracking(TWO)

@@ -9,29 +9,16 @@ import pytest
 
 import continuair as ca
 from continuair.figures import advise as figures
+from continuair.scenario.tracking_task import without_rotors
 from continuair.studies.advise.excitations import Loop, excite
 from continuair.studies.advise.notes import notes
-from continuair.studies.advise.tracking import without_rotors
 from continuair.studies.advise.verdicts import verdict
 from continuair.studies.tables import number_below
 from continuair.studies.timing import median_ratios
+from tests.new_user import NEW_USER
 
 Array = np.ndarray
 TOLERANCE = 0.02
-
-DISKS = [{"position": 0.04375 * k, "mass": 0.003, "inertia": [1.7e-7, 3.4e-7]} for k in range(1, 9)]
-NEW_USER = ca.Vehicle(
-    name="mydrone",
-    uav={"mass": 1.9, "inertia": [0.012, 0.012, 0.021], "mount": [0.0, 0.0, -0.06]},
-    arm={
-        "length": 0.35,
-        "radius": 0.0008,
-        "density": 6450.0,
-        "youngs_modulus": 60e9,
-        "damping_ratio": 0.02,
-        "disks": [*DISKS, {"position": 0.35, "mass": 0.04}],
-    },
-)
 
 
 def direct_error(vehicle: ca.Vehicle, name: str, hertz: float, bandwidth: float) -> float:

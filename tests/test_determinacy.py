@@ -30,13 +30,15 @@ import json
 import numpy as np
 import continuair as ca
 from continuair.studies.atlas.loops import LOOP_ERRORS, fly_loops, sample_loops
-from continuair.studies.tracking.tuning import RANGES, fly
+from continuair.studies.tracking.candidates import fly
+from continuair.studies.tracking.tuning import RANGES
 from continuair.sweeps.sampling import sobol_box
 
 vehicle = ca.load_vehicle("paper")
 box = sobol_box(RANGES, 32, [0, 0])
 rows = [dict(zip(box, map(float, values))) for values in zip(*box.values())]
-found = {"candidates": np.array(fly(vehicle, rows, ["M"], "fast", "decoupled"))}
+flown = fly(vehicle, rows, ["M"], "fast", "decoupled")
+found = {"candidates": np.array([flown.pixels, flown.millimetres, flown.effort])}
 loops = fly_loops(sample_loops(128, 0))
 found |= {name: loops[name].to_numpy() for name in LOOP_ERRORS}
 found |= {name: np.array(value) for name, value in ca.design(vehicle, 8.0).items()}

@@ -134,7 +134,7 @@ def test_json_that_can_no_longer_be_written_goes_to_standard_output(
 
 
 def test_gains_that_cannot_be_written_are_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:
-    gains = {"study": "gains"}
+    gains = {"gains": {"bandwidth": 3.0}}
     monkeypatch.setattr(tuning, "tune", lambda *_, **__: gains)
     monkeypatch.setattr(tuning, "as_toml", lambda found: f"found = {len(found)}\n")
     monkeypatch.setattr(files, "write_new", full)

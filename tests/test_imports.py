@@ -97,7 +97,7 @@ ROOMS = {
     ],
     "studies.open_loop": [{"study"}, {"report"}],
     "studies.sensitivity": [{"task"}, {"findings", "measures"}, {"claims"}, {"study"}, {"report"}],
-    "studies.tracking": [{"law_variants", "tuning", "study"}, {"report"}],
+    "studies.tracking": [{"candidates"}, {"law_variants", "tuning", "study"}, {"report"}],
     "studies.region": [{"flights", "starts"}, {"study"}, {"report"}],
     "studies.robustness": [{"mistakes"}, {"flights"}, {"study"}, {"report"}],
     "studies.advise": [

@@ -19,7 +19,7 @@ from continuair.cli.options import (
     write_json,
 )
 from continuair.cli.terminal import print_table, progress_bar
-from continuair.errors import InputError
+from continuair.errors import INTERRUPTED, InputError
 
 # Everything else is imported inside the commands, so that --help answers at once.
 if TYPE_CHECKING:
@@ -58,18 +58,20 @@ def tune(
     rounds: Annotated[int, typer.Option(help="Rounds of the search, each in a smaller box.")] = 4,
     seed: Annotated[int, typer.Option(help="Seed of the search.")] = 0,
 ) -> None:
-    """Search gains for a vehicle: a batch of candidates flies letters in every setting."""
+    """Search gains for a vehicle: a batch of candidates flies letters in every setting.
+
+    Writes the best that it found, also when interrupted, and says what they lose and why; exits
+    with 1 if they fly no setting.
+    """
     from continuair.files import new_file, reason, write_new
     from continuair.studies.tracking.tuning import as_toml
     from continuair.studies.tracking.tuning import tune as search
     from continuair.vehicle.vehicle import load_vehicle
 
     path = new_file("out", out)
+    flown = load_vehicle(vehicle)
     with progress_bar() as progress:
-        found = search(
-            load_vehicle(vehicle), candidates=candidates, rounds=rounds, seed=seed,
-            progress=progress,
-        )  # fmt: skip
+        found = search(flown, candidates=candidates, rounds=rounds, seed=seed, progress=progress)
     try:
         write_new(path, as_toml(found))
     except OSError as error:
@@ -78,7 +80,14 @@ def tune(
             f"out is {out}, which cannot be written ({reason(error)}); the gains are on standard "
             "output instead."
         ) from None
-    typer.echo(f"Gains are in {out}; fly them with: continuair tracking --gains {out}", err=True)
+    for remark in found["remarks"]:
+        typer.echo(remark, err=True)
+    command = f"tracking --vehicle {vehicle}"
+    if flown.has_arm_list:
+        command = f"advise {vehicle} --task track:M"
+    typer.echo(f"Gains are in {out}; fly them with: continuair {command} --gains {out}", err=True)
+    if found["interrupted"] or not found["flies"]:
+        raise typer.Exit(INTERRUPTED if found["interrupted"] else 1)
 
 
 def run_tracking(

@@ -35,6 +35,10 @@ STRUCTURAL_DAMPING = 0.03
 """Damping ratio that the task gives to an arm whose file has none: undamped arms ring for ever."""
 
 
+_ANY_DIRECTION = 6
+"""Rank of the wrench of rotors that push and turn in any direction."""
+
+
 @dataclass(frozen=True)
 class Setting:
     """A variant of the task: how long a letter takes [s], from when errors count [s], the camera.
@@ -77,6 +81,21 @@ def equipped(vehicle: Vehicle, setting: Setting) -> Vehicle:
             if not np.any(section.structural_damping):
                 changes[f"{path}.damping_ratio"] = STRUCTURAL_DAMPING
     return vehicle.replace(changes) if changes else vehicle
+
+
+def without_rotors(vehicle: Vehicle) -> tuple[Vehicle, list[str]]:
+    """The vehicle as the law can fly it, and what is to be told of that.
+
+    The law asks for forces and moments in any direction, which few rotors give.
+    """
+    rotors = vehicle.uav.rotors
+    if rotors is None or rotors.rank >= _ANY_DIRECTION:
+        return vehicle, []
+    note = (
+        "Tracking is flown without rotors: its law asks for forces in any direction; with these "
+        "rotors, ca.twist_servoing tracks."
+    )
+    return vehicle.replace({"uav.rotors": None}), [note]
 
 
 def task(

@@ -26,9 +26,10 @@ from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import REFERENCE, SIMPLER
 from continuair.progress import Progress, Steps
 from continuair.scenario.letters import LETTERS
+from continuair.scenario.tracking_task import without_rotors
 from continuair.studies.advise.excitations import CYCLES, Loop, attribute, excite, missed
 from continuair.studies.advise.notes import notes
-from continuair.studies.advise.tracking import tracking_limit, without_rotors
+from continuair.studies.advise.tracking import tracking_limit
 from continuair.studies.advise.verdicts import TASKS, verdict
 from continuair.studies.standard_excitations import PERIODS, standard_scenario
 from continuair.studies.standard_loops import hover_loop

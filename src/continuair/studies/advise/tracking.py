@@ -18,9 +18,6 @@ from continuair.vehicle.vehicle import Vehicle
 SLOWEST, FASTEST = 50.0, 5.0
 """Durations of a letter that are tried [s]."""
 
-_ANY_DIRECTION = 6
-"""Rank of the wrench of rotors that push and turn in any direction."""
-
 SCANNED, REFINED = 10, 6
 """Durations in the scan, and in the round that halves in on the limit."""
 
@@ -61,18 +58,6 @@ def tracking_limit(
         "rms_px": float(rms[0]),
         "lost_from_m_s": _speed(letter, durations[np.argmax(lost)]) if lost.any() else np.inf,
     }
-
-
-def without_rotors(vehicle: Vehicle) -> tuple[Vehicle, list[str]]:
-    """The vehicle as the law can fly it, and what is to be told of that.
-
-    The law asks for forces and moments in any direction, which few rotors give.
-    """
-    rotors = vehicle.uav.rotors
-    if rotors is None or rotors.rank >= _ANY_DIRECTION:
-        return vehicle, []
-    note = "Tracking is flown without rotors: its law asks for forces in any direction."
-    return vehicle.replace({"uav.rotors": None}), [note]
 
 
 def _fly(

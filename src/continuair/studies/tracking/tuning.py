@@ -1,58 +1,123 @@
 """A search for gains of the paper's law: every candidate flies every letter in every setting.
 
-Candidates are a scrambled Sobol set over `RANGES`, refined by smaller sets about the best so far.
-The objective is the mean over the runs of log(RMS feature error [px]) + log(RMS tip error [mm]) +
-log(1 + effort): settings whose errors differ by orders of magnitude weigh alike. The image may be
-right and the tip not above the target, so both count. Effort, the RMS of the force beyond the
-weight as a share of it, keeps the law from chattering. No run may end early, nor end where
-rounding sends it: every flight is flown again from a start a nanometre off.
+Candidates are a scrambled Sobol set over `RANGES`, as constant gains and as gains of the image of
+now, refined by smaller sets about the best so far, of its kind. The objective is the mean over the
+runs of log(RMS feature error [px]) + log(RMS tip error [mm]) + log(1 + effort): settings whose
+errors differ by orders of magnitude weigh alike. The image may be right and the tip not above the
+target, so both count. Effort, the RMS of the force beyond the weight as a share of it, keeps the
+law from chattering. A run that ends early, or ends where rounding sends it, outweighs everything:
+every flight is flown again from a start a nanometre off. What the best candidate loses is told.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from continuair import checks
-from continuair.analysis.determinacy import fly_twice
-from continuair.analysis.metrics import TRANSIENT, feature_rms
-from continuair.controllers.controller import stack
-from continuair.controllers.gain_files import Gains
+from continuair.controllers.gains import GAINS
 from continuair.errors import InputError
 from continuair.kernels.dynamics import PLANTS
 from continuair.progress import Progress, Steps
-from continuair.scenario.tracking_task import SETTINGS, equipped, task
+from continuair.scenario.tracking_task import SETTINGS, without_rotors
+from continuair.studies.tracking.candidates import Outcomes, fly
 from continuair.sweeps.sampling import sobol
-from continuair.vehicle.vehicle import Vehicle, check_one_section
+from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+
+Array = np.ndarray
 
 RANGES = {
-    "bandwidth": (4.0, 16.0),
-    "damping_ratio": (0.5, 1.2),
-    "conditioning": (3e-4, 6e-3),
+    "bandwidth": (1.0, 16.0),
+    "damping_ratio": (0.5, 1.5),
+    "conditioning": (3e-4, 2e-2),
     "sliding": (1e-6, 1e-2),
     "sigma": (1e-4, 1e-1),
 }
 """What is searched, on a logarithmic scale; `design` and `servoing` say what each one is."""
-
-HORIZON = 20.0
-"""How much of a letter is flown at most [s]; the first corner of a 50 s M comes after 15 s."""
-
-_VARIABLES = ("camera_position", "target_position", "command")
-
-LOST = 1e6
-"""RMS errors that a run which ends early, or where rounding sends it, counts as [px, mm]: losing
-one outweighs everything."""
 
 MARGINS = {"bandwidth": 1.15, "conditioning": 0.75}
 """The candidates fly with these times what is returned, nearer to where a law chatters."""
 
 SHRINK = 0.4
 """Each round's box about the best candidate, as a share of the one before."""
+
+Run = tuple[str, str]
+"""A setting and a plant."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Gains, what each run that they flew came to, and the objective."""
+
+    gains: dict[str, Any]
+    flown: dict[Run, Outcomes]
+    score: float
+
+    @property
+    def losses(self) -> int:
+        """How many letters are lost."""
+        return sum(int((each.why != "").sum()) for each in self.flown.values())
+
+
+@dataclass
+class _Search:
+    """What is searched by, and the best so far."""
+
+    vehicle: Vehicle
+    letters: Sequence[str]
+    runs: list[Run]
+    steps: Steps
+    kinds: tuple[str, ...] = GAINS
+    best: Candidate | None = None
+    held: dict[Run, tuple[int, int]] = field(default_factory=dict)
+    """of each run, how many candidates held it, and how many flew it"""
+
+    def fly_round(self, points: Array, note: str) -> int | None:
+        """Fly points (rows, ranges) of RANGES' logarithms; the one that is the best now, if any.
+
+        Interrupted, the first round leaves the best of the runs that it has flown.
+        """
+        named = [dict(zip(RANGES, map(float, np.exp(p)), strict=True)) for p in points]
+        rows = [{"gains": kind} | row for kind in self.kinds for row in named]
+        flown: dict[Run, Outcomes] = {}
+        try:
+            for run in self.runs:
+                self.steps.begin(f"{note}, {', '.join(run)}")
+                flown[run] = fly(self.vehicle, rows, self.letters, *run)
+                before, all_before = self.held.get(run, (0, 0))
+                now = int(flown[run].held.sum())
+                self.held[run] = (before + now, all_before + len(rows))
+        except KeyboardInterrupt:
+            if self.best is None and flown:
+                self._take(rows, flown)
+            raise
+        leader = self._take(rows, flown)
+        return None if leader is None else leader % len(points)
+
+    def _take(self, rows: list[dict[str, Any]], flown: dict[Run, Outcomes]) -> int | None:
+        """Keep the best of these if it is better than the one so far; its row."""
+        scores = np.mean([each.cost for each in flown.values()], axis=0)
+        leader = int(np.argmin(scores))
+        if self.best is not None and scores[leader] >= self.best.score:
+            return None
+        own = {run: each.row(leader) for run, each in flown.items()}
+        self.best = Candidate(rows[leader], own, float(scores[leader]))
+        self.kinds = (rows[leader]["gains"],)
+        return leader
+
+    def relaxed(self) -> Candidate:
+        """The best with the margins taken off, unless it loses more without them."""
+        assert self.best is not None
+        off = {name: self.best.gains[name] / margin for name, margin in MARGINS.items()}
+        gains = self.best.gains | off
+        flown = {run: fly(self.vehicle, [gains], self.letters, *run) for run in self.runs}
+        found = Candidate(gains, flown, self.best.score)
+        return found if found.losses <= self.best.losses else self.best
 
 
 def tune(
@@ -67,35 +132,35 @@ def tune(
 ) -> dict[str, Any]:
     """The best gains found, with the objective, its parts and what it takes to find them again.
 
-    candidates: per round, a power of two. letters: M has the sharpest corners. Raises
-    InputError.
+    candidates: per round, a power of two, of each kind in the first one. letters: M has the
+    sharpest corners. Returns "gains", settings of `Gains`, "record", JSON-able, "remarks",
+    sentences on what they lose and why, and "interrupted": KeyboardInterrupt ends the search, not
+    what it has found. Raises InputError.
     """
-    check_one_section(vehicle)
+    check_single_vehicle(vehicle)
     _check_size(candidates, rounds, seed)
+    flown, remarks = without_rotors(vehicle)
     # Gains on the brink for one plant are lost on the other.
     runs = list(product(settings, PLANTS))
-    steps = Steps(progress, rounds * len(runs))
-    lows, highs = np.log([list(r) for r in RANGES.values()]).T
-    best: dict[str, float] = {}
-    score, centre, half = np.inf, (lows + highs) / 2, (highs - lows) / 2
-    for turn in range(rounds):
-        cube = sobol(len(RANGES), candidates, [seed, turn])
-        points = np.clip(centre + (2.0 * cube - 1.0) * half, lows, highs)
-        rows = [dict(zip(RANGES, map(float, np.exp(p)), strict=True)) for p in points]
-        scores = _scores(vehicle, rows, letters, runs, steps, f"round {turn + 1}")
-        leader = int(np.argmin(scores))
-        if scores[leader] < score:
-            best, score, centre = rows[leader], float(scores[leader]), points[leader]
-        half = half * SHRINK
-    if score >= np.log(LOST) / len(runs):
-        raise InputError(
-            f"candidates is {candidates}, of which none keeps its target in every setting (rounds "
-            f"{rounds}, vehicle {vehicle.name}); try more, or check where the camera looks."
-        )
-    best = best | {name: best[name] / margin for name, margin in MARGINS.items()}
-    search = {"vehicle": vehicle.name, "candidates": candidates, "rounds": rounds, "seed": seed}
-    errors = _errors(vehicle, best, letters, runs)
-    return {"gains": best, "record": {**search, "objective": score, "rms_px": errors}}
+    search = _Search(flown, letters, runs, Steps(progress, rounds * len(runs)))
+    interrupted = False
+    try:
+        _refine(search, candidates, rounds, seed)
+        found = search.relaxed()
+    except KeyboardInterrupt:
+        if search.best is None:
+            raise
+        found, interrupted = search.best, True
+    record = {"vehicle": vehicle.name, "candidates": candidates, "rounds": rounds, "seed": seed}
+    if interrupted:
+        record["interrupted"] = True
+        remarks = [*remarks, "The search was interrupted: these are the best gains so far."]
+    record |= {"objective": found.score, **_of_runs(search, found)}
+    remarks = [*remarks, *_sentences(search, found)]
+    return {
+        "gains": found.gains, "record": record, "remarks": remarks, "interrupted": interrupted,
+        "flies": any(each.held.all() for each in found.flown.values()),
+    }  # fmt: skip
 
 
 def _check_size(candidates: int, rounds: int, seed: int) -> None:
@@ -106,79 +171,68 @@ def _check_size(candidates: int, rounds: int, seed: int) -> None:
         raise InputError(f"candidates is {candidates}; give a power of two, such as 128.")
 
 
-def _scores(
-    vehicle: Vehicle,
-    rows: Sequence[dict[str, float]],
-    letters: Sequence[str],
-    runs: Sequence[tuple[str, str]],
-    steps: Steps,
-    note: str,
-) -> np.ndarray:
-    """The objective (rows,) of every candidate, over all settings, plants and letters."""
-    costs = []
-    for name, plant in runs:
-        steps.begin(f"{note}, {name}, {plant}")
-        error, tip, effort = fly(vehicle, rows, letters, name, plant)
-        costs.append(np.log(error) + np.log(tip) + np.log1p(effort))
-    return np.mean(costs, axis=(0, 2))
+def _refine(search: _Search, candidates: int, rounds: int, seed: int) -> None:
+    """Fly rounds, each in a smaller box about the best so far."""
+    lows, highs = np.log([list(each) for each in RANGES.values()]).T
+    centre, half = (lows + highs) / 2, (highs - lows) / 2
+    for turn in range(rounds):
+        cube = sobol(len(RANGES), candidates, [seed, turn])
+        points = np.clip(centre + (2.0 * cube - 1.0) * half, lows, highs)
+        leader = search.fly_round(points, f"round {turn + 1}")
+        if leader is not None:
+            centre = points[leader]
+        half = half * SHRINK
 
 
-def _errors(
-    vehicle: Vehicle,
-    gains: dict[str, float],
-    letters: Sequence[str],
-    runs: Sequence[tuple[str, str]],
-) -> dict[str, dict[str, float]]:
-    """RMS feature error [px] by setting and plant, and by letter."""
-    flown = {run: fly(vehicle, [gains], letters, *run)[0][0] for run in runs}
-    return {
-        f"{name}.{plant}": dict(zip(letters, row.tolist(), strict=True))
-        for (name, plant), row in flown.items()
-    }
+def _of_runs(search: _Search, found: Candidate) -> dict[str, Any]:
+    """RMS feature errors [px], and why letters are lost, by setting and plant, and by letter."""
+    errors: dict[str, dict[str, float]] = {}
+    lost: dict[str, dict[str, str]] = {}
+    for run in search.runs:
+        flown = found.flown.get(run)
+        for column, letter in enumerate(search.letters):
+            why = "not flown" if flown is None else str(flown.why[0, column])
+            if why:
+                lost.setdefault(".".join(run), {})[letter] = why
+            elif flown is not None:
+                errors.setdefault(".".join(run), {})[letter] = float(flown.pixels[0, column])
+    return {"rms_px": errors, "lost": lost}
+
+
+def _sentences(search: _Search, found: Candidate) -> list[str]:
+    """What the gains lose, why, and how many candidates did not."""
+    told = []
+    for run, flown in found.flown.items():
+        for letter, why in zip(search.letters, flown.why[0], strict=True):
+            if why:
+                held, tried = search.held[run]
+                told.append(
+                    f"{', '.join(run)}, letter {letter} is lost: {why}; {held} of {tried} "
+                    "candidates keep it."
+                )
+    if not any(flown.held.all() for flown in found.flown.values()):
+        told.append(
+            "No setting is flown with these gains, the best that were tried; look at the camera "
+            "first (attitude, latency, frame_rate), then at the arm's damping."
+        )
+    return told
 
 
 def as_toml(found: dict[str, Any]) -> str:
     """What `tune` found as a file for `load_gains`."""
-    record = found["record"]
+    record = dict(found["record"])
+    tables = {name: record.pop(name) for name in ("rms_px", "lost")}
     lines = ["# DPD-SM-IBVS gains, in normalised image coordinates; found by continuair tune."]
-    lines += [f"{name} = {value!r}" for name, value in found["gains"].items()]
+    lines += [f"# {remark}" for remark in found["remarks"]]
+    lines += [f"{name} = {json.dumps(value)}" for name, value in found["gains"].items()]
     lines += ["", "[record]"]
-    lines += [f"{name} = {json.dumps(value)}" for name, value in record.items() if name != "rms_px"]
-    for setting, parts in record["rms_px"].items():
-        lines += ["", f"[record.rms_px.{setting}]"]
-        lines += [f"{letter} = {value:.6g}" for letter, value in parts.items()]
+    lines += [f"{name} = {json.dumps(value)}" for name, value in record.items()]
+    for title, parts in tables.items():
+        for run, by_letter in parts.items():
+            lines += ["", f"[record.{title}.{run}]"]
+            lines += [f"{letter} = {_cell(value)}" for letter, value in by_letter.items()]
     return "\n".join(lines) + "\n"
 
 
-def fly(
-    vehicle: Vehicle,
-    rows: Sequence[dict[str, float]],
-    letters: Sequence[str],
-    setting: str,
-    plant: str,
-) -> list[np.ndarray]:
-    """RMS feature error [px] and tip error [mm], and effort, by candidate (rows) and letter."""
-    flown = equipped(vehicle, SETTINGS[setting])
-    weight = 9.81 * float(flown.mass)
-    gains = stack([Gains("candidate", row).controller(flown) for row in rows])
-    found: list[list[np.ndarray]] = []
-    for letter in letters:
-        scenario = task(flown, [letter], gains, SETTINGS[setting].duration)
-        lasts = min(scenario.duration, HORIZON)
-        data, held = fly_twice(
-            flown, scenario, _VARIABLES, model=plant, duration=lasts, sample=2e-2
-        )
-        force = data["command"].isel(actuator=slice(3)) - [0.0, 0.0, weight]
-        effort = _root((force**2).sum("actuator").mean("time")) / weight
-        # Errors count from when DS is judged.
-        data = data.sel(time=slice(TRANSIENT, None))
-        off = (data["camera_position"] - data["target_position"]).isel(axis=slice(2))
-        metres = _root((off**2).sum("axis", skipna=False).mean("time", skipna=False))
-        errors = (feature_rms(data), 1e3 * metres.to_numpy())
-        counted = [np.where(held, np.minimum(error, LOST), LOST) for error in errors]
-        found.append([*counted, np.where(held, effort, 0.0)])
-    return [np.stack(columns, axis=1) for columns in zip(*found, strict=True)]
-
-
-def _root(squares: xr.DataArray) -> xr.DataArray:
-    return squares**0.5
+def _cell(value: Any) -> str:
+    return json.dumps(value) if isinstance(value, str) else f"{value:.6g}"

@@ -1,0 +1,170 @@
+"""The search for gains: it returns the best that it found, whatever flies, and says what fails."""
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import continuair as ca
+from continuair.cli import app
+from continuair.controllers.gain_files import Gains, load_gains
+from continuair.equations.camera import facing
+from continuair.scenario.tracking_task import START_BEND, START_OFFSET
+from continuair.studies.tracking import tuning
+from continuair.studies.tracking.candidates import LOST, fly
+from continuair.studies.tracking.tuning import as_toml, tune
+from tests.new_user import NEW_USER
+
+PAPER = ca.load_vehicle("paper")
+LATE = PAPER.replace({"camera.latency": 3.0})
+"""With a camera whose frames come so late that every law loses its target."""
+
+
+def flown(vehicle: ca.Vehicle, law: ca.Controller, path: ca.paths.Path) -> tuple[float, float]:
+    """RMS feature error [px] and distance from above the target [m] after 5 s on the coupled plant,
+    from where letters start."""
+    target = ca.Target(path)
+    q = np.zeros(8)
+    q[:3], q[3:6] = facing(vehicle, path([0.0])[0][0], target.distance)
+    q[:3] += START_OFFSET
+    q[6] = START_BEND
+    scenario = ca.Scenario(path.name, q, controller=law, target=target, duration=path.duration)
+    names = ["feature_error", "camera_position", "target_position"]
+    data = ca.simulate(vehicle, scenario, sample=2e-2, variables=names)
+    assert data["status"] == 0
+    late = data.sel(time=slice(5.0, None))
+    off = (late["camera_position"] - late["target_position"]).isel(axis=slice(2))
+    return (
+        float(np.sqrt((late["feature_error"] ** 2).mean())),
+        float(np.sqrt((off**2).sum("axis").mean())),
+    )
+
+
+def test_a_new_users_vehicle_is_tuned_and_writes_a_letter_and_an_eight(tmp_path: Path) -> None:
+    found = tune(NEW_USER, settings=["nominal"], candidates=16, rounds=2)
+    assert found["flies"] and not found["remarks"] and not found["record"]["lost"]
+    file = tmp_path / "gains.toml"
+    file.write_text(as_toml(found), encoding="utf-8")
+    law = load_gains(file).controller(NEW_USER)
+    pixels, metres = flown(NEW_USER, law, ca.paths.letter("R", duration=50.0))
+    assert pixels < 1.0 and metres < 0.05
+    eight = ca.paths.lissajous(period=40.0, duration=45.0)
+    pixels, metres = flown(NEW_USER, law, eight)
+    assert pixels < 5.0 and metres < 0.08
+
+
+@pytest.mark.parametrize("name", ["slender", "two_section"])
+def test_slender_arms_and_arms_of_two_sections_are_tuned(name: str) -> None:
+    found = tune(ca.load_vehicle(name), settings=["fast"], candidates=8, rounds=1)
+    assert found["flies"] and not found["remarks"]
+    assert max(each["M"] for each in found["record"]["rms_px"].values()) < 20.0
+
+
+def test_candidates_of_both_kinds_fly_in_the_first_round() -> None:
+    rows = [
+        {"gains": gains, "bandwidth": 6.0, "conditioning": μ}
+        for μ in (2e-3, 5e-3)
+        for gains in ("current", "constant")
+    ]
+    together = fly(PAPER, rows, ["L"], "fast", "coupled")
+    for index, row in enumerate(rows):
+        alone = fly(PAPER, [row], ["L"], "fast", "coupled")
+        assert alone.pixels[0, 0] == pytest.approx(together.pixels[index, 0], rel=1e-9)
+    assert len(np.unique(together.pixels)) == 4
+
+
+def test_a_search_in_which_every_candidate_is_lost_says_why_and_returns_the_best() -> None:
+    found = tune(LATE, ["L"], ["fast"], candidates=2, rounds=1)
+    assert not found["flies"] and not found["record"]["rms_px"]
+    for plant in ("coupled", "decoupled"):
+        assert "lost from view at" in found["record"]["lost"][f"fast.{plant}"]["L"]
+        assert any(
+            line.startswith(f"fast, {plant}, letter L is lost: ")
+            and line.endswith("0 of 4 candidates keep it.")
+            for line in found["remarks"]
+        )
+    assert "No setting is flown" in found["remarks"][-1]
+    stored = tomllib.loads(as_toml(found))
+    assert stored["record"]["lost"]["fast"]["coupled"] == found["record"]["lost"]["fast.coupled"]
+    assert Gains("best", found["gains"]).controller(LATE).integral == 0.0
+
+
+def test_one_setting_that_fails_is_told_and_the_others_are_flown(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def failing(*arguments: Any) -> Any:
+        outcomes = fly(*arguments)
+        if arguments[3] != "camera":
+            return outcomes
+        lost = np.full(outcomes.pixels.shape, LOST)
+        why = np.full(lost.shape, "not finite at 2 s", dtype=object)
+        return type(outcomes)(lost, lost, 0.0 * lost, why)
+
+    monkeypatch.setattr(tuning, "fly", failing)
+    found = tune(PAPER, ["L"], ["fast", "camera"], candidates=4, rounds=1)
+    assert found["flies"]
+    assert set(found["record"]["rms_px"]) == {"fast.coupled", "fast.decoupled"}
+    assert found["remarks"] == [
+        f"camera, {plant}, letter L is lost: not finite at 2 s; 0 of 8 candidates keep it."
+        for plant in ("coupled", "decoupled")
+    ]
+
+
+@pytest.mark.parametrize("calls", [0, 1, 3])
+def test_an_interrupted_search_returns_the_best_so_far(
+    calls: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[int] = []
+
+    def interrupted(*arguments: Any) -> Any:
+        if len(made) == calls:
+            raise KeyboardInterrupt
+        made.append(0)
+        return fly(*arguments)
+
+    monkeypatch.setattr(tuning, "fly", interrupted)
+    search = (PAPER, ["L"], ["fast"])
+    if not calls:
+        with pytest.raises(KeyboardInterrupt):
+            tune(*search, candidates=4, rounds=2)
+        return
+    found = tune(*search, candidates=4, rounds=2)
+    assert found["interrupted"] and found["flies"]
+    assert "interrupted" in found["remarks"][0]
+    unflown = {"fast.decoupled": {"L": "not flown"}} if calls == 1 else {}
+    assert found["record"]["lost"] == unflown
+    run = fly(PAPER, [found["gains"]], ["L"], "fast", "coupled")
+    assert found["record"]["rms_px"]["fast.coupled"]["L"] == pytest.approx(run.pixels[0, 0])
+
+
+def test_rotors_that_cannot_push_in_any_direction_are_left_out_and_told() -> None:
+    rotors = {"layout": "quad_x", "lever": 0.25, "thrust_limits": [0.0, 15.0]}
+    flat = NEW_USER.replace({"uav.rotors": rotors | {"lag": 0.03, "torque_per_thrust": 0.02}})
+    found = tune(flat, settings=["nominal"], candidates=2, rounds=1)
+    assert "without rotors" in found["remarks"][0] and "twist_servoing" in found["remarks"][0]
+
+
+@pytest.mark.parametrize(
+    ("interrupted", "flies", "code"), [(False, True, 0), (False, False, 1), (True, True, 130)]
+)
+def test_the_command_writes_the_gains_tells_what_they_lose_and_ends_with_its_code(
+    interrupted: bool, flies: bool, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    record = {"rms_px": {"fast.coupled": {"L": 2.0}}, "lost": {}, "seed": 0}
+    found = {
+        "gains": {"gains": "current", "bandwidth": 5.0}, "record": record,
+        "remarks": ["fast, decoupled, letter L is lost."],
+        "interrupted": interrupted, "flies": flies,
+    }  # fmt: skip
+    monkeypatch.setattr(tuning, "tune", lambda *_, **__: found)
+    out = tmp_path / "gains.toml"
+    result = CliRunner().invoke(app, ["tune", "--vehicle", "two_section", "--out", str(out)])
+    assert result.exit_code == code
+    assert load_gains(out).settings == found["gains"]
+    assert "letter L is lost" in result.stderr and "# fast, decoupled" in out.read_text("utf-8")
+    assert "continuair advise two_section --task track:M --gains" in result.stderr
+    assert json.dumps(found["gains"]["gains"]) in out.read_text("utf-8")
