@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -343,3 +344,38 @@ def test_stores_of_constant_gains_begun_before_there_was_a_choice_go_on() -> Non
         )
     )
     assert found.digest != other.digest
+
+
+@pytest.mark.parametrize("gains", ["constant", "current"])
+def test_runs_of_a_sweep_with_an_integral_leave_no_error_under_a_steady_force(gains: str) -> None:
+    design = xr.Dataset(
+        {
+            "controller.integral": ("integral", [0.0, 0.5]),
+            "controller.posture_damping": ("posture", [0.0, 0.1]),
+        },
+        attrs={
+            "scenario": {
+                "duration": 16.0, "kappa": 0.0, "x": 0.0, "z": 0.0,
+                "excitation": "constant", "on": "force_x", "amplitude": 0.5,
+            },
+            "controller": {"bandwidth": 6.0, "gains": gains},
+            "target": {"duration": 1e3}, "vehicle": "paper", "sample": 0.01, "settle": 15.0,
+        },
+    )  # fmt: skip
+    without, summed = results(design)["rms_px"].sel(model="coupled").to_numpy().reshape(2, 2)
+    assert (without > 1.0).all() and (summed < 0.05).all()
+
+
+def test_stores_without_an_integral_begun_before_there_was_one_go_on() -> None:
+    attrs: dict[str, Any] = {"controller": {"bandwidth": 3.0}, "target": {}}
+    plain, summed = (
+        load_design(
+            xr.Dataset(
+                {"scenario.x": ("x", [0.1])},
+                attrs=attrs | {"controller": {"bandwidth": 3.0, "integral": rate}},
+            )
+        )
+        for rate in (0.0, 0.5)
+    )
+    assert "integral" not in plain.describe()["base"]["controller"]
+    assert plain.digest != summed.digest

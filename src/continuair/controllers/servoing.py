@@ -110,14 +110,18 @@ def _of_the_image(given: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]
     return {**made.fields(), "sliding": sliding}, {**made.describe(), "Cs": sliding}
 
 
-def servoings(gains: Mapping[str, Any], posture_damping: np.ndarray) -> Controller:
-    """`servoing` for a batch, of gains that `designs` gives; posture_damping: (runs,)."""
+def servoings(
+    gains: Mapping[str, Any], posture_damping: np.ndarray, integral: float = 0.0
+) -> Controller:
+    """`servoing` for a batch, of gains that `designs` gives; posture_damping: (runs,), integral one
+    for all."""
     own = {name: definite(name, gains[name]) for name in ("Kp", "Kd", "Cd", "Cs")}
     first = servoing(
         **{name: rows[0] for name, rows in own.items()},
         Cp=gains["Cp"],
         points=gains["points"],
         posture_damping=posture_damping[0].item(),
+        integral=integral,
     )
     damped = {"posture": posture_damping}, {"posture_damping": posture_damping}
     return over_runs(first, own | damped[0], own | damped[1])

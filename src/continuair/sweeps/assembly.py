@@ -27,7 +27,7 @@ Array = np.ndarray
 
 _SHARED = {
     "scenario.test", "scenario.f1", "scenario.excitation", "scenario.on", "scenario.duration",
-    "scenario.gravity", "controller.law", "controller.gains",
+    "scenario.gravity", "controller.law", "controller.gains", "controller.integral",
 }  # fmt: skip
 """Fields that are one for a whole launch: runs are grouped by their values."""
 
@@ -207,7 +207,8 @@ def _controller(
         distance=np.array([target.distance for target in targets])[of_run],
         **{name: fields[name] for name in _DESIGN},
     )
-    return servoings(gains, np.broadcast_to(fields["posture_damping"], runs))
+    posture = np.broadcast_to(fields["posture_damping"], runs)
+    return servoings(gains, posture, fields["integral"])
 
 
 def _one_by_one(
@@ -225,5 +226,6 @@ def _one_by_one(
             desired=target.desired,
             distance=target.distance,
         )
-        laws.append(servoing(**gains, posture_damping=one["posture_damping"]))
+        chosen = {name: one[name] for name in ("posture_damping", "integral")}
+        laws.append(servoing(**gains, **chosen))
     return stack(laws)

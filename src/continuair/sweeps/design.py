@@ -104,8 +104,9 @@ class Design:
         # Stores that were begun before there was a choice go on.
         if base["integrator"] == "rk4":
             del base["integrator"]
-        if base["controller"] and base["controller"]["gains"] == "constant":
-            del base["controller"]["gains"]
+        for name, before in (("gains", "constant"), ("integral", 0.0)):
+            if base["controller"] and base["controller"][name] == before:
+                del base["controller"][name]
         return {"base": base, "vehicle": self.vehicle.describe()}
 
     @property

@@ -163,6 +163,9 @@ class ControllerTable(Part):
     posture_damping: NotNegative = 0.0
     """a moment against the bend rate, in the paper's law [N m³ s]"""
 
+    integral: NotNegative = 0.0
+    """the rate at which the error, summed up over time, adds to it in the paper's law [1/s]"""
+
     rate: Positive = 0.5
     """the rate of classic servoing [1/s]"""
 
