@@ -76,6 +76,7 @@ ROOMS = {
         {"camera_timing", "probing", "rotors"},
         {"prepare"},
         {"dop853", "trajectory"},
+        {"limits"},
         {"simulate", "live"},
     ],
     "studies": [

@@ -6,6 +6,7 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
+from continuair.errors import ContinuairWarning
 from tests.closed_loop import flights
 
 POSITION, BEND = [0.3, -0.2, 4.0], [0.4, -0.3]
@@ -64,3 +65,77 @@ def test_a_law_at_every_stage_pushes_at_the_end_as_in_a_longer_flight() -> None:
         for end in (0.05, 0.1)
     )
     np.testing.assert_allclose(short["command"][-1], long["command"][10], rtol=1e-12, atol=1e-12)
+
+
+LIMITS = {"force": [2.0, 1.0, 60.0], "moment": 0.3, "bend_moment": 1.3}
+
+
+def limited(**limits: object) -> tuple[ca.Vehicle, ca.Scenario]:
+    """A slender vehicle that is to go 3 m and 2 m to the side, and bend."""
+    vehicle = ca.load_vehicle("slender").replace({"arm.damping_ratio": 0.05})
+    law = ca.hold(vehicle, [3.0, -2.0, 4.0], bend=[0.2, -0.1], **limits)  # type: ignore[arg-type]
+    return vehicle, ca.Scenario("limited", [0, 0, 4, 0, 0, 0, 0.5, 0], duration=12, controller=law)
+
+
+def test_no_push_is_beyond_its_limits_and_the_hold_gets_there_later_and_says_so() -> None:
+    with pytest.warns(ContinuairWarning, match="hold reaches its limits: force, .*from t = 0 s"):
+        slow = ca.simulate(*limited(**LIMITS), sample=0.01)
+    free = ca.simulate(*limited(), sample=0.01)
+    most = np.array([2.0, 1.0, 60.0, 0.3, 0.3, 0.3, 1.3, 1.3])
+    assert (abs(free.command).max("time") > most).any()
+    assert (abs(slow.command).max("time") <= most).all()
+    assert (slow.command[0, :2] == [2.0, -1.0]).all()
+    for run in (slow, free):
+        np.testing.assert_allclose(run.position[-1], [3.0, -2.0, 4.0], rtol=0, atol=5e-3)
+        np.testing.assert_allclose(run.bend[-1], [0.2, -0.1], rtol=0, atol=5e-3)
+    # 3 m at 2 N of a mass m takes longer than sqrt(2 d m / F).
+    vehicle, _ = limited()
+    least = float(np.sqrt(2.0 * 2.9 * vehicle.mass / 2.0))
+    assert float(slow.time[(slow.position[:, 0] > 2.9).argmax("time")]) > least
+    assert float(free.time[(free.position[:, 0] > 2.9).argmax("time")]) < least
+
+
+def test_limits_that_are_not_reached_change_no_bit_and_tell_nothing(
+    recwarn: pytest.WarningsRecorder,
+) -> None:
+    vehicle, free = limited()
+    _, wide = limited(force=1e6, moment=1e6, bend_moment=1e6)
+    one, two = (
+        ca.simulate(vehicle, each, duration=2.0, sample=0.01, variables=["bend", "position"])
+        for each in (free, wide)
+    )
+    assert one.drop_attrs().identical(two.drop_attrs())
+    assert not recwarn.list
+
+
+def test_limits_differ_from_run_to_run_and_are_looked_at_where_the_command_is_not_kept() -> None:
+    vehicle, scenario = limited(force=[1.0, 9.0, 60.0])
+    _, other = limited(force=[2.0, 9.0, 60.0])
+    laws = ca.stack([scenario.controller, other.controller])  # type: ignore[list-item]
+    rows = np.tile(np.asarray(scenario.q, float), (2, 1))
+    batch = scenario.replace(q=rows, controller=laws)
+    with pytest.warns(ContinuairWarning, match="in 2 of 2 runs: force from"):
+        run = ca.simulate(vehicle, batch, duration=0.5, sample=0.01, variables=["linear_momentum"])
+    assert set(run.data_vars) == {"linear_momentum", "status", "end_time", "step_error", "step"}
+    gained = run["linear_momentum"][:, -1, 0] - run["linear_momentum"][:, 0, 0]
+    np.testing.assert_allclose(gained, [0.5, 1.0], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("limits", "parts"),
+    [
+        ({"force": [5.0, 5.0, 10.0]}, ("force is [5.0, 5.0, 10.0]", "does not carry the weight")),
+        ({"force": -1.0}, ("force is -1.0", "above 0 [N]")),
+        ({"moment": [1.0, 2.0]}, ("moment is [1.0, 2.0]", "3 finite numbers")),
+        ({"moment": 0.0}, ("moment is 0.0", "above 0 [N m]")),
+        ({"bend_moment": 0.0}, ("bend_moment is 0.0", "[N m²]")),
+        ({"bend_moment": 1e-3}, ("bend_moment is 0.001, but to hold the bend takes", "less to")),
+    ],
+)
+def test_limits_that_hold_nothing_are_refused(
+    limits: dict[str, object], parts: tuple[str, ...]
+) -> None:
+    with pytest.raises(ca.InputError) as caught:
+        limited(**limits)
+    for part in parts:
+        assert part in str(caught.value)

@@ -30,7 +30,8 @@ class Controller:
     what it acts on the push of such a law acts [s]. asks: of rotors the rank of the wrench, 4 for a
     lift and moments, 6 for forces in any direction too. integral: rate [1/s] at which the error of
     the image, summed up over time, adds to it, for laws that look. believes: the vehicle that the
-    law computes with, the one that flies where it is None; see `believing`.
+    law computes with, the one that flies where it is None; see `believing`. limited: whether its
+    gain `limit` bounds each number of its push.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Controller:
     integral: float = 0.0
     asks: int = 4
     believes: Vehicle | None = None
+    limited: bool = False
 
     def __post_init__(self) -> None:
         if not callable(self.law):

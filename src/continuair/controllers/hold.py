@@ -5,11 +5,14 @@ from typing import Any
 import numpy as np
 
 from continuair import checks
+from continuair.controllers.cascade_design import GRAVITY
 from continuair.controllers.controller import Controller
 from continuair.controllers.inertias import bend_inertia, rigid_inertia
 from continuair.errors import InputError, shown
-from continuair.kernels.laws.hold import law
+from continuair.kernels.laws.hold import law, limited_law
 from continuair.vehicle.vehicle import check_single_vehicle
+
+_NO_LIMIT = 1e30
 
 
 def hold(
@@ -21,13 +24,18 @@ def hold(
     rate: float = 3.0,
     attitude_rate: float = 8.0,
     bend_rate: Any = 5.0,
+    force: Any = None,
+    moment: Any = None,
+    bend_moment: float | None = None,
 ) -> Controller:
     """Hold B's origin at a position (3,) [m], an attitude (x y z w) and the bend vectors [1/m].
 
     bend: two numbers per section, arm by arm from the base out; 0 by default. rate, attitude_rate,
     bend_rate: of the critically damped loops [rad/s], bend_rate one for all sections or one each; 0
-    leaves a section free, as open-loop users want who look at what it does to the base. Raises
-    InputError.
+    leaves a section free, as open-loop users want who look at what it does to the base. Limits, of
+    what is pushed to either side: force (3,) in world axes [N], moment (3,) in body axes [N m], one
+    number for all three or one each, and bend_moment [N m²]; none by default. `simulate` warns of a
+    hold that reaches them. Raises InputError.
     """
     check_single_vehicle(vehicle)
     sections = [section for arm in vehicle.arms for section in arm.section]
@@ -53,8 +61,42 @@ def hold(
         "stiffness": np.repeat(np.where(held, stiffness, 0.0), 2),
     }
     gains = {name: np.asarray(value) for name, value in (settings | plant).items()}
-    rates = np.repeat(np.broadcast_to(settings["bend_rate"], len(sections)), 2)
-    return Controller("hold", law, gains | {"bend_rate": rates}, False, settings, asks=6)
+    gains["bend_rate"] = np.repeat(np.broadcast_to(settings["bend_rate"], len(sections)), 2)
+    given = {"force": force, "moment": moment, "bend_moment": bend_moment}
+    if all(each is None for each in given.values()):
+        return Controller("hold", law, gains, False, settings, asks=6)
+    limits = _limits(given, vehicle.mass * GRAVITY, np.abs(gains["stiffness"] * gains["bend"]))
+    settings |= {name: limits[name] for name, value in given.items() if value is not None}
+    most = [limits["force"], limits["moment"], np.full(len(straight), limits["bend_moment"])]
+    gains["limit"] = np.concatenate(most)
+    return Controller("hold", limited_law, gains, False, settings, asks=6, limited=True)
+
+
+def _limits(given: dict[str, Any], weight: float, held: np.ndarray) -> dict[str, Any]:
+    """Limits by name, checked; held: what the spring asks of each bend [N m²]."""
+    found: dict[str, Any] = {}
+    for name, unit in (("force", "N"), ("moment", "N m")):
+        value = given[name]
+        found[name] = checks.row(name, _NO_LIMIT if value is None else value, 3)
+        if not (found[name] > 0.0).all():
+            raise InputError(
+                f"{name} is {shown(value)}; give the largest along each axis, above 0 [{unit}]."
+            )
+    if not found["force"][2] > weight:
+        raise InputError(
+            f"force is {shown(given['force'])}, which does not carry the weight of {weight:.3g} N; "
+            "give more along z."
+        )
+    most = given["bend_moment"]
+    found["bend_moment"] = checks.positive(
+        "bend_moment", _NO_LIMIT if most is None else most, " [N m²]"
+    )
+    if held.max() > found["bend_moment"]:
+        raise InputError(
+            f"bend_moment is {shown(most)}, but to hold the bend takes {held.max():.3g} N m²; give "
+            "more, or less to bend."
+        )
+    return found
 
 
 def _bend_rate(given: Any, sections: int) -> Any:

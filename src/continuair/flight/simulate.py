@@ -13,6 +13,7 @@ from continuair.engine.engine import Engine
 from continuair.engine.lanes import packs_of
 from continuair.engine.pack import per_run
 from continuair.errors import InputError, nearest, shown
+from continuair.flight.limits import warn_of_limits, with_limited_command
 from continuair.flight.prepare import Cohort, Flight, check_scenario, prepare
 from continuair.flight.resolution import warn_of_coarse_steps, warn_of_saturation
 from continuair.flight.trajectory import (
@@ -92,7 +93,7 @@ def simulate(
     )
     if flight.adaptive:
         return _fly_adaptive(flight, model, names, tolerance)
-    recorder = Recorder(flight, model, names, dtype)
+    recorder = Recorder(flight, model, with_limited_command(names, scenario), dtype)
     record(recorder)
     flown_again = flight.improvable(recorder.step_error)
     if len(flown_again):
@@ -101,6 +102,8 @@ def simulate(
         recorder.step_error[flown_again] = error_by_halving(flight, model, flown_again)
     warn_of_coarse_steps(recorder.step_error, recorder.flight.steps, stacklevel=3)
     warn_of_saturation(recorder.saturation, stacklevel=3)
+    warn_of_limits(recorder, stacklevel=3)
+    recorder.names = names
     return recorder.dataset(recorder.step | {"flown_again": len(flown_again)})
 
 

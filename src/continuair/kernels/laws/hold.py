@@ -2,36 +2,61 @@
 
 The spring is carried at the bends to hold, and helps the loops elsewhere. Moments on the bends are
 the inertia of the straight arms times the accelerations of their loops: while the base rests, what
-one section's loop does moves no other section.
+one section's loop does moves no other section. Limits cut each number of the push by itself.
 """
 
 from types import SimpleNamespace
+from typing import Any
 
 import warp as wp
 
+from continuair.kernels.laws.servoing import gains_of
 from continuair.kernels.sensing.sense import LawCode
 
 
 def law(code: LawCode) -> SimpleNamespace:
     """The law on the device."""
-    Real, Sense, push, above = code.Real, code.Sense, code.push, code.above
-    Bends, vec3, quat, mat33 = code.Bends, code.vec3, code.quat, code.mat33
-    two, zero, one = Real(2.0), Real(0.0), Real(1.0)
-    bends = code.bends
-    BendInertia = wp.types.matrix((bends, bends), Real)
+    Gains = gains_of(_gains(code))
+    return SimpleNamespace(Gains=Gains, control=_holding(code, Gains))
 
-    @wp.struct
-    class Gains:
-        position: vec3
-        attitude: quat
-        bend: Bends
-        mass: Real
-        inertia: mat33
-        bend_inertia: BendInertia
-        stiffness: Bends
-        rate: Real
-        attitude_rate: Real
-        bend_rate: Bends
+
+def limited_law(code: LawCode) -> SimpleNamespace:
+    """The same within limits of the push."""
+    Gains = gains_of(_gains(code) | {"limit": code.Push})
+    holding, Sense, numbers = _holding(code, Gains), code.Sense, 6 + code.bends
+
+    @wp.func
+    def control(sense: Sense, gains: Gains):
+        asked = holding(sense, gains)
+        for i in range(numbers):
+            most = gains.limit[i]
+            asked[i] = wp.max(-most, wp.min(most, asked[i]))
+        return asked
+
+    return SimpleNamespace(Gains=Gains, control=control)
+
+
+def _gains(code: LawCode) -> dict[str, Any]:
+    """The law's gains and their types."""
+    return {
+        "position": code.vec3,
+        "attitude": code.quat,
+        "bend": code.Bends,
+        "mass": code.Real,
+        "inertia": code.mat33,
+        "bend_inertia": wp.types.matrix((code.bends, code.bends), code.Real),
+        "stiffness": code.Bends,
+        "rate": code.Real,
+        "attitude_rate": code.Real,
+        "bend_rate": code.Bends,
+    }
+
+
+def _holding(code: LawCode, Gains: Any) -> Any:
+    """The push of (sense, gains)."""
+    Real, Sense, push, above = code.Real, code.Sense, code.push, code.above
+    vec3, bends = code.vec3, code.bends
+    two, zero, one = Real(2.0), Real(0.0), Real(1.0)
 
     @wp.func
     def control(sense: Sense, gains: Gains):
@@ -51,4 +76,4 @@ def law(code: LawCode) -> SimpleNamespace:
                     b[i] = b[i] + gains.bend_inertia[i, j] * gains.bend_rate[j] * x[j]
         return sense.weight + push(f, m, b)
 
-    return SimpleNamespace(Gains=Gains, control=control)
+    return control
