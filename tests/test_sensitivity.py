@@ -21,7 +21,14 @@ from continuair.studies.results import ResultFolder, as_json
 from continuair.studies.sensitivity import report as sensitivity_output
 from continuair.studies.sensitivity.claims import CLAIMS, verdicts
 from continuair.studies.sensitivity.measures import VARIABLES
-from continuair.studies.sensitivity.task import PARAMETERS, batch, flight, two_phase_force
+from continuair.studies.sensitivity.task import (
+    PARAMETERS,
+    about,
+    batch,
+    flight,
+    of_the_paper,
+    two_phase_force,
+)
 from continuair.studies.verdicts import (
     NOT_REPRODUCED,
     REPRODUCED,
@@ -30,7 +37,8 @@ from continuair.studies.verdicts import (
     all_of,
 )
 from continuair.sweeps import run_pairs
-from continuair.vehicle.vehicle import load_vehicle
+from continuair.vehicle.vehicle import Vehicle, load_vehicle
+from tests.new_user import NEW_USER
 
 PAPER = load_vehicle("paper")
 DISK = {"position": 0.8, "mass": 0.3, "inertia": (1e-4, 2e-4)}
@@ -293,6 +301,73 @@ def test_a_batch_changes_one_thing_and_leaves_the_rest() -> None:
     assert vehicle is PAPER
     np.testing.assert_array_equal(np.asarray(scenario.q)[:, 6], [0.2, 0.4])
     np.testing.assert_array_equal(np.asarray(scenario.q)[:, :6], [flight().q[:6]] * 2)  # type: ignore[index]
+
+
+def test_a_vehicle_is_varied_about_its_own_values_and_the_papers_as_the_paper_does() -> None:
+    assert of_the_paper(PAPER) and of_the_paper(PAPER.replace({"arm.disks": [DISK]}))
+    assert not of_the_paper(load_vehicle("slender")) and not of_the_paper(NEW_USER)
+    own = about(NEW_USER)
+    assert list(own) == list(PARAMETERS)
+    assert own["arm radius"].values == pytest.approx((0.64e-3, 0.8e-3, 0.96e-3), rel=1e-12)
+    assert own["UAV mass"].values == pytest.approx((0.95, 1.9, 2.85), rel=1e-12)
+    assert own["arm length"].values == pytest.approx((0.175, 0.35, 0.525), rel=1e-12)
+    assert own["Young's modulus"].values == pytest.approx((30e9, 60e9, 90e9), rel=1e-12)
+    for name in ("initial bend", "initial roll"):
+        assert own[name] is PARAMETERS[name]
+    with pytest.raises(InputError, match="single section"):
+        of_the_paper(load_vehicle("two_section"))
+
+
+def test_an_arm_given_by_its_stiffness_is_varied_by_that() -> None:
+    arm = {"length": 0.4, "bending_stiffness": 0.02, "mass_per_length": 0.03}
+    plain = Vehicle(name="plain", uav=NEW_USER.uav, arm=arm)
+    own = about(plain)
+    assert "arm radius" not in own and "Young's modulus" not in own
+    assert own["bending stiffness"].values == pytest.approx((0.01, 0.02, 0.03), rel=1e-12)
+    assert own["mass per length"].label(own["mass per length"].values[0]) == "15 g/m"
+    for parameter in own.values():
+        batch(plain, flight(), parameter, parameter.between())
+
+
+def test_disks_move_along_with_the_length_of_their_arm() -> None:
+    vehicles, _ = batch(NEW_USER, flight(), about(NEW_USER)["arm length"], [0.175, 0.35])
+    for run, part in ((0, 0.5), (1, 1.0)):
+        places = [disk.position for disk in vehicles.select(run).arm.disks]
+        own = [part * disk.position for disk in NEW_USER.arm.disks]
+        np.testing.assert_allclose(places, own, rtol=1e-15)
+
+
+def test_words_figures_and_tables_say_whose_values_are_varied(
+    flown: study.Sensitivity, tmp_path: Path
+) -> None:
+    found = study.sensitivity(NEW_USER, ["UAV mass"], own=True)
+    assert found.results["values"] == "own" and found.results["claims"] == []
+    rows = found.results["sweeps"]["UAV mass"]["rows"]
+    assert [row["label"] for row in rows] == ["0.95 kg", "1.9 kg", "2.85 kg"]
+    errors = found.results["sweeps"]["UAV mass"]["between"]["rmse_xy_m"]["decoupled"]
+    table = sensitivity_output.as_table(found.results)
+    for part in ("about the vehicle's own", f"UAV mass 0.95 to 2.85 kg: {min(errors):.4g} to"):
+        assert part in table
+    assert "The paper's sentences" not in table
+    theirs = sensitivity_output.as_table(flown.results)
+    assert "The values are the paper's" in theirs and "## The paper's sentences" in theirs
+    for results, told in ((found.results, "values about its own"), (flown.results, "the paper's")):
+        assert any(told in text.get_text() for text in figures.errors(results).texts)
+
+
+def test_the_command_varies_a_vehicle_about_its_own_values(
+    flown: study.Sensitivity, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[bool] = []
+
+    def sensitivity(*_: Any, own: bool, **__: Any) -> study.Sensitivity:
+        asked.append(own)
+        return flown
+
+    monkeypatch.setattr(study, "sensitivity", sensitivity)
+    for vehicle in ("paper", "slender"):
+        assert CliRunner().invoke(app, ["sensitivity", "--vehicle", vehicle]).exit_code == 0
+    assert asked == [False, True]
 
 
 def test_the_command_writes_json_tables_and_figures(

@@ -33,7 +33,10 @@ def sensitivity(
     out: OutOption = None,
     json: JsonOption = None,
 ) -> None:
-    """Vary the paper's six parameters one at a time, and judge what the paper says of each.
+    """Vary a vehicle's parameters one at a time, about its own values, and compare the models.
+
+    Of a vehicle that has the values of the paper's study, such as paper, it varies them as the
+    paper does, and judges what the paper says of each.
 
     With --out, writes tables, verdicts, JSON, CSV, trajectories (netCDF) and figures to that
     folder.
@@ -52,11 +55,13 @@ def run_sensitivity(vehicle: str, hertz: bool, out: str | None) -> Sensitivity:
     loaded = load_vehicle(vehicle)
     with progress_bar() as progress:
         from continuair.studies.sensitivity.study import sensitivity as run
+        from continuair.studies.sensitivity.task import of_the_paper
 
         command = again("sensitivity", vehicle=vehicle, hertz=hertz, out=out)
         name = "sensitivity_hertz" if hertz else "sensitivity"
         with results_in(out, name, command) as folder:
-            study = run(loaded, hertz=hertz, progress=progress)
+            own = not of_the_paper(loaded)
+            study = run(loaded, own=own, hertz=hertz, progress=progress)
             if folder is not None:
                 from continuair.report.keeping import keep
 
@@ -70,7 +75,7 @@ def run_sensitivity(vehicle: str, hertz: bool, out: str | None) -> Sensitivity:
 
 def _show(study: Sensitivity) -> None:
     """Show errors and verdicts on standard error: standard output is for the JSON alone."""
-    from continuair.studies.sensitivity.report import COLUMNS, remarks, rows
+    from continuair.studies.sensitivity.report import COLUMNS, VALUES, reading, remarks, rows
     from continuair.studies.tables import number
 
     shown = ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_xy_m", "angle_rad", "step_halving_error")
@@ -84,6 +89,8 @@ def _show(study: Sensitivity) -> None:
     print_table(["decoupled", *headings], table, err=True)
     for line in remarks(study.results):
         typer.echo(line, err=True)
+    if study.results["values"] == "own":
+        typer.echo(f"{VALUES['own']} {' '.join(reading(study.results))}", err=True)
     for claim in study.results["claims"]:
         typer.echo(f"\n{claim['id']}, {claim['about']}: “{claim['quote']}”", err=True)
         typer.echo(f"  {claim['verdict']}: {claim['evidence']}.", err=True)

@@ -198,7 +198,11 @@ def _key() -> list[Any]:
 
 def _subtitle(results: dict[str, Any]) -> str:
     name = style.plain(results["vehicle"]["name"])
-    return f"Vehicle {name}, a force of 100 N on the UAV with {results['reading_of_f']}, f = 10."
+    values = {"paper": "the paper's values", "own": "values about its own"}[results["values"]]
+    return (
+        f"Vehicle {name}, {values}, a force of 100 N on the UAV with {results['reading_of_f']}, "
+        "f = 10."
+    )
 
 
 def _farthest(largest: dict[str, tuple[float, str]]) -> str:

@@ -24,6 +24,16 @@ COLUMNS = {
 """Columns of the tables, as keys of a model's entry."""
 
 
+VALUES = {
+    "paper": "The values are the paper's, which prints neither its vehicle nor numbers in this "
+    "section: a verdict holds for this vehicle.",
+    "own": "The values are about the vehicle's own, which is the middle one of each field; initial "
+    "bends and rolls, the force and its time are those of the study of the paper, whose sentences "
+    "are of its own values and are not judged here.",
+}
+"""What is told of the values that are compared."""
+
+
 def write(study: Sensitivity, folder: ResultFolder) -> None:
     """Write sensitivity.json, two CSV files, table.md and sensitivity_<parameter>.nc."""
     results = study.results
@@ -66,17 +76,14 @@ def between(results: dict[str, Any]) -> Iterator[dict[str, Any]]:
 
 def as_table(results: dict[str, Any]) -> str:
     """Return the results in Markdown: verdicts on the paper's sentences, then the numbers."""
+    judged = ["## The paper's sentences", "", *verdict_table(results), ""]
     lines = [
         f"# Parameter sensitivity, vehicle {results['vehicle']['name']}",
         "",
         f"Force of 100 N with {results['reading_of_f']}, f = 10, 5 s; each model against the",
-        "coupled one. The paper prints neither its vehicle nor numbers in this section: a verdict",
-        "holds for this vehicle.",
+        f"coupled one. {VALUES[results['values']]}",
         "",
-        "## The paper's sentences",
-        "",
-        *verdict_table(results),
-        "",
+        *(judged if results["values"] == "paper" else ["## How the error changes", ""]),
         *reading(results),
         "",
         "## Values compared",
@@ -119,14 +126,33 @@ def reading(results: dict[str, Any]) -> list[str]:
     shares = ", ".join(
         f"{name} {percent(closer_share(sweep))}" for name, sweep in results["sweeps"].items()
     )
-    return [
-        "Error: RMS horizontal distance of the decoupled model's tip from the coupled one's. A",
-        "trend counts if the values compared show it and the rank correlation over many values",
+    trends = [
+        "A trend counts if the values compared show it and the rank correlation over many values",
         "between is 0.5 or more; it is not reproduced if neither holds (0.2 or less), and cannot",
-        "be decided in between. From one of the many values to the next the error changes by",
+        "be decided in between.",
+    ]
+    return [
+        "Error: RMS horizontal distance of the decoupled model's tip from the coupled one's.",
+        *(trends if results["values"] == "paper" else _spread(results)),
+        "From one of the many values to the next the error changes by",
         f"factors of up to: {ratios}. Share of these values at which `independent` is closer to",
         f"coupled than `decoupled` is: {shares}.",
     ]
+
+
+def _spread(results: dict[str, Any]) -> list[str]:
+    """From where to where the error goes over each parameter's values, the widest first."""
+    ends = {}
+    for name, sweep in results["sweeps"].items():
+        errors = sweep["between"]["rmse_xy_m"]["decoupled"]
+        if errors:
+            values = [sweep["scale"] * sweep["between"]["value"][at] for at in (0, -1)]
+            where = f"{name} {number(values[0])} to {number(values[1])} {sweep['units']}"
+            ends[where] = min(errors), max(errors)
+    widest = sorted(ends, key=lambda where: ends[where][0] - ends[where][1])
+    told = [f"{where}: {number(ends[where][0])} to {number(ends[where][1])} m" for where in widest]
+    listed = "; ".join(told)
+    return [f"It goes, over the parameter of which it changes the most first, over {listed}."]
 
 
 def neighbour_ratio(sweep: dict[str, Any]) -> float:

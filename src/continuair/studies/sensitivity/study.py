@@ -1,12 +1,13 @@
-"""The parameter sensitivity study of Amiri et al.: six fields, one at a time.
+"""The parameter sensitivity study of Amiri et al.: six parameters, one at a time.
 
-The paper compares a few values of each parameter. Those are flown with their trajectories kept, and
-many values between them too, because a few cannot tell a trend from scatter.
+The paper compares a few values of each parameter. Those, or as few about a vehicle's own, are flown
+with their trajectories kept, and many values between them too, because a few cannot tell a trend
+from scatter.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,12 +32,10 @@ from continuair.scenario.scenarios import Scenario
 from continuair.studies.results import by_model
 from continuair.studies.sensitivity.claims import verdicts
 from continuair.studies.sensitivity.measures import VARIABLES, apart, measures
-from continuair.studies.sensitivity.task import PARAMETERS, Parameter, batch, flight
+from continuair.studies.sensitivity.task import PARAMETERS, Parameter, about, batch, flight
 from continuair.vehicle.vehicle import Vehicle, check_one_section
 
 Array = NDArray[np.float64]
-
-"""The models that are compared with the coupled one."""
 
 
 @dataclass(frozen=True)
@@ -44,9 +43,9 @@ class Sensitivity:
     """Results of the study.
 
     results: JSON-able; results["sweeps"][parameter]["rows"] holds a value each, ["between"] lists
-    over many values; results["claims"] the paper's sentences and their verdicts. datasets:
-    parameter -> trajectories of the paper's values, dimensions `model`, `run` (with the coordinate
-    `value`, SI units) and `time`.
+    over many values; results["claims"] the paper's sentences and their verdicts, none about a
+    vehicle's own values. datasets: parameter -> trajectories of the values compared, dimensions
+    `model`, `run` (with the coordinate `value`, SI units) and `time`.
     """
 
     results: dict[str, Any]
@@ -55,18 +54,22 @@ class Sensitivity:
 
 def sensitivity(
     vehicle: Vehicle,
-    parameters: Iterable[str] = tuple(PARAMETERS),
+    parameters: Iterable[str] | None = None,
     *,
+    own: bool = False,
     hertz: bool = False,
     progress: Progress | None = None,
 ) -> Sensitivity:
     """Vary one parameter of a vehicle or of its start at a time, and compare all models.
 
-    parameters: names in PARAMETERS. hertz: the paper's f = 10 counts as 10 Hz, sin(2 pi 10 t), not
-    as sin(10 t). progress: called with (done, total, what) before each batch. Raises InputError.
+    parameters: names in PARAMETERS, or in `about(vehicle)`, all by default. own: whether values are
+    about the vehicle's own, not the paper's, of which its sentences are. hertz: the paper's f = 10
+    counts as 10 Hz, sin(2 pi 10 t), not as sin(10 t). progress: called with (done, total, what)
+    before each batch. Raises InputError.
     """
     check_one_section(vehicle)
-    chosen = _chosen(parameters)
+    known = about(vehicle) if own else PARAMETERS
+    chosen = _chosen(known if parameters is None else parameters, known)
     scenario = flight(hertz)
     # Every batch is made before the first flight: one that cannot be is told at once.
     for parameter in chosen:
@@ -76,6 +79,7 @@ def sensitivity(
         "vehicle": vehicle.describe(),
         "reading_of_f": "sin(2 pi f t)" if hertz else "sin(f t)",
         "reference": REFERENCE,
+        "values": "own" if own else "paper",
         "sweeps": {},
     }
     datasets = {}
@@ -87,13 +91,13 @@ def sensitivity(
         results["sweeps"][parameter.name] = _sweep(vehicle, scenario, parameter, flown, entries)
         values = ("run", np.array(parameter.values))
         datasets[parameter.name] = by_model(flown).assign_coords(value=values)
-    results["claims"] = verdicts(results)
+    results["claims"] = [] if own else verdicts(results)
     return Sensitivity(results, datasets)
 
 
-def _chosen(parameters: Iterable[str]) -> list[Parameter]:
-    names = checks.choices("parameters", parameters, PARAMETERS)
-    return [PARAMETERS[name] for name in PARAMETERS if name in names]
+def _chosen(parameters: Iterable[str], known: Mapping[str, Parameter]) -> list[Parameter]:
+    names = checks.choices("parameters", parameters, known)
+    return [parameter for name, parameter in known.items() if name in names]
 
 
 def _fly(

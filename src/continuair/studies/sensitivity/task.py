@@ -1,18 +1,21 @@
-"""What the sensitivity study flies: six parameters of Amiri et al., and one two-phase force."""
+"""What the sensitivity study flies: six parameters, and the two-phase force of Amiri et al.
+
+The parameters have the paper's values, or values about those of a vehicle.
+"""
 
 from __future__ import annotations
 
 import functools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from continuair.errors import InputError
 from continuair.scenario.scenarios import Scenario
-from continuair.vehicle.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle, check_one_section
 
 Array = NDArray[np.float64]
 
@@ -36,7 +39,7 @@ _Q = (0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.1, 0.0)
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter that the paper varies, with the values compared.
+    """A parameter that is varied, with the values compared.
 
     field: of a vehicle, or the index of a paper coordinate of the start. values: in SI units,
     ascending. scale, units: what tables multiply the values with, and the unit that results.
@@ -74,6 +77,62 @@ PARAMETERS = {
 }
 """Name -> parameter, in the order of the paper's figure."""
 
+AROUND = (0.5, 1.0, 1.5)
+"""Parts of a vehicle's own value that are compared."""
+
+AROUND_RADIUS = (0.8, 1.0, 1.2)
+"""The same of the radius, whose fourth power the stiffness goes with: 0.41 to 2.1 times."""
+
+_OWN = {
+    "arm.radius": Parameter("arm radius", "arm.radius", AROUND_RADIUS, 1e3, "mm", chosen=True),
+    "uav.mass": Parameter("UAV mass", "uav.mass", AROUND, 1.0, "kg", chosen=True),
+    "arm.length": Parameter("arm length", "arm.length", AROUND, 1.0, "m", chosen=True),
+    "arm.youngs_modulus": Parameter(
+        "Young's modulus", "arm.youngs_modulus", AROUND, 1e-9, "GPa", chosen=True
+    ),
+    "arm.bending_stiffness": Parameter(
+        "bending stiffness", "arm.bending_stiffness", AROUND, 1.0, "N m²", chosen=True
+    ),
+    "arm.mass_per_length": Parameter(
+        "mass per length", "arm.mass_per_length", AROUND, 1e3, "g/m", chosen=True
+    ),
+}
+"""Field -> its parameter, with parts of a vehicle's own value in place of values."""
+
+
+def of_the_paper(vehicle: Vehicle) -> bool:
+    """Whether radius, mass, length and modulus are among the values that the paper compares."""
+    check_one_section(vehicle)
+    fields = [each for each in PARAMETERS.values() if isinstance(each.field, str)]
+    own = {each.field: _own_value(vehicle, str(each.field)) for each in fields}
+    return all(own[each.field] in each.values for each in fields)
+
+
+def about(vehicle: Vehicle) -> dict[str, Parameter]:
+    """Name -> parameter about a vehicle's own values, of the fields that its file gives.
+
+    What the flight starts with is as the paper varies it, no value of a vehicle.
+    """
+    own = {
+        field: (part, value)
+        for field, part in _OWN.items()
+        if (value := _own_value(vehicle, field)) is not None
+    }
+    found = {
+        part.name: replace(part, values=tuple(share * value for share in part.values))
+        for part, value in own.values()
+    }
+    return found | {name: each for name, each in PARAMETERS.items() if isinstance(each.field, int)}
+
+
+def _own_value(vehicle: Vehicle, field: str) -> float | None:
+    """A vehicle's own value of a field, None where its file gives another in its place."""
+    table, _, name = field.partition(".")
+    value = getattr(getattr(vehicle, table), name if table == "uav" else f"given_{name}", None)
+    if field == "arm.length":
+        value = vehicle.arm.length
+    return None if value is None else float(value)
+
 
 # Every model and every parameter asks for the same times.
 @functools.lru_cache(maxsize=1 << 17)
@@ -97,10 +156,18 @@ def flight(hertz: bool = False) -> Scenario:
 def batch(
     vehicle: Vehicle, scenario: Scenario, parameter: Parameter, values: Sequence[float] | Array
 ) -> tuple[Vehicle, Scenario]:
-    """Return vehicle and scenario with one run per value. Raises InputError if one cannot be."""
+    """Return vehicle and scenario with one run per value. Raises InputError if one cannot be.
+
+    Disks stay where they are along an arm, as parts of its length.
+    """
     if isinstance(parameter.field, str):
+        changes = {parameter.field: np.asarray(values)}
+        if parameter.field == "arm.length":
+            places = {f"arm.disks.{i}.position": each for i, each in enumerate(vehicle.arm.disks)}
+            share = {name: disk.position / vehicle.arm.length for name, disk in places.items()}
+            changes |= {name: np.asarray(values) * part for name, part in share.items()}
         try:
-            return vehicle.replace({parameter.field: np.asarray(values)}), scenario
+            return vehicle.replace(changes), scenario
         except InputError as error:
             raise error.within(f"{parameter.name} sweep: ") from None
     q = np.tile(np.asarray(scenario.q), (len(values), 1))
