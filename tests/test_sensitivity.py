@@ -2,6 +2,9 @@
 
 import json
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +43,7 @@ from continuair.sweeps import run_pairs
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
 from tests.new_user import NEW_USER
 
+paper_command: Any = import_module("continuair.cli.paper")
 PAPER = load_vehicle("paper")
 DISK = {"position": 0.8, "mass": 0.3, "inertia": (1e-4, 2e-4)}
 
@@ -391,3 +395,26 @@ def test_a_folder_of_another_study_is_refused_before_any_flight(
     result = CliRunner().invoke(app, ["sensitivity", "--out", str(tmp_path)])
     assert result.exit_code == 2
     assert "another study (open_loop)" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "redo"),
+    [
+        ("paper", "continuair sensitivity --vehicle paper"),
+        ("slender", "continuair paper --vehicle"),
+    ],
+)
+def test_what_redoes_a_part_of_the_papers_report_varies_the_same_values(
+    vehicle: str, redo: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    told: list[str] = []
+
+    @contextmanager
+    def results_in(folder: str, name: str, command: str) -> Iterator[str]:
+        told.append(command)
+        yield folder
+
+    monkeypatch.setattr(paper_command, "results_in", results_in)
+    monkeypatch.setattr("continuair.report.keeping.keep", lambda *_: None)
+    paper_command._keep("sensitivity", None, vehicle, str(tmp_path), quick=False)
+    assert told[0].startswith(redo)

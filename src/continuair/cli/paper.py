@@ -144,8 +144,9 @@ def _keep(name: str, found: Any, vehicle: str, folder: str, quick: bool) -> None
 
     command, options = _COMMANDS[name]
     redo = again(command, vehicle=vehicle, **options, out=folder)
-    if quick:
-        redo = again("paper", vehicle=vehicle, quick=True)
+    # Alone, sensitivity varies another vehicle about its own values.
+    if quick or (command == "sensitivity" and vehicle != "paper"):
+        redo = again("paper", vehicle=vehicle, quick=quick)
     with results_in(folder, name, redo) as part:
         assert part is not None
         with pictures_only() if quick else nullcontext():

@@ -156,18 +156,10 @@ def flight(hertz: bool = False) -> Scenario:
 def batch(
     vehicle: Vehicle, scenario: Scenario, parameter: Parameter, values: Sequence[float] | Array
 ) -> tuple[Vehicle, Scenario]:
-    """Return vehicle and scenario with one run per value. Raises InputError if one cannot be.
-
-    Disks stay where they are along an arm, as parts of its length.
-    """
+    """Return vehicle and scenario with one run per value. Raises InputError if one cannot be."""
     if isinstance(parameter.field, str):
-        changes = {parameter.field: np.asarray(values)}
-        if parameter.field == "arm.length":
-            places = {f"arm.disks.{i}.position": each for i, each in enumerate(vehicle.arm.disks)}
-            share = {name: disk.position / vehicle.arm.length for name, disk in places.items()}
-            changes |= {name: np.asarray(values) * part for name, part in share.items()}
         try:
-            return vehicle.replace(changes), scenario
+            return vehicle.replace({parameter.field: np.asarray(values)}), scenario
         except InputError as error:
             raise error.within(f"{parameter.name} sweep: ") from None
     q = np.tile(np.asarray(scenario.q), (len(values), 1))
