@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -80,14 +80,29 @@ def tune(
             f"out is {out}, which cannot be written ({reason(error)}); the gains are on standard "
             "output instead."
         ) from None
-    for remark in found["remarks"]:
-        typer.echo(remark, err=True)
+    _show_found(found)
     command = f"tracking --vehicle {vehicle}"
     if flown.has_arm_list:
         command = f"advise {vehicle} --task track:M"
     typer.echo(f"Gains are in {out}; fly them with: continuair {command} --gains {out}", err=True)
     if found["interrupted"] or not found["flies"]:
         raise typer.Exit(INTERRUPTED if found["interrupted"] else 1)
+
+
+def _show_found(found: dict[str, Any]) -> None:
+    """Show what the gains reach in each setting and what they lose, on standard error."""
+    from continuair.studies.tables import number
+
+    reached, lost = found["record"]["rms_px"], found["record"]["lost"]
+    table = [
+        [*run.split("."), letter, number(value) if isinstance(value, float) else "lost"]
+        for part in (reached, lost)
+        for run, letters in part.items()
+        for letter, value in letters.items()
+    ]
+    print_table(["setting", "model", "letter", "RMS [px]"], table, err=True)
+    for remark in found["remarks"]:
+        typer.echo(remark, err=True)
 
 
 def run_tracking(
