@@ -134,8 +134,8 @@ def tune(
 
     candidates: per round, a power of two, of each kind in the first one. letters: M has the
     sharpest corners. Returns "gains", settings of `Gains`, "record", JSON-able, "remarks",
-    sentences on what they lose and why, and "interrupted": KeyboardInterrupt ends the search, not
-    what it has found. Raises InputError.
+    sentences on what they lose and why, "flies", whether they keep a setting, and "interrupted":
+    KeyboardInterrupt ends the search, not what it has found. Raises InputError.
     """
     check_single_vehicle(vehicle)
     _check_size(candidates, rounds, seed)
