@@ -139,3 +139,9 @@ def test_limits_that_hold_nothing_are_refused(
         limited(**limits)
     for part in parts:
         assert part in str(caught.value)
+
+
+def test_holds_with_and_without_limits_are_told_apart_where_they_cannot_be_stacked() -> None:
+    laws = [limited(**each)[1].controller for each in ({}, LIMITS)]
+    with pytest.raises(ca.InputError, match="the laws hold and limited hold"):
+        ca.stack(laws)  # type: ignore[arg-type]

@@ -69,7 +69,7 @@ def hold(
     settings |= {name: limits[name] for name, value in given.items() if value is not None}
     most = [limits["force"], limits["moment"], np.full(len(straight), limits["bend_moment"])]
     gains["limit"] = np.concatenate(most)
-    return Controller("hold", limited_law, gains, False, settings, asks=6, limited=True)
+    return Controller("limited hold", limited_law, gains, False, settings, asks=6, limited=True)
 
 
 def _limits(given: dict[str, Any], weight: float, held: np.ndarray) -> dict[str, Any]:
