@@ -10,6 +10,7 @@ import json
 import sys
 
 import numpy as np
+from rotorpy.controllers.quadrotor_control import SE3Control
 from rotorpy.vehicles.multirotor import Multirotor
 
 TIGHT = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-14}
@@ -34,7 +35,19 @@ def main() -> None:
         ).tolist()
         for lift, *moment in case["wrenches"]
     ]
-    json.dump({"flown": flown, "commands": commands}, sys.stdout)
+    law = SE3Control(params | {"k_d": 0.0, "k_z": 0.0, "k_flap": 0.0})
+    for name, value in case["gains"].items():
+        setattr(law, name, np.array(value))
+    pushes = []
+    for state, wanted in case["looks"]:
+        state = {name: np.array(value) for name, value in state.items()}
+        still = {name: np.zeros(3) for name in ("x_ddot", "x_dddot", "x_ddddot")}
+        wanted = (
+            {name: np.array(value) for name, value in wanted.items()} | still | {"yaw_dot": 0.0}
+        )
+        found = law.update(0.0, state, wanted)
+        pushes.append([found["cmd_thrust"], *found["cmd_moment"]])
+    json.dump({"flown": flown, "commands": commands, "pushes": pushes}, sys.stdout)
 
 
 if __name__ == "__main__":

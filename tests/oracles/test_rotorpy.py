@@ -2,6 +2,7 @@
 
 import json
 import subprocess
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,8 @@ RNG = np.random.default_rng(4)
 SPEEDS = RNG.uniform(350.0, 650.0, (PERIODS, 4))
 WRENCHES = np.column_stack([RNG.uniform(12.0, 22.0, 20), RNG.uniform(-0.2, 0.2, (20, 3))])
 WRENCHES[:, 3] *= 0.2
+LOOKS = 40
+"""States from which the control law is asked for a push."""
 
 
 def rigid() -> ca.Vehicle:
@@ -64,7 +67,7 @@ def theirs() -> Any:
     params |= {f"c_D{axis}": value for axis, value in zip("xyz", DRAG, strict=True)}
     start = START | {"q": attitude(), "wind": WIND, "rotor_speeds": SPEEDS[0].tolist()}
     case = {"params": params, "start": start, "speeds": SPEEDS.tolist(), "period": PERIOD}
-    case |= {"wrenches": WRENCHES.tolist()}
+    case |= {"wrenches": WRENCHES.tolist(), "gains": their_gains(), "looks": looks()}
     script = Path(__file__).with_name("rotorpy_quad.py")
     # Of what RotorPy asks for, its vehicle needs these.
     wanted = ["--no-deps", "rotorpy==3.0.0", f"numpy=={np.__version__}", "scipy"]
@@ -81,11 +84,56 @@ def attitude() -> list[float]:
     return list(Rotation.from_euler("ZYX", EULER[::-1]).as_quat())
 
 
-def euler_rates() -> np.ndarray:
-    """Of the angular velocity at the start, body axes."""
-    (sφ, sθ), (cφ, cθ) = np.sin(EULER[:2]), np.cos(EULER[:2])
+def euler_rates(euler: Any = EULER, spin: Any = START["w"]) -> np.ndarray:
+    """Of an angular velocity, body axes."""
+    (sφ, sθ), (cφ, cθ) = np.sin(euler[:2]), np.cos(euler[:2])
     E = np.array([[1, 0, -sθ], [0, cφ, sφ * cθ], [0, -sφ, cφ * cθ]])
-    return np.linalg.solve(E, START["w"])
+    return np.linalg.solve(E, spin)
+
+
+def law() -> ca.Controller:
+    """The cascade without its integral, and without limits that are reached."""
+    return ca.flight_controller(
+        rigid(), integral_share=0.0, tilt=1.4, thrust=(0.01, 500.0), speed=50.0
+    )
+
+
+def their_gains() -> dict[str, Any]:
+    """Of a position's loop within which there is none for velocity."""
+    given = law().gains
+    return {
+        "kp_pos": (given["velocity"] * given["position"]).tolist(),
+        "kd_pos": given["velocity"].tolist(),
+        "kp_att": given["attitude"].tolist(),
+        "kd_att": given["spin"].tolist(),
+    }
+
+
+def seen() -> tuple[np.ndarray, ...]:
+    """Positions, Euler angles, velocities and angular velocities, and what is to be reached."""
+    rng = np.random.default_rng(11)
+    position, velocity, spin, goal = rng.uniform(-0.5, 0.5, (4, LOOKS, 3)) * [
+        [[2]],
+        [[2]],
+        [[4]],
+        [[2]],
+    ]
+    euler = rng.uniform(-0.7, 0.7, (LOOKS, 3)) * [1, 1, 4]
+    return position, euler, velocity, spin, goal, rng.uniform(-3.0, 3.0, LOOKS)
+
+
+def looks() -> list[Any]:
+    """The same as RotorPy has it."""
+    from scipy.spatial.transform import Rotation
+
+    return [
+        (
+            {"x": x.tolist(), "v": v.tolist(), "w": w.tolist(),
+             "q": Rotation.from_euler("ZYX", angles[::-1]).as_quat().tolist()},
+            {"x": goal.tolist(), "x_dot": [0.0, 0.0, 0.0], "yaw": yaw},
+        )
+        for x, angles, v, w, goal, yaw in zip(*seen(), strict=True)
+    ]  # fmt: skip
 
 
 def test_motion_of_a_rigid_quadrotor_in_wind(claim: Claim, theirs: Any) -> None:
@@ -136,3 +184,33 @@ def test_allocation_of_lift_and_moments(claim: Claim, theirs: Any) -> None:
         1e-9,
         float(np.abs(ours / found - 1.0).max()),
     )
+
+
+def test_attitude_law(claim: Claim, theirs: Any) -> None:
+    """Lee's law, from states that tumble, towards positions and yaws at random."""
+    position, euler, velocity, spin, goal, yaw = seen()
+    rates = np.array([euler_rates(*each) for each in zip(euler, spin, strict=True)])
+    bends = np.zeros((LOOKS, 2))
+    start = ca.Scenario(
+        "looks",
+        np.hstack([position, euler, bends]),
+        np.hstack([velocity, rates, bends]),
+        controller=law(),
+        setpoints=ca.Setpoints(position=goal, yaw=yaw),
+        duration=0.004,
+    )
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # rotors saturate, which is not what is compared
+        flight = ca.simulate(rigid(), start, sample=0.004, variables=["command"])
+    ours = flight["command"].isel(time=0).to_numpy()
+    found = np.array(theirs["pushes"])
+    lift = np.linalg.norm(ours[:, :3], axis=1)
+    claim(
+        "thrust of the flight controller from 40 random states, largest relative difference",
+        SOURCE, 1e-9, float(np.abs(lift / np.abs(found[:, 0]) - 1.0).max()),
+    )  # fmt: skip
+    size = np.abs(found[:, 1:]).max()
+    claim(
+        "moment of the flight controller on SO(3), largest difference over the largest moment",
+        SOURCE, 1e-9, float(np.abs(ours[:, 3:6] - found[:, 1:]).max() / size),
+    )  # fmt: skip
