@@ -80,7 +80,7 @@ ROOMS = {
         {"simulate", "live"},
     ],
     "studies": [
-        {"tables", "timing", "standard_laws", "standard_loops", "sentences", "verdicts"},
+        {"tables", "timing", "ladder", "standard_laws", "standard_loops", "sentences", "verdicts"},
         {"results", "standard_excitations"},
         {"atlas"},
         {

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from continuair.controllers.classic import classic
 from continuair.controllers.controller import Controller
 from continuair.controllers.gain_files import Gains, load_gains
+from continuair.errors import InputError
 from continuair.vehicle.vehicle import Vehicle
 
 LAWS = {
@@ -23,6 +26,15 @@ _PRESETS = {"constant": "paper", "current": "current"}
 def gains_for(gains: Gains) -> str:
     """The law that gains are for."""
     return "constant" if gains.constant else "current"
+
+
+def check_gains(gains: Gains | None, laws: Collection[str]) -> None:
+    """Raise InputError for gains that are for none of the laws."""
+    if gains is not None and gains_for(gains) not in laws:
+        raise InputError(
+            f"gains is {gains.name}, which is for the law {gains_for(gains)}; fly that law, or "
+            "leave gains out."
+        )
 
 
 def law_of(name: str, vehicle: Vehicle, gains: Gains | None) -> Controller:

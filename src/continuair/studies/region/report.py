@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from continuair.studies.ladder import in_words
 from continuair.studies.region.flights import DURATION
 from continuair.studies.region.starts import BEND, DIRECTIONS, HEIGHT, SIDEWAYS, TILT, YAW
 from continuair.studies.region.study import Region
@@ -46,12 +47,7 @@ def name_of(case: dict[str, Any]) -> str:
 def reach(entry: dict[str, Any]) -> str:
     """How far a law reaches in a direction, and what is beyond: nothing tried, a failure, or starts
     with points out of view."""
-    unit = entry["unit"]
-    reached = f"{entry['reached']:g}{unit}" if entry["reached"] else "none"
-    if entry["failed_at"] is None:
-        return reached
-    beyond = f"not {entry['failed_at']:g}{unit}" if entry["in_view"] else "all in view"
-    return f"{reached} ({beyond})"
+    return in_words(entry, "", "not {}" if entry["in_view"] else "all in view")
 
 
 def as_table(results: dict[str, Any]) -> str:

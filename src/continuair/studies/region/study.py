@@ -17,6 +17,7 @@ from continuair.kernels.dynamics import MODELS, PLANTS
 from continuair.kernels.step import OK, STATUS
 from continuair.progress import Progress, Steps
 from continuair.scenario.tracking_task import SETTINGS, equipped
+from continuair.studies.ladder import climbed
 from continuair.studies.region.flights import (
     DURATION,
     ENDED,
@@ -26,7 +27,7 @@ from continuair.studies.region.flights import (
     fly,
 )
 from continuair.studies.region.starts import BENDS, DIRECTIONS, RANDOM, starts
-from continuair.studies.standard_laws import LAWS, gains_for, law_of
+from continuair.studies.standard_laws import LAWS, check_gains, law_of
 from continuair.vehicle.layout import COORDINATES
 from continuair.vehicle.vehicle import Vehicle, check_one_section
 
@@ -74,11 +75,7 @@ def region(
     checks.whole("runs", runs, 1, _MOST)
     checks.whole("seed", seed, 0)
     flown = equipped(vehicle, SETTINGS["nominal"])
-    if gains is not None and gains_for(gains) not in names:
-        raise InputError(
-            f"gains is {gains.name}, which is for the law {gains_for(gains)}; fly that law, or "
-            "leave gains out."
-        )
+    check_gains(gains, names)
     controllers = {name: law_of(name, flown, gains) for name in names}
     begun = starts(flown, TARGET, runs, seed)
     cases = [Case(*each) for each in product(names, plants, hertz)]
@@ -146,7 +143,7 @@ def _reach(own: xr.Dataset, direction: str, bend: float) -> dict[str, Any]:
     along = (own["direction"] == direction) & (own["start_bend"] == bend)
     ladder = own.isel(start=np.flatnonzero(along))
     good = (ladder["well"] & ladder["visible"]).to_numpy()
-    count = int(np.cumprod(good).sum())
+    count = climbed(good.tolist())
     values = ladder["off_by"].to_numpy()
     found: dict[str, Any] = {
         "unit": DIRECTIONS[direction].unit,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from continuair.studies.ladder import in_words
 from continuair.studies.results import ResultFolder
 from continuair.studies.robustness.mistakes import LINEAR_DRAG
 from continuair.studies.robustness.study import Robustness
@@ -66,11 +67,7 @@ def reaches(results: dict[str, Any]) -> list[str]:
 
 def reach(entry: dict[str, Any]) -> str:
     """How large a mistake may be, and the first size that is not borne."""
-    unit = entry["unit"]
-    reached = f"{entry['reached']:g}{unit}" if entry["reached"] else "none"
-    if entry["failed_at"] is None:
-        return f"{reached} (all tried)"
-    return f"{reached} (not {entry['failed_at']:g}{unit})"
+    return in_words(entry, " (all tried)", "not {}")
 
 
 def _wind(results: dict[str, Any]) -> list[str]:

@@ -9,14 +9,14 @@ from typing import Any
 
 from continuair import checks
 from continuair.controllers.gain_files import Gains
-from continuair.errors import InputError
 from continuair.kernels.dynamics import MODELS, PLANTS
 from continuair.kernels.step import OK, STATUS
 from continuair.progress import Progress, Steps
 from continuair.scenario.tracking_task import equipped
+from continuair.studies.ladder import climbed
 from continuair.studies.robustness.flights import LETTER, SETTING, Wrong, fly, groups
 from continuair.studies.robustness.mistakes import MISTAKES
-from continuair.studies.standard_laws import LAWS, gains_for, law_of
+from continuair.studies.standard_laws import LAWS, check_gains, law_of
 from continuair.vehicle.vehicle import Vehicle, check_one_section
 
 BORNE = 5.0
@@ -48,11 +48,7 @@ def robustness(
     check_one_section(vehicle)
     names, plants = checks.choices("laws", laws, LAWS), checks.choices("models", models, MODELS)
     chosen = checks.choices("mistakes", mistakes, MISTAKES)
-    if gains is not None and gains_for(gains) not in names:
-        raise InputError(
-            f"gains is {gains.name}, which is for the law {gains_for(gains)}; fly that law, or "
-            "leave gains out."
-        )
+    check_gains(gains, names)
     nominal = equipped(vehicle, SETTING)
     wrong = [Wrong(name, value) for name in chosen for value in MISTAKES[name].values]
     batches = groups([Wrong(None), *wrong])
@@ -93,17 +89,13 @@ def _reach(name: str, found: dict[Wrong, Any]) -> dict[str, Any]:
     """The largest value up to which all are borne, the next one, and why that is not."""
     mistake, most = MISTAKES[name], found[Wrong(None)]["rms_px"] + BORNE
     values = [{"value": value, **found[Wrong(name, value)]} for value in mistake.values]
-    reached, beyond = 0.0, None
-    for each in values:
-        if not (each["status"] == OK and each["rms_px"] <= most):
-            beyond = each
-            break
-        reached = each["value"]
+    count = climbed([each["status"] == OK and each["rms_px"] <= most for each in values])
+    beyond = values[count] if count < len(values) else None
     return {
         "meaning": mistake.meaning,
         "unit": mistake.unit,
         "values": values,
-        "reached": reached,
+        "reached": values[count - 1]["value"] if count else 0.0,
         "failed_at": None if beyond is None else beyond["value"],
         "reason": "" if beyond is None else reason(beyond),
     }
