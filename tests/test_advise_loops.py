@@ -10,9 +10,10 @@ import pytest
 import continuair as ca
 from continuair.figures import advise as figures
 from continuair.scenario.tracking_task import without_rotors
-from continuair.studies.advise.excitations import Loop, excite
+from continuair.studies.advise.excitations import excite
 from continuair.studies.advise.notes import notes
 from continuair.studies.advise.verdicts import verdict
+from continuair.studies.excited_flights import Loop
 from continuair.studies.tables import number_below
 from continuair.studies.timing import median_ratios
 from tests.new_user import NEW_USER
@@ -178,14 +179,18 @@ def test_notes_tell_where_independent_is_better_and_whose_limit_it_is() -> None:
 def test_notes_tell_what_the_atlas_does_not_hold_and_what_has_not_settled() -> None:
     case = results({"bend": 0.6, "moment": 0.5}, {"bend": 0.5, "moment": 0.4})
     case["loop"]["name"] = "position"
-    case["groups"]["gravity_number"] = 0.73
+    case["groups"] |= {"gravity_number": 2.5, "bandwidth": 1.0}
     del case["groups"]["slenderness"]  # as of an arm by its stiffness
     case["vehicle"] = NEW_USER.describe()
     case["excitations"]["bend"]["models"]["decoupled"]["limit_settled"] = False
     unsettled, outside = notes(case)
     assert unsettled.startswith("bend, decoupled: the error at the limit has not settled")
-    for part in ("gravity number 0.73 (0.001 to 0.3 there)", "disks", "mount", "loop position"):
+    for part in ("gravity number 2.5 (0.002 to 2 there)", "disks", "mount"):
         assert part in outside
+    assert "loop" not in outside and "bandwidth" not in outside
+    case["loop"]["name"] = "attitude"
+    *_, outside = notes(case)
+    assert "gravity number 2.5 (0.001 to 0.3 there)" in outside and "loop attitude" in outside
 
 
 def test_tracking_leaves_out_rotors_that_cannot_push_in_any_direction() -> None:

@@ -64,10 +64,11 @@ def advise(
             )
             if folder is not None:
                 from continuair.figures import advise as figures
-                from continuair.studies.atlas.summary import load
+                from continuair.studies.atlas.summary import CONTROLLED_SUMMARY, OPEN_SUMMARY, load
 
                 folder.store(results, report.as_table(results))
-                figures.write(results, load(), folder.file)
+                shipped = CONTROLLED_SUMMARY if loop == "position" else OPEN_SUMMARY
+                figures.write(results, load(shipped=shipped), folder.file)
     print_table(["task", "model", "verdict"], report.verdicts(results), err=True)
     typer.echo(results["verdict"] + ".", err=True)
     typer.echo(report.loop_of(results), err=True)

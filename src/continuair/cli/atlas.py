@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from continuair import checks
 from continuair.cli.application import app
 from continuair.cli.options import results_in
 from continuair.cli.terminal import progress_bar
@@ -23,11 +24,22 @@ def atlas(
         ),
     ] = 100_000,
     seed: Annotated[int, typer.Option(help="Seed of the samples.")] = 0,
+    loop: Annotated[
+        str,
+        typer.Option(help="What holds the hover: none, or position, as advise flies a vehicle."),
+    ] = "none",
+    vehicles: Annotated[
+        int, typer.Option(help="Vehicles that are flown with --loop position.")
+    ] = 2048,
 ) -> None:
     """Map where decoupling holds, over dimensionless groups, for any vehicle.
 
-    100,000 flights take some ten minutes on two cores.
+    100,000 flights, or 2048 vehicles with --loop position, take some ten minutes on two cores.
     """
+    checks.choice("loop", loop, ("none", "position"))
+    if loop == "position":
+        _controlled(out, vehicles, seed)
+        return
     with progress_bar() as progress:
         from continuair.figures import atlas as figures
         from continuair.studies.atlas import study as study
@@ -41,4 +53,21 @@ def atlas(
             save(summary, folder.file("atlas.npz"))
             folder.write_text("table.md", as_table(summary))
             figures.write(summary, curves(), folder.file)
+    typer.echo(as_table(summary), err=True)
+
+
+def _controlled(out: str, vehicles: int, seed: int) -> None:
+    """Fly vehicles with a loop, and write the rule and what it is worth."""
+    with progress_bar() as progress:
+        from continuair.figures import controlled as figures
+        from continuair.studies.atlas import study as study
+        from continuair.studies.atlas.page import as_table
+        from continuair.studies.atlas.summary import CONTROLLED_SUMMARY, save
+
+        with results_in(out, "atlas") as folder:
+            assert folder is not None
+            summary = study.controlled(vehicles, seed, progress=progress)
+            save(summary, folder.file(CONTROLLED_SUMMARY))
+            folder.write_text("table.md", as_table(summary))
+            figures.write(summary, folder.file)
     typer.echo(as_table(summary), err=True)

@@ -13,6 +13,7 @@ from matplotlib.ticker import FixedFormatter, FixedLocator, NullFormatter
 
 from continuair.figures import style
 from continuair.figures.atlas import validity_map
+from continuair.figures.controlled import limits_map
 
 _SPEEDS = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
 _COLOURS = {"bend": "#0072B2", "moment": "#009E73", "force": "#000000", "tip": "#D55E00"}
@@ -57,8 +58,12 @@ def placed(results: dict[str, Any], atlas: xr.Dataset) -> Figure:
     """Return the maps of an atlas with the vehicle, marked at the limits that were found for it.
 
     A limit below or above all frequencies tried has no mark, as it has none on the other figure.
+    atlas: of controlled vehicles for a position loop: there the rule's limits are the colour.
     """
-    place = {style.plain(results["vehicle"]["name"]): results["groups"]}
+    label = style.plain(results["vehicle"]["name"])
+    if results["loop"]["name"] == "position":
+        return limits_map(atlas, results["groups"], label=label, tolerance=results["tolerance"])
+    place = {label: results["groups"]}
     limits = {
         name: part["models"]["decoupled"]["limit_hz"] / results["clamped_hz"]
         for name, part in results["excitations"].items()

@@ -136,7 +136,7 @@ def write(summary: xr.Dataset, curves: xr.Dataset, file: Callable[[str], Path]) 
 def _map(axes: Any, one: xr.Dataset, free: bool) -> Any:
     """Draw one excitation's map; return what its colours are."""
     x = one["damping_edges" if free else "frequency_edges"].to_numpy()
-    y = _logit(one["coupling_edges"].to_numpy())
+    y = logit(one["coupling_edges"].to_numpy())
     value, angle = (np.ma.masked_invalid(one[f"{n}_map"].to_numpy()) for n in ("nrmse", "angle"))
     drawn = axes.pcolormesh(x, y, value, cmap=_COLOURS, norm=LogNorm(_LEVELS[0], _LEVELS[-1]))
     centre_x, centre_y = np.sqrt(x[1:] * x[:-1]), 0.5 * (y[1:] + y[:-1])
@@ -158,8 +158,8 @@ def _map(axes: Any, one: xr.Dataset, free: bool) -> Any:
     axes.set_xticks(ticks, [f"{t:g}" for t in ticks])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.set_xlabel("damping ratio" if free else "frequency / clamped frequency")
-    shown = [t for t in _TICKS if y[0] <= _logit(t) <= y[-1]]
-    axes.yaxis.set_major_locator(FixedLocator([float(_logit(t)) for t in shown]))
+    shown = [t for t in _TICKS if y[0] <= logit(t) <= y[-1]]
+    axes.yaxis.set_major_locator(FixedLocator([float(logit(t)) for t in shown]))
     axes.yaxis.set_minor_locator(NullLocator())
     axes.set_yticklabels([f"{t:g}" for t in shown])
     axes.set_ylim(y[0], y[-1])
@@ -172,7 +172,7 @@ def _mark(
 ) -> None:
     """Draw a vehicle on a map; beyond the map's edge it stands on the edge."""
     low, high = axes.get_ylim()
-    y = float(np.clip(_logit(groups["coupling"]), low, high))
+    y = float(np.clip(logit(groups["coupling"]), low, high))
     left, right = axes.get_xlim()
     if name in FREE:
         at = groups["damping_ratio"]
@@ -185,7 +185,8 @@ def _mark(
         axes.annotate(label, (left, y), color=_VEHICLE, fontsize=6, **text)
 
 
-def _logit(share: Any) -> Any:
+def logit(share: Any) -> Any:
+    """Return log(s / (1 - s)), the scale on which couplings are drawn."""
     return np.log(np.asarray(share) / (1.0 - np.asarray(share)))
 
 

@@ -24,6 +24,7 @@ import numpy as np
 from continuair import checks
 from continuair.analysis.excited import ExcitedArm, excited_arm
 from continuair.analysis.trim import held_hover
+from continuair.controllers.controller import Controller
 from continuair.controllers.inertias import rigid_inertia
 from continuair.flight.rotors import still
 from continuair.scenario.excitations import Shared, Swelling, Wave, plus
@@ -125,7 +126,7 @@ def standard_scenario(
     *,
     periods: float = PERIODS,
     gravity: float = 9.81,
-    loop: str = "none",
+    loop: str | Controller = "none",
     bandwidth: float | None = None,
     swell: float = 0.0,
 ) -> Scenario:
@@ -135,11 +136,12 @@ def standard_scenario(
     arm's clamped frequency; bend: the angle of the arm's end at the start, κ₀ l [rad]. All three
     are numbers, or arrays over the vehicle's runs. The duration is that many clamped periods, the
     longest of a batch's: give `duration` to `simulate` or `run_pairs` where they differ. loop: one
-    of LOOPS, for a single vehicle, and bandwidth: of its attitude [rad/s]; swell: share of the
-    duration over which what oscillates swells. Raises InputError.
+    of LOOPS, for a single vehicle, and bandwidth: of its attitude [rad/s], or the controller that
+    holds the hover; swell: share of the duration over which what oscillates swells. Raises
+    InputError.
     """
     excitation = EXCITATIONS[checks.choice("excitation", name, EXCITATIONS)]
-    controller = hover_loop(vehicle, loop, bandwidth)
+    controller = loop if isinstance(loop, Controller) else hover_loop(vehicle, loop, bandwidth)
     arm, layout = excited_arm(vehicle), Layout(vehicle.shape)
     load = excitation.moderate if load is None else load
     clamped = np.asarray(arm.frequency)

@@ -13,10 +13,12 @@ from dataclasses import replace
 import numpy as np
 
 from continuair import checks
-from continuair.controllers.controller import Controller
+from continuair.controllers.controller import Controller, stack
 from continuair.controllers.flight import flight_controller
 from continuair.errors import InputError, shown
 from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
 
 LOOPS = ("none", "attitude", "position")
 
@@ -44,6 +46,23 @@ def hover_loop(vehicle: Vehicle, loop: str, bandwidth: float | None = None) -> C
         )
     held = flight_controller(vehicle, attitude_bandwidth=bandwidth, bend_bandwidth=0.0)
     return held if loop == "position" else _free_sideways(held)
+
+
+def hover_loops(vehicle: Vehicle, bandwidths: Array) -> tuple[Controller | None, Array]:
+    """The position loops of a batch's vehicles, of bandwidths (runs,) of the attitude [rad/s].
+
+    Returns those that are stable in one controller, None if none is, and which they are (runs,).
+    """
+    made = [_if_stable(vehicle.select(run), each) for run, each in enumerate(bandwidths)]
+    stable = [each for each in made if each is not None]
+    return stack(stable) if stable else None, np.array([each is not None for each in made])
+
+
+def _if_stable(vehicle: Vehicle, bandwidth: float) -> Controller | None:
+    try:
+        return hover_loop(vehicle, "position", float(bandwidth))
+    except InputError:
+        return None
 
 
 def _free_sideways(held: Controller) -> Controller:

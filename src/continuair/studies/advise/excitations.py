@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,16 +10,17 @@ import numpy as np
 from continuair.analysis.couplings import attribution
 from continuair.analysis.excited import excited_arm
 from continuair.analysis.limits import Limit, find_limits
-from continuair.flight.resolution import RESOLVED, angles_unread, steps_told_of
 from continuair.kernels.dynamics import COUPLINGS, SIMPLER
-from continuair.scenario.scenarios import Scenario
-from continuair.studies.standard_excitations import (
-    EXCITATIONS,
-    PERIODS,
-    sample_time,
-    standard_scenario,
+from continuair.studies.excited_flights import (
+    NO_LOOP,
+    Loop,
+    error_of,
+    excited,
+    flown_errors,
+    least_periods,
+    sampling,
 )
-from continuair.sweeps import run_pairs
+from continuair.studies.standard_excitations import EXCITATIONS, PERIODS
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -34,12 +34,6 @@ SCAN = np.geomspace(0.05, 3.0, 20)
 REFINED = 8
 """Frequencies of the round that halves in on a limit."""
 
-CYCLES = 3.0
-"""Cycles that count of every flight in a loop, at the least."""
-
-SWELL = 0.4
-"""Share of a flight in a loop over which its load swells, and which does not count."""
-
 SETTLED = 0.1
 """Largest share by which a settled error differs from that of a flight twice as long."""
 
@@ -47,20 +41,7 @@ _LONGER = float(np.sqrt(10.0))
 """Ratio of the durations of flights that fly together: what acts on them is sampled once."""
 
 
-@dataclass(frozen=True)
-class Loop:
-    """One of LOOPS, and the bandwidth of its attitude [rad/s], or None for its default."""
-
-    name: str = "none"
-    bandwidth: float | None = None
-
-    @property
-    def closed(self) -> bool:
-        """Whether anything holds the hover."""
-        return self.name != "none"
-
-
-def excite(vehicle: Vehicle, name: str, tolerance: float, loop: Loop = Loop()) -> dict[str, Any]:
+def excite(vehicle: Vehicle, name: str, tolerance: float, loop: Loop = NO_LOOP) -> dict[str, Any]:
     """Error of each model at the moderate load, and the frequency up to which it is tolerable.
 
     limit_hz: NaN where no frequency tried is, inf where all are, None for a release or a fall.
@@ -123,21 +104,13 @@ def _alike(error: float, longer: float) -> bool:
 def _errors(
     vehicle: Vehicle, name: str, frequencies: Any, loop: Loop, longer: float = 1.0
 ) -> dict[str, Array]:
-    """Error of each model at each frequency; infinite where a flight ended early.
-
-    Where steps do not resolve a flight, it is at least what they err by. longer: than need be.
-    """
+    """Error of each model at each frequency; longer: than need be."""
     frequencies = np.asarray(frequencies, float)
     errors = {model: np.empty(len(frequencies)) for model in SIMPLER}
     for at, periods in _together(name, frequencies, loop):
-        scenario = excited(vehicle, name, frequencies[at], loop, longer * periods)
-        sample, settle = sampling(vehicle, scenario)
-        with steps_told_of(), angles_unread():
-            found = run_pairs(vehicle, scenario, SIMPLER, sample=sample, settle=settle)
-        by_steps = found["step_error"].max("model").to_numpy()
-        least = np.where(by_steps > RESOLVED, by_steps, 0.0)
+        found = flown_errors(vehicle, name, frequencies[at], loop, longer * periods)
         for model in SIMPLER:
-            errors[model][at] = np.maximum(_error(found.sel(model=model), vehicle), least)
+            errors[model][at] = found[model]
     return errors
 
 
@@ -146,54 +119,18 @@ def _together(name: str, frequencies: Array, loop: Loop) -> Iterator[tuple[Array
     if EXCITATIONS[name].on is None or not loop.closed:
         yield np.arange(len(frequencies)), PERIODS
         return
-    least = CYCLES / (1.0 - SWELL) / frequencies
-    steps = np.ceil(np.maximum(np.log(least / PERIODS) / np.log(_LONGER), 0.0) - 1e-9)
+    longer = least_periods(frequencies) / PERIODS
+    steps = np.ceil(np.log(longer) / np.log(_LONGER) - 1e-9)
     for step in np.unique(steps):
         yield np.flatnonzero(steps == step), PERIODS * _LONGER**step
 
 
-def excited(
-    vehicle: Vehicle, name: str, frequency: Any, loop: Loop, periods: float = PERIODS
-) -> Scenario:
-    """A standard excitation as it is flown here; in a loop it swells."""
-    swell = SWELL if loop.closed else 0.0
-    return standard_scenario(
-        name,
-        vehicle,
-        frequency=frequency,
-        periods=periods,
-        loop=loop.name,
-        bandwidth=loop.bandwidth,
-        swell=swell,
-    )
-
-
-def sampling(vehicle: Vehicle, scenario: Scenario) -> tuple[float, float]:
-    """Time between samples that are compared, and from when they count [s].
-
-    In a loop samples are at instants at which it acts, or between them, so that steps are even.
-    """
-    sample, period = sample_time(vehicle), scenario.period
-    if period is None:
-        return sample, 0.0
-    even = period * (sample // period) if sample >= period else period / np.ceil(period / sample)
-    oscillates = EXCITATIONS[scenario.name].on is not None
-    return float(even), SWELL * scenario.duration * oscillates
-
-
-def attribute(vehicle: Vehicle, name: str, loop: Loop = Loop()) -> dict[str, float]:
+def attribute(vehicle: Vehicle, name: str, loop: Loop = NO_LOOP) -> dict[str, float]:
     """Error of the coupled model without one coupling, at the moderate load."""
     (_, periods), *_rest = _together(name, np.array([MODERATE]), loop)
     scenario = excited(vehicle, name, MODERATE, loop, periods)
     found = attribution(vehicle, scenario, *sampling(vehicle, scenario))
-    return {coupling: float(_error(found[coupling], vehicle)) for coupling in COUPLINGS}
-
-
-def _error(found: Any, vehicle: Vehicle) -> Array:
-    """The larger of the tip's RMSE over the arm's length and the RMS angle; infinite if it ended
-    early."""
-    tip = np.asarray(found["rmse_t_m"]) / float(excited_arm(vehicle).length)
-    return np.nan_to_num(np.maximum(tip, found["angle_rad"]), nan=np.inf)
+    return {coupling: float(error_of(found[coupling], vehicle)) for coupling in COUPLINGS}
 
 
 def missed(couplings: dict[str, float], error: float) -> str:

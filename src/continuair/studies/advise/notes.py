@@ -5,8 +5,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
+from continuair.analysis.decoupling_rule import allowed
 from continuair.kernels.dynamics import SIMPLER
+from continuair.studies.atlas.controlled import CONTROLLED_RANGES
 from continuair.studies.atlas.flights import RANGES
+from continuair.studies.atlas.summary import CONTROLLED_SUMMARY, load
 from continuair.studies.tables import number, number_below
 
 _FURTHER = 1.5
@@ -22,6 +27,7 @@ def notes(results: dict[str, Any]) -> list[str]:
         *(note for task in results["verdicts"] for note in _alone(results, task)),
         *_unsettled(results),
         *_outside(results),
+        *_ruled(results),
         *results["tracking_notes"],
     ]
 
@@ -101,18 +107,52 @@ def _unsettled(results: dict[str, Any]) -> list[str]:
 
 def _outside(results: dict[str, Any]) -> list[str]:
     """What of a vehicle with [arm], and of its flights, the atlas does not hold."""
-    vehicle, groups = results["vehicle"], results["groups"]
+    vehicle = results["vehicle"]
     if not isinstance(vehicle["arm"], dict):
         return []
     found = [
-        f"{name.replace('_', ' ')} {number(groups[name], 2)} ({low:g} to {high:g} there)"
-        for name in _GROUPS
-        if name in groups  # an arm by its stiffness has no slenderness
-        for low, high in [RANGES[name]]
-        if not low <= groups[name] <= high
+        f"{name.replace('_', ' ')} {number(value, 2)} ({low:g} to {high:g} there)"
+        for name, value, (low, high) in _beyond(results)
     ]
     found += ["disks"] * bool(vehicle["arm"].get("disks"))
     found += ["a mount off the centre"] * any(vehicle["uav"]["mount"])
     loop = results["loop"]["name"]
-    found += [f"the loop {loop}"] * (loop != "none" and bool(results["excitations"]))
+    found += [f"the loop {loop}"] * (loop == "attitude" and bool(results["excitations"]))
     return [f"Outside the atlas of other flights: {', '.join(found)}."] if found else []
+
+
+def _beyond(results: dict[str, Any]) -> list[tuple[str, float, tuple[float, float]]]:
+    """Groups of the vehicle beyond the ranges that the atlas holds, of its loop or of none."""
+    ranges = CONTROLLED_RANGES if results["loop"]["name"] == "position" else RANGES
+    groups = results["groups"]
+    return [
+        (name, groups[name], ranges[name])
+        for name in (*_GROUPS, "bandwidth")
+        if name in ranges and name in groups  # an arm by its stiffness has no slenderness
+        if not ranges[name][0] <= groups[name] <= ranges[name][1]
+    ]
+
+
+def _ruled(results: dict[str, Any]) -> list[str]:
+    """What the atlas's rule of controlled vehicles says, where it holds."""
+    plain = isinstance(results["vehicle"]["arm"], dict)
+    if results["loop"]["name"] != "position" or not plain or _beyond(results):
+        return []
+    summary = load(shipped=CONTROLLED_SUMMARY)
+    if not summary["accepted"].min() <= results["tolerance"] <= summary["accepted"].max():
+        return []
+    groups = {name: np.array([value]) for name, value in results["groups"].items()}
+    limits = allowed(summary, "position", groups, results["tolerance"])[:, 0]
+    told = [
+        f"{name} {_ruled_limit(limit * results['clamped_hz'])}"
+        for name, limit in zip(summary["excitation"].to_numpy(), limits, strict=True)
+        if name in results["excitations"]
+    ]
+    start = "The rule of the atlas, made of other vehicles in this loop, allows"
+    return [f"{start} {', '.join(told)}; what was flown counts."] if told else []
+
+
+def _ruled_limit(hertz: float) -> str:
+    if math.isnan(hertz):
+        return "nothing"
+    return "all that was tried" if math.isinf(hertz) else f"{number_below(hertz)} Hz"

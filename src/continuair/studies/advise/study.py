@@ -20,6 +20,7 @@ from continuair.analysis.excited import excited_arm
 from continuair.analysis.groups import place
 from continuair.analysis.modes import modes
 from continuair.analysis.trim import trim
+from continuair.controllers.controller import Controller
 from continuair.controllers.gain_files import Gains, load_gains
 from continuair.errors import InputError
 from continuair.flight.simulate import simulate
@@ -27,10 +28,11 @@ from continuair.kernels.dynamics import REFERENCE, SIMPLER
 from continuair.progress import Progress, Steps
 from continuair.scenario.letters import LETTERS
 from continuair.scenario.tracking_task import without_rotors
-from continuair.studies.advise.excitations import CYCLES, Loop, attribute, excite, missed
+from continuair.studies.advise.excitations import attribute, excite, missed
 from continuair.studies.advise.notes import notes
 from continuair.studies.advise.tracking import tracking_limit
 from continuair.studies.advise.verdicts import TASKS, verdict
+from continuair.studies.excited_flights import CYCLES, Loop
 from continuair.studies.standard_excitations import PERIODS, standard_scenario
 from continuair.studies.standard_loops import hover_loop
 from continuair.studies.timing import median_ratios
@@ -103,7 +105,7 @@ def advise(
         "clamped_hz": float(arm.frequency) / (2.0 * np.pi),
         "hovering_hz": hovering(vehicle),
         "least_settled_hz": CYCLES / PERIODS * float(arm.frequency) / (2.0 * np.pi),
-        "groups": {name: float(value) for name, value in place(vehicle).items()},
+        "groups": _groups(vehicle, controller),
         "excitations": excitations,
         "tracking": tracked,
         "tracking_notes": told if tracked else [],
@@ -114,6 +116,15 @@ def advise(
     sentence = "; ".join(f"{task}: {of['decoupled']['text']}" for task, of in found.items())
     results |= {"verdicts": found, "verdict": sentence}
     return results | {"notes": notes(results)}
+
+
+def _groups(vehicle: Vehicle, controller: Controller | None) -> dict[str, float]:
+    """The vehicle's groups, and the bandwidth of its attitude over the arm's clamped frequency."""
+    found = {name: float(value) for name, value in place(vehicle).items()}
+    if controller is not None:
+        attitude = controller.settings["attitude_bandwidth"]
+        found["bandwidth"] = float(attitude) / float(excited_arm(vehicle).frequency)
+    return found
 
 
 def hovering(vehicle: Vehicle) -> list[float]:

@@ -15,7 +15,9 @@ from continuair.analysis.groups import vehicle_of
 from continuair.flight.resolution import angles_unread, steps_told_of
 from continuair.kernels.dynamics import COUPLINGS
 from continuair.progress import Progress
+from continuair.studies.atlas.controlled import fly_vehicles, sample_vehicles
 from continuair.studies.atlas.flights import fly, sample, scenario_of
+from continuair.studies.atlas.judging import judge
 from continuair.studies.atlas.loops import fly_loops, sample_loops
 from continuair.studies.atlas.summary import summarise, summarise_loops
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time
@@ -23,6 +25,9 @@ from continuair.sweeps import run_pairs
 
 RUNS, LEAST = 100_000, 600
 """Open-loop runs by default, and the fewest that say anything."""
+
+VEHICLES, LEAST_VEHICLES = 2048, 128
+"""Vehicles that are flown with a loop by default, and the fewest that a rule can be made of."""
 
 _LOOPS_PER_RUN, _ATTRIBUTED_PER_RUN = 1 / 50, 1 / 250
 _HALVED = 64
@@ -62,6 +67,25 @@ def atlas(runs: int = RUNS, seed: int = 0, *, progress: Progress | None = None) 
         "runs": each * len(names),
         "closed_loop_runs": loops,
         "attributed_runs": attributed * len(names),
+    }
+    return summary
+
+
+def controlled(
+    vehicles: int = VEHICLES, seed: int = 0, *, progress: Progress | None = None
+) -> xr.Dataset:
+    """Fly vehicles with a position loop and without, fit the rule on half of them, and judge it.
+
+    Returns what `judge` does; its attributes say how it was made. Raises InputError.
+    """
+    checks.whole("vehicles", vehicles, LEAST_VEHICLES)
+    checks.whole("seed", seed, 0)
+    summary = judge(fly_vehicles(sample_vehicles(vehicles, seed), progress), progress)
+    summary.attrs = {
+        "study": "atlas",
+        "version": version("continuair"),
+        "seed": seed,
+        "vehicles": vehicles,
     }
     return summary
 

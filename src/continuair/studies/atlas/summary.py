@@ -29,7 +29,9 @@ COLUMNS, ROWS = 12, 10
 COUPLING = (0.015, 0.88)
 """Cells of a map, and the ends of its coupling."""
 
-_SHIPPED = "atlas.npz"
+OPEN_SUMMARY, CONTROLLED_SUMMARY = "atlas.npz", "controlled.npz"
+"""Summaries that the package ships, of flights in open loop and of vehicles with a loop."""
+
 _LARGEST_LOOP_CELLS = 6
 
 
@@ -186,13 +188,13 @@ def save(summary: xr.Dataset, file: str | os.PathLike[str]) -> None:
     Path(file).write_bytes(content.getvalue())
 
 
-def load(file: str | os.PathLike[str] | None = None) -> xr.Dataset:
-    """Return the summary that comes with the package, or one that `continuair atlas` has written.
+def load(file: str | os.PathLike[str] | None = None, *, shipped: str = OPEN_SUMMARY) -> xr.Dataset:
+    """Return a summary that comes with the package, or one that `continuair atlas` has written.
 
-    Raises InputError.
+    shipped: OPEN_SUMMARY or CONTROLLED_SUMMARY, without a file. Raises InputError.
     """
     if file is None:
-        data = resources.files("continuair.studies.atlas").joinpath(_SHIPPED).read_bytes()
+        data = resources.files("continuair.studies.atlas").joinpath(shipped).read_bytes()
     else:
         try:
             data = Path(file).read_bytes()
@@ -204,7 +206,7 @@ def load(file: str | os.PathLike[str] | None = None) -> xr.Dataset:
             parts = {name: (dims, arrays[name]) for name, dims in header["dims"].items()}
     except (ValueError, KeyError, OSError) as error:
         raise InputError(
-            f"atlas is {printed(file or _SHIPPED)}, which is no summary of an atlas ({error}); "
+            f"atlas is {printed(file or shipped)}, which is no summary of an atlas ({error}); "
             "give atlas.npz as continuair atlas writes it."
         ) from None
     coords = {name: parts.pop(name) for name in header["coords"]}

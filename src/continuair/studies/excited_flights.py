@@ -1,0 +1,120 @@
+"""Flights of the standard excitations, in a loop or in none, as `advise` and the controlled atlas
+fly them, and what of them counts.
+
+In a loop a load swells over the first two fifths of a flight, and the rest counts: three cycles at
+the least. Without one nothing settles, and all of a flight counts. An error is the larger of the
+tip's RMSE over the arm's length and the RMS angle between the tips [rad].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from continuair.analysis.excited import excited_arm
+from continuair.controllers.controller import Controller
+from continuair.flight.resolution import RESOLVED, angles_unread, steps_told_of
+from continuair.kernels.dynamics import SIMPLER
+from continuair.scenario.scenarios import Scenario
+from continuair.studies.standard_excitations import (
+    EXCITATIONS,
+    PERIODS,
+    sample_time,
+    standard_scenario,
+)
+from continuair.sweeps import run_pairs
+from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
+
+CYCLES = 3.0
+"""Cycles that count of every flight in a loop, at the least."""
+
+SWELL = 0.4
+"""Share of a flight in a loop over which its load swells, and which does not count."""
+
+
+@dataclass(frozen=True)
+class Loop:
+    """One of LOOPS, and the bandwidth of its attitude [rad/s], or None for its default.
+
+    held: its controller, where that is made already, as it must be for a batch of vehicles.
+    """
+
+    name: str = "none"
+    bandwidth: float | None = None
+    held: Controller | None = None
+
+    @property
+    def closed(self) -> bool:
+        """Whether anything holds the hover."""
+        return self.name != "none"
+
+
+NO_LOOP = Loop()
+"""Nothing holds the hover."""
+
+
+def least_periods(frequency: Any) -> Any:
+    """Clamped periods that a flight in a loop must last, by its frequency over the clamped one."""
+    return np.maximum(PERIODS, CYCLES / (1.0 - SWELL) / np.asarray(frequency))
+
+
+def excited(
+    vehicle: Vehicle, name: str, frequency: Any, loop: Loop, periods: float = PERIODS
+) -> Scenario:
+    """A standard excitation, moderate as it is by default; in a loop it swells."""
+    return standard_scenario(
+        name,
+        vehicle,
+        frequency=frequency,
+        periods=periods,
+        loop=loop.held or loop.name,
+        bandwidth=loop.bandwidth,
+        swell=SWELL if loop.closed else 0.0,
+    )
+
+
+def sampling(vehicle: Vehicle, scenario: Scenario) -> tuple[float, float]:
+    """Time between samples that are compared, and from when they count [s].
+
+    In a loop samples are at instants at which it acts, or between them, so that steps are even.
+    """
+    sample, period = sample_time(vehicle), scenario.period
+    if period is None:
+        return sample, 0.0
+    even = period * (sample // period) if sample >= period else period / np.ceil(period / sample)
+    oscillates = EXCITATIONS[scenario.name].on is not None
+    return float(even), SWELL * scenario.duration * oscillates
+
+
+def flown_errors(
+    vehicle: Vehicle,
+    name: str,
+    frequency: Any,
+    loop: Loop,
+    periods: float = PERIODS,
+    models: Sequence[str] = SIMPLER,
+) -> dict[str, Array]:
+    """Error (runs,) of each model; infinite where a flight ended early.
+
+    vehicle: plain or batched; frequency: a number or (runs,), over the clamped one. Where steps do
+    not resolve a flight, its error is at least what they err by.
+    """
+    scenario = excited(vehicle, name, frequency, loop, periods)
+    sample, settle = sampling(vehicle, scenario)
+    with steps_told_of(), angles_unread():
+        found = run_pairs(vehicle, scenario, models, sample=sample, settle=settle)
+    by_steps = found["step_error"].max("model").to_numpy()
+    least = np.where(by_steps > RESOLVED, by_steps, 0.0)
+    return {model: np.maximum(error_of(found.sel(model=model), vehicle), least) for model in models}
+
+
+def error_of(found: Any, vehicle: Vehicle) -> Array:
+    """The larger of the tip's RMSE over the arm's length and the RMS angle; infinite if it ended
+    early."""
+    tip = np.asarray(found["rmse_t_m"]) / np.asarray(excited_arm(vehicle).length)
+    return np.nan_to_num(np.maximum(tip, found["angle_rad"]), nan=np.inf)
