@@ -127,8 +127,8 @@ def judged(summary: xr.Dataset) -> Figure:
         style.head(
             figure,
             f"Of {of} limits that the rule gives vehicles it has not seen, {wrong} are too high",
-            "Frequencies over the clamped one. Counted are flights at the rule's own limit and below; red: "
-            "below the line, between the frequencies that all vehicles are flown at.",
+            "Frequencies over the clamped one. Counted are flights at the rule's own limit and "
+            "below; red: below the line, between the frequencies that all vehicles are flown at.",
         )
     return figure
 
