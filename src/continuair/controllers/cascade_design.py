@@ -54,7 +54,8 @@ class Design:
     def found(self) -> tuple[dict[str, Any], dict[str, Any], float]:
         """Bandwidths, gains, and the latency that they bear; raises InputError if that is less than
         there is."""
-        asked = all(value is not None for value in self.given.values())
+        # The others follow from these.
+        asked = self.given["attitude"] is not None and self.given["bend"] is not None
         tried = [
             (self.bandwidths(float(share)), ratio)
             for share in ((1.0,) if asked else _SLOWER)

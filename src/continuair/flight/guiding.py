@@ -48,10 +48,10 @@ def wanted_at(scenario: Scenario, layout: Layout, instants: Array) -> Array:
             f"{layout.sections} sections; give {layout.bends}."
         )
     runs = max(len(rows) for rows in found.values())
-    table = np.zeros((runs, len(instants), width_of(columns)))
+    table = np.zeros((len(instants), runs, width_of(columns)))
     for name, rows in found.items():
-        table[..., columns[name]] = rows
-    return np.ascontiguousarray(table.swapaxes(0, 1))
+        table[..., columns[name]] = rows.swapaxes(0, 1)
+    return table
 
 
 def _at_start(scenario: Scenario) -> dict[str, Array]:

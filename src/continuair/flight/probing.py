@@ -155,10 +155,13 @@ def warn_of_jumps(
     if not drive.timed:
         return
     stages = drive.table.reshape(len(starts), 3, *drive.table.shape[1:])
-    curved = np.abs(stages[:, 0] - 2.0 * stages[:, 1] + stages[:, 2])
+    acts = drive.table.any(axis=(0, 1))
     for name, where in layout.of_input.items():
-        largest = _largest(np.abs(stages[..., where]).max(axis=(0, 1)))
-        share = (curved[..., where] / largest).max(axis=(1, 2))
+        if not acts[where].any():
+            continue
+        own = stages[..., where]
+        curved = np.abs(own[:, 0] - 2.0 * own[:, 1] + own[:, 2])
+        share = (curved / _largest(np.abs(own).max(axis=(0, 1)))).max(axis=(1, 2))
         at = int(np.argmax(share))
         if share[at] > JUMP and name not in told:
             told.add(name)
