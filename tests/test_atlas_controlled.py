@@ -29,6 +29,7 @@ from continuair.studies.atlas.controlled import (
 )
 from continuair.studies.atlas.explaining import explained
 from continuair.studies.atlas.judging import against, judge, refuted
+from continuair.studies.atlas.kept import kept
 from continuair.studies.atlas.page import block
 from continuair.studies.atlas.rule import quantile_fit
 from continuair.studies.atlas.study import controlled
@@ -88,6 +89,24 @@ def test_flights_at_frequencies_of_their_own_are_those_at_common_ones(flights: x
     found = errors_at(vehicle, bandwidths, "tip", np.full(3, FREQUENCIES[2]))
     common = flights["error"].sel(loop="position", excitation="tip", frequency=FREQUENCIES[2])
     np.testing.assert_allclose(found, common, rtol=1e-9)
+
+
+def test_an_interrupted_atlas_goes_on_with_what_was_flown(tmp_path: Path) -> None:
+    groups, flown = {"mass_ratio": np.array([0.1, 0.2])}, []
+
+    def fly() -> xr.Dataset:
+        flown.append(1)
+        return xr.Dataset({name: ("vehicle", values) for name, values in groups.items()})
+
+    folder = tmp_path / "flights"
+    first, again = (kept(folder, "some", groups, fly) for _ in range(2))
+    assert len(flown) == 1 and first.identical(again)
+    groups = {"mass_ratio": np.array([0.1, 0.3])}
+    assert kept(folder, "some", groups, fly)["mass_ratio"][1] == 0.3
+    file = folder / "some.npz"
+    file.write_bytes(file.read_bytes()[:100])
+    assert kept(folder, "some", groups, fly).equals(kept(folder, "some", groups, fly))
+    assert len(flown) == 3 and [each.name for each in folder.iterdir()] == ["some.npz"]
 
 
 def test_flights_refute_limits_that_are_too_high_and_no_others(flights: xr.Dataset) -> None:
@@ -276,7 +295,7 @@ def test_bad_input_is_told_in_one_sentence(options: list[str], told: str, tmp_pa
 
 @pytest.mark.slow
 def test_a_small_atlas_is_flown_fitted_judged_and_kept(tmp_path: Path) -> None:
-    found = controlled(128, seed=3)
+    found = controlled(128, seed=3, folder=tmp_path / "flights")
     save(found, tmp_path / "controlled.npz")
     assert load(tmp_path / "controlled.npz").identical(found)
     assert float(found["explained"].sel(loop="position", besides="").min()) < 0.5

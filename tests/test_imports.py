@@ -125,7 +125,9 @@ ROOMS = {
     "report": [{"contents", "keeping", "verdicts"}, {"page"}],
     "studies.atlas": [
         {"flights", "loops"},
-        {"controlled", "summary", "collapse"},
+        {"summary", "collapse"},
+        {"kept"},
+        {"controlled"},
         {"rule"},
         {"explaining"},
         {"judging"},

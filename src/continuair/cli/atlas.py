@@ -64,9 +64,11 @@ def _controlled(out: str, vehicles: int, seed: int) -> None:
         from continuair.studies.atlas.page import as_table
         from continuair.studies.atlas.summary import CONTROLLED_SUMMARY, save
 
+        study.check_size(vehicles, seed)
         with results_in(out, "atlas") as folder:
             assert folder is not None
-            summary = study.controlled(vehicles, seed, progress=progress)
+            flown = folder.part("flights")
+            summary = study.controlled(vehicles, seed, folder=flown, progress=progress)
             save(summary, folder.file(CONTROLLED_SUMMARY))
             folder.write_text("table.md", as_table(summary))
             figures.write(summary, folder.file)

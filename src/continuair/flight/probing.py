@@ -155,7 +155,7 @@ def warn_of_jumps(
     if not drive.timed:
         return
     stages = drive.table.reshape(len(starts), 3, *drive.table.shape[1:])
-    acts = drive.table.any(axis=(0, 1))
+    acts = np.asarray(np.any(drive.table, axis=(0, 1)))
     for name, where in layout.of_input.items():
         if not acts[where].any():
             continue

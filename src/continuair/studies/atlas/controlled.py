@@ -6,15 +6,18 @@ means the same here and there.
 
 from __future__ import annotations
 
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from continuair import checks
-from continuair.analysis.groups import GROUPS, coupling, vehicle_of
+from continuair.analysis.groups import coupling, vehicle_of
 from continuair.progress import Progress
 from continuair.studies.atlas.flights import RANGES
+from continuair.studies.atlas.kept import kept
 from continuair.studies.excited_flights import NO_LOOP, Loop, flown_errors, least_periods
 from continuair.studies.standard_excitations import EXCITATIONS, PERIODS
 from continuair.studies.standard_loops import hover_loops
@@ -72,27 +75,34 @@ def attitude_bandwidth(groups: dict[str, Array]) -> Array:
     return np.asarray(groups["bandwidth"] * 2.0 * np.pi / PERIOD)
 
 
-def fly_vehicles(groups: dict[str, Array], progress: Progress | None = None) -> xr.Dataset:
+def fly_vehicles(
+    groups: dict[str, Array], progress: Progress | None = None, *, folder: Path | None = None
+) -> xr.Dataset:
     """Fly every vehicle at FREQUENCIES, in each of CONTROLLED, with decoupled and coupled model.
 
-    Returns error (loop, excitation, frequency, vehicle), infinite where a flight failed, as all do
-    of a vehicle whose loop is unstable; stable (vehicle,), the groups, and the coupling.
+    folder: for what has been flown; what is there already is not flown again. Returns error (loop,
+    excitation, frequency, vehicle), infinite where a flight failed, as all do of a vehicle whose
+    loop is unstable; stable (vehicle,), the groups, and the coupling.
     """
-    count = len(groups["bandwidth"])
-    shape = (len(CONTROLLED), len(LOADS), len(FREQUENCIES), count)
-    errors, strength = np.full(shape, np.inf), np.empty(count)
-    stable = np.zeros(count, bool)
+    count, parts = len(groups["bandwidth"]), []
     for first in range(0, count, _CHUNK):
-        part = slice(first, min(first + _CHUNK, count))
-        some = {name: values[part] for name, values in groups.items()}
-        vehicle = controlled_vehicle(some)
-        strength[part] = coupling(vehicle)
-        told = _told(progress, first, part.stop - first, count)
-        errors[..., part], stable[part] = _flown(vehicle, attitude_bandwidth(some), told)
+        some = {name: values[first : first + _CHUNK] for name, values in groups.items()}
+        told = _told(progress, first, len(some["bandwidth"]), count)
+        parts.append(kept(folder, f"vehicles_{first:05d}", some, partial(_flights, some, told)))
+    return xr.concat(
+        parts, "vehicle", data_vars="minimal", coords="minimal", compat="equals", join="exact",
+        combine_attrs="drop",
+    )  # fmt: skip
+
+
+def _flights(groups: dict[str, Array], progress: Progress | None) -> xr.Dataset:
+    """What `fly_vehicles` returns, of a batch."""
+    vehicle = controlled_vehicle(groups)
+    errors, stable = _flown(vehicle, attitude_bandwidth(groups), progress)
     data: dict[str, Any] = {name: ("vehicle", values) for name, values in groups.items()}
     data["error"] = (("loop", "excitation", "frequency", "vehicle"), errors)
     data["stable"] = ("vehicle", stable)
-    data["coupling"] = ("vehicle", strength, {"long_name": GROUPS["coupling"]})
+    data["coupling"] = ("vehicle", coupling(vehicle))
     coordinates = {"loop": list(CONTROLLED), "excitation": list(LOADS)}
     return xr.Dataset(data, coordinates | {"frequency": list(FREQUENCIES)})
 

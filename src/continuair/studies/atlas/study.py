@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -71,16 +72,27 @@ def atlas(runs: int = RUNS, seed: int = 0, *, progress: Progress | None = None) 
     return summary
 
 
+def check_size(vehicles: int, seed: int) -> None:
+    """Raise InputError for what `controlled` would refuse; nothing is flown."""
+    checks.whole("vehicles", vehicles, LEAST_VEHICLES)
+    checks.whole("seed", seed, 0)
+
+
 def controlled(
-    vehicles: int = VEHICLES, seed: int = 0, *, progress: Progress | None = None
+    vehicles: int = VEHICLES,
+    seed: int = 0,
+    *,
+    folder: Path | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Fly vehicles with a position loop and without, fit the rule on half of them, and judge it.
 
-    Returns what `judge` does; its attributes say how it was made. Raises InputError.
+    folder: for what has been flown, as `fly_vehicles` has it. Returns what `judge` does; its
+    attributes say how it was made. Raises InputError.
     """
-    checks.whole("vehicles", vehicles, LEAST_VEHICLES)
-    checks.whole("seed", seed, 0)
-    summary = judge(fly_vehicles(sample_vehicles(vehicles, seed), progress), progress)
+    check_size(vehicles, seed)
+    groups = sample_vehicles(vehicles, seed)
+    summary = judge(fly_vehicles(groups, progress, folder=folder), progress)
     summary.attrs = {
         "study": "atlas",
         "version": version("continuair"),

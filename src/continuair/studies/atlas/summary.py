@@ -8,6 +8,7 @@ import os
 from importlib import resources
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 import xarray as xr
@@ -204,7 +205,7 @@ def load(file: str | os.PathLike[str] | None = None, *, shipped: str = OPEN_SUMM
         with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
             header = json.loads(str(arrays["header"]))
             parts = {name: (dims, arrays[name]) for name, dims in header["dims"].items()}
-    except (ValueError, KeyError, OSError) as error:
+    except (ValueError, KeyError, OSError, BadZipFile) as error:
         raise InputError(
             f"atlas is {printed(file or shipped)}, which is no summary of an atlas ({error}); "
             "give atlas.npz as continuair atlas writes it."
