@@ -25,7 +25,8 @@ from continuair.engine.engine import Drive, Engine, Start
 from continuair.engine.factory import closed_loop, packed_loop
 from continuair.engine.lanes import packs_of
 from continuair.engine.loop import PackedLoop
-from continuair.flight.prepare import Cohort, prepare
+from continuair.flight.cohorts import Cohort
+from continuair.flight.prepare import prepare
 from continuair.flight.time_grid import grid_of, marks_of
 from continuair.kernels.numbers import LANES, NARROW
 from continuair.vehicle.coordinates import branches_of, state_from_paper

@@ -74,6 +74,7 @@ ROOMS = {
         {"time_grid", "inputs", "resolution", "turns"},
         {"steps", "guiding", "holding"},
         {"camera_timing", "probing", "rotors"},
+        {"cohorts"},
         {"prepare"},
         {"dop853", "trajectory"},
         {"limits"},

@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 from continuair.engine.engine import Logs
 from continuair.engine.slopes import Slopes
 from continuair.engine.tangents import Tangents
-from continuair.flight.prepare import Cohort, Flight
+from continuair.flight.cohorts import Cohort, Flight
 from continuair.flight.simulate import error_by_halving
 from continuair.flight.trajectory import Recorder
 from continuair.kernels.slopes import tip_columns

@@ -17,7 +17,8 @@ from continuair import checks
 from continuair.analysis.adjoint import OF_STATE, OF_TIPS, Flown, flown, of_rotation, sweep
 from continuair.engine.tangents import tangents_of
 from continuair.errors import InputError, nearest, shown
-from continuair.flight.prepare import Flight, prepare
+from continuair.flight.cohorts import Flight
+from continuair.flight.prepare import prepare
 from continuair.flight.resolution import warn_of_coarse_steps
 from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import OK, STATUS

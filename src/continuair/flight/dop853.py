@@ -8,7 +8,7 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from continuair.engine.engine import Engine, Logs, Start
-from continuair.flight.prepare import Cohort, Flight
+from continuair.flight.cohorts import Cohort, Flight
 from continuair.kernels.rollout import SUMS
 from continuair.kernels.step import NOT_FINITE, OK, OVERBENT
 from continuair.vehicle.layout import FIELDS, Layout

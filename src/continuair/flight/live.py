@@ -14,8 +14,9 @@ from continuair.engine.engine import Drive, Logs, Start
 from continuair.engine.loop import Scene, watch
 from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import motion_of
+from continuair.flight.cohorts import Cohort
 from continuair.flight.inputs import field_width, groups_of
-from continuair.flight.prepare import Cohort, check_scenario, checked_step, prepare
+from continuair.flight.prepare import check_scenario, checked_step, prepare
 from continuair.flight.resolution import summed, warn_of_saturation
 from continuair.flight.steps import check_divides
 from continuair.flight.time_grid import Grid, Marks, grid_of, marks_at, stage_times

@@ -5,22 +5,20 @@ Every way to fly starts here: `simulate`, `run_pairs`, `Simulation`, sweeps, cou
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from continuair import checks
-from continuair.engine.engine import Drive, Engine, Logs, Start, check_device
-from continuair.engine.loop import Loop
+from continuair.engine.engine import Engine, Start, check_device
 from continuair.errors import InputError, shown
-from continuair.flight.camera_timing import check_view, loop_over
-from continuair.flight.inputs import groups_in_use, sample_inputs
-from continuair.flight.probing import Probe, warn_of_jumps
-from continuair.flight.resolution import UNSEEN, step_error, unresolved
+from continuair.flight.camera_timing import check_view
+from continuair.flight.cohorts import Flight
+from continuair.flight.inputs import sample_inputs
+from continuair.flight.probing import Probe
+from continuair.flight.resolution import UNSEEN
 from continuair.flight.rotors import (
     check_air_and_rotors,
     lag_rate,
@@ -28,206 +26,15 @@ from continuair.flight.rotors import (
     with_rotors_running,
     within_limits,
 )
-from continuair.flight.steps import (
-    automatic_step,
-    declared_rate,
-    steps_of,
-    warn_of_fast_inputs,
-)
-from continuair.flight.time_grid import (
-    Grid,
-    Marks,
-    check_steps,
-    marks_of,
-    shared_grids,
-    stage_times,
-)
+from continuair.flight.steps import automatic_step, declared_rate, steps_of, warn_of_fast_inputs
+from continuair.flight.time_grid import check_steps, marks_of
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import branches_of, state_from_paper
-from continuair.vehicle.layout import COMMAND, FIELDS, Layout
+from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
 Array = np.ndarray
-
-# What the inputs of one part of a batch take at most, where every run has its own over time.
-_INPUT_BYTES = {"cpu": 1e8, "cuda": 2e9}
-
-
-@dataclass(frozen=True, eq=False)
-class Cohort:
-    """Runs of a flight, by their indices (n,), that share a time grid; what acts on them at the
-    stages of the steps and, where it is known, at the samples; and what closes their loop."""
-
-    flight: Flight
-    runs: Array
-    grid: Grid
-    drive: Drive
-    loop: Loop | None
-    sampled: Drive | None = None
-
-    @cached_property
-    def at_samples(self) -> Drive:
-        """What acts on these runs at the samples."""
-        return self.sampled or self.flight.drive(self.grid.samples, self.runs)
-
-    @property
-    def start(self) -> Start:
-        """Where these runs begin."""
-        start = self.flight.start
-        return Start(start.states[self.runs], start.angle[self.runs])
-
-    def part(self, at: slice, observe: bool) -> Cohort:
-        """The cohort of some of its runs; observe: whether it is told what acts at the samples."""
-
-        def of(drive: Drive) -> Drive:
-            table = drive.table if drive.table.shape[1] == 1 else drive.table[:, at]
-            return replace(drive, table=table)
-
-        sampled = of(self.at_samples) if observe else None
-        return replace(self, runs=self.runs[at], drive=of(self.drive), sampled=sampled)
-
-    def fly(self, engine: Engine, observe: bool) -> Logs:
-        """Fly these runs with one model."""
-        at_samples = self.at_samples if observe else None
-        return engine.roll_out(
-            self.runs, self.start, self.grid, self.drive, at_samples=at_samples, loop=self.loop
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class Flight:
-    """A vehicle in a scenario, ready to be flown with any model.
-
-    runs: how many; batched: whether results have a dimension for them. start: of all runs; steps:
-    of each run (runs,) [s]; missed: whether its steps miss what its inputs do (runs,); marks: times
-    that steps end at. coupled: an engine of that model, which others share what they can with.
-    automatic: whether the steps may be made finer; integrator: "rk4", "implicit", or "dop853",
-    which takes steps of its own; told: inputs whose jumps have been told of; lost: times near which
-    samples did not follow the Euler angles of q [s].
-    """
-
-    vehicle: Vehicle
-    scenario: Scenario
-    duration: float
-    sample: float
-    runs: int
-    batched: bool
-    start: Start
-    steps: Array
-    missed: Array
-    marks: Marks
-    coupled: Engine
-    automatic: bool
-    integrator: str
-    told: set[str] = field(default_factory=set)
-    lost: list[float] = field(default_factory=list)
-    _sampled: dict[tuple[bytes, bytes], Drive] = field(default_factory=dict)
-    _engines: dict[tuple[str, str], Engine] = field(default_factory=dict)
-
-    @property
-    def adaptive(self) -> bool:
-        """Whether the integrator takes steps of its own."""
-        return self.integrator not in INTEGRATORS
-
-    @property
-    def groups(self) -> int:
-        """Bits of the groups of inputs that act."""
-        return groups_in_use(self.scenario) | COMMAND * (self.scenario.controller is not None)
-
-    def step_error(self, sums: Array, chosen: Array) -> Array:
-        """step_error (n,) or (n, models) of runs, by their indices, from a roll-out's sums.
-
-        It is inf where the sums cannot tell, as no stage of a step has seen what an input does, and
-        NaN where nothing is known.
-        """
-        law = self.scenario.controller
-        found = step_error(sums, looking=law is not None and law.looks)
-        found[self.missed[chosen]] += np.inf
-        return found
-
-    def improvable(self, errors: Array) -> Array:
-        """Runs that half an automatic step may resolve, by step_error (runs,) or (runs, models)."""
-        return (
-            unresolved(np.where(np.isinf(errors), 0.0, errors))
-            if self.automatic
-            else np.zeros(0, int)
-        )
-
-    def halved(self, runs: Array) -> Flight:
-        """The same flight, but some runs, by their indices, take half the step."""
-        steps = np.array(self.steps)
-        steps[runs] *= 0.5
-        return replace(self, steps=steps)
-
-    def engine(self, model: str, dtype: str = "float64") -> Engine:
-        """The engine of a model for this flight's vehicle."""
-        one, key = self.coupled, (model, dtype)
-        # The derivatives that DOP853 drives are those of any engine.
-        taken = one.integrator if self.adaptive else self.integrator
-        if (*key, taken) == (one.model, one.dtype.name, one.integrator):
-            return one
-        if key not in self._engines:
-            at = one.device, one.threads
-            made = Engine(self.vehicle, model, dtype, *at, beside=one, integrator=taken)
-            self._engines[key] = made
-        return self._engines[key]
-
-    @cached_property
-    def provenance(self) -> dict[str, str]:
-        """Vehicle and scenario as JSON."""
-        described = {"vehicle": self.vehicle.describe(), "scenario": self.scenario.describe()}
-        return {name: json.dumps(value) for name, value in described.items()}
-
-    def grids(self, chosen: Array | None = None) -> Iterator[tuple[Array, Grid]]:
-        """The runs, or those that are chosen, by the time grids that they share."""
-        chosen = np.arange(self.runs) if chosen is None else chosen
-        for at, grid in shared_grids(self.marks, self.steps[chosen]):
-            yield chosen[at], grid
-
-    def cohorts(self, chosen: Array | None = None) -> Iterator[Cohort]:
-        """The runs, or those that are chosen, in cohorts that share a time grid."""
-        for runs, grid in self.grids(chosen):
-            yield self.cohort(runs, grid)
-
-    def parts(self, chosen: Array | None = None) -> Iterator[Cohort]:
-        """As `cohorts`, but in parts whose inputs over time fit into memory."""
-        for runs, grid in self.grids(chosen):
-            size = self._runs_at_once(grid)
-            for first in range(0, len(runs), size):
-                yield self.cohort(runs[first : first + size], grid)
-
-    def _runs_at_once(self, grid: Grid) -> int:
-        at_start, _ = sample_inputs(self.scenario, np.zeros(1), self.coupled.layout)
-        timed = any(callable(getattr(self.scenario, name)) for name in FIELDS)
-        if not timed or at_start.shape[1] == 1:
-            return self.runs
-        bytes_per_run = 8 * at_start.shape[2] * len(stage_times(grid))
-        return max(1, int(_INPUT_BYTES[self.coupled.device.split(":")[0]] / bytes_per_run))
-
-    def cohort(self, runs: Array, grid: Grid) -> Cohort:
-        """Some runs over a time grid."""
-        drive = self._drive_at_stages(runs, grid)
-        closed = self.scenario.controller is not None
-        loop = loop_over(self.vehicle, self.scenario, grid, self.runs) if closed else None
-        return Cohort(self, runs, grid, drive, loop)
-
-    def _drive_at_stages(self, runs: Array, grid: Grid) -> Drive:
-        """What acts at the stages of steps; the last is kept, as every model asks for the same."""
-        times = stage_times(grid)
-        key = runs.tobytes(), times.tobytes()
-        if key not in self._sampled:
-            drive = self.drive(times, runs)
-            if not self.adaptive:
-                warn_of_jumps(drive, grid.starts, self.coupled.layout, self.told, stacklevel=3)
-            self._sampled.clear()
-            self._sampled[key] = drive
-        return self._sampled[key]
-
-    def drive(self, times: Array, runs: Array) -> Drive:
-        """What acts on some runs at some times."""
-        table, timed = sample_inputs(self.scenario, times, self.coupled.layout, runs)
-        return Drive(table, timed, self.groups, self.scenario.gravity)
 
 
 def prepare(

@@ -13,8 +13,9 @@ from continuair.engine.engine import Engine
 from continuair.engine.lanes import packs_of
 from continuair.engine.pack import per_run
 from continuair.errors import InputError, nearest, shown
+from continuair.flight.cohorts import Cohort, Flight
 from continuair.flight.limits import warn_of_limits, with_limited_command
-from continuair.flight.prepare import Cohort, Flight, check_scenario, prepare
+from continuair.flight.prepare import check_scenario, prepare
 from continuair.flight.resolution import warn_of_coarse_steps, warn_of_saturation
 from continuair.flight.trajectory import (
     OBSERVED_VARIABLES,

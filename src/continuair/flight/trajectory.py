@@ -13,7 +13,7 @@ from xarray.indexes import PandasIndex
 
 from continuair.engine.engine import Logs
 from continuair.engine.rows import adjacent
-from continuair.flight.prepare import Cohort, Flight
+from continuair.flight.cohorts import Cohort, Flight
 from continuair.flight.resolution import doubt, saturation, warn_of_lost_coordinates
 from continuair.flight.turns import followed_euler, in_body_axes, on_triple
 from continuair.kernels.step import STATUS

@@ -12,7 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from continuair.engine.engine import Engine, Start
 from continuair.errors import InputError, shown
-from continuair.flight.prepare import Cohort, Flight, prepare
+from continuair.flight.cohorts import Cohort, Flight
+from continuair.flight.prepare import prepare
 from continuair.flight.rotors import still
 from continuair.flight.time_grid import marks_at
 from continuair.identification.recording import Recording

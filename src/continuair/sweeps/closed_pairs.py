@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from continuair.analysis.metrics import at_camera, differences, feature_rms, norm_difference
-from continuair.flight.prepare import Flight
+from continuair.flight.cohorts import Flight
 from continuair.flight.simulate import fly
 from continuair.vehicle.layout import DEVIATIONS
 

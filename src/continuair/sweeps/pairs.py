@@ -11,7 +11,8 @@ import xarray as xr
 from continuair import checks
 from continuair.engine.pairs import Pairs
 from continuair.errors import InputError, shown
-from continuair.flight.prepare import Flight, prepare
+from continuair.flight.cohorts import Flight
+from continuair.flight.prepare import prepare
 from continuair.flight.resolution import (
     saturation,
     warn_of_coarse_steps,
