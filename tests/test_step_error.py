@@ -71,6 +71,22 @@ def test_a_flight_that_an_automatic_step_does_not_resolve_is_flown_again_at_half
 
 
 @pytest.mark.filterwarnings("ignore::continuair.ContinuairWarning")
+def test_a_flight_that_ends_otherwise_at_half_the_step_is_not_resolved() -> None:
+    """Air so thick that it is stiffer than the arm: the automatic step blows up at once, and half
+    of it gets through, an arm length and a half off; what both have flown tells nothing."""
+    thick = ca.load_vehicle("slender").replace(
+        {"arm.youngs_modulus": 4e9, "uav.drag": {"quadratic": [40.0, 40.0, 40.0]}}
+    )
+    start = ca.Scenario(
+        "gale", (0, 0, 0, 0.1, 0.2, 0, 0.3, 0), wind=(25.0, 1.0, 0.0),
+        force=(0.0, 0.0, 9.81 * thick.mass), duration=1.0,
+    )  # fmt: skip
+    with pytest.warns(ca.ContinuairWarning, match="step_error reaches 1"):
+        flight = ca.simulate(thick, start, sample=0.01)
+    assert flight.attrs["flown_again"] == 1 and float(flight["step_error"]) >= 1.0
+
+
+@pytest.mark.filterwarnings("ignore::continuair.ContinuairWarning")
 def test_only_the_unresolved_runs_of_a_batch_are_flown_again() -> None:
     calm, wild = released(0.2), released(6.2)
     both = wild.replace(q=np.stack([calm.q, wild.q]))

@@ -1,4 +1,4 @@
-"""A flight that is ready: vehicle, scenario, choices, and runs in cohorts that share a time grid."""
+"""A flight that is ready: vehicle, scenario, choices, and its runs in cohorts of one time grid."""
 
 from __future__ import annotations
 

@@ -123,7 +123,8 @@ def error_by_halving(flight: Flight, model: str, runs: Array) -> Array:
 
     Under polar torques all of it: their direction where the arm passes straight hangs on the step,
     and what does not fall with the step has no order. Where they are in doubt at half the step too,
-    both flights may have gone the wrong way, and the doubt stays.
+    both flights may have gone the wrong way, and the doubt stays. A run that ends otherwise at half
+    the step is off by an arm length at least, as far as anyone can tell.
     """
     taken = INTEGRATORS[flight.integrator]
     share = 1.0 if flight.scenario.tau is not None else taken.share
@@ -140,6 +141,8 @@ def error_by_halving(flight: Flight, model: str, runs: Array) -> Array:
         # What a run that ended has not reached is NaN in one or both.
         apart = np.nanmax(np.linalg.norm(tips[1] - tips[0], axis=-1), axis=-1)
         estimate = np.fmax(share * apart / length[part], flown[1].doubt)
+        otherwise = flown[0].status != flown[1].status
+        estimate = np.where(otherwise, np.fmax(estimate, 1.0), estimate)
         found.append(estimate if not taken.stiff else _of_stiff_steps(estimate, *flown))
     return np.concatenate(found)
 

@@ -134,7 +134,7 @@ class Recorder:
         self._row = np.full(flight.runs, -1)
         self._row[self.runs] = np.arange(len(self.runs))
         self._values: dict[str, Array] = {}
-        self._status = np.zeros(len(self.runs), np.int8)
+        self.status = np.zeros(len(self.runs), np.int8)
         self._end_time = np.zeros(len(self.runs))
         self.step_error = np.full(len(self.runs), np.nan)
         self.doubt = np.zeros(len(self.runs))
@@ -150,7 +150,7 @@ class Recorder:
         at = adjacent(self._row[cohort.runs])
         for name in self.names:
             self._put(at, name, values_of(name, logs, cohort))
-        self._status[at] = logs.status
+        self.status[at] = logs.status
         self.step_error[at] = self.flight.step_error(logs.errors, cohort.runs)
         self.doubt[at] = doubt(logs.errors)
         self.saturation[at] = saturation(logs.errors)
@@ -182,7 +182,7 @@ class Recorder:
             warn_of_lost_coordinates(self.flight.sample, min(self.flight.lost), stacklevel=4)
         kept = {name: self._variable(name) for name in self.names}
         codes = ", ".join(f"{code} {text}" for code, text in STATUS.items())
-        kept["status"] = ("run",), self._status, {"long_name": f"how the run ended: {codes}"}
+        kept["status"] = ("run",), self.status, {"long_name": f"how the run ended: {codes}"}
         until = {"units": "s", "long_name": "time up to which the run is valid"}
         kept["end_time"] = ("run",), self._end_time, until
         kept["step_error"] = ("run",), self.step_error, STEP_ERROR
