@@ -227,6 +227,36 @@ def test_saturation_between_samples_and_unasked_for_is_told_of(reference: bool) 
     assert float(flight["largest_saturation"]) == pytest.approx(8.0 / 12.0, rel=1e-12)
 
 
+def test_commands_of_a_program_take_the_place_of_the_hover() -> None:
+    """As in `simulate` with the same commands; without them the rotors hold the vehicle."""
+    fewer = 0.9 * WEIGHT / 4.0 * np.ones(4)
+    stepped = ca.Simulation(QUAD, ca.Scenario("stepped", LEVEL), control_period=0.01)
+    for _ in range(20):
+        stepped.step()
+    np.testing.assert_allclose(stepped.state[:3], LEVEL[:3], atol=1e-9)
+    stepped = ca.Simulation(QUAD, ca.Scenario("stepped", LEVEL), control_period=0.01)
+    for _ in range(20):
+        stepped.step(rotor_command=fewer)
+    hover = ca.simulate(QUAD, ca.Scenario("hover", LEVEL, duration=0.01), sample=0.01)
+    start = ca.Scenario(
+        "sinking", LEVEL, rotor_command=fewer,
+        rotor_thrust=hover["rotor_thrust"][0].to_numpy(), duration=0.2,
+    )  # fmt: skip
+    flight = ca.simulate(QUAD, start, sample=0.01, step=stepped.trajectory().attrs["step"])
+    np.testing.assert_allclose(stepped.state[:3], flight["position"][-1], atol=1e-12)
+    assert stepped.state[2] < LEVEL[2] - 0.005
+
+
+def test_the_reference_integrator_sees_saturation_between_samples() -> None:
+    def pulse(t: float) -> np.ndarray:
+        return np.full(4, 5.0 + 15.0 * np.exp(-(((t - 0.075) / 0.005) ** 2)))
+
+    start = ca.Scenario("pulse", LEVEL, rotor_command=pulse, duration=0.15)
+    with pytest.warns(ContinuairWarning, match="rotors saturate"):
+        exact = ca.simulate(FURNISHED, start, sample=0.05, integrator="dop853")
+    assert float(exact["largest_saturation"]) == pytest.approx(8.0 / 12.0, rel=0.1)
+
+
 @pytest.mark.parametrize(("lag", "amplitude"), [(0.0, 60.0), (0.05, 600.0)])
 def test_an_automatic_step_follows_commands_where_limits_cut_them_off(
     lag: float, amplitude: float

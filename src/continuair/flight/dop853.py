@@ -37,6 +37,7 @@ def integrate_reference(flight: Flight, engine: Engine, cohort: Cohort, toleranc
     timed = any(callable(getattr(flight.scenario, name)) for name in FIELDS)
     longest = _LONGEST * float(flight.steps[0]) if timed else np.inf
     overbent: list[float] = []
+    looked: list[tuple[float, np.ndarray]] = []
     status, reached = OK, grid.samples[-1]
     for left, right in zip(edges[:-1], edges[1:], strict=True):
         inside = np.nextafter(left, np.inf), np.nextafter(right, -np.inf)
@@ -68,7 +69,9 @@ def integrate_reference(flight: Flight, engine: Engine, cohort: Cohort, toleranc
             for t in np.union1d(covered, between):
                 state = _unit(dense(t), layout)
                 branch[0] = _follow(state, branch[0], layout)
-                log[0, np.flatnonzero(grid.samples == t)] = _row(state, branch[0], layout)
+                row = _row(state, branch[0], layout)
+                log[0, np.flatnonzero(grid.samples == t)] = row
+                looked.append((t, row))
         y = _unit(solver.y, layout)
         if status != OK:
             break
@@ -76,14 +79,20 @@ def integrate_reference(flight: Flight, engine: Engine, cohort: Cohort, toleranc
     observed = engine.observe(log, cohort.at_samples)
     # It keeps its own account of its errors, in the tolerance.
     untold = np.full((1, SUMS), np.nan)
-    untold[0, -1] = _largest_saturation(observed, engine)
+    untold[0, -1] = _largest_saturation(flight, engine, cohort, looked)
     return Logs(log, np.array([status], np.int32), np.array([last], np.int32), untold, observed)
 
 
-def _largest_saturation(observed: np.ndarray, engine: Engine) -> float:
-    """That at the samples; without rotors none."""
+def _largest_saturation(
+    flight: Flight, engine: Engine, cohort: Cohort, looked: list[tuple[float, np.ndarray]]
+) -> float:
+    """That at the points of the steps that were looked at; without rotors none."""
     at = engine.observed.get("saturation")
-    return 0.0 if at is None else float(np.nanmax(observed[..., at]))
+    if at is None or not looked:
+        return 0.0
+    times, rows = (np.array(each) for each in zip(*looked, strict=True))
+    seen = engine.observe(rows[None], flight.drive(times, cohort.runs))
+    return float(np.nanmax(seen[..., at]))
 
 
 def _unit(state: np.ndarray, layout: Layout) -> np.ndarray:

@@ -94,6 +94,10 @@ class Simulation:
         self._period, self._status, self._ended = period, OK, 0.0
         self._errors = np.zeros(SUMS)
         layout = self._engine.layout
+        self._hover = np.zeros(layout.inputs)
+        if vehicle.uav.rotors is not None and scenario.rotor_command is None:
+            hover = self._flight.scenario.rotor_command
+            layout.add(self._hover, FIELDS["rotor_command"], np.asarray(hover, float).ravel())
         row = np.zeros(layout.log)
         row[: layout.state] = self._flight.start.states[0]
         row[layout.branch] = np.atleast_2d(scenario.q)[0, 6:]
@@ -147,7 +151,8 @@ class Simulation:
 
         tau (8,): generalised forces conjugate to q: force in world axes [N], torques conjugate to
         the Euler angles [N m], Q_κ [N m²] and Q_ψa [N m]. The others as in `Scenario`; a
-        tip_wrench acts on the tip. All add up. Raises InputError, also for a flight that has ended.
+        tip_wrench acts on the tip. All add up, but for a rotor_command where the scenario gives
+        none: it takes the place of the hover. Raises InputError, also for a flight that has ended.
         """
         given = {
             "tau": tau, "force": force, "moment": moment, "bend_moment": bend_moment,
@@ -244,7 +249,8 @@ class Simulation:
                     "give the vehicle one."
                 )
             layout.add(row, FIELDS[name], _numbers(name, value, field_width(name, layout)))
-        return row
+        # What holds the vehicle by itself does so until the program commands its rotors.
+        return row if given["rotor_command"] is None else row - self._hover
 
     def _drive(self, times: Array, push: Array) -> Drive:
         """What acts at times; push (inputs,), or (n, 1, inputs) at each time."""
