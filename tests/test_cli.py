@@ -203,6 +203,14 @@ def test_check_shows_what_rotors_have_left() -> None:
         assert f"{1.0 - thrust / 20.0:.0%}" in line
 
 
+def test_check_says_that_leaning_rotors_do_not_hover() -> None:
+    rotors = "[uav.rotors]\nthrust_limits = [0.0, 20.0]\ntorque_per_thrust = 0.016\nrotor = [\n"
+    for x, y, spin in ((0.2, 0.2, 1), (-0.2, 0.2, -1), (-0.2, -0.2, 1), (0.2, -0.2, -1)):
+        rotors += f"  {{ position = [{x}, {y}, 0.0], axis = [0.5, 0.0, 1.0], spin = {spin} }},\n"
+    Path("lean.toml").write_text(PAPER_TOML.replace("[arm]", rotors + "]\n\n[arm]"))
+    assert "push a level vehicle sideways by 12.8 N" in run("check", "lean.toml").stdout
+
+
 def test_check_says_that_rotors_cannot_hold_a_bent_arm() -> None:
     """On a short lever an arm that is bent asks the rotors on one side to pull down."""
     rotors = '[uav.rotors]\nlayout = "quad_x"\nlever = 0.04\nthrust_limits = [0.0, 40.0]\n'

@@ -152,3 +152,15 @@ def test_steps_end_at_the_knots_of_turbulence() -> None:
     assert found.attrs["step"] > 5e-3
     off = np.linalg.norm(found.tip_position - fine.tip_position, axis=1).max()
     assert off < 1e-4 * vehicle.arm.length
+
+
+def test_knots_move_no_sample() -> None:
+    """Those within rounding of one are that one: flights with and without wind can be compared."""
+    vehicle = ca.load_vehicle("slender").replace({"uav.drag": {"linear": [1.0, 1.0, 1.0]}})
+    start = ca.Scenario("calm", (0, 0, 2, 0, 0, 0, 0.3, 0), duration=0.5)
+    wind = ca.dryden(5.0, 6.0, 10.0, duration=1.0, step=0.03)
+    calm, blown = (
+        ca.simulate(vehicle, each, sample=0.01, variables=["tip_position"])
+        for each in (start, start.replace(wind=wind))
+    )
+    np.testing.assert_array_equal(calm["time"], blown["time"])

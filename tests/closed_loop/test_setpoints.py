@@ -87,3 +87,16 @@ def test_a_set_point_that_cannot_be_followed_is_refused_in_one_sentence(name: st
     make, words = BAD[name]
     with pytest.raises(ca.InputError, match=words):
         make()
+
+
+def test_rates_that_go_with_what_stays_are_0_after_the_last_time() -> None:
+    """A velocity alone goes on; beside a position, which stays, it would lead away from it."""
+    times, later = [0.0, 2.0], np.array([1.0, 2.0, 3.0])
+    line: dict[str, Any] = {"velocity": [[0.5, 0, 0], [0.5, 0, 0]], "times": times}
+    both = ca.Setpoints(position=[[0, 0, 3], [1, 0, 3]], **line)
+    found = both.at("velocity", later)
+    assert found is not None
+    np.testing.assert_array_equal(found[0, :, 0], [0.5, 0.5, 0.0])
+    alone = ca.Setpoints(**line).at("velocity", later)
+    assert alone is not None
+    np.testing.assert_array_equal(alone[0, :, 0], [0.5, 0.5, 0.5])

@@ -100,7 +100,7 @@ def test_rotors_wash_the_parts_of_an_arm_that_are_below_their_disks() -> None:
     def wash(points: Array) -> Array:
         body = (points - q[:3]) @ R
         areas = ((body[:, None, :2] - hubs) ** 2).sum(axis=2) / 0.12**2
-        inside = risen((1.0 - areas) / 0.2) * risen(-body[:, 2:] / (0.2 * 0.12))
+        inside = risen((1.0 - areas) / 0.5) * risen(-body[:, 2:] / (0.5 * 0.12))
         assert inside.max() == 1.0 and ((inside > 0.0) & (inside < 1.0)).any()
         induced = np.sqrt(14.0 * speeds**2 / (2.0 * AIR_DENSITY * area))
         return -(inside @ induced)[:, None] * R[:, 2]

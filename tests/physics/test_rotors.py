@@ -227,6 +227,30 @@ def test_saturation_between_samples_and_unasked_for_is_told_of(reference: bool) 
     assert float(flight["largest_saturation"]) == pytest.approx(8.0 / 12.0, rel=1e-12)
 
 
+@pytest.mark.filterwarnings("ignore:step_error reaches")
+@pytest.mark.parametrize("rate", [20.0, 60.0])
+def test_commands_that_switch_lagging_rotors_off_and_on_are_measured_by_halving(
+    rate: float,
+) -> None:
+    """Speeds leave 0 as a square root, which no stage of a step shows; cut off by the user, so that
+    nothing saturates. What is told is what there is, to a factor."""
+    light = QUAD.replace({"arm.radius": 0.008, "arm.density": 300.0, "arm.youngs_modulus": 1e9})
+
+    def waves(t: float) -> np.ndarray:
+        return np.clip(4.5 + 30.0 * np.sin(rate * t + np.arange(4.0)), 0.0, 12.0)
+
+    start = ca.Scenario("waves", (0, 0, 5, 0, 0, 0, 0.5, 1.0), rotor_command=waves, duration=1.0)
+    found = ca.simulate(light, start, sample=0.02, variables=["tip_position"])
+    fine = found.attrs["step"] / 32
+    exact = ca.simulate(light, start, sample=0.02, step=fine, variables=["tip_position"])
+    off = np.linalg.norm(found.tip_position - exact.tip_position, axis=1).max()
+    assert found.attrs["flown_again"] == 1
+    assert float(found["step_error"]) > 0.3 * off / light.arm.length
+    smooth = start.replace(rotor_command=lambda t: 4.5 + 0.5 * np.sin(rate * t + np.arange(4.0)))
+    calm = ca.simulate(light, smooth, sample=0.02, variables=["tip_position"])
+    assert calm.attrs["flown_again"] == 0 and float(calm["step_error"]) < 1e-4
+
+
 def test_commands_of_a_program_take_the_place_of_the_hover() -> None:
     """As in `simulate` with the same commands; without them the rotors hold the vehicle."""
     fewer = 0.9 * WEIGHT / 4.0 * np.ones(4)

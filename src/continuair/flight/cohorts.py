@@ -14,7 +14,7 @@ from continuair.engine.loop import Loop
 from continuair.flight.camera_timing import loop_over
 from continuair.flight.inputs import groups_in_use, sample_inputs
 from continuair.flight.probing import warn_of_jumps
-from continuair.flight.resolution import step_error, unresolved
+from continuair.flight.resolution import RESOLVED, step_error, unresolved
 from continuair.flight.time_grid import Grid, Marks, shared_grids, stage_times
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.scenario.scenarios import Scenario
@@ -73,8 +73,9 @@ class Flight:
     """A vehicle in a scenario, ready to be flown with any model.
 
     runs: how many; batched: whether results have a dimension for them. start: of all runs; steps:
-    of each run (runs,) [s]; missed: whether its steps miss what its inputs do (runs,); marks: times
-    that steps end at. coupled: an engine of that model, which others share what they can with.
+    of each run (runs,) [s]; missed: whether its steps miss what its inputs do (runs,); abrupt:
+    whether rotors of it are commanded as no step follows at full order (runs,); marks: times that
+    steps end at. coupled: an engine of that model, which others share what they can with.
     automatic: whether the steps may be made finer; integrator: "rk4", "implicit", or "dop853",
     which takes steps of its own; told: inputs whose jumps have been told of; lost: times near which
     samples did not follow the Euler angles of q [s].
@@ -89,6 +90,7 @@ class Flight:
     start: Start
     steps: Array
     missed: Array
+    abrupt: Array
     marks: Marks
     coupled: Engine
     automatic: bool
@@ -112,10 +114,12 @@ class Flight:
         """step_error (n,) or (n, models) of runs, by their indices, from a roll-out's sums.
 
         It is inf where the sums cannot tell, as no stage of a step has seen what an input does, and
-        NaN where nothing is known.
+        NaN where nothing is known. Where commands are abrupt it counts as unresolved, as halving
+        tells what they cost.
         """
         law = self.scenario.controller
         found = step_error(sums, looking=law is not None and law.looks)
+        found[self.abrupt[chosen]] += 1.01 * RESOLVED
         found[self.missed[chosen]] += np.inf
         return found
 

@@ -233,7 +233,7 @@ class Simulation:
     def _marks(self, first: int) -> Marks:
         """The marks of the control periods from one on to the next that is flown."""
         edges = self._period * np.arange(first, len(self._rows) + 1)
-        return marks_at(edges, self._scenario.breaks)
+        return marks_at(edges, self._scenario.jumps, knots=self._scenario.knots)
 
     def _row_of(self, given: dict[str, Any]) -> Array:
         """A row of inputs of fields of a scenario, or InputError."""

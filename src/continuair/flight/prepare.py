@@ -20,6 +20,7 @@ from continuair.flight.inputs import sample_inputs
 from continuair.flight.probing import Probe
 from continuair.flight.resolution import UNSEEN
 from continuair.flight.rotors import (
+    as_speeds,
     check_air_and_rotors,
     lag_rate,
     rotor_speeds,
@@ -82,10 +83,12 @@ def prepare(
     distorts = not adaptive and not INTEGRATORS[integrator].stiff
     steps = steps_of(scenario, asked, fine, sample, stacklevel + 1 if distorts else None)
     check_steps(duration, min(float(steps.min()), sample))
-    missed = np.zeros(runs, bool)
+    missed = abrupt = np.zeros(runs, bool)
     if not adaptive:
         probe.warn_of_blur(steps, stacklevel + 1)
         missed = probe.missed(steps) | (driven * steps > UNSEEN)
+        speeds = Probe(as_speeds(vehicle, scenario), coupled.layout, max(duration, horizon))
+        abrupt = speeds.felt("rotor_command", steps, lag_rate(vehicle))
         if not distorts:
             warn_of_fast_inputs(steps, driven, stacklevel + 1)
     states = state_from_paper(*np.broadcast_arrays(q, qd))
@@ -93,7 +96,7 @@ def prepare(
     *state, branches = (np.broadcast_to(each, (runs, each.shape[1])) for each in parts)
     start = Start(np.hstack(state), branches)
     late = scenario.controller.latency if scenario.controller is not None else 0.0
-    marks = marks_of(duration, sample, scenario.breaks, scenario.period, late)
+    marks = marks_of(duration, sample, scenario.jumps, scenario.period, late, scenario.knots)
     check_view(coupled, scenario, start)
     return Flight(
         vehicle,
@@ -105,6 +108,7 @@ def prepare(
         start,
         steps,
         missed,
+        abrupt,
         marks,
         coupled,
         automatic=asked is None and not adaptive,

@@ -21,6 +21,9 @@ BLUR = 0.01
 """Share of its largest value that a component of an input may be off the parabola through a step's
 stages: a sine reaches it at six steps per period, which RK4 follows to 4e-4."""
 
+_FELT = 1e-4
+"""Share of the largest speed of a rotor by which a step may put it wrong."""
+
 JUMP = 0.3
 """Share of an input's largest value that it may curve by within a step; one that is followed curves
 by a hundredth."""
@@ -90,6 +93,18 @@ class Probe:
                 found |= (steps == step) & (blur.shares.max(axis=0) > BLUR)
         return found
 
+    def felt(self, name: str, steps: Array, rates: Any) -> Array:
+        """Whether what the stages of steps (runs,) [s] do not show of an input moves what follows
+        it, with a lag of first order at rates (runs or 1) [1/s], by more than nothing."""
+        found = np.zeros(len(steps), bool)
+        if callable(getattr(self.scenario, name)):
+            for step in np.unique(steps)[-_COARSEST:]:
+                for blur in self.blurs(float(step)):
+                    if blur.field == name:
+                        moved = blur.shares.max(axis=0) * step * np.asarray(rates)
+                        found |= (steps == step) & (moved > _FELT)
+        return found
+
     def warn_of_blur(self, steps: Array, stacklevel: int) -> None:
         """Warn if a run's step (runs,) [s] does not follow its inputs."""
         worst = None
@@ -135,7 +150,7 @@ class Probe:
     def _windows(self, width: float) -> tuple[Array, Array]:
         """Starts and widths of the steps that are looked into; none reaches over a jump."""
         starts = (self.duration - width) * (_SPREAD * np.arange(1, _WINDOWS + 1) % 1.0)
-        breaks = np.sort(self.scenario.breaks)
+        breaks = np.union1d(self.scenario.jumps, self.scenario.knots)
         edges = np.concatenate([[0.0], breaks[breaks < self.duration], [self.duration]])
         piece = np.clip(np.searchsorted(edges, starts, side="right"), 1, len(edges) - 1)
         ends = np.minimum(starts + width, edges[piece])

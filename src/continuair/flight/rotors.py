@@ -19,7 +19,7 @@ Array = np.ndarray
 # Of the greatest thrust. The last bits of the solver are others where another BLAS is.
 _DIGITS = 12
 
-_UNFELT = 1e-6
+LEVEL = 1e-6
 """Share of the thrusts that a level vehicle may be pushed sideways by: rounding."""
 
 
@@ -97,6 +97,20 @@ def within_limits(vehicle: Vehicle, scenario: Scenario) -> Scenario:
     return scenario.replace(rotor_command=given)
 
 
+def as_speeds(vehicle: Vehicle, scenario: Scenario) -> Scenario:
+    """The same with commands as what lagging rotors follow: speeds, over the greatest."""
+    thrusts = within_limits(vehicle, scenario).rotor_command
+    if not callable(thrusts):
+        return scenario
+    assert vehicle.uav.rotors is not None
+    highest = np.asarray(vehicle.uav.rotors.highest, float)[..., None]
+
+    def given(t: float) -> Array:
+        return np.sqrt(np.asarray(thrusts(t), float) / highest)
+
+    return scenario.replace(rotor_command=given)
+
+
 def rotor_speeds(vehicle: Vehicle, scenario: Scenario) -> Array:
     """Speeds (runs or 1, rotors), over the greatest, that rotors start at; without rotors none."""
     if vehicle.uav.rotors is None:
@@ -143,7 +157,7 @@ def _check_level(allocation: Array, thrusts: Array) -> None:
     """Raise InputError if rotors that lean push a level vehicle sideways."""
     aside = np.linalg.norm((allocation[..., :2, :] @ thrusts[..., None])[..., 0], axis=-1)
     worst = int(np.argmax(aside))
-    if aside[worst] > _UNFELT * thrusts[worst].sum():
+    if aside[worst] > LEVEL * thrusts[worst].sum():
         where = f" in run {worst}" if len(thrusts) > 1 else ""
         raise InputError(
             f"uav.rotors lean, so that to hover level{where} they would push sideways by "

@@ -122,7 +122,8 @@ def error_by_halving(flight: Flight, model: str, runs: Array) -> Array:
     implicit step a third.
 
     Under polar torques all of it: their direction where the arm passes straight hangs on the step,
-    and what does not fall with the step has no order. Where they are in doubt at half the step too,
+    and what does not fall with the step has no order; no more have abrupt commands of rotors, whose
+    speeds start from 0 as a square root does. Where torques are in doubt at half the step too,
     both flights may have gone the wrong way, and the doubt stays. A run that ends otherwise at half
     the step is off by an arm length at least, as far as anyone can tell.
     """
@@ -140,7 +141,8 @@ def error_by_halving(flight: Flight, model: str, runs: Array) -> Array:
         tips = [recorder.values("tip_position") for recorder in flown]
         # What a run that ended has not reached is NaN in one or both.
         apart = np.nanmax(np.linalg.norm(tips[1] - tips[0], axis=-1), axis=-1)
-        estimate = np.fmax(share * apart / length[part], flown[1].doubt)
+        part_of = np.where(flight.abrupt[part], 1.0, share)
+        estimate = np.fmax(part_of * apart / length[part], flown[1].doubt)
         otherwise = flown[0].status != flown[1].status
         estimate = np.where(otherwise, np.fmax(estimate, 1.0), estimate)
         found.append(estimate if not taken.stiff else _of_stiff_steps(estimate, *flown))

@@ -185,6 +185,10 @@ def declared_rate(scenario: Scenario) -> Any:
     return np.max(np.broadcast_arrays(*rates), axis=0)
 
 
+_IN_WASH = 0.5
+"""Of the automatic step, where an arm may cross the edge of a rotor's wash."""
+
+
 def automatic_step(
     coupled: Engine, q: Any, qd: Any = None, driven: Any = 0.0, integrator: str = "rk4"
 ) -> Array:
@@ -193,10 +197,11 @@ def automatic_step(
     That rate is `driven`, of its inputs, or the spin |ω| at the start, plus what is faster seen
     from the turning body: the stiffest mode (straight or at the initial bend, with its damping), or
     a tip's turning Σ |k̇| l. coupled: an engine of the coupled model, whose free base raises the
-    rates most. q, qd: (runs or 1, 8) paper coordinates and rates, at rest by default. A run that
-    has no finite rate, as a bend past a full circle has none, has the step inf. The integrator
-    "implicit" has 0.05 for 0.2, and the first mode of every arm for the stiffest one: faster modes
-    do not make it unstable. Raises InputError if no run has a finite rate.
+    rates most. Arms that hang in a wash take half that step. q, qd: (runs or 1, 8) paper
+    coordinates and rates, at rest by default. A run that has no finite rate, as a bend past a full
+    circle has none, has the step inf. The integrator "implicit" has 0.05 for 0.2, and the first
+    mode of every arm for the stiffest one: faster modes do not make it unstable. Raises InputError
+    if no run has a finite rate.
     """
     q = np.atleast_2d(q)
     qd = np.zeros_like(q) if qd is None else np.atleast_2d(qd)
@@ -218,6 +223,8 @@ def automatic_step(
         spin = np.linalg.norm(state[:, layout.angular_velocity], axis=1)
         turning = _turning_of_tips(coupled, state)
         step = taken.phase / np.fmax(np.fmax(modes, turning) + spin, driven)
+    if coupled.tree.wash:
+        step = _IN_WASH * step
     found: Array = np.where(np.isnan(step), np.inf, step)
     return found
 

@@ -44,12 +44,14 @@ def marks_of(
     jumps: ArrayLike = (),
     control_period: float | None = None,
     latency: float = 0.0,
+    knots: ArrayLike = (),
 ) -> Marks:
     """The marks of a flight over [0, duration], with a sample at its end; latency: after each
-    control instant, when its push acts [s]."""
+    control instant, when its push acts [s]; knots: where inputs have kinks [s]."""
     # The last interval is the shorter one; what is left of rounding is none.
     count = max(1, int(np.ceil(duration / sample - _ROUNDING)))
-    return marks_at(np.append(sample * np.arange(count), duration), jumps, control_period, latency)
+    samples = np.append(sample * np.arange(count), duration)
+    return marks_at(samples, jumps, control_period, latency, knots)
 
 
 def marks_at(
@@ -57,6 +59,7 @@ def marks_at(
     jumps: ArrayLike = (),
     control_period: float | None = None,
     latency: float = 0.0,
+    knots: ArrayLike = (),
 ) -> Marks:
     """The marks of a flight, or of a part, with samples (n,) at these times [s], first to last.
 
@@ -71,7 +74,8 @@ def marks_at(
     same = np.abs(samples[near] - inside) < near_end
     samples[near[same]] = inside[same]
     inside = inside[(inside >= samples[0]) & (inside <= samples[-1])]
-    times = np.union1d(samples, inside)
+    times, kinks = np.union1d(samples, inside), np.array(knots, float)
+    times = _merged(times, kinks[(kinks > samples[0]) & (kinks < end)])
     if control_period is not None:
         instants = control_period * np.arange(control_instants(end, control_period))
         times = _merged(times, instants)

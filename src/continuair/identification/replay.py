@@ -90,7 +90,7 @@ class Replay:
         scenario, times = self._scenario, self.recording.time
         apart = min(_LONGEST_STEP / _FINER, times[-1])
         flight = prepare(vehicle, scenario, sample=apart, duration=times[-1])
-        marks = marks_at(times, scenario.breaks)
+        marks = marks_at(times, scenario.jumps)
         return dataclasses.replace(flight, steps=_FINER * flight.steps, marks=marks)
 
     def _cohort(self, vehicle: Vehicle) -> Cohort:

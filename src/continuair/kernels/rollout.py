@@ -54,7 +54,9 @@ def rollout_kernel(
     bend_of, bend_rate_of, lanes = types.bend_of, types.bend_rate_of, code.lanes
     above, all_above, any_above, finite = code.above, code.all_above, code.any_above, code.finite
     mark, keep_whole, keep_of_run = code.mark, code.keep_whole, code.keep_of_run
-    one_of, few, sections, paper = taken.measured_every, FEW_STEPS, types.layout.sections, PAPER
+    # A wash has an edge, which an arm may cross within a step or two.
+    one_of = 1 if tree.wash else taken.measured_every
+    few, sections, paper = FEW_STEPS, types.layout.sections, PAPER
     zero, one, full = Real(0.0), Real(1.0), Real(FULL_LENGTH)
     unseen, infinite, misdirected = Real(float(UNSEEN)), Real(np.inf), dynamics.loads.misdirected
 

@@ -203,9 +203,9 @@ class Scenario:
         return self.control_period if own is None else own
 
     @property
-    def breaks(self) -> Array:
-        """Times at which integration steps end [s]: the jumps, and the knots of a wind."""
-        return np.append(np.array(self.jumps, float), getattr(self.wind, "knot_times", ()))
+    def knots(self) -> Array:
+        """Times at which an input has a kink [s], where integration steps end: those of a wind."""
+        return np.array(getattr(self.wind, "knot_times", ()), float)
 
     @property
     def targets(self) -> tuple[Target, ...]:

@@ -18,14 +18,17 @@ Given = ArrayLike | Callable[[float], ArrayLike] | None
 WIDTHS = {"position": 3, "velocity": 3, "yaw": 1, "yaw_rate": 1, "bend": None}
 """Set-point -> how many numbers it is, None for two per section."""
 
+_GOES_WITH = {"velocity": "position", "yaw_rate": "yaw"}
+"""Rate -> what it is the rate of."""
+
 
 @dataclass(frozen=True, eq=False)
 class Setpoints:
     """What a flight controller follows; what is None stays as the flight starts, velocities are 0.
 
     Each is constant, a function of the time [s], or, where `times` are given, an array over them
-    with straight lines in between. A leading dimension (runs,), before that of the times, gives
-    each run its own. Raises InputError.
+    with straight lines in between; after the last it stays, and rates that go with it are 0. A
+    leading dimension (runs,), before that of the times, gives each run its own. Raises InputError.
     """
 
     position: Given = None
@@ -87,7 +90,11 @@ class Setpoints:
             return np.broadcast_to(value, (len(value), len(instants), value.shape[-1]))
         times = np.asarray(self.times)
         lines = [[np.interp(instants, times, column) for column in run.T] for run in value]
-        return np.array(lines).swapaxes(1, 2)
+        over_time = np.array(lines).swapaxes(1, 2)
+        if name in _GOES_WITH and getattr(self, _GOES_WITH[name]) is not None:
+            # What holds its last place moves no more.
+            over_time[:, instants > times[-1] * (1.0 + 1e-12)] = 0.0
+        return over_time
 
     def describe(self) -> dict[str, Any]:
         """What is given, as JSON can hold it, functions of time by their name."""

@@ -14,7 +14,7 @@ from continuair.analysis.modes import modes
 from continuair.analysis.trim import Trim, trim
 from continuair.engine.engine import Engine
 from continuair.errors import ContinuairWarning, InputError
-from continuair.flight.rotors import lag_rate
+from continuair.flight.rotors import LEVEL, lag_rate
 from continuair.flight.simulate import simulate
 from continuair.flight.steps import automatic_step
 from continuair.kernels.resolution import STEP_PHASE
@@ -102,6 +102,9 @@ def _of_rotors(vehicle: Vehicle) -> Lines:
     rotors, arm = vehicle.uav.rotors, excited_arm(vehicle)
     if rotors is None:
         return []
+    level = _level(rotors, trim(vehicle))
+    if level:
+        return [("rotors' margin", level)]
     lines: Lines = []
     for angle, name in ((0.0, "arm straight"), (BENT, f"arm bent by {BENT:g} rad")):
         held = []
@@ -112,6 +115,15 @@ def _of_rotors(vehicle: Vehicle) -> Lines:
             held.append(rotors.thrusts_for(np.concatenate([at.force, at.moment])))
         lines.append((f"rotors' margin, {name}", _left(np.array(held), rotors)))
     return lines
+
+
+def _level(rotors: Rotors, held: Trim) -> str:
+    """Why rotors do not hold a level vehicle, or nothing."""
+    thrusts = rotors.thrusts_for(np.concatenate([held.force, held.moment]))
+    aside = float(np.linalg.norm((rotors.allocation @ thrusts)[:2]))
+    if aside <= LEVEL * thrusts.sum():
+        return ""
+    return f"none: rotors that lean push a level vehicle sideways by {aside:.3g} N"
 
 
 def _left(thrusts: np.ndarray, rotors: Rotors) -> str:

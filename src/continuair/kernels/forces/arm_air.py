@@ -18,7 +18,7 @@ from continuair.kernels.types import Tree, device_types, holding
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(3)
 """Of Gauss's rule along a section, from -1 to 1."""
 
-EDGE = 0.2
+EDGE = 0.5
 """Part of a disk's radius, and of its area, over which the wash begins on either side of its edge:
 air shears there, and a force that jumped would cost the steps their order."""
 
