@@ -38,9 +38,9 @@ class Case:
         return f"{self.law}, {self.model}, {self.rate:g} Hz"
 
 
-ENDED = ("status", "end_time", "error")
-"""What is kept of a flight: its status, when it ended [s], and its largest feature error at the end
-[px], NaN of one that ended early."""
+ENDED = ("status", "end_time", "error", "step_error")
+"""What is kept of a flight: its status, when it ended [s], its largest feature error at the end
+[px], NaN of one that ended early, and how well its steps resolved it."""
 
 
 def batches(runs: int) -> list[slice]:
@@ -49,7 +49,7 @@ def batches(runs: int) -> list[slice]:
 
 
 def fly(vehicle: Vehicle, case: Case, law: Controller, q: Array, steps: Steps) -> Array:
-    """Fly a law from starts q (runs, 8) at rest; ENDED of each flight (3, runs)."""
+    """Fly a law from starts q (runs, 8) at rest; ENDED of each flight (4, runs)."""
     found = []
     for batch in batches(len(q)):
         steps.begin(str(case))
@@ -63,5 +63,5 @@ def fly(vehicle: Vehicle, case: Case, law: Controller, q: Array, steps: Steps) -
             )
         late = abs(data["feature_error"]).sel(time=slice(DURATION - JUDGED, None))
         error = late.max(("time", "pixel"), skipna=False)
-        found.append([data["status"], data["end_time"], error])
+        found.append([data["status"], data["end_time"], error, data["step_error"]])
     return np.concatenate(found, axis=1).astype(float)

@@ -95,10 +95,10 @@ def _reaches(results: dict[str, Any]) -> list[str]:
 def _shares(results: dict[str, Any]) -> list[str]:
     cells = [
         [name_of(case), str(case["random"]["well"]), str(case["random"]["runs"]),
-         percent(case["random"]["share"])]
+         percent(case["random"]["share"]), str(case["random"]["unresolved"])]
         for case in results["cases"]
     ]  # fmt: skip
-    headings = ["law, plant, control rate", "ended well", "of", "share"]
+    headings = ["law, plant, control rate", "ended well", "of", "share", "step_error above 1e-3"]
     return as_markdown(headings, cells, headings[:1])
 
 

@@ -13,6 +13,7 @@ import xarray as xr
 from continuair import checks
 from continuair.controllers.gain_files import Gains
 from continuair.errors import InputError, shown
+from continuair.flight.resolution import RESOLVED
 from continuair.kernels.dynamics import MODELS, PLANTS
 from continuair.kernels.step import OK, STATUS
 from continuair.progress import Progress, Steps
@@ -82,7 +83,7 @@ def region(
     seen = begun["visible"].to_numpy()
     q = begun["q"].to_numpy()[seen]
     steps = Steps(progress, len(cases) * len(batches(len(q))))
-    flown_all = np.full((3, len(cases), len(seen)), np.nan)
+    flown_all = np.full((len(ENDED), len(cases), len(seen)), np.nan)
     for place, case in enumerate(cases):
         flown_all[:, place, seen] = fly(flown, case, controllers[case.law], q, steps)
     flights = begun.assign_coords(law=names, model=plants, rate=hertz)
@@ -133,6 +134,7 @@ def _found(case: Case, flights: xr.Dataset) -> dict[str, Any]:
             "runs": well.size,
             "well": int(well.sum()),
             "share": float(well.mean()),
+            "unresolved": int((drawn["step_error"] > RESOLVED).sum()),
             "failures": [_failure(drawn.isel(start=run)) for run in np.flatnonzero(~well)],
         },
     }

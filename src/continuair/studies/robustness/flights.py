@@ -51,8 +51,8 @@ def groups(wrong: list[Wrong]) -> list[list[Wrong]]:
 
 
 def fly(nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong]) -> list[dict[str, Any]]:
-    """Status, end [s] and RMS and largest feature error [px] of the letter under each mistake of a
-    batch, NaN of a flight that ended early."""
+    """Status, end [s], step_error, and RMS and largest feature error [px] of the letter under each
+    mistake of a batch, NaN of a flight that ended early."""
     flown = _vehicles(nominal, wrong)
     believed = nominal
     if nominal.uav.drag is None and flown.uav.drag is not None:
@@ -77,6 +77,7 @@ def fly(nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong]) -> li
             {
                 "status": int(flight["status"]),
                 "end_time_s": float(flight["end_time"]),
+                "step_error": float(flight["step_error"]),
                 "rms_px": feature_rms(late) if good else np.nan,
                 "max_px": largest,
             }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from continuair.flight.resolution import RESOLVED
 from continuair.studies.ladder import in_words
 from continuair.studies.results import ResultFolder
 from continuair.studies.robustness.mistakes import LINEAR_DRAG
@@ -50,6 +51,7 @@ def summary(results: dict[str, Any]) -> list[str]:
         "",
         *reaches(results),
         "",
+        _resolved(results),
         *_wind(results),
     ]
 
@@ -68,6 +70,17 @@ def reaches(results: dict[str, Any]) -> list[str]:
 def reach(entry: dict[str, Any]) -> str:
     """How large a mistake may be, and the first size that is not borne."""
     return in_words(entry, " (all tried)", "not {}")
+
+
+def _resolved(results: dict[str, Any]) -> str:
+    """How well steps resolved the flights."""
+    found = [
+        each["step_error"] > RESOLVED
+        for case in results["cases"]
+        for mistake in case["mistakes"].values()
+        for each in mistake["values"]
+    ]
+    return f"Of {len(found)} flights {sum(found)} have a step_error above {RESOLVED:g}."
 
 
 def _wind(results: dict[str, Any]) -> list[str]:
