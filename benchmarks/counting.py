@@ -451,7 +451,7 @@ def fly(model: str, steps: int) -> tuple[Tally, np.ndarray]:
     from continuair.kernels.dynamics import dynamics_code
     from continuair.kernels.logs import state_logger
     from continuair.kernels.numbers import Numbers
-    from continuair.kernels.rollout import rollout_kernel
+    from continuair.kernels.rollout import SUMS, rollout_kernel
     from continuair.kernels.sensing.pilot import no_pilot
     from continuair.vehicle.coordinates import branches_of, state_from_paper
     from continuair.vehicle.layout import GENERAL
@@ -465,7 +465,7 @@ def fly(model: str, steps: int) -> tuple[Tally, np.ndarray]:
     after = np.full(steps, -1)
     after[-1] = 1
     log, lengths = np.zeros((1, 2, layout.log)), np.full(steps, STEP)
-    ends = [*(Array(np.zeros(1, int), int) for _ in range(2)), Array(np.zeros((1, 3)), int)]
+    ends = [*(Array(np.zeros(1, int), int) for _ in range(2)), Array(np.zeros((1, SUMS)), int)]
     rollout_kernel(*of, dynamics_code(*of, model), pilot, state_logger(*of))(
         packed(vehicle, *of),
         filled(begins.Start, states=states, frozen=states, angle=Array(branches_of(q))),

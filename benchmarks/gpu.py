@@ -23,6 +23,7 @@ import continuair as ca
 from continuair.engine.engine import Drive, Engine, Start, check_device
 from continuair.errors import InputError
 from continuair.flight.time_grid import grid_of, marks_of
+from continuair.kernels.rollout import SUMS
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import GENERAL
 
@@ -41,7 +42,7 @@ def roll_out(engine: Engine, runs: int, steps: int) -> Any:
     real = getattr(wp, engine.dtype.name)
     begin = Start(state_from_paper(q, qd), branches_of(q))
     status, last = (wp.zeros(runs, wp.int32, device=engine.device) for _ in range(2))
-    errors = wp.zeros((runs, 2), real, device=engine.device)
+    errors = wp.zeros((runs, SUMS), real, device=engine.device)
     log = wp.zeros((runs, 2, engine.layout.log), real, device=engine.device)
     everything = slice(None)
     arguments = [
