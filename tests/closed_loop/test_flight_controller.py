@@ -205,3 +205,27 @@ def test_a_bend_servo_has_its_lag_and_its_largest_speed_and_a_free_arm_none() ->
     free = ca.flight_controller(PAPER, bend_bandwidth=0.0)
     hung = fly(PAPER, free, HOME + [0, 0, 0, 0, 0, 0, 0.02, 0], duration=0.5)
     assert np.abs(hung.command.to_numpy()[:, 6:]).max() == 0.0
+
+
+@pytest.mark.parametrize("runs", [1, 3])
+def test_a_vehicle_that_turns_over_has_lost_control_and_says_so(runs: int) -> None:
+    """A moment that the controller does not withstand; in a batch only the runs that it meets."""
+    moments = np.array([[3.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, -3.0, 0.0]])[:runs]
+    law = ca.flight_controller(PAPER, moment=(1.0, 1.0, 1.0))
+    start = ca.Scenario("pushed", HOME, controller=law, moment=moments, duration=3.0)
+    flight = ca.simulate(PAPER, start, sample=0.01, variables=["attitude"])
+    told = flight["status"].to_numpy().ravel()
+    assert told.tolist() == [4, 0, 4][:runs]
+    x, y = (flight["attitude"].sel(quaternion=axis).to_numpy() for axis in "xy")
+    up = 1.0 - 2.0 * (x * x + y * y)
+    assert np.nanmin(up.reshape(runs, -1)[0]) > -0.2 and float(flight["end_time"].min()) < 2.0
+
+
+def test_a_flight_that_starts_upside_down_is_not_ended_by_it() -> None:
+    law = ca.flight_controller(RIGID, attitude_bandwidth=10.0)
+    start = np.array([0, 0, 30.0, 2.4, 0, 0, 0, 0])
+    run = ca.simulate(
+        RIGID, ca.Scenario("recover", start, controller=law, duration=4.0), sample=0.01
+    )
+    assert int(run["status"]) == 0
+    assert tilt(run)[-1] < 0.1

@@ -54,12 +54,14 @@ class Scene:
 class Guidance:
     """For a law that follows set-points: per step (m,), issued, which push it decides on at its
     start, or -1, and taken, which push acts from then on, or -1; slots: most pushes on their way;
-    wanted (pushes, runs or 1, columns): set-points."""
+    wanted (pushes, runs or 1, columns): set-points; upright (runs or 1, 1): 1 where runs start
+    upright."""
 
     issued: Array
     taken: Array
     slots: int
     wanted: Array
+    upright: Array
 
 
 _NOTHING = Scene(
@@ -171,6 +173,7 @@ class PackedLoop:
         for name in ("issued", "taken"):
             setattr(found, name, engine.upload(getattr(guidance, name), wp.int32))
         found.wanted = engine.upload(_columns(guidance.wanted, runs))
+        found.upright = engine.upload(_rows(guidance.upright, runs))
         found.memory = engine.upload(np.zeros((len(runs), 1, kernels.remembered)))
         pushes = engine.layout.push.stop
         found.pushes = engine.upload(np.zeros((len(runs), guidance.slots, pushes)))

@@ -29,7 +29,14 @@ def guidance_over(scenario: Scenario, grid: Grid, layout: Layout) -> Guidance:
     # Until the first push has arrived by its latency, it acts all the same.
     taken[0] = 0
     instants = period * np.arange(issued.max() + 1)
-    return Guidance(issued, taken, int(latency / period) + 2, wanted_at(scenario, layout, instants))
+    wanted = wanted_at(scenario, layout, instants)
+    return Guidance(issued, taken, int(latency / period) + 2, wanted, _upright(scenario))
+
+
+def _upright(scenario: Scenario) -> Array:
+    """1 for starts (runs or 1, 1) whose thrust points up, and 0 for the others."""
+    roll, pitch = np.atleast_2d(scenario.q)[:, 3:5].T
+    return (np.cos(roll) * np.cos(pitch) > 0.0).astype(float)[:, None]
 
 
 def wanted_at(scenario: Scenario, layout: Layout, instants: Array) -> Array:

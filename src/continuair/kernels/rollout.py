@@ -13,7 +13,7 @@ from continuair.kernels.integrators import INTEGRATORS
 from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.resolution import resolution_code
 from continuair.kernels.sensing.pilot import PilotCode
-from continuair.kernels.step import UNSEEN, stepping_code
+from continuair.kernels.step import OVERTURNED, UNSEEN, stepping_code
 from continuair.kernels.types import FULL_LENGTH, Tree, device_types
 from continuair.vehicle.layout import PAPER
 
@@ -58,7 +58,8 @@ def rollout_kernel(
     one_of = 1 if tree.wash else taken.measured_every
     few, sections, paper = FEW_STEPS, types.layout.sections, PAPER
     zero, one, full = Real(0.0), Real(1.0), Real(FULL_LENGTH)
-    unseen, infinite, misdirected = Real(float(UNSEEN)), Real(np.inf), dynamics.loads.misdirected
+    unseen, overturned = Real(float(UNSEEN)), Real(float(OVERTURNED))
+    infinite, misdirected = Real(np.inf), dynamics.loads.misdirected
 
     @wp.func
     def swing_of(y: State):
@@ -110,7 +111,8 @@ def rollout_kernel(
             if due >= 0:
                 log_row(log, due, ended, y, flight, branch, push)
             due = -1
-            lost = above(ended, zero, zero, unseen * decision.lost)
+            gone = above(decision.lost, one, overturned, unseen * decision.lost)
+            lost = above(ended, zero, zero, gone)
             if any_above(lost, zero):
                 mark(last_step, run, lost, i)
                 ended += lost

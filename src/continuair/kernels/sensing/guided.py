@@ -37,9 +37,9 @@ def guided_pilot(
     Sight, Looking, look_of, seen_at = seeing.Loop, seeing.Pilot, seeing.pilot_of, seeing.sensed
     set_point_of, disturbed = ground.set_point_of, ground.disturbed
     Memory, control, Decision = law.Memory, law.control, decision_of(numbers, tree)
-    keep, of_sample = code.keep, code.of_sample
+    keep, of_sample, of_run, above = code.keep, code.of_sample, code.of_run, code.above
     remembered, pushes = law.Memory._length_, types.layout.push.stop
-    zero, one = Real(0.0), Real(1.0)
+    zero, half, one, two = Real(0.0), Real(0.5), Real(1.0), Real(2.0)
 
     @wp.struct
     class Loop:
@@ -48,7 +48,8 @@ def guided_pilot(
         sight: gains, seeds and what is looked at, as a law without a memory has them. Per step:
         issued, which push the law decides on at its start, or -1; taken, which push acts from then
         on, or -1 for the one before. wanted (pushes, runs or 1, columns): set-points. memory (runs,
-        1, numbers); pushes (runs, slots, columns): on their way.
+        1, numbers); pushes (runs, slots, columns): on their way. upright (runs or 1, 1): 1 where a
+        run starts upright, which ends where it has turned over.
         """
 
         sight: Sight
@@ -57,6 +58,7 @@ def guided_pilot(
         wanted: wp.array3d(dtype=Cell)
         memory: wp.array3d(dtype=Cell)
         pushes: wp.array3d(dtype=Cell)
+        upright: wp.array2d(dtype=Cell)
 
     @wp.struct
     class Pilot:
@@ -118,7 +120,11 @@ def guided_pilot(
         loop, out = pilot.loop, Decision()
         push = held
         if loop.issued[i] >= 0:
-            out.lost = issue(i, time, y, along, flight, pilot)
+            lost = issue(i, time, y, along, flight, pilot)
+            up = wp.quat_rotate(attitude_of(y), vec3(zero, zero, one))
+            began = of_run(loop.upright, pilot.run, 0)
+            over = above(zero, up[2], above(began, half, one, zero), zero)
+            out.lost = wp.max(lost, two * over)
         if loop.taken[i] >= 0:
             slot = loop.taken[i] % loop.pushes.shape[1]
             for k in range(pushes):

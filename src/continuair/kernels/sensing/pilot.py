@@ -53,7 +53,8 @@ def decision_of(numbers: Numbers, tree: Tree) -> Any:
 
     @wp.struct
     class Decision:
-        """The push from now on; lost: 1 where no point is in view that is needed, else 0."""
+        """The push from now on; lost: 1 where no point is in view that is needed, 2 where a flight
+        controller's vehicle has turned over, else 0."""
 
         push: Push
         lost: Real
