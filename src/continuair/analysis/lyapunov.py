@@ -19,6 +19,7 @@ import xarray as xr
 
 from continuair.analysis.conditions import Condition, Gains, conditions_of, target_norms
 from continuair.analysis.metrics import samples
+from continuair.engine.pack import tree_of
 from continuair.equations.camera import interaction_matrix, to_normalised
 from continuair.errors import InputError, shown
 from continuair.kernels.laws.servoing import law
@@ -136,20 +137,13 @@ def _residual(gains: Gains, acceleration: Any, jerk: Any) -> Any:
 
 def _check_pushed_directly(vehicle: Vehicle) -> None:
     """Refuse what takes or gives power beside the push that the law asks for."""
-    sections = [section for arm in vehicle.arms for section in arm.section]
-    given = {
-        "uav.rotors": vehicle.uav.rotors,
-        "uav.drag": vehicle.uav.drag,
-        "drag_coefficient": next(
-            (each.drag_coefficient for each in sections if each.drag_coefficient is not None), None
-        ),
-    }
-    for name, value in given.items():
-        if value is not None:
-            raise InputError(
-                f"vehicle {shown(vehicle.name)} has {name}, whose power no Lyapunov function here "
-                "knows; leave it out."
-            )
+    tree = tree_of(vehicle)
+    has = {"uav.rotors": tree.rotors, "uav.drag": tree.drag, "drag_coefficient": tree.arm_drag}
+    for name in (name for name, given in has.items() if given):
+        raise InputError(
+            f"vehicle {shown(vehicle.name)} has {name}, whose power no Lyapunov function here "
+            "knows; leave it out."
+        )
 
 
 def _gains_of(scenario: Scenario) -> dict[str, Array]:

@@ -14,6 +14,7 @@ from continuair.cli.options import (
     VehicleOption,
     again,
     check_json,
+    keep_in,
     results_in,
     tell_where,
     write_json,
@@ -56,11 +57,7 @@ def run_open_loop(vehicle: str, tests: str, models: list[str] | None, out: str |
         command = again("open-loop", vehicle=vehicle, tests=tests, model=models, out=out)
         with results_in(out, "open_loop", command) as folder:
             study = run(loaded, tests, models or MODELS, progress=progress)
-            if folder is not None:
-                from continuair.report.keeping import keep
-
-                progress(1, 1, "writing results and figures")
-                keep("open_loop", study, folder)
+            keep_in(folder, "open_loop", study, progress)
     _show(study)
     tell_where(out)
     return study

@@ -16,6 +16,7 @@ from continuair.errors import InputError
 from continuair.files import check_can_be_made, printed, reason, user_path
 
 if TYPE_CHECKING:
+    from continuair.progress import Progress
     from continuair.studies.results import ResultFolder
 
 VehicleOption = Annotated[
@@ -39,6 +40,19 @@ JsonOption = Annotated[
 ModelOption = Annotated[
     list[str] | None,
     typer.Option(help="A model to compare with the coupled one; repeatable. Default: all."),
+]
+
+LawOption = Annotated[
+    list[str] | None,
+    typer.Option(help="A law: constant, current or classic; repeatable. Default: all."),
+]
+LawGainsOption = Annotated[
+    str | None,
+    typer.Option(help="Gains instead of the preset of the law that they are for, a .toml file."),
+]
+PlantOption = Annotated[
+    list[str] | None,
+    typer.Option(help="A model as the plant; repeatable. Default: coupled and decoupled."),
 ]
 
 
@@ -70,6 +84,15 @@ def again(name: str, **options: Any) -> str:
             if one not in (None, False):
                 words += [f"--{key}"] if one is True else [f"--{key}", str(one)]
     return shlex.join(words)
+
+
+def keep_in(folder: ResultFolder | None, name: str, study: Any, progress: Progress) -> None:
+    """Write a study's results and figures to its folder, if there is one."""
+    if folder is not None:
+        from continuair.report.keeping import keep
+
+        progress(1, 1, "writing results and figures")
+        keep(name, study, folder)
 
 
 def tell_where(out: str | None) -> None:

@@ -9,10 +9,14 @@ import typer
 from continuair.cli.application import app
 from continuair.cli.options import (
     JsonOption,
+    LawGainsOption,
+    LawOption,
     OutOption,
+    PlantOption,
     VehicleOption,
     again,
     check_json,
+    keep_in,
     results_in,
     tell_where,
     write_json,
@@ -23,20 +27,9 @@ from continuair.cli.terminal import progress_bar
 @app.command()
 def region(
     vehicle: VehicleOption = "paper",
-    law: Annotated[
-        list[str] | None,
-        typer.Option(help="A law: constant, current or classic; repeatable. Default: all."),
-    ] = None,
-    gains: Annotated[
-        str | None,
-        typer.Option(
-            help="Gains instead of the preset of the law that they are for, a .toml file."
-        ),
-    ] = None,
-    model: Annotated[
-        list[str] | None,
-        typer.Option(help="A model as the plant; repeatable. Default: coupled and decoupled."),
-    ] = None,
+    law: LawOption = None,
+    gains: LawGainsOption = None,
+    model: PlantOption = None,
     rate: Annotated[
         list[float] | None, typer.Option(help="A control rate [Hz]; repeatable. Default: 1000.")
     ] = None,
@@ -69,11 +62,7 @@ def region(
                 load_vehicle(vehicle), law or LAWS, model or PLANTS, rate or (1000.0,), runs, seed,
                 load_gains(gains) if gains else None, progress=progress,
             )  # fmt: skip
-            if folder is not None:
-                from continuair.report.keeping import keep
-
-                progress(1, 1, "writing results and figures")
-                keep("region", study, folder)
+            keep_in(folder, "region", study, progress)
     typer.echo("\n".join(summary(study.results)), err=True)
     tell_where(out)
     write_json(as_json(study.results), json)

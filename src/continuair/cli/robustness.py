@@ -9,10 +9,14 @@ import typer
 from continuair.cli.application import app
 from continuair.cli.options import (
     JsonOption,
+    LawGainsOption,
+    LawOption,
     OutOption,
+    PlantOption,
     VehicleOption,
     again,
     check_json,
+    keep_in,
     results_in,
     tell_where,
     write_json,
@@ -23,20 +27,9 @@ from continuair.cli.terminal import progress_bar
 @app.command()
 def robustness(
     vehicle: VehicleOption = "paper",
-    law: Annotated[
-        list[str] | None,
-        typer.Option(help="A law: constant, current or classic; repeatable. Default: all."),
-    ] = None,
-    gains: Annotated[
-        str | None,
-        typer.Option(
-            help="Gains instead of the preset of the law that they are for, a .toml file."
-        ),
-    ] = None,
-    model: Annotated[
-        list[str] | None,
-        typer.Option(help="A model as the plant; repeatable. Default: coupled and decoupled."),
-    ] = None,
+    law: LawOption = None,
+    gains: LawGainsOption = None,
+    model: PlantOption = None,
     mistake: Annotated[
         list[str] | None,
         typer.Option(
@@ -70,11 +63,7 @@ def robustness(
                 load_vehicle(vehicle), law or LAWS, model or PLANTS, mistake or MISTAKES,
                 load_gains(gains) if gains else None, progress=progress,
             )  # fmt: skip
-            if folder is not None:
-                from continuair.report.keeping import keep
-
-                progress(1, 1, "writing results and figures")
-                keep("robustness", study, folder)
+            keep_in(folder, "robustness", study, progress)
     typer.echo("\n".join(summary(study.results)), err=True)
     tell_where(out)
     write_json(as_json(study.results), json)

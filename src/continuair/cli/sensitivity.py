@@ -13,6 +13,7 @@ from continuair.cli.options import (
     VehicleOption,
     again,
     check_json,
+    keep_in,
     results_in,
     tell_where,
     write_json,
@@ -62,11 +63,7 @@ def run_sensitivity(vehicle: str, hertz: bool, out: str | None) -> Sensitivity:
         with results_in(out, name, command) as folder:
             own = not of_the_paper(loaded)
             study = run(loaded, own=own, hertz=hertz, progress=progress)
-            if folder is not None:
-                from continuair.report.keeping import keep
-
-                progress(1, 1, "writing results and figures")
-                keep(name, study, folder)
+            keep_in(folder, name, study, progress)
     _show(study)
     typer.echo(err=True)
     tell_where(out)

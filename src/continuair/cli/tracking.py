@@ -14,6 +14,7 @@ from continuair.cli.options import (
     VehicleOption,
     again,
     check_json,
+    keep_in,
     results_in,
     tell_where,
     write_json,
@@ -123,13 +124,11 @@ def run_tracking(
         with results_in(out, "tracking", command) as folder:
             study = run(loaded, letters, law, models or MODELS, progress=progress)
             if folder is not None:
-                from continuair.report.keeping import keep
                 from continuair.studies.tracking.law_variants import law_variants
 
                 first = letters[0].upper()
                 study.results["variants"] = law_variants(loaded, law, first, progress=progress)
-                progress(1, 1, "writing results and figures")
-                keep("tracking", study, folder)
+            keep_in(folder, "tracking", study, progress)
     _show(study)
     tell_where(out)
     return study

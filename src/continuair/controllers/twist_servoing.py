@@ -57,5 +57,5 @@ def twist_servoing(
             "feed_forward": ahead,
             "conditioning": share,
             **flight.settings,
-        },  # fmt: skip
+        },
     )

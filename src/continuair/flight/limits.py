@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from continuair.errors import ContinuairWarning
+from continuair.flight.resolution import in_runs
 from continuair.flight.trajectory import Recorder
 from continuair.scenario.scenarios import Scenario
 
@@ -33,7 +34,7 @@ def warn_of_limits(recorder: Recorder, stacklevel: int) -> None:
     if not at.any():
         return
     runs = at.any(axis=(1, 2))
-    of = "" if len(runs) == 1 else f" in {runs.sum()} of {len(runs)} runs"
+    of = in_runs(runs.sum(), len(runs))
     samples = np.flatnonzero(at.any(axis=(0, 2)))
     share = at.any(axis=2)[runs].mean()
     warnings.warn(

@@ -64,6 +64,11 @@ def unresolved(errors: Array) -> Array:
     return np.flatnonzero(coarse.any(axis=1))
 
 
+def in_runs(some: int, runs: int) -> str:
+    """In how many runs something is, as warnings say it; nothing of a single one."""
+    return "" if runs == 1 else f" in {some} of {runs} runs"
+
+
 def warn_of_coarse_steps(errors: Array, steps: Array, stacklevel: int) -> None:
     """Warn if steps (runs,) [s] left runs unresolved, by step_error (runs,) or (runs, models).
 
@@ -73,7 +78,7 @@ def warn_of_coarse_steps(errors: Array, steps: Array, stacklevel: int) -> None:
     coarse = unresolved(errors)
     if not len(coarse):
         return
-    of = "" if len(errors) == 1 else f" in {len(coarse)} of {len(errors)} runs"
+    of = in_runs(len(coarse), len(errors))
     warnings.warn(
         f"step_error reaches {np.nanmax(errors):.2g} arm lengths{of}: steps of "
         f"{steps[coarse].max():.3g} s do not resolve this flight to {RESOLVED:g}; give a shorter "
@@ -99,11 +104,10 @@ def warn_of_saturation(largest: Array, stacklevel: int) -> None:
     """Warn if rotors were asked for thrusts beyond their limits, (runs,) or (runs, models)."""
     wrong = np.asarray(largest.reshape(len(largest), -1).max(axis=1) > _ROUNDING)
     if wrong.any():
-        of = "" if len(wrong) == 1 else f" in {wrong.sum()} of {len(wrong)} runs"
         warnings.warn(
-            f"rotors saturate{of}: they are asked for up to {100.0 * np.nanmax(largest):.3g} % of "
-            "their range beyond it; see the result's saturation, or give thrust_limits that leave "
-            "room.",
+            f"rotors saturate{in_runs(wrong.sum(), len(wrong))}: they are asked for up to "
+            f"{100.0 * np.nanmax(largest):.3g} % of their range beyond it; see the result's "
+            "saturation, or give thrust_limits that leave room.",
             ContinuairWarning,
             stacklevel=stacklevel,
         )
@@ -111,9 +115,9 @@ def warn_of_saturation(largest: Array, stacklevel: int) -> None:
 
 def warn_of_lost_angles(lost: Array, sample: float, stacklevel: int) -> None:
     """Warn of runs (...) whose Euler angles samples [s] do not follow, which are NaN."""
-    runs, count = np.size(lost), np.count_nonzero(lost)
+    runs, count = np.size(lost), int(np.count_nonzero(lost))
     if count:
-        of = "" if runs == 1 else f" in {count} of {runs} runs"
+        of = in_runs(count, runs)
         warnings.warn(
             f"nrmse_r and rmse_r_rad are NaN{of}: samples of {sample:.3g} s do not follow roll, "
             "pitch and yaw of the tip; give a finer sample, or use angle_rad, which always holds.",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,15 +13,13 @@ from continuair.errors import InputError, shown
 from continuair.flight.holding import holding
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import Layout
+from continuair.vehicle.rotors import Rotors
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 
 # Of the greatest thrust. The last bits of the solver are others where another BLAS is.
 _DIGITS = 12
-
-LEVEL = 1e-6
-"""Share of the thrusts that a level vehicle may be pushed sideways by: rounding."""
 
 
 def check_air_and_rotors(vehicle: Vehicle, scenario: Scenario, layout: Layout) -> None:
@@ -85,28 +84,25 @@ def with_rotors_running(engine: Engine, scenario: Scenario) -> Scenario:
 
 def within_limits(vehicle: Vehicle, scenario: Scenario) -> Scenario:
     """The scenario with commands over time as they act: cut off at what a rotor gives."""
-    command = scenario.rotor_command
-    if not callable(command):
-        return scenario
-    assert vehicle.uav.rotors is not None
-    highest = np.asarray(vehicle.uav.rotors.highest, float)[..., None]
-
-    def given(t: float) -> Array:
-        return np.clip(np.asarray(command(t), float), 0.0, highest)
-
-    return scenario.replace(rotor_command=given)
+    return _commanded(vehicle, scenario, lambda thrust, highest: thrust)
 
 
 def as_speeds(vehicle: Vehicle, scenario: Scenario) -> Scenario:
     """The same with commands as what lagging rotors follow: speeds, over the greatest."""
-    thrusts = within_limits(vehicle, scenario).rotor_command
-    if not callable(thrusts):
+    return _commanded(vehicle, scenario, lambda thrust, highest: np.sqrt(thrust / highest))
+
+
+def _commanded(
+    vehicle: Vehicle, scenario: Scenario, of: Callable[[Array, Array], Array]
+) -> Scenario:
+    """With a function of thrusts within the limits, and of the greatest, for commands over time."""
+    command, rotors = scenario.rotor_command, vehicle.uav.rotors
+    if not callable(command) or rotors is None:
         return scenario
-    assert vehicle.uav.rotors is not None
-    highest = np.asarray(vehicle.uav.rotors.highest, float)[..., None]
+    highest = np.asarray(rotors.highest, float)[..., None]
 
     def given(t: float) -> Array:
-        return np.sqrt(np.asarray(thrusts(t), float) / highest)
+        return of(np.clip(np.asarray(command(t), float), 0.0, highest), highest)
 
     return scenario.replace(rotor_command=given)
 
@@ -148,16 +144,16 @@ def _hover(engine: Engine, scenario: Scenario, alone: bool) -> Array:
     rounded = highest * np.round(thrusts / highest, _DIGITS)
     _check_hover(rotors.thrust_limits, rounded)
     if alone:
-        _check_level(rotors.allocation, rounded)
+        _check_level(rotors, rounded)
     plain = engine.vehicle.runs is None and np.ndim(scenario.q) == 1
     return rounded[0] if plain else rounded
 
 
-def _check_level(allocation: Array, thrusts: Array) -> None:
+def _check_level(rotors: Rotors, thrusts: Array) -> None:
     """Raise InputError if rotors that lean push a level vehicle sideways."""
-    aside = np.linalg.norm((allocation[..., :2, :] @ thrusts[..., None])[..., 0], axis=-1)
+    aside = rotors.sideways(thrusts)
     worst = int(np.argmax(aside))
-    if aside[worst] > LEVEL * thrusts[worst].sum():
+    if aside[worst] > 0.0:
         where = f" in run {worst}" if len(thrusts) > 1 else ""
         raise InputError(
             f"uav.rotors lean, so that to hover level{where} they would push sideways by "

@@ -10,7 +10,7 @@ import numpy as np
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.engine.pack import per_run
 from continuair.errors import ContinuairWarning, InputError
-from continuair.flight.resolution import UNSEEN
+from continuair.flight.resolution import UNSEEN, in_runs
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import branches_of, state_from_paper
@@ -269,7 +269,7 @@ def warn_of_fast_inputs(steps: Array, rates: Array, stacklevel: int) -> None:
     lag of rotors, does: of no integrator do they follow it."""
     missed = rates * steps > UNSEEN
     if missed.any():
-        of = "" if len(steps) == 1 else f" in {missed.sum()} of {len(steps)} runs"
+        of = in_runs(missed.sum(), len(steps))
         warnings.warn(
             f"step is {steps[missed].max():g} s, in which inputs or rotors change by more than it "
             f"follows{of}; use {UNSEEN / rates.max():.3g} s or less, or step='auto'.",
@@ -297,7 +297,7 @@ def check_divides(period: float, steps: Array, name: str = "control_period") -> 
 def _warn_if_coarse(steps: Array, fine: Array, stacklevel: int) -> None:
     coarse = steps > fine * (1.0 + 1e-9)
     if coarse.any():
-        of = "" if len(fine) == 1 else f" in {coarse.sum()} of {len(fine)} runs"
+        of = in_runs(coarse.sum(), len(fine))
         warnings.warn(
             f"step is {steps.max():g} s, which is too coarse for the fastest motion of vehicle and "
             f"start (stiffest bending mode, its damping, initial rates){of}: RK4 will distort it; "

@@ -14,7 +14,7 @@ from continuair.analysis.modes import modes
 from continuair.analysis.trim import Trim, trim
 from continuair.engine.engine import Engine
 from continuair.errors import ContinuairWarning, InputError
-from continuair.flight.rotors import LEVEL, lag_rate
+from continuair.flight.rotors import lag_rate
 from continuair.flight.simulate import simulate
 from continuair.flight.steps import automatic_step
 from continuair.kernels.resolution import STEP_PHASE
@@ -102,40 +102,32 @@ def _of_rotors(vehicle: Vehicle) -> Lines:
     rotors, arm = vehicle.uav.rotors, excited_arm(vehicle)
     if rotors is None:
         return []
-    level = _level(rotors, trim(vehicle))
-    if level:
-        return [("rotors' margin", level)]
-    lines: Lines = []
-    for angle, name in ((0.0, "arm straight"), (BENT, f"arm bent by {BENT:g} rad")):
-        held = []
-        for way in np.exp(0.5j * np.pi * np.arange(4)):
-            bend = np.zeros((vehicle.sections, 2))
-            bend[list(arm.places)] = angle / arm.length * np.array([way.real, way.imag])
-            at = trim(vehicle, bend=bend.ravel())
-            held.append(rotors.thrusts_for(np.concatenate([at.force, at.moment])))
-        lines.append((f"rotors' margin, {name}", _left(np.array(held), rotors)))
-    return lines
 
+    def hovering(bend_x: float, bend_y: float) -> np.ndarray:
+        bend = np.zeros((vehicle.sections, 2))
+        bend[list(arm.places)] = bend_x, bend_y
+        held = trim(vehicle, bend=bend.ravel())
+        return rotors.thrusts_for(np.concatenate([held.force, held.moment]))
 
-def _level(rotors: Rotors, held: Trim) -> str:
-    """Why rotors do not hold a level vehicle, or nothing."""
-    thrusts = rotors.thrusts_for(np.concatenate([held.force, held.moment]))
-    aside = float(np.linalg.norm((rotors.allocation @ thrusts)[:2]))
-    if aside <= LEVEL * thrusts.sum():
-        return ""
-    return f"none: rotors that lean push a level vehicle sideways by {aside:.3g} N"
+    straight, bent = hovering(0.0, 0.0), BENT / arm.length
+    aside = float(rotors.sideways(straight))
+    if aside > 0.0:
+        lean = f"none: rotors that lean push a level vehicle sideways by {aside:.3g} N"
+        return [("rotors' margin", lean)]
+    ways = [hovering(*way) for way in ((bent, 0.0), (0.0, bent), (-bent, 0.0), (0.0, -bent))]
+    return [
+        ("rotors' margin, arm straight", _left(straight, rotors)),
+        (f"rotors' margin, arm bent by {BENT:g} rad", _left(np.array(ways), rotors)),
+    ]
 
 
 def _left(thrusts: np.ndarray, rotors: Rotors) -> str:
-    """What is left of the greatest of thrusts (ways, rotors), or why they cannot be given."""
-    highest = float(rotors.highest)
-    for worst, beyond in (
-        (thrusts.min(), thrusts.min() < 0.0),
-        (thrusts.max(), thrusts.max() > highest),
-    ):
-        if beyond:
-            return f"none: a rotor would have to give {worst:.3g} N of 0 to {highest:g}"
-    return f"{1.0 - thrusts.max() / highest:.0%}"
+    """What is left of the greatest of thrusts (..., rotors), or why they cannot be given."""
+    least, most, highest = thrusts.min(), thrusts.max(), float(rotors.highest)
+    if least >= 0.0 and most <= highest:
+        return f"{1.0 - most / highest:.0%}"
+    worst = least if least < 0.0 else most
+    return f"none: a rotor would have to give {worst:.3g} N of 0 to {highest:g}"
 
 
 def _told(vehicle: Vehicle, q: np.ndarray, base: str, gravity: float) -> tuple[str, str, str]:

@@ -64,6 +64,10 @@ class Rotor(Part):
         return value if abs(size - 1.0) < RANK else tuple(entry / size for entry in value)
 
 
+_UNFELT = 1e-6
+"""Share of the thrusts that a force to the side may have by rounding."""
+
+
 class Rotors(Part):
     """Equal rotors, in a layout by its name or listed one by one.
 
@@ -187,6 +191,11 @@ class Rotors(Part):
         axes (..., 6), whatever their limits. Summed in order: the same bits on every processor."""
         inverse = self.inverse
         return np.asarray(sum(inverse[..., j] * wrench[..., j, None] for j in range(6)))
+
+    def sideways(self, thrusts: Array) -> Array:
+        """The force (...) across the body's z axis of thrusts (..., rotors) [N]; 0 if rounding."""
+        found = np.linalg.norm((self.allocation[..., :2, :] @ thrusts[..., None])[..., 0], axis=-1)
+        return np.where(found > _UNFELT * thrusts.sum(axis=-1), found, 0.0)
 
     @property
     def rank(self) -> int:

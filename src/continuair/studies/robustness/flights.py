@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -97,17 +98,10 @@ def _vehicles(nominal: Vehicle, wrong: list[Wrong]) -> Vehicle:
     changes = [each.changes(nominal) for each in wrong]
     paths = dict.fromkeys(path for each in changes for path in each)
     rows = {
-        path: np.array([each.get(path, _value(nominal, path)) for each in changes])
+        path: np.array([each.get(path, attrgetter(path)(nominal)) for each in changes], float)
         for path in paths
     }
     return nominal.replace(rows)
-
-
-def _value(nominal: Vehicle, path: str) -> Any:
-    value: Any = nominal
-    for name in path.split("."):
-        value = getattr(value, name)
-    return np.asarray(value, float)
 
 
 def _acting(wrong: list[Wrong]) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -44,21 +45,8 @@ def _times(path: str, sign: float) -> Callable[[Vehicle, float], Changes]:
     """A field of the vehicle, more or less by a percentage."""
 
     def changed(nominal: Vehicle, percent: float) -> Changes:
-        value: Any = nominal
-        for name in path.split("."):
-            value = getattr(value, name)
-        return {path: np.asarray(value, float) * (1.0 + sign * _PERCENT * percent)}
-
-    return changed
-
-
-def _stiffer(sign: float) -> Callable[[Vehicle, float], Changes]:
-    """The arm's stiffness, more or less by a percentage, by what its file gives it."""
-
-    def changed(nominal: Vehicle, percent: float) -> Changes:
-        given = nominal.arm.bending_stiffness is not None
-        path = "arm.bending_stiffness" if given else "arm.youngs_modulus"
-        return _times(path, sign)(nominal, percent)
+        value = np.asarray(attrgetter(path)(nominal), float)
+        return {path: value * (1.0 + sign * _PERCENT * percent)}
 
     return changed
 
@@ -101,8 +89,12 @@ _MILLI = 1e-3
 MISTAKES = {
     "heavier": Mistake("the UAV is heavier", "%", (*_SHARES, 80.0), _times("uav.mass", 1.0)),
     "lighter": Mistake("the UAV is lighter", "%", _SHARES, _times("uav.mass", -1.0)),
-    "stiffer": Mistake("the arm is stiffer", "%", (20.0, 50.0, 100.0, 300.0), _stiffer(1.0)),
-    "softer": Mistake("the arm is softer", "%", (10.0, 20.0, 50.0, 80.0), _stiffer(-1.0)),
+    "stiffer": Mistake(
+        "the arm is stiffer", "%", (20.0, 50.0, 100.0, 300.0), _times("arm.bending_stiffness", 1.0)
+    ),
+    "softer": Mistake(
+        "the arm is softer", "%", (10.0, 20.0, 50.0, 80.0), _times("arm.bending_stiffness", -1.0)
+    ),
     "longer": Mistake("the arm is longer", "%", _SHARES, _times("arm.length", 1.0)),
     "shorter": Mistake("the arm is shorter", "%", _SHARES, _times("arm.length", -1.0)),
     "camera tilted": Mistake("the camera is tilted", "°", (1.0, 2.0, 5.0, 8.0, 12.0), _turned("x")),

@@ -53,19 +53,18 @@ def robustness(
     wrong = [Wrong(name, value) for name in chosen for value in MISTAKES[name].values]
     batches = groups([Wrong(None), *wrong])
     steps = Steps(progress, len(names) * len(plants) * len(batches))
-    cases = []
+    controllers, cases = {name: law_of(name, nominal, gains) for name in names}, []
     for name, plant in product(names, plants):
-        law = law_of(name, nominal, gains)
         found: dict[Wrong, dict[str, Any]] = {}
         for batch in batches:
             steps.begin(f"{name}, {plant}, {batch[-1].name or 'no mistake'}")
-            found |= zip(batch, fly(nominal, law, plant, batch), strict=True)
+            found |= zip(batch, fly(nominal, controllers[name], plant, batch), strict=True)
         cases.append(_case(name, plant, chosen, found))
     return Robustness(
         {
             "study": "robustness",
             "vehicle": vehicle.describe(),
-            "laws": {name: law_of(name, nominal, gains).describe() for name in names},
+            "laws": {name: law.describe() for name, law in controllers.items()},
             "letter": LETTER,
             "duration_s": SETTING.duration,
             "settled_s": SETTING.settled,
