@@ -33,6 +33,7 @@ TARGETS = (
     ("mujoco_chain", "8-DoF chain", 10.0),
     ("soromox_hub", "floating hub", 300.0),
     ("soromox_hub", "floating hub, 12 points", 300.0),
+    ("soromox_hub", "floating hub, two sections, batch", 500.0),
     ("machinevision_servo", "servo loop", 50.0),
 )
 
@@ -65,8 +66,8 @@ def rows_of(result: dict[str, Any], threads: str, clock: str) -> list[Row]:
             against, units = AGAINST.get(adapter, ("", 1))
             if adapter == OURS:
                 against = _own_reference(name)
-            if "batch" in name and against == "coupled":
-                against = "coupled, batch"
+            if adapter != OURS and against == "coupled":
+                against = _same_shape(name)
             times = {kind: _per_unit(case, kind) for kind in ("cpu", "wall")}
             reference = _per_unit(measured[OURS]["cases"][against], clock)
             ratio = float(np.median(units * times[clock] / reference))
@@ -75,8 +76,14 @@ def rows_of(result: dict[str, Any], threads: str, clock: str) -> list[Row]:
     return rows
 
 
+def _same_shape(name: str) -> str:
+    """Our case of as many sections, alone or in a batch."""
+    shape = "two sections" if "two sections" in name else "coupled"
+    return f"{shape}, batch" if "batch" in name else shape
+
+
 def _own_reference(name: str) -> str:
-    return name if name == "servo loop" else "coupled, batch" if "batch" in name else "coupled"
+    return name if name == "servo loop" else _same_shape(name)
 
 
 def _per_unit(case: dict[str, Any], clock: str) -> np.ndarray:

@@ -13,20 +13,42 @@ SERVO_SECONDS, PERIOD = 20.0, 1e-3
 MODELS = ("coupled", "decoupled", "independent")
 
 
-def free_flight(vehicle: Any) -> Any:
-    """Slightly bent, turning slowly, and held up against gravity: all terms are at work."""
+def vehicle_of(sections: int) -> Any:
+    """The preset `paper`, its arm cut into equal sections."""
     import continuair as ca
 
-    weight = (0.0, 0.0, 9.81 * float(vehicle.uav.mass + vehicle.arm.mass))
-    q, qd = (0, 0, 5, 0, 0, 0, 0.1, 0), (0, 0, 0, 0.1, 0.1, 0.1, 0, 0)
+    paper = ca.load_vehicle("paper")
+    if sections == 1:
+        return paper
+    names = ("radius", "density", "youngs_modulus", "damping")
+    part = {name: getattr(paper.arm, name) for name in names}
+    part["length"] = paper.arm.length / sections
+    arm = {"mount": paper.uav.mount, "section": [part] * sections}
+    uav = {"mass": paper.uav.mass, "inertia": paper.uav.inertia}
+    return ca.Vehicle(name="equal sections", uav=uav, arm=[arm])
+
+
+def turning(sections: int) -> tuple[list[float], list[float]]:
+    """Slightly bent and turning slowly: all terms are at work."""
+    straight = [0.0, 0.0] * sections
+    return [0, 0, 5, 0, 0, 0, *[0.1, 0.0] * sections], [0, 0, 0, 0.1, 0.1, 0.1, *straight]
+
+
+def free_flight(vehicle: Any) -> Any:
+    """Held up against gravity."""
+    import continuair as ca
+
+    mass = vehicle.uav.mass + sum(arm.mass for arm in vehicle.arms)
+    weight = (0.0, 0.0, 9.81 * float(mass))
+    q, qd = turning(vehicle.sections)
     return ca.Scenario("free flight", q, qd, force=weight, duration=STEP * STEPS)
 
 
-def one_run(model: str) -> Builder:
+def one_run(model: str, sections: int = 1) -> Builder:
     def build(setup: Setup) -> Case:
         with setup.timed("import"):
             import continuair as ca
-        vehicle = ca.load_vehicle("paper")
+        vehicle = vehicle_of(sections)
         scenario = free_flight(vehicle)
 
         def fly() -> None:
@@ -44,19 +66,24 @@ def one_run(model: str) -> Builder:
         # The first flight compiles, or finds what an earlier process left in the cache.
         with setup.timed("compile"):
             fly()
-        return Case(fly, STEPS, "RK4 step", f"{model} model, 8 DoF", step=STEP)
+        return Case(fly, STEPS, "RK4 step", f"{model} model, {what_of(sections)}", step=STEP)
 
     return build
 
 
-def batch(model: str, dtype: str = "float64") -> Builder:
+def what_of(sections: int) -> str:
+    several = f"{sections} sections, " if sections > 1 else ""
+    return f"{several}{6 + 2 * sections} DoF"
+
+
+def batch(model: str, dtype: str = "float64", sections: int = 1) -> Builder:
     def build(setup: Setup) -> Case:
         import numpy as np
 
         import continuair as ca
 
-        vehicle = ca.load_vehicle("paper").replace({"uav.mass": np.linspace(1.0, 3.0, RUNS)})
-        fall = ca.Scenario("fall", (0, 0, 5, 0, 0, 0, 0.1, 0), (0, 0, 0, 0.1, 0.1, 0.1, 0, 0))
+        vehicle = vehicle_of(sections).replace({"uav.mass": np.linspace(1.0, 3.0, RUNS)})
+        fall = ca.Scenario("fall", *turning(sections))
         seconds = STEP * BATCH_STEPS
 
         def fly() -> None:
@@ -75,7 +102,7 @@ def batch(model: str, dtype: str = "float64") -> Builder:
 
         with setup.timed("compile"):
             fly()
-        what = f"{model} model, 8 DoF, {RUNS} vehicles"
+        what = f"{model} model, {what_of(sections)}, {RUNS} vehicles"
         return Case(fly, RUNS * BATCH_STEPS, "RK4 step", what, dtype, step=STEP, runs=RUNS)
 
     return build
@@ -110,10 +137,15 @@ def servo(setup: Setup) -> Case:
     return Case(fly, round(SERVO_SECONDS / PERIOD), "servo iteration", what)
 
 
-SINGLE = {**{model: one_run(model) for model in MODELS}, "servo loop": servo}
+SINGLE = {
+    **{model: one_run(model) for model in MODELS},
+    "two sections": one_run("coupled", 2),
+    "servo loop": servo,
+}
 BATCH = {
     **{f"{model}, batch": batch(model) for model in MODELS},
     "coupled, batch, float32": batch("coupled", "float32"),
+    "two sections, batch": batch("coupled", sections=2),
 }
 
 if __name__ == "__main__":

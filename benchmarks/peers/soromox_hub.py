@@ -1,4 +1,4 @@
-"""SoRoMoX: a floating base, a rigid segment for the hub, and one section bending about two axes."""
+"""SoRoMoX: a floating base, a rigid segment for the hub, and sections that bend about two axes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ STEP = 1e-4
 HUB_LENGTH, HUB_RADIUS = 0.12, 0.15
 
 
-def robot(vehicle: dict[str, Any], points: int) -> Any:
+def robot(vehicle: dict[str, Any], sections: int, points: int) -> Any:
     import jax.numpy as jnp
     import numpy as np
     from soromox.systems import PCS, PCSStructure
@@ -26,14 +26,14 @@ def robot(vehicle: dict[str, Any], points: int) -> Any:
         length=HUB_LENGTH, radius=HUB_RADIUS, density=vehicle["uav_mass"] / volume, **material
     )
     rod = LinkSpec.circular(
-        length=vehicle["length"],
+        length=vehicle["length"] / sections,
         radius=vehicle["radius"],
         density=vehicle["density"],
         **material,
     )
-    bending = [False] * 6 + [False, True, True, False, False, False]
+    bending = [False] * 6 + [False, True, True, False, False, False] * sections
     return PCS.from_links(
-        [hub, rod],
+        [hub, *[rod] * sections],
         structure=PCSStructure(num_gauss_points=points, strain_selector=jnp.asarray(bending)),
         gravity=jnp.asarray([0.0, 0.0, -9.81]),
         floating_base=True,
@@ -41,8 +41,9 @@ def robot(vehicle: dict[str, Any], points: int) -> Any:
     )
 
 
-def flight(runs: int, steps: int, points: int = 5) -> Builder:
-    """runs: 1 for a single flight, more for a batch through vmap. points: of Gauss, 5 by default.
+def flight(runs: int, steps: int, points: int = 5, sections: int = 1) -> Builder:
+    """runs: 1 for a single flight, more for a batch through vmap. points: of Gauss, 5 by default,
+    in each of the equal sections of the arm.
 
     Five do not resolve an arm bent to a full circle (4e-5 of the accelerations); twelve do, to the
     1e-7 that the rounding of its nodes leaves.
@@ -57,10 +58,11 @@ def flight(runs: int, steps: int, points: int = 5) -> Builder:
             import numpy as np
             import soromox.systems  # noqa: F401
         with setup.timed("build"):
-            arm = robot(setup.vehicle, points)
+            arm = robot(setup.vehicle, sections, points)
+        bends = 2 * sections
 
         def rate(y: Any) -> Any:
-            return arm.forward_dynamics(0.0, y, (None, jnp.zeros(8)))
+            return arm.forward_dynamics(0.0, y, (None, jnp.zeros(6 + bends)))
 
         def advance(y: Any, _: None) -> tuple[Any, None]:
             k1 = rate(y)
@@ -74,7 +76,8 @@ def flight(runs: int, steps: int, points: int = 5) -> Builder:
 
         # Backbone down (its local x along world -z), slightly bent, turning slowly.
         half = np.sqrt(0.5)
-        q, v = [0.0, half, 0.0, half, 0.0, 0.0, 5.0, 0.05, 0.05], [0.1] * 3 + [0.0] * 5
+        q = [0.0, half, 0.0, half, 0.0, 0.0, 5.0, *[0.05] * bends]
+        v = [0.1] * 3 + [0.0] * (3 + bends)
         start = jnp.asarray(q + v)
         if runs > 1:
             start, fly = jnp.tile(start, (runs, 1)), jax.vmap(fly)
@@ -85,7 +88,8 @@ def flight(runs: int, steps: int, points: int = 5) -> Builder:
             assert np.isfinite(np.asarray(compiled(start))).all()
 
         several = f", {runs} runs by vmap" if runs > 1 else ""
-        what = f"floating hub and one section of {points} Gauss points, 8 DoF{several}"
+        arms = "one section" if sections == 1 else f"{sections} sections"
+        what = f"floating hub and {arms} of {points} Gauss points, {6 + bends} DoF{several}"
         return Case(run, runs * steps, "RK4 step", what, step=STEP, runs=runs)
 
     return build
@@ -94,6 +98,13 @@ def flight(runs: int, steps: int, points: int = 5) -> Builder:
 if __name__ == "__main__":
     serve(
         ["soromox", "jax", "jaxlib"],
-        {"floating hub": flight(1, 500), "floating hub, 12 points": flight(1, 300, 12)},
-        {"floating hub, batch": flight(64, 20)},
+        {
+            "floating hub": flight(1, 500),
+            "floating hub, 12 points": flight(1, 300, 12),
+            "floating hub, two sections": flight(1, 200, sections=2),
+        },
+        {
+            "floating hub, batch": flight(64, 20),
+            "floating hub, two sections, batch": flight(64, 10, sections=2),
+        },
     )
