@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import continuair as ca
+from continuair.flight import simulate as halving
 from continuair.scenario.scenarios import Scenario
 
 VEHICLE = ca.load_vehicle("paper")
@@ -145,6 +146,23 @@ def test_a_loop_far_from_its_target_that_a_control_period_does_not_resolve(
     assert flight.attrs["flown_again"] == 1
     actual = error(vehicle, scenario, flight.attrs["step"])
     assert actual / 5 < float(flight.step_error) < 5 * actual
+
+
+@pytest.mark.parametrize(("finer", "told"), [(3e-4 / 16, 3e-4), (2e-4, 15 * 3e-4)])
+@pytest.mark.filterwarnings("ignore::continuair.ContinuairWarning")
+def test_of_a_loop_around_a_camera_all_that_halving_changes_is_told_unless_it_falls(
+    finer: float, told: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """High gains far from a moving target chatter: the change at the next halving decides."""
+    changes = iter([3e-4, finer])
+    monkeypatch.setattr(halving, "_halved_error", lambda *_: np.array([next(changes)]))
+    target = ca.Target(ca.paths.letter("M", duration=12.0))
+    law = ca.servoing(**ca.design(VEHICLE, 3.0, desired=target.desired))
+    q = [-0.22, -0.4, 3.1, 0, 0, 0, 0.1, 0]
+    scenario = Scenario("far", q, controller=law, target=target, duration=2.0)
+    flight = ca.simulate(VEHICLE, scenario)
+    assert flight.attrs["flown_again"] == 1
+    assert float(flight.step_error) == pytest.approx(told, rel=1e-12)
 
 
 def under_polar_torque(direction: float, offset: float) -> Scenario:

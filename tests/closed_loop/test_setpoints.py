@@ -59,6 +59,7 @@ BAD: dict[str, tuple[Any, str]] = {
     "odd bend": (lambda: ca.Setpoints(bend=[1.0]), "two per section"),
     "times": (lambda: ca.Setpoints(times=[1.0, 0.0], yaw=[0.0, 0.0]), "rising"),
     "length": (lambda: ca.Setpoints(times=[0.0, 1.0], yaw=[0.0, 0.0, 0.0]), "each of 2 times"),
+    "turning": (lambda: ca.Setpoints(yaw_rate=0.5), "give the yaw that goes with it"),
     "raises": (lambda: ca.Setpoints(yaw=lambda t: 1 / t), "ZeroDivisionError"),
     "sections": (
         lambda: fly(PAPER, ca.flight_controller(PAPER), setpoints=ca.Setpoints(bend=[0.0] * 4)),
@@ -89,14 +90,14 @@ def test_a_set_point_that_cannot_be_followed_is_refused_in_one_sentence(name: st
         make()
 
 
-def test_rates_that_go_with_what_stays_are_0_after_the_last_time() -> None:
+def test_rates_that_go_with_what_stays_are_0_before_the_first_and_after_the_last_time() -> None:
     """A velocity alone goes on; beside a position, which stays, it would lead away from it."""
-    times, later = [0.0, 2.0], np.array([1.0, 2.0, 3.0])
+    times, instants = [1.0, 2.0], np.array([0.5, 1.0, 1.5, 2.0, 3.0])
     line: dict[str, Any] = {"velocity": [[0.5, 0, 0], [0.5, 0, 0]], "times": times}
     both = ca.Setpoints(position=[[0, 0, 3], [1, 0, 3]], **line)
-    found = both.at("velocity", later)
+    found = both.at("velocity", instants)
     assert found is not None
-    np.testing.assert_array_equal(found[0, :, 0], [0.5, 0.5, 0.0])
-    alone = ca.Setpoints(**line).at("velocity", later)
+    np.testing.assert_array_equal(found[0, :, 0], [0.0, 0.5, 0.5, 0.5, 0.0])
+    alone = ca.Setpoints(**line).at("velocity", instants)
     assert alone is not None
-    np.testing.assert_array_equal(alone[0, :, 0], [0.5, 0.5, 0.5])
+    np.testing.assert_array_equal(alone[0, :, 0], [0.5] * 5)

@@ -23,9 +23,6 @@ _EQUAL = 1e-6
 """Squares of frequencies that differ by less than this share are those of modes alike."""
 _COUNTS = 0.1
 """A bend of a mode counts from this share of its largest; no symmetry makes just this share."""
-_ADRIFT = 4
-"""Motions of a hovering vehicle that nothing resists: translation, and turning about the
-vertical."""
 
 
 @dataclass(frozen=True)
@@ -69,10 +66,7 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
     lost = np.einsum("i,im,im->m", _of_bends(vehicle, "structural_damping"), bends, bends)
     if len(shapes) > len(bends):
         # Velocities of the linear system are in world axes, shapes in those of the body.
-        attitude = Rotation.from_quat(
-            state_from_paper(at[None], 0.0 * at[None])[0][Layout.attitude]
-        )
-        shapes = np.vstack([attitude.inv().as_matrix() @ shapes[:3], shapes[3:]])
+        shapes = np.vstack([_attitude(at).inv().as_matrix() @ shapes[:3], shapes[3:]])
     damping = lost / (2.0 * frequencies * modal)
     return Modes(frequencies, damping, shapes / np.linalg.norm(shapes, axis=0))
 
@@ -109,10 +103,27 @@ def _hovering(
     push = {name: held[getattr(layout, name)] for name in ("force", "moment", "bend_moment")}
     A, B = linearize(vehicle, at, **push, gravity=gravity)
     n = len(A) // 2
-    squares, shapes = _eigenmodes(-A[n:, :n], n - 6)
-    kept = np.sort(np.argsort(np.abs(squares))[_ADRIFT:])
-    squares, shapes = squares[kept], shapes[:, kept]
+    # Nothing resists translation, nor turning about the vertical: a solver that met their columns
+    # of K, 0 but for rounding, would mix them into the shapes.
+    adrift, resisted = _split(_attitude(at), n)
+    K = -A[n:, :n] @ resisted
+    squares, along = _eigenmodes(resisted.T @ K, n - 6)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shapes = resisted @ along + adrift @ (adrift.T @ K @ along / squares)
     return squares, shapes, np.einsum("im,im->m", shapes, np.linalg.solve(B[n:], shapes))
+
+
+def _split(attitude: Rotation, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Orthonormal directions (n, 4) and (n, n - 4), in (world translation, body rotation, bend):
+    translations and turning about the vertical, and all others."""
+    upright = np.linalg.svd(attitude.inv().apply([[0.0, 0.0, 1.0]]))[2].T
+    directions = np.eye(n)
+    directions[3:6, 3:6] = upright
+    return directions[:, :4], directions[:, 4:]
+
+
+def _attitude(at: np.ndarray) -> Rotation:
+    return Rotation.from_quat(state_from_paper(at[None], 0.0 * at[None])[0][Layout.attitude])
 
 
 def _of_bends(vehicle: Vehicle, per_length: str) -> np.ndarray:

@@ -40,7 +40,7 @@ def region(
 ) -> None:
     """Map from which starts the servoing laws bring the image to where it belongs.
 
-    With --out, writes a table, JSON, CSV, all flights (netCDF) and figures to that folder.
+    With --out, writes a table, JSON, all flights (netCDF) and figures to that folder.
     """
     from continuair.studies.results import as_json
 

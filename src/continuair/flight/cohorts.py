@@ -110,6 +110,12 @@ class Flight:
         """Bits of the groups of inputs that act."""
         return groups_in_use(self.scenario) | COMMAND * (self.scenario.controller is not None)
 
+    @property
+    def looks(self) -> bool:
+        """Whether a law closes its loop through a camera."""
+        law = self.scenario.controller
+        return law is not None and law.looks
+
     def step_error(self, sums: Array, chosen: Array) -> Array:
         """step_error (n,) or (n, models) of runs, by their indices, from a roll-out's sums.
 
@@ -117,8 +123,7 @@ class Flight:
         NaN where nothing is known. Where commands are abrupt it counts as unresolved, as halving
         tells what they cost.
         """
-        law = self.scenario.controller
-        found = step_error(sums, looking=law is not None and law.looks)
+        found = step_error(sums, looking=self.looks)
         found[self.abrupt[chosen]] += 1.01 * RESOLVED
         found[self.missed[chosen]] += np.inf
         return found

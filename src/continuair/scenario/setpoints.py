@@ -27,8 +27,9 @@ class Setpoints:
     """What a flight controller follows; what is None stays as the flight starts, velocities are 0.
 
     Each is constant, a function of the time [s], or, where `times` are given, an array over them
-    with straight lines in between; after the last it stays, and rates that go with it are 0. A
-    leading dimension (runs,), before that of the times, gives each run its own. Raises InputError.
+    with straight lines in between; before the first and after the last it stays, and rates that go
+    with it are 0. A leading dimension (runs,), before that of the times, gives each run its own.
+    Raises InputError.
     """
 
     position: Given = None
@@ -41,7 +42,7 @@ class Setpoints:
     """a number [rad]"""
 
     yaw_rate: Given = None
-    """a number, the rate that goes with the yaw [rad/s]"""
+    """a number, the rate that goes with a yaw that is given [rad/s]"""
 
     bend: Given = None
     """bend vectors, two numbers per section [1/m]"""
@@ -54,6 +55,11 @@ class Setpoints:
             object.__setattr__(self, "times", _checked_times(self.times))
         for name in WIDTHS:
             object.__setattr__(self, name, self._checked(name, getattr(self, name)))
+        if self.yaw_rate is not None and self.yaw is None:
+            raise InputError(
+                "yaw_rate of the setpoints is given, but no yaw, which would stay as the flight "
+                "starts; give the yaw that goes with it, such as lambda t: 0.5 * t."
+            )
 
     def _checked(self, name: str, value: Any) -> Any:
         if value is None or callable(value):
@@ -92,8 +98,10 @@ class Setpoints:
         lines = [[np.interp(instants, times, column) for column in run.T] for run in value]
         over_time = np.array(lines).swapaxes(1, 2)
         if name in _GOES_WITH and getattr(self, _GOES_WITH[name]) is not None:
-            # What holds its last place moves no more.
-            over_time[:, instants > times[-1] * (1.0 + 1e-12)] = 0.0
+            # What holds its first or last place does not move.
+            slack = 1e-12 * np.abs(times).max()
+            stays = (instants < times[0] - slack) | (instants > times[-1] + slack)
+            over_time[:, stays] = 0.0
         return over_time
 
     def describe(self) -> dict[str, Any]:

@@ -47,7 +47,8 @@ DIRECTIONS = {
     "yaw": Direction("yaw", "°", _DEGREE, (5, 10, 15, 20, 30, 45, 60, 90, 120, 150, 180)),
     "bend": Direction("kappa", " 1/m", 1.0, (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)),
 }
-"""Directions in which starts are off, from near to far; y, roll and yaw mirror."""
+"""Directions in which starts are off, from near to far; of y, roll and yaw one side alone, which
+the other mirrors where mount and camera lie in the vehicle's plane of x and z."""
 
 BENDS = (0.0, 0.1)
 """Curvatures with which the starts of a direction are bent besides [1/m]."""

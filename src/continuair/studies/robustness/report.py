@@ -77,8 +77,8 @@ def _resolved(results: dict[str, Any]) -> str:
     found = [
         each["step_error"] > RESOLVED
         for case in results["cases"]
-        for mistake in case["mistakes"].values()
-        for each in mistake["values"]
+        for flights in ([case["without"]], *(m["values"] for m in case["mistakes"].values()))
+        for each in flights
     ]
     return f"Of {len(found)} flights {sum(found)} have a step_error above {RESOLVED:g}."
 
