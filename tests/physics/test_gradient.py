@@ -13,6 +13,7 @@ import xarray as xr
 import continuair as ca
 from continuair.analysis.adjoint import OF_STATE, OF_TIPS, flown, of_rotation, sweep
 from continuair.analysis.linear import _perturbed
+from continuair.engine import tangents as packing
 from continuair.engine.engine import Start
 from continuair.engine.slopes import Slopes
 from continuair.engine.tangents import tangents_of
@@ -200,6 +201,7 @@ def test_inputs_held_over_some_steps_have_the_slopes_of_simulated_costs() -> Non
     assert_close(found.held(knots)["bend_moment"], differences(pushed, given.size, 1e-2))
 
 
+@pytest.mark.targets
 def test_a_disk_at_the_end_of_its_section_has_the_slope_of_moving_it_inwards() -> None:
     name = "arm.right.section.0.disks.0.position"
     flight, end = scenario(DUAL, 0.0, 20), float(value_at(DUAL, name))
@@ -214,6 +216,28 @@ def test_a_disk_at_the_end_of_its_section_has_the_slope_of_moving_it_inwards() -
     ahead = np.array([moved(n * size) for n in range(5)])
     expected = -ahead @ np.array([-25.0, 48.0, -36.0, 16.0, -3.0]) / (12.0 * size)
     assert found.fields[name] == pytest.approx(expected, rel=1e-6)
+
+
+def test_slopes_of_a_vehicle_stand_the_rounding_of_any_processor(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Sums of another order are off by some last bits of the largest number of a column."""
+    names = ("arm.right.section.0.disks.0.position", "arm.right.section.0.length", "uav.mass")
+    Plant = prepare(DUAL, scenario(DUAL, 0.0, 20)).engine("coupled").kernels.types.Plant
+    expected = tangents_of(DUAL, names, Plant)
+    rng, exact = np.random.default_rng(7), packing.pack_table
+
+    def rounded(vehicle: ca.Vehicle, threads: int) -> Array:
+        table = exact(vehicle, threads)
+        noise = rng.uniform(-4e-16, 4e-16, table.shape)
+        return table + noise * np.abs(table).max(axis=1, keepdims=True)
+
+    monkeypatch.setattr(packing, "pack_table", rounded)
+    found = [tangents_of(DUAL, names, Plant) for _ in range(5)]
+    largest = np.maximum(np.abs(expected.table), np.abs(exact(DUAL, 1))).max(axis=1, keepdims=True)
+    for each in found:
+        assert (np.abs(each.table - expected.table) <= 1e-8 * largest).all()
+        np.testing.assert_allclose(each.plants, expected.plants, rtol=1e-8, atol=1e-11)
 
 
 def test_a_wrench_that_acts_reversed_has_the_opposite_slope() -> None:

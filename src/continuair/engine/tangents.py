@@ -29,7 +29,11 @@ _SHORTER, _MOST = 8.0, 16
 """The factor by which scales get shorter, and how often they do at the most."""
 
 _AGREE = 3e-8
-"""Share of a derivative by which two steps in a row may differ."""
+"""Share of a derivative by which two steps in a row may differ, beside what rounding explains."""
+
+_ROUNDING = 16 * np.finfo(float).eps
+"""Of a difference before its step divides it, as a share of the number: sums of weights are up to
+11, and BLAS of different processors round differently."""
 
 _COUNTS = 1e-3
 """Change of a number along the scale of a field, as a share of that number, which counts: of
@@ -148,11 +152,13 @@ def _counts(found: tuple[Array, Array], own: tuple[Array, Array], scale: float) 
 
 
 def _apart(found: Array, finer: Array, own: Array, scale: float) -> float:
-    """The largest share by which derivatives of numbers, or of columns of them, differ."""
+    """The largest share by which derivatives of numbers, or of columns of them, differ by more
+    than rounding; scale: of the first, the second's is shorter."""
     size = np.maximum(np.abs(finer), _COUNTS * np.abs(own) / scale)
-    off = np.abs(found - finer)
+    off, rounding = np.abs(found - finer), _ROUNDING * _SHORTER / (_STEP * scale) * np.abs(own)
     if found.ndim > 1:
-        size, off = size.max(axis=0), off.max(axis=0)
+        size, off, rounding = (each.max(axis=0) for each in (size, off, rounding))
+    off = np.maximum(off - rounding, 0.0)
     return float(np.divide(off, size, out=np.zeros_like(off), where=size > 0.0).max())
 
 
