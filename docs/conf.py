@@ -12,10 +12,15 @@ project = _PROJECT["name"]
 release = version = _PROJECT["version"]
 author = copyright = "the continuair authors"
 
-extensions = ["myst_parser", "extensions.mathml"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "extensions.mathml", "extensions.prose"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 exclude_patterns = ["_build", "soak.md"]
+
+add_module_names = False
+autodoc_typehints_format = "short"
+python_maximum_signature_line_length = 88
+python_use_unqualified_type_names = True
 
 html_theme = "furo"
 html_title = f"{project} {release}"

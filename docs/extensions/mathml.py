@@ -25,7 +25,9 @@ def mathml(formula: str, display: str = "inline") -> str:
 def _space(row: Tree.Element) -> None:
     """Close up bars and signs, set functions off from their neighbours, make primes visible."""
     children = [each for each in row if _tag(each) != "mspace"]
-    for before, each, after in zip([None, *children], children, [*children[1:], None], strict=False):
+    for before, each, after in zip(
+        [None, *children], children, [*children[1:], None], strict=False
+    ):
         text = each.text or ""
         is_operator = _tag(each) == "mo"
         if is_operator and text in _BARS:

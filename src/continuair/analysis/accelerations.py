@@ -35,10 +35,11 @@ def forward_dynamics(
 
     q, qd: (8,) or (n, 8), for several sections 6 + 2 numbers per section; tau: generalised forces
     conjugate to q, 0 for none; tip_wrench: force and moment on the tip in world axes (6,) or (n,
-    6), of several arms in turn. ψ̈a divides by κ: |κ| below κ_s counts as
-    κ_s (Remark 1). NaN where |κ| l exceeds 2π. dtype, device: as in `simulate`. Eq. of motion,
-    Amiri et al. Raises InputError, also where the coordinates are singular: at cos θ = 0, and at
-    κ = 0 if κ_s is 0.
+    6), of several arms in turn. model, gravity, dtype, device: as in `simulate`.
+
+    Eq. of motion, Amiri et al. ψ̈a divides by κ: |κ| below κ_s counts as κ_s (Remark 1). NaN where
+    |κ| l exceeds 2π. Raises InputError, also where the coordinates are singular: at cos θ = 0, and
+    at κ = 0 if κ_s is 0.
     """
     check_vehicle(vehicle)
     checks.choice("model", model, MODELS)
@@ -92,10 +93,11 @@ def accelerations(
 
     attitude: (4,) x y z w, body to world, of any length above 0. bend, bend_rate, bend_moment:
     (N, 2) over all sections, arm by arm from the base out [1/m, 1/(m s), N m²], a bend moment
-    conjugate to its bend. velocity of B's origin and force at it: (3,), world axes; angular
-    velocity and moment: (3,), body axes. tip_wrench: (arms, 6), force and moment on each tip about
-    it, world axes. What is missing is 0. All take a leading axis for a batch (n, …), as the vehicle
-    may have runs; gravity, dtype, device: as in `simulate`.
+    conjugate to its bend. velocity, force: (3,) of B's origin and at it, world axes.
+    angular_velocity, moment: (3,), body axes. tip_wrench: (arms, 6), force and moment on each tip
+    about it, world axes. gravity, dtype, device: as in `simulate`.
+
+    What is missing is 0. All take a leading axis for a batch (n, …), as the vehicle may have runs.
 
     Returns v̇ = dv/dt (3,) in world axes, which is -gravity in free fall, ω̇ (3,) in body axes and k̈
     (N, 2), each with the leading axis of a batch; NaN where a section is bent beyond a full circle.

@@ -90,8 +90,9 @@ def gradient(
     tip_angular_velocity over time. It returns its value, and a mapping from some of these names to
     the derivatives of the value, in the shape of the variable. fields: dotted names of the vehicle,
     such as "uav.mass" or "arm.length", which change as by `Vehicle.replace`. model, step, duration,
-    sample: as in `simulate`; derivatives are those of its steps, which stay as they are. The
-    scenario has no controller and no tau. Raises InputError, also where the flight ends early.
+    sample: as in `simulate`; derivatives are those of its steps, which stay as they are.
+
+    The scenario has no controller and no tau. Raises InputError, also where the flight ends early.
     """
     checks.choice("model", model, MODELS)
     _check_plain(check_single_vehicle(vehicle))

@@ -30,9 +30,10 @@ class Modes:
     """Vibration about a configuration: frequencies [rad/s] ascending, damping ratios, shapes.
 
     shapes: (coordinates, modes) in (body translation 3, body rotation 3, bend), motions that
-    nothing resists left out; (bends, modes) for a clamped base. Columns have unit norm; the first
-    bend that counts is positive, and of modes of one frequency the first bends most along x. The
-    damping is that of the sections.
+    nothing resists left out; (bends, modes) for a clamped base.
+
+    Columns have unit norm; the first bend that counts is positive, and of modes of one frequency
+    the first bends most along x. The damping is that of the sections.
     """
 
     frequencies: np.ndarray
@@ -43,10 +44,12 @@ class Modes:
 def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float = 9.81) -> Modes:
     """Modes about the configuration q, on a free or clamped base, or of the hovering vehicle.
 
-    q: paper coordinates (8,), the straight arm by default; a bend moment holds the arm there. The
-    stiffness is that of the arm and of gravity, which a free base in free fall does not feel. A
-    hovering one is carried by a constant force in world axes at B's origin, under which the
-    vehicle swings like a pendulum, too. Raises InputError, also where it does not vibrate about q.
+    q: paper coordinates (8,), the straight arm by default; a bend moment holds the arm there.
+    base: "free", "clamped" or "hovering"; the last is carried by a constant force in world axes at
+    B's origin, under which the vehicle swings like a pendulum, too.
+
+    The stiffness is that of the arm and of gravity, which a free base in free fall does not feel.
+    Raises InputError, also where it does not vibrate about q.
     """
     check_single_vehicle(vehicle)
     checks.choice("base", base, ("free", "clamped", "hovering"))

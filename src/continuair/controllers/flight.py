@@ -52,10 +52,12 @@ def flight_controller(
     integral_share: of the integral's pole in the position's, 0 for none. feedforward: of the arms,
     "none", "weight" or "reaction". rate: how often it acts [Hz]; latency: how long after it sensed
     its push acts [s]; rotor_lag: of first order, which its gains must bear [s], the rotors' by
-    default. Limits: tilt [rad], thrust (least, most) [N], by default the rotors', or 0.1 and 2
-    times the weight, moment (3,) [N m], speed of approach [m/s], bend_moment [N m²], bend_speed
-    [1/(m s)]. noise: standard deviations per axis of "position" [m], "velocity" [m/s], "attitude"
-    [rad] and "gyro" [rad/s]. Raises InputError, also for gains that the delays make unstable.
+    default; noise: standard deviations per axis of "position" [m], "velocity" [m/s], "attitude"
+    [rad] and "gyro" [rad/s].
+
+    Limits: tilt [rad], thrust (least, most) [N], by default the rotors', or 0.1 and 2 times the
+    weight, moment (3,) [N m], speed of approach [m/s], bend_moment [N m²], bend_speed [1/(m s)].
+    Raises InputError, also for gains that the delays make unstable.
     """
     check_single_vehicle(vehicle)
     checks.choice("feedforward", feedforward, FEEDFORWARD)

@@ -32,10 +32,11 @@ def hold(
 
     bend: two numbers per section, arm by arm from the base out; 0 by default. rate, attitude_rate,
     bend_rate: of the critically damped loops [rad/s], bend_rate one for all sections or one each; 0
-    leaves a section free, as open-loop users want who look at what it does to the base. Limits, of
-    what is pushed to either side: force (3,) in world axes [N], moment (3,) in body axes [N m], one
-    number for all three or one each, and bend_moment [N m²]; none by default. `simulate` warns of a
-    hold that reaches them. Raises InputError.
+    leaves a section free, as open-loop users want who look at what it does to the base.
+
+    Limits, of what is pushed to either side: force (3,) in world axes [N], moment (3,) in body axes
+    [N m], one number for all three or one each, and bend_moment [N m²]; none by default. `simulate`
+    warns of a hold that reaches them. Raises InputError.
     """
     check_single_vehicle(vehicle)
     sections = [section for arm in vehicle.arms for section in arm.section]

@@ -28,8 +28,9 @@ def twist_servoing(
     controller. servo: λ [1/s], well below the bandwidths of that; speed: the largest velocity that
     is asked for [m/s], which tilts the camera the more the larger it is; conditioning: directions
     of which the image shows less than this share come home more slowly, as noise moves them most;
-    feed_forward: add the target's twist to v; choices: the others of `flight_controller`. Sections
-    whose bend_bandwidth is 0 are not moved. Raises InputError.
+    feed_forward: add the target's twist to v; choices: the others of `flight_controller`.
+
+    Sections whose bend_bandwidth is 0 are not moved. Raises InputError.
     """
     rate, ahead, share = (
         checks.positive("servo", servo, " [1/s]"),

@@ -120,9 +120,9 @@ def section_rotation(
 ) -> Array:
     """R_s: section frames at s to body, (..., 3, 3), z along the tangent, away from the UAV.
 
-    s: arc lengths (...) [m]. "untwisted": Rz(ψa) Ry(-κs) Rz(-ψa) diag(1, -1, -1), what a
-    tendon-driven arm does, in axes of the section's base. "frenet": without Rz(-ψa), the frame of
-    the paper's Eq. (5), which spins with ψa. Raises InputError for any other frame.
+    s: arc lengths (...) [m]. tip_frame: "untwisted" is Rz(ψa) Ry(-κs) Rz(-ψa) diag(1, -1, -1), what
+    a tendon-driven arm does, in axes of the section's base; "frenet" is without Rz(-ψa), the frame
+    of the paper's Eq. (5), which spins with ψa. Raises InputError for any other frame.
     """
     bent = arc_rotation(*bend_of(vehicle, q, arm, section), s, tip_frame)
     _, axes = section_bases(vehicle, q, arm, section)[-1]
@@ -145,10 +145,11 @@ def jacobian(
 ) -> Array:
     """J (..., 6, 6 + 2N): linear rows, then angular rows, in world axes, at s; before Eq. (8).
 
-    s: arc lengths (...) from 0 to the section's length [m]. J_p = [1, -[R P_s]× T, R J_pa] and
-    J_o = [0, T, R J_oa], where the paper prints T_e⁻¹ for T (`euler_rate_matrix`), J_p3 for J_o3,
-    and other columns of J_oa (`arc_jacobian`). Other arms, and sections further out, move nothing
-    here. Raises InputError for an unknown frame or section.
+    s: arc lengths (...) from 0 to the section's length [m].
+
+    J_p = [1, -[R P_s]× T, R J_pa] and J_o = [0, T, R J_oa], where the paper prints T_e⁻¹ for T
+    (`euler_rate_matrix`), J_p3 for J_o3, and other columns of J_oa (`arc_jacobian`). Other arms,
+    and sections further out, move nothing here. Raises InputError for an unknown frame or section.
     """
     s = np.asarray(s, float)
     R, T = rotation(q), euler_rate_matrix(q)

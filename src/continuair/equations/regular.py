@@ -38,10 +38,11 @@ def accelerations(
     """(v̇, ω̇, k̈) of a state: what `continuair.accelerations` says of one run, by Eq. (10).
 
     attitude: (4,) x y z w, body to world, of any length above 0. bend, bend_rate, bend_moment:
-    (N, 2) over all sections, arm by arm from the base out [1/m, 1/(m s), N m²]. velocity of B's
-    origin and force at it: (3,), world axes; angular velocity and moment: (3,), body axes.
-    tip_wrench: (arms, 6), world axes. All but attitude and bend may be 0 for none. mask, nodes: as
-    in `forward_dynamics`. Returns v̇ (3,) in world axes, ω̇ (3,) in body axes and k̈ (N, 2).
+    (N, 2) over all sections, arm by arm from the base out [1/m, 1/(m s), N m²]. velocity, force:
+    (3,) of B's origin and at it, world axes. angular_velocity, moment: (3,), body axes.
+    tip_wrench: (arms, 6), world axes. mask, nodes: as in `forward_dynamics`.
+
+    All but attitude and bend may be 0 for none. Returns v̇ (3,) in world axes, ω̇ (3,) in body axes and k̈ (N, 2).
 
     Polar bend and Euler angles cost digits, as 1/κ² and 1/cos θ. Raises InputError where they fail,
     at a bend of 0 and a pitch of a quarter turn, and for a wrong shape.

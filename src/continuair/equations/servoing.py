@@ -20,9 +20,10 @@ def kinematic_servoing(
     """Errors e = s_d - s (steps, 2n), normalised, and twists v = λ L⁺ e (steps, 6) of each step.
 
     points: (n, 3) on the object at rest [m]. start: position (3,) [m] and rotation (3, 3) of the
-    object in camera axes. wanted: the image s_d (2n,), normalised. gain: λ [1/s]. The twist, (v, ω)
-    [m/s, rad/s] in camera axes, is held for a period [s], and L is that of the image and the depths
-    of now, Eq. (14). Raises InputError if a point gets behind the camera.
+    object in camera axes. wanted: the image s_d (2n,), normalised. gain: λ [1/s].
+
+    The twist, (v, ω) [m/s, rad/s] in camera axes, is held for a period [s], and L is that of the
+    image and the depths of now, Eq. (14). Raises InputError if a point gets behind the camera.
     """
     object_in_camera = _pose(*start)
     errors, twists = [], []
