@@ -4,8 +4,9 @@ import inspect
 import re
 from typing import Any
 
-import continuair as ca
 from sphinx.application import Sphinx
+
+import continuair as ca
 
 _SPACES = ("continuair.equations", "continuair.paths", "continuair")
 _PUBLIC = {

@@ -42,7 +42,8 @@ def accelerations(
     (3,) of B's origin and at it, world axes. angular_velocity, moment: (3,), body axes.
     tip_wrench: (arms, 6), world axes. mask, nodes: as in `forward_dynamics`.
 
-    All but attitude and bend may be 0 for none. Returns v̇ (3,) in world axes, ω̇ (3,) in body axes and k̈ (N, 2).
+    All but attitude and bend may be 0 for none. Returns v̇ (3,) in world axes, ω̇ (3,) in body axes
+    and k̈ (N, 2).
 
     Polar bend and Euler angles cost digits, as 1/κ² and 1/cos θ. Raises InputError where they fail,
     at a bend of 0 and a pitch of a quarter turn, and for a wrong shape.

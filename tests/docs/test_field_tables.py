@@ -1,0 +1,119 @@
+"""The tables of docs/vehicles.md hold every field of a vehicle file and of a scenario."""
+
+import ast
+import dataclasses
+import inspect
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from continuair.vehicle.arms import ArmChain
+from continuair.vehicle.camera import Camera
+from continuair.vehicle.disk import Disk
+from continuair.vehicle.fields import Part, kinds
+from continuair.vehicle.rotors import Drag, Rotor, Rotors
+from continuair.vehicle.section import Section
+from continuair.vehicle.uav import Uav
+
+PAGE = Path(__file__).parents[2] / "docs" / "vehicles.md"
+HEAD = "| field | unit | default | meaning |\n"
+TIP = next(kind for kind in kinds(ArmChain, "tip") if kind)
+VEHICLE: list[dict[type[Part], str]] = [
+    {ca.Vehicle: "{}", Uav: "uav.{}", Camera: "camera.{}"},
+    {Section: "{}", Disk: "{} of a disk"},
+    {ArmChain: "arm.{}", TIP: "arm.tip.{}"},
+    {Rotors: "uav.rotors.{}", Rotor: "{} of a rotor", Drag: "uav.drag.{}"},
+]
+"""The tables in turn: the parts whose fields they hold, and how those are written."""
+
+REQUIRED = object()
+Field = tuple[str, Any, str]
+
+
+def tables() -> list[dict[str, tuple[str, str]]]:
+    """Every table of fields of the page: name -> unit and default."""
+    found = []
+    for text in PAGE.read_text(encoding="utf-8").split(HEAD)[1:]:
+        rows: dict[str, tuple[str, str]] = {}
+        for line in text.split("\n\n")[0].splitlines()[1:]:
+            first, unit, default, _ = (cell.strip() for cell in line.strip("|").split("|", 3))
+            of = re.sub(r"`[^`]+`[, ]*", "", first)
+            for name in re.findall(r"`([^`]+)`", first):
+                rows[f"{name} {of}".strip()] = unit, default
+        found.append(rows)
+    return found
+
+
+def fields_of(part: type[Part], written: str) -> Iterator[Field]:
+    """Name as the page writes it, default and docstring of the fields of a part."""
+    for name, field in part.model_fields.items():
+        default = REQUIRED if field.is_required() else field.default
+        if part is ca.Vehicle and name in ("uav", "camera"):
+            continue  # their fields are in the same table
+        yield written.format(field.alias or name), default, field.description or ""
+
+
+def fields_of_scenario() -> Iterator[Field]:
+    tree = ast.parse(inspect.getsource(ca.Scenario)).body[0]
+    assert isinstance(tree, ast.ClassDef)
+    told = {
+        one.target.id: ast.literal_eval(other.value)
+        for one, other in zip(tree.body, tree.body[1:], strict=False)
+        if isinstance(one, ast.AnnAssign) and isinstance(one.target, ast.Name)
+        if isinstance(other, ast.Expr)
+    }
+    for field in dataclasses.fields(ca.Scenario):
+        missing = field.default is dataclasses.MISSING
+        yield field.name, REQUIRED if missing else field.default, told[field.name]
+
+
+TABLES: list[list[Field]] = [
+    [each for part, written in parts.items() for each in fields_of(part, written)]
+    for parts in VEHICLE
+] + [list(fields_of_scenario())]
+
+
+@pytest.mark.parametrize("number", range(len(TABLES)))
+def test_a_table_names_every_field_with_its_unit_and_its_default(number: int) -> None:
+    told, fields = tables()[number], TABLES[number]
+    assert told.keys() == {name for name, *_ in fields}
+    for name, default, docstring in fields:
+        unit, shown = told[name]
+        assert unit == unit_of(docstring), name
+        assert says(shown, default), f"{name}: {shown} on the page, {default} in the code"
+
+
+def test_every_part_of_a_vehicle_has_its_fields_in_a_table() -> None:
+    seen, ahead = set(), [ca.Vehicle]
+    while ahead:
+        part: type[Part] = ahead.pop()
+        seen.add(part)
+        for name, field in part.model_fields.items():
+            ahead += [
+                kind for kind in kinds(part, field.alias or name) if kind not in (None, *seen)
+            ]
+    assert seen == {part for parts in VEHICLE for part in parts}
+
+
+def unit_of(docstring: str) -> str:
+    """What stands in brackets alone, as the page writes it."""
+    unit = re.search(r"(?<![\[(])\[([^\[\]]+)\]", docstring)
+    return unit[1].replace("-", "–") if unit else ""
+
+
+def says(shown: str, default: Any) -> bool:
+    """Whether a cell of the page tells a default; what follows from others is told in words."""
+    if default is REQUIRED:
+        return shown == "required"
+    try:
+        value = ast.literal_eval(shown.strip("`"))
+    except (SyntaxError, ValueError):
+        return (default is None or len(default) == 0) and shown != "required"
+    if isinstance(value, str):
+        return bool(value == default)
+    return default not in (None, "", ()) and np.array_equal(*np.broadcast_arrays(value, default))
