@@ -37,7 +37,7 @@ ROOMS = {
         {"section", "following"},
         {"arms", "changes"},
         {"vehicle"},
-        {"vehicle_file"},
+        {"vehicle_file", "template"},
     ],
     "kernels": [
         {"options"},

@@ -12,6 +12,7 @@ from continuair.cli import (  # noqa: F401, I001
     atlas,
     sweep,
     identify,
+    new,
     vehicles,
     paper,
 )

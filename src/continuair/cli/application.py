@@ -68,7 +68,6 @@ app = typer.Typer(
     cls=Reporting,
     help="Simulation of aerial continuum manipulators: a multirotor, and a continuum arm under it.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 

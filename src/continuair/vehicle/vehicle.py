@@ -212,6 +212,11 @@ def preset_names() -> tuple[str, ...]:
     return _PRESETS.names()
 
 
+def preset_text(name: str) -> str:
+    """Return the file of a vehicle that comes with the package, by one of `preset_names`."""
+    return (_PRESETS.folder / f"{name}.toml").read_text(encoding="utf-8")
+
+
 def load_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
     """Return a preset by name, or the vehicle that a TOML file describes.
 

@@ -1,0 +1,48 @@
+"""What the Tab key offers; where it offers nothing, shells complete paths themselves.
+
+Every key press is a process of its own, so that nothing heavy is imported here.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+_PACKAGE = Path(__file__).parents[1]
+
+
+def preset_vehicles(incomplete: str) -> list[str]:
+    """Names of the vehicles that come with the package."""
+    return _presets(_PACKAGE, incomplete)
+
+
+def vehicles(incomplete: str) -> list[str]:
+    """Names of the vehicles that come with the package, and .toml files of this folder."""
+    return preset_vehicles(incomplete) + _files(incomplete)
+
+
+def gains(incomplete: str) -> list[str]:
+    """Names of the gains that come with the package, and .toml files of this folder."""
+    return _presets(_PACKAGE / "controllers", incomplete) + _files(incomplete)
+
+
+def letters(incomplete: str) -> list[str]:
+    """A word of letters to track, with one more of them."""
+    return _longer(incomplete, "MRAL")
+
+
+def tests(incomplete: str) -> list[str]:
+    """Letters of open-loop tests, with one more of them."""
+    return _longer(incomplete, "ABCD")
+
+
+def _presets(room: Path, start: str) -> list[str]:
+    names = sorted(path.stem for path in (room / "presets").glob("*.toml"))
+    return [name for name in names if name.startswith(start)]
+
+
+def _files(start: str) -> list[str]:
+    return sorted(path.name for path in Path().glob("*.toml") if path.name.startswith(start))
+
+
+def _longer(word: str, known: str) -> list[str]:
+    return [word + letter for letter in known if letter not in word.upper()]

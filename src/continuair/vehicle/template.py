@@ -1,0 +1,222 @@
+"""The file of a new vehicle: TOML in which every field stands with its unit and what it means."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import tomllib
+from dataclasses import dataclass
+from string import Template
+from typing import get_args
+
+from continuair import checks
+from continuair.vehicle.allocation import LayoutName, layout_geometry
+from continuair.vehicle.arms import MOST_ARMS
+from continuair.vehicle.vehicle import Vehicle
+
+LAYOUTS: tuple[str, ...] = get_args(LayoutName)
+"""Names of the layouts of rotors."""
+
+# Of superelastic nitinol [kg/m³, Pa].
+_DENSITY, _MODULUS = 6450.0, 60e9
+_THRUST_TO_WEIGHT = 2.0
+_COMMENT_COLUMN = 34
+
+
+@dataclass(frozen=True)
+class Outline:
+    """What is known of a vehicle at first: the rest of its file is an estimate from this.
+
+    mass: of the UAV [kg]; layout, lever: of the rotors [m]; length: of the arm with all its equal
+    sections [m]; load: on its tip [kg]; radius: of the backbone [m], by default one with which arms
+    of all lengths sag alike under the same load. Raises InputError for what no vehicle can have.
+    """
+
+    name: str
+    mass: float = 1.8
+    layout: str = "quad_x"
+    lever: float = 0.2
+    length: float = 0.5
+    sections: int = 1
+    load: float = 0.08
+    radius: float | None = None
+
+    def __post_init__(self) -> None:
+        for field, unit in (("mass", "kg"), ("lever", "m"), ("length", "m")):
+            checks.positive(field, getattr(self, field), f" [{unit}]")
+        checks.choice("layout", self.layout, LAYOUTS)
+        checks.whole("sections", self.sections, 1, MOST_ARMS)
+        checks.number("load", self.load, least=0.0, otherwise=" [kg]")
+        checks.positive("radius", self.backbone_radius, " [m]")
+        Vehicle(**tomllib.loads(as_template(self)))
+
+    @property
+    def backbone_radius(self) -> float:
+        """The radius that is given, or follows from the length [m]."""
+        # A cantilever's sag over its length goes with the load and l² / r⁴.
+        return _rounded(2e-3 * math.sqrt(self.length)) if self.radius is None else self.radius
+
+
+def as_template(outline: Outline) -> str:
+    """Return the TOML file of a vehicle, every field with its unit and meaning."""
+    if outline.sections == 1:
+        arm = [_ARM + _SECTION, _TIP_DISK]
+    else:
+        following = [_NEXT] * (outline.sections - 1)
+        arm = [_ARMS, _FIRST + _SECTION, _DISKS, *following, _TIP_BODY]
+    text = Template("\n".join([_UAV, *arm, _CAMERA])).substitute(_values(outline))
+    return "".join(f"{_aligned(line)}\n" for line in text.splitlines())
+
+
+def renamed(text: str, name: str) -> str:
+    """Return the TOML text of a vehicle with another name, its comments kept."""
+    line = f"name = {json.dumps(name, ensure_ascii=False)}"
+    return re.sub(r"^name = .*$", lambda _: line, text, count=1, flags=re.MULTILINE)
+
+
+def _values(outline: Outline) -> dict[str, float | str]:
+    """What the parts of the file are filled with."""
+    mass, lever, radius = outline.mass, outline.lever, outline.backbone_radius
+    per_length, second_moment = _DENSITY * math.pi * radius**2, math.pi / 4 * radius**4
+    weight = 9.81 * (mass + per_length * outline.length + outline.load)
+    rotors = len(layout_geometry(outline.layout, lever, 0.0, 0.0)[2])
+    return {
+        "name": json.dumps(outline.name, ensure_ascii=False),
+        "mass": mass,
+        "rolling": _rounded(mass * lever**2 / 4),
+        "yawing": _rounded(mass * lever**2 / 2),
+        "mount": _MOUNT if outline.sections == 1 else "",
+        "layout": outline.layout,
+        "lever": lever,
+        "tilt": "tilt" if outline.layout == "hex_tilted" else "# tilt",
+        "thrust": _rounded(_THRUST_TO_WEIGHT * weight / rotors),
+        "length": outline.length / outline.sections,
+        "radius": radius,
+        "density": _DENSITY,
+        "modulus": f"{_MODULUS / 1e9:g}e9",
+        "per_length": _rounded(per_length),
+        "stiffness": _rounded(_MODULUS * second_moment),
+        "load": outline.load,
+    }
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.2g}")
+
+
+def _aligned(line: str) -> str:
+    """A line with its comment in the column of all comments."""
+    field, mark, comment = line.rpartition("  # ")
+    return f"{field:<{_COMMENT_COLUMN - 2}}  # {comment}" if mark else line
+
+
+_UAV = """\
+# A vehicle to begin with. Every field stands here with its unit and what it means; those behind a
+# "#" have their defaults, or say the same in another way. What is an estimate says so.
+# SI units. Body axes: x forward, y left, z up, at the UAV's centre of mass.
+name = $name  # for titles and results
+
+[uav]
+mass = $mass  # kg, without the arm
+inertia = [$rolling, $rolling, $yawing]  # kg m2, about the centre of mass: diagonal or 3 rows of 3
+# The inertia is an estimate, of a flat disk that reaches to the rotors: measure yours.
+$mount
+[uav.rotors]  # leave out this table for forces and moments that act directly
+layout = "$layout"  # quad_, hex_, octo_ with x or plus, hex_tilted, coaxial_x8
+lever = $lever  # m, from the z axis to each rotor
+height = 0.0  # m, of the rotors' plane above the centre of mass
+$tilt = 0.35  # rad, of hex_tilted alone: how far each rotor leans
+thrust_limits = [0.0, $thrust]  # N, of one rotor; an estimate, which lifts twice the weight
+torque_per_thrust = 0.016  # m, drag torque over thrust
+lag = 0.04  # s, in which the speed follows its command; 0 for at once
+# radius = 0.12  # m, of a rotor's disk, from which its power follows
+# In place of layout, lever, height and tilt, rotors one by one:
+# [[uav.rotors.rotor]]
+# position = [0.14, 0.14, 0.0]  # m, body axes
+# axis = [0.0, 0.0, 1.0]  # -, of its thrust
+# spin = 1  # 1 counter-clockwise about its axis, -1 clockwise
+
+# [uav.drag]
+# linear = [0.25, 0.25, 0.1]  # N s/m, along the body axes
+# quadratic = [0.0, 0.0, 0.0]  # N s2/m2
+"""
+
+_MOUNT = """\
+mount = [0.0, 0.0, -0.05]  # m, where the arm's base sits, body axes
+"""
+
+_ARM = """\
+[arm]  # one section; the straight arm is -z of the body axes
+"""
+
+_ARMS = """\
+[[arm]]  # as many as there are, each with its sections and tip
+name = "arm"  # for paths such as arm.arm.section.0.length
+mount = [0.0, 0.0, -0.05]  # m, where the arm's base sits, body axes
+attitude = [0.0, 0.0, 0.0, 1.0]  # x y z w, arm axes to body axes; the straight arm is its -z
+"""
+
+_FIRST = """\
+[[arm.section]]  # from the base to the tip
+# name = "base"  # for paths; without one its index
+"""
+
+_SECTION = """\
+length = $length  # m, of the backbone
+radius = $radius  # m, of the round, solid backbone
+density = $density  # kg/m3; this one is of nitinol
+# mass_per_length = $per_length  # kg/m, in place of the density
+youngs_modulus = $modulus  # Pa; an estimate, of nitinol
+# bending_stiffness = $stiffness  # N m2, in place of Young's modulus
+damping_ratio = 0.02  # -, of the section's own clamped first mode; an estimate
+# damping = 0.0  # N m2 s, structural, per unit length, in place of the ratio
+# drag_coefficient = 1.1  # -, of the backbone in air that flows across it
+# kappa_s = 1e-3  # 1/m, smallest curvature that polar inputs are divided by
+# disks = { count = 10, mass = 0.002, inertia = [1e-7, 2e-7] }  # equal ones, the last at the end
+"""
+
+_TIP_DISK = """\
+[[arm.disks]]  # what the tip carries; spacers are such disks, too
+position = $length  # m along the arm; its length is the tip
+mass = $load  # kg
+inertia = [0.0, 0.0]  # kg m2, transverse and axial; 0 for a point
+"""
+
+_DISKS = """\
+# Disks one by one, as many as there are:
+# [[arm.section.disks]]
+# position = $length  # m along the section; its length is the section's end
+# mass = 0.002  # kg
+# inertia = [1e-7, 2e-7]  # kg m2, transverse and axial
+"""
+
+_NEXT = """\
+[[arm.section]]
+length = $length  # m
+radius = $radius  # m
+density = $density  # kg/m3
+youngs_modulus = $modulus  # Pa
+damping_ratio = 0.02  # -
+"""
+
+_TIP_BODY = """\
+[arm.tip]  # a rigid body on the tip of the arm above
+mass = $load  # kg
+centre = [0.0, 0.0, 0.0]  # m, tip axes: z along the tangent, out of the tip
+inertia = [0.0, 0.0, 0.0]  # kg m2, about its own centre; 0 for a point
+"""
+
+_CAMERA = """\
+[camera]  # at the tip, looking along the arm's tangent
+# arm = "arm"  # which carries it; the first if left out
+focal_length = [800.0, 800.0]  # px, along the image's axes
+principal_point = [500.0, 500.0]  # px, where the optical axis meets the image
+image_size = [1000, 1000]  # px, width and height
+position = [0.0, 0.0, 0.0]  # m, in the tip frame
+attitude = [0.0, 0.0, 0.0, 1.0]  # x y z w, camera axes to tip frame
+tip_frame = "untwisted"  # or "frenet", which spins with the direction of the bend
+# noise = 0.5  # px, standard deviation of a point's coordinates in the image
+# frame_rate = 60.0  # Hz; 0 for a frame at every instant of control
+# latency = 0.02  # s, from a frame's exposure until the law has it
+"""
