@@ -27,7 +27,7 @@ ROOMS = {
         {"sweeps"},
         {"studies", "figures"},
         {"identification"},
-        {"report"},
+        {"report", "interfaces"},
         {"cli"},
     ],
     "vehicle": [
@@ -122,6 +122,11 @@ ROOMS = {
         {"letter", "coupling_elements", "complexity"},
         {"conclusions"},
         {"kinematics", "dynamics", "law", "open_loop", "parameters", "closed_loop", "summary"},
+    ],
+    "interfaces": [
+        {"extras", "casadi_arm"},
+        {"casadi_dynamics"},
+        {"casadi_model"},
     ],
     "report": [{"contents", "keeping", "verdicts"}, {"page"}],
     "studies.atlas": [

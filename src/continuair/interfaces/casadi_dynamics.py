@@ -1,0 +1,145 @@
+"""The equation of motion in CasADi, whose derivatives of the momenta give the velocity terms.
+
+With z = (v, ω, k̇), M(k) and the momenta π = M z, all about B's origin in body axes, at v = 0,
+
+    M ż + (∂π/∂k) k̇ + (ω×π_v, ω×π_ω, -½ ∂(zᵀπ)/∂k) = f,
+
+where v̇ is what B accelerates by beyond gravity, and f the generalised forces.
+"""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+from casadi import DM, SX, Function
+
+from continuair.interfaces.casadi_arm import Arm, BentSection, arms_of, body_inertia
+from continuair.kernels.forces.arm_air import NODES, WEIGHTS
+from continuair.kernels.types import MAX_BEND_ANGLE
+from continuair.vehicle.rotors import AIR_DENSITY
+from continuair.vehicle.vehicle import Vehicle
+
+_SLOW = 1e-12
+"""Speed [m/s] below which drag goes with the velocity, so that it has derivatives at rest."""
+
+
+def accelerations(vehicle: Vehicle) -> Function:
+    """The function that `to_casadi` of interfaces/casadi_model.py describes."""
+    x = _inputs(vehicle)
+    R, arms = _rotation(x["attitude"]), arms_of(vehicle, x["bend"])
+    bodies = _bodies(vehicle, arms)
+    forces = (
+        _pushes(x, R)
+        + _tip_wrenches(x, R, arms)
+        + _springs(x, arms)
+        + _drag(vehicle, x, R, arms)
+        - _velocity_terms(bodies, x)
+    )
+    M = sum(S.T @ E @ S for S, E in bodies)
+    found = ca.ldl_solve(forces, *ca.ldl(M, False)) * _valid(arms)
+    v_rate = R @ found[:3] - ca.vertcat(0, 0, x["gravity"])
+    outputs = {
+        "velocity_rate": v_rate,
+        "angular_velocity_rate": found[3:6],
+        "bend_acceleration": ca.reshape(found[6:], 2, -1).T,
+    }
+    options = {"cse": True, "default_in": [9.81 if name == "gravity" else 0.0 for name in x]}
+    return Function("accelerations", [*x.values()], [*outputs.values()], [*x], [*outputs], options)
+
+
+def _inputs(vehicle: Vehicle) -> dict[str, SX]:
+    """Symbols of the arguments of `continuair.accelerations`, in their order."""
+    sections, arms = (vehicle.sections, 2), (len(vehicle.arms), 6)
+    shapes = {
+        "attitude": (4, 1), "bend": sections, "velocity": (3, 1), "angular_velocity": (3, 1),
+        "bend_rate": sections, "force": (3, 1), "moment": (3, 1), "bend_moment": sections,
+        "tip_wrench": arms, "gravity": (1, 1),
+    }  # fmt: skip
+    return {name: SX.sym(name, *shape) for name, shape in shapes.items()}
+
+
+def _rotation(attitude: SX) -> SX:
+    """Body to world (3, 3) of a quaternion x y z w of any length above 0."""
+    v, w = attitude[:3], attitude[3]
+    turned = (w * w - ca.sumsqr(v)) * DM.eye(3) + 2 * v @ v.T + 2 * w * ca.skew(v)
+    return turned / ca.sumsqr(attitude)
+
+
+def _bodies(vehicle: Vehicle, arms: list[Arm]) -> list[tuple[SX, SX]]:
+    """What z moves every body by, and its inertia in that: the UAV, sections, bodies on tips."""
+    n = 6 + 2 * vehicle.sections
+    inertia = ca.diagcat(vehicle.uav.mass * DM.eye(3), DM(np.array(vehicle.uav.inertia)))
+    found = [(DM.eye(n)[:6, :], inertia)]
+    for arm in arms:
+        found += [(section.motion, section.inertia) for section in arm.sections]
+        if arm.chain.tip:
+            found.append((arm.tip.motion, DM(body_inertia(arm.chain.tip))))
+    return found
+
+
+def _velocity_terms(bodies: list[tuple[SX, SX]], x: dict[str, SX]) -> SX:
+    bend, rate, ω = _flat(x["bend"]), _flat(x["bend_rate"]), x["angular_velocity"]
+    z = ca.vertcat(SX(3, 1), ω, rate)
+    momenta = sum(S.T @ (E @ (S @ z)) for S, E in bodies)
+    energy = ca.dot(z, momenta) / 2
+    turned = [ca.cross(ω, momenta[:3]), ca.cross(ω, momenta[3:6]), -ca.gradient(energy, bend)]
+    return ca.jtimes(momenta, bend, rate) + ca.vertcat(*turned)
+
+
+def _pushes(x: dict[str, SX], R: SX) -> SX:
+    return ca.vertcat(R.T @ x["force"], x["moment"], _flat(x["bend_moment"]))
+
+
+def _tip_wrenches(x: dict[str, SX], R: SX, arms: list[Arm]) -> SX:
+    found = 0
+    for index, arm in enumerate(arms):
+        back, wrench = (R @ arm.tip.axes).T, x["tip_wrench"][index, :].T
+        found += arm.tip.motion.T @ ca.vertcat(back @ wrench[:3], back @ wrench[3:])
+    return found
+
+
+def _springs(x: dict[str, SX], arms: list[Arm]) -> SX:
+    sections = [each.section for arm in arms for each in arm.sections]
+    stiff = DM([each.bending_stiffness * each.length for each in sections for _ in "xy"])
+    damped = DM([each.structural_damping * each.length for each in sections for _ in "xy"])
+    return ca.vertcat(SX(6, 1), -stiff * _flat(x["bend"]) - damped * _flat(x["bend_rate"]))
+
+
+def _drag(vehicle: Vehicle, x: dict[str, SX], R: SX, arms: list[Arm]) -> SX:
+    """Of the UAV and of the backbones, in air at rest."""
+    v = R.T @ x["velocity"]
+    z = ca.vertcat(v, x["angular_velocity"], _flat(x["bend_rate"]))
+    found = SX(*z.shape)
+    if vehicle.uav.drag is not None:
+        linear, square = DM(vehicle.uav.drag.linear), DM(vehicle.uav.drag.quadratic)
+        found[:3] = -(linear + _speed(v) * square) * v
+    for section in (each for arm in arms for each in arm.sections):
+        if section.section.drag_coefficient is not None:
+            found += _drag_across(section, z)
+    return found
+
+
+def _drag_across(bent: BentSection, z: SX) -> SX:
+    section, found = bent.section, 0
+    across = AIR_DENSITY * section.drag_coefficient * section.radius * section.length
+    for node, weight in zip(NODES, WEIGHTS, strict=True):
+        moves = bent.frame(0.5 + 0.5 * node).moves
+        v = moves @ z
+        v[2] = 0
+        found -= 0.5 * weight * across * moves.T @ (_speed(v) * v)
+    return found
+
+
+def _valid(arms: list[Arm]) -> SX:
+    """1, and NaN where a section is bent beyond a full circle, where nothing here holds."""
+    angles = [ca.sumsqr(each.bend * each.section.length) for arm in arms for each in arm.sections]
+    return ca.if_else(ca.mmax(ca.vertcat(*angles)) > MAX_BEND_ANGLE**2, np.nan, 1)
+
+
+def _speed(v: SX) -> SX:
+    return ca.sqrt(ca.sumsqr(v) + _SLOW**2)
+
+
+def _flat(per_section: SX) -> SX:
+    """(2 N,) of (N, 2), section by section."""
+    return ca.vec(per_section.T)
