@@ -26,7 +26,7 @@ def flying(name: str) -> ca.Vehicle:
     return ca.Vehicle(**paper | {"uav": uav, "arm": paper["arm"] | {"drag_coefficient": 1.1}})
 
 
-def state(vehicle: ca.Vehicle, seed: int, bend: float = 1.0) -> dict[str, Array]:
+def state(vehicle: ca.Vehicle, seed: int, bend: float = 1.0) -> dict[str, Any]:
     """Random arguments; bend: typical angle from end to end of a section [rad]."""
     draw = np.random.default_rng(seed).normal
     per_section, lengths = (
@@ -80,7 +80,7 @@ def test_its_jacobian_is_the_slope_of_the_kernels(name: str, bend: float) -> Non
     assert np.abs(found - expected).max() < 1e-7 * np.abs(expected).max()
 
 
-def slopes(function: Any, drawn: dict[str, Array]) -> Array:
+def slopes(function: Any, drawn: dict[str, Any]) -> Array:
     """Of the accelerations by all arguments, both flat and row by row."""
     x = casadi.MX.sym("x", sum(value.size for value in drawn.values()))
     parts = np.split(np.arange(x.numel()), np.cumsum([v.size for v in drawn.values()])[:-1])
@@ -92,11 +92,11 @@ def slopes(function: Any, drawn: dict[str, Array]) -> Array:
     return np.array(casadi.Function("J", [x], [casadi.jacobian(found, x)])(flat(drawn.values())))
 
 
-def differences(vehicle: ca.Vehicle, drawn: dict[str, Array], step: float = 1e-5) -> Array:
+def differences(vehicle: ca.Vehicle, drawn: dict[str, Any], step: float = 1e-5) -> Array:
     """The same of `continuair.accelerations`, all of them in one batch."""
     x, sizes = flat(drawn.values()), [value.size for value in drawn.values()]
     rows = x + step * np.vstack([np.eye(len(x)), -np.eye(len(x))])
-    batch = {
+    batch: dict[str, Any] = {
         name: part.reshape(len(rows), *value.shape)
         for part, (name, value) in zip(
             np.split(rows, np.cumsum(sizes)[:-1], axis=1), drawn.items(), strict=True

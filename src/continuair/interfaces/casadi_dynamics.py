@@ -91,7 +91,7 @@ def _pushes(x: dict[str, SX], R: SX) -> SX:
 
 
 def _tip_wrenches(x: dict[str, SX], R: SX, arms: list[Arm]) -> SX:
-    found = 0
+    found = SX(arms[0].tip.moves.shape[1], 1)
     for index, arm in enumerate(arms):
         back, wrench = (R @ arm.tip.axes).T, x["tip_wrench"][index, :].T
         found += arm.tip.motion.T @ ca.vertcat(back @ wrench[:3], back @ wrench[3:])
@@ -115,13 +115,13 @@ def _drag(vehicle: Vehicle, x: dict[str, SX], R: SX, arms: list[Arm]) -> SX:
         found[:3] = -(linear + _speed(v) * square) * v
     for section in (each for arm in arms for each in arm.sections):
         if section.section.drag_coefficient is not None:
-            found += _drag_across(section, z)
+            found += _drag_across(section, section.section.drag_coefficient, z)
     return found
 
 
-def _drag_across(bent: BentSection, z: SX) -> SX:
-    section, found = bent.section, 0
-    across = AIR_DENSITY * section.drag_coefficient * section.radius * section.length
+def _drag_across(bent: BentSection, coefficient: float, z: SX) -> SX:
+    section, found = bent.section, SX(*z.shape)
+    across = AIR_DENSITY * coefficient * section.radius * section.length
     for node, weight in zip(NODES, WEIGHTS, strict=True):
         moves = bent.frame(0.5 + 0.5 * node).moves
         v = moves @ z
