@@ -124,9 +124,9 @@ ROOMS = {
         {"kinematics", "dynamics", "law", "open_loop", "parameters", "closed_loop", "summary"},
     ],
     "interfaces": [
-        {"extras", "casadi_arm"},
+        {"extras", "casadi_arm", "chain", "outline"},
         {"casadi_dynamics"},
-        {"casadi_model"},
+        {"casadi_model", "mjcf"},
     ],
     "report": [{"contents", "keeping", "verdicts"}, {"page"}],
     "studies.atlas": [

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from continuair.flight.live import Simulation as Simulation
     from continuair.flight.simulate import simulate as simulate
     from continuair.interfaces.casadi_model import to_casadi as to_casadi
+    from continuair.interfaces.mjcf import to_mjcf as to_mjcf
     from continuair.kernels.dynamics import MODELS as MODELS
     from continuair.scenario import paths as paths
     from continuair.scenario.paper_tests import open_loop_test as open_loop_test
@@ -87,6 +88,7 @@ _HOME = {
     "design": "controllers.gains",
     "rigid_inertia": "controllers.inertias",
     "to_casadi": "interfaces.casadi_model",
+    "to_mjcf": "interfaces.mjcf",
     "open_sweep": "sweeps",
     "run_pairs": "sweeps",
     "sweep": "sweeps",

@@ -1,0 +1,194 @@
+"""A vehicle as an MJCF file, which MuJoCo and other engines of rigid bodies load."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from continuair import checks
+from continuair.files import new_file, write_new
+from continuair.interfaces.chain import fastest_frequency, links_of
+from continuair.interfaces.outline import equal_box, radius_of
+from continuair.vehicle.arms import ArmChain
+from continuair.vehicle.camera import Camera
+from continuair.vehicle.layout import numbered
+from continuair.vehicle.rotors import Rotors
+from continuair.vehicle.section import Section
+from continuair.vehicle.uav import Uav
+from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+
+_RESOLVED = 0.5
+"""Step times the fastest frequency, of which RK4 loses 1e-4 in a step."""
+
+_LEAST_INERTIA = 1e-12
+"""About the tangent, of backbones without a radius, as MuJoCo takes no 0 [kg m²]."""
+
+_HALF_TURN = (1.0, 0.0, 0.0, 0.0)
+"""About x, as a quaternion x y z w: axes of a straight arm to those of its tip."""
+
+
+def to_mjcf(vehicle: Vehicle, path: str | os.PathLike[str], *, links: int = 8) -> None:
+    """Write a vehicle as an MJCF file: a free body and, per section, a chain of rigid links.
+
+    links: joints of each section, in the middles of as many equal parts, each of two hinges with
+    stiffness and damping. Sites: uav, rotors, tips. Actuators: thrusts of the rotors [N], or
+    without them force_x … (world axes) and moment_x … (body axes); and bend_moment_x …, conjugate
+    to a section's mean bend [1/m], which is its tendon's length. docs/interfaces.md says what is
+    lost. Raises InputError, also for a file that exists.
+    """
+    check_single_vehicle(vehicle)
+    links = checks.whole("links", links, 1, 64)
+    file = new_file("path", path)
+    write_new(file, mjcf(vehicle, links))
+
+
+def mjcf(vehicle: Vehicle, links: int) -> str:
+    """The text of such a file."""
+    root = Element("mujoco", model=vehicle.name)
+    SubElement(root, "compiler", angle="radian", boundinertia=_text(_LEAST_INERTIA))
+    sections = [section for arm in vehicle.arms for section in arm.section]
+    step = _RESOLVED / max(fastest_frequency(section, links) for section in sections)
+    SubElement(root, "option", gravity="0 0 -9.81", integrator="RK4", timestep=_text(step))
+    world = SubElement(root, "worldbody")
+    tendons, actuators = Element("tendon"), Element("actuator")
+    uav = _uav(world, vehicle.uav)
+    if vehicle.uav.rotors is None:
+        _pushes(world, actuators)
+    else:
+        _rotors(uav, actuators, vehicle.uav.rotors)
+    for index, arm in enumerate(vehicle.arms):
+        tip = _arm(uav, arm, links)
+        if index == vehicle.camera_arm:
+            _camera(tip, vehicle.camera)
+    _bend_moments(tendons, actuators, vehicle, links)
+    root.extend([tendons, actuators])
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def _uav(world: Element, uav: Uav) -> Element:
+    body = SubElement(world, "body", name="uav")
+    SubElement(body, "freejoint", name="uav")
+    _inertial(body, uav.mass, np.zeros(3), np.asarray(uav.inertia))
+    box = equal_box(uav)
+    _shown(body, "box", size=_text(box.half), quat=_wxyz(Rotation.from_matrix(box.axes)))
+    SubElement(body, "site", name="uav")
+    return body
+
+
+def _arm(uav: Element, arm: ArmChain, links: int) -> Element:
+    """The chain of an arm; returns the frame at its tip, z out of it."""
+    turn = Rotation.from_quat(arm.attitude)
+    body = SubElement(uav, "body", name=arm.name, pos=_text(arm.mount), quat=_wxyz(turn))
+    down = 0.0
+    for section in arm.section:
+        for index, link in enumerate(links_of(section, links)):
+            name = _joint(arm, section, index)
+            body = SubElement(body, "body", name=name, pos=_text((0.0, 0.0, -down)))
+            if index:
+                _hinges(body, name, section, links)
+            across = np.diag([link.transverse, link.transverse, link.axial])
+            _inertial(body, link.mass, np.array([0.0, 0.0, -link.centre]), across)
+            line, radius = (0.0, 0.0, 0.0, 0.0, 0.0, -link.length), radius_of(section)
+            _shown(body, "capsule", fromto=_text(line), size=_text(radius))
+            down = link.length
+    tip = SubElement(body, "body", name=f"{arm.name}.tip", pos=_text((0.0, 0.0, -down)))
+    tip.set("quat", _wxyz(_HALF_TURN))
+    SubElement(tip, "site", name=f"{arm.name}.tip")
+    if arm.tip is not None and arm.tip.mass:
+        _inertial(tip, arm.tip.mass, np.asarray(arm.tip.centre), np.asarray(arm.tip.inertia))
+    return tip
+
+
+def _joint(arm: ArmChain, section: Section, index: int) -> str:
+    return f"{arm.name}.{section.name}.{index}"
+
+
+def _hinges(body: Element, name: str, section: Section, links: int) -> None:
+    part = section.length / links
+    stiffness = _text(section.bending_stiffness / part)
+    damping = _text(section.structural_damping / part)
+    for axis, along in (("x", "1 0 0"), ("y", "0 1 0")):
+        joint = SubElement(body, "joint", name=f"{name}.{axis}", type="hinge", axis=along)
+        joint.attrib |= {"stiffness": stiffness, "damping": damping}
+
+
+def _rotors(uav: Element, actuators: Element, rotors: Rotors) -> None:
+    """Sites whose z is the thrust's; the drag torque turns with it."""
+    for index, (hub, column) in enumerate(zip(rotors.hubs, rotors.allocation.T, strict=True), 1):
+        name, axis = f"rotor_{index}", column[:3]
+        turn, _ = Rotation.align_vectors([axis], [[0.0, 0.0, 1.0]])
+        torque = axis @ (column[3:] - np.cross(hub, axis))
+        SubElement(uav, "site", name=name, pos=_text(hub), quat=_wxyz(turn))
+        gear, limits = _text((0.0, 0.0, 1.0, 0.0, 0.0, torque)), _text(rotors.thrust_limits)
+        motor = SubElement(actuators, "motor", name=name, site=name, gear=gear)
+        motor.attrib |= {"ctrllimited": "true", "ctrlrange": limits}
+
+
+def _pushes(world: Element, actuators: Element) -> None:
+    """A force on B along the world's axes, and a moment along the body's."""
+    SubElement(world, "site", name="world")
+    for index, axis in enumerate("xyz"):
+        gear = _text(np.eye(6)[index])
+        force = SubElement(actuators, "motor", name=f"force_{axis}", site="uav", gear=gear)
+        force.set("refsite", "world")
+    for index, axis in enumerate("xyz", 3):
+        gear = _text(np.eye(6)[index])
+        SubElement(actuators, "motor", name=f"moment_{axis}", site="uav", gear=gear)
+
+
+def _bend_moments(tendons: Element, actuators: Element, vehicle: Vehicle, links: int) -> None:
+    """A tendon's length is the mean bend of a section, and a force on it the bend moment."""
+    sections = [(arm, section) for arm in vehicle.arms for section in arm.section]
+    count = len(sections) if vehicle.has_arm_list else None
+    names = iter(numbered(("bend_x", "bend_y"), count))
+    for arm, section in sections:
+        # The tip goes to x where the arm turns about -y, and to y where it turns about x.
+        for axis, sign in (("y", -1.0), ("x", 1.0)):
+            bend = next(names)
+            tendon = SubElement(tendons, "fixed", name=bend)
+            for index in range(1, links + 1):
+                joint = f"{_joint(arm, section, index)}.{axis}"
+                SubElement(tendon, "joint", joint=joint, coef=_text(sign / section.length))
+            name = bend.replace("bend", "bend_moment")
+            SubElement(actuators, "motor", name=name, tendon=bend)
+
+
+def _camera(tip: Element, camera: Camera) -> None:
+    """It looks along the tip's z, as images have it: x to the right, y down."""
+    turn = Rotation.from_quat(camera.attitude) * Rotation.from_quat(_HALF_TURN)
+    found = SubElement(tip, "camera", name="camera", pos=_text(camera.position), quat=_wxyz(turn))
+    size, (across, down) = np.asarray(camera.image_size), camera.principal_point
+    found.set("resolution", " ".join(map(str, camera.image_size)))
+    found.set("sensorsize", _text(size / 1e5))
+    found.set("focalpixel", _text(camera.focal_length))
+    # MuJoCo counts it from the image's middle, to the left and down.
+    found.set("principalpixel", _text((size[0] / 2 - across, down - size[1] / 2)))
+
+
+def _inertial(body: Element, mass: float, centre: np.ndarray, inertia: np.ndarray) -> None:
+    xx, xy, xz, _, yy, yz, _, _, zz = inertia.ravel()
+    found = SubElement(body, "inertial", pos=_text(centre), mass=_text(mass))
+    if xy or xz or yz:
+        found.set("fullinertia", _text((xx, yy, zz, xy, xz, yz)))
+    else:
+        found.set("diaginertia", _text((xx, yy, zz)))
+
+
+def _shown(body: Element, kind: str, **attributes: str) -> None:
+    """A geometry that is seen and touches nothing."""
+    SubElement(body, "geom", type=kind, contype="0", conaffinity="0", mass="0", **attributes)
+
+
+def _wxyz(turn: Any) -> str:
+    x, y, z, w = turn.as_quat() if isinstance(turn, Rotation) else turn
+    return _text((w, x, y, z))
+
+
+def _text(numbers: Any) -> str:
+    return " ".join(repr(float(each)) for each in np.ravel(numbers))
