@@ -15,7 +15,8 @@ from typer.testing import CliRunner
 
 import continuair.studies.sensitivity.findings as findings
 import continuair.studies.sensitivity.study as study
-from continuair.analysis.mass import backbone_point, centre_of_mass, mass_distribution
+from continuair.analysis.backbone import backbone_point
+from continuair.analysis.mass import centre_of_mass, mass_distribution
 from continuair.cli import app
 from continuair.errors import InputError
 from continuair.figures import sensitivity as figures

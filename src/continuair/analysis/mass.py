@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from continuair.analysis.backbone import backbone_point
 from continuair.analysis.metrics import samples
 from continuair.vehicle.vehicle import Vehicle
 
@@ -52,18 +53,6 @@ def mass_distribution(vehicle: Vehicle, bend: Array) -> tuple[Array, Array]:
     own = own[:, None] if own.ndim == 3 else own
     trace = np.trace(second, axis1=-2, axis2=-1)[..., None, None]
     return com, own + trace * np.eye(3) - second
-
-
-def backbone_point(bend: Array, s: Array) -> Array:
-    """Return r(s) (..., 3) [m] for bend vectors (..., 2); Appendix A, Amiri et al.
-
-    The sinc form has no singularity at bend 0.
-    """
-    angle = np.linalg.norm(bend, axis=-1) * s
-    # np.sinc(x) is sin(pi x) / (pi x).
-    across = 0.5 * s**2 * np.sinc(angle / (2 * np.pi)) ** 2
-    down = s * np.sinc(angle / np.pi)
-    return np.concatenate([bend * across[..., None], -down[..., None]], axis=-1)
 
 
 def _column(value: Any) -> Array:

@@ -176,6 +176,11 @@ class Rotors(Part):
         return self._geometry()[0]
 
     @property
+    def axes(self) -> Array:
+        """Directions of the thrusts in body axes (rotors, 3), or (runs, rotors, 3)."""
+        return self._geometry()[1]
+
+    @property
     def inverse(self) -> Array:
         """Wrenches to thrusts (rotors, 6), or (runs, rotors, 6): the pseudo-inverse of the
         allocation, or where its rank is below 6 that of its rows for lift and moments, which side

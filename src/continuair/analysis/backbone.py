@@ -1,0 +1,145 @@
+"""Where an arm's backbone runs: points and frames along it, for every sample of a flight."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from continuair import checks
+from continuair.equations.arc import arc_rotation
+from continuair.equations.turns import of_quaternion
+from continuair.errors import InputError, shown
+from continuair.vehicle.arms import ArmChain
+from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+
+Array = NDArray[np.float64]
+
+TIP = np.diag([1.0, -1.0, -1.0])
+"""Axes of a tip frame, whose z points out of the arm, in those of its section's end."""
+
+_NEEDED = {"position": "axis", "attitude": "quaternion", "bend": "bend_axis"}
+"""Variables that say where a vehicle is, and the dimension of each."""
+
+
+def backbone(vehicle: Vehicle, flight: xr.Dataset, points: int = 41) -> xr.DataArray:
+    """Return points along the arms of a flight's vehicle in world axes [m].
+
+    flight: of `simulate`, whose leading dimensions stay. Dimensions (..., time, arm, point, axis),
+    without `arm` for a vehicle of an [arm] table. Points are evenly spaced along each arm from its
+    mount, point 0, to its tip; coordinate arc_length [m]. NaN where the flight has ended. Each
+    section is an arc of constant curvature, Eqs. (1) and (2), Amiri et al. Raises InputError.
+    """
+    check_single_vehicle(vehicle)
+    count = int(checks.number("points", points, least=2))
+    place, attitude, bend = motion_of(flight, vehicle)
+    body = np.stack([along(arm, part, count)[0] for arm, part in parts(vehicle, bend)], axis=-3)
+    world = place[..., None, None, :] + carried(attitude, body)
+    lengths = np.stack([stations(arm, count) for arm in vehicle.arms])
+    leading = [str(dim) for dim in flight["position"].transpose(..., "time", "axis").dims[:-1]]
+    labels = {name: flight[name] for name in (*leading, "axis") if name in flight.coords}
+    if vehicle.has_arm_list:
+        labels["arm"] = [arm.name for arm in vehicle.arms]
+        return _labelled(world, [*leading, "arm", "point", "axis"], labels, lengths)
+    return _labelled(world[..., 0, :, :], [*leading, "point", "axis"], labels, lengths[0])
+
+
+def motion_of(flight: Any, vehicle: Vehicle) -> tuple[Array, Array, Array]:
+    """Return position (..., time, 3), attitude (..., time, 4) and bend (..., time, sections, 2).
+
+    Raises InputError for what is no flight of this vehicle.
+    """
+    if not isinstance(flight, xr.Dataset):
+        raise InputError(f"flight is {shown(flight)}; give a Dataset of continuair.simulate.")
+    if "position" not in flight and "q" in flight:
+        own = flight["q"].isel(coordinate=slice(3)).drop_vars("coordinate", errors="ignore")
+        flight = flight.assign(position=own.rename(coordinate="axis"))
+    for name, last in _NEEDED.items():
+        if name not in flight or not {"time", last} <= set(flight[name].dims):
+            raise InputError(
+                f"flight has no {name} over time, without which nothing can be placed; give a "
+                "result of continuair.simulate that holds position, attitude and bend."
+            )
+    bend = flight["bend"]
+    bend = bend if "section" in bend.dims else bend.expand_dims("section")
+    if bend.sizes["section"] != vehicle.sections:
+        raise InputError(
+            f"flight has {bend.sizes['section']} sections, but vehicle {shown(vehicle.name)} has "
+            f"{vehicle.sections}; give the vehicle that flew it."
+        )
+    place = flight["position"].transpose(..., "time", "axis")
+    attitude = flight["attitude"].transpose(..., "time", "quaternion")
+    bend = bend.transpose(..., "time", "section", "bend_axis")
+    return tuple(np.asarray(each, float) for each in (place, attitude, bend))  # type: ignore[return-value]
+
+
+def parts(vehicle: Vehicle, bend: Array) -> list[tuple[ArmChain, Array]]:
+    """Return each arm with the bends (..., its sections, 2) of those (..., sections, 2)."""
+    ends = np.cumsum(vehicle.shape)[:-1]
+    return list(zip(vehicle.arms, np.split(bend, ends, axis=-2), strict=True))
+
+
+def along(arm: ArmChain, bend: Array, points: int) -> tuple[Array, Array]:
+    """Return points (..., points, 3) [m] and frames (..., points, 3, 3) along an arm, body axes.
+
+    bend: (..., sections, 2) [1/m]. Frames are those of the sections: untwisted, -z is the tangent.
+    """
+    found = np.empty((*bend.shape[:-2], points, 3))
+    frames = np.empty((*found.shape, 3))
+    origin: Array = np.broadcast_to(np.asarray(arm.mount, float), (*bend.shape[:-2], 3))
+    axes: Array = np.broadcast_to(of_quaternion(arm.attitude), (*origin.shape, 3))
+    s, first, start = stations(arm, points), 0, 0.0
+    for index, section in enumerate(arm.section):
+        last = index == len(arm.section) - 1
+        stop = points if last else int(np.searchsorted(s, start + section.length))
+        # The end, from which the next section hangs, is one more point.
+        local = np.append(s[first:stop] - start, section.length)
+        r, turn = arc(bend[..., None, index, :], local)
+        r, turn = origin[..., None, :] + _turned(axes, r), axes[..., None, :, :] @ turn
+        found[..., first:stop, :], frames[..., first:stop, :, :] = r[..., :-1, :], turn[..., :-1, :, :]
+        origin, axes = r[..., -1, :], turn[..., -1, :, :]
+        first, start = stop, start + section.length
+    return found, frames
+
+
+def arc(bend: Array, s: Array) -> tuple[Array, Array]:
+    """Return points (..., 3) [m] and untwisted frames (..., 3, 3) at s, in axes of the base.
+
+    bend: bend vectors (..., 2) [1/m]; s: arc lengths [m].
+    """
+    kappa, psi = np.linalg.norm(bend, axis=-1), np.arctan2(bend[..., 1], bend[..., 0])
+    return backbone_point(bend, s), arc_rotation(kappa, psi + 0.0 * s, s)
+
+
+def backbone_point(bend: Array, s: Array) -> Array:
+    """Return r(s) (..., 3) [m] for bend vectors (..., 2); Appendix A, Amiri et al.
+
+    The sinc form has no singularity at bend 0.
+    """
+    angle = np.linalg.norm(bend, axis=-1) * s
+    # np.sinc(x) is sin(pi x) / (pi x).
+    across = 0.5 * s**2 * np.sinc(angle / (2 * np.pi)) ** 2
+    down = s * np.sinc(angle / np.pi)
+    return np.concatenate([bend * across[..., None], -down[..., None]], axis=-1)
+
+
+def carried(attitude: Array, points: Array) -> Array:
+    """Return points (..., arms, points, 3) in body axes along the world's; attitude (..., 4)."""
+    return np.asarray(np.einsum("...ij,...apj->...api", of_quaternion(attitude), points))
+
+
+def stations(arm: ArmChain, points: int) -> Array:
+    """Return arc lengths (points,) [m], evenly spaced from an arm's mount to its tip."""
+    return np.linspace(0.0, sum(section.length for section in arm.section), points)
+
+
+def _turned(axes: Array, points: Array) -> Array:
+    return np.asarray(np.einsum("...ij,...pj->...pi", axes, points))
+
+
+def _labelled(values: Array, dims: list[str], labels: Any, lengths: Array) -> xr.DataArray:
+    measured = (dims[-1 - lengths.ndim : -1], lengths, {"units": "m"})
+    told = {"units": "m", "long_name": "points along the arms, world axes"}
+    return xr.DataArray(values, labels | {"arc_length": measured}, dims, "backbone", told)

@@ -1,0 +1,105 @@
+"""The rigid and bending bodies of a vehicle over time, in world axes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from continuair.analysis.backbone import TIP, along, parts
+from continuair.equations.turns import of_quaternion
+from continuair.vehicle.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+
+SEGMENTS = 32
+"""Straight pieces that an arm is drawn as."""
+
+_LEVER, _ROTOR = 0.28, 0.42
+"""Of a UAV without rotors: their distance over the reach, and their radius over that distance."""
+
+_THINNEST = 0.009
+"""Radius of a drawn arm over its length at least: thinner rods are not seen."""
+
+
+@dataclass(frozen=True)
+class Rotors:
+    """Rotor disks in body axes: hubs (n, 3) [m], directions of thrust (n, 3), and radius [m]."""
+
+    hubs: Array
+    axes: Array
+    radius: float
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """A vehicle over frames; a flight that ends early stays where it ended.
+
+    position (F, 3), attitude (F, 4), x y z w; lines: points along each arm (F, points, 3);
+    segments: of all arms, middle (F, K, 3), attitude (F, K, 4), whose z is the tangent, length (K,)
+    and radius (K,) [m]; angle: the bend angle of the section that each is in (F, K) [rad]; tips:
+    position (F, arms, 3) and attitude (F, arms, 4).
+    """
+
+    position: Array
+    attitude: Array
+    lines: tuple[Array, ...]
+    middle: Array
+    turn: Array
+    length: Array
+    radius: Array
+    angle: Array
+    tip_position: Array
+    tip_attitude: Array
+
+
+def bodies(vehicle: Vehicle, position: Array, attitude: Array, bend: Array) -> Bodies:
+    """Place a vehicle; position (F, 3), attitude (F, 4), bend (F, sections, 2)."""
+    body = of_quaternion(attitude)[:, None]
+    lines, frames, lengths, radii, angles = [], [], [], [], []
+    for arm, own in parts(vehicle, bend):
+        points, turns = along(arm, own, 2 * SEGMENTS + 1)
+        lines.append(position[:, None] + np.einsum("fij,fpj->fpi", body[:, 0], points))
+        frames.append(body @ turns @ TIP)
+        total = sum(section.length for section in arm.section)
+        ends = np.cumsum([section.length for section in arm.section])
+        inside = np.searchsorted(ends, (np.arange(SEGMENTS) + 0.5) * total / SEGMENTS)
+        thick = [section.given_radius or 0.0 for section in arm.section]
+        lengths.append(np.full(SEGMENTS, total / SEGMENTS))
+        radii.append(np.maximum(np.take(thick, inside), _THINNEST * total))
+        turned = np.linalg.norm(own, axis=-1) * [section.length for section in arm.section]
+        angles.append(turned[:, inside])
+    return Bodies(
+        position,
+        attitude,
+        tuple(line[:, ::2] for line in lines),
+        np.concatenate([line[:, 1::2] for line in lines], axis=1),
+        quaternions(np.concatenate([frame[:, 1::2] for frame in frames], axis=1)),
+        np.concatenate(lengths),
+        np.concatenate(radii),
+        np.concatenate(angles, axis=1),
+        np.stack([line[:, -1] for line in lines], axis=1),
+        quaternions(np.stack([frame[:, -1] for frame in frames], axis=1)),
+    )
+
+
+def rotors_of(vehicle: Vehicle) -> Rotors:
+    """Return the rotors of a vehicle; four of a likely size where it has none of its own."""
+    rotors = vehicle.uav.rotors
+    if rotors is None:
+        lever = _LEVER * float(vehicle.reach)
+        turn = np.radians([45.0, 135.0, 225.0, 315.0])
+        hubs = lever * np.column_stack([np.cos(turn), np.sin(turn), np.full(4, 0.12)])
+        return Rotors(hubs, np.tile([0.0, 0.0, 1.0], (4, 1)), _ROTOR * lever)
+    hubs, axes = rotors.hubs, rotors.axes
+    lever = float(np.median(np.linalg.norm(hubs[:, :2], axis=1)))
+    return Rotors(hubs, axes, rotors.radius or _ROTOR * lever)
+
+
+def quaternions(frames: Array) -> Array:
+    """Return quaternions (..., 4), x y z w, of axes (..., 3, 3)."""
+    return np.asarray(Rotation.from_matrix(frames.reshape(-1, 3, 3)).as_quat()).reshape(
+        *frames.shape[:-2], 4
+    )

@@ -1,0 +1,112 @@
+"""Forces on a vehicle over frames: what acts from outside, rotors, base reactions, tip wrenches."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from continuair.equations.turns import of_quaternion
+from continuair.vehicle.vehicle import Vehicle
+from continuair.viewer.bodies import Bodies, rotors_of
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Force:
+    """Forces over frames in world axes: where they act (F, n, 3) [m], and what they are [N]."""
+
+    at: Array
+    force: Array
+
+    def arrows(self, scale: float) -> Array:
+        """Return their ends (F, n, 2, 3) [m] at a scale [m/N]; each ends where its force acts."""
+        force = np.nan_to_num(self.force)
+        return np.stack([self.at, self.at + scale * force], axis=-2)
+
+
+def forces_of(
+    flight: xr.Dataset, vehicle: Vehicle, placed: Bodies, scenario: Any = None
+) -> dict[str, Force]:
+    """Return the forces that a result tells of, by what they are."""
+    times = flight["time"].to_numpy()
+    said = _said(flight) if scenario is None else vars(scenario)
+    body = of_quaternion(placed.attitude)
+    found = {
+        "push on the UAV": _push(flight, times, said, placed),
+        "rotor thrusts": _thrusts(flight, vehicle, placed, body),
+        "arm on the UAV": _base(flight, vehicle, placed, body),
+        "force at the tip": _tip(times, said, placed),
+    }
+    return {
+        name: force
+        for name, force in found.items()
+        if force is not None and np.nanmax(np.abs(force.force), initial=0.0) > 0.0
+    }
+
+
+def scale_of(forces: dict[str, Force], longest: float) -> float:
+    """Return the scale [m/N] with which the largest of all forces is as long as that [m]."""
+    sizes = [np.nanmax(np.linalg.norm(each.force, axis=-1)) for each in forces.values()]
+    return longest / float(max(sizes)) if sizes else 1.0
+
+
+def _push(flight: xr.Dataset, times: Array, said: Any, placed: Bodies) -> Force | None:
+    """Inputs and, where no rotors make it, the controller's command."""
+    total = np.zeros((len(times), 3))
+    for name in ("force", "tau"):
+        given = _given(said.get(name), times)
+        total += 0.0 if given is None else given[:, :3]
+    if "command" in flight and "rotor_thrust" not in flight:
+        total += flight["command"].transpose("time", "actuator").to_numpy()[:, :3]
+    return Force(placed.position[:, None], total[:, None])
+
+
+def _thrusts(flight: xr.Dataset, vehicle: Vehicle, placed: Bodies, body: Array) -> Force | None:
+    if "rotor_thrust" not in flight:
+        return None
+    rotors = rotors_of(vehicle)
+    thrust = flight["rotor_thrust"].transpose("time", "rotor").to_numpy()
+    at = placed.position[:, None] + np.einsum("fij,rj->fri", body, rotors.hubs)
+    return Force(at, thrust[..., None] * np.einsum("fij,rj->fri", body, rotors.axes))
+
+
+def _base(flight: xr.Dataset, vehicle: Vehicle, placed: Bodies, body: Array) -> Force | None:
+    if "base_force" not in flight:
+        return None
+    force = flight["base_force"]
+    force = force if "arm" in force.dims else force.expand_dims("arm")
+    values = force.transpose("time", "arm", "axis").to_numpy()
+    mounts = np.stack([line[:, 0] for line in placed.lines], axis=1)
+    return Force(mounts, np.einsum("fij,faj->fai", body, values))
+
+
+def _tip(times: Array, said: Any, placed: Bodies) -> Force | None:
+    given = _given(said.get("tip_wrench"), times)
+    if given is None:
+        return None
+    wrench = float(said.get("tip_wrench_sign", 1)) * given.reshape(len(times), -1, 6)
+    return Force(placed.tip_position, wrench[..., :3])
+
+
+def _said(flight: xr.Dataset) -> dict[str, Any]:
+    """What a result says of its scenario: functions of time by their names alone."""
+    try:
+        found = json.loads(flight.attrs["scenario"])
+        return found if isinstance(found, dict) else {}
+    except (KeyError, ValueError, TypeError):
+        return {}
+
+
+def _given(value: Any, times: Array) -> Array | None:
+    """An input (F, n) of one run, None where it is none or not known."""
+    if value is None or isinstance(value, str):
+        return None
+    rows = np.stack([np.ravel(value(float(t))) for t in times]) if callable(value) else value
+    array = np.atleast_2d(np.asarray(rows, float))
+    return np.broadcast_to(array, (len(times), array.shape[1])) if len(array) in (1, len(times)) else None

@@ -1,0 +1,167 @@
+"""What a view says and lets be chosen, beside the picture."""
+
+from __future__ import annotations
+
+import html
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import to_hex
+
+from continuair.viewer.player import Player
+from continuair.viewer.scene import Scene
+from continuair.viewer.shapes import BENDS, GROUPS
+from continuair.viewer.sight import Eye
+from continuair.viewer.stage import Stage
+
+_SPEEDS = ("0.05", "0.1", "0.25", "0.5", "1", "2", "4", "8")
+
+_HIDDEN = ("arm on the UAV",)
+"""Parts that are not shown until they are asked for."""
+
+_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
+
+
+class Panel:
+    """Controls and readings of a stage; it follows the player, and steers it."""
+
+    def __init__(self, server: Any, stage: Stage, player: Player) -> None:
+        self._stage, self._player, self._gui = stage, player, server.gui
+        self._add_playing()
+        self._readings = self._gui.add_html(readings(stage.scene, 0))
+        self._image = None
+        if stage.scene.eye is not None:
+            with self._gui.add_folder("Image of the camera"):
+                self._image = self._gui.add_html(image(stage.scene.eye, 0))
+        with self._gui.add_folder("Shown"):
+            self._add_parts()
+            self._gui.add_html(legend(stage))
+
+    def follow(self, frame: int) -> None:
+        """Show the readings of a frame."""
+        self._slider.value = round(float(self._stage.scene.times[frame]), 4)
+        self._readings.content = readings(self._stage.scene, frame)
+        if self._image is not None and self._stage.scene.eye is not None:
+            self._image.content = image(self._stage.scene.eye, frame)
+
+    def _add_playing(self) -> None:
+        times, player, gui = self._stage.scene.times, self._player, self._gui
+        first, last = float(times[0]), float(times[-1])
+        step = max(1e-4, round((last - first) / max(1, len(times) - 1), 4))
+        end = max(last, first + step)
+        self._slider = gui.add_slider("Time [s]", first, end, step, first)
+        self._button = gui.add_button("Pause" if player.playing else "Play")
+        speed = gui.add_dropdown("Speed", _SPEEDS, initial_value="1")
+        loop = gui.add_checkbox("Loop", player.loop)
+
+        @self._slider.on_update
+        def _(event: Any) -> None:
+            if event.client_id is not None:
+                player.seek(float(self._slider.value))
+
+        @self._button.on_click
+        def _(_event: Any) -> None:
+            if not player.playing and player.shown == len(times) - 1:
+                player.seek(first)
+            player.playing = not player.playing
+            self._button.label = "Pause" if player.playing else "Play"
+
+        @speed.on_update
+        def _(_event: Any) -> None:
+            player.speed = float(speed.value)
+
+        @loop.on_update
+        def _(_event: Any) -> None:
+            player.loop = loop.value
+
+    def _add_parts(self) -> None:
+        stage = self._stage
+        follows = self._gui.add_checkbox("go along with the UAV", stage.follows)
+
+        @follows.on_update
+        def _(_event: Any) -> None:
+            stage.follows = follows.value
+            stage.show(stage.frame)
+
+        for name in stage.parts:
+            self._add_part(name)
+
+    def _add_part(self, name: str) -> None:
+        stage, visible = self._stage, name not in _HIDDEN
+        box = self._gui.add_checkbox(name, visible)
+
+        def change(shown: bool) -> None:
+            for node in stage.parts[name]:
+                node.visible = shown
+            stage.show(stage.frame)
+
+        box.on_update(lambda _event: change(box.value))
+        if not visible:
+            change(False)
+
+
+def readings(scene: Scene, frame: int) -> str:
+    """Return the numbers of a frame, as HTML."""
+    bodies = scene.bodies
+    x, y, z = bodies.position[frame]
+    bend = np.degrees(bodies.angle[frame].max())
+    rows = [
+        ("time", f"{scene.times[frame]:.2f} s"),
+        ("UAV", f"{x:.2f}, {y:.2f}, {z:.2f} m"),
+        ("largest bend", f"{bend:.1f}°"),
+    ]
+    if scene.ghost is not None:
+        apart = bodies.tip_position[frame] - scene.ghost.tip_position[frame]
+        far = 1e3 * np.linalg.norm(apart, axis=-1).max()
+        rows.append((f"tip, {scene.model} to {scene.ghost_model}", f"{far:.3g} mm"))
+    if scene.eye is not None:
+        error = np.linalg.norm(scene.eye.image[frame] - scene.eye.desired, axis=-1).max()
+        rows.append(("largest feature error", f"{error:.2f} px"))
+    cells = "".join(
+        f"<tr><td style='opacity:.65;padding-right:1em'>{html.escape(name)}</td>"
+        f"<td style='text-align:right;font-variant-numeric:tabular-nums'>{value}</td></tr>"
+        for name, value in rows
+    )
+    return f"<table style='font-size:.8em;margin:.3em .9em;width:90%'>{cells}</table>"
+
+
+def image(eye: Eye, frame: int) -> str:
+    """Return the camera's image with the tracks of the feature points so far, as SVG."""
+    width, height = eye.camera.image_size
+    unit = width / 100
+    drawn = []
+    for index in range(eye.image.shape[1]):
+        colour = _COLOURS[index % len(_COLOURS)]
+        track = eye.image[: frame + 1 : max(1, frame // 120), index]
+        track = track[np.isfinite(track).all(-1)]
+        line = " ".join(f"{u:.0f},{v:.0f}" for u, v in track)
+        drawn.append(f"<polyline points='{line}' fill='none' stroke='{colour}' opacity='.5'/>")
+        u, v = eye.desired[index]
+        cross = f"M{u - 2 * unit:.0f} {v:.0f}h{4 * unit:.0f}M{u:.0f} {v - 2 * unit:.0f}v{4 * unit:.0f}"
+        drawn.append(f"<path d='{cross}' stroke='#333'/>")
+        u, v = eye.image[frame, index]
+        if np.isfinite(u) and np.isfinite(v):
+            drawn.append(f"<circle cx='{u:.1f}' cy='{v:.1f}' r='{1.6 * unit:.1f}' fill='{colour}'/>")
+    return (
+        f"<svg viewBox='0 0 {width} {height}' stroke-width='{0.7 * unit:.1f}' style='width:88%;"
+        f"margin:.4em 6%;background:#fff;border:1px solid #bbb'>{''.join(drawn)}</svg>"
+    )
+
+
+def legend(stage: Stage) -> str:
+    """Return what colours and lengths mean, as HTML."""
+    stops = ", ".join(to_hex(colormaps[BENDS](0.05 + 0.85 * x)) for x in np.linspace(0, 1, 6))
+    largest = np.degrees(stage.largest_angle)
+    lines = [
+        f"<div style='height:.6em;background:linear-gradient(90deg,{stops})'></div>"
+        f"<div style='display:flex;justify-content:space-between'><span>straight</span>"
+        f"<span>bend of a section</span><span>{largest:.3g}°</span></div>"
+    ]
+    dots = "".join(
+        f"<span style='color:{GROUPS[name]}'>■</span> {html.escape(name)} "
+        for name in stage.scene.forces
+    )
+    if dots:
+        lines.append(f"<div>{dots}<br>an arrow of 0.1 m is {0.1 / stage.scale:.3g} N</div>")
+    return f"<div style='font-size:.75em;margin:.3em .9em'>{''.join(lines)}</div>"

@@ -1,0 +1,63 @@
+"""The clock of a view: which frame is shown when."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+_TICK = 1.0 / 60.0
+"""How often a frame is chosen while the flight plays [s]."""
+
+
+class Player:
+    """Plays times (F,) [s] in real time, calling show(frame) for each that is due."""
+
+    def __init__(self, times: NDArray[np.float64], show: Callable[[int], None]) -> None:
+        self._times, self._show = times, show
+        self.playing, self.speed, self.loop = False, 1.0, True
+        self.shown, self.sent = 0, 0
+        self._at = float(times[0])
+        self._lock, self._done = threading.Lock(), threading.Event()
+        self._thread = threading.Thread(target=self._run, name="continuair view", daemon=True)
+
+    def start(self) -> None:
+        """Begin to keep time."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End, and wait until nothing more is shown."""
+        self._done.set()
+        self._thread.join()
+
+    def seek(self, at: float) -> None:
+        """Show the frame at a time [s], or the one before."""
+        with self._lock:
+            self._at = at
+            self._show_at(at)
+
+    def advance(self, passed: float) -> None:
+        """Let time pass [s], and show the frame that is due, if it is another."""
+        with self._lock:
+            first, last = float(self._times[0]), float(self._times[-1])
+            self._at += self.speed * passed
+            if self._at > last:
+                self._at, self.playing = (first, True) if self.loop else (last, False)
+            self._show_at(self._at)
+
+    def _show_at(self, at: float) -> None:
+        frame = max(0, int(np.searchsorted(self._times, at + 1e-9, side="right")) - 1)
+        if frame != self.shown or not self.sent:
+            self._show(frame)
+            self.shown, self.sent = frame, self.sent + 1
+
+    def _run(self) -> None:
+        before = time.perf_counter()
+        while not self._done.wait(_TICK):
+            now = time.perf_counter()
+            if self.playing:
+                self.advance(now - before)
+            before = now

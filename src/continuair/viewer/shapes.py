@@ -1,0 +1,70 @@
+"""Meshes of unit size, and colours as numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import to_rgb
+from numpy.typing import NDArray
+
+from continuair.figures.style import MODELS
+
+Array = NDArray[np.float64]
+Mesh = tuple[Array, NDArray[np.int64]]
+"""Vertices (V, 3) and faces (F, 3)."""
+
+SIDES = 24
+"""Of what is round."""
+
+BENDS = "viridis"
+"""Colours from straight to the largest bend."""
+
+DARK, GREY, DISK = "#2b3036", "#8d949c", "#5a6570"
+"""Of the UAV, its booms and its rotors."""
+
+GROUPS = {
+    "push on the UAV": "#CC79A7",
+    "rotor thrusts": "#56B4E9",
+    "arm on the UAV": "#E69F00",
+    "force at the tip": "#009E73",
+}
+"""Colours of forces."""
+
+
+def tube() -> Mesh:
+    """Return an open cylinder of radius 1 and length 1 about z, its middle at the origin."""
+    turn = np.linspace(0.0, 2.0 * np.pi, SIDES, endpoint=False)
+    ring = np.column_stack([np.cos(turn), np.sin(turn)])
+    vertices = np.vstack([np.column_stack([ring, np.full(SIDES, z)]) for z in (-0.5, 0.5)])
+    here = np.arange(SIDES)
+    there = (here + 1) % SIDES
+    lower = np.column_stack([here, there, there + SIDES])
+    return vertices, np.vstack([lower, np.column_stack([here, there + SIDES, here + SIDES])])
+
+
+def disk() -> Mesh:
+    """Return a disk of radius 1 in the plane z = 0, seen from both sides."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 2 * SIDES, endpoint=False)
+    vertices = np.vstack([np.zeros(3), np.column_stack([np.cos(turn), np.sin(turn), 0.0 * turn])])
+    here = np.arange(2 * SIDES)
+    there = (here + 1) % (2 * SIDES)
+    return vertices, np.column_stack([0 * here, here + 1, there + 1])
+
+
+def rgb(colour: str) -> tuple[int, int, int]:
+    """Return a colour as three numbers up to 255."""
+    red, green, blue = (round(255 * part) for part in to_rgb(colour))
+    return red, green, blue
+
+
+def bend_colours(angle: Any, largest: float) -> NDArray[np.uint8]:
+    """Return colours (..., 3) of bend angles (...), those of `largest` at the end of the scale."""
+    share = np.clip(np.asarray(angle) / max(largest, 1e-6), 0.0, 1.0)
+    return np.asarray(colormaps[BENDS](0.05 + 0.85 * share, bytes=True))[..., :3]
+
+
+def model_colour(model: str) -> str:
+    """Return the colour of a model in figures."""
+    return str(MODELS.get(model, MODELS["coupled"])["color"])

@@ -1,0 +1,97 @@
+"""What the camera looks with, and what it looks at."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from continuair.equations.turns import of_quaternion
+from continuair.vehicle.camera import Camera
+from continuair.vehicle.vehicle import Vehicle
+from continuair.viewer.bodies import Bodies, quaternions
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Eye:
+    """The camera over frames: position (F, 3), attitude (F, 4), x y z w, image of the feature
+    points (F, n, 2) and where they belong (n, 2) [px], NaN of those not seen."""
+
+    camera: Camera
+    position: Array
+    attitude: Array
+    image: Array
+    desired: Array
+
+
+@dataclass(frozen=True)
+class Aim:
+    """The target over frames: its centroid (F, 3), and its points (F, n, 3), if they are known."""
+
+    centroid: Array
+    points: Array
+
+
+def eye_of(flight: xr.Dataset, vehicle: Vehicle, placed: Bodies) -> Eye | None:
+    """Return the camera of a flight that looked through it."""
+    if "features" not in flight or "feature_error" not in flight:
+        return None
+    camera, arm = vehicle.camera, vehicle.camera_arm
+    if "camera_attitude" in flight:
+        attitude = flight["camera_attitude"].transpose("time", "quaternion").to_numpy()
+    elif camera.tip_frame == "untwisted":
+        tip = of_quaternion(placed.tip_attitude[:, arm])
+        attitude = quaternions(tip @ of_quaternion(camera.attitude))
+    else:
+        return None
+    tip = of_quaternion(placed.tip_attitude[:, arm])
+    position = placed.tip_position[:, arm] + tip @ np.asarray(camera.position)
+    image = flight["features"].transpose("time", "pixel").to_numpy()
+    wanted = image + flight["feature_error"].transpose("time", "pixel").to_numpy()
+    finite = np.isfinite(wanted).all(-1)
+    desired = wanted[np.argmax(finite)]
+    attitude = np.where(np.isfinite(attitude), attitude, attitude[0])
+    return Eye(
+        camera,
+        position,
+        attitude,
+        image.reshape(len(image), -1, 2),
+        desired.reshape(-1, 2),
+    )
+
+
+def aim_of(flight: xr.Dataset) -> Aim | None:
+    """Return the target of a flight that had one."""
+    if "target_position" not in flight:
+        return None
+    centroid = flight["target_position"].transpose("time", "axis").to_numpy()
+    points = _points(flight.attrs.get("scenario"))
+    return Aim(centroid, centroid[:, None] + points)
+
+
+def in_image(eye: Eye, pixels: Array, depth: float) -> Array:
+    """Return where pixels (F, n, 2) or (n, 2) are on the image plane at a depth, world axes
+    (F, n, 3) [m]."""
+    camera = eye.camera
+    flat = (pixels - np.asarray(camera.principal_point)) / np.asarray(camera.focal_length)
+    rays = depth * np.concatenate([flat, np.ones((*flat.shape[:-1], 1))], axis=-1)
+    turned = np.einsum("fij,...nj->fni", of_quaternion(eye.attitude), rays) if rays.ndim == 2 else (
+        np.einsum("fij,fnj->fni", of_quaternion(eye.attitude), rays)
+    )
+    return np.asarray(eye.position[:, None] + turned)
+
+
+def _points(scenario: Any) -> Array:
+    """Feature points about the centroid (n, 3), none if the result does not say."""
+    try:
+        target = json.loads(scenario)["target"]
+        target = target[0] if isinstance(target, list) else target
+        return np.asarray(target["points"], float).reshape(-1, 3)
+    except (ValueError, TypeError, KeyError, IndexError):
+        return np.empty((0, 3))

@@ -1,0 +1,184 @@
+"""A scene as nodes of viser: made once, then posed frame by frame."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from continuair.viewer.forces import Force, scale_of
+from continuair.viewer.scene import Scene
+from continuair.viewer.shapes import GROUPS, model_colour, rgb
+from continuair.viewer.sight import in_image
+from continuair.viewer.vehicles import VehicleNodes, wxyz_of
+
+_WORLD = "/world"
+
+_LONGEST = 0.7
+"""Length of the longest arrow over the arm's."""
+
+_POINTS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
+
+
+class Stage:
+    """A scene's nodes. parts: node groups that can be hidden, by what they are."""
+
+    def __init__(self, server: Any, scene: Scene) -> None:
+        self._server, self.scene = server, scene
+        self._api = server.scene
+        self.parts: dict[str, list[Any]] = {}
+        self.follows = scene.far
+        self.frame = 0
+        _light(self._api)
+        self._world = self._api.add_frame(_WORLD, show_axes=False)
+        self._add_ground()
+        self._add_vehicles()
+        self._add_trails()
+        self._add_target()
+        self._add_camera()
+        self._arrows = self._add_arrows()
+        self._place_camera()
+        self.show(0)
+
+    @property
+    def largest_angle(self) -> float:
+        """The bend angle at the end of the scale of colours [rad]."""
+        return max(float(self.scene.bodies.angle.max()), 0.05)
+
+    def show(self, frame: int) -> None:
+        """Pose everything as in a frame, in one message to browsers."""
+        scene, self.frame = self.scene, frame
+        with self._server.atomic():
+            gone = scene.bodies.position[frame] - scene.bodies.position[0]
+            self._world.position = -gone if self.follows else np.zeros(3)
+            for vehicle in self._vehicles:
+                vehicle.show(frame)
+            for name, (node, points) in self._arrows.items():
+                if self.parts[name][0].visible:
+                    node.points = points[frame]
+            if self._target is not None:
+                self._target.position = scene.aim.centroid[frame]  # type: ignore[union-attr]
+            if self._frustum is not None:
+                self._show_camera(frame)
+
+    def _show_camera(self, frame: int) -> None:
+        eye = self.scene.eye
+        assert eye is not None
+        self._frustum.position = eye.position[frame]
+        self._frustum.wxyz = wxyz_of(eye.attitude[frame])
+        self._seen.points = np.nan_to_num(self._images[frame]).astype(np.float32)
+
+    def _add_vehicles(self) -> None:
+        scene, largest = self.scene, self.largest_angle
+        shown = VehicleNodes(self._api, f"{_WORLD}/vehicle", scene.vehicle, scene.bodies, largest)
+        self._vehicles = [shown]
+        self.parts["tip frames"] = [shown.tips]
+        if scene.ghost is not None:
+            colour = model_colour(scene.ghost_model)
+            of = scene.vehicle, scene.ghost, largest, colour
+            other = VehicleNodes(self._api, f"{_WORLD}/ghost", *of)
+            self._vehicles.append(other)
+            self.parts[f"{scene.ghost_model} ghost"] = other.nodes
+
+    def _add_trails(self) -> None:
+        scene = self.scene
+        flights = {"trail": (scene.bodies, "#4d4d4d")}
+        if scene.ghost is not None:
+            flights["ghost_trail"] = (scene.ghost, model_colour(scene.ghost_model))
+        found = [
+            self._add_line(f"{name}_{arm}", bodies.tip_position[:, arm], colour)
+            for name, (bodies, colour) in flights.items()
+            for arm in range(len(scene.vehicle.arms))
+        ]
+        self.parts["tip paths"] = [node for node in found if node is not None]
+
+    def _add_line(self, name: str, points: Any, colour: str, width: float = 1.5) -> Any:
+        points = points[:: max(1, len(points) // 1000)]
+        if len(points) < 2:
+            return None
+        return self._api.add_line_segments(
+            f"{_WORLD}/{name}",
+            np.stack([points[:-1], points[1:]], axis=1).astype(np.float32),
+            rgb(colour),
+            thickness=width,
+            thickness_units="screen",
+        )
+
+    def _add_target(self) -> None:
+        aim, self._target = self.scene.aim, None
+        if aim is None:
+            return
+        path = self._add_line("target_path", aim.centroid, "#0072B2", 2.0)
+        self._target = self._api.add_frame(
+            f"{_WORLD}/target", axes_length=0.12, axes_radius=0.004, position=aim.centroid[0]
+        )
+        for index, point in enumerate(aim.points[0] - aim.centroid[0]):
+            colour = rgb(_POINTS[index % len(_POINTS)])
+            self._api.add_icosphere(f"{_WORLD}/target/{index}", 0.022, colour, position=point)
+        self.parts["target"] = [self._target, *([] if path is None else [path])]
+
+    def _add_camera(self) -> None:
+        eye, self._frustum = self.scene.eye, None
+        if eye is None:
+            return
+        width, height = eye.camera.image_size
+        depth = 0.28 * self.scene.reach
+        half = 0.5 * height / eye.camera.focal_length[1]
+        self._frustum = self._api.add_camera_frustum(
+            f"{_WORLD}/camera", 2.0 * np.arctan(half), width / height, color=rgb("#0072B2"),
+            scale=depth, thickness=1.5, thickness_units="screen",
+        )  # fmt: skip
+        self._images = in_image(eye, eye.image, depth)
+        colours = [rgb(_POINTS[index % len(_POINTS)]) for index in range(eye.image.shape[1])]
+        self._seen = self._api.add_point_cloud(
+            f"{_WORLD}/image", self._images[0].astype(np.float32), np.array(colours),
+            point_size=0.03 * depth, point_shape="circle", precision="float32",
+        )  # fmt: skip
+        self.parts["camera"] = [self._frustum, self._seen]
+
+    def _add_arrows(self) -> dict[str, tuple[Any, Any]]:
+        forces, found = self.scene.forces, {}
+        self.scale = scale_of(forces, _LONGEST * self.scene.reach)
+        thick = 0.009 * self.scene.reach
+        for name, force in forces.items():
+            points = force.arrows(self.scale).astype(np.float32)
+            node = self._api.add_arrows(
+                f"{_WORLD}/{name.replace(' ', '_')}", points[0], rgb(GROUPS[name]),
+                shaft_radius=thick, head_radius=2.4 * thick, head_length=6.0 * thick,
+            )  # fmt: skip
+            found[name], self.parts[name] = (node, points), [node]
+        return found
+
+    def _add_ground(self) -> None:
+        size = self.scene.reach
+        cell = 10.0 ** np.floor(np.log10(size)) / (1.0 if size / 10 ** np.floor(np.log10(size)) > 3 else 2.0)
+        self.parts["ground"] = [
+            self._api.add_grid(
+                f"{_WORLD}/ground", infinite_grid=True, cell_size=cell, section_size=4.0 * cell,
+                cell_color=(222, 226, 230), section_color=(190, 196, 202), shadow_opacity=0.25,
+                fade_distance=40.0 * size, position=(0.0, 0.0, self.scene.floor),
+            )
+        ]  # fmt: skip
+
+    def _place_camera(self) -> None:
+        bodies = self.scene.bodies
+        points = [bodies.position, *(line.reshape(-1, 3) for line in bodies.lines)]
+        if self.scene.aim is not None:
+            points.append(self.scene.aim.points.reshape(-1, 3))
+        if self.follows:
+            points = [bodies.position[:1], *(line[0] for line in bodies.lines)]
+        every = np.concatenate(points)
+        low, high = every.min(axis=0), every.max(axis=0)
+        centre, size = (low + high) / 2, max(np.linalg.norm(high - low), 1.5 * self.scene.reach)
+        camera = self._server.initial_camera
+        camera.fov = np.radians(45.0)
+        camera.look_at = centre
+        camera.position = centre + 1.35 * size * np.array([0.55, -0.75, 0.32])
+
+
+def _light(api: Any) -> None:
+    """Soft light from all sides, and one with shadows from above."""
+    api.configure_default_lights(enabled=False)
+    api.configure_environment_map("studio", environment_intensity=0.35)
+    api.add_light_hemisphere("/light/sky", sky_color=(255, 255, 255), ground_color=(150, 150, 155), intensity=1.1)
+    api.add_light_directional("/light/sun", intensity=1.6, cast_shadow=True, position=(3.0, -2.0, 8.0))

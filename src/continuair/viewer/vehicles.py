@@ -1,0 +1,148 @@
+"""A vehicle as nodes of a viser scene, posed frame by frame."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from continuair.vehicle.vehicle import Vehicle
+from continuair.viewer.bodies import Bodies, rotors_of
+from continuair.viewer.shapes import DARK, DISK, GREY, bend_colours, disk, rgb, tube
+
+Array = NDArray[np.float64]
+
+_OVERLAP = 1.08
+"""Length of a drawn segment over its own, which closes the gaps on the outside of a bend."""
+
+
+class VehicleNodes:
+    """A vehicle in a viser scene; a colour makes it a ghost, translucent and of that colour."""
+
+    def __init__(
+        self,
+        api: Any,
+        name: str,
+        vehicle: Vehicle,
+        bodies: Bodies,
+        largest: float,
+        ghost: str | None = None,
+    ) -> None:
+        self._bodies, self._largest, self._ghost = bodies, largest, ghost
+        size = float(vehicle.reach)
+        self._frame = api.add_frame(f"{name}/uav", show_axes=False)
+        _add_uav(api, f"{name}/uav", vehicle, ghost)
+        vertices, faces = tube()
+        scales = np.column_stack([bodies.radius, bodies.radius, _OVERLAP * bodies.length])
+        self._arm = api.add_batched_meshes_simple(
+            f"{name}/arm",
+            vertices,
+            faces,
+            wxyz_of(bodies.turn[0]),
+            bodies.middle[0],
+            batched_scales=scales.astype(np.float32),
+            batched_colors=self._colours(0),
+            side="double",
+            lod="off",
+            **_look(ghost),
+        )
+        self._tips = None
+        if ghost is None:
+            self._tips = api.add_batched_axes(
+                f"{name}/tips",
+                wxyz_of(bodies.tip_attitude[0]),
+                bodies.tip_position[0],
+                axes_length=0.16 * size,
+                axes_radius=0.006 * size,
+            )
+        self.show(0)
+
+    @property
+    def tips(self) -> Any:
+        """The node of the tip frames."""
+        return self._tips
+
+    @property
+    def nodes(self) -> list[Any]:
+        """All nodes but those of the tip frames."""
+        return [self._frame, self._arm]
+
+    def show(self, frame: int) -> None:
+        """Pose the vehicle as in a frame."""
+        bodies = self._bodies
+        self._frame.position = bodies.position[frame]
+        self._frame.wxyz = wxyz_of(bodies.attitude[frame])
+        self._arm.batched_positions = bodies.middle[frame].astype(np.float32)
+        self._arm.batched_wxyzs = wxyz_of(bodies.turn[frame])
+        if self._ghost is None:
+            self._arm.batched_colors = self._colours(frame)
+        if self._tips is not None:
+            self._tips.batched_positions = bodies.tip_position[frame].astype(np.float32)
+            self._tips.batched_wxyzs = wxyz_of(bodies.tip_attitude[frame])
+
+    def _colours(self, frame: int) -> Any:
+        angle = self._bodies.angle[frame]
+        if self._ghost is not None:
+            return np.tile(np.uint8(rgb(self._ghost)), (len(angle), 1))
+        return bend_colours(angle, self._largest)
+
+
+def wxyz_of(quaternion: Array) -> NDArray[np.float32]:
+    """Return quaternions x y z w (..., 4) as viser orders them, w first."""
+    return np.roll(np.asarray(quaternion, np.float32), 1, axis=-1)
+
+
+def _add_uav(api: Any, name: str, vehicle: Vehicle, ghost: str | None) -> None:
+    """Hull, booms, motors and rotor disks, in body axes, with the mounts of arms away from it."""
+    rotors, look = rotors_of(vehicle), _look(ghost)
+    lever = float(np.linalg.norm(rotors.hubs, axis=1).max())
+    thin = 0.035 * lever
+    api.add_icosphere(
+        f"{name}/hull", 1.0, rgb(ghost or DARK), scale=(0.36 * lever, 0.28 * lever, 0.13 * lever),
+        **look,
+    )  # fmt: skip
+    mounts = np.array([arm.mount for arm in vehicle.arms], float)
+    rods = np.vstack([rotors.hubs, mounts[np.linalg.norm(mounts, axis=1) > 0.05 * lever]])
+    turns, lengths = _pointing(rods)
+    scales = np.column_stack([np.full((len(rods), 2), thin), lengths])
+    _add_tubes(api, f"{name}/booms", rods / 2, turns, scales, ghost or GREY, look)
+    turns, _ = _pointing(rotors.axes)
+    scales = np.tile([2.4 * thin, 2.4 * thin, 4.0 * thin], (len(turns), 1))
+    _add_tubes(api, f"{name}/motors", rotors.hubs, turns, scales, ghost or DARK, look)
+    vertices, faces = disk()
+    disks = rotors.hubs + 2.5 * thin * rotors.axes
+    api.add_batched_meshes_simple(
+        f"{name}/rotors", vertices * rotors.radius, faces, wxyz_of(turns), disks.astype(np.float32),
+        batched_colors=rgb(ghost or DISK), side="double", lod="off", opacity=0.2 if ghost else 0.35,
+        cast_shadow=ghost is None, receive_shadow=False,
+    )  # fmt: skip
+    nose = {"radius": 0.05 * lever, "position": (0.36 * lever, 0.0, 0.02 * lever)}
+    api.add_icosphere(f"{name}/nose", color=rgb(ghost or "#D55E00"), **nose, **look)
+
+
+def _add_tubes(
+    api: Any, name: str, at: Array, turns: Array, scales: Array, colour: str, look: Any
+) -> None:
+    vertices, faces = tube()
+    api.add_batched_meshes_simple(
+        name, vertices, faces, wxyz_of(turns), at.astype(np.float32),
+        batched_scales=scales.astype(np.float32), batched_colors=rgb(colour), side="double",
+        lod="off", **look,
+    )  # fmt: skip
+
+
+def _look(ghost: str | None) -> dict[str, Any]:
+    if ghost is None:
+        return {}
+    return {"opacity": 0.35, "cast_shadow": False, "receive_shadow": False}
+
+
+def _pointing(vectors: Array) -> tuple[Array, Array]:
+    """Quaternions (n, 4) that turn z along vectors (n, 3), and their lengths (n,)."""
+    lengths = np.linalg.norm(vectors, axis=1)
+    x, y, z = (vectors / lengths[:, None]).T
+    # Half-way between z and the vector; straight down, half a turn about x.
+    found = np.column_stack([-y, x, np.zeros(len(x)), 1.0 + z])
+    found[z < -1.0 + 1e-9] = [1.0, 0.0, 0.0, 0.0]
+    return found / np.linalg.norm(found, axis=1, keepdims=True), lengths
