@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from continuair import equations as equations
     from continuair.analysis.accelerations import accelerations as accelerations
     from continuair.analysis.accelerations import forward_dynamics as forward_dynamics
+    from continuair.analysis.backbone import backbone as backbone
     from continuair.analysis.beam import curvature_error as curvature_error
     from continuair.analysis.gradient import gradient as gradient
     from continuair.analysis.linear import linearize as linearize
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from continuair.controllers.twist_servoing import twist_servoing as twist_servoing
     from continuair.errors import ContinuairWarning as ContinuairWarning
     from continuair.errors import InputError as InputError
+    from continuair.figures import plot as plot
     from continuair.flight.live import Simulation as Simulation
     from continuair.flight.simulate import simulate as simulate
     from continuair.interfaces.casadi_model import to_casadi as to_casadi
@@ -52,6 +54,9 @@ if TYPE_CHECKING:
     from continuair.vehicle.vehicle import Vehicle as Vehicle
     from continuair.vehicle.vehicle import load_vehicle as load_vehicle
     from continuair.vehicle.vehicle import preset_names as preset_names
+    from continuair.viewer.video import animate as animate
+    from continuair.viewer.view import View as View
+    from continuair.viewer.view import view as view
 
 _HOME = {
     "ContinuairWarning": "errors",
@@ -92,8 +97,12 @@ _HOME = {
     "open_sweep": "sweeps",
     "run_pairs": "sweeps",
     "sweep": "sweeps",
+    "backbone": "analysis.backbone",
+    "animate": "viewer.video",
+    "view": "viewer.view",
+    "View": "viewer.view",
 }
-_MODULES = {"equations": "equations", "paths": "scenario.paths"}
+_MODULES = {"equations": "equations", "paths": "scenario.paths", "plot": "figures.plot"}
 __all__ = sorted([*_HOME, *_MODULES])
 
 

@@ -13,6 +13,7 @@ from continuair.cli import (  # noqa: F401, I001
     sweep,
     identify,
     new,
+    view,
     vehicles,
     paper,
 )

@@ -106,6 +106,16 @@ class Simulation:
         self._euler = nearest_euler(row[layout.attitude], np.zeros(3), row[layout.roll][0])
 
     @property
+    def vehicle(self) -> Vehicle:
+        """The vehicle that flies."""
+        return self._vehicle
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario that it flies in."""
+        return self._scenario
+
+    @property
     def time(self) -> float:
         """Time of the flight [s]."""
         return (len(self._rows) - 1) * self._period

@@ -104,14 +104,15 @@ def _object(value: str | Any) -> dict[str, Any]:
 
 def _check_version(path: Path, made: str) -> None:
     own = version("continuair")
-    if _numbers(made) > _numbers(own):
+    if numbers_of(made) > numbers_of(own):
         raise InputError(
             f"folder is {printed(path)}, which continuair {made} has written, and this is {own}; "
             "update it."
         )
 
 
-def _numbers(text: str) -> list[int]:
+def numbers_of(text: str) -> list[int]:
+    """Return the numbers of a version, which compare as versions do."""
     return [int(part) for part in text.split(".") if part.isdecimal()]
 
 

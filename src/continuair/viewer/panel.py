@@ -6,66 +6,69 @@ import html
 from typing import Any
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.colors import to_hex
 
 from continuair.viewer.player import Player
 from continuair.viewer.scene import Scene
-from continuair.viewer.shapes import BENDS, GROUPS
+from continuair.viewer.shapes import COLOURS, GROUPS, scale_of_bends
 from continuair.viewer.sight import Eye
 from continuair.viewer.stage import Stage
 
 _SPEEDS = ("0.05", "0.1", "0.25", "0.5", "1", "2", "4", "8")
 
-_HIDDEN = ("arm on the UAV",)
+HIDDEN = ("arm on the UAV",)
 """Parts that are not shown until they are asked for."""
 
-_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
+_TRACK = 250
+"""Points of a track in the image at most."""
 
 
 class Panel:
-    """Controls and readings of a stage; it follows the player, and steers it."""
+    """Controls and readings of a stage; it follows the player, if there is one, and steers it."""
 
-    def __init__(self, server: Any, stage: Stage, player: Player) -> None:
-        self._stage, self._player, self._gui = stage, player, server.gui
-        self._add_playing()
+    def __init__(self, server: Any, stage: Stage, player: Player | None) -> None:
+        self._stage, self._gui, self._slider = stage, server.gui, None
+        if player is not None:
+            self._add_playing(player)
         self._readings = self._gui.add_html(readings(stage.scene, 0))
         self._image = None
         if stage.scene.eye is not None:
+            self._image = Image(stage.scene.eye)
             with self._gui.add_folder("Image of the camera"):
-                self._image = self._gui.add_html(image(stage.scene.eye, 0))
+                self._seen = self._gui.add_html(self._image.at(0))
         with self._gui.add_folder("Shown"):
             self._add_parts()
             self._gui.add_html(legend(stage))
 
     def follow(self, frame: int) -> None:
         """Show the readings of a frame."""
-        self._slider.value = round(float(self._stage.scene.times[frame]), 4)
+        if self._slider is not None:
+            self._slider.value = round(float(self._stage.scene.times[frame]), 4)
         self._readings.content = readings(self._stage.scene, frame)
-        if self._image is not None and self._stage.scene.eye is not None:
-            self._image.content = image(self._stage.scene.eye, frame)
+        if self._image is not None:
+            self._seen.content = self._image.at(frame)
 
-    def _add_playing(self) -> None:
-        times, player, gui = self._stage.scene.times, self._player, self._gui
+    def _add_playing(self, player: Player) -> None:
+        times, gui = self._stage.scene.times, self._gui
         first, last = float(times[0]), float(times[-1])
         step = max(1e-4, round((last - first) / max(1, len(times) - 1), 4))
         end = max(last, first + step)
-        self._slider = gui.add_slider("Time [s]", first, end, step, first)
-        self._button = gui.add_button("Pause" if player.playing else "Play")
+        self._slider = slider = gui.add_slider("Time [s]", first, end, step, first)
+        button = gui.add_button("Pause" if player.playing else "Play")
         speed = gui.add_dropdown("Speed", _SPEEDS, initial_value="1")
         loop = gui.add_checkbox("Loop", player.loop)
 
-        @self._slider.on_update
+        @slider.on_update
         def _(event: Any) -> None:
             if event.client_id is not None:
-                player.seek(float(self._slider.value))
+                player.seek(float(slider.value))
 
-        @self._button.on_click
+        @button.on_click
         def _(_event: Any) -> None:
             if not player.playing and player.shown == len(times) - 1:
                 player.seek(first)
             player.playing = not player.playing
-            self._button.label = "Pause" if player.playing else "Play"
+            button.label = "Pause" if player.playing else "Play"
 
         @speed.on_update
         def _(_event: Any) -> None:
@@ -88,7 +91,7 @@ class Panel:
             self._add_part(name)
 
     def _add_part(self, name: str) -> None:
-        stage, visible = self._stage, name not in _HIDDEN
+        stage, visible = self._stage, name not in HIDDEN
         box = self._gui.add_checkbox(name, visible)
 
         def change(shown: bool) -> None:
@@ -126,33 +129,48 @@ def readings(scene: Scene, frame: int) -> str:
     return f"<table style='font-size:.8em;margin:.3em .9em;width:90%'>{cells}</table>"
 
 
-def image(eye: Eye, frame: int) -> str:
-    """Return the camera's image with the tracks of the feature points so far, as SVG."""
-    width, height = eye.camera.image_size
-    unit = width / 100
-    drawn = []
-    for index in range(eye.image.shape[1]):
-        colour = _COLOURS[index % len(_COLOURS)]
-        track = eye.image[: frame + 1 : max(1, frame // 120), index]
+class Image:
+    """The camera's image as SVG: tracks of the feature points, where they belong, and are."""
+
+    def __init__(self, eye: Eye) -> None:
+        self._eye = eye
+        width, height = eye.camera.image_size
+        unit = width / 100
+        self._colours = [COLOURS[index % len(COLOURS)] for index in range(eye.image.shape[1])]
+        drawn = [self._track(index, colour) for index, colour in enumerate(self._colours)]
+        drawn += [_cross(u, v, 2.0 * unit) for u, v in eye.desired if np.isfinite(u + v)]
+        self._size = 1.6 * unit
+        self._before = (
+            f"<svg viewBox='0 0 {width} {height}' stroke-width='{0.7 * unit:.1f}' style='width:70%;"
+            f"margin:.4em 15%;background:#fff;border:1px solid #bbb'>{''.join(drawn)}"
+        )
+
+    def at(self, frame: int) -> str:
+        """Return the image of a frame."""
+        points = zip(self._eye.image[frame], self._colours, strict=True)
+        dots = [
+            f"<circle cx='{u:.1f}' cy='{v:.1f}' r='{self._size:.1f}' fill='{colour}'/>"
+            for (u, v), colour in points
+            if np.isfinite(u + v)
+        ]
+        return f"{self._before}{''.join(dots)}</svg>"
+
+    def _track(self, index: int, colour: str) -> str:
+        track = self._eye.image[:, index]
         track = track[np.isfinite(track).all(-1)]
-        line = " ".join(f"{u:.0f},{v:.0f}" for u, v in track)
-        drawn.append(f"<polyline points='{line}' fill='none' stroke='{colour}' opacity='.5'/>")
-        u, v = eye.desired[index]
-        cross = f"M{u - 2 * unit:.0f} {v:.0f}h{4 * unit:.0f}M{u:.0f} {v - 2 * unit:.0f}v{4 * unit:.0f}"
-        drawn.append(f"<path d='{cross}' stroke='#333'/>")
-        u, v = eye.image[frame, index]
-        if np.isfinite(u) and np.isfinite(v):
-            drawn.append(f"<circle cx='{u:.1f}' cy='{v:.1f}' r='{1.6 * unit:.1f}' fill='{colour}'/>")
-    return (
-        f"<svg viewBox='0 0 {width} {height}' stroke-width='{0.7 * unit:.1f}' style='width:88%;"
-        f"margin:.4em 6%;background:#fff;border:1px solid #bbb'>{''.join(drawn)}</svg>"
-    )
+        line = " ".join(f"{u:.0f},{v:.0f}" for u, v in track[:: max(1, len(track) // _TRACK)])
+        return f"<polyline points='{line}' fill='none' stroke='{colour}' opacity='.45'/>"
+
+
+def _cross(u: float, v: float, size: float) -> str:
+    path = f"M{u - size:.0f} {v:.0f}h{2 * size:.0f}M{u:.0f} {v - size:.0f}v{2 * size:.0f}"
+    return f"<path d='{path}' stroke='#333'/>"
 
 
 def legend(stage: Stage) -> str:
     """Return what colours and lengths mean, as HTML."""
-    stops = ", ".join(to_hex(colormaps[BENDS](0.05 + 0.85 * x)) for x in np.linspace(0, 1, 6))
-    largest = np.degrees(stage.largest_angle)
+    stops = ", ".join(to_hex(colour / 255.0) for colour in scale_of_bends()[::51])
+    largest = np.degrees(stage.largest)
     lines = [
         f"<div style='height:.6em;background:linear-gradient(90deg,{stops})'></div>"
         f"<div style='display:flex;justify-content:space-between'><span>straight</span>"

@@ -55,9 +55,9 @@ class Player:
             self.shown, self.sent = frame, self.sent + 1
 
     def _run(self) -> None:
-        before = time.perf_counter()
-        while not self._done.wait(_TICK):
+        before = due = time.perf_counter()
+        while not self._done.wait(max(0.0, due - time.perf_counter())):
             now = time.perf_counter()
             if self.playing:
                 self.advance(now - before)
-            before = now
+            before, due = now, max(due, now - _TICK) + _TICK

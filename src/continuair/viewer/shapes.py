@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -18,11 +19,13 @@ Mesh = tuple[Array, NDArray[np.int64]]
 SIDES = 24
 """Of what is round."""
 
-BENDS = "viridis"
-"""Colours from straight to the largest bend."""
+_BENDS = "viridis"
 
 DARK, GREY, DISK = "#2b3036", "#8d949c", "#5a6570"
 """Of the UAV, its booms and its rotors."""
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
+"""Of feature points, one after the other."""
 
 GROUPS = {
     "push on the UAV": "#CC79A7",
@@ -44,13 +47,16 @@ def tube() -> Mesh:
     return vertices, np.vstack([lower, np.column_stack([here, there + SIDES, here + SIDES])])
 
 
-def disk() -> Mesh:
-    """Return a disk of radius 1 in the plane z = 0, seen from both sides."""
+def ring(inner: float) -> Mesh:
+    """Return what is between two circles in the plane z = 0, the outer of radius 1."""
     turn = np.linspace(0.0, 2.0 * np.pi, 2 * SIDES, endpoint=False)
-    vertices = np.vstack([np.zeros(3), np.column_stack([np.cos(turn), np.sin(turn), 0.0 * turn])])
+    outside = np.column_stack([np.cos(turn), np.sin(turn), 0.0 * turn])
     here = np.arange(2 * SIDES)
     there = (here + 1) % (2 * SIDES)
-    return vertices, np.column_stack([0 * here, here + 1, there + 1])
+    far = 2 * SIDES
+    faces = [np.column_stack([here, far + here, far + there])]
+    faces += [np.column_stack([here, far + there, there])]
+    return np.vstack([inner * outside, outside]), np.vstack(faces)
 
 
 def rgb(colour: str) -> tuple[int, int, int]:
@@ -61,8 +67,14 @@ def rgb(colour: str) -> tuple[int, int, int]:
 
 def bend_colours(angle: Any, largest: float) -> NDArray[np.uint8]:
     """Return colours (..., 3) of bend angles (...), those of `largest` at the end of the scale."""
-    share = np.clip(np.asarray(angle) / max(largest, 1e-6), 0.0, 1.0)
-    return np.asarray(colormaps[BENDS](0.05 + 0.85 * share, bytes=True))[..., :3]
+    share = np.clip(np.asarray(angle) / largest, 0.0, 1.0)
+    return scale_of_bends()[(255.0 * share).astype(int)]
+
+
+@cache
+def scale_of_bends() -> NDArray[np.uint8]:
+    """Return the colours (256, 3) from straight to the largest bend."""
+    return np.asarray(colormaps[_BENDS](np.linspace(0.05, 0.9, 256), bytes=True))[:, :3]
 
 
 def model_colour(model: str) -> str:

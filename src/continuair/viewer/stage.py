@@ -8,7 +8,7 @@ import numpy as np
 
 from continuair.viewer.forces import Force, scale_of
 from continuair.viewer.scene import Scene
-from continuair.viewer.shapes import GROUPS, model_colour, rgb
+from continuair.viewer.shapes import COLOURS, GROUPS, model_colour, rgb
 from continuair.viewer.sight import in_image
 from continuair.viewer.vehicles import VehicleNodes, wxyz_of
 
@@ -17,17 +17,24 @@ _WORLD = "/world"
 _LONGEST = 0.7
 """Length of the longest arrow over the arm's."""
 
-_POINTS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
+
+
+_SMALLEST = 0.05
+"""Bend angle at the end of the scale of colours at least [rad]."""
 
 
 class Stage:
-    """A scene's nodes. parts: node groups that can be hidden, by what they are."""
+    """A scene's nodes. parts: node groups that can be hidden, by what they are.
+
+    largest: the bend angle at the end of the scale of colours [rad].
+    """
 
     def __init__(self, server: Any, scene: Scene) -> None:
         self._server, self.scene = server, scene
         self._api = server.scene
         self.parts: dict[str, list[Any]] = {}
         self.follows = scene.far
+        self.largest = max(float(scene.bodies.angle.max()), _SMALLEST)
         self.frame = 0
         _light(self._api)
         self._world = self._api.add_frame(_WORLD, show_axes=False)
@@ -40,19 +47,15 @@ class Stage:
         self._place_camera()
         self.show(0)
 
-    @property
-    def largest_angle(self) -> float:
-        """The bend angle at the end of the scale of colours [rad]."""
-        return max(float(self.scene.bodies.angle.max()), 0.05)
-
     def show(self, frame: int) -> None:
         """Pose everything as in a frame, in one message to browsers."""
         scene, self.frame = self.scene, frame
         with self._server.atomic():
             gone = scene.bodies.position[frame] - scene.bodies.position[0]
             self._world.position = -gone if self.follows else np.zeros(3)
-            for vehicle in self._vehicles:
-                vehicle.show(frame)
+            for vehicle, bodies in zip(self._vehicles, (scene.bodies, scene.ghost), strict=False):
+                assert bodies is not None
+                vehicle.show(bodies, frame)
             for name, (node, points) in self._arrows.items():
                 if self.parts[name][0].visible:
                     node.points = points[frame]
@@ -69,10 +72,10 @@ class Stage:
         self._seen.points = np.nan_to_num(self._images[frame]).astype(np.float32)
 
     def _add_vehicles(self) -> None:
-        scene, largest = self.scene, self.largest_angle
+        scene, largest = self.scene, self.largest
         shown = VehicleNodes(self._api, f"{_WORLD}/vehicle", scene.vehicle, scene.bodies, largest)
         self._vehicles = [shown]
-        self.parts["tip frames"] = [shown.tips]
+        self.parts["tip frames"] = shown.tips
         if scene.ghost is not None:
             colour = model_colour(scene.ghost_model)
             of = scene.vehicle, scene.ghost, largest, colour
@@ -113,7 +116,7 @@ class Stage:
             f"{_WORLD}/target", axes_length=0.12, axes_radius=0.004, position=aim.centroid[0]
         )
         for index, point in enumerate(aim.points[0] - aim.centroid[0]):
-            colour = rgb(_POINTS[index % len(_POINTS)])
+            colour = rgb(COLOURS[index % len(COLOURS)])
             self._api.add_icosphere(f"{_WORLD}/target/{index}", 0.022, colour, position=point)
         self.parts["target"] = [self._target, *([] if path is None else [path])]
 
@@ -126,13 +129,13 @@ class Stage:
         half = 0.5 * height / eye.camera.focal_length[1]
         self._frustum = self._api.add_camera_frustum(
             f"{_WORLD}/camera", 2.0 * np.arctan(half), width / height, color=rgb("#0072B2"),
-            scale=depth, thickness=1.5, thickness_units="screen",
+            scale=depth * np.cbrt(half * half * width / height / 3.0), thickness=1.5, thickness_units="screen",
         )  # fmt: skip
         self._images = in_image(eye, eye.image, depth)
-        colours = [rgb(_POINTS[index % len(_POINTS)]) for index in range(eye.image.shape[1])]
+        colours = [rgb(COLOURS[index % len(COLOURS)]) for index in range(eye.image.shape[1])]
         self._seen = self._api.add_point_cloud(
             f"{_WORLD}/image", self._images[0].astype(np.float32), np.array(colours),
-            point_size=0.03 * depth, point_shape="circle", precision="float32",
+            point_size=0.06 * depth, point_shape="circle", precision="float32",
         )  # fmt: skip
         self.parts["camera"] = [self._frustum, self._seen]
 

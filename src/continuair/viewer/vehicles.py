@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from continuair.vehicle.vehicle import Vehicle
 from continuair.viewer.bodies import Bodies, rotors_of
-from continuair.viewer.shapes import DARK, DISK, GREY, bend_colours, disk, rgb, tube
+from continuair.viewer.shapes import DARK, DISK, GREY, bend_colours, rgb, ring, tube
 
 Array = NDArray[np.float64]
 
@@ -18,7 +18,10 @@ _OVERLAP = 1.08
 
 
 class VehicleNodes:
-    """A vehicle in a viser scene; a colour makes it a ghost, translucent and of that colour."""
+    """A vehicle in a viser scene; a colour makes it a ghost, translucent and of that colour.
+
+    largest: the bend angle at the end of the scale of colours [rad].
+    """
 
     def __init__(
         self,
@@ -29,63 +32,34 @@ class VehicleNodes:
         largest: float,
         ghost: str | None = None,
     ) -> None:
-        self._bodies, self._largest, self._ghost = bodies, largest, ghost
-        size = float(vehicle.reach)
+        self._largest, self._ghost = largest, ghost
         self._frame = api.add_frame(f"{name}/uav", show_axes=False)
         _add_uav(api, f"{name}/uav", vehicle, ghost)
-        vertices, faces = tube()
         scales = np.column_stack([bodies.radius, bodies.radius, _OVERLAP * bodies.length])
-        self._arm = api.add_batched_meshes_simple(
-            f"{name}/arm",
-            vertices,
-            faces,
-            wxyz_of(bodies.turn[0]),
-            bodies.middle[0],
-            batched_scales=scales.astype(np.float32),
-            batched_colors=self._colours(0),
-            side="double",
-            lod="off",
-            **_look(ghost),
+        self._arm = _add_tubes(
+            api, f"{name}/arm", bodies.middle[0], bodies.turn[0], scales, GREY, ghost
         )
-        self._tips = None
+        self.nodes, self.tips = [self._frame, self._arm], []
         if ghost is None:
-            self._tips = api.add_batched_axes(
-                f"{name}/tips",
-                wxyz_of(bodies.tip_attitude[0]),
-                bodies.tip_position[0],
-                axes_length=0.16 * size,
-                axes_radius=0.006 * size,
-            )
-        self.show(0)
+            size = float(vehicle.reach)
+            self.tips = [
+                api.add_batched_axes(
+                    f"{name}/tips", wxyz_of(bodies.tip_attitude[0]), bodies.tip_position[0],
+                    axes_length=0.16 * size, axes_radius=0.006 * size,
+                )
+            ]  # fmt: skip
 
-    @property
-    def tips(self) -> Any:
-        """The node of the tip frames."""
-        return self._tips
-
-    @property
-    def nodes(self) -> list[Any]:
-        """All nodes but those of the tip frames."""
-        return [self._frame, self._arm]
-
-    def show(self, frame: int) -> None:
+    def show(self, bodies: Bodies, frame: int) -> None:
         """Pose the vehicle as in a frame."""
-        bodies = self._bodies
         self._frame.position = bodies.position[frame]
         self._frame.wxyz = wxyz_of(bodies.attitude[frame])
         self._arm.batched_positions = bodies.middle[frame].astype(np.float32)
         self._arm.batched_wxyzs = wxyz_of(bodies.turn[frame])
         if self._ghost is None:
-            self._arm.batched_colors = self._colours(frame)
-        if self._tips is not None:
-            self._tips.batched_positions = bodies.tip_position[frame].astype(np.float32)
-            self._tips.batched_wxyzs = wxyz_of(bodies.tip_attitude[frame])
-
-    def _colours(self, frame: int) -> Any:
-        angle = self._bodies.angle[frame]
-        if self._ghost is not None:
-            return np.tile(np.uint8(rgb(self._ghost)), (len(angle), 1))
-        return bend_colours(angle, self._largest)
+            self._arm.batched_colors = bend_colours(bodies.angle[frame], self._largest)
+        for tips in self.tips:
+            tips.batched_positions = bodies.tip_position[frame].astype(np.float32)
+            tips.batched_wxyzs = wxyz_of(bodies.tip_attitude[frame])
 
 
 def wxyz_of(quaternion: Array) -> NDArray[np.float32]:
@@ -106,29 +80,32 @@ def _add_uav(api: Any, name: str, vehicle: Vehicle, ghost: str | None) -> None:
     rods = np.vstack([rotors.hubs, mounts[np.linalg.norm(mounts, axis=1) > 0.05 * lever]])
     turns, lengths = _pointing(rods)
     scales = np.column_stack([np.full((len(rods), 2), thin), lengths])
-    _add_tubes(api, f"{name}/booms", rods / 2, turns, scales, ghost or GREY, look)
+    _add_tubes(api, f"{name}/booms", rods / 2, turns, scales, GREY, ghost)
     turns, _ = _pointing(rotors.axes)
     scales = np.tile([2.4 * thin, 2.4 * thin, 4.0 * thin], (len(turns), 1))
-    _add_tubes(api, f"{name}/motors", rotors.hubs, turns, scales, ghost or DARK, look)
-    vertices, faces = disk()
-    disks = rotors.hubs + 2.5 * thin * rotors.axes
-    api.add_batched_meshes_simple(
-        f"{name}/rotors", vertices * rotors.radius, faces, wxyz_of(turns), disks.astype(np.float32),
-        batched_colors=rgb(ghost or DISK), side="double", lod="off", opacity=0.2 if ghost else 0.35,
-        cast_shadow=ghost is None, receive_shadow=False,
-    )  # fmt: skip
+    _add_tubes(api, f"{name}/motors", rotors.hubs, turns, scales, DARK, ghost)
+    disks = (rotors.hubs + 2.5 * thin * rotors.axes).astype(np.float32)
+    for part, inner, opacity in (("rotors", 0.0, 0.3), ("rims", 0.94, 0.8)):
+        vertices, faces = ring(inner)
+        api.add_batched_meshes_simple(
+            f"{name}/{part}", vertices * rotors.radius, faces, wxyz_of(turns), disks,
+            batched_colors=rgb(ghost or DISK), side="double", lod="off",
+            opacity=0.5 * opacity if ghost else opacity, cast_shadow=ghost is None,
+            receive_shadow=False,
+        )  # fmt: skip
     nose = {"radius": 0.05 * lever, "position": (0.36 * lever, 0.0, 0.02 * lever)}
     api.add_icosphere(f"{name}/nose", color=rgb(ghost or "#D55E00"), **nose, **look)
 
 
 def _add_tubes(
-    api: Any, name: str, at: Array, turns: Array, scales: Array, colour: str, look: Any
-) -> None:
+    api: Any, name: str, at: Array, turns: Array, scales: Array, colour: str, ghost: str | None
+) -> Any:
     vertices, faces = tube()
-    api.add_batched_meshes_simple(
+    colours = np.tile(np.uint8(rgb(ghost or colour)), (len(at), 1))
+    return api.add_batched_meshes_simple(
         name, vertices, faces, wxyz_of(turns), at.astype(np.float32),
-        batched_scales=scales.astype(np.float32), batched_colors=rgb(colour), side="double",
-        lod="off", **look,
+        batched_scales=scales.astype(np.float32), batched_colors=colours, side="double", lod="off",
+        **_look(ghost),
     )  # fmt: skip
 
 

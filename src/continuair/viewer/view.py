@@ -3,27 +3,41 @@
 from __future__ import annotations
 
 import time
-from typing import Any
 
+import numpy as np
 import xarray as xr
 
+from continuair.errors import InputError
+from continuair.flight.live import Simulation
 from continuair.vehicle.vehicle import Vehicle
+from continuair.viewer.live import Watch, present
 from continuair.viewer.panel import Panel
 from continuair.viewer.player import Player
 from continuair.viewer.scene import Scene, scene
 from continuair.viewer.server import HOST, PORT, close, open_server
 from continuair.viewer.stage import Stage
 
+_WIDEST = 0.5 * np.pi
+"""Bend angle at the end of the scale of colours of a flight that is not known beforehand [rad]."""
+
 
 class View:
     """A flight that is shown in browsers at `url` until `stop`."""
 
-    def __init__(self, shown: Scene, port: int, label: str) -> None:
+    def __init__(
+        self, shown: Scene, port: int, label: str, simulation: Simulation | None = None
+    ) -> None:
         self._server = open_server(port, label)
-        self.stage = Stage(self._server, shown)
-        self.player = Player(shown.times, self._show)
-        self.player.playing = len(shown.times) > 1
-        self._panel = Panel(self._server, self.stage, self.player)
+        self._stage = Stage(self._server, shown)
+        self.player: Player | Watch
+        if simulation is None:
+            player = self.player = Player(shown.times, self._show)
+            player.playing = len(shown.times) > 1
+            self._panel = Panel(self._server, self._stage, player)
+        else:
+            self._stage.largest = _WIDEST
+            self._panel = Panel(self._server, self._stage, None)
+            self.player = Watch(simulation, self._show_now)
         self.player.start()
 
     @property
@@ -46,12 +60,16 @@ class View:
 
     def _show(self, frame: int) -> None:
         with self._server.atomic():
-            self.stage.show(frame)
+            self._stage.show(frame)
             self._panel.follow(frame)
+
+    def _show_now(self, now: Scene) -> None:
+        self._stage.scene = now
+        self._show(0)
 
 
 def view(
-    flight: xr.Dataset,
+    flight: xr.Dataset | Simulation,
     vehicle: Vehicle | None = None,
     *,
     ghost: xr.Dataset | None = None,
@@ -60,11 +78,18 @@ def view(
 ) -> View:
     """Show a flight in the browser, at the `url` of what this returns, until its `stop`.
 
-    flight: one run of `simulate`. vehicle: the one that flew, by default as the result says.
-    ghost: another model's flight over the same times, drawn beside it. port: of 127.0.0.1, which no
-    other machine reaches; 0 for any. block: return only when interrupted. Raises InputError.
+    flight: one run of `simulate`, or a Simulation, whose present is shown while it is stepped.
+    vehicle: the one that flew, by default as the result says. ghost: another model's flight over
+    the same times, drawn beside it. port: of 127.0.0.1, which no other machine reaches; 0 for any.
+    block: return only when interrupted. Raises InputError.
     """
-    shown = View(scene(flight, vehicle, ghost), port, "continuair")
+    if isinstance(flight, Simulation):
+        if vehicle is not None or ghost is not None:
+            raise InputError("vehicle and ghost are of results; leave them out of a Simulation.")
+        shown = View(present(flight), port, flight.vehicle.name, flight)
+    else:
+        found = scene(flight, vehicle, ghost)
+        shown = View(found, port, found.vehicle.name)
     if block:
         shown.wait()
         shown.stop()

@@ -1,0 +1,153 @@
+"""A scene as a matplotlib picture, frame by frame."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d.art3d import Line3DCollection
+from numpy.typing import NDArray
+
+from continuair.equations.turns import of_quaternion
+from continuair.figures import style
+from continuair.viewer.bodies import Bodies, rotors_of
+from continuair.viewer.forces import scale_of
+from continuair.viewer.scene import Scene
+from continuair.viewer.shapes import COLOURS, DARK, GREY, GROUPS, bend_colours, model_colour
+
+Array = NDArray[np.float64]
+
+_LONGEST = 0.5
+"""Length of the longest arrow over the arm's."""
+
+_ROUND = np.linspace(0.0, 2.0 * np.pi, 40)
+_TIP_AXES = ("#D55E00", "#009E73", "#0072B2")
+
+
+class Picture:
+    """A scene on a figure; `show` draws one of its frames."""
+
+    def __init__(self, figure: Figure, scene: Scene) -> None:
+        self._scene = scene
+        self._axes: Any = figure.add_axes((0.0, 0.0, 1.0, 0.93), projection="3d")
+        self._axes.set_proj_type("persp", focal_length=0.8)
+        self._axes.view_init(elev=18, azim=-62)
+        self._title = figure.text(0.03, 0.95, "", size=9, color="#333333")
+        self._key(figure)
+        self._largest = max(float(scene.bodies.angle.max()), 0.05)
+        self._scale = scale_of(scene.forces, _LONGEST * scene.reach)
+        self._frame_of_uav = _outline(scene)
+        self._low, self._high = self._limits()
+
+    def show(self, frame: int) -> None:
+        """Draw a frame in the place of the one before."""
+        scene, axes = self._scene, self._axes
+        axes.clear()
+        axes.set_axis_off()
+        gone = scene.bodies.position[frame] - scene.bodies.position[0] if scene.far else 0.0
+        low, high = self._low + gone, self._high + gone
+        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+        axes.set_box_aspect(high - low, zoom=1.25)
+        self._title.set_text(f"{style.plain(scene.vehicle.name)}   {scene.times[frame]:.2f} s")
+        self._draw_ground(low, high)
+        self._draw_target(frame)
+        if scene.ghost is not None:
+            self._draw_vehicle(scene.ghost, frame, model_colour(scene.ghost_model))
+        self._draw_trail(frame)
+        self._draw_vehicle(scene.bodies, frame, None)
+        self._draw_forces(frame)
+
+    def _key(self, figure: Figure) -> None:
+        shown = [(name, GROUPS[name]) for name in self._scene.forces]
+        if self._scene.ghost is not None:
+            shown.append((f"{self._scene.ghost_model} model", model_colour(self._scene.ghost_model)))
+        for index, (name, colour) in enumerate(reversed(shown)):
+            figure.text(0.97, 0.03 + 0.035 * index, name, size=8, color=colour, ha="right")
+
+    def _limits(self) -> tuple[Array, Array]:
+        scene = self._scene
+        every = [*(line.reshape(-1, 3) for line in scene.bodies.lines), scene.bodies.position]
+        if scene.aim is not None:
+            every.append(scene.aim.points.reshape(-1, 3))
+        if scene.far:
+            every = [*(line[0] for line in scene.bodies.lines), scene.bodies.position[:1]]
+        points = np.concatenate(every)
+        low, high = points.min(axis=0), points.max(axis=0)
+        middle, half = (low + high) / 2, (high - low) / 2 + 0.45 * scene.reach
+        half[:2] = half[:2].max()
+        return middle - half, middle + half
+
+    def _draw_ground(self, low: Array, high: Array) -> None:
+        height = self._scene.floor if low[2] < self._scene.floor < high[2] else low[2]
+        cell = 0.5 * self._scene.reach
+        for axis, other in ((0, 1), (1, 0)):
+            ticks = np.arange(np.ceil(low[axis] / cell), np.floor(high[axis] / cell) + 1) * cell
+            lines = np.full((len(ticks), 2, 3), height)
+            lines[..., axis] = ticks[:, None]
+            lines[..., other] = low[other], high[other]
+            self._lines(lines, color="#d5dade", linewidth=0.6)
+
+    def _draw_vehicle(self, bodies: Bodies, frame: int, ghost: str | None) -> None:
+        alpha = 1.0 if ghost is None else 0.45
+        turn = of_quaternion(bodies.attitude[frame])
+        for index, line in enumerate(self._frame_of_uav):
+            colour = ghost or (DARK if index == 0 else GREY)
+            placed = bodies.position[frame] + line @ turn.T
+            self._axes.plot(*placed.T, color=colour, lw=2.2 if index == 0 else 1.2, alpha=alpha)
+        pieces = len(bodies.length) // len(bodies.lines)
+        for arm, points in enumerate(line[frame] for line in bodies.lines):
+            angle = bodies.angle[frame, arm * pieces : (arm + 1) * pieces]
+            if ghost is None:
+                colours = bend_colours(angle, self._largest) / 255.0
+                self._lines(_pieces(points), color=colours, linewidth=3.0)
+            else:
+                self._axes.plot(*points.T, color=ghost, lw=3.0, alpha=alpha)
+        if ghost is None:
+            for at, attitude in zip(bodies.tip_position[frame], bodies.tip_attitude[frame], strict=True):
+                axes = 0.14 * self._scene.reach * of_quaternion(attitude).T
+                self._lines(np.stack([at + 0.0 * axes, at + axes], 1), color=_TIP_AXES, linewidth=1.6)
+
+    def _draw_trail(self, frame: int) -> None:
+        for arm in range(len(self._scene.bodies.lines)):
+            path = self._scene.bodies.tip_position[: frame + 1, arm]
+            self._axes.plot(*path.T, color="#777777", lw=0.8)
+
+    def _draw_target(self, frame: int) -> None:
+        aim = self._scene.aim
+        if aim is None:
+            return
+        self._axes.plot(*aim.centroid.T, color="#0072B2", lw=0.9)
+        for index, point in enumerate(aim.points[frame]):
+            self._axes.plot(*point[:, None], "o", ms=4, color=COLOURS[index % len(COLOURS)])
+
+    def _draw_forces(self, frame: int) -> None:
+        for name, force in self._scene.forces.items():
+            ends = force.arrows(self._scale)[frame]
+            start, vector = ends[:, 0], ends[:, 1] - ends[:, 0]
+            self._axes.quiver(*start.T, *vector.T, color=GROUPS[name], lw=1.4,
+                              arrow_length_ratio=0.15)  # fmt: skip
+
+    def _lines(self, lines: Array, **look: Any) -> None:
+        self._axes.add_collection3d(Line3DCollection(lines, capstyle="round", **look), autolim=False)
+
+
+def _pieces(points: Array) -> Array:
+    return np.stack([points[:-1], points[1:]], axis=1)
+
+
+def _outline(scene: Scene) -> list[Array]:
+    """Lines of a UAV in body axes: its hull, then booms, rods to mounts and rotor rims."""
+    rotors = rotors_of(scene.vehicle)
+    lever = float(np.linalg.norm(rotors.hubs, axis=1).max())
+    hull = 0.22 * lever * np.column_stack([np.cos(_ROUND), np.sin(_ROUND), 0.0 * _ROUND])
+    ends = [*rotors.hubs, *(np.asarray(arm.mount, float) for arm in scene.vehicle.arms)]
+    rods = [np.stack([np.zeros(3), end]) for end in ends]
+    rims = []
+    for hub, axis in zip(rotors.hubs, rotors.axes, strict=True):
+        across = np.cross(axis, [0.0, 1.0, 0.0])
+        across /= np.linalg.norm(across)
+        along = np.cross(axis, across)
+        turn = np.outer(np.cos(_ROUND), across) + np.outer(np.sin(_ROUND), along)
+        rims.append(hub + rotors.radius * turn)
+    return [hull, *rods, *rims]

@@ -1,0 +1,80 @@
+"""A flight as one page that plays without a server and fetches nothing."""
+
+from __future__ import annotations
+
+import html
+import os
+from pathlib import Path
+
+import numpy as np
+
+from continuair.errors import InputError
+from continuair.files import new_file, printed, reason, write_new
+from continuair.viewer.panel import HIDDEN, legend
+from continuair.viewer.scene import Scene
+from continuair.viewer.server import close, open_server
+from continuair.viewer.stage import Stage
+
+RATE = 30.0
+"""Frames per second of a page at most."""
+
+_POLICY = (
+    "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'unsafe-inline' "
+    "'unsafe-eval' data: blob:\">"
+)
+"""The browser refuses whatever the page would fetch."""
+
+_CAPTION = (
+    "<div style='position:fixed;left:1em;top:1em;z-index:9;width:17em;padding:.6em;"
+    "background:#ffffffd0;font-family:sans-serif;font-size:.9em;pointer-events:none'>"
+)
+
+
+def check_page(path: str | os.PathLike[str]) -> Path:
+    """Return the path of a page that can be written; raises InputError."""
+    if not os.fspath(path).endswith(".html"):
+        raise InputError(f"export is {printed(path)}; name a file that ends in .html.")
+    return new_file("export", path)
+
+
+def write_page(shown: Scene, path: str | os.PathLike[str], label: str) -> None:
+    """Write a scene as one HTML file; raises InputError."""
+    file = check_page(path)
+    server = open_server(0, label)
+    try:
+        stage = Stage(server, shown)
+        for name in HIDDEN:
+            for node in stage.parts.get(name, ()):
+                node.visible = False
+        recording = server.get_scene_serializer()
+        before = float(shown.times[0])
+        for frame in _frames(shown):
+            now = float(shown.times[frame])
+            recording.insert_sleep(now - before)
+            stage.show(int(frame))
+            before = now
+        page = recording.as_html()
+    finally:
+        close(server)
+    try:
+        write_new(file, _finished(page, label, legend(stage)))
+    except OSError as error:
+        raise InputError(
+            f"export is {printed(path)}, which cannot be written ({reason(error)}); name a file "
+            "that you may write."
+        ) from None
+
+
+def _frames(shown: Scene) -> np.ndarray:
+    """Indices of the frames of a page: evenly over the flight, the last among them."""
+    length = float(shown.times[-1] - shown.times[0])
+    count = min(len(shown.times), int(np.ceil(length * RATE)) + 1)
+    return np.unique(np.linspace(0, len(shown.times) - 1, count).round().astype(int))
+
+
+def _finished(page: str, label: str, said: str) -> str:
+    """A page of viser with our title, a caption, and no leave to fetch anything."""
+    title = html.escape(label)
+    page = page.replace("<head>", f"<head>{_POLICY}", 1)
+    page = page.replace("<title>Viser</title>", f"<title>{title}</title>", 1)
+    return page.replace("</body>", f"{_CAPTION}<b>{title}</b>{said}</div></body>", 1)

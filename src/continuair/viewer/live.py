@@ -1,0 +1,57 @@
+"""The present of a `Simulation` as geometry, and a clock that looks at it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+import numpy as np
+
+from continuair.flight.live import Simulation
+from continuair.vehicle.layout import Layout
+from continuair.viewer.bodies import bodies
+from continuair.viewer.scene import Scene
+from continuair.viewer.sight import Aim
+
+_TICK = 1.0 / 30.0
+"""How often the simulation is looked at [s]."""
+
+
+class Watch:
+    """Looks at a simulation while another thread steps it, and shows what has changed."""
+
+    def __init__(self, simulation: Simulation, show: Callable[[Scene], None]) -> None:
+        self._simulation, self._show = simulation, show
+        self._done = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="continuair watch", daemon=True)
+
+    def start(self) -> None:
+        """Begin to look."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End, and wait until nothing more is shown."""
+        self._done.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        shown = -1.0
+        while not self._done.wait(_TICK):
+            if self._simulation.time != shown:
+                now = present(self._simulation)
+                shown = float(now.times[0])
+                self._show(now)
+
+
+def present(simulation: Simulation) -> Scene:
+    """Return the scene of a simulation's present, of one frame."""
+    vehicle, time, state = simulation.vehicle, simulation.time, simulation.state
+    layout = Layout(vehicle.shape)
+    bend = state[layout.bend].reshape(1, -1, 2)
+    placed = bodies(vehicle, state[None, layout.position], state[None, layout.attitude], bend)
+    aim = None
+    if simulation.scenario.targets:
+        target = simulation.scenario.targets[0]
+        centroid = np.asarray(target.path(np.array([time]))[0]).reshape(1, 3)
+        aim = Aim(centroid, centroid[:, None] + target.points)
+    return Scene(vehicle, "live", np.array([time]), placed, None, "", None, aim, {})

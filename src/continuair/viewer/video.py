@@ -1,0 +1,117 @@
+"""A flight as a video, drawn by matplotlib without a display."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import xarray as xr
+from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from continuair.errors import InputError
+from continuair.figures import style
+from continuair.files import new_file, printed, reason
+from continuair.progress import Progress
+from continuair.vehicle.vehicle import Vehicle
+from continuair.viewer.drawing import Picture
+from continuair.viewer.scene import Scene, scene
+
+_RATE = {".mp4": 30.0, ".gif": 20.0}
+"""Frames per second by the file's suffix; those of a GIF last whole hundredths of a second."""
+
+_SIZE, _RESOLUTION = (6.4, 4.8), 150
+"""Of a frame [inch, dots per inch]."""
+
+
+def animate(
+    flight: xr.Dataset,
+    path: str | os.PathLike[str],
+    vehicle: Vehicle | None = None,
+    *,
+    ghost: xr.Dataset | None = None,
+) -> None:
+    """Write a video of a flight, .mp4 or .gif, which plays as fast as the vehicle flies.
+
+    flight, vehicle, ghost: as in `view`. An .mp4 needs ffmpeg. Raises InputError, also for a file
+    that is there.
+    """
+    check_video(path)
+    animation(scene(flight, vehicle, ghost, rate=max(_RATE.values())), path)
+
+
+def check_video(path: str | os.PathLike[str]) -> Path:
+    """Return the path of a video that can be written; raises InputError."""
+    suffix = Path(path).suffix
+    if suffix not in _RATE:
+        raise InputError(f"video is {printed(path)}; name a file that ends in .mp4 or .gif.")
+    if suffix == ".mp4" and _ffmpeg() is None:
+        raise InputError(
+            f"video is {printed(path)}, which needs ffmpeg, and there is none; install ffmpeg, or "
+            "pip install 'continuair[video]', or name a .gif."
+        )
+    return new_file("video", path)
+
+
+def animation(shown: Scene, path: str | os.PathLike[str], progress: Progress | None = None) -> None:
+    """Write a scene as a video; raises InputError."""
+    file = check_video(path)
+    rate = _RATE[file.suffix]
+    chosen = _frames(shown, rate)
+    with style.applied(), matplotlib.rc_context({"animation.ffmpeg_path": _ffmpeg() or "ffmpeg"}):
+        figure = Figure(figsize=_SIZE, dpi=_RESOLUTION)
+        picture = Picture(figure, shown)
+        writer: AbstractMovieWriter = PillowWriter(fps=int(rate))
+        if file.suffix == ".mp4":
+            told = ["-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart"]
+            writer = FFMpegWriter(fps=int(rate), codec="libx264", extra_args=told)
+        try:
+            _write(writer, figure, file, chosen, picture.show, progress)
+        except OSError as error:
+            file.unlink(missing_ok=True)
+            raise InputError(
+                f"video is {printed(path)}, which cannot be written ({reason(error)}); name a "
+                "file that you may write."
+            ) from None
+
+
+def _write(
+    writer: Any,
+    figure: Figure,
+    file: Path,
+    chosen: NDArray[np.int64],
+    show: Callable[[int], None],
+    progress: Progress | None,
+) -> None:
+    with writer.saving(figure, os.fspath(file), _RESOLUTION):
+        for index, frame in enumerate(chosen):
+            if progress is not None:
+                progress(index + 1, len(chosen), "drawing")
+            show(int(frame))
+            writer.grab_frame()
+
+
+def _frames(shown: Scene, rate: float) -> NDArray[np.int64]:
+    """The frame that is due at each picture of a video."""
+    length = float(shown.times[-1] - shown.times[0])
+    wanted = shown.times[0] + np.arange(int(np.floor(length * rate)) + 1) / rate
+    return np.searchsorted(shown.times, wanted + 1e-9, side="right") - 1
+
+
+def _ffmpeg() -> str | None:
+    """The ffmpeg on the PATH, or that of imageio-ffmpeg."""
+    found = shutil.which("ffmpeg")
+    if found is None:
+        try:
+            from imageio_ffmpeg import get_ffmpeg_exe
+
+            found = str(get_ffmpeg_exe())
+        except (ImportError, RuntimeError):
+            return None
+    return found
