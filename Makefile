@@ -47,7 +47,7 @@ docs: $(VENV)/installed-docs
 	@echo "The documentation is docs/_build/html/index.html."
 
 clean:
-	rm -rf $(VENV) .peers docs/_build .mypy_cache .pytest_cache .ruff_cache .benchmarks .hypothesis
+	rm -rf $(VENV) .peers docs/_build docs/gallery .mypy_cache .pytest_cache .ruff_cache .benchmarks .hypothesis
 
 # Twice quiet: errors are told. Warnings are of the user's own settings of pip, such as an index that
 # is not there, and come once for every package.

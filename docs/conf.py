@@ -12,15 +12,33 @@ project = _PROJECT["name"]
 release = version = _PROJECT["version"]
 author = copyright = "the continuair authors"
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "extensions.mathml", "extensions.prose"]
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx_gallery.gen_gallery",
+    "extensions.mathml",
+    "extensions.prose",
+]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
-exclude_patterns = ["_build", "soak.md"]
+exclude_patterns = ["_build", "soak.md", "gallery/*.ipynb", "gallery/*.py", "gallery/*.zip"]
 
 add_module_names = False
 autodoc_typehints_format = "short"
 python_maximum_signature_line_length = 88
 python_use_unqualified_type_names = True
+
+sphinx_gallery_conf = {
+    "examples_dirs": str(_HERE.parent / "examples" / "gallery"),
+    "gallery_dirs": "gallery",
+    "filename_pattern": r"\.py$",
+    "abort_on_example_error": True,
+    "download_all_examples": False,
+    "notebook_extensions": set(),
+    "show_memory": False,
+    "show_signature": False,
+    "write_computation_times": False,
+}
 
 html_theme = "furo"
 html_title = f"{project} {release}"

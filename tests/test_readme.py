@@ -11,10 +11,21 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 _BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+SESSION = Path(__file__).parent / "docs" / "session.py"
+_IN_TURN = "Each block goes on from the one before."
+PAGES = [
+    ROOT / "README.md",
+    *sorted(
+        page
+        for page in (ROOT / "docs").rglob("*.md")
+        if not {"_build", "gallery"} & set(page.relative_to(ROOT).parts)
+    ),
+]
+SESSIONS = [page for page in PAGES if _IN_TURN in " ".join(page.read_text("utf-8").split())]
 BLOCKS = [
     pytest.param(block, id=f"{page.name}-{number}")
     for page in PAGES
+    if page not in SESSIONS
     for number, block in enumerate(_BLOCK.findall(page.read_text(encoding="utf-8")), start=1)
 ]
 
@@ -29,6 +40,20 @@ def test_a_printed_example_runs_on_its_own(block: str, tmp_path: Path) -> None:
         capture_output=True,
         text=True,
         timeout=300,
+    )
+    assert run.returncode == 0, run.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", SESSIONS, ids=lambda page: page.stem)
+def test_a_page_whose_blocks_go_on_runs_as_one_session(page: Path, tmp_path: Path) -> None:
+    run = subprocess.run(
+        [sys.executable, "-W", "error::UserWarning:continuair", str(SESSION), str(page)],
+        cwd=tmp_path,
+        env=_environment(),
+        capture_output=True,
+        text=True,
+        timeout=1200,
     )
     assert run.returncode == 0, run.stderr
 

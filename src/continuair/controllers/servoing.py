@@ -37,7 +37,7 @@ def servoing(
     integral: float = 0.0,
     arms: Carried | None = None,
 ) -> Controller:
-    """The paper's controller for `points` feature points.
+    """The paper's controller, Eqs. (15) and (16), for `points` feature points.
 
     Kp, Kd, Cp, Cd, Cs: scalars, diagonals (2 points,) or matrices (2 points, 2 points), symmetric
     positive definite, or all what `design` gives with gains="current"; sigma: width of tanh,

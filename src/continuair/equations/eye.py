@@ -73,10 +73,10 @@ def image_jacobian(vehicle: Vehicle, q: Array, points: Any) -> Array:
 def printed_image_jacobian(vehicle: Vehicle, q: Array, points: Any) -> Array:
     """J_L (2n, 6 + 2N) with the paper's T_a⁻¹ in it, L T_a⁻¹ J_t; arguments as in `image_jacobian`.
 
-    T_a = diag(T_e, T_e). J_t is read as the text has it, "expressed in the tip frame", and at the
-    camera: that is J_c, so that T_a⁻¹ is all that differs. It is 1 for a level UAV without yaw
-    only. Read in world axes, as J_p and J_o are printed, J_t would need a rotation for T_a⁻¹, and
-    the product is wrong everywhere.
+    T_a = diag(T_e, T_e), Eq. (17). J_t is read as the text has it, "expressed in the tip frame",
+    and at the camera: that is J_c, so that T_a⁻¹ is all that differs. It is 1 for a level UAV
+    without yaw only. Read in world axes, as J_p and J_o are printed, J_t would need a rotation for
+    T_a⁻¹, and the product is wrong everywhere.
     """
     T = euler_rate_matrix(q)
     nil = np.zeros((3, 3))

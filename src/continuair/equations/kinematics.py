@@ -78,7 +78,7 @@ def arm_jacobian(
     arm: int = 0,
     section: int = 0,
 ) -> tuple[Array, Array]:
-    """J_pa (Appendix A) and J_oa (Eq. (5)) of a section, each (..., 3, 2), in axes of its base.
+    """J_pa (Eq. (3), Appendix A) and J_oa (Eq. (5)) of a section, (..., 3, 2), in its base's axes.
 
     s: arc lengths (...) [m]. For the section's own (κ̇, ψ̇a); formulas in `arc_jacobian`.
     """
