@@ -24,6 +24,7 @@ myst_heading_anchors = 3
 exclude_patterns = ["_build", "soak.md", "gallery/*.ipynb", "gallery/*.py", "gallery/*.zip"]
 
 add_module_names = False
+autodoc_type_aliases = {"Array": "ndarray"}
 autodoc_typehints_format = "short"
 python_maximum_signature_line_length = 88
 python_use_unqualified_type_names = True

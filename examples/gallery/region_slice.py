@@ -8,6 +8,8 @@ of its shape look like large ones, and the loop loses its target. Current gains 
 every instant.
 """
 
+import warnings
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -17,11 +19,12 @@ ASIDE, YAW = np.linspace(-0.8, 0.8, 17), np.linspace(-0.9, 0.9, 13)
 
 
 def home(vehicle, gains, starts):
-    """Which starts end with every point within 5 px of where it is to be."""
-    law = ca.servoing(**ca.design(vehicle, bandwidth=6.0, gains=gains))
-    target = ca.Target(ca.paths.hold())
-    scenario = ca.Scenario("home", starts, controller=law, target=target, duration=6.0)
-    flights = ca.simulate(vehicle, scenario, variables=["feature_error"], sample=0.05)
+    """Which starts end with every point within 5 px of its place."""
+    law, target = ca.design(vehicle, bandwidth=6.0, gains=gains), ca.Target(ca.paths.hold())
+    scenario = ca.Scenario("home", starts, controller=ca.servoing(**law), target=target, duration=6)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ca.ContinuairWarning)  # lost loops chatter
+        flights = ca.simulate(vehicle, scenario, variables=["feature_error"], sample=0.05)
     last = np.abs(flights.feature_error.to_numpy()[:, -1]).max(axis=1)
     return (flights.status.to_numpy() == 0) & (last < 5.0)
 

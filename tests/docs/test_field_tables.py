@@ -89,15 +89,16 @@ def test_a_table_names_every_field_with_its_unit_and_its_default(number: int) ->
 
 
 def test_every_part_of_a_vehicle_has_its_fields_in_a_table() -> None:
-    seen, ahead = set(), [ca.Vehicle]
-    while ahead:
-        part: type[Part] = ahead.pop()
-        seen.add(part)
-        for name, field in part.model_fields.items():
-            ahead += [
-                kind for kind in kinds(part, field.alias or name) if kind not in (None, *seen)
-            ]
-    assert seen == {part for parts in VEHICLE for part in parts}
+    assert set(parts_of(ca.Vehicle)) == {part for parts in VEHICLE for part in parts}
+
+
+def parts_of(part: type[Part]) -> Iterator[type[Part]]:
+    """A part, and those that its fields hold."""
+    yield part
+    for name, field in part.model_fields.items():
+        for kind in kinds(part, field.alias or name):
+            if kind:
+                yield from parts_of(kind)
 
 
 def unit_of(docstring: str) -> str:
@@ -116,4 +117,4 @@ def says(shown: str, default: Any) -> bool:
         return (default is None or len(default) == 0) and shown != "required"
     if isinstance(value, str):
         return bool(value == default)
-    return default not in (None, "", ()) and np.array_equal(*np.broadcast_arrays(value, default))
+    return default not in (None, "", ()) and bool(np.all(np.asarray(default) == value))

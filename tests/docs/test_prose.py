@@ -1,17 +1,15 @@
 """What Sphinx learns for these pages: docstrings of prose, and formulas as MathML."""
 
 import re
-import sys
 from pathlib import Path
 
 import pytest
 
 pytest.importorskip("sphinx")
 pytest.importorskip("latex2mathml")
-sys.path.insert(0, str(Path(__file__).parents[2] / "docs"))
 
-from extensions.mathml import mathml  # noqa: E402
-from extensions.prose import restructured  # noqa: E402
+from docs.extensions.mathml import mathml  # noqa: E402
+from docs.extensions.prose import restructured  # noqa: E402
 
 
 def test_parameters_become_a_list_and_what_is_returned_or_raised_follows_it() -> None:

@@ -50,6 +50,12 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
 
     The stiffness is that of the arm and of gravity, which a free base in free fall does not feel.
     Raises InputError, also where it does not vibrate about q.
+
+    >>> slender = ca.load_vehicle("slender")
+    >>> for base in ("clamped", "free"):
+    ...     print(f"{base}: {ca.modes(slender, base=base).frequencies[0]:.1f} rad/s")
+    clamped: 29.0 rad/s
+    free: 47.9 rad/s
     """
     check_single_vehicle(vehicle)
     checks.choice("base", base, ("free", "clamped", "hovering"))

@@ -66,6 +66,12 @@ def arm_position(vehicle: Vehicle, q: Array, s: Any, arm: int = 0, section: int 
     """F(s, κ, ψa), Eq. (2), of a section: points (..., 3) in the axes of its base [m].
 
     s: arc lengths (...) [m]. Those are body axes for the paper's arm; formula in `arc_position`.
+
+    A metre of arm that is bent to a quarter circle ends 2/π m ahead and as much below:
+
+    >>> quarter = [0, 0, 0, 0, 0, 0, np.pi / 2, 0]
+    >>> ca.equations.arm_position(ca.load_vehicle("paper"), quarter, [1.0]).round(4).tolist()
+    [[0.6366, 0.0, -0.6366]]
     """
     return arc_position(*bend_of(vehicle, q, arm, section), s)
 

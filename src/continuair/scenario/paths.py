@@ -57,7 +57,12 @@ def hold(position: Any = (0.0, 0.0, 0.0), duration: float = 50.0) -> Path:
 def circle(
     radius: float = 0.4, period: float = 20.0, centre: Any = (0.0, 0.0, 0.0), duration: float = 50.0
 ) -> Path:
-    """Run round a horizontal circle [m] once per period [s], anticlockwise from +x."""
+    """Run round a horizontal circle [m] once per period [s], anticlockwise from +x.
+
+    >>> place, velocity, acceleration = ca.paths.circle(0.5, period=20.0)([0.0])
+    >>> place.tolist()
+    [[0.5, 0.0, 0.0]]
+    """
     radius = checks.positive("radius", radius)
     found = lissajous((radius, radius), (1, 1), (np.pi / 2, 0.0), period, centre, duration)
     return Path("circle", found.duration, found.motion)

@@ -93,6 +93,10 @@ def _check_motion(path: Path) -> None:
 
 
 def square(side: float = 0.5) -> np.ndarray:
-    """Corners (4, 3) of a horizontal square about its centre, side [m]. Raises InputError."""
+    """Corners (4, 3) of a horizontal square about its centre, side [m]. Raises InputError.
+
+    >>> ca.square(2.0).tolist()
+    [[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [-1.0, -1.0, 0.0], [1.0, -1.0, 0.0]]
+    """
     half = checks.positive("side", side, " [m]") / 2
     return np.array([[half, half, 0], [-half, half, 0], [-half, -half, 0], [half, -half, 0.0]])

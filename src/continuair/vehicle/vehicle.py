@@ -182,6 +182,12 @@ class Vehicle(Part):
         whose length changes, unless their positions are given too, and a bending stiffness replaces
         Young's modulus, or a mass per length the density, and conversely. Raises InputError, naming
         the run, if any run is not valid.
+
+        >>> vehicle = ca.load_vehicle("paper")
+        >>> vehicle.replace({"uav.mass": 3.0}).uav.mass
+        3.0
+        >>> vehicle.replace({"arm.radius": [0.004, 0.005]}).runs
+        2
         """
         if not isinstance(changes, Mapping):
             text = "must be a mapping such as {'arm.radius': 0.01}"
@@ -221,6 +227,9 @@ def load_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
     """Return a preset by name, or the vehicle that a TOML file describes.
 
     Raises InputError if there is no such preset or file, or the file is no valid vehicle.
+
+    >>> f"{ca.load_vehicle('paper').mass:.3f} kg"
+    '2.617 kg'
     """
     file, fields = _PRESETS.read(name_or_path)
     try:
