@@ -512,6 +512,31 @@ def test_warnings_of_the_project_are_one_line() -> None:
     assert result.stderr == "warning: the step is coarse.\n"
 
 
+def test_warnings_that_differ_in_their_numbers_alone_are_told_once_with_their_count() -> None:
+    app = typer.Typer(cls=Reporting)
+
+    @app.command()
+    def first() -> None:
+        warnings.simplefilter("always")
+        for step in (0.25, 1e-3, 2):
+            warnings.warn(
+                f"step is {step:g} s in run 3, too coarse.", ContinuairWarning, stacklevel=1
+            )
+        for disk in (0, 1):
+            warnings.warn(f"arm.disks.{disk}.mass is 3 kg.", ContinuairWarning, stacklevel=1)
+
+    @app.command()
+    def second() -> None:
+        pass
+
+    assert CliRunner().invoke(app, ["first"]).stderr.splitlines() == [
+        "warning: step is 0.25 s in run 3, too coarse.",
+        "warning: arm.disks.0.mass is 3 kg.",
+        "warning: arm.disks.1.mass is 3 kg.",
+        "warning: 2 more with other numbers: step is ... s in run ..., too coarse.",
+    ]
+
+
 def test_help_loads_no_heavy_module_and_is_quick() -> None:
     code = (
         "import sys; from continuair.cli import app; app(['--help'], standalone_mode=False);"

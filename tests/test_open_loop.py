@@ -48,7 +48,27 @@ def test_a_flight_that_ended_early_is_told_once_and_not_warned_of(
         warnings.simplefilter("error")
         results = open_loop(PAPER, "BC", ["decoupled"]).results
     told = [line for line in open_loop_output.remarks(results) if "ended at 0.5 s" in line]
-    assert [line.count("Test") for line in told] == [1] * 4, "two tests, two models"
+    assert [line.count("coupled and decoupled") for line in told] == [1] * 2, "two tests"
+
+
+def test_where_the_reference_ends_early_the_other_models_are_told_of_in_one_sentence(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def ended(*arguments: Any, **options: Any) -> xr.Dataset:
+        dataset = flight(*arguments, **options)
+        if options["model"] != "coupled":
+            return dataset
+        gone = dataset.where(dataset["time"] < 0.5)[["tip_position", "tip_attitude"]]
+        return dataset.assign(status=((), np.int8(2)), end_time=((), 0.5), **gone)
+
+    monkeypatch.setattr(study, "simulate", ended)
+    lines = open_loop_output.remarks(open_loop(PAPER, "A").results)
+    assert [line for line in lines if "has not converged" in line] == [
+        "* Test A, coupled, has not converged: the run ended at 0.5 s with status 2.",
+        "* Test A, decoupled and independent, has not converged: coupled, which it is compared "
+        "with, ended early.",
+    ]
+    assert "inf" not in " ".join(lines)
 
 
 def test_step_halving_error_is_the_change_of_the_difference_over_its_rms(

@@ -15,6 +15,7 @@ from continuair.controllers.gains import design
 from continuair.controllers.inertias import camera_inertia
 from continuair.equations.camera import interaction_matrix
 from continuair.figures import tracking as figures
+from continuair.kernels.step import STATUS
 from continuair.scenario.tracking_task import SETTINGS, chosen_letters, equipped, task
 from continuair.studies.results import as_json
 from continuair.studies.tracking import report as tracking_output
@@ -276,6 +277,20 @@ def test_flights_that_ended_early_are_told_and_have_no_largest_difference(
     lost = results["letters"]["M"]["decoupled"]
     assert np.isnan(lost["ds_max_px_after_2s"])
     assert any("fast, M, coupled: ended at" in line for line in tracking_output.remarks(results))
+
+
+def test_flights_that_end_alike_are_told_of_in_one_sentence() -> None:
+    def entry(end: float, status: int, error: float) -> dict[str, Any]:
+        return {"end_time_s": end, "status": status, "step_halving_error": error}
+
+    models = {"coupled": entry(0.2, 2, np.nan), "decoupled": entry(0.1, 2, np.nan)}
+    rough = {"coupled": entry(9.0, 0, 0.5), "decoupled": entry(9.0, 0, np.nan)}
+    results = {"setting": "nominal", "letters": {"M": models, "R": models, "A": rough}}
+    assert tracking_output.remarks(results | {"settings": {}}) == [
+        f"* nominal, M, decoupled: ended at 0.1 s, {STATUS[2]}; likewise 3 more of 6.",
+        "* nominal, A, decoupled: not converged, half the step leaves no error to compare; "
+        "likewise 1 more of 6.",
+    ]
 
 
 def test_gains_of_the_image_of_now_track_as_well_and_no_proof_is_said_to_hold(

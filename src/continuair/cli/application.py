@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import sys
 import warnings
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Annotated, Any
@@ -12,9 +14,13 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from continuair.errors import INTERRUPTED, ContinuairWarning, InputError
+from continuair.errors import INTERRUPTED, ContinuairWarning, InputError, shortened
 
 _UNUSABLE_INPUT = 2
+
+# A number that stands alone: the index in arm.disks.0 tells of another field.
+_NUMBER = re.compile(r"(?<![\w.])[-+]?\d[\w.+-]*(?<![.,])")
+_LONGEST_KIND = 80
 
 _INTERRUPTION = (
     "Interrupted; what was not yet written is lost. A result folder that was being written to "
@@ -92,15 +98,30 @@ def _options(
 
 @contextmanager
 def _plain_warnings() -> Iterator[None]:
-    """Print the project's own warnings as one line on standard error."""
+    """Print the project's own warnings as one line each on standard error.
+
+    Of those that differ in their numbers alone, as those of every flight of a study may, the first
+    is printed, and at the end how many followed.
+    """
+    told = Counter[str]()
     with warnings.catch_warnings():
         show = warnings.showwarning
 
         def one_line(message: Any, category: type[Warning], *rest: Any, **named: Any) -> None:
-            if issubclass(category, ContinuairWarning):
-                print(f"warning: {' '.join(str(message).split())}", file=sys.stderr)
-            else:
+            if not issubclass(category, ContinuairWarning):
                 show(message, category, *rest, **named)
+                return
+            text = " ".join(str(message).split())
+            kind = _NUMBER.sub("...", text)
+            told[kind] += 1
+            if told[kind] == 1:
+                print(f"warning: {text}", file=sys.stderr)
 
         warnings.showwarning = one_line
-        yield
+        try:
+            yield
+        finally:
+            for kind, count in told.items():
+                if count > 1:
+                    like = f"{count - 1} more with other numbers: {shortened(kind, _LONGEST_KIND)}"
+                    print(f"warning: {like}", file=sys.stderr)

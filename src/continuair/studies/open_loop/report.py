@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -86,14 +87,16 @@ def remarks(results: dict[str, Any]) -> list[str]:
         if coarser := results["coarser_steps"][letter]:
             step = entries[REFERENCE]["step_s"]
             share = max(entry["step_halving_error"] for entry in coarser[0].values())
-            lines.append(
-                f"* Test {letter} is reported at a step of {1e3 * step:.2g} ms: halving the "
-                f"automatic one, {1e3 * coarser[0][REFERENCE]['step_s']:.2g} ms, changes it by "
-                f"{percent(share)}."
-            )
-        for model, entry in entries.items():
-            if entry["reason"]:
-                lines.append(f"* Test {letter}, {model}, has not converged: {entry['reason']}.")
+            automatic = f"{1e3 * coarser[0][REFERENCE]['step_s']:.2g} ms"
+            why = f"halving the automatic one, {automatic}, changes it by {percent(share)}"
+            if not math.isfinite(share):
+                why = f"not every flight at the automatic one, {automatic}, can be compared"
+            lines.append(f"* Test {letter} is reported at a step of {1e3 * step:.2g} ms: {why}.")
+        reasons = dict.fromkeys(entry["reason"] for entry in entries.values() if entry["reason"])
+        for reason in reasons:
+            alike = [model for model, entry in entries.items() if entry["reason"] == reason]
+            models = " and ".join(alike)
+            lines.append(f"* Test {letter}, {models}, has not converged: {reason}.")
     return lines
 
 

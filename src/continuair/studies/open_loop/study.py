@@ -137,6 +137,8 @@ def _converge(
     for model, entry in history[-1].items():
         errors = [entries[model] for entries in history]
         entry["reason"] = _reason(errors, scenario, vehicle, flown[model])
+        if history[-1][REFERENCE]["status"] and not entry["status"]:
+            entry["reason"] = f"{REFERENCE}, which it is compared with, ended early"
     return flown, history[-1], history[:-1]
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
+
 from continuair.analysis.convergence import CONVERGED
 from continuair.kernels.step import STATUS
 from continuair.studies.results import ResultFolder
@@ -82,20 +84,45 @@ def as_table(results: dict[str, Any]) -> str:
 
 
 def remarks(results: dict[str, Any]) -> list[str]:
-    """Return a sentence for every flight that ended early or that the step has not settled."""
+    """Return a sentence for the flights of a setting that ended early alike, about the first, and
+    one for those that the step has not settled, about the worst."""
     lines = []
-    for setting, letter, model, entry in rows(results):
-        if entry["status"]:
-            lines.append(
-                f"* {setting}, {letter}, {model}: ended at {entry['end_time_s']:.3g} s, "
-                f"{STATUS[entry['status']]}."
-            )
-        elif not entry["step_halving_error"] < CONVERGED:
-            lines.append(
-                f"* {setting}, {letter}, {model}: not converged, half the step changes the error "
-                f"by {entry['step_halving_error']:.1%} of its RMS."
-            )
+    for setting in (results["setting"], *results["settings"]):
+        flights = {
+            f"{setting}, {letter}, {model}": entry
+            for name, letter, model, entry in rows(results)
+            if name == setting
+        }
+        lines += [*_ended_early(flights), *_unsettled(flights)]
     return lines
+
+
+def _ended_early(flights: dict[str, dict[str, Any]]) -> Iterator[str]:
+    for status in sorted({entry["status"] for entry in flights.values()} - {0}):
+        ends = {
+            flight: entry["end_time_s"]
+            for flight, entry in flights.items()
+            if entry["status"] == status
+        }
+        first = min(ends, key=lambda flight: ends[flight])
+        others = f"; likewise {len(ends) - 1} more of {len(flights)}" if len(ends) > 1 else ""
+        yield f"* {first}: ended at {ends[first]:.3g} s, {STATUS[status]}{others}."
+
+
+def _unsettled(flights: dict[str, dict[str, Any]]) -> Iterator[str]:
+    # Where the flight at half the step has lost its target, there is no share.
+    shares = {
+        flight: float(np.nan_to_num(entry["step_halving_error"], nan=np.inf))
+        for flight, entry in flights.items()
+        if not entry["status"] and not entry["step_halving_error"] < CONVERGED
+    }
+    if shares:
+        worst = max(shares, key=lambda flight: shares[flight])
+        changes = f"changes the error by {shares[worst]:.1%} of its RMS"
+        if np.isinf(shares[worst]):
+            changes = "leaves no error to compare"
+        others = f"; likewise {len(shares) - 1} more of {len(flights)}" if len(shares) > 1 else ""
+        yield f"* {worst}: not converged, half the step {changes}{others}."
 
 
 def _stability(results: dict[str, Any]) -> list[str]:
