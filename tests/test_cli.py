@@ -208,7 +208,8 @@ def test_check_says_that_leaning_rotors_do_not_hover() -> None:
     for x, y, spin in ((0.2, 0.2, 1), (-0.2, 0.2, -1), (-0.2, -0.2, 1), (0.2, -0.2, -1)):
         rotors += f"  {{ position = [{x}, {y}, 0.0], axis = [0.5, 0.0, 1.0], spin = {spin} }},\n"
     Path("lean.toml").write_text(PAPER_TOML.replace("[arm]", rotors + "]\n\n[arm]"))
-    assert "push a level vehicle sideways by 12.8 N" in run("check", "lean.toml").stdout
+    told = " ".join(run("check", "lean.toml").stdout.split())
+    assert "push a level vehicle sideways by 12.8 N" in told
 
 
 def test_check_says_that_rotors_cannot_hold_a_bent_arm() -> None:
@@ -217,8 +218,8 @@ def test_check_says_that_rotors_cannot_hold_a_bent_arm() -> None:
     rotors += "torque_per_thrust = 0.016\n\n[arm]"
     Path("short.toml").write_text(PAPER_TOML.replace("[arm]", rotors))
     shown = run("check", "short.toml").stdout
-    (line,) = (line for line in shown.splitlines() if "rotors' margin, arm bent" in line)
-    assert "none: a rotor would have to give -" in line
+    line = " ".join(shown.split()).partition("rotors' margin, arm bent by 1 rad ")[2]
+    assert line.startswith("none: a rotor would have to give -")
 
 
 @pytest.mark.parametrize(
@@ -540,7 +541,7 @@ def test_warnings_that_differ_in_their_numbers_alone_are_told_once_with_their_co
 def test_help_loads_no_heavy_module_and_is_quick() -> None:
     code = (
         "import sys; from continuair.cli import app; app(['--help'], standalone_mode=False);"
-        "print(sorted({'warp', 'xarray', 'matplotlib', 'scipy'} & set(sys.modules)))"
+        "print(sorted({'numpy', 'warp', 'xarray', 'matplotlib', 'scipy'} & set(sys.modules)))"
     )
     start = time.perf_counter()
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

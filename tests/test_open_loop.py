@@ -58,8 +58,14 @@ def test_where_the_reference_ends_early_the_other_models_are_told_of_in_one_sent
         dataset = flight(*arguments, **options)
         if options["model"] != "coupled":
             return dataset
-        gone = dataset.where(dataset["time"] < 0.5)[["tip_position", "tip_attitude"]]
-        return dataset.assign(status=((), np.int8(2)), end_time=((), 0.5), **gone)
+        flown = dataset["time"] < 0.5
+        changed: xr.Dataset = dataset.assign(
+            status=((), np.int8(2)),
+            end_time=((), 0.5),
+            tip_position=dataset["tip_position"].where(flown),
+            tip_attitude=dataset["tip_attitude"].where(flown),
+        )
+        return changed
 
     monkeypatch.setattr(study, "simulate", ended)
     lines = open_loop_output.remarks(open_loop(PAPER, "A").results)

@@ -6,14 +6,20 @@ from typing import Annotated
 
 import typer
 
+from continuair.cli import completion
 from continuair.cli.application import app
 from continuair.cli.options import JsonOption, OutOption, check_json, results_in, write_json
 from continuair.cli.terminal import print_table, progress_bar
 
 
-@app.command()
+@app.command(epilog="Example: continuair advise my_drone.toml --task contact")
 def advise(
-    vehicle: Annotated[str, typer.Argument(help="The path of a .toml file, or a preset's name.")],
+    vehicle: Annotated[
+        str,
+        typer.Argument(
+            help="The path of a .toml file, or a preset's name.", autocompletion=completion.vehicles
+        ),
+    ],
     task: Annotated[
         list[str] | None,
         typer.Option(help="hover, fast-flight, contact or track:M (R, A, L); repeatable. All."),
@@ -23,7 +29,11 @@ def advise(
     ] = 0.02,
     pixels: Annotated[float, typer.Option(help="|DS| that is good enough in tracking.")] = 0.7,
     gains: Annotated[
-        str, typer.Option(help="Gains for tracking: a preset's name, or the path of a .toml file.")
+        str,
+        typer.Option(
+            help="Gains for tracking: a preset's name, or the path of a .toml file.",
+            autocompletion=completion.gains,
+        ),
     ] = "paper",
     loop: Annotated[
         str, typer.Option(help="What holds the hover: position, attitude (and height) or none.")
@@ -31,7 +41,7 @@ def advise(
     bandwidth: Annotated[
         float | None,
         typer.Option(
-            help="Of the attitude loop [rad/s]. Default: what the vehicle bears, at most 20."
+            help="Of the attitude loop \\[rad/s]. Default: what the vehicle bears, at most 20."
         ),
     ] = None,
     out: OutOption = None,

@@ -6,13 +6,12 @@ from typing import Annotated
 
 import typer
 
-from continuair import checks
 from continuair.cli.application import app
 from continuair.cli.options import results_in
-from continuair.cli.terminal import progress_bar
+from continuair.cli.terminal import print_markdown, progress_bar
 
 
-@app.command()
+@app.command(epilog="Example: continuair atlas --loop position --out controlled")
 def atlas(
     out: Annotated[
         str, typer.Option(help="Folder for the atlas, new or of this study.", metavar="DIR")
@@ -36,6 +35,8 @@ def atlas(
 
     100,000 flights, or 2048 vehicles with --loop position, take some ten minutes on two cores.
     """
+    from continuair import checks
+
     checks.choice("loop", loop, ("none", "position"))
     if loop == "position":
         _controlled(out, vehicles, seed)
@@ -53,7 +54,7 @@ def atlas(
             save(summary, folder.file("atlas.npz"))
             folder.write_text("table.md", as_table(summary))
             figures.write(summary, curves(), folder.file)
-    typer.echo(as_table(summary), err=True)
+    print_markdown(as_table(summary))
 
 
 def _controlled(out: str, vehicles: int, seed: int) -> None:
@@ -72,4 +73,4 @@ def _controlled(out: str, vehicles: int, seed: int) -> None:
             save(summary, folder.file(CONTROLLED_SUMMARY))
             folder.write_text("table.md", as_table(summary))
             figures.write(summary, folder.file)
-    typer.echo(as_table(summary), err=True)
+    print_markdown(as_table(summary))

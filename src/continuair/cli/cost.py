@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import typer
-
 from continuair.cli.application import app
 from continuair.cli.options import (
     JsonOption,
@@ -16,10 +14,10 @@ from continuair.cli.options import (
     results_in,
     write_json,
 )
-from continuair.cli.terminal import progress_bar
+from continuair.cli.terminal import print_markdown, progress_bar
 
 
-@app.command()
+@app.command(epilog="Example: continuair cost --vehicle my_drone.toml")
 def cost(vehicle: VehicleOption = "paper", out: OutOption = None, json: JsonOption = None) -> None:
     """Time a sample of control and dynamics with each model, and where the time goes."""
     from continuair.studies.results import as_json
@@ -41,5 +39,5 @@ def run_cost(vehicle: str, out: str | None) -> dict[str, Any]:
             results = study.cost(loaded, progress=progress)
             if folder is not None:
                 folder.store(results, study.as_table(results))
-    typer.echo(study.as_table(results), err=True)
+    print_markdown(study.as_table(results))
     return results

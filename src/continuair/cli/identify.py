@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from continuair.cli import completion
 from continuair.cli.application import app
 from continuair.cli.options import JsonOption, check_json, write_json
 from continuair.cli.terminal import print_table, progress_bar
@@ -16,10 +17,15 @@ if TYPE_CHECKING:
     from continuair.identification import Fit
 
 
-@app.command()
+@app.command(epilog="Example: continuair identify --data FLIGHT.csv --vehicle paper")
 def identify(
     data: Annotated[Path, typer.Option(help="The recorded flight, a .csv file.")],
-    vehicle: Annotated[str, typer.Option(help="Where the fit starts: a preset or .toml file.")],
+    vehicle: Annotated[
+        str,
+        typer.Option(
+            help="Where the fit starts: a preset or .toml file.", autocompletion=completion.vehicles
+        ),
+    ],
     fit: Annotated[
         str | None,
         typer.Option(

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from continuair import checks
+from continuair.cli import completion
 from continuair.cli.application import app
-from continuair.cli.completion import preset_vehicles
 from continuair.errors import InputError, shown
 from continuair.files import new_file, printed, reason, write_new
 
@@ -40,7 +39,9 @@ def new(
     preset: Annotated[
         str | None,
         typer.Option(
-            "--from", help="The preset to copy, with comments.", autocompletion=preset_vehicles
+            "--from",
+            help="The preset to copy, with comments.",
+            autocompletion=completion.preset_vehicles,
         ),
     ] = None,
     yes: Annotated[
@@ -84,6 +85,7 @@ def _path(file: str) -> Path:
 
 def _copy(preset: str, name: str) -> str:
     """The text of a preset as a vehicle of another name."""
+    from continuair import checks
     from continuair.vehicle.template import renamed
     from continuair.vehicle.vehicle import preset_names, preset_text
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from continuair.cli import completion
 from continuair.cli.application import app
 from continuair.cli.options import (
     JsonOption,
@@ -26,10 +27,12 @@ if TYPE_CHECKING:
     from continuair.studies.open_loop.study import OpenLoop
 
 
-@app.command("open-loop")
+@app.command("open-loop", epilog="Example: continuair open-loop --tests AB --out results/open_loop")
 def open_loop(
     vehicle: VehicleOption = "paper",
-    tests: Annotated[str, typer.Option(help="Letters of the tests to run.")] = "ABCD",
+    tests: Annotated[
+        str, typer.Option(help="Letters of the tests to run.", autocompletion=completion.tests)
+    ] = "ABCD",
     model: ModelOption = None,
     out: OutOption = None,
     json: JsonOption = None,

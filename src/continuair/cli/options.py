@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from continuair.cli import completion
 from continuair.errors import InputError
 from continuair.files import check_can_be_made, printed, reason, user_path
 
@@ -20,7 +21,12 @@ if TYPE_CHECKING:
     from continuair.studies.results import ResultFolder
 
 VehicleOption = Annotated[
-    str, typer.Option("--vehicle", help="A preset's name, or the path of a .toml file.")
+    str,
+    typer.Option(
+        "--vehicle",
+        help="A preset's name, or the path of a .toml file.",
+        autocompletion=completion.vehicles,
+    ),
 ]
 
 
@@ -48,7 +54,10 @@ LawOption = Annotated[
 ]
 LawGainsOption = Annotated[
     str | None,
-    typer.Option(help="Gains instead of the preset of the law that they are for, a .toml file."),
+    typer.Option(
+        help="Gains instead of the preset of the law that they are for, a .toml file.",
+        autocompletion=completion.gains,
+    ),
 ]
 PlantOption = Annotated[
     list[str] | None,

@@ -39,7 +39,7 @@ _COMMANDS: dict[str, tuple[str, dict[str, Any]]] = {
 }
 
 
-@app.command()
+@app.command(epilog="Example: continuair paper --out results/paper")
 def paper(
     vehicle: VehicleOption = "paper",
     out: Annotated[
@@ -61,7 +61,6 @@ def paper(
     """Judge every sentence of the paper that claims something, and write a report.
 
     With --out, ends in DIR/report.html, one page with verdicts, figures and tables.
-    Example: continuair paper --out results/paper
     """
     from continuair.studies.results import as_json
 
@@ -85,14 +84,11 @@ def paper(
         _check(results)
 
 
-@app.command()
+@app.command(epilog="Example: continuair report results/tracking")
 def report(
     folder: Annotated[str, typer.Argument(help="A folder that a study has written with --out.")],
 ) -> None:
-    """Write a study's results as one page that needs nothing else, report.html in its folder.
-
-    Example: continuair report results/tracking
-    """
+    """Write a study's results as one page that needs nothing else, report.html in its folder."""
     from continuair.report.contents import read
     from continuair.report.page import page
     from continuair.studies.results import add_file

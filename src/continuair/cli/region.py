@@ -21,17 +21,17 @@ from continuair.cli.options import (
     tell_where,
     write_json,
 )
-from continuair.cli.terminal import progress_bar
+from continuair.cli.terminal import print_markdown, progress_bar
 
 
-@app.command()
+@app.command(epilog="Example: continuair region --law current --out results/region")
 def region(
     vehicle: VehicleOption = "paper",
     law: LawOption = None,
     gains: LawGainsOption = None,
     model: PlantOption = None,
     rate: Annotated[
-        list[float] | None, typer.Option(help="A control rate [Hz]; repeatable. Default: 1000.")
+        list[float] | None, typer.Option(help="A control rate \\[Hz]; repeatable. Default: 1000.")
     ] = None,
     runs: Annotated[int, typer.Option(help="Random starts.")] = 1000,
     seed: Annotated[int, typer.Option(help="Seed of the random starts.")] = 0,
@@ -63,6 +63,6 @@ def region(
                 load_gains(gains) if gains else None, progress=progress,
             )  # fmt: skip
             keep_in(folder, "region", study, progress)
-    typer.echo("\n".join(summary(study.results)), err=True)
+    print_markdown("\n".join(summary(study.results)))
     tell_where(out)
     write_json(as_json(study.results), json)

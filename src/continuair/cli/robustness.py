@@ -21,10 +21,10 @@ from continuair.cli.options import (
     tell_where,
     write_json,
 )
-from continuair.cli.terminal import progress_bar
+from continuair.cli.terminal import print_markdown, progress_bar
 
 
-@app.command()
+@app.command(epilog="Example: continuair robustness --law current --mistake heavier")
 def robustness(
     vehicle: VehicleOption = "paper",
     law: LawOption = None,
@@ -64,6 +64,6 @@ def robustness(
                 load_gains(gains) if gains else None, progress=progress,
             )  # fmt: skip
             keep_in(folder, "robustness", study, progress)
-    typer.echo("\n".join(summary(study.results)), err=True)
+    print_markdown("\n".join(summary(study.results)))
     tell_where(out)
     write_json(as_json(study.results), json)

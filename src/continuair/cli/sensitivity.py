@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from itertools import groupby
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
     from continuair.studies.sensitivity.study import Sensitivity
 
 
-@app.command()
+@app.command(epilog="Example: continuair sensitivity --out results/sensitivity")
 def sensitivity(
     vehicle: VehicleOption = "paper",
     hertz: Annotated[
@@ -77,12 +79,15 @@ def _show(study: Sensitivity) -> None:
 
     shown = ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_xy_m", "angle_rad", "step_halving_error")
     # The other model is in table.md: a terminal of 80 columns has no room for both.
-    table = [
-        [f"{name} {row['label']}", *(number(entry[key]) for key in shown)]
-        for name, row, model, entry in rows(study.results)
-        if model == "decoupled"
-    ]
-    headings = [COLUMNS[key].replace("_", "\n").replace(" [", "\n[") for key in shown]
+    table: list[list[str]] = []
+    for name, group in groupby(rows(study.results), key=lambda each: each[0]):
+        table.append([name] + [""] * len(shown))
+        table += [
+            [f"  {row['label']}", *(number(entry[key]) for key in shown)]
+            for _, row, model, entry in group
+            if model == "decoupled"
+        ]
+    headings = [re.sub(r"_| (?=\[)|(?<=step) ", "\n", COLUMNS[key]) for key in shown]
     print_table(["decoupled", *headings], table, err=True)
     for line in remarks(study.results):
         typer.echo(line, err=True)

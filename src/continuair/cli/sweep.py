@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-@app.command()
+@app.command(epilog="Example: continuair sweep examples/sweep.toml --out sweep.zarr")
 def sweep(
     design: Annotated[str, typer.Argument(help="The path of a design, a .toml file.")],
     out: Annotated[Path, typer.Option(help="The store (zarr): new, or to be continued.")],

@@ -21,12 +21,16 @@ def print_table(columns: list[str], rows: list[list[str]], err: bool = False) ->
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     short = {"task", "test", "setting", "letter", "model"}
     words = {*short, "verdict", "name", columns[0]}
+    lists = {"", "rad/s"}  # they fold between their numbers
     for column in columns:
         # Words may fold; a number that did would be read as two.
         is_word = column in words
         justify: Literal["left", "right"] = "left" if is_word else "right"
         table.add_column(
-            Text(column), justify=justify, overflow="fold", no_wrap=column in short or not is_word
+            Text(column),
+            justify=justify,
+            overflow="fold",
+            no_wrap=column in short or not (is_word or column in lists),
         )
     for row in rows:
         table.add_row(*(Text(cell) for cell in row))
@@ -35,6 +39,15 @@ def print_table(columns: list[str], rows: list[list[str]], err: bool = False) ->
     unbounded = console.options.update(width=10_000)
     narrowest = console.measure(table, options=unbounded).minimum
     Console(stderr=err, width=max(console.width, narrowest)).print(table)
+
+
+def print_markdown(text: str) -> None:
+    """Print Markdown on standard error, its lines folded and its tables set for the terminal."""
+    from rich.console import Console
+
+    from continuair.cli.markdown import Page
+
+    Console(stderr=True).print(Page(text))
 
 
 @contextmanager

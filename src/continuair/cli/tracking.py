@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from continuair.cli import completion
 from continuair.cli.application import app
 from continuair.cli.options import (
     JsonOption,
@@ -27,13 +28,20 @@ if TYPE_CHECKING:
     from continuair.studies.tracking.study import Tracking
 
 GainsOption = Annotated[
-    str, typer.Option("--gains", help="Gains: a preset's name, or the path of a .toml file.")
+    str,
+    typer.Option(
+        "--gains",
+        help="Gains: a preset's name, or the path of a .toml file.",
+        autocompletion=completion.gains,
+    ),
 ]
 
 
-@app.command()
+@app.command(epilog="Example: continuair tracking --letters MR --out results/tracking")
 def tracking(
-    letters: Annotated[str, typer.Option(help="Letters to write.")] = "MRAL",
+    letters: Annotated[
+        str, typer.Option(help="Letters to write.", autocompletion=completion.letters)
+    ] = "MRAL",
     vehicle: VehicleOption = "paper",
     gains: GainsOption = "paper",
     model: ModelOption = None,
@@ -51,7 +59,7 @@ def tracking(
     write_json(as_json(study.results), json)
 
 
-@app.command()
+@app.command(epilog="Example: continuair tune --vehicle my_drone.toml --out my_gains.toml")
 def tune(
     out: Annotated[str, typer.Option(help="The .toml file to write, for tracking --gains.")],
     vehicle: VehicleOption = "paper",

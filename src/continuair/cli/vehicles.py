@@ -7,13 +7,14 @@ from typing import Annotated
 
 import typer
 
+from continuair.cli import completion
 from continuair.cli.application import app
-from continuair.cli.terminal import print_table
+from continuair.cli.terminal import print_table, progress_bar
 
 # Everything else is imported inside the commands, so that --help answers at once.
 
 
-@app.command()
+@app.command(epilog="Example: continuair vehicles")
 def vehicles() -> None:
     """List the vehicles that come with the package."""
     from continuair.vehicle.vehicle import load_vehicle, preset_names
@@ -37,21 +38,30 @@ def _each(values: Iterable[float]) -> str:
     return ", ".join(dict.fromkeys(f"{value:.3g}" for value in values))
 
 
-@app.command()
+@app.command(epilog="Example: continuair check my_drone.toml")
 def check(
-    file: Annotated[str, typer.Argument(help="The path of a .toml file, or a preset's name.")],
+    file: Annotated[
+        str,
+        typer.Argument(
+            help="The path of a .toml file, or a preset's name.", autocompletion=completion.vehicles
+        ),
+    ],
 ) -> None:
     """Read a vehicle and show what follows from its parameters.
 
     The lines "beam" are those of an Euler-Bernoulli beam, with the error of constant curvature.
     """
-    from continuair.analysis.plausible import doubts
-    from continuair.studies.check import MODES, at_rest, facts, modes_of
     from continuair.vehicle.vehicle import load_vehicle
 
     vehicle = load_vehicle(file)
-    rest = at_rest(vehicle)
-    print_table([f"vehicle {vehicle.name}", ""], [list(line) for line in facts(vehicle, rest)])
-    print_table(list(MODES), [list(line) for line in modes_of(vehicle, rest)])
+    with progress_bar() as progress:
+        progress(0, 1, "finding rest, modes and steps")
+        from continuair.analysis.plausible import doubts
+        from continuair.studies.check import MODES, at_rest, facts, modes_of
+
+        rest = at_rest(vehicle)
+        known, found = facts(vehicle, rest), modes_of(vehicle, rest)
+    print_table([f"vehicle {vehicle.name}", ""], [list(line) for line in known])
+    print_table(list(MODES), [list(line) for line in found])
     for doubt in doubts(vehicle):
         typer.echo(f"Warning: {doubt}", err=True)

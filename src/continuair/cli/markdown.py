@@ -1,0 +1,76 @@
+"""Markdown, as studies write it to table.md, in a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from rich import box
+from rich.console import Console, ConsoleOptions
+from rich.markdown import Markdown, TableElement
+from rich.measure import Measurement, measure_renderables
+from rich.table import Column, Table
+
+_BETWEEN = 3  # columns, and the table's edges together
+
+
+class _Table(TableElement):
+    """A table whose words stay whole: where a terminal is too narrow for all of its columns, some
+    stand below the others, beside those again that tell its rows apart."""
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Table]:
+        (table,) = super().__rich_console__(console, options)
+        assert isinstance(table, Table)
+        # What is measured is never wider than the terminal, and here it may be.
+        unbounded = options.update(width=10_000)
+        sizes = [
+            measure_renderables(console, unbounded, [column.header, *column.cells])
+            for column in table.columns
+        ]
+        for places in _parts(sizes, _names(table), options.max_width):
+            widths = _widths([sizes[place] for place in places], options.max_width)
+            yield _of([table.columns[place] for place in places], widths)
+
+
+class Page(Markdown):
+    """Markdown that rich prints, with such tables."""
+
+    elements = Markdown.elements | {"table_open": _Table}
+
+
+def _names(table: Table) -> int:
+    """How many columns, from the first on, tell the rows apart."""
+    cells = [[str(cell) for cell in column.cells] for column in table.columns]
+    for count in range(1, len(cells)):
+        if len(set(zip(*cells[:count], strict=True))) == table.row_count:
+            return count
+    return 1
+
+
+def _parts(sizes: Sequence[Measurement], names: int, width: int) -> Iterator[list[int]]:
+    """Columns that stand beside each other, each time with the first ones, which are `names`."""
+    shown = list(range(names))
+    for place in range(names, len(sizes)):
+        least = sum(sizes[each].minimum + _BETWEEN for each in [*shown, place])
+        if len(shown) > names and least > width:
+            yield shown
+            shown = list(range(names))
+        shown.append(place)
+    yield shown
+
+
+def _widths(sizes: Sequence[Measurement], width: int) -> list[int]:
+    """Widths of columns: their longest words, and of what is left what they would fill of it."""
+    spare = width - sum(size.minimum + _BETWEEN for size in sizes)
+    wanted = sum(size.span for size in sizes)
+    share = min(1.0, max(0.0, spare / wanted)) if wanted else 0.0
+    return [size.minimum + int(share * size.span) for size in sizes]
+
+
+def _of(columns: Sequence[Column], widths: Sequence[int]) -> Table:
+    """A table of columns of another one."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for column, width in zip(columns, widths, strict=True):
+        table.add_column(column.header, width=width)
+    for row in zip(*(column.cells for column in columns), strict=True):
+        table.add_row(*row)
+    return table
