@@ -59,6 +59,28 @@ def test_help_fits_a_terminal_and_ends_with_an_example_that_can_be_typed(name: s
     assert COMMANDS[name].make_context(name, arguments).args == []
 
 
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_page_of_the_commands_names_every_one_with_all_its_options(name: str) -> None:
+    lines = (ROOT / "docs" / "cli.md").read_text("utf-8").splitlines()
+    rows = [line.split("|")[1:3] for line in lines if line.startswith("| `")]
+    assert [row for row in rows if row[0].split()[0].strip("`") == name], f"{name} has no row"
+    options = {name for option in COMMANDS[name].params for name in option.opts} - {"--help"}
+    told = {
+        option
+        for names, of in rows
+        if f"`{name}`" in of or "all" in of.split()
+        for option in re.findall(r"`(--[\w-]+)", names)
+    }
+    assert {option for option in options if option.startswith("--")} <= told
+
+
+def test_the_page_of_the_commands_names_no_option_that_is_not_there() -> None:
+    known = {name for command in [GROUP, *COMMANDS.values()] for each in command.params
+             for name in each.opts}  # fmt: skip
+    text = (ROOT / "docs" / "cli.md").read_text("utf-8")
+    assert set(re.findall(r"`(--[\w-]+)", text)) <= known | {"--help"}
+
+
 def test_help_shows_units_in_brackets() -> None:
     assert "[rad/s]" in run("advise", "--help").stdout
     assert "[Hz]" in run("region", "--help").stdout
@@ -143,3 +165,18 @@ def test_completion_answers_a_shell_without_heavy_modules_and_writes_nothing() -
     assert "two_section" in offered("continuair check two")
     assert offered("continuair adv").split() == ["advise"]
     assert list(Path().iterdir()) == []
+
+
+def test_installing_completion_writes_what_the_page_says_and_nothing_else() -> None:
+    home = Path("home")
+    home.mkdir()
+    (home / ".bashrc").write_text("mine=1\n")
+    environment = os.environ | {"HOME": str(home.absolute()), "PYTHONPATH": str(ROOT / "src")}
+    # Which shell it is, typer asks of the process that called it; `true` keeps bash there.
+    line = f"{shlex.quote(sys.executable)} -m continuair --install-completion && true"
+    subprocess.run(["bash", "-c", line], env=environment, check=True, capture_output=True)
+    written = {str(path.relative_to(home)) for path in home.rglob("*") if path.is_file()}
+    assert written == {".bashrc", ".bash_completions/continuair.sh"}
+    assert (home / ".bashrc").read_text().startswith("mine=1\n")
+    page_of_commands = (ROOT / "docs" / "cli.md").read_text("utf-8")
+    assert all(f"`~/{name}`" in page_of_commands for name in written)

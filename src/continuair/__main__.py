@@ -18,7 +18,7 @@ def main() -> None:
 
     try:
         try:
-            app()
+            app(prog_name="continuair")  # also by python -m, so that its completion is that one's
         finally:
             sys.stdout.flush()
     except _OutputError as error:
