@@ -133,7 +133,7 @@ def test_the_wheel_works_where_nothing_of_the_checkout_is(
 ) -> None:
     """Installed alone into a fresh environment, which finds what the package needs in this one."""
     home = tmp_path / "venv"
-    subprocess.run([sys.executable, "-m", "venv", home], check=True)
+    subprocess.run([sys.executable, "-m", "venv", str(home)], check=True)
     python = home / "bin" / "python"
     quiet = ["install", "--quiet", "--no-deps", "--no-index", str(built[".whl"])]
     subprocess.run([python, "-m", "pip", *quiet], check=True)
