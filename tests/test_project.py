@@ -134,7 +134,7 @@ def test_the_wheel_works_where_nothing_of_the_checkout_is(
     """Installed alone into a fresh environment, which finds what the package needs in this one."""
     home = tmp_path / "venv"
     subprocess.run([sys.executable, "-m", "venv", str(home)], check=True)
-    python = home / "bin" / "python"
+    python = str(home / "bin" / "python")
     quiet = ["install", "--quiet", "--no-deps", "--no-index", str(built[".whl"])]
     subprocess.run([python, "-m", "pip", *quiet], check=True)
     asked = [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]
@@ -143,14 +143,14 @@ def test_the_wheel_works_where_nothing_of_the_checkout_is(
     (own / "beside.pth").write_text("\n".join(others))
     environment = {name: text for name, text in os.environ.items() if name != "PYTHONPATH"}
 
-    def run(*arguments: str | Path) -> str:
+    def run(*arguments: str) -> str:
         done = subprocess.run(
             arguments, cwd=tmp_path, env=environment, capture_output=True, text=True
         )
         assert done.returncode == 0, done.stderr
         return done.stdout
 
-    command = home / "bin" / "continuair"
+    command = str(home / "bin" / "continuair")
     assert run(command, "--version").strip() == f"continuair {PROJECT['version']}"
     assert "advise" in run(command, "--help")
     assert "two_section" in run(command, "vehicles")
