@@ -158,10 +158,10 @@ def test_a_free_vehicle_falls_for_a_second_without_a_warning(tmp_path: Path) -> 
 
 
 def test_the_camera_looks_where_ours_does_with_its_lens(tmp_path: Path) -> None:
-    changes = {"camera.principal_point": (620.0, 430.0), "camera.focal_length": (800.0, 700.0)}
+    lens = {"camera.principal_point": (620.0, 430.0), "camera.focal_length": (800.0, 700.0)}
     turn = tuple(Rotation.from_euler("xyz", [0.1, 0.2, 0.3]).as_quat().tolist())
-    changes |= {"camera.attitude": turn, "camera.position": (0.01, 0.02, 0.03)}
-    vehicle = ca.load_vehicle("dual_arm").replace(changes)
+    place = {"camera.attitude": turn, "camera.position": (0.01, 0.02, 0.03)}
+    vehicle = ca.load_vehicle("dual_arm").replace({**lens, **place})
     model, data = loaded(vehicle, tmp_path)
     camera = data.camera("camera")
     np.testing.assert_allclose(camera.xpos, on_body(vehicle), rtol=0, atol=1e-6)

@@ -182,7 +182,8 @@ def _inertial(body: Element, mass: float, centre: np.ndarray, inertia: np.ndarra
 
 def _shown(body: Element, kind: str, **attributes: str) -> None:
     """A geometry that is seen and touches nothing."""
-    SubElement(body, "geom", type=kind, contype="0", conaffinity="0", mass="0", **attributes)
+    found = SubElement(body, "geom", type=kind, contype="0", conaffinity="0", mass="0")
+    found.attrib |= attributes
 
 
 def _wxyz(turn: Any) -> str:
