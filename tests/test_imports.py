@@ -124,9 +124,9 @@ ROOMS = {
         {"kinematics", "dynamics", "law", "open_loop", "parameters", "closed_loop", "summary"},
     ],
     "interfaces": [
-        {"extras", "casadi_arm", "chain", "outline"},
-        {"casadi_dynamics"},
-        {"casadi_model", "mjcf"},
+        {"extras", "casadi_arm", "chain", "outline", "arcs", "shapes", "motion", "reading"},
+        {"casadi_dynamics", "glb"},
+        {"casadi_model", "mjcf", "gltf"},
     ],
     "report": [{"contents", "keeping", "verdicts"}, {"page"}],
     "studies.atlas": [

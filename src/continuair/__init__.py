@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from continuair.flight.live import Simulation as Simulation
     from continuair.flight.simulate import simulate as simulate
     from continuair.interfaces.casadi_model import to_casadi as to_casadi
+    from continuair.interfaces.gltf import to_gltf as to_gltf
     from continuair.interfaces.mjcf import to_mjcf as to_mjcf
     from continuair.kernels.dynamics import MODELS as MODELS
     from continuair.scenario import paths as paths
@@ -93,6 +94,7 @@ _HOME = {
     "design": "controllers.gains",
     "rigid_inertia": "controllers.inertias",
     "to_casadi": "interfaces.casadi_model",
+    "to_gltf": "interfaces.gltf",
     "to_mjcf": "interfaces.mjcf",
     "open_sweep": "sweeps",
     "run_pairs": "sweeps",

@@ -78,11 +78,11 @@ def check_can_be_made(path: Path) -> None:
     path.unlink()
 
 
-def write_new(path: Path, text: str) -> None:
+def write_new(path: Path, content: str | bytes) -> None:
     """Write a file that was not there, whole or not at all; raises OSError."""
-    with path.open("x", encoding="utf-8") as stream:
+    with path.open("xb") as stream:
         try:
-            stream.write(text)
+            stream.write(content.encode() if isinstance(content, str) else content)
             stream.flush()
         except OSError:
             path.unlink(missing_ok=True)

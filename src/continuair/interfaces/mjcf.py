@@ -75,7 +75,7 @@ def _uav(world: Element, uav: Uav) -> Element:
     body = SubElement(world, "body", name="uav")
     SubElement(body, "freejoint", name="uav")
     _inertial(body, uav.mass, np.zeros(3), np.asarray(uav.inertia))
-    box = equal_box(uav)
+    box = equal_box(uav.mass, uav.inertia)
     _shown(body, "box", size=_text(box.half), quat=_wxyz(Rotation.from_matrix(box.axes)))
     SubElement(body, "site", name="uav")
     return body

@@ -1,0 +1,192 @@
+"""A flight as an animated glTF file, for viewers, Blender and web pages."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.spatial.transform import Rotation
+
+from continuair.errors import InputError
+from continuair.files import new_file, printed, write_new
+from continuair.interfaces.arcs import arc_frame
+from continuair.interfaces.glb import Glb
+from continuair.interfaces.motion import Motion, motion_of
+from continuair.interfaces.outline import disk_radius, equal_box, radius_of, rotor_radius
+from continuair.interfaces.shapes import cube, tube
+from continuair.vehicle.arms import ArmChain
+from continuair.vehicle.camera import Camera
+from continuair.vehicle.section import Section
+from continuair.vehicle.uav import Uav
+from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
+
+RATE = 60.0
+"""Keyframes a second at most; samples are taken as they are."""
+
+PIECES = 12
+"""Straight pieces of a section."""
+
+_Y_UP = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
+"""Our axes in glTF's, in which y points up: a quarter turn about x."""
+
+_HALF_TURN = (1.0, 0.0, 0.0, 0.0)
+_THICKNESS = 0.1
+"""Of a disk, over its radius."""
+
+
+def to_gltf(
+    dataset: xr.Dataset, path: str | os.PathLike[str], *, vehicle: Vehicle | None = None
+) -> None:
+    """Write one flight as an animated .glb file: the UAV, and its arms as skinned tubes.
+
+    vehicle: by default that of the result's attributes. Node `world` turns our axes, z up, into
+    glTF's; below it all is in ours, in metres and in seconds since the first sample. The UAV is the
+    box of its mass and inertia. Raises InputError, also for a file that exists.
+    """
+    motion = motion_of(dataset, vehicle).at(RATE)
+    file = new_file("path", path)
+    if file.suffix != ".glb":
+        raise InputError(f"path is {printed(path)}; name a file that ends in .glb.")
+    write_new(file, _document(motion).content())
+
+
+@dataclass(frozen=True)
+class _Stage:
+    """A document, the accessor of its times, and what many nodes share."""
+
+    glb: Glb
+    times: int
+    cube: int
+    disk: int
+    rotor: int
+    arm: int
+    """material of the arms"""
+
+    def moved(self, node: int, translation: Array, rotation: Array) -> int:
+        """The node, on its way."""
+        for path, values in (("translation", translation), ("rotation", rotation)):
+            self.glb.move(node, path, self.glb.track(self.times, values))
+        return node
+
+
+def _document(motion: Motion) -> Glb:
+    stage, vehicle = _stage(motion), motion.vehicle
+    parts = [_box(stage, vehicle.uav.mass, vehicle.uav.inertia)] + _rotors(stage, vehicle.uav)
+    skinned, first = [], 0
+    for index, arm in enumerate(vehicle.arms):
+        bend = motion.bend[:, first : first + len(arm.section)]
+        eye = [_camera(stage.glb, vehicle.camera)] if index == vehicle.camera_arm else []
+        joints = _joints(stage, arm, bend, [*_tip(stage, arm), *eye])
+        parts.append(joints[0])
+        skinned.append(_skin(stage, arm, joints))
+        first += len(arm.section)
+    uav = stage.moved(stage.glb.node("uav", parts), motion.position, motion.attitude)
+    world = stage.glb.node("world", [uav], rotation=_Y_UP)
+    stage.glb.document |= {"scene": 0, "scenes": [{"nodes": [world, *skinned]}]}
+    return stage.glb
+
+
+def _stage(motion: Motion) -> _Stage:
+    glb = Glb()
+    body, arm = glb.material(0.2, 0.22, 0.25), glb.material(0.85, 0.4, 0.1)
+    disk = tube(np.array([0.5, -0.5]) * _THICKNESS, np.ones(2), sides=32)
+    return _Stage(
+        glb,
+        times=glb.accessor(motion.time - motion.time[0]),
+        cube=glb.mesh(cube(), body),
+        disk=glb.mesh(disk, body),
+        rotor=glb.mesh(disk, glb.material(0.4, 0.45, 0.5, opacity=0.5)),
+        arm=arm,
+    )
+
+
+def _box(stage: _Stage, mass: float, inertia: Any, centre: Any = (0.0, 0.0, 0.0)) -> int:
+    box = equal_box(mass, inertia)
+    turn = Rotation.from_matrix(box.axes).as_quat()
+    shown = {"mesh": stage.cube, "scale": box.half, "rotation": turn, "translation": centre}
+    return stage.glb.node("body", **shown)
+
+
+def _rotors(stage: _Stage, uav: Uav) -> list[int]:
+    if uav.rotors is None:
+        return []
+    found, radius = [], rotor_radius(uav.rotors)
+    for hub, axis in zip(uav.rotors.hubs, uav.rotors.allocation[:3].T, strict=True):
+        turn = Rotation.align_vectors([axis], [[0.0, 0.0, 1.0]])[0].as_quat()
+        shown = {"mesh": stage.rotor, "translation": hub, "rotation": turn}
+        found.append(stage.glb.node("rotor", scale=(radius, radius, 0.2 * radius), **shown))
+    return found
+
+
+def _joints(stage: _Stage, arm: ArmChain, bend: Array, at_tip: list[int]) -> list[int]:
+    """The chain of an arm's frames, each in the one before, from the base to the tip."""
+    found: list[int] = []
+    children = at_tip
+    for index in reversed(range(len(arm.section))):
+        section = arm.section[index]
+        at, turn = arc_frame(bend[:, index], section.length / PIECES)
+        # All pieces of a section move alike.
+        tracks = stage.glb.track(stage.times, at), stage.glb.track(stage.times, turn)
+        disks = _disks(stage, section)
+        for piece in reversed(range(PIECES)):
+            children = [*children, *disks.get(piece + 1, [])]
+            name = f"{arm.name}.{section.name}.{piece + 1}"
+            node = stage.glb.node(name, children, translation=at[0], rotation=turn[0])
+            for path, track in zip(("translation", "rotation"), tracks, strict=True):
+                stage.glb.move(node, path, track)
+            found, children = [node, *found], [node]
+        children += disks.get(0, [])
+    base = stage.glb.node(arm.name, children, translation=arm.mount, rotation=arm.attitude)
+    return [base, *found]
+
+
+def _disks(stage: _Stage, section: Section) -> dict[int, list[int]]:
+    """Nodes of a section's disks, by the joint that they hang below."""
+    found: dict[int, list[int]] = {}
+    part = section.length / PIECES
+    for disk in section.disks:
+        joint = min(int(disk.position / part), PIECES)
+        radius, below = disk_radius(disk, section), joint * part - disk.position
+        shown = {"mesh": stage.disk, "scale": 3 * (radius,), "translation": (0.0, 0.0, below)}
+        found.setdefault(joint, []).append(stage.glb.node("disk", **shown))
+    return found
+
+
+def _tip(stage: _Stage, arm: ArmChain) -> list[int]:
+    body = arm.tip
+    inside = [_box(stage, body.mass, body.inertia, body.centre)] if body and body.mass else []
+    return [stage.glb.node(f"{arm.name}.tip", inside, rotation=_HALF_TURN)]
+
+
+def _camera(glb: Glb, camera: Camera) -> int:
+    """Below the last joint; glTF's cameras look along -z, with y up."""
+    width, height = camera.image_size
+    lens = {"yfov": 2.0 * float(np.arctan2(height, 2.0 * camera.focal_length[1])), "znear": 0.01,
+            "aspectRatio": width / height}  # fmt: skip
+    eye = glb.add("cameras", {"type": "perspective", "perspective": lens})
+    tip = Rotation.from_quat(_HALF_TURN)
+    turn = tip * Rotation.from_quat(camera.attitude) * Rotation.from_quat(_HALF_TURN)
+    at = tip.apply(camera.position)
+    return glb.node("camera", camera=eye, translation=at, rotation=turn.as_quat())
+
+
+def _skin(stage: _Stage, arm: ArmChain, joints: list[int]) -> int:
+    """The tube around an arm, each of whose rings goes with one joint."""
+    lengths = np.repeat([section.length / PIECES for section in arm.section], PIECES)
+    heights = -np.append(0.0, np.cumsum(lengths))
+    radii = np.repeat([radius_of(section) for section in arm.section], PIECES)
+    shape = tube(heights, np.append(radii[0], radii))
+    rings = np.arange(len(heights))
+    sides = len(shape.vertices) // (len(rings) + 2)
+    bound = np.repeat(np.append(rings, [0, rings[-1]]), sides)
+    # Straight, a joint is at its height and not turned.
+    inverse = np.tile(np.eye(4), (len(heights), 1, 1))
+    inverse[:, 2, 3] = -heights
+    skin = {"joints": joints, "inverseBindMatrices": stage.glb.accessor(inverse)}
+    mesh = stage.glb.mesh(shape, stage.arm, bound)
+    return stage.glb.node(f"{arm.name}.tube", mesh=mesh, skin=stage.glb.add("skins", skin))
