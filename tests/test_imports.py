@@ -124,9 +124,10 @@ ROOMS = {
         {"kinematics", "dynamics", "law", "open_loop", "parameters", "closed_loop", "summary"},
     ],
     "interfaces": [
-        {"extras", "casadi_arm", "chain", "outline", "arcs", "shapes", "motion", "reading"},
-        {"casadi_dynamics", "glb"},
-        {"casadi_model", "mjcf", "gltf"},
+        {"extras", "chain", "outline", "arcs", "shapes", "foxglove", "motion", "reading", "frames"},
+        {"casadi_arm", "glb", "acting", "logged"},
+        {"casadi_dynamics"},
+        {"casadi_model", "mjcf", "gltf", "mcap_log", "csv_table"},
     ],
     "report": [{"contents", "keeping", "verdicts"}, {"page"}],
     "studies.atlas": [

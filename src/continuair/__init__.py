@@ -37,8 +37,11 @@ if TYPE_CHECKING:
     from continuair.figures import plot as plot
     from continuair.flight.live import Simulation as Simulation
     from continuair.flight.simulate import simulate as simulate
+    from continuair.interfaces import frames as frames
     from continuair.interfaces.casadi_model import to_casadi as to_casadi
+    from continuair.interfaces.csv_table import to_csv as to_csv
     from continuair.interfaces.gltf import to_gltf as to_gltf
+    from continuair.interfaces.mcap_log import to_mcap as to_mcap
     from continuair.interfaces.mjcf import to_mjcf as to_mjcf
     from continuair.kernels.dynamics import MODELS as MODELS
     from continuair.scenario import paths as paths
@@ -94,7 +97,9 @@ _HOME = {
     "design": "controllers.gains",
     "rigid_inertia": "controllers.inertias",
     "to_casadi": "interfaces.casadi_model",
+    "to_csv": "interfaces.csv_table",
     "to_gltf": "interfaces.gltf",
+    "to_mcap": "interfaces.mcap_log",
     "to_mjcf": "interfaces.mjcf",
     "open_sweep": "sweeps",
     "run_pairs": "sweeps",
@@ -104,7 +109,12 @@ _HOME = {
     "view": "viewer.view",
     "View": "viewer.view",
 }
-_MODULES = {"equations": "equations", "paths": "scenario.paths", "plot": "figures.plot"}
+_MODULES = {
+    "equations": "equations",
+    "paths": "scenario.paths",
+    "plot": "figures.plot",
+    "frames": "interfaces.frames",
+}
 __all__ = sorted([*_HOME, *_MODULES])
 
 

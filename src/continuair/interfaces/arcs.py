@@ -23,8 +23,9 @@ def arc_frame(bend: Array, s: float) -> tuple[Array, Array]:
     return point, turn
 
 
-def backbone(vehicle: Vehicle, bend: Array, pieces: int = 16) -> list[Array]:
-    """Points along each arm in body axes, (n, sections times pieces + 1, 3) [m].
+def backbone(vehicle: Vehicle, bend: Array, pieces: int = 16) -> list[tuple[Array, Array]]:
+    """Of each arm the points along it, (n, sections times pieces + 1, 3) [m], and the attitude of
+    its tip, z out of it, (n, 4) x y z w; both in body axes.
 
     bend: (n, sections, 2) [1/m], of all arms; pieces: how many a section is cut into.
     """
@@ -35,7 +36,7 @@ def backbone(vehicle: Vehicle, bend: Array, pieces: int = 16) -> list[Array]:
     return found
 
 
-def _along(arm: ArmChain, bend: Array, pieces: int) -> Array:
+def _along(arm: ArmChain, bend: Array, pieces: int) -> tuple[Array, Array]:
     base, axes = np.asarray(arm.mount), Rotation.from_quat(arm.attitude)
     points = [np.broadcast_to(base, (len(bend), 3))]
     for index, section in enumerate(arm.section):
@@ -43,4 +44,5 @@ def _along(arm: ArmChain, bend: Array, pieces: int) -> Array:
             at, turn = arc_frame(bend[:, index], share * section.length)
             points.append(base + axes.apply(at))
         base, axes = points[-1], axes * Rotation.from_quat(turn)
-    return np.stack(points, axis=1)
+    out = axes * Rotation.from_quat([1.0, 0.0, 0.0, 0.0])
+    return np.stack(points, axis=1), out.as_quat()

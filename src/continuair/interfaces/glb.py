@@ -50,7 +50,9 @@ class Glb:
 
     def node(self, name: str, children: Sequence[int] = (), **properties: Any) -> int:
         """A node: translation, rotation x y z w, scale, mesh, skin or camera as properties."""
-        found = {"name": name} | ({"children": list(children)} if children else {})
+        found: dict[str, Any] = {"name": name}
+        if children:
+            found["children"] = list(children)
         for key, value in properties.items():
             found[key] = value if isinstance(value, int) else np.asarray(value, float).tolist()
         return self.add("nodes", found)

@@ -152,8 +152,9 @@ def _disks(stage: _Stage, section: Section) -> dict[int, list[int]]:
     for disk in section.disks:
         joint = min(int(disk.position / part), PIECES)
         radius, below = disk_radius(disk, section), joint * part - disk.position
-        shown = {"mesh": stage.disk, "scale": 3 * (radius,), "translation": (0.0, 0.0, below)}
-        found.setdefault(joint, []).append(stage.glb.node("disk", **shown))
+        shown: dict[str, Any] = {"mesh": stage.disk, "translation": (0.0, 0.0, below)}
+        node = stage.glb.node("disk", scale=3 * (radius,), **shown)
+        found.setdefault(joint, []).append(node)
     return found
 
 
@@ -166,8 +167,8 @@ def _tip(stage: _Stage, arm: ArmChain) -> list[int]:
 def _camera(glb: Glb, camera: Camera) -> int:
     """Below the last joint; glTF's cameras look along -z, with y up."""
     width, height = camera.image_size
-    lens = {"yfov": 2.0 * float(np.arctan2(height, 2.0 * camera.focal_length[1])), "znear": 0.01,
-            "aspectRatio": width / height}  # fmt: skip
+    seen = 2.0 * float(np.arctan2(height, 2.0 * camera.focal_length[1]))
+    lens = {"yfov": seen, "aspectRatio": width / height, "znear": 0.01}
     eye = glb.add("cameras", {"type": "perspective", "perspective": lens})
     tip = Rotation.from_quat(_HALF_TURN)
     turn = tip * Rotation.from_quat(camera.attitude) * Rotation.from_quat(_HALF_TURN)

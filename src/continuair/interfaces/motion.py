@@ -66,12 +66,9 @@ def motion_of(dataset: Any, vehicle: Any = None) -> Motion:
             f"dataset has {bend.shape[1]} sections, but the vehicle {shown(vehicle.name)} has "
             f"{vehicle.sections}; give the vehicle that flew."
         )
-    found = Motion(
-        vehicle, *(dataset[name].to_numpy() for name in ("time", "position", "attitude")), bend,
-        dataset,
-    )  # fmt: skip
-    finite = [np.isfinite(each).all(axis=1) for each in (found.position, found.attitude)]
-    valid = finite[0] & finite[1] & np.isfinite(bend).all(axis=(1, 2))
+    position, attitude = (dataset[name].to_numpy() for name in ("position", "attitude"))
+    found = Motion(vehicle, dataset["time"].to_numpy(), position, attitude, bend, dataset)
+    valid = np.isfinite(np.column_stack([position, attitude, bend.reshape(n, -1)])).all(axis=1)
     if not valid.any():
         raise InputError("dataset holds no finite sample; give a flight that did not fail at once.")
     return _rows(found, np.flatnonzero(valid))
@@ -89,5 +86,7 @@ def vehicle_of(dataset: xr.Dataset) -> Vehicle:
 
 
 def _rows(motion: Motion, kept: Array) -> Motion:
-    values = (getattr(motion, name)[kept] for name in ("time", "position", "attitude", "bend"))
-    return Motion(motion.vehicle, *values, motion.dataset.isel(time=kept))
+    return Motion(
+        motion.vehicle, motion.time[kept], motion.position[kept], motion.attitude[kept],
+        motion.bend[kept], motion.dataset.isel(time=kept),
+    )  # fmt: skip

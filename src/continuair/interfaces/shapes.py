@@ -20,7 +20,9 @@ class Mesh:
 
 def cube() -> Mesh:
     """From -1 to 1 along each axis."""
-    vertices, normals, triangles = [], [], []
+    vertices: list[Array] = []
+    normals: list[Array] = []
+    triangles: list[list[int]] = []
     for axis in range(3):
         for sign in (-1.0, 1.0):
             u, v, w = (np.roll(np.eye(3), -axis, axis=0)[i] for i in (1, 2, 0))

@@ -1,0 +1,83 @@
+"""What acted on a vehicle at the samples of its flight, as far as its result tells."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from continuair.flight.inputs import evaluated
+from continuair.flight.prepare import check_scenario
+from continuair.interfaces.motion import Motion
+from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.layout import FIELDS, OF_NAME, PUSH
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Acting:
+    """inputs: name of the table of inputs -> (n, width), of those that acted; rotors and controller
+    count as force, moment and bend moment. untold: fields of the scenario that acted otherwise."""
+
+    inputs: dict[str, Array]
+    untold: tuple[str, ...]
+
+
+def acting_on(motion: Motion, scenario: Scenario | None = None) -> Acting:
+    """Of a flight; scenario: the one that was flown, whose functions of time a result lacks.
+
+    Raises InputError for a scenario of another shape.
+    """
+    told = _fields(motion, scenario)
+    found = _pushes(motion)
+    untold = [name for name in ("tau", "wind") if told.get(name) is not None]
+    if motion.vehicle.uav.rotors is not None and "rotor_thrust" not in motion.dataset:
+        untold.append("rotor_thrust")
+    elif told.get("controller") is not None and "command" not in motion.dataset:
+        untold.append("command")
+    for name in (*PUSH, "tip_wrench"):
+        value = told.get(name)
+        if isinstance(value, str):
+            untold.append(name)
+        elif value is not None:
+            sign = told["tip_wrench_sign"] if name == "tip_wrench" else 1.0
+            found[name] = found.get(name, 0.0) + sign * _sampled(name, value, motion)
+    return Acting(found, tuple(untold))
+
+
+def _fields(motion: Motion, scenario: Scenario | None) -> dict[str, Any]:
+    if scenario is not None:
+        check_scenario(scenario)
+        return {
+            name: getattr(scenario, name) for name in (*FIELDS, "tip_wrench_sign", "controller")
+        }
+    told: dict[str, Any] = json.loads(motion.dataset.attrs.get("scenario", "{}"))
+    return told
+
+
+def _sampled(name: str, value: Any, motion: Motion) -> Array:
+    width = OF_NAME[name].width(motion.vehicle.sections, len(motion.vehicle.arms))
+    if callable(value):
+        return evaluated(name, value, motion.time, width)[:, 0]
+    return np.broadcast_to(np.asarray(value, float), (len(motion.time), width))
+
+
+def _pushes(motion: Motion) -> dict[str, Array]:
+    """Of a controller; and force and moment of rotors, which are what they make of its own."""
+    dataset, rotors, found = motion.dataset, motion.vehicle.uav.rotors, {}
+    if "command" in dataset:
+        found = dict(
+            zip(PUSH, np.split(dataset["command"].to_numpy(), [3, 6], axis=1), strict=True)
+        )
+    if rotors is None:
+        return found
+    found = {name: found[name] for name in ("bend_moment",) if name in found}
+    if "rotor_thrust" in dataset:
+        wrench = dataset["rotor_thrust"].to_numpy() @ rotors.allocation.T
+        found["force"] = Rotation.from_quat(motion.attitude).apply(wrench[:, :3])
+        found["moment"] = wrench[:, 3:]
+    return found

@@ -1,0 +1,106 @@
+"""A CSV file is a recording that `identify` reads, and more."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from continuair import ContinuairWarning, InputError
+from continuair.identification.recording import Recording, load_recording
+from tests.interfaces.flights import flight
+
+
+def read(path: Path, vehicle: ca.Vehicle) -> Recording:
+    with pytest.warns(ContinuairWarning, match="ignores the columns velocity_x"):
+        return load_recording(path, vehicle)
+
+
+def columns(path: Path) -> dict[str, np.ndarray]:
+    headings = path.read_text().splitlines()[0].split(",")
+    rows = np.loadtxt(path, delimiter=",", skiprows=1)
+    return dict(zip(headings, rows.T, strict=True))
+
+
+@pytest.mark.parametrize("name", ["paper", "two_section", "dual_arm"])
+def test_a_recording_read_back_is_the_flight_to_the_last_bit(name: str, tmp_path: Path) -> None:
+    dataset, vehicle = flight(name), ca.load_vehicle(name)
+    ca.to_csv(dataset, tmp_path / "flight.csv")
+    found = read(tmp_path / "flight.csv", vehicle)
+    np.testing.assert_array_equal(found.time, dataset.time)
+    np.testing.assert_array_equal(found.position, dataset.position)
+    np.testing.assert_allclose(found.attitude, dataset.attitude, rtol=0, atol=1e-15)
+    np.testing.assert_array_equal(found.bend, dataset.bend.to_numpy().reshape(len(found.time), -1))
+    assert found.inputs is not None
+    np.testing.assert_array_equal(found.inputs[:, :3], [[0.5, -0.3, 10.5 * vehicle.mass]] * 26)
+    np.testing.assert_array_equal(found.inputs[:, 3:], 0.0)
+
+
+def test_all_else_that_was_logged_follows_with_units(tmp_path: Path) -> None:
+    dataset = flight("dual_arm")
+    ca.to_csv(dataset, tmp_path / "flight.csv")
+    found = columns(tmp_path / "flight.csv")
+    for heading, values in {
+        "velocity_z [m/s]": dataset.velocity.sel(axis="z"),
+        "tip_position_right_x [m]": dataset.tip_position.sel(arm="right", axis="x"),
+        "q_yaw [rad]": dataset.q.sel(coordinate="yaw"),
+        "q_kappa_2 [1/m]": dataset.q.sel(coordinate="kappa_2"),
+        "bend_rate_left.0_x [1/(m s)]": dataset.bend_rate.sel(section="left.0", bend_axis="x"),
+        "kinetic_energy [J]": dataset.kinetic_energy,
+    }.items():
+        np.testing.assert_array_equal(found[heading], values)
+
+
+def test_inputs_over_time_are_sampled_from_the_scenario_and_missed_without_it(
+    tmp_path: Path,
+) -> None:
+    vehicle = ca.load_vehicle("paper")
+
+    def pushed(t: float) -> list[float]:
+        return [np.sin(5.0 * t), 0.0, 9.81 * vehicle.mass]
+
+    start = [0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.1, 0.0]
+    scenario = ca.Scenario("pushed", start, force=pushed, moment=[0.1, 0.0, 0.0], duration=0.2)
+    dataset = ca.simulate(vehicle, scenario, sample=0.01)
+    ca.to_csv(dataset, tmp_path / "whole.csv", scenario=scenario)
+    whole = columns(tmp_path / "whole.csv")
+    np.testing.assert_allclose(whole["force_x"], np.sin(5.0 * whole["time"]), rtol=1e-15)
+    np.testing.assert_array_equal(whole["moment_x"], 0.1)
+    with pytest.warns(ContinuairWarning, match="lacks force, which acted"):
+        ca.to_csv(dataset, tmp_path / "less.csv")
+    assert "force_x" not in columns(tmp_path / "less.csv")
+
+
+def test_what_rotors_give_is_written_as_the_force_and_moment_that_acted(tmp_path: Path) -> None:
+    rotors = {"layout": "quad_x", "lever": 0.25, "thrust_limits": [0.0, 12.0],
+              "torque_per_thrust": 0.02}  # fmt: skip
+    paper = ca.load_vehicle("paper").describe()
+    vehicle = ca.Vehicle(**paper | {"uav": paper["uav"] | {"rotors": rotors}})
+    start = [0.0, 0.0, 3.0, 0.1, 0.2, 0.3, 0.1, 0.0]
+    scenario = ca.Scenario("four", start, rotor_command=[5.0, 6.0, 7.0, 8.0], duration=0.1)
+    dataset = ca.simulate(vehicle, scenario, sample=0.01)
+    ca.to_csv(dataset, tmp_path / "flight.csv")
+    found = columns(tmp_path / "flight.csv")
+    # What acts is all that changes the momentum beside the weight.
+    momentum = dataset.linear_momentum.to_numpy()
+    rates = np.gradient(momentum, 0.01, axis=0, edge_order=2)
+    forces = np.column_stack([found[f"force_{axis}"] for axis in "xyz"])
+    expected = rates + [0.0, 0.0, 9.81 * vehicle.mass]
+    np.testing.assert_allclose(forces[2:-2], expected[2:-2], rtol=0, atol=0.01 * 26)
+
+
+def test_a_flight_that_ended_early_is_written_up_to_its_end(tmp_path: Path) -> None:
+    whole = flight("paper")
+    ended = whole.where(whole.time < 0.1)
+    ended.attrs = whole.attrs
+    ca.to_csv(ended, tmp_path / "flight.csv")
+    assert columns(tmp_path / "flight.csv")["time"][-1] == pytest.approx(0.09)
+
+
+def test_a_file_that_exists_stays(tmp_path: Path) -> None:
+    path = tmp_path / "flight.csv"
+    path.write_text("mine")
+    with pytest.raises(InputError, match=re.escape("not a new file")):
+        ca.to_csv(flight("paper"), path)
+    assert path.read_text() == "mine"
