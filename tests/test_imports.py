@@ -128,6 +128,7 @@ ROOMS = {
         {"casadi_arm", "glb", "acting", "logged"},
         {"casadi_dynamics"},
         {"casadi_model", "mjcf", "gltf", "mcap_log", "csv_table"},
+        {"export"},
     ],
     "report": [{"contents", "keeping", "verdicts"}, {"page"}],
     "studies.atlas": [

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from continuair.interfaces.gltf import to_gltf as to_gltf
     from continuair.interfaces.mcap_log import to_mcap as to_mcap
     from continuair.interfaces.mjcf import to_mjcf as to_mjcf
+    from continuair.interfaces.reading import read_result as read_result
     from continuair.kernels.dynamics import MODELS as MODELS
     from continuair.scenario import paths as paths
     from continuair.scenario.paper_tests import open_loop_test as open_loop_test
@@ -101,6 +102,7 @@ _HOME = {
     "to_gltf": "interfaces.gltf",
     "to_mcap": "interfaces.mcap_log",
     "to_mjcf": "interfaces.mjcf",
+    "read_result": "interfaces.reading",
     "open_sweep": "sweeps",
     "run_pairs": "sweeps",
     "sweep": "sweeps",

@@ -15,6 +15,7 @@ from continuair.cli import (  # noqa: F401, I001
     new,
     view,
     vehicles,
+    export,
     paper,
 )
 from continuair.cli.application import app
