@@ -17,9 +17,9 @@ def to_casadi(vehicle: Any) -> Function:
     Inputs by name: attitude (4,) x y z w, body to world, of any length above 0; bend (N, 2) [1/m];
     velocity (3,), world axes; angular_velocity (3,), body axes; bend_rate (N, 2); force (3,), world
     axes; moment (3,), body axes; bend_moment (N, 2) [N m²]; tip_wrench (arms, 6), world axes;
-    gravity [m/s²]. What is left out of a call by name is 0, but gravity 9.81. Outputs v̇ (3,), world
-    axes, ω̇ (3,), body axes, and k̈ (N, 2), named velocity_rate, angular_velocity_rate and
-    bend_acceleration.
+    gravity [m/s²]. The attitude must be given; else what is left out of a call by name is 0, and
+    gravity 9.81. Outputs: velocity_rate v̇ (3,), world axes, angular_velocity_rate ω̇ (3,), body
+    axes, and bend_acceleration k̈ (N, 2).
 
     All of the vehicle counts as it does there: arms, disks, bodies on tips, drag in air at rest;
     rotors stand still. Values and all derivatives hold at bend 0 too, and are NaN beyond a full

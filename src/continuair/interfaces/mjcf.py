@@ -89,15 +89,15 @@ def _arm(uav: Element, arm: ArmChain, links: int) -> Element:
     for section in arm.section:
         for index, link in enumerate(links_of(section, links)):
             name = _joint(arm, section, index)
-            body = SubElement(body, "body", name=name, pos=_text((0.0, 0.0, -down)))
+            body = SubElement(body, "body", name=name, pos=_text((0.0, 0.0, down)))
             if index:
                 _hinges(body, name, section, links)
             across = np.diag([link.transverse, link.transverse, link.axial])
             _inertial(body, link.mass, np.array([0.0, 0.0, -link.centre]), across)
             line, radius = (0.0, 0.0, 0.0, 0.0, 0.0, -link.length), radius_of(section)
             _shown(body, "capsule", fromto=_text(line), size=_text(radius))
-            down = link.length
-    tip = SubElement(body, "body", name=f"{arm.name}.tip", pos=_text((0.0, 0.0, -down)))
+            down = -link.length
+    tip = SubElement(body, "body", name=f"{arm.name}.tip", pos=_text((0.0, 0.0, down)))
     tip.set("quat", _wxyz(_HALF_TURN))
     SubElement(tip, "site", name=f"{arm.name}.tip")
     if arm.tip is not None and arm.tip.mass:
