@@ -393,16 +393,6 @@ def test_the_drawn_bend_has_its_radius_and_its_tip() -> None:
     np.testing.assert_allclose(np.linalg.norm(flat.get_xydata() - centre, axis=1), 2.0, rtol=1e-12)
 
 
-@pytest.mark.parametrize("kappa", [0.0, 1e-9, 0.5, 2.0])
-def test_drawn_backbone_has_the_arms_length_and_hangs_from_the_mount(kappa: float) -> None:
-    points = pictogram.backbone(np.array([0.6 * kappa, 0.8 * kappa]), 1.2, (0.1, 0.0, -0.2))
-    np.testing.assert_array_equal(points[0], [0.1, 0.0, -0.2])
-    # Chords of 39 pieces are shorter than the arc by (kappa l / 39)² / 24.
-    length = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
-    assert length == pytest.approx(1.2, rel=1e-3)
-    assert points[-1, 2] < -0.2
-
-
 def test_snapshots_draw_the_models_at_the_times_asked_for(result: study.OpenLoop) -> None:
     figure = pictogram.snapshots(result.datasets["A"], PAPER, [0.0, 0.5, 1.0])
     labels = [text.get_text() for text in figure.axes[0].texts]

@@ -28,6 +28,7 @@ ROOMS = {
         {"studies", "figures"},
         {"identification"},
         {"report", "interfaces"},
+        {"viewer"},
         {"cli"},
     ],
     "vehicle": [
@@ -129,6 +130,15 @@ ROOMS = {
         {"casadi_dynamics"},
         {"casadi_model", "mjcf", "gltf", "mcap_log", "csv_table"},
         {"export"},
+    ],
+    "viewer": [
+        {"bodies", "player", "server", "shapes", "flying"},
+        {"forces", "sight"},
+        {"scene"},
+        {"reading", "vehicles", "live", "drawing"},
+        {"stage", "video"},
+        {"panel"},
+        {"export", "view"},
     ],
     "report": [{"contents", "keeping", "verdicts"}, {"page"}],
     "studies.atlas": [

@@ -60,7 +60,6 @@ if TYPE_CHECKING:
     from continuair.vehicle.vehicle import load_vehicle as load_vehicle
     from continuair.vehicle.vehicle import preset_names as preset_names
     from continuair.viewer.video import animate as animate
-    from continuair.viewer.view import View as View
     from continuair.viewer.view import view as view
 
 _HOME = {
@@ -109,7 +108,6 @@ _HOME = {
     "backbone": "analysis.backbone",
     "animate": "viewer.video",
     "view": "viewer.view",
-    "View": "viewer.view",
 }
 _MODULES = {
     "equations": "equations",

@@ -39,7 +39,9 @@ def backbone(vehicle: Vehicle, flight: xr.Dataset, points: int = 41) -> xr.DataA
     world = place[..., None, None, :] + carried(attitude, body)
     lengths = np.stack([stations(arm, count) for arm in vehicle.arms])
     leading = [str(dim) for dim in flight["position"].transpose(..., "time", "axis").dims[:-1]]
-    labels = {name: flight[name] for name in (*leading, "axis") if name in flight.coords}
+    labels: dict[str, Any] = {
+        name: flight[name] for name in (*leading, "axis") if name in flight.coords
+    }
     if vehicle.has_arm_list:
         labels["arm"] = [arm.name for arm in vehicle.arms]
         return _labelled(world, [*leading, "arm", "point", "axis"], labels, lengths)
@@ -98,7 +100,8 @@ def along(arm: ArmChain, bend: Array, points: int) -> tuple[Array, Array]:
         local = np.append(s[first:stop] - start, section.length)
         r, turn = arc(bend[..., None, index, :], local)
         r, turn = origin[..., None, :] + _turned(axes, r), axes[..., None, :, :] @ turn
-        found[..., first:stop, :], frames[..., first:stop, :, :] = r[..., :-1, :], turn[..., :-1, :, :]
+        found[..., first:stop, :] = r[..., :-1, :]
+        frames[..., first:stop, :, :] = turn[..., :-1, :, :]
         origin, axes = r[..., -1, :], turn[..., -1, :, :]
         first, start = stop, start + section.length
     return found, frames

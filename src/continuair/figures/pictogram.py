@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from continuair.analysis.mass import backbone_point
+from continuair.analysis.backbone import along, parts
 from continuair.figures import style
 from continuair.vehicle.vehicle import Vehicle
 
@@ -29,8 +29,9 @@ def snapshots(
 ) -> Figure:
     """Return side views (world x and z) at given times [s], side by side, the models overlaid.
 
-    dataset: trajectories with leading dimension `model`. The picture falls with the coupled UAV:
-    each snapshot has it at the same height. spacing: distance between snapshots [m].
+    dataset: trajectories with leading dimension `model`. The last of `models` is in front, and the
+    picture falls with its UAV: each snapshot has it at the same height. spacing: distance between
+    snapshots [m].
     """
     with style.applied():
         figure = style.new_figure(height=2.5)
@@ -40,33 +41,29 @@ def snapshots(
         for model in reversed(models):
             axes.plot([], [], label=model, color=style.MODELS[model]["color"], lw=2.5)
         for index, time in enumerate(times):
-            coupled = dataset.sel(model="coupled").sel(time=time, method="nearest")
-            origin = coupled["position"].to_numpy() - np.array([index * spacing, 0.0, 0.0])
+            front = dataset.sel(model=models[-1]).sel(time=time, method="nearest")
+            origin = front["position"].to_numpy() - np.array([index * spacing, 0.0, 0.0])
             for model in models:
                 flight = dataset.sel(model=model).sel(time=time, method="nearest")
-                _draw(axes, flight, vehicle, origin, model)
+                _draw(axes, flight, vehicle, origin, model, front=model == models[-1])
             axes.annotate(
-                f"{float(coupled['time']):.1f} s",
-                (index * spacing, 0.42 * vehicle.arm.length),
+                f"{float(front['time']):.1f} s",
+                (index * spacing, 0.42 * float(vehicle.reach)),
                 ha="center",
                 color="#555555",
             )
-        axes.set_ylim(top=max(axes.get_ylim()[1], 0.5 * vehicle.arm.length))
+        axes.set_ylim(top=max(axes.get_ylim()[1], 0.5 * float(vehicle.reach)))
         style.model_legend(figure, axes)
     return figure
 
 
-def backbone(bend: Array, length: float, mount: Sequence[float]) -> Array:
-    """Return points along the arm in body axes (points, 3) [m]; bend: bend vector (2,) [1/m]."""
-    return np.asarray(mount) + backbone_point(bend, np.linspace(0.0, length, _POINTS))
-
-
-def _draw(axes: Any, flight: xr.Dataset, vehicle: Vehicle, origin: Array, model: str) -> None:
+def _draw(
+    axes: Any, flight: xr.Dataset, vehicle: Vehicle, origin: Array, model: str, front: bool
+) -> None:
     """Draw one vehicle at one time; origin is the world point drawn at (0, 0)."""
     attitude = Rotation.from_quat(flight["attitude"].to_numpy())
     position = flight["position"].to_numpy() - origin
     colour = style.MODELS[model]["color"]
-    front = model == "coupled"
 
     def line(points: Array, width: float, alpha: float = 1.0) -> None:
         world = attitude.apply(points) + position
@@ -80,14 +77,16 @@ def _draw(axes: Any, flight: xr.Dataset, vehicle: Vehicle, origin: Array, model:
             zorder=3 if front else 2,
         )
 
-    size = 0.28 * vehicle.arm.length
+    size = 0.28 * float(vehicle.reach)
     line(np.array([[-size, 0, 0], [size, 0, 0]]), 2.2)
     line(np.array([[-0.3 * size, 0, 0.05 * size], [0.3 * size, 0, 0.05 * size]]), 5.0)
     for side in (-size, size):
         line(np.array([[side, 0, 0], [side, 0, 0.22 * size]]), 1.2)
         disk = [[side - 0.42 * size, 0, 0.22 * size], [side + 0.42 * size, 0, 0.22 * size]]
         line(np.array(disk), 1.8, alpha=0.6)
-    arm = backbone(flight["bend"].to_numpy(), vehicle.arm.length, vehicle.uav.mount)
-    line(arm, 2.6)
-    tip = attitude.apply(arm[-1]) + position
-    axes.plot(*tip[[0, 2]], marker="o", ms=4, color=colour, zorder=4 if front else 2)
+    for arm, bend in parts(vehicle, flight["bend"].to_numpy().reshape(-1, 2)):
+        points, _ = along(arm, bend, _POINTS)
+        line(np.array([np.zeros(3), points[0]]), 1.2)
+        line(points, 2.6)
+        tip = attitude.apply(points[-1]) + position
+        axes.plot(*tip[[0, 2]], marker="o", ms=4, color=colour, zorder=4 if front else 2)

@@ -96,7 +96,7 @@ def image(dataset: xr.Dataset, camera: Any, subtitle: str = "", model: str = REF
         figure = style.new_figure(height=2.1)
         panels = figure.subplots(1, len(letters), squeeze=False, sharey=True)[0]
         for axes, letter in zip(panels, letters, strict=True):
-            _points(axes, flights.sel(letter=letter))
+            feature_paths(axes, flights.sel(letter=letter))
             axes.set(xlim=(0, width), ylim=(height, 0), aspect="equal", title=letter)
             axes.set_xlabel("u [px]")
         panels[0].set_ylabel("v [px]")
@@ -248,8 +248,8 @@ def _ds(panels: Any, flights: xr.Dataset, model: str, draw: Callable[..., None])
         draw(panels[1], flight.isel(time=~early), ds[~early], model)
 
 
-def _points(axes: Any, flight: xr.Dataset) -> None:
-    """The paths of the feature points, their starts, and where they belong."""
+def feature_paths(axes: Any, flight: xr.Dataset) -> None:
+    """Draw the paths of the feature points, their starts, and where they belong."""
     pixels = samples(flight, "features", "pixel")
     wanted = pixels[0] + samples(flight, "feature_error", "pixel")[0]
     failed = curves.ending(flight)

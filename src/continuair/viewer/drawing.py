@@ -30,9 +30,10 @@ class Picture:
 
     def __init__(self, figure: Figure, scene: Scene) -> None:
         self._scene = scene
-        self._axes: Any = figure.add_axes((0.0, 0.0, 1.0, 0.93), projection="3d")
-        self._axes.set_proj_type("persp", focal_length=0.8)
-        self._axes.view_init(elev=18, azim=-62)
+        axes: Any = figure.add_axes((0.0, 0.0, 1.0, 0.93), projection="3d")
+        axes.set_proj_type("persp", focal_length=0.8)
+        axes.view_init(elev=18, azim=-62)
+        self._axes = axes
         self._title = figure.text(0.03, 0.95, "", size=9, color="#333333")
         self._key(figure)
         self._largest = max(float(scene.bodies.angle.max()), 0.05)
@@ -59,9 +60,12 @@ class Picture:
         self._draw_forces(frame)
 
     def _key(self, figure: Figure) -> None:
-        shown = [(name, GROUPS[name]) for name in self._scene.forces]
-        if self._scene.ghost is not None:
-            shown.append((f"{self._scene.ghost_model} model", model_colour(self._scene.ghost_model)))
+        shown, ghost = (
+            [(name, GROUPS[name]) for name in self._scene.forces],
+            self._scene.ghost_model,
+        )
+        if ghost:
+            shown.append((f"{ghost} model", model_colour(ghost)))
         for index, (name, colour) in enumerate(reversed(shown)):
             figure.text(0.97, 0.03 + 0.035 * index, name, size=8, color=colour, ha="right")
 
@@ -104,9 +108,14 @@ class Picture:
             else:
                 self._axes.plot(*points.T, color=ghost, lw=3.0, alpha=alpha)
         if ghost is None:
-            for at, attitude in zip(bodies.tip_position[frame], bodies.tip_attitude[frame], strict=True):
-                axes = 0.14 * self._scene.reach * of_quaternion(attitude).T
-                self._lines(np.stack([at + 0.0 * axes, at + axes], 1), color=_TIP_AXES, linewidth=1.6)
+            self._draw_tips(bodies, frame)
+
+    def _draw_tips(self, bodies: Bodies, frame: int) -> None:
+        size = 0.14 * self._scene.reach
+        tips = zip(bodies.tip_position[frame], bodies.tip_attitude[frame], strict=True)
+        for at, attitude in tips:
+            ends = at + size * of_quaternion(attitude).T
+            self._lines(np.stack([0.0 * ends + at, ends], 1), color=_TIP_AXES, linewidth=1.6)
 
     def _draw_trail(self, frame: int) -> None:
         for arm in range(len(self._scene.bodies.lines)):
@@ -129,7 +138,8 @@ class Picture:
                               arrow_length_ratio=0.15)  # fmt: skip
 
     def _lines(self, lines: Array, **look: Any) -> None:
-        self._axes.add_collection3d(Line3DCollection(lines, capstyle="round", **look), autolim=False)
+        collection = Line3DCollection(lines, capstyle="round", **look)
+        self._axes.add_collection3d(collection, autolim=False)
 
 
 def _pieces(points: Array) -> Array:

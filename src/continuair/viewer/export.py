@@ -19,13 +19,13 @@ RATE = 30.0
 """Frames per second of a page at most."""
 
 _POLICY = (
-    "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'unsafe-inline' "
+    '<meta http-equiv="Content-Security-Policy" content="default-src \'unsafe-inline\' '
     "'unsafe-eval' data: blob:\">"
 )
 """The browser refuses whatever the page would fetch."""
 
 _CAPTION = (
-    "<div style='position:fixed;left:1em;top:1em;z-index:9;width:17em;padding:.6em;"
+    "<div style='position:fixed;left:1em;bottom:4em;z-index:9;width:17em;padding:.6em;"
     "background:#ffffffd0;font-family:sans-serif;font-size:.9em;pointer-events:none'>"
 )
 

@@ -109,4 +109,6 @@ def _given(value: Any, times: Array) -> Array | None:
         return None
     rows = np.stack([np.ravel(value(float(t))) for t in times]) if callable(value) else value
     array = np.atleast_2d(np.asarray(rows, float))
-    return np.broadcast_to(array, (len(times), array.shape[1])) if len(array) in (1, len(times)) else None
+    if len(array) not in (1, len(times)):
+        return None
+    return np.broadcast_to(array, (len(times), array.shape[1]))

@@ -27,7 +27,7 @@ class Panel:
     """Controls and readings of a stage; it follows the player, if there is one, and steers it."""
 
     def __init__(self, server: Any, stage: Stage, player: Player | None) -> None:
-        self._stage, self._gui, self._slider = stage, server.gui, None
+        self._stage, self._gui, self._player = stage, server.gui, player
         if player is not None:
             self._add_playing(player)
         self._readings = self._gui.add_html(readings(stage.scene, 0))
@@ -42,8 +42,9 @@ class Panel:
 
     def follow(self, frame: int) -> None:
         """Show the readings of a frame."""
-        if self._slider is not None:
+        if self._player is not None:
             self._slider.value = round(float(self._stage.scene.times[frame]), 4)
+            self._button.label = _word(self._player)
         self._readings.content = readings(self._stage.scene, frame)
         if self._image is not None:
             self._seen.content = self._image.at(frame)
@@ -54,39 +55,34 @@ class Panel:
         step = max(1e-4, round((last - first) / max(1, len(times) - 1), 4))
         end = max(last, first + step)
         self._slider = slider = gui.add_slider("Time [s]", first, end, step, first)
-        button = gui.add_button("Pause" if player.playing else "Play")
+        self._button = button = gui.add_button(_word(player))
         speed = gui.add_dropdown("Speed", _SPEEDS, initial_value="1")
         loop = gui.add_checkbox("Loop", player.loop)
 
-        @slider.on_update
-        def _(event: Any) -> None:
-            if event.client_id is not None:
+        def seek(event: Any) -> None:
+            if event.client_id is not None:  # not by the player itself
                 player.seek(float(slider.value))
 
-        @button.on_click
-        def _(_event: Any) -> None:
+        def toggle(_event: Any) -> None:
             if not player.playing and player.shown == len(times) - 1:
                 player.seek(first)
             player.playing = not player.playing
-            button.label = "Pause" if player.playing else "Play"
+            button.label = _word(player)
 
-        @speed.on_update
-        def _(_event: Any) -> None:
-            player.speed = float(speed.value)
-
-        @loop.on_update
-        def _(_event: Any) -> None:
-            player.loop = loop.value
+        slider.on_update(seek)
+        button.on_click(toggle)
+        speed.on_update(lambda _event: setattr(player, "speed", float(speed.value)))
+        loop.on_update(lambda _event: setattr(player, "loop", loop.value))
 
     def _add_parts(self) -> None:
         stage = self._stage
         follows = self._gui.add_checkbox("go along with the UAV", stage.follows)
 
-        @follows.on_update
-        def _(_event: Any) -> None:
+        def follow(_event: Any) -> None:
             stage.follows = follows.value
             stage.show(stage.frame)
 
+        follows.on_update(follow)
         for name in stage.parts:
             self._add_part(name)
 
@@ -102,6 +98,10 @@ class Panel:
         box.on_update(lambda _event: change(box.value))
         if not visible:
             change(False)
+
+
+def _word(player: Player) -> str:
+    return "Pause" if player.playing else "Play"
 
 
 def readings(scene: Scene, frame: int) -> str:

@@ -14,7 +14,7 @@ from typing import Any
 import xarray as xr
 
 from continuair.errors import InputError, nearest
-from continuair.files import check_regular, printed, reason, user_path
+from continuair.files import check_regular, printed, reason
 from continuair.report.contents import DAMAGE, Contents, numbers_of, read
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
 from continuair.viewer.scene import vehicle_of

@@ -12,15 +12,16 @@ from numpy.typing import NDArray
 
 from continuair.analysis.backbone import motion_of
 from continuair.errors import InputError
+from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 from continuair.viewer.bodies import Bodies, bodies
 from continuair.viewer.forces import Force, forces_of
 from continuair.viewer.sight import Aim, Eye, aim_of, eye_of
-from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 Array = NDArray[np.float64]
 
-RATE = 60.0
-"""Frames per second of flight at most; samples are taken as they are, none in between."""
+RATE, LEAST = 60.0, 600
+"""Frames per second of flight, and of a flight in all where it is short, as far as there are
+samples: those are taken as they are, none in between."""
 
 
 @dataclass(frozen=True)
@@ -122,30 +123,32 @@ def check_one_run(flight: xr.Dataset) -> None:
         raise InputError(f"flight holds many: {count}; choose one, as in flight.isel({given}).")
 
 
-def frames(flight: xr.Dataset, rate: float) -> Array:
-    """Return indices of the samples that are drawn, at most `rate` per second, the last among
-    them; raises InputError if there is nothing to draw."""
+def frames(flight: xr.Dataset, rate: float) -> NDArray[np.int64]:
+    """Return indices of the samples that are drawn, the last among them; raises InputError if
+    there is nothing to draw."""
     if "time" not in flight.dims or flight.sizes["time"] == 0:
         raise InputError("flight has no samples over time; give a result of continuair.simulate.")
     times = flight["time"].to_numpy()
-    count = int(np.ceil((times[-1] - times[0]) * rate)) + 1
+    count = max(int(np.ceil((times[-1] - times[0]) * rate)) + 1, LEAST)
     if count >= len(times):
         return np.arange(len(times))
     wanted = np.linspace(times[0], times[-1], count)
     after = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
     earlier = wanted - times[after - 1] < times[after] - wanted
-    return np.unique(after - earlier)
+    return np.unique(after - earlier).astype(np.int64)
 
 
 def _model(flight: xr.Dataset) -> str:
-    return str(flight["model"].item() if "model" in flight.coords else flight.attrs.get("model", ""))
+    if "model" in flight.coords:
+        return str(flight["model"].item())
+    return str(flight.attrs.get("model", ""))
 
 
-def _placed(flight: xr.Dataset, vehicle: Vehicle, chosen: Array) -> Bodies:
+def _placed(flight: xr.Dataset, vehicle: Vehicle, chosen: NDArray[np.int64]) -> Bodies:
     """The bodies at some samples; after the last finite one they stay."""
     motion = motion_of(flight, vehicle)
     flown = np.all([np.isfinite(x).reshape(len(x), -1).all(-1) for x in motion], axis=0)
     if not flown[0]:
-        raise InputError("flight begins with numbers that are not finite; there is nothing to draw.")
+        raise InputError("flight begins with numbers that are not finite; simulate it anew.")
     last = len(flown) - 1 if flown.all() else int(np.argmin(flown)) - 1
     return bodies(vehicle, *(each[np.minimum(chosen, last)] for each in motion))

@@ -81,8 +81,10 @@ def in_image(eye: Eye, pixels: Array, depth: float) -> Array:
     camera = eye.camera
     flat = (pixels - np.asarray(camera.principal_point)) / np.asarray(camera.focal_length)
     rays = depth * np.concatenate([flat, np.ones((*flat.shape[:-1], 1))], axis=-1)
-    turned = np.einsum("fij,...nj->fni", of_quaternion(eye.attitude), rays) if rays.ndim == 2 else (
-        np.einsum("fij,fnj->fni", of_quaternion(eye.attitude), rays)
+    turned = (
+        np.einsum("fij,...nj->fni", of_quaternion(eye.attitude), rays)
+        if rays.ndim == 2
+        else (np.einsum("fij,fnj->fni", of_quaternion(eye.attitude), rays))
     )
     return np.asarray(eye.position[:, None] + turned)
 

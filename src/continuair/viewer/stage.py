@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from continuair.viewer.forces import Force, scale_of
+from continuair.viewer.forces import scale_of
 from continuair.viewer.scene import Scene
 from continuair.viewer.shapes import COLOURS, GROUPS, model_colour, rgb
 from continuair.viewer.sight import in_image
@@ -14,9 +14,8 @@ from continuair.viewer.vehicles import VehicleNodes, wxyz_of
 
 _WORLD = "/world"
 
-_LONGEST = 0.7
+_LONGEST = 0.5
 """Length of the longest arrow over the arm's."""
-
 
 
 _SMALLEST = 0.05
@@ -26,15 +25,15 @@ _SMALLEST = 0.05
 class Stage:
     """A scene's nodes. parts: node groups that can be hidden, by what they are.
 
-    largest: the bend angle at the end of the scale of colours [rad].
+    largest: the bend angle at the end of the scale of colours [rad], by default the scene's own.
     """
 
-    def __init__(self, server: Any, scene: Scene) -> None:
+    def __init__(self, server: Any, scene: Scene, largest: float | None = None) -> None:
         self._server, self.scene = server, scene
         self._api = server.scene
         self.parts: dict[str, list[Any]] = {}
         self.follows = scene.far
-        self.largest = max(float(scene.bodies.angle.max()), _SMALLEST)
+        self.largest = largest or max(float(scene.bodies.angle.max()), _SMALLEST)
         self.frame = 0
         _light(self._api)
         self._world = self._api.add_frame(_WORLD, show_axes=False)
@@ -108,7 +107,8 @@ class Stage:
         )
 
     def _add_target(self) -> None:
-        aim, self._target = self.scene.aim, None
+        aim = self.scene.aim
+        self._target: Any = None
         if aim is None:
             return
         path = self._add_line("target_path", aim.centroid, "#0072B2", 2.0)
@@ -121,7 +121,8 @@ class Stage:
         self.parts["target"] = [self._target, *([] if path is None else [path])]
 
     def _add_camera(self) -> None:
-        eye, self._frustum = self.scene.eye, None
+        eye = self.scene.eye
+        self._frustum: Any = None
         if eye is None:
             return
         width, height = eye.camera.image_size
@@ -129,7 +130,8 @@ class Stage:
         half = 0.5 * height / eye.camera.focal_length[1]
         self._frustum = self._api.add_camera_frustum(
             f"{_WORLD}/camera", 2.0 * np.arctan(half), width / height, color=rgb("#0072B2"),
-            scale=depth * np.cbrt(half * half * width / height / 3.0), thickness=1.5, thickness_units="screen",
+            scale=depth * np.cbrt(half * half * width / height / 3.0), thickness=1.5,
+            thickness_units="screen",
         )  # fmt: skip
         self._images = in_image(eye, eye.image, depth)
         colours = [rgb(COLOURS[index % len(COLOURS)]) for index in range(eye.image.shape[1])]
@@ -154,7 +156,7 @@ class Stage:
 
     def _add_ground(self) -> None:
         size = self.scene.reach
-        cell = 10.0 ** np.floor(np.log10(size)) / (1.0 if size / 10 ** np.floor(np.log10(size)) > 3 else 2.0)
+        cell = 10.0 ** np.round(np.log10(size)) / 2.0
         self.parts["ground"] = [
             self._api.add_grid(
                 f"{_WORLD}/ground", infinite_grid=True, cell_size=cell, section_size=4.0 * cell,
@@ -172,7 +174,8 @@ class Stage:
             points = [bodies.position[:1], *(line[0] for line in bodies.lines)]
         every = np.concatenate(points)
         low, high = every.min(axis=0), every.max(axis=0)
-        centre, size = (low + high) / 2, max(np.linalg.norm(high - low), 1.5 * self.scene.reach)
+        centre = (low + high) / 2
+        size = max(float(np.linalg.norm(high - low)), 1.5 * self.scene.reach)
         camera = self._server.initial_camera
         camera.fov = np.radians(45.0)
         camera.look_at = centre
@@ -182,6 +185,8 @@ class Stage:
 def _light(api: Any) -> None:
     """Soft light from all sides, and one with shadows from above."""
     api.configure_default_lights(enabled=False)
-    api.configure_environment_map("studio", environment_intensity=0.35)
-    api.add_light_hemisphere("/light/sky", sky_color=(255, 255, 255), ground_color=(150, 150, 155), intensity=1.1)
-    api.add_light_directional("/light/sun", intensity=1.6, cast_shadow=True, position=(3.0, -2.0, 8.0))
+    api.configure_environment_map("studio", environment_intensity=0.25)
+    sky, ground = (255, 255, 255), (140, 140, 150)
+    api.add_light_hemisphere("/light/sky", sky_color=sky, ground_color=ground, intensity=0.7)
+    place = (3.0, -2.0, 8.0)
+    api.add_light_directional("/light/sun", intensity=0.9, cast_shadow=True, position=place)

@@ -85,7 +85,7 @@ def _add_uav(api: Any, name: str, vehicle: Vehicle, ghost: str | None) -> None:
     scales = np.tile([2.4 * thin, 2.4 * thin, 4.0 * thin], (len(turns), 1))
     _add_tubes(api, f"{name}/motors", rotors.hubs, turns, scales, DARK, ghost)
     disks = (rotors.hubs + 2.5 * thin * rotors.axes).astype(np.float32)
-    for part, inner, opacity in (("rotors", 0.0, 0.3), ("rims", 0.94, 0.8)):
+    for part, inner, opacity in (("rotors", 0.0, 0.35), ("rims", 0.93, 1.0)):
         vertices, faces = ring(inner)
         api.add_batched_meshes_simple(
             f"{name}/{part}", vertices * rotors.radius, faces, wxyz_of(turns), disks,
@@ -101,7 +101,7 @@ def _add_tubes(
     api: Any, name: str, at: Array, turns: Array, scales: Array, colour: str, ghost: str | None
 ) -> Any:
     vertices, faces = tube()
-    colours = np.tile(np.uint8(rgb(ghost or colour)), (len(at), 1))
+    colours = np.tile(np.array(rgb(ghost or colour), np.uint8), (len(at), 1))
     return api.add_batched_meshes_simple(
         name, vertices, faces, wxyz_of(turns), at.astype(np.float32),
         batched_scales=scales.astype(np.float32), batched_colors=colours, side="double", lod="off",

@@ -28,14 +28,14 @@ class View:
         self, shown: Scene, port: int, label: str, simulation: Simulation | None = None
     ) -> None:
         self._server = open_server(port, label)
-        self._stage = Stage(self._server, shown)
         self.player: Player | Watch
         if simulation is None:
+            self._stage = Stage(self._server, shown)
             player = self.player = Player(shown.times, self._show)
             player.playing = len(shown.times) > 1
             self._panel = Panel(self._server, self._stage, player)
         else:
-            self._stage.largest = _WIDEST
+            self._stage = Stage(self._server, shown, _WIDEST)
             self._panel = Panel(self._server, self._stage, None)
             self.player = Watch(simulation, self._show_now)
         self.player.start()

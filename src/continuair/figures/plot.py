@@ -1,0 +1,144 @@
+"""`continuair.plot`: figures of flights, each a matplotlib figure to show or to save.
+
+A flight is a result of `simulate` for one run, or several models' with the leading dimension
+`model`; what fails is marked by a cross.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from continuair.errors import InputError, shown
+from continuair.figures import curves, pictogram, style
+from continuair.figures.tracking import feature_paths
+from continuair.kernels.dynamics import REFERENCE
+from continuair.vehicle.vehicle import Vehicle
+
+__all__ = ["base_wrench", "bend", "image", "snapshots", "tip_path"]
+
+_PLANES = (("x", "y"), ("x", "z"))
+
+
+def tip_path(flight: xr.Dataset) -> Figure:
+    """Return the path of each arm's tip, from above (x, y) and from the side (x, z) [m]."""
+    flights = _flights(flight, "tip_position")
+    arms = _parts(flight, "tip_position", "arm")
+    with style.applied():
+        figure = style.new_figure(height=2.8 * len(arms))
+        grid = figure.subplots(len(arms), 2, squeeze=False)
+        for row, (name, chosen) in zip(grid, arms.items(), strict=True):
+            for axes, plane in zip(row, _PLANES, strict=True):
+                _paths(axes, flights, chosen, plane)
+                axes.set(xlabel=f"{plane[0]} [m]", ylabel=f"{name} {plane[1]} [m]")
+        _head(figure, "Path of the tip", flight, grid[0, 0])
+    return figure
+
+
+def bend(flight: xr.Dataset) -> Figure:
+    """Return the bend vector of each section over time [1/m]."""
+    return _over_time(flight, {"bend": "bend"}, "section", "bend_axis", "1/m", "Bend over time")
+
+
+def base_wrench(flight: xr.Dataset) -> Figure:
+    """Return the force and the moment of each arm on the UAV over time, body axes [N, N m]."""
+    names = {"base_force": "force", "base_moment": "moment"}
+    return _over_time(flight, names, "arm", "axis", "N, N m", "Wrench of the arm on the UAV")
+
+
+def image(flight: xr.Dataset) -> Figure:
+    """Return the paths of the feature points in the camera's image [px], a panel per model."""
+    flights = _flights(flight, "features")
+    width, height = json.loads(flight.attrs["vehicle"])["camera"]["image_size"]
+    with style.applied():
+        figure = style.new_figure(height=3.0)
+        panels = figure.subplots(1, len(flights), squeeze=False, sharey=True)[0]
+        for axes, (model, one) in zip(panels, flights.items(), strict=True):
+            feature_paths(axes, one)
+            axes.set(xlim=(0, width), ylim=(height, 0), aspect="equal", title=model)
+            axes.set_xlabel("u [px]")
+        panels[0].set_ylabel("v [px]")
+        style.head(figure, "Feature points in the image", "", curves.failures(flight))
+    return figure
+
+
+def snapshots(flight: xr.Dataset, times: Sequence[float], vehicle: Vehicle | None = None) -> Figure:
+    """Return side views of the vehicle at given times [s], the models overlaid.
+
+    vehicle: the one that flew, by default as the result says.
+    """
+    flights = _flights(flight, "bend")
+    flown = Vehicle(**json.loads(flight.attrs["vehicle"])) if vehicle is None else vehicle
+    models = sorted(flights, key=lambda model: model == REFERENCE)
+    whole = flight if "model" in flight.dims else flight.expand_dims(model=models)
+    return pictogram.snapshots(whole, flown, times, models=models)
+
+
+def _over_time(
+    flight: xr.Dataset, names: dict[str, str], part: str, component: str, units: str, title: str
+) -> Figure:
+    """A row of panels per variable and part, one for each component."""
+    flights = _flights(flight, *names)
+    rows = [
+        (name, word, label, chosen)
+        for name, word in names.items()
+        for label, chosen in _parts(flight, name, part).items()
+    ]
+    letters = [str(each) for each in flight[component].to_numpy()]
+    with style.applied():
+        figure = style.new_figure(height=0.6 + 1.3 * len(rows))
+        grid = figure.subplots(len(rows), len(letters), squeeze=False, sharex=True)
+        unit = dict(zip(names, units.split(", "), strict=True))
+        for row, (name, word, label, chosen) in zip(grid, rows, strict=True):
+            for axes, letter in zip(row, letters, strict=True):
+                for model, one in flights.items():
+                    values = one[name].sel({component: letter}).isel(chosen).to_numpy()
+                    curves.line(axes, one, values, model)
+                axes.set_ylabel(f"{label} {word} {letter} [{unit[name]}]".strip())
+        for axes in grid[-1]:
+            axes.set_xlabel("time [s]")
+        _head(figure, title, flight, grid[0, 0])
+    return figure
+
+
+def _paths(axes: Any, flights: dict[str, xr.Dataset], chosen: Any, plane: tuple[str, str]) -> None:
+    for model, one in flights.items():
+        x, y = (one["tip_position"].isel(chosen).sel(axis=letter).to_numpy() for letter in plane)
+        axes.plot(x, y, label=model, **style.MODELS[model])
+        if curves.ending(one):
+            curves.cross(axes, x, y, model)
+    axes.set_aspect("equal", adjustable="datalim")
+
+
+def _flights(flight: Any, *names: str) -> dict[str, xr.Dataset]:
+    """Flights by their model; raises InputError for what has not these variables of one run."""
+    if not isinstance(flight, xr.Dataset):
+        raise InputError(f"flight is {shown(flight)}; give a Dataset of continuair.simulate.")
+    for name in names:
+        if name not in flight:
+            raise InputError(f"flight has no {name}; simulate it with this variable.")
+        extra = set(flight[name].dims) & {"run", "letter"}
+        if extra:
+            dim = extra.pop()
+            raise InputError(f"flight holds {flight.sizes[dim]} runs; choose one, as in "
+                             f"flight.isel({dim}=0).")  # fmt: skip
+    if "model" in flight.dims:
+        return {str(model): flight.sel(model=model) for model in flight["model"].to_numpy()}
+    return {str(flight.attrs.get("model", REFERENCE)): flight}
+
+
+def _parts(flight: xr.Dataset, name: str, part: str) -> dict[str, dict[str, int]]:
+    """Arms or sections that a variable has, by name; one without a name where they are no list."""
+    if part not in flight[name].dims:
+        return {"": {}}
+    return {str(label): {part: index} for index, label in enumerate(flight[part].to_numpy())}
+
+
+def _head(figure: Figure, title: str, flight: xr.Dataset, axes: Any) -> None:
+    said = json.loads(flight.attrs.get("vehicle", "{}")).get("name", "")
+    text = f"Vehicle {style.plain(said)}." if said else ""
+    style.head(figure, title, text, curves.failures(flight), style.model_handles(axes))
