@@ -41,9 +41,12 @@ class Browser:
         self._count = itertools.count(1)
         self.errors: list[str] = []
         self.requests: list[str] = []
-        self.frames = 0
         for domain in ("Page", "Runtime", "Log", "Network"):
             self._ask(f"{domain}.enable")
+        # Workers too: they wait until what they ask for is noted.
+        self._ask(
+            "Target.setAutoAttach", autoAttach=True, waitForDebuggerOnStart=True, flatten=True
+        )
 
     def __enter__(self) -> Self:
         return self
@@ -75,6 +78,13 @@ class Browser:
         path.write_bytes(base64.b64decode(data))
         return path.read_bytes()
 
+    def press_end(self, element: str) -> None:
+        """Give the key End to an element, named by a script."""
+        self.evaluate(f"{element}.focus()")
+        key = {"key": "End", "code": "End", "windowsVirtualKeyCode": 35}
+        for kind in ("keyDown", "keyUp"):
+            self._ask("Input.dispatchKeyEvent", type=kind, **key)
+
     def _ask(self, method: str, **params: Any) -> Any:
         number = next(self._count)
         self._socket.send(json.dumps({"id": number, "method": method, "params": params}))
@@ -85,8 +95,16 @@ class Browser:
                 return message["result"]
             self._note(message.get("method"), message.get("params", {}))
 
+    def _tell(self, session: str, method: str) -> None:
+        self._socket.send(
+            json.dumps({"id": next(self._count), "sessionId": session, "method": method})
+        )
+
     def _note(self, what: str | None, told: dict[str, Any]) -> None:
-        if what == "Runtime.exceptionThrown":
+        if what == "Target.attachedToTarget":
+            for method in ("Network.enable", "Runtime.enable", "Runtime.runIfWaitingForDebugger"):
+                self._tell(told["sessionId"], method)
+        elif what == "Runtime.exceptionThrown":
             self.errors.append(str(told["exceptionDetails"]))
         elif what == "Runtime.consoleAPICalled" and told["type"] == "error":
             self.errors.append(str(told["args"]))
@@ -96,8 +114,6 @@ class Browser:
             self.requests.append(told["request"]["url"])
         elif what == "Network.webSocketCreated":
             self.requests.append(told["url"])
-        elif what == "Network.webSocketFrameReceived":
-            self.frames += 1
 
     def _port(self, file: Path) -> int:
         end = time.monotonic() + PATIENCE

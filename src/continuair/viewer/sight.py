@@ -75,17 +75,15 @@ def aim_of(flight: xr.Dataset) -> Aim | None:
     return Aim(centroid, centroid[:, None] + points)
 
 
-def in_image(eye: Eye, pixels: Array, depth: float) -> Array:
-    """Return where pixels (F, n, 2) or (n, 2) are on the image plane at a depth, world axes
-    (F, n, 3) [m]."""
+def in_image(eye: Eye, depth: float) -> Array:
+    """Return where the feature points' images are on a plane at a depth, world axes (F, n, 3) [m].
+
+    depth: from the camera [m].
+    """
     camera = eye.camera
-    flat = (pixels - np.asarray(camera.principal_point)) / np.asarray(camera.focal_length)
+    flat = (eye.image - np.asarray(camera.principal_point)) / np.asarray(camera.focal_length)
     rays = depth * np.concatenate([flat, np.ones((*flat.shape[:-1], 1))], axis=-1)
-    turned = (
-        np.einsum("fij,...nj->fni", of_quaternion(eye.attitude), rays)
-        if rays.ndim == 2
-        else (np.einsum("fij,fnj->fni", of_quaternion(eye.attitude), rays))
-    )
+    turned = np.einsum("fij,fnj->fni", of_quaternion(eye.attitude), rays)
     return np.asarray(eye.position[:, None] + turned)
 
 

@@ -133,7 +133,7 @@ class Stage:
             scale=depth * np.cbrt(half * half * width / height / 3.0), thickness=1.5,
             thickness_units="screen",
         )  # fmt: skip
-        self._images = in_image(eye, eye.image, depth)
+        self._images = in_image(eye, depth)
         colours = [rgb(COLOURS[index % len(COLOURS)]) for index in range(eye.image.shape[1])]
         self._seen = self._api.add_point_cloud(
             f"{_WORLD}/image", self._images[0].astype(np.float32), np.array(colours),

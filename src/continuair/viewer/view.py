@@ -45,6 +45,11 @@ class View:
         """Where the browser finds it."""
         return f"http://{HOST}:{self._server.get_port()}"
 
+    @property
+    def scene(self) -> Scene:
+        """What is shown: all frames of a flight, or the present of a simulation."""
+        return self._stage.scene
+
     def wait(self) -> None:
         """Return when interrupted."""
         try:

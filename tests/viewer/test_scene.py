@@ -1,0 +1,138 @@
+"""What is drawn is where the flight has it, sized and pointed as the forces are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import continuair as ca
+from continuair.equations import project
+from continuair.viewer.forces import scale_of
+from continuair.viewer.player import Player
+from continuair.viewer.scene import scene
+from continuair.viewer.sight import in_image
+from tests.viewer.flights import swing, watching
+
+DUAL = ca.load_vehicle("dual_arm")
+
+
+def test_segments_lie_along_the_backbone_and_their_frames_along_its_tangent() -> None:
+    flight = swing(DUAL)
+    drawn = scene(flight).bodies
+    points = ca.backbone(DUAL, flight, points=65).to_numpy()
+    middle = drawn.middle.reshape(len(drawn.middle), 2, -1, 3)
+    np.testing.assert_allclose(middle, points[:, :, 1::2], rtol=0, atol=1e-14)
+    z = Rotation.from_quat(drawn.turn.reshape(-1, 4)).apply([0.0, 0.0, 1.0])
+    chord = (points[:, :, 2::2] - points[:, :, :-2:2]).reshape(-1, 3)
+    # A chord is parallel to the tangent at the middle of its arc.
+    np.testing.assert_allclose(np.cross(z, chord), 0.0, atol=1e-14)
+    assert (np.einsum("ni,ni->n", z, chord) > 0.0).all()
+
+
+def test_the_drawn_tip_frame_is_that_of_the_flight() -> None:
+    start = [0.1, 0.2, 3.0, -0.2, 0.4, 0.5, 4.0, 0.3, 6.0, -2.0]
+    vehicle = ca.load_vehicle("two_section")
+    flight = ca.simulate(vehicle, ca.Scenario("bent", start, duration=0.02), sample=0.01)
+    drawn = Rotation.from_quat(scene(flight).bodies.tip_attitude[:, 0])
+    flown = Rotation.from_quat(flight["tip_attitude"].to_numpy()[:, 0])
+    assert (drawn * flown.inv()).magnitude().max() < 1e-14
+
+
+def test_forces_act_where_they_act_and_are_as_long_as_they_are_large() -> None:
+    flight = swing(DUAL)
+    drawn = scene(flight)
+    mounts = ca.backbone(DUAL, flight).isel(point=0).to_numpy()
+    reaction = drawn.forces["arm on the UAV"]
+    np.testing.assert_allclose(reaction.at, mounts, rtol=0, atol=1e-14)
+    attitude = Rotation.from_quat(flight["attitude"].to_numpy())
+    expected = attitude.apply(flight["base_force"].to_numpy()[:, 1])
+    np.testing.assert_allclose(reaction.force[:, 1], expected, rtol=1e-13)
+    push = drawn.forces["push on the UAV"]
+    np.testing.assert_array_equal(push.force[7], [[3.0, 0.0, 0.0]])
+    scale = scale_of(drawn.forces, 0.5)
+    arrow = reaction.arrows(scale)
+    lengths = np.linalg.norm(arrow[..., 1, :] - arrow[..., 0, :], axis=-1)
+    np.testing.assert_allclose(lengths, scale * np.sqrt(17.0), rtol=1e-13)
+    assert lengths.max() == pytest.approx(0.5)
+
+
+def test_thrusts_stand_on_their_rotors() -> None:
+    rotors = {"layout": "hex_tilted", "lever": 0.3, "tilt": 0.3, "thrust_limits": [0.0, 20.0],
+              "torque_per_thrust": 0.02}  # fmt: skip
+    vehicle = ca.load_vehicle("slender").replace({"uav.rotors": rotors})
+    thrust = np.arange(1.0, 7.0)
+    flight = swing(vehicle)
+    flight["rotor_thrust"] = ("time", "rotor"), np.tile(thrust, (flight.sizes["time"], 1))
+    found = scene(flight).forces["rotor thrusts"]
+    assert vehicle.uav.rotors is not None
+    body = Rotation.from_quat(flight["attitude"].to_numpy()).inv()
+    wrench = vehicle.uav.rotors.allocation @ thrust
+    np.testing.assert_allclose(body.apply(found.force.sum(axis=1))[3], wrench[:3], atol=1e-12)
+
+
+def test_the_image_plane_shows_a_point_on_the_way_to_it() -> None:
+    flight = watching()
+    eye = scene(flight).eye
+    assert eye is not None
+    ahead = np.array([0.2, -0.1, 1.7])
+    turn = Rotation.from_quat(eye.attitude)
+    seen = np.asarray(eye.camera.principal_point) + 800.0 * np.ravel(project(ahead[None]))
+    image = np.tile(seen, (len(eye.position), 1, 1))
+    shown = in_image(replace(eye, image=image), 0.3)[:, 0] - eye.position
+    np.testing.assert_allclose(shown, 0.3 / 1.7 * turn.apply(ahead), rtol=0, atol=1e-13)
+
+
+def test_a_flight_that_ends_early_stays_where_it_ended() -> None:
+    flight = swing()
+    flight["position"][50:] = np.nan
+    drawn = scene(flight).bodies
+    assert np.isfinite(drawn.position).all()
+    np.testing.assert_array_equal(drawn.position[-1], flight["position"][49])
+
+
+def test_frames_are_samples_of_the_flight_and_end_with_its_last() -> None:
+    flight = swing(duration=50.0)
+    times = scene(flight).times
+    assert np.isin(times, flight["time"]).all()
+    assert times[0] == 0.0 and times[-1] == 50.0
+    assert len(times) == 3001  # 60 a second
+
+
+def test_a_run_of_50_s_is_shown_30_times_a_second_and_more() -> None:
+    times = scene(swing(duration=50.0)).times
+    shown: list[int] = []
+    player = Player(times, shown.append)
+    player.playing, player.loop = True, False
+    for _ in range(1500):
+        player.advance(1.0 / 30.0)
+    assert len(shown) >= 1500 and shown == sorted(set(shown))
+    assert shown[-1] == len(times) - 1
+
+
+def test_a_player_loops_slows_and_seeks() -> None:
+    shown: list[int] = []
+    player = Player(np.linspace(0.0, 1.0, 101), shown.append)
+    player.playing, player.speed = True, 0.5
+    player.advance(1.0)
+    assert shown == [50]
+    player.seek(0.2)
+    assert shown[-1] == 20
+    player.speed = 1.0
+    player.advance(0.9)
+    assert shown[-1] == 0 and player.playing
+    player.loop = False
+    player.advance(1.5)
+    assert shown[-1] == 100 and not player.playing
+
+
+def test_what_is_no_single_flight_is_told() -> None:
+    flight = swing()
+    with pytest.raises(ca.InputError, match=r"holds many: 2 by run; choose one.*isel\(run=0\)"):
+        scene(flight.expand_dims(run=[0, 1]))
+    with pytest.raises(ca.InputError, match="does not say which vehicle flew it"):
+        scene(flight.drop_attrs())
+    with pytest.raises(ca.InputError, match="ghost has other samples"):
+        scene(flight, ghost=swing(duration=2.0))
