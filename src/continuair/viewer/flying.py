@@ -17,7 +17,7 @@ from continuair.vehicle.vehicle import Vehicle
 HEIGHT = 5.0
 """Of the start [m], as in the paper's tests."""
 
-_SAMPLE = 0.01
+_SAMPLE = 1e-3
 _OPEN, _HOVER = 2.0, 10.0
 """Durations [s]."""
 

@@ -171,7 +171,7 @@ class Stage:
         if self.scene.aim is not None:
             points.append(self.scene.aim.points.reshape(-1, 3))
         if self.follows:
-            points = [bodies.position[:1], *(line[0] for line in bodies.lines)]
+            points = [bodies.position[:1] + self.scene.reach * side for side in (-0.65, 0.65)]
         every = np.concatenate(points)
         low, high = every.min(axis=0), every.max(axis=0)
         centre = (low + high) / 2
@@ -179,14 +179,14 @@ class Stage:
         camera = self._server.initial_camera
         camera.fov = np.radians(45.0)
         camera.look_at = centre
-        camera.position = centre + 1.35 * size * np.array([0.55, -0.75, 0.32])
+        camera.position = centre + 1.5 * size * np.array([0.55, -0.75, 0.32])
 
 
 def _light(api: Any) -> None:
     """Soft light from all sides, and one with shadows from above."""
     api.configure_default_lights(enabled=False)
-    api.configure_environment_map("studio", environment_intensity=0.25)
+    api.configure_environment_map("studio", environment_intensity=0.15)
     sky, ground = (255, 255, 255), (140, 140, 150)
-    api.add_light_hemisphere("/light/sky", sky_color=sky, ground_color=ground, intensity=0.7)
+    api.add_light_hemisphere("/light/sky", sky_color=sky, ground_color=ground, intensity=0.45)
     place = (3.0, -2.0, 8.0)
-    api.add_light_directional("/light/sun", intensity=0.9, cast_shadow=True, position=place)
+    api.add_light_directional("/light/sun", intensity=0.8, cast_shadow=True, position=place)

@@ -35,7 +35,8 @@ class VehicleNodes:
         self._largest, self._ghost = largest, ghost
         self._frame = api.add_frame(f"{name}/uav", show_axes=False)
         _add_uav(api, f"{name}/uav", vehicle, ghost)
-        scales = np.column_stack([bodies.radius, bodies.radius, _OVERLAP * bodies.length])
+        radius = _thick(ghost) * bodies.radius
+        scales = np.column_stack([radius, radius, _OVERLAP * bodies.length])
         self._arm = _add_tubes(
             api, f"{name}/arm", bodies.middle[0], bodies.turn[0], scales, GREY, ghost
         )
@@ -70,7 +71,7 @@ def wxyz_of(quaternion: Array) -> NDArray[np.float32]:
 def _add_uav(api: Any, name: str, vehicle: Vehicle, ghost: str | None) -> None:
     """Hull, booms, motors and rotor disks, in body axes, with the mounts of arms away from it."""
     rotors, look = rotors_of(vehicle), _look(ghost)
-    lever = float(np.linalg.norm(rotors.hubs, axis=1).max())
+    lever = float(np.linalg.norm(rotors.hubs, axis=1).max()) * _thick(ghost)
     thin = 0.035 * lever
     api.add_icosphere(
         f"{name}/hull", 1.0, rgb(ghost or DARK), scale=(0.36 * lever, 0.28 * lever, 0.13 * lever),
@@ -109,10 +110,15 @@ def _add_tubes(
     )  # fmt: skip
 
 
+def _thick(ghost: str | None) -> float:
+    """How thick things are: a ghost hides inside the vehicle where the two are at one place."""
+    return 1.0 if ghost is None else 0.9
+
+
 def _look(ghost: str | None) -> dict[str, Any]:
     if ghost is None:
         return {}
-    return {"opacity": 0.35, "cast_shadow": False, "receive_shadow": False}
+    return {"opacity": 0.5, "cast_shadow": False, "receive_shadow": False}
 
 
 def _pointing(vectors: Array) -> tuple[Array, Array]:
