@@ -81,6 +81,13 @@ ROOMS = {
         {"limits"},
         {"simulate", "live"},
     ],
+    "interfaces": [
+        {"extras", "px4_frames", "log_topics"},
+        {"log_signals"},
+        {"log_recording"},
+        {"ulog", "rosbag"},
+        {"flights"},
+    ],
     "studies": [
         {"tables", "timing", "ladder", "standard_laws", "standard_loops", "sentences", "verdicts"},
         {"results", "standard_excitations"},
@@ -126,10 +133,11 @@ ROOMS = {
     ],
     "interfaces": [
         {"extras", "chain", "outline", "arcs", "shapes", "foxglove", "motion", "reading", "frames"},
-        {"casadi_arm", "glb", "acting", "logged"},
-        {"casadi_dynamics"},
-        {"casadi_model", "mjcf", "gltf", "mcap_log", "csv_table"},
-        {"export"},
+        {"casadi_arm", "glb", "acting", "logged", "px4_frames", "log_topics"},
+        {"casadi_dynamics", "log_signals"},
+        {"casadi_model", "mjcf", "gltf", "mcap_log", "csv_table", "log_recording"},
+        {"export", "ulog", "rosbag"},
+        {"flights"},
     ],
     "viewer": [
         {"bodies", "player", "server", "shapes", "flying"},

@@ -44,6 +44,8 @@ if TYPE_CHECKING:
     from continuair.interfaces.mcap_log import to_mcap as to_mcap
     from continuair.interfaces.mjcf import to_mjcf as to_mjcf
     from continuair.interfaces.reading import read_result as read_result
+    from continuair.interfaces.rosbag import read_rosbag as read_rosbag
+    from continuair.interfaces.ulog import read_ulog as read_ulog
     from continuair.kernels.dynamics import MODELS as MODELS
     from continuair.scenario import paths as paths
     from continuair.scenario.paper_tests import open_loop_test as open_loop_test
@@ -102,6 +104,8 @@ _HOME = {
     "to_mcap": "interfaces.mcap_log",
     "to_mjcf": "interfaces.mjcf",
     "read_result": "interfaces.reading",
+    "read_rosbag": "interfaces.rosbag",
+    "read_ulog": "interfaces.ulog",
     "open_sweep": "sweeps",
     "run_pairs": "sweeps",
     "sweep": "sweeps",

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
-from continuair.identification.recording import Recording
+from continuair.identification.recording import MEASURED, Recording, load_recording
 from continuair.identification.replay import START, Replay
-from tests.identification.flights import true_vehicle
+from tests.identification.flights import true_vehicle, write
 
 pytestmark = pytest.mark.targets
 
@@ -61,3 +62,22 @@ def test_inputs_are_held_from_each_row_to_the_next_so_that_the_last_row_pushes_n
     pushed = Replay(VEHICLE, recording, None).residuals(VEHICLE, start, 1)
     changed = np.abs(pushed - left).max((0, 2)) > 1e-6
     assert changed[-1] and not changed[:-1].any()
+
+
+def test_recorded_thrusts_of_rotors_fly_with_their_limits_and_lag(tmp_path: Path) -> None:
+    rotors = {"layout": "quad_x", "lever": 0.2, "thrust_limits": [0.0, 14.0], "lag": 0.04}
+    flying = VEHICLE.replace({"uav.rotors": rotors | {"torque_per_thrust": 0.05}})
+    time = 0.01 * np.arange(11)
+    hover = 9.81 * float(flying.mass) / 4.0
+    thrusts = hover + 2.0 * np.sin(20.0 * time[:, None] + np.arange(4.0))
+
+    def held(t: float) -> np.ndarray:
+        return np.asarray(thrusts[int(np.searchsorted(time, t, side="right")) - 1])
+
+    scenario = ca.Scenario("flown", [0.0] * 8, rotor_command=held, jumps=time[1:-1], duration=0.1)
+    found = ca.simulate(flying, scenario, sample=0.01, step=5e-4)
+    names = tuple(f"rotor_command_{rotor}" for rotor in (1, 2, 3, 4))
+    write(tmp_path / "flight.csv", found, thrusts, (*MEASURED, *names), None)
+    recording = load_recording(tmp_path / "flight.csv", flying)
+    left = Replay(flying, recording, None).residuals(flying, np.zeros((1, START)), 1)
+    assert np.abs(left).max() < 1e-8

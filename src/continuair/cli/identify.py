@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
 @app.command(epilog="Example: continuair identify --data FLIGHT.csv --vehicle paper")
 def identify(
-    data: Annotated[Path, typer.Option(help="The recorded flight, a .csv file.")],
+    data: Annotated[
+        Path,
+        typer.Option(help="The recorded flight: a .csv file, a PX4 log (.ulg), or a ROS 2 bag."),
+    ],
     vehicle: Annotated[
         str,
         typer.Option(
@@ -35,6 +38,21 @@ def identify(
     test: Annotated[
         str | None, typer.Option(help="The open-loop test that was flown, A to D.")
     ] = None,
+    topic: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="What a topic of a log holds, such as tip=/arm/tip; repeatable.",
+            metavar="ROLE=TOPIC[:FIELDS][*SCALE]",
+        ),
+    ] = None,
+    rate: Annotated[
+        float | None,
+        typer.Option(help="Rows per second made of a log. Default: as its slowest measurement."),
+    ] = None,
+    window: Annotated[
+        tuple[float, float] | None,
+        typer.Option(help="The part of a log to use, from and to [s].", metavar="FROM TO"),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="File for the fitted vehicle.")] = None,
     force: Annotated[
         bool, typer.Option("--force", help="Replace a vehicle that continuair wrote to --out.")
@@ -48,14 +66,17 @@ def identify(
     start = load_vehicle(vehicle)
     with progress_bar() as progress:
         from continuair import identification
+        from continuair.interfaces.flights import read_flight
         from continuair.studies.results import as_json
         from continuair.vehicle.vehicle_file import check_file, write_vehicle
 
         if out is not None:
             check_file(out, force)
-        recording = identification.load_recording(data, start)
+        recording = read_flight(data, start, topic or [], rate, window)
         names = None if fit is None else fit.split(",")
         found = identification.fit(start, recording, names, test=test, progress=progress)
+    if recording.sampling:
+        typer.echo(recording.sampling, err=True)
     _show(found)
     write_json(as_json(found.describe()), json)
     if out is not None:

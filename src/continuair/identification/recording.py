@@ -1,4 +1,7 @@
-"""Recorded flights: CSV files of time, pose and bend, and of the inputs held from row to row."""
+"""Recorded flights: CSV files of time, pose and bend, and of the inputs held from row to row.
+
+Logs are read by `continuair.interfaces`.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,9 @@ class Recording:
     """A recorded flight; rows are samples.
 
     time: from 0 [s] (n,). position (n, 3), attitude (n, 4), bend (n, bends), inputs (n, 6 + bends)
-    as in MEASURED and ACTUATORS; inputs is None if the file has no such column.
+    as in MEASURED and ACTUATORS; inputs is None if the file has no such column. rotor_command:
+    thrusts (n, rotors) that the vehicle's rotors are to give [N], held as inputs are, or None: they
+    are at rest. sampling: a sentence on how a log became rows, if it did.
     """
 
     name: str
@@ -44,14 +49,23 @@ class Recording:
     attitude: Array
     bend: Array
     inputs: Array | None
+    rotor_command: Array | None = None
+    sampling: str = ""
 
 
 @dataclass(frozen=True)
 class _Names:
-    """Names of columns: those that a file must have, and those of inputs, which it may have."""
+    """Names of columns: those that a file must have, and those of inputs and of rotors' thrusts,
+    which it may have."""
 
     measured: tuple[str, ...]
     inputs: tuple[str, ...]
+    rotors: tuple[str, ...]
+
+    @property
+    def acting(self) -> tuple[str, ...]:
+        """Those that a file may have."""
+        return self.inputs + self.rotors
 
     @property
     def bend(self) -> tuple[str, ...]:
@@ -61,18 +75,21 @@ class _Names:
 
 def _names_for(vehicle: Vehicle | None) -> _Names:
     sections = vehicle.sections if vehicle is not None and vehicle.has_arm_list else None
+    rotors = vehicle.uav.rotors if vehicle is not None else None
     return _Names(
         MEASURED[:_BEND] + numbered(MEASURED[_BEND:], sections),
         ACTUATORS[:6] + numbered(ACTUATORS[6:], sections),
+        numbered(["rotor_command"], rotors.count) if rotors else (),
     )
 
 
 def load_recording(path: str | os.PathLike[str], vehicle: Vehicle | None = None) -> Recording:
     """Read a recorded flight from a CSV file with a line of headings, MEASURED and ACTUATORS.
 
-    vehicle: whose flight it is, needed if it has [[arm]]. Other columns are ignored with a
-    warning. Raises InputError, naming column and row (the first below the headings is row 1), for
-    what is missing, no finite number, no unit quaternion, or not later than the row before.
+    vehicle: whose flight it is, needed for [[arm]], and for the thrusts of rotors, rotor_command_1
+    and so on [N]. Other columns are ignored with a warning. Raises InputError, naming column and
+    row (the first below the headings is row 1), for what is missing, no finite number, no unit
+    quaternion, or not later than the row before.
     """
     file, names = user_path("data", path), _names_for(vehicle)
     path = printed(file)
@@ -102,7 +119,7 @@ def load_recording(path: str | os.PathLike[str], vehicle: Vehicle | None = None)
             f"{path}: qx qy qz qw have norm {norm[row]:.4g} in row {row + 1}; give unit "
             "quaternions, the scalar part last."
         )
-    driven = any(name in columns for name in names.inputs)
+    driven = any(name in columns for name in names.acting)
     nothing = np.zeros(len(time))
     return Recording(
         name=file.name,
@@ -113,7 +130,18 @@ def load_recording(path: str | os.PathLike[str], vehicle: Vehicle | None = None)
         inputs=np.stack([columns.get(each, nothing) for each in names.inputs], -1)
         if driven
         else None,
+        rotor_command=_rotor_command(path, columns, names.rotors),
     )
+
+
+def _rotor_command(path: str, columns: dict[str, Array], names: tuple[str, ...]) -> Array | None:
+    """Thrusts (n, rotors) of all rotors or of none, or InputError."""
+    missing = [name for name in names if name not in columns]
+    if len(missing) == len(names):
+        return None
+    if missing:
+        raise InputError(f"{path}: column {missing[0]} is missing; give all of {', '.join(names)}.")
+    return np.stack([columns[name] for name in names], -1)
 
 
 def _read(file: Path, names: _Names) -> tuple[list[str], list[list[str]]]:
@@ -144,7 +172,7 @@ def _read(file: Path, names: _Names) -> tuple[list[str], list[list[str]]]:
                 f"{', '.join(names.measured)} "
                 f"(found: {found})."
             )
-    for name in names.measured + names.inputs:
+    for name in names.measured + names.acting:
         if headings.count(name) > 1:
             raise InputError(f"{path}: column {name} is there twice; keep one of them.")
     if len(lines) - 1 < FEWEST_ROWS:
@@ -162,9 +190,9 @@ def _listed(headings: list[str]) -> str:
 def _columns(
     path: str, headings: list[str], rows: list[list[str]], names: _Names
 ) -> dict[str, Array]:
-    ignored = [name for name in headings if name not in names.measured + names.inputs]
+    ignored = [name for name in headings if name not in names.measured + names.acting]
     if ignored:
-        known = ", ".join(names.inputs)
+        known = ", ".join(names.acting)
         warnings.warn(
             f"{path}: ignores the columns {_listed(ignored)} (inputs are {known}).",
             ContinuairWarning,

@@ -49,11 +49,14 @@ class Replay:
         if test is None and recording.inputs is None:
             raise InputError(
                 f"{recording.name}: has no column of inputs; add some of "
-                f"{', '.join(ACTUATORS)}, or say with --test which open-loop test was flown."
+                f"{', '.join(ACTUATORS)}, name topics of a log that hold them, or say with --test "
+                "which open-loop test was flown."
             )
         self.recording, self.test = recording, test
         flown = open_loop_test(test) if test else _held(recording, self.layout)
-        self._scenario = flown.replace(**still(vehicle))
+        if flown.rotor_command is None:
+            flown = flown.replace(**still(vehicle))
+        self._scenario = flown
         self._flown = self._cohort(vehicle)
         self._finest = self.step / _MOST_FINER
 
@@ -106,7 +109,7 @@ class Replay:
         if start is None:
             begin = Start(*(np.repeat(x, runs, 0) for x in (flown.start.states, flown.start.angle)))
         else:
-            begin = _start(start, self.layout)
+            begin = _start(start, self.layout, flown.start.states[:, self.layout.state :])
         logs = engine.roll_out(np.arange(runs), begin, flown.grid, flown.drive)
         log = logs.log
         log[logs.status != 0] = np.nan
@@ -150,10 +153,11 @@ def first_start(recording: Recording) -> Array:
     return np.concatenate([value[:3], attitude, value[6:], slope])
 
 
-def _start(rows: Array, layout: Layout) -> Start:
-    """Where runs begin, from rows of unknowns of a start."""
+def _start(rows: Array, layout: Layout, speeds: Array) -> Start:
+    """Where runs begin, from rows of unknowns of a start and the speeds (1, rotors) of rotors."""
     attitude = Rotation.from_rotvec(rows[:, 3:6]).as_quat()
-    states = np.hstack([rows[:, :3], attitude, rows[:, 6:]])
+    rotors = np.repeat(speeds, len(rows), 0)
+    states = np.hstack([rows[:, :3], attitude, rows[:, 6:], rotors])
     roll = continuous_euler(attitude[:, None])[:, 0, :1]
     bends = rows[:, 6 : layout.coordinates]
     return Start(states, np.hstack([np.arctan2(bends[:, 1::2], bends[:, ::2]), roll]))
@@ -164,17 +168,19 @@ def _held(recording: Recording, layout: Layout) -> Scenario:
     changes no step, and each row of inputs held to the next."""
     assert recording.inputs is not None
     times, rows = recording.time.tolist(), recording.inputs
-    start = _start(first_start(recording)[None], layout)
+    start = _start(first_start(recording)[None], layout, np.zeros((1, 0)))
     state = start.states
     bends = state[0, layout.bend]
     polar = np.stack([np.hypot(bends[::2], bends[1::2]), start.angle[0, :-1]], -1)
     q = np.hstack([state[:, layout.position], np.zeros((1, 3)), polar.reshape(1, -1)])
 
-    def held(columns: slice) -> Callable[[float], Array]:
+    def held(values: Array) -> Callable[[float], Array]:
         # The last row ends the flight, and is not held.
-        return lambda t: rows[min(bisect(times, t), len(times) - 1) - 1, columns]
+        return lambda t: values[min(bisect(times, t), len(times) - 1) - 1]
 
-    acting: dict[str, Any] = {name: held(layout.of_input[name]) for name in PUSH}
+    acting: dict[str, Any] = {name: held(rows[:, layout.of_input[name]]) for name in PUSH}
+    if recording.rotor_command is not None:
+        acting["rotor_command"] = held(recording.rotor_command)
     acting |= {"duration": times[-1], "jumps": tuple(times[1:-1])}
     return Scenario("recording", q[0], paper_rates(q, state, 0.0)[0], **acting)
 

@@ -1,0 +1,181 @@
+"""The recording that `identify` takes, of a log's signals by their roles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from continuair import checks
+from continuair.errors import InputError, shown
+from continuair.identification.recording import FEWEST_ROWS, Recording
+from continuair.interfaces.log_signals import Signal, aligned, check_unit
+from continuair.vehicle.layout import Layout
+from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+
+Array = np.ndarray
+
+MEASURED = ("position", "attitude", "bend", "tip")
+HELD = ("thrust", "torque", "bend_moment", "rotors")
+"""Roles of signals. Measured: position (n, 3) of the UAV and tip (n, 3), world axes, z up [m];
+attitude (n, 4), body to world, x y z w; bend (n, bends) [1/m], axes of each section's base. Held
+until the next sample: thrust (n, 3) [N] and torque (n, 3) [N m] on the UAV in body axes, z up;
+bend_moment (n, bends) [N m²]; rotors (n, rotors), the thrusts that are commanded [N]."""
+
+_CHORD_TOLERANCE = 0.1
+"""Of the tip's distance from the arm's base, from what a bend makes it, over the arm's length."""
+
+_MOST_HALF = 0.85 * np.pi
+"""Half the turn of an arm at most [rad]: beyond it, its end is too near its base."""
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What is taken of a log, checked: rate [Hz] or None, window [s] or None."""
+
+    rate: float | None
+    window: tuple[float, float] | None
+
+
+def choices(rate: Any, window: Any) -> Choices:
+    """Check a rate [Hz] and a window (from, to) [s] since the log's start; raises InputError."""
+    if rate is not None:
+        rate = checks.positive("rate", rate, " [Hz]")
+    if window is not None:
+        first, last = checks.vector("window", window, 2).tolist()
+        if not first < last:
+            raise InputError(f"window is {shown(window)}; give two times [s] that ascend.")
+        window = first, last
+    return Choices(rate, window)
+
+
+def check_roles(vehicle: Vehicle, roles: Any) -> None:
+    """Raise InputError unless a vehicle's flight follows from signals of these roles."""
+    check_single_vehicle(vehicle)
+    arm = "bend" in roles, "tip" in roles or "camera" in roles
+    if sum(arm) != 1:
+        named = "bend and a pose of the tip are both" if all(arm) else "nothing is"
+        raise InputError(
+            f"{named} named to tell the arm's bend; name one topic for bend, tip or camera."
+        )
+    if arm[1] and Layout(vehicle.shape).sections > 1:
+        raise InputError(
+            f"the pose of a tip does not tell the bends of the vehicle's "
+            f"{Layout(vehicle.shape).sections} sections; name a topic for bend."
+        )
+    if ("thrust" in roles) != ("torque" in roles):
+        given, missing = ("thrust", "torque") if "thrust" in roles else ("torque", "thrust")
+        raise InputError(f"{given} is named without {missing}; name both.")
+    if "rotors" in roles and "thrust" in roles:
+        raise InputError(
+            "rotors and thrust are both named, and would act twice; name one of the two."
+        )
+    if "rotors" in roles and vehicle.uav.rotors is None:
+        raise InputError(
+            "rotors is named, but the vehicle has no [uav.rotors]; give it some, or name "
+            "thrust and torque."
+        )
+
+
+def recording(
+    name: str, vehicle: Vehicle, signals: Mapping[str, Signal], chosen: Choices
+) -> Recording:
+    """Signals by role, as in MEASURED and HELD, on one even grid; raises InputError.
+
+    Measurements lie on straight lines, and turns, between samples; what is held keeps its impulse.
+    """
+    _check_widths(vehicle, signals)
+    times, signals = aligned(signals, HELD, chosen.rate, chosen.window)
+    if len(times) < FEWEST_ROWS:
+        raise InputError(
+            f"makes {len(times)} rows; give {FEWEST_ROWS} or more, by a longer window or a "
+            "higher rate."
+        )
+    check_unit(signals["attitude"])
+    position, attitude = signals["position"].at(times), signals["attitude"].turned_at(times)
+    found = {role: signals[role].mean_from(times) for role in HELD if role in signals}
+    acting, rotors = bool(found), found.pop("rotors", None)
+    return Recording(
+        name=name,
+        time=times - times[0],
+        position=position,
+        attitude=attitude,
+        bend=_bends(vehicle, signals, times, position, attitude),
+        inputs=_inputs(vehicle, signals["attitude"], times, found) if acting else None,
+        rotor_command=rotors,
+        sampling=_sampling(name, times, signals.values()),
+    )
+
+
+def _check_widths(vehicle: Vehicle, signals: Mapping[str, Signal]) -> None:
+    bends = Layout(vehicle.shape).bends
+    rotors = vehicle.uav.rotors.count if vehicle.uav.rotors else 0
+    for role, width in (("bend", bends), ("bend_moment", bends), ("rotors", rotors)):
+        if role in signals and signals[role].values.shape[1] != width:
+            raise InputError(
+                f"{signals[role].topic} holds {signals[role].values.shape[1]} numbers, but "
+                f"the vehicle has {width}; name {width} of its fields."
+            )
+
+
+def _inputs(vehicle: Vehicle, attitude: Signal, times: Array, found: Mapping[str, Array]) -> Array:
+    """Force in world axes, moment in body axes and bend moments (n, 6 + bends), 0 where unknown.
+
+    The force turns with the body: it is that of the middle of each interval.
+    """
+    layout = Layout(vehicle.shape)
+    rows = np.zeros((len(times), layout.push.stop))
+    if "thrust" in found:
+        middle = np.append(0.5 * (times[1:] + times[:-1]), times[-1])
+        turn = Rotation.from_quat(attitude.turned_at(middle))
+        rows[:, layout.force] = turn.apply(found["thrust"])
+        rows[:, layout.moment] = found["torque"]
+    if "bend_moment" in found:
+        rows[:, layout.bend_moment] = found["bend_moment"]
+    return rows
+
+
+def _bends(
+    vehicle: Vehicle,
+    signals: Mapping[str, Signal],
+    times: Array,
+    position: Array,
+    attitude: Array,
+) -> Array:
+    if "bend" in signals:
+        return signals["bend"].at(times)
+    arm = vehicle.arms[0]
+    body = Rotation.from_quat(attitude).inv().apply(signals["tip"].at(times) - position)
+    chord = Rotation.from_quat(arm.attitude).inv().apply(body - np.array(arm.mount))
+    return bends_of_tips(str(signals["tip"].topic), chord, float(arm.section[0].length))
+
+
+def bends_of_tips(name: str, chord: Array, length: float) -> Array:
+    """Bend vectors (n, 2) [1/m] of one section, of its ends (n, 3) [m] in the axes of its base.
+
+    An arc that turns by φ = κ l ends at an angle of φ / 2 from its start, 2 sin(φ / 2) / κ away,
+    Eq. (2), Amiri et al. Raises InputError where the arm cannot end so far away, or so near.
+    """
+    out, far = np.hypot(*chord[:, :2].T), np.linalg.norm(chord, axis=1)
+    half = np.arctan2(out, -chord[:, 2])
+    expected = length * np.sinc(np.minimum(half, _MOST_HALF) / np.pi)
+    off = float(np.sqrt(np.mean((far - expected) ** 2)))
+    if off > _CHORD_TOLERANCE * length:
+        raise InputError(
+            f"{name} is {far.mean():.3g} m from the arm's base, but an arm of {length:g} m so bent "
+            f"ends {expected.mean():.3g} m from it; check the axes of the poses and arm's mount."
+        )
+    turn = np.divide(2.0 * half / length, out, out=np.zeros_like(out), where=out > 0.0)
+    return np.asarray(turn[:, None] * chord[:, :2])
+
+
+def _sampling(name: str, times: Array, signals: Iterable[Signal]) -> str:
+    usual = {each.topic.role: 1.0 / each.period for each in signals}
+    rates = ", ".join(f"{role} {rate:.3g} Hz" for role, rate in usual.items())
+    return (
+        f"{name}: {times[0]:.6g} to {times[-1]:.6g} s in {len(times)} rows every "
+        f"{times[1] - times[0]:.3g} s, resampled from {rates}."
+    )

@@ -1,0 +1,138 @@
+"""Samples of topics, each at its own times, brought to one even grid of times."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
+
+from continuair.errors import InputError
+from continuair.interfaces.log_topics import Topic
+
+Array = np.ndarray
+
+_WIDEST_GAP = 5.0
+"""Time between samples, over the usual one, from which they have a gap."""
+
+_ROUNDING = 1e-6
+"""Share of a period that is left over by rounding alone."""
+
+_UNIT_NORM_TOLERANCE = 0.02
+
+
+@dataclass(frozen=True)
+class Signal:
+    """Values (n, width) of a topic at times (n,) [s], which ascend; period: the usual time between
+    samples [s]."""
+
+    topic: Topic
+    time: Array
+    values: Array
+    period: float
+
+    def at(self, times: Array) -> Array:
+        """Values on straight lines between samples."""
+        return np.stack([np.interp(times, self.time, column) for column in self.values.T], -1)
+
+    def turned_at(self, times: Array) -> Array:
+        """Unit quaternions on the shortest turns between samples."""
+        return np.asarray(Slerp(self.time, Rotation.from_quat(self.values))(times).as_quat())
+
+    def mean_from(self, times: Array) -> Array:
+        """Means (n, width) from each time to the next of values that are held, which give the same
+        impulse; at the last time what is held then."""
+        lasting = np.diff(self.time)[:, None] * self.values[:-1]
+        summed = np.vstack([np.zeros(self.values.shape[1]), np.cumsum(lasting, 0)])
+        beyond = np.append(self.time, max(times[-1], self.time[-1]) + self.period)
+        summed = np.vstack([summed, summed[-1] + (beyond[-1] - self.time[-1]) * self.values[-1]])
+        at_edges = np.stack([np.interp(times, beyond, column) for column in summed.T], -1)
+        held = self.values[np.searchsorted(self.time, times[-1], side="right") - 1]
+        return np.vstack([np.diff(at_edges, axis=0) / np.diff(times)[:, None], held])
+
+
+def signal(topic: Topic, time: Array, values: Array) -> Signal:
+    """Samples in the order of their times (n,) [s], repeated ones left out, times a scale."""
+    time, first = np.unique(np.asarray(time, float), return_index=True)
+    if len(time) < 2:
+        raise InputError(f"{topic}: holds {len(time)} samples; give a topic that was recorded.")
+    period = float(np.median(np.diff(time)))
+    return Signal(topic, time, topic.scaled(np.asarray(values, float)[first]), period)
+
+
+def aligned(
+    signals: Mapping[str, Signal],
+    held: Iterable[str],
+    rate: float | None,
+    window: tuple[float, float] | None,
+) -> tuple[Array, dict[str, Signal]]:
+    """Even times (n,) [s] within a window, or what all signals cover, and the signals near them.
+
+    held: roles of signals whose last value lasts on. rate: in Hz, that of the slowest of the others
+    by default. Raises InputError where signals do not cover the window, or have a gap or what is no
+    number in it.
+    """
+    measured = [each for role, each in signals.items() if role not in held]
+    first, last = _span(signals, held)
+    if window is not None:
+        if window[0] < first - _ROUNDING or window[1] > last + _ROUNDING:
+            raise InputError(
+                f"window is {window[0]:g} to {window[1]:g} s, but all topics are there from "
+                f"{first:.6g} to {last:.6g} s; choose a part of that."
+            )
+        first, last = max(window[0], first), min(window[1], last)
+    period = 1.0 / rate if rate else max(each.period for each in measured)
+    count = int((last - first) / period * (1.0 + _ROUNDING)) + 1
+    times = np.minimum(first + period * np.arange(count), last)
+    return times, {role: _within(each, first, last) for role, each in signals.items()}
+
+
+def _span(signals: Mapping[str, Signal], held: Iterable[str]) -> tuple[float, float]:
+    """From when to when all signals are there [s], or InputError."""
+    starts = {float(each.time[0]): each for each in signals.values()}
+    ends = {
+        float(each.time[-1]) + (each.period if role in held else 0.0): each
+        for role, each in signals.items()
+    }
+    first, last = max(starts), min(ends)
+    if not last > first:
+        raise InputError(
+            f"{starts[first].topic} starts at {first:.6g} s, after the end of {ends[last].topic} "
+            f"at {last:.6g} s; record them together, with stamps of one clock."
+        )
+    return first, last
+
+
+def _within(found: Signal, first: float, last: float) -> Signal:
+    """The samples around two times [s], or InputError for a gap or what is no number."""
+    near = slice(
+        max(int(np.searchsorted(found.time, first, side="right")) - 1, 0),
+        int(np.searchsorted(found.time, last)) + 1,
+    )
+    time, values = found.time[near], found.values[near]
+    wrong = np.flatnonzero(~np.isfinite(values).all(1))
+    if wrong.size:
+        raise InputError(
+            f"{found.topic} is no finite number at {time[wrong[0]]:.6g} s; choose a window "
+            "without it."
+        )
+    gaps = np.flatnonzero(np.diff(time) > _WIDEST_GAP * found.period)
+    if gaps.size:
+        at = gaps[0]
+        raise InputError(
+            f"{found.topic} has a gap of {time[at + 1] - time[at]:.3g} s at {time[at]:.6g} s, where"
+            f" its samples are {found.period:.3g} s apart; choose a window without it."
+        )
+    return Signal(found.topic, time, values, found.period)
+
+
+def check_unit(found: Signal) -> None:
+    """Raise InputError unless the values are unit quaternions."""
+    norm = np.linalg.norm(found.values, axis=1)
+    wrong = np.flatnonzero(~(np.abs(norm - 1.0) <= _UNIT_NORM_TOLERANCE))
+    if wrong.size:
+        raise InputError(
+            f"{found.topic} has norm {norm[wrong[0]]:.4g} at {found.time[wrong[0]]:.6g} s; "
+            "give unit quaternions."
+        )

@@ -1,0 +1,230 @@
+"""Flights in ROS 2 bags, with poses in world axes, z up, and bodies forward, left, up (REP 103)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from continuair.errors import InputError, shown
+from continuair.files import printed, reason, user_path
+from continuair.identification.recording import Recording
+from continuair.interfaces.extras import require
+from continuair.interfaces.log_recording import check_roles, choices, recording
+from continuair.interfaces.log_signals import Signal, check_unit, signal
+from continuair.interfaces.log_topics import Topic, missing_topic, of_log, parse_topics
+from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
+
+_WORLD = {"map", "odom", "world", "earth"}
+"""Frames that REP 105 fixes to the ground."""
+
+
+@dataclass(frozen=True)
+class _Messages:
+    """A topic's messages, and their times (n,) [s] since the bag's start."""
+
+    topic: Topic
+    time: Array
+    messages: list[Any]
+
+    def rows(self, of: Callable[[Any], Any]) -> Array:
+        """What a function takes of each message (n, width), or InputError."""
+        rows = [of(each) for each in self.messages]
+        try:
+            found = np.array(rows, float)
+        except ValueError:  # lists of unequal lengths
+            found = np.empty(0)
+        if found.ndim != 2 or not found.size:
+            raise InputError(
+                f"{self.topic}: its messages hold none, or changing numbers of values; publish the "
+                "same ones each time."
+            )
+        return found
+
+
+def read_rosbag(
+    path: str | os.PathLike[str],
+    vehicle: Vehicle,
+    topics: Mapping[str, str],
+    *,
+    rate: float | None = None,
+    window: tuple[float, float] | None = None,
+) -> Recording:
+    """Read a flight of a vehicle from a ROS 2 bag, as `continuair.identification.fit` takes it.
+
+    path: a bag's folder, or its .mcap or .db3 file. topics: role -> "TOPIC:FIELD,FIELD*NUMBER",
+    pose of the UAV and one of bend [1/m], tip and camera, which are poses in the same world axes;
+    wrench on the UAV, in body axes, bend_moment [N m²] and rotors, thrusts in the vehicle's order
+    [N]. Types: PoseStamped, PoseWithCovarianceStamped, TransformStamped, Odometry (and PointStamped
+    for tip), WrenchStamped, Float64MultiArray, and JointState, whose position is bend and whose
+    effort is bend_moment. rate: of the rows [Hz], that of the slowest measurement by default;
+    window: from, to [s] since the bag's start. Raises InputError.
+    """
+    named = parse_topics(topics, _ROLES)
+    chosen = choices(rate, window)
+    require("rosbags", "logs")
+    file = user_path("data", path)
+    with of_log(printed(file)):
+        if "pose" not in named:
+            raise InputError("nothing is named that tells the UAV's pose; name a topic for pose.")
+        check_roles(vehicle, {part for role in named for part in _PARTS.get(role, (role,))})
+        found: dict[str, Signal] = {}
+        for role, messages in _read(file, named).items():
+            found |= _ROLES[role](messages, vehicle)
+        return recording(printed(file.name), vehicle, found, chosen)
+
+
+def _read(file: Path, named: Mapping[str, Topic]) -> dict[str, _Messages]:
+    """Role -> messages of its topic; raises InputError."""
+    from rosbags.highlevel import AnyReader, AnyReaderError
+    from rosbags.rosbag2 import ReaderError
+    from rosbags.serde import SerdeError
+    from rosbags.typesys import Stores, TypesysError, get_typestore
+
+    try:
+        file.stat()
+        with AnyReader([file], default_typestore=get_typestore(Stores.LATEST)) as reader:
+            there = reader.topics
+            for topic in named.values():
+                if topic.name not in there:
+                    listed = [f"{name} ({info.msgtype})" for name, info in there.items()]
+                    raise missing_topic(topic, listed)
+            return {role: _messages(reader, topic) for role, topic in named.items()}
+    except InputError:
+        raise
+    except (AnyReaderError, ReaderError, SerdeError, TypesysError) as error:
+        why = " ".join(str(error).split())
+    except (OSError, ValueError) as error:
+        why = reason(error)
+    except Exception as error:  # whatever its readers raise of damaged files
+        why = " ".join(f"{type(error).__name__} {error}".split())
+    raise InputError(
+        f"is no ROS 2 bag that can be read ({why}); give a bag's folder, or a whole .mcap or .db3 "
+        "file."
+    )
+
+
+def _messages(reader: Any, topic: Topic) -> _Messages:
+    connections = [each for each in reader.connections if each.topic == topic.name]
+    stamps, messages = [], []
+    for connection, received, raw in reader.messages(connections=connections):
+        message = reader.deserialize(raw, connection.msgtype)
+        header = getattr(message, "header", None)
+        stamp = header.stamp.sec * 10**9 + header.stamp.nanosec if header else 0
+        stamps.append((stamp or received) - reader.start_time)
+        messages.append(message)
+    return _Messages(topic, 1e-9 * np.array(stamps, float), messages)
+
+
+def _refused(topic: Topic, message: Any, wanted: str) -> InputError:
+    kind = getattr(message, "__msgtype__", type(message).__name__)
+    return InputError(f"{topic} holds messages of {kind}; give a topic of {wanted}.")
+
+
+def _place(topic: Topic, message: Any) -> Any:
+    """What holds position and orientation in a message, whatever its type; or InputError."""
+    for path in ("transform", "pose.pose", "pose"):
+        found = message
+        for name in path.split("."):
+            found = getattr(found, name, None)
+        if hasattr(found, "orientation") or hasattr(found, "rotation"):
+            return found
+    raise _refused(topic, message, "PoseStamped, TransformStamped or Odometry")
+
+
+def _xyz(vector: Any) -> list[float]:
+    return [vector.x, vector.y, vector.z]
+
+
+def _position(place: Any) -> list[float]:
+    return _xyz(getattr(place, "position", None) or place.translation)
+
+
+def _quaternion(place: Any) -> list[float]:
+    turn = getattr(place, "orientation", None) or place.rotation
+    return [*_xyz(turn), turn.w]
+
+
+def _pose(found: _Messages, _: Vehicle) -> dict[str, Signal]:
+    topic = found.topic
+    parts = {"position": _position, "attitude": _quaternion}
+    return {
+        role: signal(topic, found.time, found.rows(lambda each, of=of: of(_place(topic, each))))  # type: ignore[misc]
+        for role, of in parts.items()
+    }
+
+
+def _tip(found: _Messages, vehicle: Vehicle) -> dict[str, Signal]:
+    if found.messages and hasattr(found.messages[0], "point"):
+        rows = found.rows(lambda each: _xyz(each.point))
+        return {"tip": signal(found.topic, found.time, rows)}
+    return {"tip": _pose(found, vehicle)["position"]}
+
+
+def _camera(found: _Messages, vehicle: Vehicle) -> dict[str, Signal]:
+    """The tip behind the camera that it carries."""
+    pose, camera = _pose(found, vehicle), vehicle.camera
+    place, attitude = pose["position"], pose["attitude"]
+    check_unit(attitude)
+    turn = Rotation.from_quat(attitude.values) * Rotation.from_quat(camera.attitude).inv()
+    return {"tip": replace(place, values=place.values - turn.apply(camera.position))}
+
+
+def _wrench(found: _Messages, _: Vehicle) -> dict[str, Signal]:
+    for each in found.messages:
+        if not hasattr(each, "wrench"):
+            raise _refused(found.topic, each, "WrenchStamped")
+        if each.header.frame_id.strip("/") in _WORLD:
+            raise InputError(
+                f"{found.topic} is in axes of {shown(each.header.frame_id)}; publish the wrench on "
+                "the UAV in its body axes, such as base_link."
+            )
+    force = found.rows(lambda each: _xyz(each.wrench.force))
+    torque = found.rows(lambda each: _xyz(each.wrench.torque))
+    return {
+        "thrust": signal(found.topic, found.time, force),
+        "torque": signal(found.topic, found.time, torque),
+    }
+
+
+def _numbers(attribute: str) -> Callable[[_Messages, Vehicle], dict[str, Signal]]:
+    """A role of numbers: data of an array, or an attribute of joints."""
+
+    def signals(found: _Messages, _: Vehicle) -> dict[str, Signal]:
+        topic = found.topic
+        rows = found.rows(lambda each: _array(topic, each, attribute))
+        return {topic.role: signal(topic, found.time, rows)}
+
+    return signals
+
+
+def _array(topic: Topic, message: Any, attribute: str) -> list[float]:
+    """The numbers of a message, or of some joints or places of it; or InputError."""
+    values = getattr(message, "data", getattr(message, attribute, None))
+    if not isinstance(values, np.ndarray):
+        raise _refused(topic, message, "Float64MultiArray or JointState")
+    names = getattr(message, "name", None) or [str(place) for place in range(len(values))]
+    table = dict(zip(names, values.tolist(), strict=False))
+    missing = [name for name in topic.fields if name not in table]
+    if missing:
+        raise InputError(f"{topic} has no {missing[0]}; name some of {', '.join(table)}.")
+    return [table[name] for name in topic.fields or table]
+
+
+_ROLES = {
+    "pose": _pose,
+    "bend": _numbers("position"),
+    "tip": _tip,
+    "camera": _camera,
+    "wrench": _wrench,
+    "bend_moment": _numbers("effort"),
+    "rotors": _numbers("effort"),
+}
+_PARTS = {"pose": ("position", "attitude"), "wrench": ("thrust", "torque")}

@@ -1,0 +1,167 @@
+"""Flights that PX4 logged, in its ULog format."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import struct
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from continuair.errors import InputError
+from continuair.files import check_regular, printed, reason, user_path
+from continuair.identification.recording import Recording
+from continuair.interfaces.extras import require
+from continuair.interfaces.log_recording import check_roles, choices, recording
+from continuair.interfaces.log_signals import Signal, signal
+from continuair.interfaces.log_topics import Topic, missing_topic, of_log, parse_topics
+from continuair.interfaces.px4_frames import attitude_from_px4, from_frd, from_ned
+from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
+
+_PLACE, _XYZ = ("x", "y", "z"), ("xyz[0]", "xyz[1]", "xyz[2]")
+_FIELDS: dict[str, tuple[str, ...]] = {
+    "position": _PLACE,
+    "attitude": ("q[0]", "q[1]", "q[2]", "q[3]"),
+    "tip": _PLACE,
+    "bend": (),
+    "thrust": _XYZ,
+    "torque": _XYZ,
+    "bend_moment": (),
+    "rotors": (),
+}
+"""Role -> fields of its topic by default."""
+
+_DEFAULT = {"position": "vehicle_local_position", "attitude": "vehicle_attitude"}
+_OURS = {"position": from_ned, "tip": from_ned, "attitude": attitude_from_px4,
+         "thrust": from_frd, "torque": from_frd}  # fmt: skip
+_NORMALISED = {"thrust": "N", "torque": "N m", "rotors": "N"}
+_RESETS = ("xy_reset_counter", "z_reset_counter", "quat_reset_counter")
+_HEADER = 16
+
+
+def read_ulog(
+    path: str | os.PathLike[str],
+    vehicle: Vehicle,
+    topics: Mapping[str, str],
+    *,
+    rate: float | None = None,
+    window: tuple[float, float] | None = None,
+) -> Recording:
+    """Read a flight of a vehicle from a PX4 log, as `continuair.identification.fit` takes it.
+
+    topics: role -> "TOPIC:FIELD,FIELD*NUMBER"; bend [1/m] or tip (its position, NED) must be named;
+    thrust and torque on the UAV (FRD), or rotors (in the vehicle's order), times what 1 means
+    [N, N m]; bend_moment [N m²]; position and attitude, NED and FRD, are PX4's own by default.
+    rate: of the rows [Hz], that of the slowest measurement by default; window: from, to [s] since
+    the log's start. Raises InputError.
+    """
+    named = parse_topics(topics, _FIELDS, _DEFAULT)
+    chosen = choices(rate, window)
+    require("pyulog", "logs")
+    file = user_path("data", path)
+    with of_log(printed(file)):
+        check_roles(vehicle, named)
+        for role in _NORMALISED.keys() & named.keys():
+            _check_scaled(named[role])
+        log = _log(file, {each.name for each in named.values()}, cut=window is not None)
+        found = {role: _signal(file, log, topic, window) for role, topic in named.items()}
+        return recording(printed(file.name), vehicle, found, chosen)
+
+
+def _check_scaled(topic: Topic) -> None:
+    if not topic.scale:
+        unit = _NORMALISED[topic.role]
+        raise InputError(
+            f"{topic} is normalised; say how many {unit} are 1, as in "
+            f"{topic.role}={topic.name}*NUMBER."
+        )
+
+
+def _log(file: Path, names: set[str] | None, cut: bool) -> Any:
+    """A log with topics of these names, or all; raises InputError. cut: whether its end may be."""
+    from pyulog import ULog
+    from pyulog.exceptions import ULogException
+
+    check_regular("data", file)
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot be read ({reason(error)}); give a .ulg file of PX4.") from None
+    try:
+        # It prints what it finds damaged.
+        with contextlib.redirect_stdout(io.StringIO()):
+            log = ULog(io.BytesIO(data), None if names is None else sorted(names))
+    except (ULogException, struct.error, LookupError, ValueError) as error:
+        why = " ".join(str(error).split()) or type(error).__name__
+        raise InputError(f"is no ULog that can be read ({why}); give a .ulg file of PX4.") from None
+    lasts = 1e-6 * (log.last_timestamp - log.start_timestamp)
+    if log.file_corruption:
+        raise InputError("holds damaged messages; download the log again.")
+    if not cut and not _is_whole(data):
+        raise InputError(
+            f"is cut off after {lasts:.6g} s; download it again, or name a window before that."
+        )
+    return log
+
+
+def _is_whole(data: bytes) -> bool:
+    """Whether a log ends with a whole message."""
+    at = _HEADER
+    while at + 3 <= len(data):
+        at += 3 + struct.unpack_from("<H", data, at)[0]
+    return at == len(data)
+
+
+def _signal(file: Path, log: Any, topic: Topic, window: tuple[float, float] | None) -> Signal:
+    """A topic's samples in our axes, over the seconds since the log's start; or InputError."""
+    data = next((each.data for each in log.data_list if each.name == topic.name), None)
+    if data is None:
+        there = {each.name for each in _log(file, None, cut=True).data_list}
+        raise missing_topic(topic, there)
+    fields = topic.fields or _FIELDS[topic.role]
+    missing = [name for name in fields if name not in data]
+    if missing or not fields:
+        what = f"has no field {missing[0]}" if missing else "needs the names of its fields"
+        known = ", ".join(name for name in data if not name.startswith("timestamp"))
+        raise InputError(
+            f"{topic} {what}; name some of {known}, as in {topic.role}={topic.name}:FIELD,FIELD."
+        )
+    stamps = data.get("timestamp_sample", data["timestamp"])
+    stamps = stamps if stamps.all() else data["timestamp"]
+    time = 1e-6 * (stamps.astype(np.int64) - log.start_timestamp)
+    _check_resets(topic, time, data, window)
+    rows = np.stack([data[name].astype(float) for name in fields], -1)
+    convert = _OURS.get(topic.role, lambda rows: rows)
+    return signal(topic, time, _converted(topic, rows, convert))
+
+
+def _converted(topic: Topic, rows: Array, convert: Any) -> Array:
+    """Rows in our axes; those that are no numbers stay so, and are told of where they count."""
+    width = len(_FIELDS[topic.role])
+    if width and rows.shape[1] != width:
+        raise InputError(
+            f"{topic} has {rows.shape[1]} fields, but {width} are needed; name {width}."
+        )
+    known = np.isfinite(rows).all(1) & (rows != 0.0).any(1) if width == 4 else slice(None)
+    found = np.full(rows.shape, np.nan)
+    found[known] = convert(rows[known])
+    return found
+
+
+def _check_resets(topic: Topic, time: Array, data: Any, window: tuple[float, float] | None) -> None:
+    """Raise InputError if PX4's estimate jumped to another one within the window."""
+    first, last = window or (-np.inf, np.inf)
+    within = (time >= first) & (time <= last)
+    for name in _RESETS:
+        if name in data and (jumps := np.flatnonzero(np.diff(data[name][within]))).size:
+            at = time[within][jumps[0] + 1]
+            raise InputError(
+                f"{topic} was reset by the estimator at {at:.6g} s ({name}); "
+                "choose a window without it."
+            )

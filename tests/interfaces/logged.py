@@ -1,0 +1,202 @@
+"""Simulated flights as logs: PX4's ULog, written from its published format, and ROS 2 bags."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.spatial.transform import Rotation, Slerp
+
+import continuair as ca
+from tests.identification.flights import held_inputs, true_vehicle
+
+Array = np.ndarray
+Topics = Mapping[str, tuple[Array, Mapping[str, Array]]]
+"""Name -> times (n,) [s] and fields (n,) or (n, width), of a log."""
+
+SAMPLE = 0.01
+ROTORS = {"layout": "quad_x", "lever": 0.2, "thrust_limits": [0.0, 14.0],
+          "torque_per_thrust": 0.05, "lag": 0.04}  # fmt: skip
+BOOT = 3_000_000
+"""Of the log's start [µs]."""
+
+
+def rotorcraft(**changes: float) -> ca.Vehicle:
+    return true_vehicle().replace({"uav.rotors": ROTORS | changes})
+
+
+def pushed(duration: float = 0.5) -> tuple[xr.Dataset, Array]:
+    """A flight under forces and moments that are held for each sample, and those (n, 8)."""
+    time = SAMPLE * np.arange(round(duration / SAMPLE) + 1)
+    inputs = held_inputs(time)
+
+    def held(t: float) -> Array:
+        return np.asarray(inputs[int(np.searchsorted(time, t, side="right")) - 1])
+
+    scenario = ca.Scenario(
+        "held",
+        (0.3, -0.2, 5.0, 0.05, -0.04, 0.2, 0.4, 0.5),
+        (0.2, 0.1, -0.1, 0.3, 0.2, -0.1, 0.5, 0.3),
+        force=lambda t: held(t)[:3],
+        moment=lambda t: held(t)[3:6],
+        bend_moment=lambda t: held(t)[6:],
+        jumps=tuple(time[1:-1]),
+        duration=duration,
+    )
+    return ca.simulate(true_vehicle(), scenario, sample=SAMPLE, step=5e-4), inputs
+
+
+def flown(vehicle: ca.Vehicle, duration: float = 0.5) -> tuple[xr.Dataset, Array]:
+    """A flight of a quadrotor under thrusts held for each sample, and those (n, 4)."""
+    time = SAMPLE * np.arange(round(duration / SAMPLE) + 1)
+    hover = 9.81 * float(vehicle.mass) / 4.0
+    phases = np.array([0.0, 1.0, 2.5, 4.0])
+    thrusts = hover + 1.5 * np.sin(9.0 * time[:, None] + phases)
+
+    def held(t: float) -> Array:
+        return np.asarray(thrusts[int(np.searchsorted(time, t, side="right")) - 1])
+
+    q = (0.3, -0.2, 5.0, 0.05, -0.04, 0.2, 0.8, 0.5)
+    scenario = ca.Scenario(
+        "flown", q, rotor_command=held, jumps=tuple(time[1:-1]), duration=duration
+    )
+    return ca.simulate(vehicle, scenario, sample=SAMPLE, step=5e-4), thrusts
+
+
+def to_ned(vectors: Array) -> Array:
+    """East, north, up to north, east, down."""
+    return np.stack([vectors[:, 1], vectors[:, 0], -vectors[:, 2]], -1)
+
+
+def to_frd(vectors: Array) -> Array:
+    return np.stack([vectors[:, 0], -vectors[:, 1], -vectors[:, 2]], -1)
+
+
+def to_px4(attitude: Array) -> Array:
+    """FRD to NED, scalar first, from the images of the axes."""
+    turned = Rotation.from_quat(attitude)
+    columns = [to_ned(turned.apply(axis)) for axis in ([1, 0, 0], [0, -1, 0], [0, 0, -1])]
+    return np.asarray(Rotation.from_matrix(np.stack(columns, -1)).as_quat(scalar_first=True))
+
+
+def px4_estimates(found: xr.Dataset) -> dict[str, tuple[Array, Mapping[str, Array]]]:
+    """What PX4 logs of pose, and the bend as a debug message."""
+    time, position = found["time"].to_numpy(), to_ned(found["position"].to_numpy())
+    place = {**dict(zip("xyz", position.T, strict=True)), "xy_reset_counter": np.zeros(len(time))}
+    bend = {"data": found["bend"].to_numpy()}
+    attitude = {"q": to_px4(found["attitude"].to_numpy())}
+    return {
+        "vehicle_local_position": (time, place),
+        "vehicle_attitude": (time, attitude),
+        "debug_array": (time, bend),
+    }
+
+
+def write_ulog(path: Path, topics: Topics) -> None:
+    """Write topics as float, their counters as uint8_t; docs.px4.io, 'ULog file format'."""
+    formats, logged, data = b"", b"", []
+    for number, (name, (time, fields)) in enumerate(topics.items()):
+        columns = {key: np.asarray(each).reshape(len(time), -1) for key, each in fields.items()}
+        declared = "".join(
+            f"{_kind(key)}{f'[{each.shape[1]}]' if each.shape[1] > 1 else ''} {key};"
+            for key, each in columns.items()
+        )
+        formats += _message("F", f"{name}:uint64_t timestamp;{declared}".encode())
+        logged += _message("A", struct.pack("<BH", 0, number) + name.encode())
+        for row, stamp in enumerate((BOOT + np.round(1e6 * time).astype(int)).tolist()):
+            values = b"".join(_packed(key, each[row]) for key, each in columns.items())
+            data.append((stamp, _message("D", struct.pack("<HQ", number, stamp) + values)))
+    data.sort(key=lambda each: each[0])
+    header = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", BOOT)
+    path.write_bytes(header + formats + logged + b"".join(each for _, each in data))
+
+
+def _kind(name: str) -> str:
+    return "uint8_t" if name.endswith("counter") else "float"
+
+
+def _packed(name: str, values: Array) -> bytes:
+    return struct.pack(f"<{len(values)}{'B' if _kind(name) == 'uint8_t' else 'f'}", *values.astype(
+        int if _kind(name) == "uint8_t" else float))  # fmt: skip
+
+
+def _message(kind: str, payload: bytes) -> bytes:
+    return struct.pack("<HB", len(payload), ord(kind)) + payload
+
+
+def bag_topics(found: xr.Dataset) -> dict[str, tuple[str, Array, Array]]:
+    """Topic -> type, times and rows: pose of the UAV, tip, and the bend."""
+    time = found["time"].to_numpy()
+    pose, tip = (
+        np.hstack([found[f"{of}position"].to_numpy(), found[f"{of}attitude"].to_numpy()])
+        for of in ("", "tip_")
+    )
+    bend = found["bend"].to_numpy()
+    return {
+        "/uav/pose": ("geometry_msgs/msg/PoseStamped", time, pose),
+        "/arm/tip": ("nav_msgs/msg/Odometry", time, tip),
+        "/arm/bend": ("std_msgs/msg/Float64MultiArray", time, bend),
+    }
+
+
+def body_wrench(found: xr.Dataset, inputs: Array) -> Array:
+    """Force and moment (n, 6) in body axes, whose force turns with the body half way to the next
+    row as that of the inputs (n, 8) is in world axes."""
+    time = found["time"].to_numpy()
+    turns = Slerp(time, Rotation.from_quat(found["attitude"].to_numpy()))
+    middle = np.append(0.5 * (time[1:] + time[:-1]), time[-1])
+    return np.hstack([turns(middle).inv().apply(inputs[:, :3]), inputs[:, 3:6]])
+
+
+def write_bag(
+    path: Path,
+    topics: Mapping[str, tuple[str, Array, Array]],
+    *,
+    plugin: str = "MCAP",
+    frame: str = "base_link",
+) -> None:
+    """Write topics into a new bag's folder; JointStates are of joints named 0, 1 and so on."""
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    with Writer(path, version=9, storage_plugin=StoragePlugin[plugin]) as writer:
+        for name, (kind, time, rows) in topics.items():
+            connection = writer.add_connection(name, kind, typestore=store)
+            for t, row in zip(time, rows, strict=True):
+                stamp = 10**9 * 1_700_000_000 + round(1e9 * t)
+                message = _ros(store.types, kind, stamp, frame, row)
+                writer.write(connection, stamp, store.serialize_cdr(message, kind))
+
+
+def _ros(types: Any, kind: str, stamp: int, frame: str, row: Array) -> Any:
+    def of(name: str, *values: Any) -> Any:
+        return types[name](*values)
+
+    vector = "geometry_msgs/msg/Vector3"
+    time = of("builtin_interfaces/msg/Time", stamp // 10**9, stamp % 10**9)
+    header = of("std_msgs/msg/Header", time, frame)
+    match kind.rpartition("/")[2]:
+        case "PoseStamped" | "Odometry":
+            place = of("geometry_msgs/msg/Point", *row[:3])
+            pose = of("geometry_msgs/msg/Pose", place, of("geometry_msgs/msg/Quaternion", *row[3:]))
+            if kind.endswith("PoseStamped"):
+                return of(kind, header, pose)
+            known = of("geometry_msgs/msg/PoseWithCovariance", pose, np.zeros(36))
+            twist = of(
+                "geometry_msgs/msg/Twist", of(vector, 0.0, 0.0, 0.0), of(vector, 0.0, 0.0, 0.0)
+            )
+            moving = of("geometry_msgs/msg/TwistWithCovariance", twist, np.zeros(36))
+            return of(kind, header, "tip", known, moving)
+        case "WrenchStamped":
+            wrench = of("geometry_msgs/msg/Wrench", of(vector, *row[:3]), of(vector, *row[3:]))
+            return of(kind, header, wrench)
+        case "JointState":
+            names = [str(joint) for joint in range(len(row))]
+            return of(kind, header, names, row, np.empty(0), row)
+        case _:
+            return of(kind, of("std_msgs/msg/MultiArrayLayout", [], 0), row)

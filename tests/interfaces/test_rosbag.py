@@ -1,0 +1,161 @@
+"""A vehicle is identified from a ROS 2 bag of its flight as from a table of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from typer.testing import CliRunner
+
+import continuair as ca
+import continuair.cli as cli
+from continuair.identification import Recording, fit, load_recording
+from continuair.identification.recording import MEASURED
+from continuair.vehicle.layout import ACTUATORS
+from continuair.vehicle.vehicle_file import write_vehicle
+from tests.identification.flights import true_vehicle, write
+from tests.interfaces.logged import (
+    bag_topics,
+    body_wrench,
+    flown,
+    pushed,
+    rotorcraft,
+    write_bag,
+)
+
+pytest.importorskip("rosbags")
+
+FIELDS = ("uav.mass", "arm.youngs_modulus")
+START = true_vehicle().replace({"uav.mass": 2.0, "arm.youngs_modulus": 60e9})
+FLOWN, INPUTS = pushed()
+TIME = FLOWN["time"].to_numpy()
+TOPICS = {
+    **bag_topics(FLOWN),
+    "/uav/wrench": ("geometry_msgs/msg/WrenchStamped", TIME, body_wrench(FLOWN, INPUTS)),
+    "/arm/moment": ("sensor_msgs/msg/JointState", TIME, INPUTS[:, 6:]),
+}
+NAMED = {"pose": "/uav/pose", "wrench": "/uav/wrench", "bend_moment": "/arm/moment"}
+
+
+@pytest.fixture(autouse=True)
+def own_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def read(
+    named: dict[str, str], topics: Any = TOPICS, vehicle: ca.Vehicle = START, **how: Any
+) -> Recording:
+    write_bag(Path("flight"), topics, **how)
+    return ca.read_rosbag("flight", vehicle, named)
+
+
+@pytest.mark.parametrize(
+    ("named", "plugin"),
+    [({"bend": "/arm/bend"}, "MCAP"), ({"tip": "/arm/tip"}, "SQLITE3")],
+)
+def test_a_bag_gives_the_answer_of_a_table(named: dict[str, str], plugin: str) -> None:
+    write(Path("flight.csv"), FLOWN, INPUTS, (*MEASURED, *ACTUATORS), None)
+    expected = fit(START, load_recording("flight.csv"), FIELDS).values
+    found = fit(START, read(NAMED | named, plugin=plugin), FIELDS).values
+    # The start is known to 1e-8, of a rotation and an arc that are taken back and forth.
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+    np.testing.assert_allclose(found, [1.6, 40e9], rtol=1e-6)
+
+
+def test_the_file_of_a_bag_alone_is_enough() -> None:
+    named = NAMED | {"bend": "/arm/bend"}
+    whole = read(named)
+    alone = ca.read_rosbag(next(Path("flight").glob("*.mcap")), START, named)
+    np.testing.assert_array_equal(alone.position, whole.position)
+
+
+def test_the_pose_of_the_camera_tells_the_bend() -> None:
+    mounted = START.replace({"camera.position": [0.01, 0.02, 0.05],
+                             "camera.attitude": [0.0, 0.6, 0.0, 0.8]})  # fmt: skip
+    tip = Rotation.from_quat(FLOWN["tip_attitude"].to_numpy())
+    place = FLOWN["tip_position"].to_numpy() + tip.apply(mounted.camera.position)
+    turn = (tip * Rotation.from_quat(mounted.camera.attitude)).as_quat()
+    topics = TOPICS | {"/camera": ("geometry_msgs/msg/PoseStamped", TIME, np.hstack([place, turn]))}
+    found = read({"pose": "/uav/pose", "camera": "/camera"}, topics, mounted)
+    np.testing.assert_allclose(found.bend, FLOWN["bend"], atol=1e-9)
+
+
+def test_thrusts_of_rotors_are_commands() -> None:
+    found, thrusts = flown(rotorcraft(), 0.1)
+    time = found["time"].to_numpy()
+    topics = bag_topics(found)
+    topics["/motors"] = ("std_msgs/msg/Float64MultiArray", time, thrusts)
+    named = {"pose": "/uav/pose", "bend": "/arm/bend", "rotors": "/motors"}
+    recording = read(named, topics, rotorcraft())
+    assert recording.rotor_command is not None and recording.inputs is not None
+    np.testing.assert_allclose(recording.rotor_command, thrusts, rtol=1e-9)
+    assert not recording.inputs.any()
+
+
+def test_joints_are_taken_by_name_and_scaled() -> None:
+    bend = FLOWN["bend"].to_numpy()
+    topics = TOPICS | {"/joints": ("sensor_msgs/msg/JointState", TIME, 10.0 * bend[:, ::-1])}
+    found = read(NAMED | {"bend": "/joints:1,0*0.1"}, topics)
+    np.testing.assert_allclose(found.bend, bend, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("named", "how", "part"),
+    [
+        ({"bend": "/arm/bent"}, {}, r"has no topic /arm/bent for bend; use .*/uav/pose"),
+        ({"bend": "/uav/pose"}, {}, "holds messages of geometry_msgs/msg/PoseStamped; give"),
+        ({"tip": "/arm/bend"}, {}, "holds messages of std_msgs/msg/Float64MultiArray; give"),
+        ({"tip": "/uav/pose"}, {}, "is 0 m from the arm's base, but an arm of 0.8 m"),
+        ({"bend": "/arm/bend"}, {"frame": "odom"}, "is in axes of 'odom'; publish the wrench"),
+        ({"bend": "/arm/moment:2,1"}, {}, "has no 2; name some of 0, 1"),
+    ],
+)
+def test_topics_that_cannot_be_used_are_refused(
+    named: dict[str, str], how: dict[str, Any], part: str
+) -> None:
+    with pytest.raises(ca.InputError, match=f"flight: .*{part}"):
+        read(NAMED | named, **how)
+
+
+def test_the_pose_must_be_named() -> None:
+    with pytest.raises(ca.InputError, match="nothing is named that tells the UAV's pose"):
+        read({"bend": "/arm/bend"})
+
+
+def test_one_pose_does_not_tell_the_bends_of_two_sections() -> None:
+    with pytest.raises(ca.InputError, match="does not tell the bends of the vehicle's 2 sections"):
+        read(NAMED | {"tip": "/arm/tip"}, vehicle=ca.load_vehicle("two_section"))
+
+
+@pytest.mark.parametrize("content", [None, b"no bag", "cut"])
+def test_what_is_no_whole_bag_is_refused(content: Any) -> None:
+    named = NAMED | {"bend": "/arm/bend"}
+    if content == "cut":
+        read(named)
+        content = next(Path("flight").glob("*.mcap")).read_bytes()[:-5000]
+    if content is not None:
+        Path("flight.mcap").write_bytes(content)
+    with pytest.raises(ca.InputError, match="flight.mcap: is no ROS 2 bag that can be read"):
+        ca.read_rosbag("flight.mcap", START, named)
+
+
+def test_topics_of_clocks_that_never_meet_are_refused() -> None:
+    kind, time, rows = TOPICS["/arm/bend"]
+    with pytest.raises(ca.InputError, match="starts at 100 s, after the end of pose"):
+        read(NAMED | {"bend": "/arm/bend"}, TOPICS | {"/arm/bend": (kind, time + 100.0, rows)})
+
+
+def test_the_command_identifies_from_a_bag_and_says_how_it_was_resampled() -> None:
+    write_bag(Path("flight"), TOPICS)
+    write_vehicle(START, "start.toml")
+    named = NAMED | {"bend": "/arm/bend"}
+    options = [f"--topic={role}={topic}" for role, topic in named.items()]
+    options += ["--window", "0", "0.3", "--fit", "uav.mass,arm.youngs_modulus"]
+    arguments = ["identify", "--data", "flight", "--vehicle", "start.toml", "--out", "fitted.toml"]
+    result = CliRunner().invoke(cli.app, [*arguments, *options])
+    assert result.exit_code == 0, result.output
+    assert "flight: 0 to 0.3 s in 31 rows every 0.01 s, resampled from pose 100" in result.stderr
+    assert ca.load_vehicle("fitted.toml").uav.mass == pytest.approx(1.6, rel=1e-6)

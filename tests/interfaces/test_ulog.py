@@ -1,0 +1,230 @@
+"""A vehicle is identified from PX4's log of its flight, or the log is refused in a sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import continuair as ca
+import continuair.cli as cli
+from continuair.identification import Recording, fit
+from continuair.vehicle.vehicle_file import write_vehicle
+from tests.interfaces.logged import flown, px4_estimates, rotorcraft, to_frd, to_ned, write_ulog
+
+pytest.importorskip("pyulog")
+
+FIELDS = ("uav.mass", "arm.youngs_modulus")
+TRUTH = np.array([1.6, 40e9])
+WRONG = {"uav.mass": 2.0, "arm.youngs_modulus": 60e9}
+BEND = "debug_array:data[0],data[1]"
+MOTORS = "actuator_motors:control[0],control[1],control[2],control[3]*14"
+SETPOINTS = {"thrust": "vehicle_thrust_setpoint*40", "torque": "vehicle_torque_setpoint*4,4,2"}
+FLOWN = flown(rotorcraft())
+Topics = dict[str, tuple[np.ndarray, Mapping[str, np.ndarray]]]
+
+
+@pytest.fixture(autouse=True)
+def own_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def logged() -> Topics:
+    """Topics of the flight: estimates, bend, and what motors are commanded."""
+    found, thrusts = FLOWN
+    return {
+        **px4_estimates(found),
+        "actuator_motors": (found["time"].to_numpy(), {"control": thrusts / 14.0}),
+    }
+
+
+def read(topics: Topics | None = None, **choices: Any) -> Recording:
+    write_ulog(Path("flight.ulg"), logged() if topics is None else topics)
+    named = choices.pop("named", {"bend": BEND, "rotors": MOTORS})
+    return ca.read_ulog("flight.ulg", rotorcraft(), named, **choices)
+
+
+def test_a_log_of_motors_gives_back_mass_and_stiffness() -> None:
+    found = fit(rotorcraft().replace(WRONG), read(), FIELDS)
+    # PX4 logs in single precision.
+    np.testing.assert_allclose(found.values, TRUTH, rtol=1e-6)
+
+
+def test_setpoints_of_thrust_and_torque_give_back_mass_and_stiffness() -> None:
+    vehicle = rotorcraft(lag=0.0)
+    found, thrusts = flown(vehicle)
+    time, wrench = found["time"].to_numpy(), thrusts @ vehicle.uav.rotors.allocation.T
+    topics = {
+        **px4_estimates(found),
+        "vehicle_thrust_setpoint": (time, {"xyz": to_frd(wrench[:, :3]) / 40.0}),
+        "vehicle_torque_setpoint": (time, {"xyz": to_frd(wrench[:, 3:]) / [4.0, 4.0, 2.0]}),
+    }
+    write_ulog(Path("flight.ulg"), topics)
+    start = vehicle.replace({**WRONG, "uav.rotors": None})
+    recording = ca.read_ulog("flight.ulg", start, {"bend": BEND, **SETPOINTS})
+    # Rows hold the force in world axes, while it turned with the body by up to 2 degrees.
+    np.testing.assert_allclose(fit(start, recording, FIELDS).values, TRUTH, rtol=2e-3)
+
+
+def test_px4_axes_become_ours() -> None:
+    found, recording = FLOWN[0], read()
+    np.testing.assert_allclose(recording.position, found["position"], atol=1e-6)
+    same = np.abs((recording.attitude * found["attitude"].to_numpy()).sum(-1))
+    np.testing.assert_allclose(same, 1.0, atol=1e-6)
+
+
+def test_the_position_of_the_tip_tells_the_bend() -> None:
+    found, topics = FLOWN[0], logged()
+    tip = to_ned(found["tip_position"].to_numpy())
+    topics["mocap_tip"] = (found["time"].to_numpy(), dict(zip("xyz", tip.T, strict=True)))
+    recording = read(topics, named={"tip": "mocap_tip", "rotors": MOTORS})
+    np.testing.assert_allclose(recording.bend, found["bend"], atol=2e-6)
+
+
+def test_slow_measurements_set_the_rows_and_fast_ones_are_read_between_samples() -> None:
+    topics = logged()
+    time, data = topics["debug_array"]
+    topics["debug_array"] = (time[::5] + 0.002, {"data": data["data"][::5]})
+    recording = read(topics)
+    np.testing.assert_allclose(np.diff(recording.time), 0.05, rtol=1e-9)
+    at = 0.002 + recording.time
+    expected = np.interp(at, time, FLOWN[0]["position"].to_numpy()[:, 2])
+    np.testing.assert_allclose(recording.position[:, 2], expected, atol=1e-5)
+    assert "resampled from position 100 Hz" in recording.sampling
+    assert "bend 20 Hz" in recording.sampling
+
+
+def test_held_inputs_keep_their_impulse_in_longer_rows() -> None:
+    recording = read(rate=30.0)
+    assert recording.rotor_command is not None
+    impulse = recording.rotor_command[:-1].sum(0) / 30.0
+    whole = int(recording.time[-1] / 0.01)
+    part = recording.time[-1] - 0.01 * whole
+    expected = 0.01 * FLOWN[1][:whole].sum(0) + part * FLOWN[1][whole]
+    np.testing.assert_allclose(impulse, expected, rtol=1e-6)
+
+
+def test_a_window_cuts_a_log() -> None:
+    recording = read(window=(0.1, 0.4))
+    assert len(recording.time) == 31
+    np.testing.assert_allclose(recording.position[0], FLOWN[0]["position"][10], atol=1e-6)
+
+
+def spoiled(name: str, change: Any) -> Topics:
+    """The topics, with a change made to the times and fields of one."""
+    topics = logged()
+    time, fields = topics[name]
+    topics[name] = change(time.copy(), {key: value.copy() for key, value in fields.items()})
+    return topics
+
+
+def with_gap(time: np.ndarray, fields: Any) -> Any:
+    kept = (time < 0.2) | (time > 0.3)
+    return time[kept], {name: value[kept] for name, value in fields.items()}
+
+
+def with_reset(time: np.ndarray, fields: Any) -> Any:
+    fields["xy_reset_counter"][30:] = 1
+    return time, fields
+
+
+def with_nan(time: np.ndarray, fields: Any) -> Any:
+    fields["q"][20] = np.nan
+    return time, fields
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "part"),
+    [
+        ("debug_array", with_gap, r"bend \(debug_array\) has a gap of 0.12 s at 0.19 s"),
+        ("vehicle_local_position", with_reset, "was reset by the estimator at 0.3 s"),
+        ("vehicle_attitude", with_nan, "attitude .* is no finite number at 0.2 s"),
+    ],
+)
+def test_a_gap_a_reset_or_no_number_is_refused_unless_a_window_leaves_it_out(
+    name: str, change: Any, part: str
+) -> None:
+    topics = spoiled(name, change)
+    with pytest.raises(ca.InputError, match=f"flight.ulg: .*{part}"):
+        read(topics)
+    assert len(read(topics, window=(0.32, 0.48)).time) == 17
+
+
+def test_a_log_that_is_cut_off_is_read_by_a_window_alone() -> None:
+    write_ulog(Path("whole.ulg"), logged())
+    Path("flight.ulg").write_bytes(Path("whole.ulg").read_bytes()[:-150])
+    named = {"bend": BEND, "rotors": MOTORS}
+    with pytest.raises(ca.InputError, match=r"is cut off after 0.\d+ s; .* window"):
+        ca.read_ulog("flight.ulg", rotorcraft(), named)
+    assert len(ca.read_ulog("flight.ulg", rotorcraft(), named, window=(0.0, 0.4)).time) == 41
+
+
+@pytest.mark.parametrize(
+    ("named", "part"),
+    [
+        ({"rotors": MOTORS}, "nothing is named to tell the arm's bend"),
+        ({"bend": "debug_arry:a,b"}, "has no topic debug_arry for bend; use debug_array"),
+        ({"bend": "debug_array"}, r"needs the names of its fields; name some of data\[0\]"),
+        ({"bend": "debug_array:data[5]"}, r"has no field data\[5\]"),
+        ({"bend": "debug_array:data[0]"}, "holds 1 numbers, but the vehicle has 2"),
+        ({"bend": BEND, "rotors": MOTORS[:-3]}, "is normalised; say how many N are 1"),
+        ({"bend": BEND, "thrust": SETPOINTS["thrust"]}, "thrust is named without torque"),
+        ({"bend": BEND, "rotors": MOTORS, **SETPOINTS}, "would act twice"),
+        ({"bend": BEND + "*x"}, "write TOPIC:FIELD,FIELD.NUMBER"),
+        ({"bnd": BEND}, "topic is 'bnd'; use bend"),
+    ],
+)
+def test_topics_that_cannot_be_used_are_refused(named: dict[str, str], part: str) -> None:
+    with pytest.raises(ca.InputError, match=part):
+        read(named=named)
+
+
+def run(*arguments: str) -> Any:
+    return CliRunner().invoke(cli.app, ["identify", *arguments])
+
+
+@pytest.mark.slow
+def test_the_command_identifies_from_a_log_and_says_how_it_was_resampled() -> None:
+    write_ulog(Path("flight.ulg"), logged())
+    write_vehicle(rotorcraft().replace({"uav.mass": 2.0}), "start.toml")
+    result = run(
+        "--data", "flight.ulg", "--vehicle", "start.toml", "--fit", "uav.mass",
+        "--topic", f"bend={BEND}", "--topic", f"rotors={MOTORS}", "--window", "0", "0.3",
+        "--out", "fitted.toml",
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    assert "flight.ulg: 0 to 0.3 s in 31 rows every 0.01 s" in result.stderr
+    assert ca.load_vehicle("fitted.toml").uav.mass == pytest.approx(1.6, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("content", "options", "part"),
+    [
+        (b"no log", ("--topic", f"bend={BEND}"), "flight.ulg: is no ULog that can be read"),
+        (None, ("--topic", f"bend={BEND}"), "flight.ulg: cannot be read (No such file"),
+        (b"", ("--topic", "bend"), "topic is 'bend'; give ROLE=TOPIC"),
+        (b"", ("--topic", "bend=a", "--topic", "bend=b"), "topic is 'bend=b'; give ROLE=TOPIC"),
+        (b"", ("--window", "3", "2"), "window is (3.0, 2.0); give two times [s] that ascend"),
+        (b"", ("--rate", "0"), "rate is 0.0; give a finite number above 0 [Hz]"),
+    ],
+)
+def test_what_is_no_log_is_refused_in_one_sentence(
+    content: bytes | None, options: tuple[str, ...], part: str
+) -> None:
+    if content is not None:
+        Path("flight.ulg").write_bytes(content)
+    result = run("--data", "flight.ulg", "--vehicle", "paper", *options)
+    assert result.exit_code == 2, result.output
+    assert part in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1
+
+
+def test_options_of_logs_are_refused_with_a_table() -> None:
+    for option in (("--rate", "50"), ("--window", "0", "1"), ("--topic", "bend=x")):
+        result = run("--data", "flight.csv", "--vehicle", "paper", *option)
+        assert result.exit_code == 2
+        assert f"{option[0][2:]} is given, but flight.csv is no log" in result.stderr
