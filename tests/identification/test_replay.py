@@ -74,7 +74,9 @@ def test_recorded_thrusts_of_rotors_fly_with_their_limits_and_lag(tmp_path: Path
     def held(t: float) -> np.ndarray:
         return np.asarray(thrusts[int(np.searchsorted(time, t, side="right")) - 1])
 
-    scenario = ca.Scenario("flown", [0.0] * 8, rotor_command=held, jumps=time[1:-1], duration=0.1)
+    scenario = ca.Scenario(
+        "flown", [0.0] * 8, rotor_command=held, jumps=tuple(time[1:-1]), duration=0.1
+    )
     found = ca.simulate(flying, scenario, sample=0.01, step=5e-4)
     names = tuple(f"rotor_command_{rotor}" for rotor in (1, 2, 3, 4))
     write(tmp_path / "flight.csv", found, thrusts, (*MEASURED, *names), None)

@@ -57,6 +57,7 @@ def test_a_log_of_motors_gives_back_mass_and_stiffness() -> None:
 def test_setpoints_of_thrust_and_torque_give_back_mass_and_stiffness() -> None:
     vehicle = rotorcraft(lag=0.0)
     found, thrusts = flown(vehicle)
+    assert vehicle.uav.rotors is not None
     time, wrench = found["time"].to_numpy(), thrusts @ vehicle.uav.rotors.allocation.T
     topics = {
         **px4_estimates(found),

@@ -53,9 +53,10 @@ def saturation(errors: Array) -> Array:
 
 
 def summed(errors: Sequence[Array]) -> Array:
-    """The sums (SUMS,) of a roll-out, of those of its parts in turn."""
+    """The sums (..., SUMS) of a roll-out, of those of its parts in turn."""
     parts = np.array(errors)
-    return np.append(parts[:, :2].sum(axis=0), parts[:, 2:].max(axis=0))
+    both = parts[..., :2].sum(axis=0), parts[..., 2:].max(axis=0)
+    return np.concatenate(both, axis=-1)
 
 
 def unresolved(errors: Array) -> Array:

@@ -1,0 +1,123 @@
+"""`Fleet`: flights that a program outside steps all at once, each begun anew when it likes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from continuair import checks
+from continuair.engine.engine import Drive, Start
+from continuair.errors import InputError
+from continuair.flight.inputs import groups_of
+from continuair.flight.prepare import prepare
+from continuair.flight.resolution import step_error, summed
+from continuair.flight.time_grid import grid_of
+from continuair.kernels.dynamics import MODELS
+from continuair.kernels.rollout import SUMS
+from continuair.kernels.step import OK
+from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.coordinates import branches_of, state_from_paper
+from continuair.vehicle.layout import FIELDS, Layout
+from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
+
+SPIN = 10.0
+"""Angular velocity [rad/s] up to which the automatic step resolves a vehicle's turning."""
+
+
+class Fleet:
+    """Runs of a vehicle with rotors, stepped together by a control period, in one launch.
+
+    vehicle: one for all runs, or a batch of as many. period: [s]; model, device: as in `simulate`.
+    states (runs, state): where the runs are, as `Layout` orders it; runs that have ended stay
+    there. status (runs,): of kernels/step.py. step_length: [s]. All hover level at the origin with
+    straight arms until they are begun. Raises InputError.
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        runs: int,
+        *,
+        period: float,
+        model: str = "coupled",
+        device: str = "cpu",
+        gravity: float = 9.81,
+    ) -> None:
+        checks.choice("model", model, MODELS)
+        self.runs = checks.whole("runs", runs, 1)
+        period = checks.positive("period", period, " [s]")
+        _check_vehicle(vehicle, runs)
+        width = Layout(vehicle.shape).coordinates
+        spinning = np.zeros(width)
+        spinning[3] = SPIN
+        hover = Scenario("hover", np.zeros(width), spinning, duration=period, gravity=gravity)
+        flight = prepare(vehicle, hover, sample=period, duration=period, device=device)
+        self._engine = flight.engine(model)
+        self._grid = grid_of(flight.marks, float(flight.steps.min()))
+        self.step_length = float(self._grid.steps[0])
+        self.layout, self.gravity = self._engine.layout, gravity
+        self._rotors = np.broadcast_to(
+            flight.start.states[:, self.layout.rotor_speed], (runs, self.layout.rotors)
+        )
+        self.states = np.empty((runs, self.layout.state))
+        self._angles = np.empty((runs, self.layout.sections + 1))
+        self._first = np.empty_like(self.states)
+        self.status, self._errors = np.empty(runs, np.int32), np.empty((runs, SUMS))
+        self.begin(np.arange(runs), np.zeros((runs, width)), np.zeros((runs, width)))
+
+    @property
+    def step_error(self) -> Array:
+        """Estimated largest error of each tip since its begin (runs,) that the step made, in arm
+        lengths."""
+        return step_error(self._errors)
+
+    def begin(self, which: Array, q: Array, qd: Array) -> None:
+        """Begin some runs, by their indices (n,), anew at paper coordinates and rates (n, …), their
+        rotors at the speeds of hovering."""
+        self.states[which] = np.hstack([state_from_paper(q, qd), self._rotors[which]])
+        self._angles[which] = branches_of(q)
+        self._first[which] = self.states[which]
+        self.status[which], self._errors[which] = OK, 0.0
+
+    def step(self, **given: Array) -> None:
+        """Advance all runs by a control period under inputs (runs, …) that are held, named as those
+        of a Scenario; those of runs that have ended change nothing."""
+        layout = self.layout
+        table = np.zeros((1, self.runs, layout.inputs))
+        for name, values in given.items():
+            layout.add(table, FIELDS[name], values)
+        acting = Drive(table, False, groups_of(given), self.gravity)
+        start = Start(self.states, self._angles, frozen=self._first)
+        logs = self._engine.roll_out(np.arange(self.runs), start, self._grid, acting)
+        last, on = logs.log[:, -1], self.status == OK
+        self.status = np.where(on, logs.status, self.status)
+        going = self.status == OK
+        self.states[going] = last[going, : layout.state]
+        branches = np.hstack([last[:, layout.branch][:, 1::2], last[:, layout.roll]])
+        self._angles[going] = branches[going]
+        self._errors[on] = summed([self._errors[on], logs.errors[on]])
+
+    def tips(self) -> Array:
+        """Positions of the tips in world axes (runs, arms, 3) [m]."""
+        layout = self.layout
+        rows = np.zeros((self.runs, 1, layout.log))
+        rows[:, 0, : layout.state] = self.states
+        nothing = Drive(np.zeros((1, 1, layout.inputs)), False, 0, self.gravity)
+        seen = self._engine.observe(rows, nothing, np.arange(self.runs))[:, 0]
+        return seen[:, self._engine.observed["tip_position"]].reshape(self.runs, -1, 3)
+
+
+def _check_vehicle(vehicle: Any, runs: int) -> None:
+    if isinstance(vehicle, Vehicle) and vehicle.runs not in (None, runs):
+        raise InputError(
+            f"vehicle holds {vehicle.runs} runs, but there are {runs}; give as many, or one for "
+            "all."
+        )
+    if isinstance(vehicle, Vehicle) and vehicle.uav.rotors is None:
+        raise InputError(
+            "vehicle has no rotors to command; give it a table [uav.rotors], as in "
+            "vehicle.replace({'uav.rotors': {'layout': 'quad_x', …}})."
+        )

@@ -1,0 +1,142 @@
+"""The task of the learning environments: hold a point from a disturbed start."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from continuair import checks
+from continuair.engine.pack import per_run
+from continuair.flight.fleet import Fleet
+from continuair.kernels.step import OK
+from continuair.vehicle.vehicle import Vehicle, load_vehicle
+
+Array = np.ndarray
+
+ROTORS = {"layout": "quad_x", "lever": 0.2, "thrust_limits": (0.0, 10.0),
+          "torque_per_thrust": 0.016, "lag": 0.04}  # fmt: skip
+"""What the default vehicle, the preset two_section, gets."""
+
+DISTURBANCE = {"position": 0.5, "turn": 0.2, "bend": 0.3, "velocity": 0.3, "spin": 0.3}
+"""Largest disturbances of a start, along each axis: of position [m], Euler angles [rad], the turn
+of each section [rad], velocity [m/s] and Euler rates [rad/s]."""
+
+BOUND = 2.0
+"""Distance from the goal at which an episode ends [m]."""
+
+POINTS = ("tip", "uav")
+
+
+class Outcome(NamedTuple):
+    """What a step of all runs led to: observations (runs, …), rewards and ends (runs,)."""
+
+    observation: Array
+    reward: Array
+    terminated: Array
+
+
+class Hovering:
+    """Runs of a vehicle that are to hold its first tip, or its UAV, at the origin.
+
+    Actions (runs, rotors): thrusts, from the least at -1 to the greatest at 1; with a bend_moment
+    above 0, (runs, rotors + bends): the bend moments too, over that [N m²]. Observations: the way
+    to the goal (3) [m], the rotation matrix (9) by rows, velocity (3) [m/s] in world axes, angular
+    velocity (3) [rad/s] in body axes, bends [1/m] and bend rates of all sections, and the rotors'
+    speeds over their greatest. Rewards: 1 at the goal, less by 1 / BOUND for each metre from it, 0
+    beyond it, where an episode ends, as it does when the flight does. Raises InputError.
+    """
+
+    def __init__(
+        self,
+        runs: int,
+        vehicle: Any = None,
+        *,
+        hold: str = "tip",
+        bend_moment: float = 0.0,
+        disturbance: float = 1.0,
+        period: float = 0.02,
+        model: str = "coupled",
+        device: str = "cpu",
+    ) -> None:
+        checks.choice("hold", hold, POINTS)
+        self._moment = checks.number("bend_moment", bend_moment, least=0.0, otherwise=" [N m²]")
+        self._size = checks.number("disturbance", disturbance, least=0.0)
+        found = default_vehicle() if vehicle is None else vehicle
+        found = found if isinstance(found, Vehicle) else load_vehicle(found)
+        self.fleet = Fleet(found, runs, period=period, model=model, device=device)
+        assert found.uav.rotors is not None
+        self._least, self._greatest = np.split(
+            per_run(found.uav.rotors.thrust_limits, runs, 2).T, 2
+        )
+        self._holds_tip = hold == "tip"
+        sections = [each for arm in found.arms for each in arm.section]
+        self._lengths = np.stack([per_run(each.length, runs) for each in sections], -1)
+        self._home = -self._held()
+
+    @property
+    def actions(self) -> int:
+        """Numbers of an action."""
+        layout = self.fleet.layout
+        return layout.rotors + (layout.bends if self._moment else 0)
+
+    @property
+    def observations(self) -> int:
+        """Numbers of an observation."""
+        return self.observed().shape[1]
+
+    def begin(self, which: Sequence[int], generators: Sequence[np.random.Generator]) -> None:
+        """Begin some runs anew, each at a start that its generator draws."""
+        if not len(which):
+            return
+        runs = np.asarray(which)
+        starts = [self._start(run, random) for run, random in zip(runs, generators, strict=True)]
+        q, qd = (np.stack(each) for each in zip(*starts, strict=True))
+        self.fleet.begin(runs, q, qd)
+
+    def step(self, actions: Array) -> Outcome:
+        """Advance all runs by a control period; actions (runs, actions), cut off at -1 and 1."""
+        rotors = self.fleet.layout.rotors
+        share = np.clip(np.asarray(actions, float), -1.0, 1.0)
+        thrusts = self._least.T + 0.5 * (1.0 + share[:, :rotors]) * (self._greatest - self._least).T
+        moments = {"bend_moment": self._moment * share[:, rotors:]} if self._moment else {}
+        self.fleet.step(rotor_command=thrusts, **moments)
+        observation = self.observed()
+        far = np.linalg.norm(observation[:, :3], axis=1)
+        ended = (self.fleet.status != OK) | (far > BOUND)
+        return Outcome(observation, np.where(ended, 0.0, 1.0 - far / BOUND), ended)
+
+    def observed(self) -> Array:
+        """Observations (runs, observations) of where the runs are."""
+        layout, states = self.fleet.layout, self.fleet.states
+        turn = Rotation.from_quat(states[:, layout.attitude]).as_matrix().reshape(len(states), 9)
+        rest = (layout.velocity, layout.angular_velocity, layout.bend, layout.bend_rate)
+        parts = [states[:, each] for each in (*rest, layout.rotor_speed)]
+        return np.hstack([-self._held(), turn, *parts])
+
+    def _held(self) -> Array:
+        """Where the point to hold is (runs, 3), world axes."""
+        if self._holds_tip:
+            return self.fleet.tips()[:, 0]
+        return self.fleet.states[:, self.fleet.layout.position]
+
+    def _start(self, run: int, random: np.random.Generator) -> tuple[Array, Array]:
+        """Paper coordinates and rates (coordinates,) of a disturbed hover at the goal."""
+
+        def drawn(name: str, *shape: int) -> Array:
+            most = self._size * DISTURBANCE[name]
+            return random.uniform(-most, most, shape)
+
+        turns = drawn("bend", len(self._lengths[run]), 2) / self._lengths[run][:, None]
+        polar = np.stack([np.hypot(*turns.T), np.arctan2(turns[:, 1], turns[:, 0])], -1)
+        place = self._home[run] + drawn("position", 3)
+        q = np.concatenate([place, drawn("turn", 3), polar.ravel()])
+        qd = np.concatenate([drawn("velocity", 3), drawn("spin", 3), np.zeros(polar.size)])
+        return q, qd
+
+
+def default_vehicle() -> Vehicle:
+    """A quadrotor with the arm of the preset two_section."""
+    return load_vehicle("two_section").replace({"uav.rotors": ROTORS})

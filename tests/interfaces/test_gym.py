@@ -1,0 +1,183 @@
+"""The learning environments: what Gymnasium asks of them, and the physics of what they tell."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from continuair.interfaces.hovering import BOUND, ROTORS, default_vehicle
+
+gymnasium = pytest.importorskip("gymnasium")
+
+from gymnasium.utils.env_checker import check_env  # noqa: E402
+
+import continuair.interfaces.gym  # noqa: E402, F401
+
+Array = np.ndarray
+HOVER = "continuair/Hover-v0"
+ONE_SECTION = ca.load_vehicle("slender").replace(
+    {"uav.rotors": ROTORS | {"thrust_limits": (0.0, 12.0)}, "arm.damping_ratio": 0.05}
+)
+
+
+def vector(count: int, **options: Any) -> Any:
+    return gymnasium.make_vec(HOVER, num_envs=count, vehicle=ONE_SECTION, **options)
+
+
+@pytest.mark.filterwarnings("error", "ignore:.*infinity")
+@pytest.mark.parametrize("options", [{}, {"vehicle": ONE_SECTION, "bend_moment": 0.5}])
+def test_gymnasium_finds_no_fault_with_the_environment(options: dict[str, Any]) -> None:
+    env = gymnasium.make(HOVER, **options)
+    check_env(env.unwrapped, skip_render_check=True)
+
+
+def test_stepped_together_environments_do_what_they_do_one_by_one() -> None:
+    """Ends and new beginnings included: thrusts at random let episodes end soon."""
+    together, apart = vector(5), vector(5, vectorization_mode="sync")
+    actions = np.random.default_rng(1).uniform(-1.0, 1.0, (100, *together.action_space.shape))
+    seen, expected = together.reset(seed=3)[0], apart.reset(seed=3)[0]
+    ended = 0
+    for action in actions.astype(np.float32):
+        np.testing.assert_allclose(seen, expected, rtol=1e-6, atol=1e-6)
+        found, wanted = together.step(action), apart.step(action)
+        seen, expected = found[0], wanted[0]
+        np.testing.assert_allclose(found[1], wanted[1], rtol=1e-6, atol=1e-6)
+        for mine, theirs in zip(found[2:4], wanted[2:4], strict=True):
+            np.testing.assert_array_equal(mine, theirs)
+        np.testing.assert_allclose(found[4]["step_error"], wanted[4]["step_error"], rtol=1e-6)
+        ended += int(found[2].sum())
+    assert ended >= 5
+
+
+def test_an_episode_is_cut_off_after_its_steps_and_begins_anew() -> None:
+    env = vector(2, max_episode_steps=3, disturbance=0.0, hold="uav")
+    first = env.reset(seed=0)[0]
+    hover = _hover_action(ONE_SECTION, 2)
+    cut = [env.step(hover)[3].tolist() for _ in range(3)]
+    assert cut == [[False, False], [False, False], [True, True]]
+    again, reward, _, truncated, _ = env.step(hover)
+    np.testing.assert_array_equal(again, first)
+    assert not reward.any() and not truncated.any()
+
+
+def test_a_seed_makes_the_same_start_and_another_another() -> None:
+    env = gymnasium.make(HOVER, vehicle=ONE_SECTION)
+    first, other, same = (env.reset(seed=seed)[0] for seed in (7, 8, 7))
+    np.testing.assert_array_equal(first, same)
+    assert not np.array_equal(first, other)
+    # A vector's environments are seeded one after the other.
+    np.testing.assert_array_equal(vector(2).reset(seed=7)[0], [first, other])
+
+
+def test_an_undisturbed_hover_stays_at_its_goal() -> None:
+    for hold in ("tip", "uav"):
+        env = vector(1, disturbance=0.0, hold=hold)
+        seen, _ = env.reset(seed=0)
+        for _ in range(25):
+            seen, reward, *_ = env.step(_hover_action(ONE_SECTION, 1))
+        assert np.abs(seen[0, :3]).max() < 1e-6
+        assert reward[0] == pytest.approx(1.0, abs=1e-6)
+
+
+def _hover_action(vehicle: ca.Vehicle, count: int) -> Array:
+    assert vehicle.uav.rotors is not None
+    thrust = 9.81 * float(vehicle.mass) / vehicle.uav.rotors.count
+    share = 2.0 * thrust / float(vehicle.uav.rotors.highest) - 1.0
+    return np.full((count, vehicle.uav.rotors.count), share)
+
+
+def test_a_law_on_what_is_observed_brings_disturbed_vehicles_to_their_goal() -> None:
+    """Force towards the goal, attitude towards the force: each sign and unit takes part."""
+    vehicle = default_vehicle()
+    env = gymnasium.make_vec(HOVER, num_envs=4, hold="uav")
+    seen, _ = env.reset(seed=0)
+    for _ in range(250):
+        seen, _, terminated, truncated, info = env.step(_law(vehicle, seen.astype(float)))
+        assert not terminated.any() and not truncated.any()
+    assert np.linalg.norm(seen[:, :3], axis=1).max() < 0.05
+    assert info["step_error"].max() < 1e-3
+
+
+def _law(vehicle: ca.Vehicle, seen: Array) -> Array:
+    rotors, mass = vehicle.uav.rotors, float(vehicle.mass)
+    assert rotors is not None
+    way, turn, velocity, spin = (
+        seen[:, :3],
+        seen[:, 3:12].reshape(-1, 3, 3),
+        seen[:, 12:15],
+        seen[:, 15:18],
+    )
+    force = mass * (1.5 * way - 2.0 * velocity + np.array([0.0, 0.0, 9.81]))
+    up = turn[:, :, 2]
+    wanted = force / np.linalg.norm(force, axis=1, keepdims=True)
+    lean = np.einsum("nji,nj->ni", turn, np.cross(up, wanted))
+    moment = np.array([0.05, 0.05, 0.035]) * (16.0 * lean - 6.0 * spin)
+    lift = np.einsum("ni,ni->n", force, up)
+    wrench = np.column_stack([np.zeros((len(seen), 2)), lift, moment])
+    return 2.0 * rotors.thrusts_for(wrench) / float(rotors.highest) - 1.0
+
+
+def test_an_episode_ends_beyond_the_bound() -> None:
+    env = vector(1, disturbance=0.0)
+    env.reset(seed=0)
+    for _ in range(100):
+        seen, reward, terminated, *_ = env.step(-np.ones((1, 4)))
+        if terminated[0]:
+            break
+    assert BOUND < np.linalg.norm(seen[0, :3]) < BOUND + 0.2
+    assert reward[0] == 0.0
+
+
+def test_bend_moments_bend_the_arm_along_their_axes() -> None:
+    env = vector(2, disturbance=0.0, bend_moment=0.2)
+    env.reset(seed=0)
+    hover = _hover_action(ONE_SECTION, 2)
+    for _ in range(5):
+        seen, *_ = env.step(np.hstack([hover, np.array([[1.0, 0.0], [0.0, 1.0]])]))
+    bends = seen[:, 18:20]
+    assert bends[0, 0] > 0.01 and bends[1, 1] > 0.01
+    assert np.abs(bends[[0, 1], [1, 0]]).max() < 1e-6
+
+
+def test_every_environment_may_have_a_vehicle_of_its_own() -> None:
+    masses = np.array([1.8, 2.0, 2.2])
+    env = gymnasium.make_vec(
+        HOVER, num_envs=3, vehicle=ONE_SECTION.replace({"uav.mass": masses}), disturbance=0.0
+    )
+    env.reset(seed=0)
+    for _ in range(10):
+        seen, *_ = env.step(_hover_action(ONE_SECTION, 3))
+    # The way to the goal is upwards for what is too heavy for the thrust.
+    assert seen[0, 2] < -1e-3 < np.abs(seen[1, 2]) < 1e-6 + 1e-3 < seen[2, 2]
+
+
+@pytest.mark.parametrize(
+    ("options", "part"),
+    [
+        ({"vehicle": "slender"}, "vehicle has no rotors to command"),
+        ({"vehicle": "no such"}, "there is no preset of that name"),
+        ({"hold": "arm"}, "hold is 'arm'"),
+        ({"bend_moment": -1.0}, "bend_moment is -1.0"),
+        ({"period": 0}, "period is 0; give a finite number above 0"),
+        ({"model": "rigid"}, "model is 'rigid'"),
+        (
+            {"vehicle": ONE_SECTION.replace({"uav.mass": np.array([2.0, 2.1])})},
+            "vehicle holds 2 runs, but there are 1",
+        ),
+    ],
+)
+def test_options_that_cannot_be_used_are_refused(options: dict[str, Any], part: str) -> None:
+    with pytest.raises(ca.InputError, match=part):
+        gymnasium.make(HOVER, **options)
+
+
+def test_actions_that_are_no_numbers_or_too_few_are_refused() -> None:
+    env = gymnasium.make(HOVER, vehicle=ONE_SECTION, disable_env_checker=True)
+    env.reset(seed=0)
+    with pytest.raises(ca.InputError, match="give finite numbers from -1 to 1"):
+        env.step(np.array([0.0, np.nan, 0.0, 0.0]))
+    with pytest.raises(ca.InputError, match=r"of shape \(3,\); give numbers of shape \(1, 4\)"):
+        env.step(np.zeros(3))
