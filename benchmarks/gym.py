@@ -19,7 +19,7 @@ import continuair as ca
 import continuair.interfaces.gym  # noqa: F401
 from continuair.interfaces.hovering import ROTORS
 
-COUNTS, REPEATS, SECONDS = (1, 256, 4096), 5, 1.0
+COUNTS, REPEATS, SECONDS = (1, 256, 4096), 25, 0.2
 
 
 def vehicles() -> dict[str, Any]:

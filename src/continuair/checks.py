@@ -31,12 +31,14 @@ def is_whole(value: object) -> TypeGuard[int]:
 def finite_array(value: object) -> Array | None:
     """Return finite numbers as a new array, and None for anything else.
 
-    A truth value among them and a masked entry are no numbers, though NumPy would take them for 1
-    and for what the mask hides; nor is what float64 cannot hold.
+    Arrays of other libraries are taken where NumPy can read them: not on a device, traced by JAX,
+    or recorded by PyTorch for derivatives. A truth value among them and a masked entry are no
+    numbers, though NumPy would take them for 1 and for what the mask hides; nor is what float64
+    cannot hold.
     """
     try:
         given = np.asarray(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, RuntimeError):
         return None
     if given.dtype.kind not in "iuf" or not _means_numbers(value):
         return None

@@ -70,11 +70,16 @@ class _Printer(reprlib.Repr):
 
 
 _PRINTER = _Printer()
+_PRINTER.maxother = _LONGEST_VALUE
 
 
 def shown(value: object) -> str:
-    """Return a value as a message prints it: on one line, and not too long."""
-    if hasattr(value, "tolist") and not isinstance(value, type):
+    """Return a value as a message prints it: on one line, and not too long.
+
+    Arrays of NumPy are lists; those of other libraries tell their device, or that they are traced.
+    """
+    foreign = hasattr(value, "__dlpack__") and type(value).__module__ != "numpy"
+    if hasattr(value, "tolist") and not isinstance(value, type) and not foreign:
         value = value.tolist()
     return shortened(" ".join(_PRINTER.repr(value).split()), _LONGEST_VALUE)
 

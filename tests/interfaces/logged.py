@@ -181,12 +181,20 @@ def _ros(types: Any, kind: str, stamp: int, frame: str, row: Array) -> Any:
     time = of("builtin_interfaces/msg/Time", stamp // 10**9, stamp % 10**9)
     header = of("std_msgs/msg/Header", time, frame)
     match kind.rpartition("/")[2]:
-        case "PoseStamped" | "Odometry":
+        case "PointStamped":
+            return of(kind, header, of("geometry_msgs/msg/Point", *row[:3]))
+        case "TransformStamped":
+            turn = of("geometry_msgs/msg/Quaternion", *row[3:])
+            moved = of("geometry_msgs/msg/Transform", of(vector, *row[:3]), turn)
+            return of(kind, header, "uav", moved)
+        case "PoseStamped" | "PoseWithCovarianceStamped" | "Odometry":
             place = of("geometry_msgs/msg/Point", *row[:3])
             pose = of("geometry_msgs/msg/Pose", place, of("geometry_msgs/msg/Quaternion", *row[3:]))
             if kind.endswith("PoseStamped"):
                 return of(kind, header, pose)
             known = of("geometry_msgs/msg/PoseWithCovariance", pose, np.zeros(36))
+            if kind.endswith("CovarianceStamped"):
+                return of(kind, header, known)
             twist = of(
                 "geometry_msgs/msg/Twist", of(vector, 0.0, 0.0, 0.0), of(vector, 0.0, 0.0, 0.0)
             )

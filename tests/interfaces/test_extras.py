@@ -1,25 +1,35 @@
-"""What an interface needs and is not installed is told in a sentence."""
+"""What an interface needs beside the package is asked for by the extra that installs it."""
 
+from __future__ import annotations
+
+import importlib
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import continuair as ca
-from continuair import InputError
 from tests.interfaces.flights import flight
 
+VEHICLE = ca.load_vehicle("paper")
+INTERFACES: dict[str, tuple[str, Callable[[Path], Any]]] = {
+    "casadi": ("mpc", lambda _: ca.to_casadi(VEHICLE)),
+    "mcap": ("mcap", lambda folder: ca.to_mcap(flight("paper"), folder / "flight.mcap")),
+    "pyulog": ("logs", lambda _: ca.read_ulog("flight.ulg", VEHICLE, {"bend": "bend"})),
+    "rosbags": ("logs", lambda _: ca.read_rosbag("flight", VEHICLE, {"bend": "bend"})),
+    "gymnasium": ("gym", lambda _: importlib.import_module("continuair.interfaces.gym")),
+}
 
-def test_casadi_that_is_missing_is_named_with_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "casadi", None)
-    with pytest.raises(InputError, match=r"pip install 'continuair\[mpc\]'"):
-        ca.to_casadi(ca.load_vehicle("paper"))
 
-
-def test_mcap_that_is_missing_is_named_with_its_extra(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+@pytest.mark.parametrize("package", INTERFACES)
+def test_a_missing_package_is_refused_by_the_name_of_its_extra(
+    package: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setitem(sys.modules, "mcap", None)
-    with pytest.raises(InputError, match=r"pip install 'continuair\[mcap\]'"):
-        ca.to_mcap(flight("paper"), tmp_path / "flight.mcap")
+    extra, use = INTERFACES[package]
+    monkeypatch.delitem(sys.modules, "continuair.interfaces.gym", raising=False)
+    monkeypatch.setattr("continuair.interfaces.extras.find_spec", lambda name: None)
+    with pytest.raises(ca.InputError, match=rf"{package} is not installed.*continuair\[{extra}\]"):
+        use(tmp_path)
     assert not list(tmp_path.iterdir())

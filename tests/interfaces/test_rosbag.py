@@ -72,6 +72,18 @@ def test_the_file_of_a_bag_alone_is_enough() -> None:
     np.testing.assert_array_equal(alone.position, whole.position)
 
 
+@pytest.mark.parametrize("kind", ["PoseWithCovarianceStamped", "TransformStamped"])
+def test_every_type_of_pose_and_point_is_read(kind: str) -> None:
+    pose, tip = (TOPICS[name][2] for name in ("/uav/pose", "/arm/tip"))
+    topics = TOPICS | {
+        "/uav/pose": (f"geometry_msgs/msg/{kind}", TIME, pose),
+        "/arm/tip": ("geometry_msgs/msg/PointStamped", TIME, tip),
+    }
+    found = read(NAMED | {"tip": "/arm/tip"}, topics)
+    np.testing.assert_allclose(found.attitude, FLOWN["attitude"], atol=1e-12)
+    np.testing.assert_allclose(found.bend, FLOWN["bend"], atol=1e-9)
+
+
 def test_the_pose_of_the_camera_tells_the_bend() -> None:
     mounted = START.replace({"camera.position": [0.01, 0.02, 0.05],
                              "camera.attitude": [0.0, 0.6, 0.0, 0.8]})  # fmt: skip

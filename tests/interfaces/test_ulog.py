@@ -109,6 +109,11 @@ def test_held_inputs_keep_their_impulse_in_longer_rows() -> None:
     np.testing.assert_allclose(impulse, expected, rtol=1e-6)
 
 
+def test_rows_between_which_nothing_was_recorded_are_refused() -> None:
+    with pytest.raises(ca.InputError, match="rate is 1e.12 Hz, but the fastest topic has 100 Hz"):
+        read(rate=1e12)
+
+
 def test_a_window_cuts_a_log() -> None:
     recording = read(window=(0.1, 0.4))
     assert len(recording.time) == 31

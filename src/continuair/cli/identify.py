@@ -51,7 +51,7 @@ def identify(
     ] = None,
     window: Annotated[
         tuple[float, float] | None,
-        typer.Option(help="The part of a log to use, from and to [s].", metavar="FROM TO"),
+        typer.Option(help="The part of a log to use: seconds since its start.", metavar="FROM TO"),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="File for the fitted vehicle.")] = None,
     force: Annotated[

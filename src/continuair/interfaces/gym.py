@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.interfaces.extras import require
 from continuair.interfaces.hovering import Hovering
@@ -130,13 +131,13 @@ class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
 
 def _checked(action: Any, shape: tuple[int, int]) -> Array:
     """An action, or those of all runs, as rows (runs, actions)."""
-    found = np.asarray(action, float)
+    found = checks.finite_array(action)
+    if found is None:
+        raise InputError(f"action is {shown(action)}; give finite numbers from -1 to 1.")
     if found.shape not in (shape, shape[1:] if shape[0] == 1 else shape):
         raise InputError(
             f"action is {shown(action)}, of shape {found.shape}; give numbers of shape {shape}."
         )
-    if not np.isfinite(found).all():
-        raise InputError(f"action is {shown(action)}; give finite numbers from -1 to 1.")
     return found.reshape(shape)
 
 

@@ -68,9 +68,7 @@ class Hovering:
         found = found if isinstance(found, Vehicle) else load_vehicle(found)
         self.fleet = Fleet(found, runs, period=period, model=model, device=device)
         assert found.uav.rotors is not None
-        self._least, self._greatest = np.split(
-            per_run(found.uav.rotors.thrust_limits, runs, 2).T, 2
-        )
+        self._limits = per_run(found.uav.rotors.thrust_limits, runs, 2)
         self._holds_tip = hold == "tip"
         sections = [each for arm in found.arms for each in arm.section]
         self._lengths = np.stack([per_run(each.length, runs) for each in sections], -1)
@@ -100,7 +98,8 @@ class Hovering:
         """Advance all runs by a control period; actions (runs, actions), cut off at -1 and 1."""
         rotors = self.fleet.layout.rotors
         share = np.clip(np.asarray(actions, float), -1.0, 1.0)
-        thrusts = self._least.T + 0.5 * (1.0 + share[:, :rotors]) * (self._greatest - self._least).T
+        least, greatest = self._limits[:, :1], self._limits[:, 1:]
+        thrusts = least + 0.5 * (1.0 + share[:, :rotors]) * (greatest - least)
         moments = {"bend_moment": self._moment * share[:, rotors:]} if self._moment else {}
         self.fleet.step(rotor_command=thrusts, **moments)
         observation = self.observed()

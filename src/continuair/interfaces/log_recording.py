@@ -18,12 +18,8 @@ from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 Array = np.ndarray
 
-MEASURED = ("position", "attitude", "bend", "tip")
 HELD = ("thrust", "torque", "bend_moment", "rotors")
-"""Roles of signals. Measured: position (n, 3) of the UAV and tip (n, 3), world axes, z up [m];
-attitude (n, 4), body to world, x y z w; bend (n, bends) [1/m], axes of each section's base. Held
-until the next sample: thrust (n, 3) [N] and torque (n, 3) [N m] on the UAV in body axes, z up;
-bend_moment (n, bends) [N m²]; rotors (n, rotors), the thrusts that are commanded [N]."""
+"""Roles of what is held from a sample to the next."""
 
 _CHORD_TOLERANCE = 0.1
 """Of the tip's distance from the arm's base, from what a bend makes it, over the arm's length."""
@@ -63,7 +59,7 @@ def check_roles(vehicle: Vehicle, roles: Any) -> None:
         )
     if arm[1] and Layout(vehicle.shape).sections > 1:
         raise InputError(
-            f"the pose of a tip does not tell the bends of the vehicle's "
+            "the pose of a tip does not tell the bends of the vehicle's "
             f"{Layout(vehicle.shape).sections} sections; name a topic for bend."
         )
     if ("thrust" in roles) != ("torque" in roles):
@@ -83,9 +79,13 @@ def check_roles(vehicle: Vehicle, roles: Any) -> None:
 def recording(
     name: str, vehicle: Vehicle, signals: Mapping[str, Signal], chosen: Choices
 ) -> Recording:
-    """Signals by role, as in MEASURED and HELD, on one even grid; raises InputError.
+    """Signals by role on one even grid; raises InputError.
 
-    Measurements lie on straight lines, and turns, between samples; what is held keeps its impulse.
+    Measured, and taken on straight lines and turns between samples: position (n, 3) of the UAV and
+    tip (n, 3), world axes, z up [m]; attitude (n, 4), body to world, x y z w; bend (n, bends)
+    [1/m], axes of each section's base. Held, and taken by their means: thrust (n, 3) [N] and torque
+    (n, 3) [N m] on the UAV in body axes, z up; bend_moment (n, bends) [N m²]; rotors (n, rotors),
+    the thrusts that are commanded [N].
     """
     _check_widths(vehicle, signals)
     times, signals = aligned(signals, HELD, chosen.rate, chosen.window)

@@ -17,7 +17,7 @@ _WIDEST_GAP = 5.0
 """Time between samples, over the usual one, from which they have a gap."""
 
 _ROUNDING = 1e-6
-"""Share of a period that is left over by rounding alone."""
+"""Of a period, or a second: what is left over by rounding alone."""
 
 _UNIT_NORM_TOLERANCE = 0.02
 
@@ -82,10 +82,22 @@ def aligned(
                 f"{first:.6g} to {last:.6g} s; choose a part of that."
             )
         first, last = max(window[0], first), min(window[1], last)
-    period = 1.0 / rate if rate else max(each.period for each in measured)
-    count = int((last - first) / period * (1.0 + _ROUNDING)) + 1
+    period = _row_period(rate, signals.values(), measured)
+    count = int((last - first) / period + _ROUNDING) + 1
     times = np.minimum(first + period * np.arange(count), last)
     return times, {role: _within(each, first, last) for role, each in signals.items()}
+
+
+def _row_period(rate: float | None, signals: Iterable[Signal], measured: Iterable[Signal]) -> float:
+    """From row to row [s]; InputError for rows between which nothing was recorded."""
+    if rate is None:
+        return max(each.period for each in measured)
+    fastest = 1.0 / min(each.period for each in signals)
+    if rate > fastest * (1.0 + 1e-3):
+        raise InputError(
+            f"rate is {rate:g} Hz, but the fastest topic has {fastest:.4g} Hz; give at most that."
+        )
+    return 1.0 / rate
 
 
 def _span(signals: Mapping[str, Signal], held: Iterable[str]) -> tuple[float, float]:
