@@ -166,7 +166,8 @@ def bends_of_tips(name: str, chord: Array, length: float) -> Array:
     if off > _CHORD_TOLERANCE * length:
         raise InputError(
             f"{name} is {far.mean():.3g} m from the arm's base, but an arm of {length:g} m so bent "
-            f"ends {expected.mean():.3g} m from it; check the axes of the poses and arm's mount."
+            f"ends {expected.mean():.3g} m from it; check the poses' axes, the arm's length and "
+            "its mount."
         )
     turn = np.divide(2.0 * half / length, out, out=np.zeros_like(out), where=out > 0.0)
     return np.asarray(turn[:, None] * chord[:, :2])
