@@ -90,6 +90,18 @@ def test_what_rotors_give_is_written_as_the_force_and_moment_that_acted(tmp_path
     np.testing.assert_allclose(forces[2:-2], expected[2:-2], rtol=0, atol=0.01 * 26)
 
 
+def test_of_a_batch_the_inputs_are_those_of_the_run_that_is_written(tmp_path: Path) -> None:
+    vehicle = ca.load_vehicle("paper")
+    forces = [[0.0, 0.0, 20.0], [0.0, 0.0, 30.0], [0.0, 0.0, 40.0]]
+    start = [0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.1, 0.0]
+    scenario = ca.Scenario("lifts", start, force=forces, duration=0.05)
+    batch = ca.simulate(vehicle, scenario, sample=0.01)
+    ca.to_csv(batch.isel(run=1), tmp_path / "flight.csv")
+    np.testing.assert_array_equal(columns(tmp_path / "flight.csv")["force_z"], 30.0)
+    with pytest.raises(InputError, match="force is that of 3 runs"):
+        ca.to_csv(batch.isel(run=1, drop=True), tmp_path / "other.csv")
+
+
 def test_a_flight_that_ended_early_is_written_up_to_its_end(tmp_path: Path) -> None:
     whole = flight("paper")
     ended = whole.where(whole.time < 0.1)

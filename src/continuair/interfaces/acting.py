@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import warnings
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from continuair.errors import ContinuairWarning, InputError
 from continuair.flight.inputs import evaluated
 from continuair.flight.prepare import check_scenario
 from continuair.interfaces.motion import Motion
@@ -30,7 +33,7 @@ class Acting:
 def acting_on(motion: Motion, scenario: Scenario | None = None) -> Acting:
     """Of a flight; scenario: the one that was flown, whose functions of time a result lacks.
 
-    Raises InputError for a scenario of another shape.
+    Raises InputError for a scenario of another shape, or of a batch whose run is not known.
     """
     told = _fields(motion, scenario)
     found = _pushes(motion)
@@ -49,6 +52,17 @@ def acting_on(motion: Motion, scenario: Scenario | None = None) -> Acting:
     return Acting(found, tuple(untold))
 
 
+def warn_of_lacking(names: Iterable[str], stacklevel: int) -> None:
+    """Warn, of a caller so many levels up, if some of what acted is not in a file."""
+    if names := tuple(names):
+        warnings.warn(
+            f"the file lacks {', '.join(names)}, which acted: it holds forces and moments whose "
+            "values over time are known (scenario= tells functions of time), and no others.",
+            ContinuairWarning,
+            stacklevel=stacklevel + 1,
+        )
+
+
 def _fields(motion: Motion, scenario: Scenario | None) -> dict[str, Any]:
     if scenario is not None:
         check_scenario(scenario)
@@ -60,10 +74,20 @@ def _fields(motion: Motion, scenario: Scenario | None) -> dict[str, Any]:
 
 
 def _sampled(name: str, value: Any, motion: Motion) -> Array:
+    """Values (n, width) of an input, which may be rows of the runs of a batch."""
     width = OF_NAME[name].width(motion.vehicle.sections, len(motion.vehicle.arms))
     if callable(value):
-        return evaluated(name, value, motion.time, width)[:, 0]
-    return np.broadcast_to(np.asarray(value, float), (len(motion.time), width))
+        rows = evaluated(name, value, motion.time, width)
+    else:
+        rows = np.asarray(value, float).reshape(1, -1, width)
+    one, run = rows.shape[1] == 1, motion.dataset.coords.get("run")
+    if run is None and not one:
+        raise InputError(
+            f"{name} is that of {rows.shape[1]} runs, but dataset does not tell which it is; "
+            "choose it with dataset.isel(run=0), which keeps the coordinate run."
+        )
+    row = 0 if one or run is None else int(run)
+    return np.broadcast_to(rows[:, row], (len(motion.time), width))
 
 
 def _pushes(motion: Motion) -> dict[str, Array]:

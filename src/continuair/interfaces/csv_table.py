@@ -5,15 +5,13 @@ from __future__ import annotations
 import csv
 import io
 import os
-import warnings
 from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
 
-from continuair.errors import ContinuairWarning
 from continuair.files import new_file, write_new
-from continuair.interfaces.acting import acting_on
+from continuair.interfaces.acting import Acting, acting_on, warn_of_lacking
 from continuair.interfaces.logged import columns_of
 from continuair.interfaces.motion import Motion, motion_of
 from continuair.scenario.scenarios import Scenario
@@ -40,7 +38,10 @@ def to_csv(
     """
     motion = motion_of(dataset, vehicle)
     file = new_file("path", path)
-    columns = dict([*_measured(motion), *_inputs(motion, scenario), *_others(motion)])
+    acting = acting_on(motion, scenario)
+    on_tips = [name for name in ("tip_wrench",) if name in acting.inputs]
+    warn_of_lacking([*acting.untold, *on_tips], stacklevel=2)
+    columns = dict([*_measured(motion), *_inputs(motion, acting), *_others(motion)])
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(columns)
@@ -56,16 +57,7 @@ def _measured(motion: Motion) -> Iterator[tuple[str, Array]]:
     yield from zip(_per_section(motion, ("bend_x", "bend_y")), bends.T, strict=True)
 
 
-def _inputs(motion: Motion, scenario: Scenario | None) -> Iterator[tuple[str, Array]]:
-    acting = acting_on(motion, scenario)
-    lacking = [*acting.untold, *(["tip_wrench"] if "tip_wrench" in acting.inputs else [])]
-    if lacking:
-        warnings.warn(
-            f"the file lacks {', '.join(lacking)}, which acted: columns of inputs are for force, "
-            "moment and bend moments whose values over time are known (scenario=).",
-            ContinuairWarning,
-            stacklevel=4,
-        )
+def _inputs(motion: Motion, acting: Acting) -> Iterator[tuple[str, Array]]:
     for name in PUSH:
         if name in acting.inputs:
             names = OF_NAME[name].components

@@ -89,5 +89,5 @@ def _one_flight(dataset: xr.Dataset, model: str | None, run: int | None) -> xr.D
             raise InputError(f"{name} is missing; {nearest('', map(str, valid))}.")
         if value not in valid:
             raise InputError(f"{name} is {value!r}; {nearest(str(value), map(str, valid))}.")
-        dataset = dataset.sel({name: value}, drop=True).assign_attrs({name: value})
+        dataset = dataset.sel({name: value}).assign_attrs({name: value})
     return dataset

@@ -6,7 +6,6 @@ import heapq
 import io
 import json
 import os
-import warnings
 from collections.abc import Iterator
 from typing import Any
 
@@ -14,10 +13,9 @@ import numpy as np
 import xarray as xr
 from scipy.spatial.transform import Rotation
 
-from continuair.errors import ContinuairWarning
 from continuair.files import new_file, write_new
 from continuair.interfaces import foxglove
-from continuair.interfaces.acting import Acting, acting_on
+from continuair.interfaces.acting import Acting, acting_on, warn_of_lacking
 from continuair.interfaces.arcs import backbone
 from continuair.interfaces.extras import require
 from continuair.interfaces.logged import Column, columns_of
@@ -55,13 +53,7 @@ def to_mcap(
     motion = motion_of(dataset, vehicle)
     file = new_file("path", path)
     acting = acting_on(motion, scenario)
-    if acting.untold:
-        warnings.warn(
-            f"the log lacks {', '.join(acting.untold)}, which acted: the result does not hold "
-            "their values over time (scenario= has functions of time).",
-            ContinuairWarning,
-            stacklevel=2,
-        )
+    warn_of_lacking(acting.untold, stacklevel=2)
     write_new(file, _log(motion, acting))
 
 

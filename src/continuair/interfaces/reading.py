@@ -36,7 +36,7 @@ def read_result(path: str | os.PathLike[str]) -> xr.Dataset:
             f"{printed(path)}: has no vehicle among its attributes, so that continuair has not "
             "written it; give a result of simulate, or of a study."
         )
-    written = json.loads(dataset.attrs["versions"])["continuair"]
+    written = str(json.loads(dataset.attrs["versions"]).get("continuair", "0"))
     if _numbers(written) > _numbers(version("continuair")):
         raise InputError(
             f"{printed(path)}: is of continuair {written}, later than this "
