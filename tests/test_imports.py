@@ -81,13 +81,6 @@ ROOMS = {
         {"limits"},
         {"simulate", "live", "fleet"},
     ],
-    "interfaces": [
-        {"extras", "px4_frames", "log_topics", "hovering"},
-        {"log_signals", "gym"},
-        {"log_recording"},
-        {"ulog", "rosbag"},
-        {"flights"},
-    ],
     "studies": [
         {"tables", "timing", "ladder", "standard_laws", "standard_loops", "sentences", "verdicts"},
         {"results", "standard_excitations"},
@@ -133,8 +126,8 @@ ROOMS = {
     ],
     "interfaces": [
         {"extras", "chain", "outline", "arcs", "shapes", "foxglove", "motion", "reading", "frames"},
-        {"casadi_arm", "glb", "acting", "logged", "px4_frames", "log_topics"},
-        {"casadi_dynamics", "log_signals"},
+        {"casadi_arm", "glb", "acting", "logged", "px4_frames", "log_topics", "hovering"},
+        {"casadi_dynamics", "log_signals", "gym"},
         {"casadi_model", "mjcf", "gltf", "mcap_log", "csv_table", "log_recording"},
         {"export", "ulog", "rosbag"},
         {"flights"},

@@ -21,7 +21,8 @@ def swing(vehicle: ca.Vehicle = PAPER, duration: float = 1.0, **changes: Any) ->
     attitude = Rotation.from_euler("zyx", np.column_stack([0.4 * t, 0.2 * np.sin(t), 0.1 * t]))
     bend = np.stack([np.sin(3.0 * t), 0.5 * np.cos(2.0 * t)], axis=-1)
     force = np.column_stack([np.cos(t), np.sin(t), np.full(len(t), -4.0)])
-    dims, per_arm = ("time", "bend_axis"), ("time", "axis")
+    dims: tuple[str, ...] = ("time", "bend_axis")
+    per_arm: tuple[str, ...] = ("time", "axis")
     if vehicle.has_arm_list:
         bend = bend[:, None] * (1.0 + np.arange(vehicle.sections))[:, None]
         force = np.repeat(force[:, None], len(vehicle.arms), axis=1)
