@@ -3,7 +3,6 @@
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -57,15 +56,14 @@ def alike(shown: list[str], told: list[str]) -> bool:
 
 
 def same(shown: str, told: str) -> bool:
-    a, b = next(numbers(shown), None), next(numbers(told), None)
-    if a is None or b is None:
-        return shown == told
-    return abs(a - b) <= _TOLERANCE * abs(b)
+    a, b = number(shown), number(told)
+    return shown == told if a is None or b is None else abs(a - b) <= _TOLERANCE * abs(b)
 
 
-def numbers(word: str) -> Iterator[float]:
-    for found in re.findall(r"^\(?(-?[0-9.]+(?:e-?[0-9]+)?)[%,.)]*$", word):
-        yield float(found.rstrip("."))
+def number(word: str) -> float | None:
+    """The number that a word is, with what may stand behind it."""
+    found = re.fullmatch(r"\(?(-?\d+(?:\.\d+)?(?:e-?\d+)?)[%,.)]*", word)
+    return float(found[1]) if found else None
 
 
 if __name__ == "__main__":
