@@ -8,7 +8,7 @@ from typing import Literal
 
 from continuair.progress import Progress
 
-_COMPILING = "compiling kernels (first run only, some seconds)"
+_COMPILING = "compiling kernels (first run only, up to minutes)"
 
 
 def print_table(columns: list[str], rows: list[list[str]], err: bool = False) -> None:
