@@ -38,7 +38,7 @@ def ending(flight: xr.Dataset) -> str:
     status = int(flight["status"])
     if status:
         return f"ended at {float(flight['end_time']):.3g} s, {WORDS[status]}"
-    for name in _WATCHED:
+    for name in [each for each in _WATCHED if each in flight]:
         finite = np.isfinite(flight[name].transpose("time", ...).to_numpy()).all(-1)
         if not finite.all():
             return f"not finite from {float(flight['time'][~finite][0]):.3g} s on"

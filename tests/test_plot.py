@@ -1,0 +1,60 @@
+"""Figures of `continuair.plot` show the numbers of the flight."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from tests.viewer.flights import PAPER, swing, watching
+
+DUAL = ca.load_vehicle("dual_arm")
+
+
+def curves(axes: Any) -> list[Any]:
+    return [line.get_xydata() for line in axes.get_lines()]
+
+
+@pytest.mark.parametrize("vehicle", [PAPER.replace({"uav.mount": (0.2, 0.0, -0.3)}), DUAL])
+def test_snapshots_draw_every_arm_from_its_mount_to_its_tip(vehicle: ca.Vehicle) -> None:
+    flight = swing(vehicle)
+    drawn = curves(ca.plot.snapshots(flight, [0.5]).axes[0])
+    points = ca.backbone(vehicle, flight).sel(time=0.5).to_numpy().reshape(len(vehicle.arms), -1, 3)
+    for ends in (points - flight["position"].sel(time=0.5).to_numpy())[:, [0, -1]]:
+        assert any(
+            len(line) > 2 and np.allclose(line[[0, -1]], ends[:, [0, 2]], rtol=0, atol=1e-12)
+            for line in drawn
+        )
+
+
+def test_the_tip_path_the_bend_and_the_wrench_are_those_of_the_flight() -> None:
+    flight = swing(DUAL)
+    flight["tip_position"] = ca.backbone(DUAL, flight).isel(point=-1).drop_vars("arc_length")
+    flight = flight.assign_coords(arm=["left", "right"], section=["left.0", "right.0"])
+    path = ca.plot.tip_path(flight)
+    np.testing.assert_array_equal(
+        curves(path.axes[3])[0], flight["tip_position"].sel(arm="right", axis=["x", "z"])
+    )
+    bend = curves(ca.plot.bend(flight).axes[3])[0]
+    np.testing.assert_array_equal(bend[:, 1], flight["bend"].sel(section="right.0", bend_axis="y"))
+    flight["base_moment"] = 2.0 * flight["base_force"]
+    wrench = ca.plot.base_wrench(flight)
+    assert len(wrench.axes) == 12
+    np.testing.assert_array_equal(
+        curves(wrench.axes[-1])[0][:, 1], 2.0 * flight["base_force"].sel(arm="right", axis="z")
+    )
+
+
+def test_the_image_shows_the_feature_points() -> None:
+    flight = watching()
+    axes = ca.plot.image(flight).axes[0]
+    np.testing.assert_array_equal(curves(axes)[0], flight["features"][:, :2])
+
+
+def test_what_is_missing_is_told() -> None:
+    with pytest.raises(ca.InputError, match="flight has no tip_position"):
+        ca.plot.tip_path(swing())
+    with pytest.raises(ca.InputError, match="flight holds 2 runs"):
+        ca.plot.bend(swing().expand_dims(run=[0, 1]))
