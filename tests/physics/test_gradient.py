@@ -15,6 +15,7 @@ from continuair.analysis.adjoint import OF_STATE, OF_TIPS, flown, of_rotation, s
 from continuair.analysis.linear import _perturbed
 from continuair.engine import tangents as packing
 from continuair.engine.engine import Start
+from continuair.engine.pack import pack_table
 from continuair.engine.slopes import Slopes
 from continuair.engine.tangents import tangents_of
 from continuair.flight.prepare import prepare
@@ -225,7 +226,7 @@ def test_slopes_of_a_vehicle_stand_the_rounding_of_any_processor(
     names = ("arm.right.section.0.disks.0.position", "arm.right.section.0.length", "uav.mass")
     Plant = prepare(DUAL, scenario(DUAL, 0.0, 20)).engine("coupled").kernels.types.Plant
     expected = tangents_of(DUAL, names, Plant)
-    rng, exact = np.random.default_rng(7), packing.pack_table
+    rng, exact = np.random.default_rng(7), pack_table
 
     def rounded(vehicle: ca.Vehicle, threads: int) -> Array:
         table = exact(vehicle, threads)
