@@ -74,6 +74,7 @@ app = typer.Typer(
     cls=Reporting,
     help="Simulation of aerial continuum manipulators: a multirotor, and a continuum arm under it.",
     no_args_is_help=True,
+    rich_markup_mode="markdown",  # joins the lines of a paragraph
     pretty_exceptions_enable=False,
 )
 

@@ -9,7 +9,7 @@ import typer
 from continuair.cli.application import app
 
 
-@app.command()
+@app.command(epilog="Example: continuair export flight.nc --to flight.glb")
 def export(
     source: Annotated[
         str,

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from continuair.viewer.scene import Scene
 
 
-@app.command()
+@app.command(epilog="Example: continuair view my_drone.toml")
 def view(
     result: Annotated[
         str,
@@ -35,9 +35,7 @@ def view(
 ) -> None:
     """Show a flight in the browser: UAV, arms, camera, target and forces, as they move.
 
-    A vehicle flies first: Test A of the paper, or a hover if it has rotors. The decoupled model's
-    flight is a ghost beside the coupled one's.
-    Example: continuair view paper
+    A vehicle flies first: Test A of the paper, or a hover if it has rotors.
     """
     from continuair.viewer.export import check_page, write_page
     from continuair.viewer.video import animation, check_video
