@@ -74,7 +74,9 @@ def progress_bar() -> Iterator[Progress]:
         TimeRemainingColumn(compact=True, elapsed_when_finished=True),
         TextColumn("{task.description}"),
     )
-    with Bar(*columns, console=console, transient=True) as bar:
+    # In a file or pipe a bar that has gone would leave an empty line.
+    hidden = not console.is_terminal
+    with Bar(*columns, console=console, transient=True, disable=hidden) as bar:
         task = bar.add_task("loading", total=None)
 
         def show(done: int, total: int, what: str) -> None:
