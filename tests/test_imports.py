@@ -72,7 +72,7 @@ ROOMS = {
         {"pairs"},
     ],
     "flight": [
-        {"time_grid", "inputs", "resolution", "turns"},
+        {"time_grid", "inputs", "resolution", "turns", "reading"},
         {"steps", "guiding", "holding"},
         {"camera_timing", "probing", "rotors"},
         {"cohorts"},
@@ -125,7 +125,7 @@ ROOMS = {
         {"kinematics", "dynamics", "law", "open_loop", "parameters", "closed_loop", "summary"},
     ],
     "interfaces": [
-        {"extras", "chain", "outline", "arcs", "shapes", "foxglove", "motion", "reading", "frames"},
+        {"extras", "chain", "outline", "arcs", "shapes", "foxglove", "motion", "frames"},
         {"casadi_arm", "glb", "acting", "logged", "px4_frames", "log_topics", "hovering"},
         {"casadi_dynamics", "log_signals", "gym"},
         {"casadi_model", "mjcf", "gltf", "mcap_log", "csv_table", "log_recording"},

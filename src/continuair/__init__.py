@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from continuair.errors import InputError as InputError
     from continuair.figures import plot as plot
     from continuair.flight.live import Simulation as Simulation
+    from continuair.flight.reading import read_result as read_result
     from continuair.flight.simulate import simulate as simulate
     from continuair.interfaces import frames as frames
     from continuair.interfaces.casadi_model import to_casadi as to_casadi
@@ -43,7 +44,6 @@ if TYPE_CHECKING:
     from continuair.interfaces.gltf import to_gltf as to_gltf
     from continuair.interfaces.mcap_log import to_mcap as to_mcap
     from continuair.interfaces.mjcf import to_mjcf as to_mjcf
-    from continuair.interfaces.reading import read_result as read_result
     from continuair.interfaces.rosbag import read_rosbag as read_rosbag
     from continuair.interfaces.ulog import read_ulog as read_ulog
     from continuair.kernels.dynamics import MODELS as MODELS
@@ -103,7 +103,7 @@ _HOME = {
     "to_gltf": "interfaces.gltf",
     "to_mcap": "interfaces.mcap_log",
     "to_mjcf": "interfaces.mjcf",
-    "read_result": "interfaces.reading",
+    "read_result": "flight.reading",
     "read_rosbag": "interfaces.rosbag",
     "read_ulog": "interfaces.ulog",
     "open_sweep": "sweeps",

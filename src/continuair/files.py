@@ -7,6 +7,7 @@ import re
 import tomllib
 import uuid
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,9 @@ from continuair.errors import InputError, nearest, shown
 
 _LONGEST_PATH = 240
 _DEEPEST = 30
+
+DAMAGE = (OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError)
+"""What comes of reading files that continuair has not written so."""
 
 
 def user_path(name: str, path: str | os.PathLike[str]) -> Path:
@@ -107,8 +111,25 @@ def printed(path: str | os.PathLike[str]) -> str:
     return text if len(text) <= _LONGEST_PATH else f"{text[:40]}...{text[-40:]}"
 
 
-def reason(error: OSError | ValueError) -> str:
-    """Return why the system refused a file, in its own few words."""
+def check_version(name: str, path: str | os.PathLike[str], made: str) -> None:
+    """Raise InputError for what a continuair to come has written."""
+    own = version("continuair")
+    if _numbers(made) > _numbers(own):
+        raise InputError(
+            f"{name} is {printed(path)}, which continuair {made} has written, and this is {own}; "
+            "update it."
+        )
+
+
+def _numbers(text: str) -> list[int]:
+    """The numbers of a version, which compare as versions do."""
+    return [int(part) for part in text.split(".") if part.isdecimal()]
+
+
+def reason(error: Exception) -> str:
+    """Return why the system refused a file, or what its content led to, in a few words."""
+    if not isinstance(error, (OSError, ValueError)):
+        return repr(error)
     number = getattr(error, "errno", None)
     # Libraries put their own story into `strerror`; only the number is to the point.
     return os.strerror(number) if number else " ".join(str(error).split()) or "no reason given"

@@ -77,7 +77,10 @@ def test_of_several_models_one_is_chosen(models: Path, tmp_path: Path) -> None:
         (("paper", "--to", "out.glb"), "source is paper, which does not end in .nc"),
         (("paper", "--to", "out.stl"), "to is out.stl; name a file that ends in one of .glb, "),
         (("paper", "--to", "out.xml", "--run", "0"), "run is 0, which .xml has no use for"),
-        (("none.nc", "--to", "out.glb"), "none.nc: no such file; correct the path."),
+        (
+            ("none.nc", "--to", "out.glb"),
+            "result is none.nc, but there is no such file; correct the path.",
+        ),
         (("none.nc", "--to", "out.csv", "--links", "3"), "links is 3, which .csv has no use for"),
         (("nowhere", "--to", "out.xml"), "vehicle is 'nowhere'"),
     ],
@@ -113,10 +116,10 @@ def test_results_that_are_damaged_or_not_ours_or_later_are_told_so(
     text = tmp_path / "text.nc"
     text.write_text(",".join(MEASURED))
     for path, told in (
-        (cut, "no netCDF file, or a damaged one"),
-        (text, "no netCDF file, or a damaged one"),
-        (other, "continuair has not written it"),
-        (later, "is of continuair 99.0, later than this"),
+        (cut, "cannot be read as netCDF"),
+        (text, "cannot be read as netCDF"),
+        (other, "which continuair has not written"),
+        (later, "which continuair 99.0 has written, and this is"),
         (tmp_path, "is a folder"),
     ):
         with pytest.raises(InputError, match=told) as found:

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from continuair.errors import InputError, shown
 from continuair.figures import curves, pictogram, style
 from continuair.figures.tracking import feature_paths
+from continuair.flight.reading import vehicle_of
 from continuair.kernels.dynamics import REFERENCE
 from continuair.vehicle.vehicle import Vehicle
 
@@ -53,7 +54,7 @@ def base_wrench(flight: xr.Dataset) -> Figure:
 def image(flight: xr.Dataset) -> Figure:
     """Return the paths of the feature points in the camera's image [px], a panel per model."""
     flights = _flights(flight, "features")
-    width, height = json.loads(flight.attrs["vehicle"])["camera"]["image_size"]
+    width, height = vehicle_of(flight).camera.image_size
     with style.applied():
         figure = style.new_figure(height=3.0)
         panels = figure.subplots(1, len(flights), squeeze=False, sharey=True)[0]
@@ -72,7 +73,7 @@ def snapshots(flight: xr.Dataset, times: Sequence[float], vehicle: Vehicle | Non
     vehicle: the one that flew, by default as the result says.
     """
     flights = _flights(flight, "bend")
-    flown = Vehicle(**json.loads(flight.attrs["vehicle"])) if vehicle is None else vehicle
+    flown = vehicle_of(flight) if vehicle is None else vehicle
     models = sorted(flights, key=lambda model: model == REFERENCE)
     whole = flight if "model" in flight.dims else flight.expand_dims(model=models)
     return pictogram.snapshots(whole, flown, times, models=models)

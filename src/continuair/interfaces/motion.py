@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from continuair.errors import InputError, shown
+from continuair.flight.reading import vehicle_of
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 Array = np.ndarray
@@ -72,17 +72,6 @@ def motion_of(dataset: Any, vehicle: Any = None) -> Motion:
     if not valid.any():
         raise InputError("dataset holds no finite sample; give a flight that did not fail at once.")
     return _rows(found, np.flatnonzero(valid))
-
-
-def vehicle_of(dataset: xr.Dataset) -> Vehicle:
-    """The vehicle of a result's attributes; raises InputError if there is none of one run."""
-    try:
-        return Vehicle(**json.loads(dataset.attrs["vehicle"]))
-    except KeyError:
-        remedy = "has no vehicle among its attributes"
-    except (InputError, TypeError, ValueError):
-        remedy = "has a vehicle among its attributes that is of several runs, or damaged"
-    raise InputError(f"dataset {remedy}; give vehicle=, the one that flew.")
 
 
 def _rows(motion: Motion, kept: Array) -> Motion:

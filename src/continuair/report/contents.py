@@ -5,16 +5,19 @@ from __future__ import annotations
 import json
 import os
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from continuair.errors import InputError
-from continuair.files import check_regular, printed, reason, user_path
+from continuair.files import (
+    DAMAGE,
+    check_regular,
+    check_version,
+    printed,
+    reason,
+    user_path,
+)
 from continuair.studies.results import MARKER, UNFINISHED, bare
-
-DAMAGE = (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError)
-"""What comes of reading files that a study has not written so."""
 
 
 @dataclass(frozen=True)
@@ -51,9 +54,9 @@ def read(folder: str | os.PathLike[str]) -> Contents:
 
 def damaged(path: Path, error: Exception) -> InputError:
     """The refusal of a folder whose files are not as a study writes them."""
-    why = reason(error) if isinstance(error, (OSError, ValueError)) else repr(error)
     return InputError(
-        f"folder is {printed(path)}, whose results cannot be read ({why}); run the study again."
+        f"folder is {printed(path)}, whose results cannot be read ({reason(error)}); run the "
+        "study again."
     )
 
 
@@ -65,7 +68,7 @@ def _read(path: Path) -> Contents:
             "study has written with --out."
         )
     made = _object(_text(marker))
-    _check_version(path, str(made.get("version", "0")))
+    check_version("folder", path, str(made.get("version", "0")))
     if (path / UNFINISHED).exists():
         raise InputError(
             f"folder is {printed(path)}, whose writing was interrupted; run the study again."
@@ -100,20 +103,6 @@ def _object(value: str | Any) -> dict[str, Any]:
     if not isinstance(found, dict):
         raise ValueError("what should be a JSON object is none")
     return found
-
-
-def _check_version(path: Path, made: str) -> None:
-    own = version("continuair")
-    if numbers_of(made) > numbers_of(own):
-        raise InputError(
-            f"folder is {printed(path)}, which continuair {made} has written, and this is {own}; "
-            "update it."
-        )
-
-
-def numbers_of(text: str) -> list[int]:
-    """Return the numbers of a version, which compare as versions do."""
-    return [int(part) for part in text.split(".") if part.isdecimal()]
 
 
 def _figures(path: Path, files: set[str]) -> dict[str, Path]:

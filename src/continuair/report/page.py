@@ -10,7 +10,8 @@ from typing import Any
 
 from markdown_it import MarkdownIt
 
-from continuair.report.contents import DAMAGE, Contents, damaged
+from continuair.files import DAMAGE
+from continuair.report.contents import Contents, damaged
 from continuair.report.verdicts import verdict_section
 
 TITLES = {

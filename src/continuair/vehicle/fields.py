@@ -151,6 +151,18 @@ def kinds(part: type[BaseModel], field: str) -> tuple[type[Part] | None, type[Pa
     return next(filter(_is_part, options), None), next(filter(_is_part, of_entries), None)
 
 
+def dimensions(part: type[BaseModel], field: str) -> int:
+    """Return how deep the numbers of a field are in lists: 0 for one number, 1 for a vector."""
+    return _depth(named_fields(part)[field].annotation)
+
+
+def _depth(annotation: Any) -> int:
+    inner = get_args(annotation)
+    if get_origin(annotation) is tuple:
+        return 1 + _depth(inner[0])
+    return max(map(_depth, inner), default=0) if get_origin(annotation) in _UNIONS else 0
+
+
 def _is_part(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, Part)
 

@@ -17,7 +17,7 @@ from pydantic import BaseModel
 
 from continuair import checks
 from continuair.errors import ContinuairWarning, InputError, named_fields, nearest, shown
-from continuair.vehicle.fields import kinds, label, named
+from continuair.vehicle.fields import dimensions, kinds, label, named
 from continuair.vehicle.runs import pick
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -50,6 +50,20 @@ def value_of(model: BaseModel, path: str) -> Any:
     for depth, key in enumerate(keys):
         node = node[_index(node, key, keys[:depth])]
     return node
+
+
+def of_run(model: type[BaseModel], described: Mapping[str, Any], run: int) -> dict[str, Any]:
+    """Return the fields of one run, of a model whose arrays over runs are lists, as in JSON."""
+    return {name: _of_run(model, name, value, run) for name, value in described.items()}
+
+
+def _of_run(model: type[BaseModel], field: str, value: Any, run: int) -> Any:
+    of_table, of_entries = kinds(model, field)
+    if of_table and isinstance(value, Mapping):
+        return of_run(of_table, value, run)
+    if of_entries and isinstance(value, list):
+        return [of_run(of_entries, entry, run) for entry in value]
+    return value[run] if np.ndim(value) > dimensions(model, field) else value
 
 
 def _tree(value: Any) -> Any:

@@ -238,6 +238,16 @@ def load_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
         raise error.within(f"{file}: ") from None
 
 
+def vehicle_of_run(description: Mapping[str, Any], run: int | None) -> Vehicle:
+    """Return the vehicle that `Vehicle.describe` described, of a batch that of a run.
+
+    Raises what follows, ValueErrors and others, from a description that is none.
+    """
+    if run is not None:
+        description = replacing.of_run(Vehicle, description, run)
+    return Vehicle(**description)
+
+
 def check_vehicle(value: Any) -> Vehicle:
     """Return a vehicle, plain or batched; raises InputError for anything else."""
     if not isinstance(value, Vehicle):

@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
-from importlib.metadata import version
 from itertools import product
 from pathlib import Path
-from typing import Any
 
 import xarray as xr
 
 from continuair.errors import InputError, nearest
-from continuair.files import check_regular, printed, reason
-from continuair.report.contents import DAMAGE, Contents, numbers_of, read
-from continuair.vehicle.vehicle import Vehicle, load_vehicle
-from continuair.viewer.scene import vehicle_of
+from continuair.files import printed
+from continuair.flight.reading import opened, vehicle_of
+from continuair.report.contents import Contents, read
+from continuair.vehicle.vehicle import Vehicle
 
 _OF_MODELS = ("coupled", "decoupled")
 """The model that is shown where a file has several, and the one beside it."""
 
 _INSIDE = ("time", "section", "bend_axis")
 """Dimensions of the bend of one flight."""
+
+
+class _NoFlight(InputError):
+    """A file of ours that holds something else."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +36,11 @@ class Recorded:
 
     def load(self) -> tuple[Vehicle, xr.Dataset, xr.Dataset | None]:
         """Return the vehicle, the flight, and that of the other model if there is one."""
-        with _opened(self.path) as file:
+        with opened(self.path) as file:
             one = file.isel(self.at)
-            vehicle = _vehicle(file, self.at)
+            if "run" not in one.coords:
+                one = one.assign_coords({dim: at for dim, at in self.at.items() if dim == "run"})
+            vehicle = vehicle_of(one)
             if "model" not in file.dims:
                 return vehicle, one.load(), None
             models = [str(model) for model in file["model"].to_numpy()]
@@ -86,7 +88,12 @@ def _in_folder(contents: Contents, before: str) -> Iterator[Recorded]:
 
 
 def _in_file(path: Path, name: str) -> Iterator[Recorded]:
-    with _opened(path) as file:
+    with opened(path) as file:
+        if "bend" not in file or "time" not in file["bend"].dims:
+            raise _NoFlight(
+                f"result is {printed(path)}, which holds no bend over time; simulate with "
+                "position, attitude and bend among the variables."
+            )
         dims = [str(dim) for dim in file["bend"].dims if dim not in (*_INSIDE, "model")]
         labels = {dim: _labels(file, dim) for dim in dims}
         for at in product(*(range(file.sizes[dim]) for dim in dims)):
@@ -99,69 +106,3 @@ def _labels(file: xr.Dataset, dim: str) -> list[str]:
     """What the flights along a dimension are called: by its coordinate, or by their index."""
     said = file[dim].to_numpy() if dim in file.coords else range(file.sizes[dim])
     return [str(each) for each in said]
-
-
-class _NoFlight(InputError):
-    """A file of ours that holds something else."""
-
-
-@contextmanager
-def _opened(path: Path) -> Iterator[xr.Dataset]:
-    check_regular("result", path)
-    try:
-        with xr.open_dataset(path, engine="h5netcdf") as file:
-            _check(path, file)
-            yield file
-    except InputError:
-        raise
-    except FileNotFoundError:
-        raise InputError(f"result is {printed(path)}, but there is no such file; correct the "
-                         "path, or name a preset.") from None  # fmt: skip
-    except DAMAGE as error:
-        why = reason(error) if isinstance(error, (OSError, ValueError)) else repr(error)
-        raise InputError(
-            f"result is {printed(path)}, which cannot be read as netCDF ({why}); it is damaged or "
-            "something else: write it again with to_netcdf or a study."
-        ) from None
-
-
-def _check(path: Path, file: xr.Dataset) -> None:
-    """Raise InputError for what no continuair, or one to come, has written."""
-    if "versions" not in file.attrs:
-        raise InputError(
-            f"result is {printed(path)}, which continuair has not written; name a flight of "
-            "continuair.simulate that to_netcdf or a study wrote."
-        )
-    made = str(json.loads(file.attrs["versions"]).get("continuair", "0"))
-    if numbers_of(made) > numbers_of(version("continuair")):
-        raise InputError(
-            f"result is {printed(path)}, which continuair {made} has written, and this is "
-            f"{version('continuair')}; update it."
-        )
-    if "vehicle" not in file.attrs:
-        raise InputError(
-            f"result is {printed(path)}, which does not say which vehicle flew; keep the "
-            "attributes of continuair.simulate when it is written."
-        )
-    if "bend" not in file or "time" not in file["bend"].dims:
-        raise _NoFlight(
-            f"result is {printed(path)}, which holds no bend over time; simulate with position, "
-            "attitude and bend among the variables."
-        )
-
-
-def _vehicle(file: xr.Dataset, at: dict[str, int]) -> Vehicle:
-    """The vehicle of one flight; files of batches hold arrays over their runs."""
-    try:
-        return vehicle_of(file)
-    except InputError:
-        if "run" not in at:
-            raise
-        fields: dict[str, Any] = json.loads(file.attrs["vehicle"])
-        whole = {
-            f"{part}.{name}": value
-            for part in ("uav", "arm", "camera")
-            for name, value in fields[part].items()
-            if value not in (None, "", [])
-        }
-        return load_vehicle("paper").replace(whole).select(at["run"])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from continuair.analysis.backbone import motion_of
 from continuair.errors import InputError
+from continuair.flight.reading import vehicle_of
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 from continuair.viewer.bodies import Bodies, bodies
 from continuair.viewer.forces import Force, forces_of
@@ -94,23 +94,6 @@ def scene(
         aim_of(shown),
         forces_of(shown, flown, placed, scenario),
     )
-
-
-def vehicle_of(flight: Any) -> Vehicle:
-    """Return the vehicle that a result says has flown; raises InputError."""
-    said = flight.attrs.get("vehicle") if isinstance(flight, xr.Dataset) else None
-    if said is None:
-        raise InputError(
-            "flight does not say which vehicle flew it; give a result of continuair.simulate as it "
-            "is, or the vehicle."
-        )
-    try:
-        return Vehicle(**json.loads(said))
-    except (ValueError, TypeError, AttributeError) as error:
-        raise InputError(
-            "flight says of its vehicle what cannot be read, or is of many vehicles; give the "
-            f"vehicle of the run, as vehicle.select(run) has it ({' '.join(str(error).split())})."
-        ) from None
 
 
 def check_one_run(flight: xr.Dataset) -> None:

@@ -1,0 +1,84 @@
+"""Results read back from their netCDF files, and the vehicles that flew them."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import xarray as xr
+
+from continuair.errors import InputError
+from continuair.files import DAMAGE, check_regular, check_version, printed, reason, user_path
+from continuair.vehicle.vehicle import Vehicle, vehicle_of_run
+
+
+def read_result(path: str | os.PathLike[str]) -> xr.Dataset:
+    """A result that `to_netcdf` or a study wrote, all of it in memory.
+
+    Raises InputError for what is not there, no netCDF, damaged, not ours, or of a later version.
+    """
+    with opened(path) as result:
+        return result.load()
+
+
+@contextmanager
+def opened(path: str | os.PathLike[str]) -> Iterator[xr.Dataset]:
+    """A result, of whose file only what is used is read; raises InputError as `read_result` does,
+    also for what its user finds damaged."""
+    file = user_path("result", path)
+    check_regular("result", file)
+    named = f"result is {printed(path)}, "
+    if file.is_dir():
+        raise InputError(f"{named}which is a folder; give a .nc file in it.")
+    try:
+        with xr.open_dataset(file, engine="h5netcdf") as result:
+            _check_ours(path, result)
+            yield result
+    except InputError:
+        raise
+    except FileNotFoundError:
+        raise InputError(f"{named}but there is no such file; correct the path.") from None
+    except DAMAGE as error:
+        raise InputError(
+            f"{named}which cannot be read as netCDF ({reason(error)}); it is damaged or something "
+            "else: write it again with to_netcdf or a study."
+        ) from None
+
+
+def _check_ours(path: str | os.PathLike[str], result: xr.Dataset) -> None:
+    """Raise InputError for what no continuair, or one to come, has written of a vehicle."""
+    if "versions" not in result.attrs:
+        raise InputError(
+            f"result is {printed(path)}, which continuair has not written; give a result of "
+            "continuair.simulate, or of a study."
+        )
+    check_version("result", path, str(json.loads(result.attrs["versions"]).get("continuair", "0")))
+    if "vehicle" not in result.attrs:
+        raise InputError(
+            f"result is {printed(path)}, which does not say which vehicle flew; keep the "
+            "attributes of continuair.simulate when it is written."
+        )
+
+
+def vehicle_of(flight: Any) -> Vehicle:
+    """The vehicle that a result says has flown, of a batch that of the run that is chosen.
+
+    Raises InputError where it says none, or many.
+    """
+    said = flight.attrs.get("vehicle") if isinstance(flight, xr.Dataset) else None
+    if said is None:
+        raise InputError(
+            "flight does not say which vehicle flew it; give a result of continuair.simulate as it "
+            "is, or the vehicle."
+        )
+    run = flight.coords.get("run")
+    try:
+        return vehicle_of_run(json.loads(said), None if run is None or run.ndim else int(run))
+    except DAMAGE as error:
+        raise InputError(
+            "flight says of its vehicle what cannot be read, or is of many vehicles; choose a run, "
+            f"as in flight.isel(run=0), or give the vehicle that flew ({reason(error)})."
+        ) from None

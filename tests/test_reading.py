@@ -1,0 +1,36 @@
+"""Results tell which vehicle flew them, that of each run too."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from continuair.flight.reading import vehicle_of
+from tests.viewer.flights import swing
+
+BATCHES: dict[str, dict[str, Any]] = {
+    "paper": {"arm.length": [0.5, 1.0, 1.5], "uav.inertia": np.tile(0.05 * np.eye(3), (3, 1, 1))},
+    "dual_arm": {"arm.left.mount": [[0.0, y, 0.0] for y in (0.1, 0.2, 0.3)]},
+}
+
+
+@pytest.mark.parametrize("name", BATCHES)
+def test_a_run_of_a_batch_was_flown_by_its_own_vehicle_wherever_it_stands_in_a_file(
+    name: str, tmp_path: Path
+) -> None:
+    vehicles = ca.load_vehicle(name).replace(BATCHES[name])
+    flight = swing(vehicles.select(0), 0.05).expand_dims(run=[0, 1, 2])
+    flight.attrs["vehicle"] = json.dumps(vehicles.describe())
+    flight.isel(run=[2, 0]).to_netcdf(tmp_path / "some.nc", engine="h5netcdf")
+    found = ca.read_result(tmp_path / "some.nc")
+    assert [vehicle_of(found.isel(run=i)) for i in (0, 1)] == [
+        vehicles.select(2),
+        vehicles.select(0),
+    ]
+    with pytest.raises(ca.InputError, match=r"choose a run, as in flight.isel\(run=0\)"):
+        vehicle_of(found)
