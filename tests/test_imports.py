@@ -125,7 +125,7 @@ ROOMS = {
         {"kinematics", "dynamics", "law", "open_loop", "parameters", "closed_loop", "summary"},
     ],
     "interfaces": [
-        {"extras", "chain", "outline", "arcs", "shapes", "foxglove", "motion", "frames"},
+        {"chain", "outline", "arcs", "shapes", "foxglove", "motion", "frames"},
         {"casadi_arm", "glb", "acting", "logged", "px4_frames", "log_topics", "hovering"},
         {"casadi_dynamics", "log_signals", "gym"},
         {"casadi_model", "mjcf", "gltf", "mcap_log", "csv_table", "log_recording"},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from importlib.util import find_spec
 from numbers import Integral, Real
 from typing import Any, TypeGuard
 
@@ -127,6 +128,15 @@ def choices(name: str, values: Any, valid: Iterable[str]) -> list[str]:
         if not isinstance(value, str) or value not in valid:
             raise InputError(f"{name} holds {shown(value)}; {nearest(str(value), valid)}.")
     return list(dict.fromkeys(given))
+
+
+def installed(package: str, extra: str) -> None:
+    """Raise InputError, naming the extra that installs it, if a package is not installed."""
+    if find_spec(package) is None:
+        raise InputError(
+            f"{package} is not installed, but this needs it; "
+            f"install it with pip install 'continuair[{extra}]'."
+        )
 
 
 def row(name: str, value: Any, width: int) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from continuair.interfaces.extras import require
+from continuair import checks
 from continuair.vehicle.vehicle import check_single_vehicle
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def to_casadi(vehicle: Any) -> Function:
     circle. Raises InputError, for a batch of vehicles too, and without CasADi (extra `mpc`).
     """
     check_single_vehicle(vehicle)
-    require("casadi", "mpc")
+    checks.installed("casadi", "mpc")
     from continuair.interfaces.casadi_dynamics import accelerations
 
     return accelerations(vehicle)

@@ -9,10 +9,9 @@ import numpy as np
 
 from continuair import checks
 from continuair.errors import InputError, shown
-from continuair.interfaces.extras import require
 from continuair.interfaces.hovering import Hovering
 
-require("gymnasium", "gym")
+checks.installed("gymnasium", "gym")
 
 import gymnasium  # noqa: E402
 from gymnasium.spaces import Box  # noqa: E402

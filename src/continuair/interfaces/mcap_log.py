@@ -13,11 +13,11 @@ import numpy as np
 import xarray as xr
 from scipy.spatial.transform import Rotation
 
+from continuair import checks
 from continuair.files import new_file, write_new
 from continuair.interfaces import foxglove
 from continuair.interfaces.acting import Acting, acting_on, warn_of_lacking
 from continuair.interfaces.arcs import backbone
-from continuair.interfaces.extras import require
 from continuair.interfaces.logged import Column, columns_of
 from continuair.interfaces.motion import Motion, motion_of
 from continuair.interfaces.outline import equal_box, radius_of
@@ -49,7 +49,7 @@ def to_mcap(
     /inputs, what acted, with units in their schemas. vehicle, scenario: as for `to_csv`. Raises
     InputError, also for a file that exists, and without the package mcap (extra `mcap`).
     """
-    require("mcap", "mcap")
+    checks.installed("mcap", "mcap")
     motion = motion_of(dataset, vehicle)
     file = new_file("path", path)
     acting = acting_on(motion, scenario)

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.files import printed, reason, user_path
 from continuair.identification.recording import Recording
-from continuair.interfaces.extras import require
 from continuair.interfaces.log_recording import check_roles, choices, recording
 from continuair.interfaces.log_signals import Signal, check_unit, signal
 from continuair.interfaces.log_topics import Topic, missing_topic, of_log, parse_topics
@@ -69,7 +69,7 @@ def read_rosbag(
     """
     named = parse_topics(topics, _ROLES)
     chosen = choices(rate, window)
-    require("rosbags", "logs")
+    checks.installed("rosbags", "logs")
     file = user_path("data", path)
     with of_log(printed(file)):
         if "pose" not in named:

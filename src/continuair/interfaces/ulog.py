@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from continuair import checks
 from continuair.errors import InputError
 from continuair.files import check_regular, printed, reason, user_path
 from continuair.identification.recording import Recording
-from continuair.interfaces.extras import require
 from continuair.interfaces.log_recording import check_roles, choices, recording
 from continuair.interfaces.log_signals import Signal, signal
 from continuair.interfaces.log_topics import Topic, missing_topic, of_log, parse_topics
@@ -63,7 +63,7 @@ def read_ulog(
     """
     named = parse_topics(topics, _FIELDS, _DEFAULT)
     chosen = choices(rate, window)
-    require("pyulog", "logs")
+    checks.installed("pyulog", "logs")
     file = user_path("data", path)
     with of_log(printed(file)):
         check_roles(vehicle, named)

@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.sweeps.store import Store, open_store
 from continuair.sweeps.units import check, compute
@@ -24,13 +25,10 @@ _preparing = threading.Lock()
 @contextmanager
 def connected(address: str) -> Iterator[Any]:
     """A client of the scheduler at an address; raises InputError if it does not answer."""
-    try:
-        import dask.config
-        from distributed import Client
-    except ImportError:
-        raise InputError(
-            "scheduler needs Dask, which is not installed; pip install 'continuair[cluster]'."
-        ) from None
+    checks.installed("distributed", "cluster")
+    import dask.config
+    from distributed import Client
+
     if address.startswith("tls:") and not dask.config.get("distributed.comm.tls.client.cert", None):
         raise InputError(
             f"scheduler is {shown(address)}, but Dask knows no certificate of this client; name it "

@@ -17,7 +17,7 @@ from continuair.errors import InputError, shown
 from continuair.files import user_path
 from continuair.progress import Progress
 from continuair.sweeps.design import Design, load_design
-from continuair.sweeps.results import open_sweep, require_zarr
+from continuair.sweeps.results import open_sweep
 from continuair.sweeps.units import check, compute, unit_size
 
 # zarr and Dask are optional: what needs them is imported where it is used.
@@ -48,7 +48,7 @@ def sweep(
     (done, total, what). Returns the Dataset of `open_sweep`. Raises InputError before anything is
     written.
     """
-    require_zarr()
+    checks.installed("zarr", "sweep")
     path = user_path("out", out).absolute()
     found = load_design(design, metrics)
     part, parts = _checked_shard(shard)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from continuair.errors import InputError
+from continuair import checks
 from continuair.files import user_path
 from continuair.flight.resolution import (
     warn_of_coarse_steps,
@@ -46,6 +46,7 @@ def open_sweep(out: str | os.PathLike[str]) -> xr.Dataset:
     `done` and `runs` in them count the runs. Raises InputError if there is no store, or it is
     damaged.
     """
+    checks.installed("zarr", "sweep")
     from continuair.sweeps.store import open_store
 
     store = open_store(user_path("out", out).absolute(), any_version=True)
@@ -79,14 +80,3 @@ def labelled(design: Design, results: np.ndarray, attributes: dict[str, Any]) ->
     kept = {name: json.dumps(attributes[name]) for name in ("design", "versions")}
     kept |= {name: attributes[name] for name in _PROVENANCE}
     return xr.Dataset(data, coordinates, {"name": design.base.name, "runs": design.runs, **kept})
-
-
-def require_zarr() -> None:
-    """Raise InputError if zarr, an optional dependency, is not installed."""
-    try:
-        import zarr  # noqa: F401
-    except ImportError:
-        raise InputError(
-            "out cannot be written without zarr, which is not installed; "
-            "pip install 'continuair[sweep]'."
-        ) from None

@@ -18,7 +18,9 @@ _HIGHEST = 65535
 
 def open_server(port: int, label: str) -> Any:
     """Return a server at a port, 0 for any that is free; raises InputError if it is taken."""
-    viser = _viser()
+    checks.installed("viser", "view")
+    import viser
+
     checks.whole("port", port, 0, _HIGHEST)
     if port and not _is_free(port):
         raise _taken(port)
@@ -36,17 +38,6 @@ def open_server(port: int, label: str) -> Any:
 def close(server: Any) -> None:
     """Stop a server."""
     _quietly(server.stop)
-
-
-def _viser() -> Any:
-    try:
-        import viser
-    except ImportError:
-        raise InputError(
-            "a view needs the package viser, which is not installed; install it with: pip install "
-            "'continuair[view]'."
-        ) from None
-    return viser
 
 
 def _is_free(port: int) -> bool:
