@@ -126,7 +126,7 @@ ROOMS = {
     ],
     "interfaces": [
         {"chain", "outline", "arcs", "shapes", "foxglove", "motion", "frames"},
-        {"casadi_arm", "glb", "acting", "logged", "px4_frames", "log_topics", "hovering"},
+        {"casadi_arm", "glb", "acting", "logged", "log_topics", "hovering"},
         {"casadi_dynamics", "log_signals", "gym"},
         {"casadi_model", "mjcf", "gltf", "mcap_log", "csv_table", "log_recording"},
         {"export", "ulog", "rosbag"},

@@ -68,8 +68,8 @@ def flown(vehicle: ca.Vehicle, duration: float = 0.5) -> tuple[xr.Dataset, Array
 
 
 def to_ned(vectors: Array) -> Array:
-    """East, north, up to north, east, down."""
-    return np.stack([vectors[:, 1], vectors[:, 0], -vectors[:, 2]], -1)
+    """North, west, up to north, east, down."""
+    return np.stack([vectors[:, 0], -vectors[:, 1], -vectors[:, 2]], -1)
 
 
 def to_frd(vectors: Array) -> Array:

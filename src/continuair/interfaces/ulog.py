@@ -7,6 +7,7 @@ import io
 import os
 import struct
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +17,10 @@ from continuair import checks
 from continuair.errors import InputError
 from continuair.files import check_regular, printed, reason, user_path
 from continuair.identification.recording import Recording
+from continuair.interfaces.frames import attitude_from_ned, from_frd, from_ned
 from continuair.interfaces.log_recording import check_roles, choices, recording
 from continuair.interfaces.log_signals import Signal, signal
 from continuair.interfaces.log_topics import Topic, missing_topic, of_log, parse_topics
-from continuair.interfaces.px4_frames import attitude_from_px4, from_frd, from_ned
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -38,8 +39,13 @@ _FIELDS: dict[str, tuple[str, ...]] = {
 """Role -> fields of its topic by default."""
 
 _DEFAULT = {"position": "vehicle_local_position", "attitude": "vehicle_attitude"}
-_OURS = {"position": from_ned, "tip": from_ned, "attitude": attitude_from_px4,
-         "thrust": from_frd, "torque": from_frd}  # fmt: skip
+_OURS = {
+    "position": from_ned,
+    "tip": from_ned,
+    "attitude": partial(attitude_from_ned, scalar_first=True),
+    "thrust": from_frd,
+    "torque": from_frd,
+}
 _NORMALISED = {"thrust": "N", "torque": "N m", "rotors": "N"}
 _RESETS = ("xy_reset_counter", "z_reset_counter", "quat_reset_counter")
 _HEADER = 16
@@ -148,10 +154,10 @@ def _converted(topic: Topic, rows: Array, convert: Any) -> Array:
         raise InputError(
             f"{topic} has {rows.shape[1]} fields, but {width} are needed; name {width}."
         )
-    known = np.isfinite(rows).all(1) & (rows != 0.0).any(1) if width == 4 else slice(None)
-    found = np.full(rows.shape, np.nan)
-    found[known] = convert(rows[known])
-    return found
+    if topic.role == "attitude":
+        # An estimator that has not begun logs zeros.
+        rows = np.where(rows.any(axis=1, keepdims=True), rows, np.nan)
+    return np.asarray(convert(rows))
 
 
 def _check_resets(topic: Topic, time: Array, data: Any, window: tuple[float, float] | None) -> None:
