@@ -125,7 +125,7 @@ ROOMS = {
         {"kinematics", "dynamics", "law", "open_loop", "parameters", "closed_loop", "summary"},
     ],
     "interfaces": [
-        {"chain", "outline", "arcs", "shapes", "foxglove", "motion", "frames"},
+        {"chain", "outline", "shapes", "foxglove", "frames"},
         {"casadi_arm", "glb", "acting", "logged", "log_topics", "hovering"},
         {"casadi_dynamics", "log_signals", "gym"},
         {"casadi_model", "mjcf", "gltf", "mcap_log", "csv_table", "log_recording"},

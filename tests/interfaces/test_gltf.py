@@ -164,10 +164,10 @@ def test_what_is_no_single_flight_is_refused_with_what_to_do(tmp_path: Path) -> 
     path, one = tmp_path / "flight.glb", flight("paper")
     both = xr.concat([one, one], "run")
     for wrong, words in (
-        (both, "dataset.isel(run=0)"),
+        (both, "flight.isel(run=0)"),
         (one.drop_vars("bend"), "has no bend"),
-        (one.drop_attrs(), "vehicle="),
-        (3, "dataset is 3"),
+        (one.drop_attrs(), "or the vehicle"),
+        (3, "flight is 3"),
     ):
         with pytest.raises(InputError, match=re.escape(words)):
             ca.to_gltf(wrong, path)  # type: ignore[arg-type]

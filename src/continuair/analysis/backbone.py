@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from continuair import checks
+from continuair.analysis.motion import poses
 from continuair.equations.arc import arc_rotation
 from continuair.equations.turns import of_quaternion
-from continuair.errors import InputError, shown
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
@@ -20,8 +21,8 @@ Array = NDArray[np.float64]
 TIP = np.diag([1.0, -1.0, -1.0])
 """Axes of a tip frame, whose z points out of the arm, in those of its section's end."""
 
-_NEEDED = {"position": "axis", "attitude": "quaternion", "bend": "bend_axis"}
-"""Variables that say where a vehicle is, and the dimension of each."""
+HALF_TURN = (1.0, 0.0, 0.0, 0.0)
+"""The same, as a quaternion x y z w."""
 
 
 def backbone(vehicle: Vehicle, flight: xr.Dataset, points: int = 41) -> xr.DataArray:
@@ -34,7 +35,7 @@ def backbone(vehicle: Vehicle, flight: xr.Dataset, points: int = 41) -> xr.DataA
     """
     check_single_vehicle(vehicle)
     count = int(checks.number("points", points, least=2))
-    place, attitude, bend = motion_of(flight, vehicle)
+    place, attitude, bend = poses(flight, vehicle)
     body = np.stack([along(arm, part, count)[0] for arm, part in parts(vehicle, bend)], axis=-3)
     world = place[..., None, None, :] + carried(attitude, body)
     lengths = np.stack([stations(arm, count) for arm in vehicle.arms])
@@ -46,35 +47,6 @@ def backbone(vehicle: Vehicle, flight: xr.Dataset, points: int = 41) -> xr.DataA
         labels["arm"] = [arm.name for arm in vehicle.arms]
         return _labelled(world, [*leading, "arm", "point", "axis"], labels, lengths)
     return _labelled(world[..., 0, :, :], [*leading, "point", "axis"], labels, lengths[0])
-
-
-def motion_of(flight: Any, vehicle: Vehicle) -> tuple[Array, Array, Array]:
-    """Return position (..., time, 3), attitude (..., time, 4) and bend (..., time, sections, 2).
-
-    Raises InputError for what is no flight of this vehicle.
-    """
-    if not isinstance(flight, xr.Dataset):
-        raise InputError(f"flight is {shown(flight)}; give a Dataset of continuair.simulate.")
-    if "position" not in flight and "q" in flight:
-        own = flight["q"].isel(coordinate=slice(3)).drop_vars("coordinate", errors="ignore")
-        flight = flight.assign(position=own.rename(coordinate="axis"))
-    for name, last in _NEEDED.items():
-        if name not in flight or not {"time", last} <= set(flight[name].dims):
-            raise InputError(
-                f"flight has no {name} over time, without which nothing can be placed; give a "
-                "result of continuair.simulate that holds position, attitude and bend."
-            )
-    bend = flight["bend"]
-    bend = bend if "section" in bend.dims else bend.expand_dims("section")
-    if bend.sizes["section"] != vehicle.sections:
-        raise InputError(
-            f"flight has {bend.sizes['section']} sections, but vehicle {shown(vehicle.name)} has "
-            f"{vehicle.sections}; give the vehicle that flew it."
-        )
-    place = flight["position"].transpose(..., "time", "axis")
-    attitude = flight["attitude"].transpose(..., "time", "quaternion")
-    bend = bend.transpose(..., "time", "section", "bend_axis")
-    return tuple(np.asarray(each, float) for each in (place, attitude, bend))  # type: ignore[return-value]
 
 
 def parts(vehicle: Vehicle, bend: Array) -> list[tuple[ArmChain, Array]]:
@@ -107,7 +79,7 @@ def along(arm: ArmChain, bend: Array, points: int) -> tuple[Array, Array]:
     return found, frames
 
 
-def arc(bend: Array, s: Array) -> tuple[Array, Array]:
+def arc(bend: Array, s: Array | float) -> tuple[Array, Array]:
     """Return points (..., 3) [m] and untwisted frames (..., 3, 3) at s, in axes of the base.
 
     bend: bend vectors (..., 2) [1/m]; s: arc lengths [m].
@@ -116,7 +88,7 @@ def arc(bend: Array, s: Array) -> tuple[Array, Array]:
     return backbone_point(bend, s), arc_rotation(kappa, psi + 0.0 * s, s)
 
 
-def backbone_point(bend: Array, s: Array) -> Array:
+def backbone_point(bend: Array, s: Array | float) -> Array:
     """Return r(s) (..., 3) [m] for bend vectors (..., 2); Appendix A, Amiri et al.
 
     The sinc form has no singularity at bend 0.
@@ -136,6 +108,12 @@ def carried(attitude: Array, points: Array) -> Array:
 def stations(arm: ArmChain, points: int) -> Array:
     """Return arc lengths (points,) [m], evenly spaced from an arm's mount to its tip."""
     return np.linspace(0.0, sum(section.length for section in arm.section), points)
+
+
+def quaternions(frames: Array) -> Array:
+    """Return quaternions (..., 4), x y z w, of axes (..., 3, 3)."""
+    found = Rotation.from_matrix(frames.reshape(-1, 3, 3)).as_quat()
+    return np.asarray(found).reshape(*frames.shape[:-2], 4)
 
 
 def _turned(axes: Array, points: Array) -> Array:

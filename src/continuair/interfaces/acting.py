@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from continuair.analysis.motion import Motion
 from continuair.errors import ContinuairWarning, InputError
 from continuair.flight.inputs import evaluated
 from continuair.flight.prepare import check_scenario
-from continuair.interfaces.motion import Motion
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import FIELDS, OF_NAME, PUSH
 

@@ -10,10 +10,10 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
+from continuair.analysis.motion import Motion, motion_of
 from continuair.files import new_file, write_new
 from continuair.interfaces.acting import Acting, acting_on, warn_of_lacking
 from continuair.interfaces.logged import columns_of
-from continuair.interfaces.motion import Motion, motion_of
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import OF_NAME, PUSH, numbered
 from continuair.vehicle.vehicle import Vehicle

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from continuair.analysis.motion import motion_of
 from continuair.errors import InputError, nearest
 from continuair.files import new_file, printed, write_new
 from continuair.flight.reading import read_result, vehicle_of
@@ -14,7 +15,6 @@ from continuair.interfaces.csv_table import to_csv
 from continuair.interfaces.gltf import to_gltf
 from continuair.interfaces.mcap_log import to_mcap
 from continuair.interfaces.mjcf import to_mjcf
-from continuair.interfaces.motion import motion_of
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
 
 _VEHICLES = ".xml"

@@ -10,11 +10,11 @@ import numpy as np
 import xarray as xr
 from scipy.spatial.transform import Rotation
 
+from continuair.analysis.backbone import HALF_TURN, arc, parts, quaternions
+from continuair.analysis.motion import Motion, motion_of
 from continuair.errors import InputError
 from continuair.files import new_file, printed, write_new
-from continuair.interfaces.arcs import arc_frame
 from continuair.interfaces.glb import Glb
-from continuair.interfaces.motion import Motion, motion_of
 from continuair.interfaces.outline import disk_radius, equal_box, radius_of, rotor_radius
 from continuair.interfaces.shapes import cube, tube
 from continuair.vehicle.arms import ArmChain
@@ -34,7 +34,6 @@ PIECES = 12
 _Y_UP = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
 """Our axes in glTF's, in which y points up: a quarter turn about x."""
 
-_HALF_TURN = (1.0, 0.0, 0.0, 0.0)
 _THICKNESS = 0.1
 """Of a disk, over its radius."""
 
@@ -76,16 +75,14 @@ class _Stage:
 
 def _document(motion: Motion) -> Glb:
     stage, vehicle = _stage(motion), motion.vehicle
-    parts = [_box(stage, vehicle.uav.mass, vehicle.uav.inertia)] + _rotors(stage, vehicle.uav)
-    skinned, first = [], 0
-    for index, arm in enumerate(vehicle.arms):
-        bend = motion.bend[:, first : first + len(arm.section)]
+    hung = [_box(stage, vehicle.uav.mass, vehicle.uav.inertia)] + _rotors(stage, vehicle.uav)
+    skinned = []
+    for index, (arm, bend) in enumerate(parts(vehicle, motion.bend)):
         eye = [_camera(stage.glb, vehicle.camera)] if index == vehicle.camera_arm else []
         joints = _joints(stage, arm, bend, [*_tip(stage, arm), *eye])
-        parts.append(joints[0])
+        hung.append(joints[0])
         skinned.append(_skin(stage, arm, joints))
-        first += len(arm.section)
-    uav = stage.moved(stage.glb.node("uav", parts), motion.position, motion.attitude)
+    uav = stage.moved(stage.glb.node("uav", hung), motion.position, motion.attitude)
     world = stage.glb.node("world", [uav], rotation=_Y_UP)
     stage.glb.document |= {"scene": 0, "scenes": [{"nodes": [world, *skinned]}]}
     return stage.glb
@@ -129,7 +126,8 @@ def _joints(stage: _Stage, arm: ArmChain, bend: Array, at_tip: list[int]) -> lis
     children = at_tip
     for index in reversed(range(len(arm.section))):
         section = arm.section[index]
-        at, turn = arc_frame(bend[:, index], section.length / PIECES)
+        at, frame = arc(bend[:, index], section.length / PIECES)
+        turn = quaternions(frame)
         # All pieces of a section move alike.
         tracks = stage.glb.track(stage.times, at), stage.glb.track(stage.times, turn)
         disks = _disks(stage, section)
@@ -161,7 +159,7 @@ def _disks(stage: _Stage, section: Section) -> dict[int, list[int]]:
 def _tip(stage: _Stage, arm: ArmChain) -> list[int]:
     body = arm.tip
     inside = [_box(stage, body.mass, body.inertia, body.centre)] if body and body.mass else []
-    return [stage.glb.node(f"{arm.name}.tip", inside, rotation=_HALF_TURN)]
+    return [stage.glb.node(f"{arm.name}.tip", inside, rotation=HALF_TURN)]
 
 
 def _camera(glb: Glb, camera: Camera) -> int:
@@ -170,8 +168,8 @@ def _camera(glb: Glb, camera: Camera) -> int:
     seen = 2.0 * float(np.arctan2(height, 2.0 * camera.focal_length[1]))
     lens = {"yfov": seen, "aspectRatio": width / height, "znear": 0.01}
     eye = glb.add("cameras", {"type": "perspective", "perspective": lens})
-    tip = Rotation.from_quat(_HALF_TURN)
-    turn = tip * Rotation.from_quat(camera.attitude) * Rotation.from_quat(_HALF_TURN)
+    tip = Rotation.from_quat(HALF_TURN)
+    turn = tip * Rotation.from_quat(camera.attitude) * Rotation.from_quat(HALF_TURN)
     at = tip.apply(camera.position)
     return glb.node("camera", camera=eye, translation=at, rotation=turn.as_quat())
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from continuair.interfaces.motion import Motion
+from continuair.analysis.motion import Motion
 
 _OF_COORDINATE = {"roll": "rad", "pitch": "rad", "yaw": "rad", "psi": "rad", "kappa": "1/m"}
 """Units of the paper's coordinates, by the start of their names; lengths else."""

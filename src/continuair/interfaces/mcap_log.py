@@ -14,14 +14,15 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 from continuair import checks
+from continuair.analysis.backbone import TIP, along, parts, quaternions
+from continuair.analysis.motion import Motion, motion_of
 from continuair.files import new_file, write_new
 from continuair.interfaces import foxglove
 from continuair.interfaces.acting import Acting, acting_on, warn_of_lacking
-from continuair.interfaces.arcs import backbone
 from continuair.interfaces.logged import Column, columns_of
-from continuair.interfaces.motion import Motion, motion_of
 from continuair.interfaces.outline import equal_box, radius_of
 from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.layout import OF_NAME
 from continuair.vehicle.vehicle import Vehicle
 
@@ -30,6 +31,9 @@ Message = dict[str, Any]
 
 RATE = 60.0
 """Pictures of the arms a second at most."""
+
+PIECES = 16
+"""Straight pieces of a section."""
 
 _GREY, _ORANGE = (0.25, 0.27, 0.3, 1.0), (0.85, 0.4, 0.1, 1.0)
 _KEPT = ("vehicle", "scenario", "model", "integrator", "versions")
@@ -95,12 +99,18 @@ def _nanoseconds(motion: Motion) -> list[int]:
 
 
 def _transforms(motion: Motion) -> Iterator[tuple[int, Message]]:
-    tips = [(points[:, -1], turns) for points, turns in backbone(motion.vehicle, motion.bend, 1)]
+    tips = [_tip(arm, bend) for arm, bend in parts(motion.vehicle, motion.bend)]
     for i, at in enumerate(_nanoseconds(motion)):
         frames = [foxglove.transform(at, "world", "uav", motion.position[i], motion.attitude[i])]
         for arm, (point, turn) in zip(motion.vehicle.arms, tips, strict=True):
             frames.append(foxglove.transform(at, "uav", f"{arm.name}.tip", point[i], turn[i]))
         yield at, {"transforms": frames}
+
+
+def _tip(arm: ArmChain, bend: Array) -> tuple[Array, Array]:
+    """Points (n, 3) [m] and attitudes (n, 4), body axes."""
+    points, frames = along(arm, bend, 2)
+    return points[:, -1], quaternions(frames[:, -1] @ TIP)
 
 
 def _scene(motion: Motion) -> Iterator[tuple[int, Message]]:
@@ -109,7 +119,10 @@ def _scene(motion: Motion) -> Iterator[tuple[int, Message]]:
     turn = Rotation.from_matrix(box.axes).as_quat()
     cube = foxglove.cube(2.0 * box.half, turn, _GREY)
     body = foxglove.entity(times[0], "uav", "uav", cubes=[cube])
-    arms = [points for points, _ in backbone(motion.vehicle, motion.bend)]
+    arms = [
+        along(arm, bend, PIECES * len(arm.section) + 1)[0]
+        for arm, bend in parts(motion.vehicle, motion.bend)
+    ]
     for i, at in enumerate(times):
         seen = [body] if i == 0 else []
         for arm, points in zip(motion.vehicle.arms, arms, strict=True):

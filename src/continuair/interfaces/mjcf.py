@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from continuair import checks
+from continuair.analysis.backbone import HALF_TURN
 from continuair.files import new_file, write_new
 from continuair.interfaces.chain import fastest_frequency, links_of
 from continuair.interfaces.outline import equal_box, radius_of
@@ -27,9 +28,6 @@ _RESOLVED = 0.5
 
 _LEAST_INERTIA = 1e-12
 """About the tangent, of backbones without a radius, as MuJoCo takes no 0 [kg m²]."""
-
-_HALF_TURN = (1.0, 0.0, 0.0, 0.0)
-"""About x, as a quaternion x y z w: axes of a straight arm to those of its tip."""
 
 
 def to_mjcf(vehicle: Vehicle, path: str | os.PathLike[str], *, links: int = 8) -> None:
@@ -98,7 +96,7 @@ def _arm(uav: Element, arm: ArmChain, links: int) -> Element:
             _shown(body, "capsule", fromto=_text(line), size=_text(radius))
             down = -link.length
     tip = SubElement(body, "body", name=f"{arm.name}.tip", pos=_text((0.0, 0.0, down)))
-    tip.set("quat", _wxyz(_HALF_TURN))
+    tip.set("quat", _wxyz(HALF_TURN))
     SubElement(tip, "site", name=f"{arm.name}.tip")
     if arm.tip is not None and arm.tip.mass:
         _inertial(tip, arm.tip.mass, np.asarray(arm.tip.centre), np.asarray(arm.tip.inertia))
@@ -161,7 +159,7 @@ def _bend_moments(tendons: Element, actuators: Element, vehicle: Vehicle, links:
 
 def _camera(tip: Element, camera: Camera) -> None:
     """It looks along the tip's z, as images have it: x to the right, y down."""
-    turn = Rotation.from_quat(camera.attitude) * Rotation.from_quat(_HALF_TURN)
+    turn = Rotation.from_quat(camera.attitude) * Rotation.from_quat(HALF_TURN)
     found = SubElement(tip, "camera", name="camera", pos=_text(camera.position), quat=_wxyz(turn))
     size, (across, down) = np.asarray(camera.image_size), camera.principal_point
     found.set("resolution", " ".join(map(str, camera.image_size)))

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
-from continuair.analysis.backbone import TIP, along, parts
+from continuair.analysis.backbone import TIP, along, parts, quaternions
 from continuair.equations.turns import of_quaternion
 from continuair.vehicle.vehicle import Vehicle
 
@@ -96,10 +95,3 @@ def rotors_of(vehicle: Vehicle) -> Rotors:
     hubs, axes = rotors.hubs, rotors.axes
     lever = float(np.median(np.linalg.norm(hubs[:, :2], axis=1)))
     return Rotors(hubs, axes, rotors.radius or _ROTOR * lever)
-
-
-def quaternions(frames: Array) -> Array:
-    """Return quaternions (..., 4), x y z w, of axes (..., 3, 3)."""
-    return np.asarray(Rotation.from_matrix(frames.reshape(-1, 3, 3)).as_quat()).reshape(
-        *frames.shape[:-2], 4
-    )

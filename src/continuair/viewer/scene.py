@@ -9,10 +9,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from continuair.analysis.backbone import motion_of
+from continuair.analysis.motion import Motion, evenly, motion_of
 from continuair.errors import InputError
-from continuair.flight.reading import vehicle_of
-from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+from continuair.vehicle.vehicle import Vehicle
 from continuair.viewer.bodies import Bodies, bodies
 from continuair.viewer.forces import Force, forces_of
 from continuair.viewer.sight import Aim, Eye, aim_of, eye_of
@@ -72,21 +71,20 @@ def scene(
     vehicle: that of the result's attributes by default; ghost: the flight of another model, over
     the same times; scenario: of the flight, from which inputs that are functions of time are known.
     """
-    flown = vehicle_of(flight) if vehicle is None else check_single_vehicle(vehicle)
-    check_one_run(flight)
-    chosen = frames(flight, rate)
-    placed = _placed(flight, flown, chosen)
+    motion = motion_of(flight, vehicle)
+    flown, times = motion.vehicle, flight["time"].to_numpy()
+    chosen = evenly(times, rate, LEAST)
+    placed = _placed(motion, chosen)
     others = None
     if ghost is not None:
-        check_one_run(ghost)
-        if ghost.sizes["time"] != flight.sizes["time"]:
+        if ghost.sizes.get("time") != len(times):
             raise InputError("ghost has other samples than flight; give flights over equal times.")
-        others = _placed(ghost, flown, chosen)
+        others = _placed(motion_of(ghost, flown), chosen)
     shown = flight.isel(time=chosen)
     return Scene(
         flown,
         _model(flight),
-        flight["time"].to_numpy()[chosen],
+        times[chosen],
         placed,
         others,
         "" if ghost is None else _model(ghost),
@@ -96,42 +94,13 @@ def scene(
     )
 
 
-def check_one_run(flight: xr.Dataset) -> None:
-    """Raise InputError unless a dataset is of one run of one model."""
-    extra = [str(dim) for dim in flight.get("bend", flight).dims]
-    extra = [dim for dim in extra if dim not in ("time", "section", "bend_axis")]
-    if "bend" in flight and extra:
-        count = " and ".join(f"{flight.sizes[dim]} by {dim}" for dim in extra)
-        given = ", ".join(f"{dim}=0" for dim in extra)
-        raise InputError(f"flight holds many: {count}; choose one, as in flight.isel({given}).")
-
-
-def frames(flight: xr.Dataset, rate: float) -> NDArray[np.int64]:
-    """Return indices of the samples that are drawn, the last among them; raises InputError if
-    there is nothing to draw."""
-    if "time" not in flight.dims or flight.sizes["time"] == 0:
-        raise InputError("flight has no samples over time; give a result of continuair.simulate.")
-    times = flight["time"].to_numpy()
-    count = max(int(np.ceil((times[-1] - times[0]) * rate)) + 1, LEAST)
-    if count >= len(times):
-        return np.arange(len(times))
-    wanted = np.linspace(times[0], times[-1], count)
-    after = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
-    earlier = wanted - times[after - 1] < times[after] - wanted
-    return np.unique(after - earlier).astype(np.int64)
-
-
 def _model(flight: xr.Dataset) -> str:
     if "model" in flight.coords:
         return str(flight["model"].item())
     return str(flight.attrs.get("model", ""))
 
 
-def _placed(flight: xr.Dataset, vehicle: Vehicle, chosen: NDArray[np.int64]) -> Bodies:
-    """The bodies at some samples; after the last finite one they stay."""
-    motion = motion_of(flight, vehicle)
-    flown = np.all([np.isfinite(x).reshape(len(x), -1).all(-1) for x in motion], axis=0)
-    if not flown[0]:
-        raise InputError("flight begins with numbers that are not finite; simulate it anew.")
-    last = len(flown) - 1 if flown.all() else int(np.argmin(flown)) - 1
-    return bodies(vehicle, *(each[np.minimum(chosen, last)] for each in motion))
+def _placed(motion: Motion, chosen: NDArray[np.int64]) -> Bodies:
+    """The bodies at some samples; after the last of the motion they stay."""
+    seen = motion.rows(np.minimum(chosen, len(motion.time) - 1))
+    return bodies(motion.vehicle, seen.position, seen.attitude, seen.bend)

@@ -10,10 +10,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from continuair.analysis.backbone import quaternions
 from continuair.equations.turns import of_quaternion
 from continuair.vehicle.camera import Camera
 from continuair.vehicle.vehicle import Vehicle
-from continuair.viewer.bodies import Bodies, quaternions
+from continuair.viewer.bodies import Bodies
 
 Array = NDArray[np.float64]
 

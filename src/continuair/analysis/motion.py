@@ -1,0 +1,126 @@
+"""Where a vehicle was over a flight: its position, its attitude and the bends of its arms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from continuair.errors import InputError, shown
+from continuair.flight.reading import vehicle_of
+from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+
+Array = NDArray[np.float64]
+
+_NEEDED = {"position": "axis", "attitude": "quaternion", "bend": "bend_axis"}
+"""Variables that say where a vehicle is, and the dimension of each."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """One flight up to its end; rows are samples.
+
+    time (n,) [s], position (n, 3) [m], attitude (n, 4) x y z w, bend (n, sections, 2) [1/m];
+    dataset: all that was logged, as far.
+    """
+
+    vehicle: Vehicle
+    time: Array
+    position: Array
+    attitude: Array
+    bend: Array
+    dataset: xr.Dataset
+
+    def at(self, rate: float) -> Motion:
+        """With samples as they are, but at most so many a second, the last among them."""
+        return self.rows(evenly(self.time, rate))
+
+    def rows(self, chosen: NDArray[np.int64] | slice) -> Motion:
+        """At some of its samples."""
+        return Motion(
+            self.vehicle, self.time[chosen], self.position[chosen], self.attitude[chosen],
+            self.bend[chosen], self.dataset.isel(time=chosen),
+        )  # fmt: skip
+
+
+def motion_of(flight: Any, vehicle: Vehicle | None = None) -> Motion:
+    """The motion of a result; raises InputError unless it is that of one flight.
+
+    vehicle: by default the one that the result says has flown.
+    """
+    _check_over_time(flight)
+    _check_one_flight(flight)
+    flown = vehicle_of(flight) if vehicle is None else check_single_vehicle(vehicle)
+    position, attitude, bend = poses(flight, flown)
+    time = flight["time"].to_numpy()
+    valid = np.isfinite(np.column_stack([position, attitude, bend.reshape(len(time), -1)]))
+    end = int(np.argmin(np.append(valid.all(axis=1), False)))
+    if end == 0:
+        raise InputError(
+            "flight holds no finite sample at its start; give a flight that did not fail at once."
+        )
+    return Motion(flown, time, position, attitude, bend, flight).rows(slice(end))
+
+
+def poses(flight: Any, vehicle: Vehicle) -> tuple[Array, Array, Array]:
+    """Position (..., time, 3), attitude (..., time, 4) and bend (..., time, sections, 2).
+
+    Raises InputError for what is no flight of this vehicle.
+    """
+    flight = _check_over_time(flight)
+    bend = flight["bend"]
+    bend = bend if "section" in bend.dims else bend.expand_dims("section")
+    if bend.sizes["section"] != vehicle.sections:
+        raise InputError(
+            f"flight has {bend.sizes['section']} sections, but vehicle {shown(vehicle.name)} has "
+            f"{vehicle.sections}; give the vehicle that flew it."
+        )
+    place = flight["position"].transpose(..., "time", "axis")
+    attitude = flight["attitude"].transpose(..., "time", "quaternion")
+    bend = bend.transpose(..., "time", "section", "bend_axis")
+    return tuple(np.asarray(each, float) for each in (place, attitude, bend))  # type: ignore[return-value]
+
+
+def evenly(times: Array, rate: float, least: int = 0) -> NDArray[np.int64]:
+    """Indices of the samples that are nearest to times so many a second, the last among them.
+
+    least: how many there are in all, as far as there are samples.
+    """
+    count = max(int(np.ceil((times[-1] - times[0]) * rate)) + 1, least)
+    if count >= len(times):
+        return np.arange(len(times))
+    wanted = np.linspace(times[0], times[-1], count)
+    after = np.clip(np.searchsorted(times, wanted), 1, len(times) - 1)
+    earlier = wanted - times[after - 1] < times[after] - wanted
+    return np.unique(after - earlier).astype(np.int64)
+
+
+def _check_over_time(flight: Any) -> xr.Dataset:
+    """A flight that says where the vehicle is; its position may be among the coordinates q."""
+    if not isinstance(flight, xr.Dataset):
+        raise InputError(f"flight is {shown(flight)}; give a Dataset of continuair.simulate.")
+    if "position" not in flight and "q" in flight:
+        own = flight["q"].isel(coordinate=slice(3)).drop_vars("coordinate", errors="ignore")
+        flight = flight.assign(position=own.rename(coordinate="axis"))
+    for name, last in _NEEDED.items():
+        if name not in flight or not {"time", last} <= set(flight[name].dims):
+            raise InputError(
+                f"flight has no {name} over time, without which nothing can be placed; give a "
+                "result of continuair.simulate that holds position, attitude and bend."
+            )
+    return flight
+
+
+def _check_one_flight(flight: xr.Dataset) -> None:
+    """Raise InputError unless a dataset is of one run of one model, at times that it tells."""
+    dims = [str(dim) for dim in flight["bend"].dims]
+    extra = [dim for dim in dims if dim not in ("time", "section", "bend_axis")]
+    if extra:
+        count = " and ".join(f"{flight.sizes[dim]} by {dim}" for dim in extra)
+        given = ", ".join(f"{dim}=0" for dim in extra)
+        raise InputError(f"flight holds many: {count}; choose one, as in flight.isel({given}).")
+    if "time" not in flight.coords:
+        raise InputError("flight does not say when its samples are; keep its coordinate time.")
