@@ -125,7 +125,7 @@ ROOMS = {
         {"kinematics", "dynamics", "law", "open_loop", "parameters", "closed_loop", "summary"},
     ],
     "interfaces": [
-        {"chain", "outline", "shapes", "foxglove", "frames"},
+        {"chain", "outline", "meshes", "foxglove", "frames"},
         {"casadi_arm", "glb", "acting", "logged", "log_topics", "hovering"},
         {"casadi_dynamics", "log_signals", "gym"},
         {"casadi_model", "mjcf", "gltf", "mcap_log", "csv_table", "log_recording"},
@@ -133,7 +133,7 @@ ROOMS = {
         {"flights"},
     ],
     "viewer": [
-        {"bodies", "player", "server", "shapes", "flying"},
+        {"bodies", "player", "server", "colours", "flying"},
         {"forces", "sight"},
         {"scene"},
         {"reading", "vehicles", "live", "drawing"},

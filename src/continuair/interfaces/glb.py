@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from continuair.interfaces.shapes import Mesh
+from continuair.interfaces.meshes import Mesh
 
 _COMPONENTS = {"f": 5126, "B": 5121, "H": 5123}
 """NumPy's letters -> glTF's numbers of component types."""

@@ -15,8 +15,14 @@ from continuair.analysis.motion import Motion, motion_of
 from continuair.errors import InputError
 from continuair.files import new_file, printed, write_new
 from continuair.interfaces.glb import Glb
-from continuair.interfaces.outline import disk_radius, equal_box, radius_of, rotor_radius
-from continuair.interfaces.shapes import cube, tube
+from continuair.interfaces.meshes import closed, cube, tube
+from continuair.interfaces.outline import (
+    disk_radius,
+    equal_box,
+    pointing,
+    radius_of,
+    rotor_radius,
+)
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.camera import Camera
 from continuair.vehicle.section import Section
@@ -91,7 +97,7 @@ def _document(motion: Motion) -> Glb:
 def _stage(motion: Motion) -> _Stage:
     glb = Glb()
     body, arm = glb.material(0.2, 0.22, 0.25), glb.material(0.85, 0.4, 0.1)
-    disk = tube(np.array([0.5, -0.5]) * _THICKNESS, np.ones(2), sides=32)
+    disk = closed(tube(np.array([0.5, -0.5]) * _THICKNESS, np.ones(2), 32), 32)
     return _Stage(
         glb,
         times=glb.accessor(motion.time - motion.time[0]),
@@ -104,8 +110,7 @@ def _stage(motion: Motion) -> _Stage:
 
 def _box(stage: _Stage, mass: float, inertia: Any, centre: Any = (0.0, 0.0, 0.0)) -> int:
     box = equal_box(mass, inertia)
-    turn = Rotation.from_matrix(box.axes).as_quat()
-    shown = {"mesh": stage.cube, "scale": box.half, "rotation": turn, "translation": centre}
+    shown = {"mesh": stage.cube, "scale": box.half, "rotation": box.attitude, "translation": centre}
     return stage.glb.node("body", **shown)
 
 
@@ -113,8 +118,7 @@ def _rotors(stage: _Stage, uav: Uav) -> list[int]:
     if uav.rotors is None:
         return []
     found, radius = [], rotor_radius(uav.rotors)
-    for hub, axis in zip(uav.rotors.hubs, uav.rotors.allocation[:3].T, strict=True):
-        turn = Rotation.align_vectors([axis], [[0.0, 0.0, 1.0]])[0].as_quat()
+    for hub, turn in zip(uav.rotors.hubs, pointing(uav.rotors.axes), strict=True):
         shown = {"mesh": stage.rotor, "translation": hub, "rotation": turn}
         found.append(stage.glb.node("rotor", scale=(radius, radius, 0.2 * radius), **shown))
     return found
@@ -179,7 +183,7 @@ def _skin(stage: _Stage, arm: ArmChain, joints: list[int]) -> int:
     lengths = np.repeat([section.length / PIECES for section in arm.section], PIECES)
     heights = -np.append(0.0, np.cumsum(lengths))
     radii = np.repeat([radius_of(section) for section in arm.section], PIECES)
-    shape = tube(heights, np.append(radii[0], radii))
+    shape = closed(tube(heights, np.append(radii[0], radii)))
     rings = np.arange(len(heights))
     sides = len(shape.vertices) // (len(rings) + 2)
     bound = np.repeat(np.append(rings, [0, rings[-1]]), sides)

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.spatial.transform import Rotation
 
 from continuair import checks
 from continuair.analysis.backbone import TIP, along, parts, quaternions
@@ -116,8 +115,7 @@ def _tip(arm: ArmChain, bend: Array) -> tuple[Array, Array]:
 def _scene(motion: Motion) -> Iterator[tuple[int, Message]]:
     uav, times = motion.vehicle.uav, _nanoseconds(motion)
     box = equal_box(uav.mass, uav.inertia)
-    turn = Rotation.from_matrix(box.axes).as_quat()
-    cube = foxglove.cube(2.0 * box.half, turn, _GREY)
+    cube = foxglove.cube(2.0 * box.half, box.attitude, _GREY)
     body = foxglove.entity(times[0], "uav", "uav", cubes=[cube])
     arms = [
         along(arm, bend, PIECES * len(arm.section) + 1)[0]

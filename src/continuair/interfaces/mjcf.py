@@ -14,7 +14,7 @@ from continuair import checks
 from continuair.analysis.backbone import HALF_TURN
 from continuair.files import new_file, write_new
 from continuair.interfaces.chain import fastest_frequency, links_of
-from continuair.interfaces.outline import equal_box, radius_of
+from continuair.interfaces.outline import equal_box, pointing, radius_of
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.camera import Camera
 from continuair.vehicle.layout import numbered
@@ -74,7 +74,7 @@ def _uav(world: Element, uav: Uav) -> Element:
     SubElement(body, "freejoint", name="uav")
     _inertial(body, uav.mass, np.zeros(3), np.asarray(uav.inertia))
     box = equal_box(uav.mass, uav.inertia)
-    _shown(body, "box", size=_text(box.half), quat=_wxyz(Rotation.from_matrix(box.axes)))
+    _shown(body, "box", size=_text(box.half), quat=_wxyz(box.attitude))
     SubElement(body, "site", name="uav")
     return body
 
@@ -118,10 +118,9 @@ def _hinges(body: Element, name: str, section: Section, links: int) -> None:
 
 def _rotors(uav: Element, actuators: Element, rotors: Rotors) -> None:
     """Sites whose z is the thrust's; the drag torque turns with it."""
-    for index, (hub, column) in enumerate(zip(rotors.hubs, rotors.allocation.T, strict=True), 1):
-        name, axis = f"rotor_{index}", column[:3]
-        turn, _ = Rotation.align_vectors([axis], [[0.0, 0.0, 1.0]])
-        torque = axis @ (column[3:] - np.cross(hub, axis))
+    placed = zip(rotors.hubs, rotors.axes, pointing(rotors.axes), rotors.allocation.T, strict=True)
+    for index, (hub, axis, turn, column) in enumerate(placed, 1):
+        name, torque = f"rotor_{index}", axis @ (column[3:] - np.cross(hub, axis))
         SubElement(uav, "site", name=name, pos=_text(hub), quat=_wxyz(turn))
         gear, limits = _text((0.0, 0.0, 1.0, 0.0, 0.0, torque)), _text(rotors.thrust_limits)
         motor = SubElement(actuators, "motor", name=name, site=name, gear=gear)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from continuair.vehicle.disk import Disk
 from continuair.vehicle.rotors import Rotors
@@ -20,17 +21,18 @@ _FLAT = 1e-3
 
 @dataclass(frozen=True)
 class Box:
-    """Half sides (3,) [m], and axes (3, 3) to the body's."""
+    """Half sides (3,) [m], and their attitude in the body (4,) x y z w."""
 
     half: np.ndarray
-    axes: np.ndarray
+    attitude: np.ndarray
 
 
 def equal_box(mass: float, inertia: Any) -> Box:
     """The box about a centre of mass with this mass [kg] and inertia (3, 3) [kg m²]."""
     moments, axes = np.linalg.eigh(np.asarray(inertia))
     half = np.sqrt(np.maximum(1.5 / mass * (moments.sum() - 2.0 * moments), 0.0))
-    return Box(np.maximum(half, _FLAT * max(half.max(), _FLAT)), axes * np.linalg.det(axes))
+    turn = Rotation.from_matrix(axes * np.linalg.det(axes))
+    return Box(np.maximum(half, _FLAT * max(half.max(), _FLAT)), turn.as_quat())
 
 
 def radius_of(section: Section) -> float:
@@ -49,5 +51,16 @@ def rotor_radius(rotors: Rotors) -> float:
     """The radius of a rotor's disk [m]; without one as large as its neighbours let it be."""
     if rotors.radius is not None:
         return float(rotors.radius)
-    apart = np.linalg.norm(rotors.hubs[:, None] - rotors.hubs, axis=-1)
-    return float(0.45 * apart[apart > 0.0].min())
+    across = rotors.hubs[:, :2]
+    apart = np.linalg.norm(across[:, None] - across, axis=-1)
+    # Coaxial rotors are no neighbours.
+    return float(0.45 * apart[apart > 0.01 * apart.max()].min(initial=apart.max()))
+
+
+def pointing(vectors: np.ndarray) -> np.ndarray:
+    """The least turns of z to vectors (n, 3), as quaternions (n, 4) x y z w."""
+    x, y, z = (vectors / np.linalg.norm(vectors, axis=1, keepdims=True)).T
+    # Half-way between z and the vector; straight down, half a turn about x.
+    found = np.column_stack([-y, x, np.zeros(len(x)), 1.0 + z])
+    found[z < -1.0 + 1e-9] = [1.0, 0.0, 0.0, 0.0]
+    return np.asarray(found / np.linalg.norm(found, axis=1, keepdims=True))

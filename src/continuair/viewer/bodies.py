@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from continuair.analysis.backbone import TIP, along, parts, quaternions
 from continuair.equations.turns import of_quaternion
+from continuair.interfaces.outline import radius_of, rotor_radius
 from continuair.vehicle.vehicle import Vehicle
 
 Array = NDArray[np.float64]
@@ -65,7 +66,7 @@ def bodies(vehicle: Vehicle, position: Array, attitude: Array, bend: Array) -> B
         total = sum(section.length for section in arm.section)
         ends = np.cumsum([section.length for section in arm.section])
         inside = np.searchsorted(ends, (np.arange(SEGMENTS) + 0.5) * total / SEGMENTS)
-        thick = [section.given_radius or 0.0 for section in arm.section]
+        thick = [radius_of(section) for section in arm.section]
         lengths.append(np.full(SEGMENTS, total / SEGMENTS))
         radii.append(np.maximum(np.take(thick, inside), _THINNEST * total))
         turned = np.linalg.norm(own, axis=-1) * [section.length for section in arm.section]
@@ -92,6 +93,4 @@ def rotors_of(vehicle: Vehicle) -> Rotors:
         turn = np.radians([45.0, 135.0, 225.0, 315.0])
         hubs = lever * np.column_stack([np.cos(turn), np.sin(turn), np.full(4, 0.12)])
         return Rotors(hubs, np.tile([0.0, 0.0, 1.0], (4, 1)), _ROTOR * lever)
-    hubs, axes = rotors.hubs, rotors.axes
-    lever = float(np.median(np.linalg.norm(hubs[:, :2], axis=1)))
-    return Rotors(hubs, axes, rotors.radius or _ROTOR * lever)
+    return Rotors(rotors.hubs, rotors.axes, rotor_radius(rotors))

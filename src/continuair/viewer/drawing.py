@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from continuair.equations.turns import of_quaternion
 from continuair.figures import style
 from continuair.viewer.bodies import Bodies, rotors_of
+from continuair.viewer.colours import COLOURS, DARK, GREY, GROUPS, bend_colours, model_colour
 from continuair.viewer.forces import scale_of
 from continuair.viewer.scene import Scene
-from continuair.viewer.shapes import COLOURS, DARK, GREY, GROUPS, bend_colours, model_colour
 
 Array = NDArray[np.float64]
 

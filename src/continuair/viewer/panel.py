@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import to_hex
 
+from continuair.viewer.colours import COLOURS, GROUPS, scale_of_bends
 from continuair.viewer.player import Player
 from continuair.viewer.scene import Scene
-from continuair.viewer.shapes import COLOURS, GROUPS, scale_of_bends
 from continuair.viewer.sight import Eye
 from continuair.viewer.stage import Stage
 

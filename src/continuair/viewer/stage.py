@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from continuair.viewer.colours import COLOURS, GROUPS, model_colour, rgb
 from continuair.viewer.forces import scale_of
 from continuair.viewer.scene import Scene
-from continuair.viewer.shapes import COLOURS, GROUPS, model_colour, rgb
 from continuair.viewer.sight import in_image
 from continuair.viewer.vehicles import VehicleNodes, wxyz_of
 

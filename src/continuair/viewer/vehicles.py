@@ -7,11 +7,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from continuair.interfaces.meshes import ring, tube
+from continuair.interfaces.outline import pointing
 from continuair.vehicle.vehicle import Vehicle
 from continuair.viewer.bodies import Bodies, rotors_of
-from continuair.viewer.shapes import DARK, DISK, GREY, bend_colours, rgb, ring, tube
+from continuair.viewer.colours import DARK, DISK, GREY, bend_colours, rgb
 
 Array = NDArray[np.float64]
+
+_SIDES = 24
+"""Of what is round."""
 
 _OVERLAP = 1.08
 """Length of a drawn segment over its own, which closes the gaps on the outside of a bend."""
@@ -79,17 +84,17 @@ def _add_uav(api: Any, name: str, vehicle: Vehicle, ghost: str | None) -> None:
     )  # fmt: skip
     mounts = np.array([arm.mount for arm in vehicle.arms], float)
     rods = np.vstack([rotors.hubs, mounts[np.linalg.norm(mounts, axis=1) > 0.05 * lever]])
-    turns, lengths = _pointing(rods)
+    lengths = np.linalg.norm(rods, axis=1)
     scales = np.column_stack([np.full((len(rods), 2), thin), lengths])
-    _add_tubes(api, f"{name}/booms", rods / 2, turns, scales, GREY, ghost)
-    turns, _ = _pointing(rotors.axes)
+    _add_tubes(api, f"{name}/booms", rods / 2, pointing(rods), scales, GREY, ghost)
+    turns = pointing(rotors.axes)
     scales = np.tile([2.4 * thin, 2.4 * thin, 4.0 * thin], (len(turns), 1))
     _add_tubes(api, f"{name}/motors", rotors.hubs, turns, scales, DARK, ghost)
     disks = (rotors.hubs + 2.5 * thin * rotors.axes).astype(np.float32)
     for part, inner, opacity in (("rotors", 0.0, 0.35), ("rims", 0.93, 1.0)):
-        vertices, faces = ring(inner)
+        flat = ring(inner, 2 * _SIDES)
         api.add_batched_meshes_simple(
-            f"{name}/{part}", vertices * rotors.radius, faces, wxyz_of(turns), disks,
+            f"{name}/{part}", flat.vertices * rotors.radius, flat.triangles, wxyz_of(turns), disks,
             batched_colors=rgb(ghost or DISK), side="double", lod="off",
             opacity=0.5 * opacity if ghost else opacity, cast_shadow=ghost is None,
             receive_shadow=False,
@@ -101,10 +106,10 @@ def _add_uav(api: Any, name: str, vehicle: Vehicle, ghost: str | None) -> None:
 def _add_tubes(
     api: Any, name: str, at: Array, turns: Array, scales: Array, colour: str, ghost: str | None
 ) -> Any:
-    vertices, faces = tube()
+    round_ = tube(np.array([0.5, -0.5]), np.ones(2), _SIDES)
     colours = np.tile(np.array(rgb(ghost or colour), np.uint8), (len(at), 1))
     return api.add_batched_meshes_simple(
-        name, vertices, faces, wxyz_of(turns), at.astype(np.float32),
+        name, round_.vertices, round_.triangles, wxyz_of(turns), at.astype(np.float32),
         batched_scales=scales.astype(np.float32), batched_colors=colours, side="double", lod="off",
         **_look(ghost),
     )  # fmt: skip
@@ -119,13 +124,3 @@ def _look(ghost: str | None) -> dict[str, Any]:
     if ghost is None:
         return {}
     return {"opacity": 0.5, "cast_shadow": False, "receive_shadow": False}
-
-
-def _pointing(vectors: Array) -> tuple[Array, Array]:
-    """Quaternions (n, 4) that turn z along vectors (n, 3), and their lengths (n,)."""
-    lengths = np.linalg.norm(vectors, axis=1)
-    x, y, z = (vectors / lengths[:, None]).T
-    # Half-way between z and the vector; straight down, half a turn about x.
-    found = np.column_stack([-y, x, np.zeros(len(x)), 1.0 + z])
-    found[z < -1.0 + 1e-9] = [1.0, 0.0, 0.0, 0.0]
-    return found / np.linalg.norm(found, axis=1, keepdims=True), lengths

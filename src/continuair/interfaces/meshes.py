@@ -35,10 +35,8 @@ def cube() -> Mesh:
 
 
 def tube(heights: Array, radii: Array, sides: int = 16) -> Mesh:
-    """Rings (n,) along z, the highest first, closed at both ends; the last 2 sides vertices are
-    those of the ends, the first one first."""
-    angles = 2.0 * np.pi * np.arange(sides) / sides
-    circle = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(sides)])
+    """Rings (n,) along z, the highest first, open at both ends."""
+    circle = _circle(sides)
     rings = np.asarray(radii)[:, None, None] * circle
     rings[..., 2] += np.asarray(heights)[:, None]
     around, n = np.arange(sides), len(rings)
@@ -48,11 +46,33 @@ def tube(heights: Array, radii: Array, sides: int = 16) -> Mesh:
         for ring in range(n - 1)
         for a, b in [(ring * sides + around, ring * sides + nxt)]
     ]
-    first, last = n * sides, (n + 1) * sides
-    fan = np.column_stack([np.zeros(sides - 2, int), around[1:-1], around[2:]])
+    return Mesh(rings.reshape(-1, 3), np.tile(circle, (n, 1)), np.concatenate(walls))
+
+
+def closed(open_tube: Mesh, sides: int = 16) -> Mesh:
+    """A tube with both its ends, whose vertices are the last 2 sides, those of the first first."""
+    vertices, around = open_tube.vertices, np.arange(sides)
+    first = len(vertices) + np.column_stack([np.zeros(sides - 2, int), around[1:-1], around[2:]])
     up = np.tile([0.0, 0.0, 1.0], (sides, 1))
     return Mesh(
-        np.concatenate([rings.reshape(-1, 3), rings[0], rings[-1]]),
-        np.concatenate([np.tile(circle, (n, 1)), up, -up]),
-        np.concatenate([*walls, first + fan, last + fan[:, ::-1]]),
+        np.concatenate([vertices, vertices[:sides], vertices[-sides:]]),
+        np.concatenate([open_tube.normals, up, -up]),
+        np.concatenate([open_tube.triangles, first, sides + first[:, ::-1]]),
     )
+
+
+def ring(inner: float, sides: int) -> Mesh:
+    """What is between two circles in the plane z = 0, the outer of radius 1, seen from above."""
+    outside, here = _circle(sides), np.arange(sides)
+    there = (here + 1) % sides
+    faces = [[here, sides + here, sides + there], [here, sides + there, there]]
+    return Mesh(
+        np.vstack([inner * outside, outside]),
+        np.tile([0.0, 0.0, 1.0], (2 * sides, 1)),
+        np.concatenate([np.column_stack(each) for each in faces]),
+    )
+
+
+def _circle(sides: int) -> Array:
+    angles = 2.0 * np.pi * np.arange(sides) / sides
+    return np.column_stack([np.cos(angles), np.sin(angles), np.zeros(sides)])

@@ -1,4 +1,4 @@
-"""Meshes of unit size, and colours as numbers."""
+"""Colours of what is drawn, and as numbers."""
 
 from __future__ import annotations
 
@@ -11,13 +11,6 @@ from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
 
 from continuair.figures.style import MODELS
-
-Array = NDArray[np.float64]
-Mesh = tuple[Array, NDArray[np.int64]]
-"""Vertices (V, 3) and faces (F, 3)."""
-
-SIDES = 24
-"""Of what is round."""
 
 _BENDS = "viridis"
 
@@ -34,29 +27,6 @@ GROUPS = {
     "force at the tip": "#009E73",
 }
 """Colours of forces."""
-
-
-def tube() -> Mesh:
-    """Return an open cylinder of radius 1 and length 1 about z, its middle at the origin."""
-    turn = np.linspace(0.0, 2.0 * np.pi, SIDES, endpoint=False)
-    ring = np.column_stack([np.cos(turn), np.sin(turn)])
-    vertices = np.vstack([np.column_stack([ring, np.full(SIDES, z)]) for z in (-0.5, 0.5)])
-    here = np.arange(SIDES)
-    there = (here + 1) % SIDES
-    lower = np.column_stack([here, there, there + SIDES])
-    return vertices, np.vstack([lower, np.column_stack([here, there + SIDES, here + SIDES])])
-
-
-def ring(inner: float) -> Mesh:
-    """Return what is between two circles in the plane z = 0, the outer of radius 1."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 2 * SIDES, endpoint=False)
-    outside = np.column_stack([np.cos(turn), np.sin(turn), 0.0 * turn])
-    here = np.arange(2 * SIDES)
-    there = (here + 1) % (2 * SIDES)
-    far = 2 * SIDES
-    faces = [np.column_stack([here, far + here, far + there])]
-    faces += [np.column_stack([here, far + there, there])]
-    return np.vstack([inner * outside, outside]), np.vstack(faces)
 
 
 def rgb(colour: str) -> tuple[int, int, int]:
