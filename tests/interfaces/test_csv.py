@@ -98,7 +98,7 @@ def test_of_a_batch_the_inputs_are_those_of_the_run_that_is_written(tmp_path: Pa
     batch = ca.simulate(vehicle, scenario, sample=0.01)
     ca.to_csv(batch.isel(run=1), tmp_path / "flight.csv")
     np.testing.assert_array_equal(columns(tmp_path / "flight.csv")["force_z"], 30.0)
-    with pytest.raises(InputError, match="force is that of 3 runs"):
+    with pytest.raises(InputError, match="force holds rows of many runs"):
         ca.to_csv(batch.isel(run=1, drop=True), tmp_path / "other.csv")
 
 

@@ -39,7 +39,9 @@ def swing(vehicle: ca.Vehicle = PAPER, duration: float = 1.0, **changes: Any) ->
         {"time": t, "axis": list("xyz"), "bend_axis": ["x", "y"]},
         {
             "vehicle": json.dumps(vehicle.describe()),
-            "scenario": json.dumps({"name": "swing", "tau": [3.0, 0, 0, 0, 0, 0, 0, 0]}),
+            "scenario": json.dumps(
+                {"name": "swing", "tau": [3.0] + (5 + 2 * vehicle.sections) * [0.0]}
+            ),
             "model": "coupled",
             "versions": json.dumps({"continuair": "0.1.0"}),
             **changes,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -57,6 +58,13 @@ def test_forces_act_where_they_act_and_are_as_long_as_they_are_large() -> None:
     lengths = np.linalg.norm(arrow[..., 1, :] - arrow[..., 0, :], axis=-1)
     np.testing.assert_allclose(lengths, scale * np.sqrt(17.0), rtol=1e-13)
     assert lengths.max() == pytest.approx(0.5)
+
+
+def test_of_a_batch_the_push_is_that_of_the_run_that_is_shown() -> None:
+    flight = swing().expand_dims(run=[0, 1])
+    flight.attrs["scenario"] = json.dumps({"force": [[3.0, 0.0, 0.0], [5.0, 0.0, 0.0]]})
+    push = scene(flight.isel(run=1)).forces["push on the UAV"]
+    np.testing.assert_array_equal(push.force[:, 0], [[5.0, 0.0, 0.0]] * len(push.force))
 
 
 def test_thrusts_stand_on_their_rotors() -> None:

@@ -82,3 +82,17 @@ def vehicle_of(flight: Any) -> Vehicle:
             "flight says of its vehicle what cannot be read, or is of many vehicles; choose a run, "
             f"as in flight.isel(run=0), or give the vehicle that flew ({reason(error)})."
         ) from None
+
+
+def scenario_of(flight: xr.Dataset) -> dict[str, Any]:
+    """What a result says of its scenario: functions of time by their names alone.
+
+    Raises InputError where that cannot be read.
+    """
+    try:
+        return dict(json.loads(flight.attrs.get("scenario", "{}")))
+    except DAMAGE as error:
+        raise InputError(
+            f"flight says of its scenario what cannot be read ({reason(error)}); give a result of "
+            "continuair.simulate as it is."
+        ) from None

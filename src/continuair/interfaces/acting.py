@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-import json
 import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from scipy.spatial.transform import Rotation
 
 from continuair.analysis.motion import Motion
 from continuair.errors import ContinuairWarning, InputError
-from continuair.flight.inputs import evaluated
+from continuair.flight.inputs import evaluated, field_width
 from continuair.flight.prepare import check_scenario
+from continuair.flight.reading import scenario_of
 from continuair.scenario.scenarios import Scenario
-from continuair.vehicle.layout import FIELDS, OF_NAME, PUSH
+from continuair.vehicle.layout import FIELDS, PUSH, Layout
+from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 
@@ -35,7 +37,7 @@ def acting_on(motion: Motion, scenario: Scenario | None = None) -> Acting:
 
     Raises InputError for a scenario of another shape, or of a batch whose run is not known.
     """
-    told = _fields(motion, scenario)
+    told = told_of(motion.dataset, scenario)
     found = _pushes(motion)
     untold = [name for name in ("tau", "wind") if told.get(name) is not None]
     if motion.vehicle.uav.rotors is not None and "rotor_thrust" not in motion.dataset:
@@ -48,7 +50,7 @@ def acting_on(motion: Motion, scenario: Scenario | None = None) -> Acting:
             untold.append(name)
         elif value is not None:
             sign = told["tip_wrench_sign"] if name == "tip_wrench" else 1.0
-            found[name] = found.get(name, 0.0) + sign * _sampled(name, value, motion)
+            found[name] = found.get(name, 0.0) + sign * _of_run(name, value, motion)
     return Acting(found, tuple(untold))
 
 
@@ -63,31 +65,39 @@ def warn_of_lacking(names: Iterable[str], stacklevel: int) -> None:
         )
 
 
-def _fields(motion: Motion, scenario: Scenario | None) -> dict[str, Any]:
-    if scenario is not None:
-        check_scenario(scenario)
-        return {
-            name: getattr(scenario, name) for name in (*FIELDS, "tip_wrench_sign", "controller")
-        }
-    told: dict[str, Any] = json.loads(motion.dataset.attrs.get("scenario", "{}"))
-    return told
+def told_of(flight: xr.Dataset, scenario: Scenario | None = None) -> dict[str, Any]:
+    """Fields of the scenario of a flight; scenario: the one that was flown, if it is known."""
+    if scenario is None:
+        return scenario_of(flight)
+    check_scenario(scenario)
+    return {name: getattr(scenario, name) for name in (*FIELDS, "tip_wrench_sign", "controller")}
 
 
-def _sampled(name: str, value: Any, motion: Motion) -> Array:
-    """Values (n, width) of an input, which may be rows of the runs of a batch."""
-    width = OF_NAME[name].width(motion.vehicle.sections, len(motion.vehicle.arms))
+def sampled(field: str, value: Any, flight: xr.Dataset, vehicle: Vehicle) -> Array | None:
+    """Values (n, width) of a field of the scenario at the samples of one flight.
+
+    None where it holds rows of the runs of a batch, and the flight does not tell which it is.
+    """
+    times, width = flight["time"].to_numpy(), field_width(field, Layout(vehicle.shape))
     if callable(value):
-        rows = evaluated(name, value, motion.time, width)
+        rows = evaluated(field, value, times, width)
     else:
         rows = np.asarray(value, float).reshape(1, -1, width)
-    one, run = rows.shape[1] == 1, motion.dataset.coords.get("run")
-    if run is None and not one:
+    run = flight.coords.get("run")
+    if run is None and rows.shape[1] > 1:
+        return None
+    row = 0 if run is None or rows.shape[1] == 1 else int(run)
+    return np.broadcast_to(rows[:, row], (len(times), width))
+
+
+def _of_run(name: str, value: Any, motion: Motion) -> Array:
+    found = sampled(name, value, motion.dataset, motion.vehicle)
+    if found is None:
         raise InputError(
-            f"{name} is that of {rows.shape[1]} runs, but dataset does not tell which it is; "
-            "choose it with dataset.isel(run=0), which keeps the coordinate run."
+            f"{name} holds rows of many runs, but flight does not tell which run it is; choose it "
+            "as in flight.isel(run=0), which keeps the coordinate run."
         )
-    row = 0 if one or run is None else int(run)
-    return np.broadcast_to(rows[:, row], (len(motion.time), width))
+    return found
 
 
 def _pushes(motion: Motion) -> dict[str, Array]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from continuair.equations.turns import of_quaternion
+from continuair.interfaces.acting import sampled, told_of
 from continuair.vehicle.vehicle import Vehicle
 from continuair.viewer.bodies import Bodies, rotors_of
 
@@ -34,14 +34,13 @@ def forces_of(
     flight: xr.Dataset, vehicle: Vehicle, placed: Bodies, scenario: Any = None
 ) -> dict[str, Force]:
     """Return the forces that a result tells of, by what they are."""
-    times = flight["time"].to_numpy()
-    said = _said(flight) if scenario is None else vars(scenario)
+    told = told_of(flight, scenario)
     body = of_quaternion(placed.attitude)
     found = {
-        "push on the UAV": _push(flight, times, said, placed),
+        "push on the UAV": _push(flight, vehicle, told, placed),
         "rotor thrusts": _thrusts(flight, vehicle, placed, body),
         "arm on the UAV": _base(flight, vehicle, placed, body),
-        "force at the tip": _tip(times, said, placed),
+        "force at the tip": _tip(flight, vehicle, told, placed),
     }
     return {
         name: force
@@ -56,11 +55,13 @@ def scale_of(forces: dict[str, Force], longest: float) -> float:
     return longest / float(max(sizes)) if sizes else 1.0
 
 
-def _push(flight: xr.Dataset, times: Array, said: Any, placed: Bodies) -> Force | None:
+def _push(
+    flight: xr.Dataset, vehicle: Vehicle, told: dict[str, Any], placed: Bodies
+) -> Force | None:
     """Inputs and, where no rotors make it, the controller's command."""
-    total = np.zeros((len(times), 3))
+    total = np.zeros((flight.sizes["time"], 3))
     for name in ("force", "tau"):
-        given = _given(said.get(name), times)
+        given = _given(told, name, flight, vehicle)
         total += 0.0 if given is None else given[:, :3]
     if "command" in flight and "rotor_thrust" not in flight:
         total += flight["command"].transpose("time", "actuator").to_numpy()[:, :3]
@@ -86,29 +87,18 @@ def _base(flight: xr.Dataset, vehicle: Vehicle, placed: Bodies, body: Array) -> 
     return Force(mounts, np.einsum("fij,faj->fai", body, values))
 
 
-def _tip(times: Array, said: Any, placed: Bodies) -> Force | None:
-    given = _given(said.get("tip_wrench"), times)
+def _tip(
+    flight: xr.Dataset, vehicle: Vehicle, told: dict[str, Any], placed: Bodies
+) -> Force | None:
+    given = _given(told, "tip_wrench", flight, vehicle)
     if given is None:
         return None
-    wrench = float(said.get("tip_wrench_sign", 1)) * given.reshape(len(times), -1, 6)
+    wrench = float(told.get("tip_wrench_sign", 1)) * given.reshape(len(given), -1, 6)
     return Force(placed.tip_position, wrench[..., :3])
 
 
-def _said(flight: xr.Dataset) -> dict[str, Any]:
-    """What a result says of its scenario: functions of time by their names alone."""
-    try:
-        found = json.loads(flight.attrs["scenario"])
-        return found if isinstance(found, dict) else {}
-    except (KeyError, ValueError, TypeError):
-        return {}
-
-
-def _given(value: Any, times: Array) -> Array | None:
-    """An input (F, n) of one run, None where it is none or not known."""
-    if value is None or isinstance(value, str):
-        return None
-    rows = np.stack([np.ravel(value(float(t))) for t in times]) if callable(value) else value
-    array = np.atleast_2d(np.asarray(rows, float))
-    if len(array) not in (1, len(times)):
-        return None
-    return np.broadcast_to(array, (len(times), array.shape[1]))
+def _given(told: dict[str, Any], field: str, flight: xr.Dataset, vehicle: Vehicle) -> Array | None:
+    """An input (F, n), None where it is none or not known."""
+    value = told.get(field)
+    known = value is not None and not isinstance(value, str)
+    return sampled(field, value, flight, vehicle) if known else None

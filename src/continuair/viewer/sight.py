@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from continuair.analysis.backbone import quaternions
 from continuair.equations.turns import of_quaternion
+from continuair.flight.reading import scenario_of
 from continuair.vehicle.camera import Camera
 from continuair.vehicle.vehicle import Vehicle
 from continuair.viewer.bodies import Bodies
@@ -72,7 +72,7 @@ def aim_of(flight: xr.Dataset) -> Aim | None:
     if "target_position" not in flight:
         return None
     centroid = flight["target_position"].transpose("time", "axis").to_numpy()
-    points = _points(flight.attrs.get("scenario"))
+    points = _points(scenario_of(flight))
     return Aim(centroid, centroid[:, None] + points)
 
 
@@ -88,10 +88,10 @@ def in_image(eye: Eye, depth: float) -> Array:
     return np.asarray(eye.position[:, None] + turned)
 
 
-def _points(scenario: Any) -> Array:
+def _points(scenario: dict[str, Any]) -> Array:
     """Feature points about the centroid (n, 3), none if the result does not say."""
     try:
-        target = json.loads(scenario)["target"]
+        target = scenario["target"]
         target = target[0] if isinstance(target, list) else target
         return np.asarray(target["points"], float).reshape(-1, 3)
     except (ValueError, TypeError, KeyError, IndexError):
