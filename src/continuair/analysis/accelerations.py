@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -41,11 +42,7 @@ def forward_dynamics(
     |κ| l exceeds 2π. Raises InputError, also where the coordinates are singular: at cos θ = 0, and
     at κ = 0 if κ_s is 0.
     """
-    check_vehicle(vehicle)
-    checks.choice("model", model, MODELS)
-    checks.choice("dtype", dtype, ("float64", "float32"))
-    check_device(device)
-    gravity = checks.gravity(gravity)
+    gravity = _checked(vehicle, model, gravity, dtype, device)
     layout = Layout(vehicle.shape)
     arrays = {
         name: checks.rows(name, value, width)
@@ -56,9 +53,7 @@ def forward_dynamics(
             ("tip_wrench", tip_wrench, 6 * layout.arms),
         )
     }
-    sizes = {"vehicle": vehicle.runs or 1} | {name: len(rows) for name, rows in arrays.items()}
-    n = max(sizes.values())
-    check_same_runs(n, sizes)
+    n = _runs(vehicle, arrays)
     thresholds = vehicle.kappa_s
     _check_regular(arrays["q"], thresholds)
     at, rates = (np.broadcast_to(arrays[name], (n, layout.coordinates)) for name in ("q", "qd"))
@@ -103,11 +98,7 @@ def accelerations(
     (N, 2), each with the leading axis of a batch; NaN where a section is bent beyond a full circle.
     `independent` freezes its arms as they are here. Raises InputError.
     """
-    check_vehicle(vehicle)
-    checks.choice("model", model, MODELS)
-    checks.choice("dtype", dtype, ("float64", "float32"))
-    check_device(device)
-    gravity = checks.gravity(gravity)
+    gravity = _checked(vehicle, model, gravity, dtype, device)
     layout = Layout(vehicle.shape)
     per_section, per_arm = (layout.sections, 2), (layout.arms, 6)
     given = {
@@ -126,9 +117,7 @@ def accelerations(
     if not (lengths > 0.0).all():
         raise InputError("attitude has length 0; give a quaternion x y z w.")
     arrays["attitude"] = arrays["attitude"] / lengths[:, None]
-    sizes = {"vehicle": vehicle.runs or 1} | {name: len(rows) for name, rows in arrays.items()}
-    n = max(sizes.values())
-    check_same_runs(n, sizes)
+    n = _runs(vehicle, arrays)
     states, inputs = np.zeros((n, layout.state)), np.zeros((1, n, layout.inputs))
     for name in ("attitude", "bend", "velocity", "angular_velocity", "bend_rate"):
         states[:, getattr(layout, name)] = arrays[name]
@@ -143,6 +132,23 @@ def accelerations(
     alone = n == 1 and not any(np.ndim(value) > len(one) for value, one in given.values())
     v, w, k = (each[0] for each in found) if alone and vehicle.runs is None else found
     return v, w, k
+
+
+def _checked(vehicle: Any, model: Any, gravity: Any, dtype: Any, device: Any) -> float:
+    """The gravity; InputError for what is not known of these."""
+    check_vehicle(vehicle)
+    checks.choice("model", model, MODELS)
+    checks.choice("dtype", dtype, ("float64", "float32"))
+    check_device(device)
+    return checks.gravity(gravity)
+
+
+def _runs(vehicle: Vehicle, arrays: Mapping[str, np.ndarray]) -> int:
+    """How many runs there are of a vehicle and of rows; InputError where they differ."""
+    sizes = {"vehicle": vehicle.runs or 1} | {name: len(rows) for name, rows in arrays.items()}
+    n = max(sizes.values())
+    check_same_runs(n, sizes)
+    return n
 
 
 def _batch_of(name: str, value: Any, one: tuple[int, ...]) -> np.ndarray:

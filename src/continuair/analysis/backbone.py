@@ -36,8 +36,8 @@ def backbone(vehicle: Vehicle, flight: xr.Dataset, points: int = 41) -> xr.DataA
     check_single_vehicle(vehicle)
     count = int(checks.number("points", points, least=2))
     place, attitude, bend = poses(flight, vehicle)
-    body = np.stack([along(arm, part, count)[0] for arm, part in parts(vehicle, bend)], axis=-3)
-    world = place[..., None, None, :] + carried(attitude, body)
+    bodies = [along(arm, part, count)[0] for arm, part in parts(vehicle, bend)]
+    world = np.stack([placed(place, attitude, points) for points in bodies], axis=-3)
     lengths = np.stack([stations(arm, count) for arm in vehicle.arms])
     leading = [str(dim) for dim in flight["position"].transpose(..., "time", "axis").dims[:-1]]
     labels: dict[str, Any] = {
@@ -100,9 +100,14 @@ def backbone_point(bend: Array, s: Array | float) -> Array:
     return np.concatenate([bend * across[..., None], -down[..., None]], axis=-1)
 
 
-def carried(attitude: Array, points: Array) -> Array:
-    """Return points (..., arms, points, 3) in body axes along the world's; attitude (..., 4)."""
-    return np.asarray(np.einsum("...ij,...apj->...api", of_quaternion(attitude), points))
+def placed(position: Array, attitude: Array, points: Array) -> Array:
+    """Return points (..., n, 3) of a body in the world; position (..., 3), attitude (..., 4)."""
+    return np.asarray(position[..., None, :] + turned(attitude, points))
+
+
+def turned(attitude: Array, vectors: Array) -> Array:
+    """Return vectors (..., n, 3) in axes that an attitude (..., 4) x y z w turns to the world's."""
+    return _turned(of_quaternion(attitude), vectors)
 
 
 def stations(arm: ArmChain, points: int) -> Array:

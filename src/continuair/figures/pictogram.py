@@ -9,9 +9,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
-from continuair.analysis.backbone import along, parts
+from continuair.analysis.backbone import along, parts, placed
 from continuair.figures import style
 from continuair.vehicle.vehicle import Vehicle
 
@@ -61,12 +60,12 @@ def _draw(
     axes: Any, flight: xr.Dataset, vehicle: Vehicle, origin: Array, model: str, front: bool
 ) -> None:
     """Draw one vehicle at one time; origin is the world point drawn at (0, 0)."""
-    attitude = Rotation.from_quat(flight["attitude"].to_numpy())
+    attitude = flight["attitude"].to_numpy()
     position = flight["position"].to_numpy() - origin
     colour = style.MODELS[model]["color"]
 
     def line(points: Array, width: float, alpha: float = 1.0) -> None:
-        world = attitude.apply(points) + position
+        world = placed(position, attitude, points)
         axes.plot(
             world[:, 0],
             world[:, 2],
@@ -88,5 +87,5 @@ def _draw(
         points, _ = along(arm, bend, _POINTS)
         line(np.array([np.zeros(3), points[0]]), 1.2)
         line(points, 2.6)
-        tip = attitude.apply(points[-1]) + position
+        tip = placed(position, attitude, points)[-1]
         axes.plot(*tip[[0, 2]], marker="o", ms=4, color=colour, zorder=4 if front else 2)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from continuair.analysis.backbone import TIP, along, parts, quaternions
+from continuair.analysis.backbone import TIP, along, parts, placed, quaternions
 from continuair.equations.turns import of_quaternion
 from continuair.interfaces.outline import radius_of, rotor_radius
 from continuair.vehicle.vehicle import Vehicle
@@ -61,7 +61,7 @@ def bodies(vehicle: Vehicle, position: Array, attitude: Array, bend: Array) -> B
     lines, frames, lengths, radii, angles = [], [], [], [], []
     for arm, own in parts(vehicle, bend):
         points, turns = along(arm, own, 2 * SEGMENTS + 1)
-        lines.append(position[:, None] + np.einsum("fij,fpj->fpi", body[:, 0], points))
+        lines.append(placed(position, attitude, points))
         frames.append(body @ turns @ TIP)
         total = sum(section.length for section in arm.section)
         ends = np.cumsum([section.length for section in arm.section])

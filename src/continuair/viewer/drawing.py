@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from numpy.typing import NDArray
 
-from continuair.equations.turns import of_quaternion
+from continuair.analysis.backbone import placed
 from continuair.figures import style
 from continuair.viewer.bodies import Bodies, rotors_of
 from continuair.viewer.colours import COLOURS, DARK, GREY, GROUPS, bend_colours, model_colour
@@ -94,11 +94,10 @@ class Picture:
 
     def _draw_vehicle(self, bodies: Bodies, frame: int, ghost: str | None) -> None:
         alpha = 1.0 if ghost is None else 0.45
-        turn = of_quaternion(bodies.attitude[frame])
         for index, line in enumerate(self._frame_of_uav):
             colour = ghost or (DARK if index == 0 else GREY)
-            placed = bodies.position[frame] + line @ turn.T
-            self._axes.plot(*placed.T, color=colour, lw=2.2 if index == 0 else 1.2, alpha=alpha)
+            points = placed(bodies.position[frame], bodies.attitude[frame], line)
+            self._axes.plot(*points.T, color=colour, lw=2.2 if index == 0 else 1.2, alpha=alpha)
         pieces = len(bodies.length) // len(bodies.lines)
         for arm, points in enumerate(line[frame] for line in bodies.lines):
             angle = bodies.angle[frame, arm * pieces : (arm + 1) * pieces]
@@ -114,7 +113,7 @@ class Picture:
         size = 0.14 * self._scene.reach
         tips = zip(bodies.tip_position[frame], bodies.tip_attitude[frame], strict=True)
         for at, attitude in tips:
-            ends = at + size * of_quaternion(attitude).T
+            ends = placed(at, attitude, size * np.eye(3))
             self._lines(np.stack([0.0 * ends + at, ends], 1), color=_TIP_AXES, linewidth=1.6)
 
     def _draw_trail(self, frame: int) -> None:

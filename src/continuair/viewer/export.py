@@ -6,8 +6,7 @@ import html
 import os
 from pathlib import Path
 
-import numpy as np
-
+from continuair.analysis.motion import evenly
 from continuair.errors import InputError
 from continuair.files import new_file, printed, reason, write_new
 from continuair.viewer.panel import HIDDEN, legend
@@ -48,7 +47,7 @@ def write_page(shown: Scene, path: str | os.PathLike[str], label: str) -> None:
                 node.visible = False
         recording = server.get_scene_serializer()
         before = float(shown.times[0])
-        for frame in _frames(shown):
+        for frame in evenly(shown.times, RATE):
             now = float(shown.times[frame])
             recording.insert_sleep(now - before)
             stage.show(int(frame))
@@ -63,13 +62,6 @@ def write_page(shown: Scene, path: str | os.PathLike[str], label: str) -> None:
             f"export is {printed(path)}, which cannot be written ({reason(error)}); name a file "
             "that you may write."
         ) from None
-
-
-def _frames(shown: Scene) -> np.ndarray:
-    """Indices of the frames of a page: evenly over the flight, the last among them."""
-    length = float(shown.times[-1] - shown.times[0])
-    count = min(len(shown.times), int(np.ceil(length * RATE)) + 1)
-    return np.unique(np.linspace(0, len(shown.times) - 1, count).round().astype(int))
 
 
 def _finished(page: str, label: str, said: str) -> str:

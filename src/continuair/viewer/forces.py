@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from continuair.equations.turns import of_quaternion
+from continuair.analysis.backbone import placed, turned
 from continuair.interfaces.acting import sampled, told_of
 from continuair.vehicle.vehicle import Vehicle
 from continuair.viewer.bodies import Bodies, rotors_of
@@ -31,16 +31,15 @@ class Force:
 
 
 def forces_of(
-    flight: xr.Dataset, vehicle: Vehicle, placed: Bodies, scenario: Any = None
+    flight: xr.Dataset, vehicle: Vehicle, bodies: Bodies, scenario: Any = None
 ) -> dict[str, Force]:
     """Return the forces that a result tells of, by what they are."""
     told = told_of(flight, scenario)
-    body = of_quaternion(placed.attitude)
     found = {
-        "push on the UAV": _push(flight, vehicle, told, placed),
-        "rotor thrusts": _thrusts(flight, vehicle, placed, body),
-        "arm on the UAV": _base(flight, vehicle, placed, body),
-        "force at the tip": _tip(flight, vehicle, told, placed),
+        "push on the UAV": _push(flight, vehicle, told, bodies),
+        "rotor thrusts": _thrusts(flight, vehicle, bodies),
+        "arm on the UAV": _base(flight, bodies),
+        "force at the tip": _tip(flight, vehicle, told, bodies),
     }
     return {
         name: force
@@ -56,7 +55,7 @@ def scale_of(forces: dict[str, Force], longest: float) -> float:
 
 
 def _push(
-    flight: xr.Dataset, vehicle: Vehicle, told: dict[str, Any], placed: Bodies
+    flight: xr.Dataset, vehicle: Vehicle, told: dict[str, Any], bodies: Bodies
 ) -> Force | None:
     """Inputs and, where no rotors make it, the controller's command."""
     total = np.zeros((flight.sizes["time"], 3))
@@ -65,36 +64,36 @@ def _push(
         total += 0.0 if given is None else given[:, :3]
     if "command" in flight and "rotor_thrust" not in flight:
         total += flight["command"].transpose("time", "actuator").to_numpy()[:, :3]
-    return Force(placed.position[:, None], total[:, None])
+    return Force(bodies.position[:, None], total[:, None])
 
 
-def _thrusts(flight: xr.Dataset, vehicle: Vehicle, placed: Bodies, body: Array) -> Force | None:
+def _thrusts(flight: xr.Dataset, vehicle: Vehicle, bodies: Bodies) -> Force | None:
     if "rotor_thrust" not in flight:
         return None
     rotors = rotors_of(vehicle)
     thrust = flight["rotor_thrust"].transpose("time", "rotor").to_numpy()
-    at = placed.position[:, None] + np.einsum("fij,rj->fri", body, rotors.hubs)
-    return Force(at, thrust[..., None] * np.einsum("fij,rj->fri", body, rotors.axes))
+    at = placed(bodies.position, bodies.attitude, rotors.hubs)
+    return Force(at, thrust[..., None] * turned(bodies.attitude, rotors.axes))
 
 
-def _base(flight: xr.Dataset, vehicle: Vehicle, placed: Bodies, body: Array) -> Force | None:
+def _base(flight: xr.Dataset, bodies: Bodies) -> Force | None:
     if "base_force" not in flight:
         return None
     force = flight["base_force"]
     force = force if "arm" in force.dims else force.expand_dims("arm")
     values = force.transpose("time", "arm", "axis").to_numpy()
-    mounts = np.stack([line[:, 0] for line in placed.lines], axis=1)
-    return Force(mounts, np.einsum("fij,faj->fai", body, values))
+    mounts = np.stack([line[:, 0] for line in bodies.lines], axis=1)
+    return Force(mounts, turned(bodies.attitude, values))
 
 
 def _tip(
-    flight: xr.Dataset, vehicle: Vehicle, told: dict[str, Any], placed: Bodies
+    flight: xr.Dataset, vehicle: Vehicle, told: dict[str, Any], bodies: Bodies
 ) -> Force | None:
     given = _given(told, "tip_wrench", flight, vehicle)
     if given is None:
         return None
     wrench = float(told.get("tip_wrench_sign", 1)) * given.reshape(len(given), -1, 6)
-    return Force(placed.tip_position, wrench[..., :3])
+    return Force(bodies.tip_position, wrench[..., :3])
 
 
 def _given(told: dict[str, Any], field: str, flight: xr.Dataset, vehicle: Vehicle) -> Array | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from continuair.flight.live import Simulation
 from continuair.vehicle.layout import Layout
 from continuair.viewer.bodies import bodies
+from continuair.viewer.player import Clock
 from continuair.viewer.scene import Scene
 from continuair.viewer.sight import Aim
 
@@ -17,22 +17,12 @@ _TICK = 1.0 / 30.0
 """How often the simulation is looked at [s]."""
 
 
-class Watch:
+class Watch(Clock):
     """Looks at a simulation while another thread steps it, and shows what has changed."""
 
     def __init__(self, simulation: Simulation, show: Callable[[Scene], None]) -> None:
+        super().__init__()
         self._simulation, self._show = simulation, show
-        self._done = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="continuair watch", daemon=True)
-
-    def start(self) -> None:
-        """Begin to look."""
-        self._thread.start()
-
-    def stop(self) -> None:
-        """End, and wait until nothing more is shown."""
-        self._done.set()
-        self._thread.join()
 
     def _run(self) -> None:
         shown = -1.0

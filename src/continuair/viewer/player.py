@@ -1,9 +1,10 @@
-"""The clock of a view: which frame is shown when."""
+"""The clocks of a view: which frame is shown when."""
 
 from __future__ import annotations
 
 import threading
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 
 import numpy as np
@@ -13,15 +14,11 @@ _TICK = 1.0 / 60.0
 """How often a frame is chosen while the flight plays [s]."""
 
 
-class Player:
-    """Plays times (F,) [s] in real time, calling show(frame) for each that is due."""
+class Clock(ABC):
+    """Keeps a view up to date in a thread of its own."""
 
-    def __init__(self, times: NDArray[np.float64], show: Callable[[int], None]) -> None:
-        self._times, self._show = times, show
-        self.playing, self.speed, self.loop = False, 1.0, True
-        self.shown, self.sent = 0, 0
-        self._at = float(times[0])
-        self._lock, self._done = threading.Lock(), threading.Event()
+    def __init__(self) -> None:
+        self._done = threading.Event()
         self._thread = threading.Thread(target=self._run, name="continuair view", daemon=True)
 
     def start(self) -> None:
@@ -32,6 +29,22 @@ class Player:
         """End, and wait until nothing more is shown."""
         self._done.set()
         self._thread.join()
+
+    @abstractmethod
+    def _run(self) -> None:
+        """Show what is due until it is done."""
+
+
+class Player(Clock):
+    """Plays times (F,) [s] in real time, calling show(frame) for each that is due."""
+
+    def __init__(self, times: NDArray[np.float64], show: Callable[[int], None]) -> None:
+        super().__init__()
+        self._times, self._show = times, show
+        self.playing, self.speed, self.loop = False, 1.0, True
+        self.shown, self.sent = 0, 0
+        self._at = float(times[0])
+        self._lock = threading.Lock()
 
     def seek(self, at: float) -> None:
         """Show the frame at a time [s], or the one before."""

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from continuair.analysis.backbone import quaternions
+from continuair.analysis.backbone import placed, quaternions
 from continuair.equations.turns import of_quaternion
 from continuair.flight.reading import scenario_of
 from continuair.vehicle.camera import Camera
@@ -84,8 +84,7 @@ def in_image(eye: Eye, depth: float) -> Array:
     camera = eye.camera
     flat = (eye.image - np.asarray(camera.principal_point)) / np.asarray(camera.focal_length)
     rays = depth * np.concatenate([flat, np.ones((*flat.shape[:-1], 1))], axis=-1)
-    turned = np.einsum("fij,fnj->fni", of_quaternion(eye.attitude), rays)
-    return np.asarray(eye.position[:, None] + turned)
+    return placed(eye.position, eye.attitude, rays)
 
 
 def _points(scenario: dict[str, Any]) -> Array:

@@ -12,7 +12,7 @@ from continuair.flight.live import Simulation
 from continuair.vehicle.vehicle import Vehicle
 from continuair.viewer.live import Watch, present
 from continuair.viewer.panel import Panel
-from continuair.viewer.player import Player
+from continuair.viewer.player import Clock, Player
 from continuair.viewer.scene import Scene, scene
 from continuair.viewer.server import HOST, PORT, close, open_server
 from continuair.viewer.stage import Stage
@@ -28,7 +28,7 @@ class View:
         self, shown: Scene, port: int, label: str, simulation: Simulation | None = None
     ) -> None:
         self._server = open_server(port, label)
-        self.player: Player | Watch
+        self.player: Clock
         if simulation is None:
             self._stage = Stage(self._server, shown)
             player = self.player = Player(shown.times, self._show)
