@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import continuair as ca
 from continuair.equations import project
+from continuair.viewer.bodies import rotors_of
 from continuair.viewer.forces import scale_of
 from continuair.viewer.player import Player
 from continuair.viewer.scene import scene
@@ -144,3 +145,14 @@ def test_what_is_no_single_flight_is_told() -> None:
         scene(flight.drop_attrs())
     with pytest.raises(ca.InputError, match="ghost has other samples"):
         scene(flight, ghost=swing(duration=2.0))
+
+
+@pytest.mark.parametrize("layout", ["quad_x", "hex_plus", "octo_x", "coaxial_x8"])
+def test_disks_of_rotors_without_a_radius_leave_each_other_room_but_for_coaxial_ones(
+    layout: str,
+) -> None:
+    rotors = {"layout": layout, "lever": 0.3, "thrust_limits": [0.0, 20.0],
+              "torque_per_thrust": 0.02}  # fmt: skip
+    drawn = rotors_of(ca.load_vehicle("slender").replace({"uav.rotors": rotors}))
+    apart = np.linalg.norm(drawn.hubs[:, None, :2] - drawn.hubs[:, :2], axis=-1)
+    assert 0.2 * 0.3 < drawn.radius < 0.5 * apart[apart > 1e-6].min()

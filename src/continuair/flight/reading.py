@@ -75,12 +75,14 @@ def vehicle_of(flight: Any) -> Vehicle:
             "is, or the vehicle."
         )
     run = flight.coords.get("run")
+    chosen = run is not None and run.ndim == 0 and run.dtype.kind in "iu"
     try:
-        return vehicle_of_run(json.loads(said), None if run is None or run.ndim else int(run))
+        return vehicle_of_run(json.loads(said), int(run) if chosen else None)
     except DAMAGE as error:
+        why = reason(error).rstrip(".")
         raise InputError(
             "flight says of its vehicle what cannot be read, or is of many vehicles; choose a run, "
-            f"as in flight.isel(run=0), or give the vehicle that flew ({reason(error)})."
+            f"as in flight.isel(run=0), or give the vehicle that flew ({why})."
         ) from None
 
 

@@ -13,13 +13,9 @@ from continuair.analysis.backbone import placed
 from continuair.figures import style
 from continuair.viewer.bodies import Bodies, rotors_of
 from continuair.viewer.colours import COLOURS, DARK, GREY, GROUPS, bend_colours, model_colour
-from continuair.viewer.forces import scale_of
 from continuair.viewer.scene import Scene
 
 Array = NDArray[np.float64]
-
-_LONGEST = 0.5
-"""Length of the longest arrow over the arm's."""
 
 _ROUND = np.linspace(0.0, 2.0 * np.pi, 40)
 _TIP_AXES = ("#D55E00", "#009E73", "#0072B2")
@@ -36,8 +32,8 @@ class Picture:
         self._axes = axes
         self._title = figure.text(0.03, 0.95, "", size=9, color="#333333")
         self._key(figure)
-        self._largest = max(float(scene.bodies.angle.max()), 0.05)
-        self._scale = scale_of(scene.forces, _LONGEST * scene.reach)
+        self._largest = scene.largest_bend
+        self._scale = scene.scale
         self._frame_of_uav = _outline(scene)
         self._low, self._high = self._limits()
 

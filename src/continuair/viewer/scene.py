@@ -13,7 +13,7 @@ from continuair.analysis.motion import Motion, evenly, motion_of
 from continuair.errors import InputError
 from continuair.vehicle.vehicle import Vehicle
 from continuair.viewer.bodies import Bodies, bodies
-from continuair.viewer.forces import Force, forces_of
+from continuair.viewer.forces import Force, forces_of, scale_of
 from continuair.viewer.sight import Aim, Eye, aim_of, eye_of
 
 Array = NDArray[np.float64]
@@ -21,6 +21,12 @@ Array = NDArray[np.float64]
 RATE, LEAST = 60.0, 600
 """Frames per second of flight, and of a flight in all where it is short, as far as there are
 samples: those are taken as they are, none in between."""
+
+_SMALLEST = 0.05
+"""Bend angle at the end of the scale of colours at least [rad]."""
+
+_LONGEST = 0.5
+"""Length of the longest arrow over the arm's."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +50,16 @@ class Scene:
     def reach(self) -> float:
         """Length of the longest arm [m], by which all else is sized."""
         return float(self.vehicle.reach)
+
+    @property
+    def largest_bend(self) -> float:
+        """Bend angle at the end of the scale of colours [rad]."""
+        return max(float(self.bodies.angle.max()), _SMALLEST)
+
+    @property
+    def scale(self) -> float:
+        """Length of the arrows of forces [m/N]."""
+        return scale_of(self.forces, _LONGEST * self.reach)
 
     @property
     def far(self) -> bool:

@@ -7,19 +7,11 @@ from typing import Any
 import numpy as np
 
 from continuair.viewer.colours import COLOURS, GROUPS, model_colour, rgb
-from continuair.viewer.forces import scale_of
 from continuair.viewer.scene import Scene
 from continuair.viewer.sight import in_image
 from continuair.viewer.vehicles import VehicleNodes, wxyz_of
 
 _WORLD = "/world"
-
-_LONGEST = 0.5
-"""Length of the longest arrow over the arm's."""
-
-
-_SMALLEST = 0.05
-"""Bend angle at the end of the scale of colours at least [rad]."""
 
 
 class Stage:
@@ -33,7 +25,7 @@ class Stage:
         self._api = server.scene
         self.parts: dict[str, list[Any]] = {}
         self.follows = scene.far
-        self.largest = largest or max(float(scene.bodies.angle.max()), _SMALLEST)
+        self.largest = largest or scene.largest_bend
         self.frame = 0
         _light(self._api)
         self._world = self._api.add_frame(_WORLD, show_axes=False)
@@ -142,10 +134,9 @@ class Stage:
         self.parts["camera"] = [self._frustum, self._seen]
 
     def _add_arrows(self) -> dict[str, tuple[Any, Any]]:
-        forces, found = self.scene.forces, {}
-        self.scale = scale_of(forces, _LONGEST * self.scene.reach)
+        found, self.scale = {}, self.scene.scale
         thick = 0.009 * self.scene.reach
-        for name, force in forces.items():
+        for name, force in self.scene.forces.items():
             points = force.arrows(self.scale).astype(np.float32)
             node = self._api.add_arrows(
                 f"{_WORLD}/{name.replace(' ', '_')}", points[0], rgb(GROUPS[name]),
