@@ -6,6 +6,8 @@ import os
 import re
 import tomllib
 import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -63,14 +65,27 @@ def new_file(name: str, path: str | os.PathLike[str]) -> Path:
     found = user_path(name, path)
     if not os.fspath(path) or os.path.lexists(found):
         raise InputError(f"{name} is {printed(path)!r}, which is not a new file; name another.")
-    try:
+    with writing(name, path):
         check_can_be_made(found)
-    except (OSError, ValueError) as error:
+    return found
+
+
+@contextmanager
+def writing(name: str, path: str | os.PathLike[str]) -> Iterator[None]:
+    """Raise InputError for what the system refuses while a file is written."""
+    try:
+        yield
+    except OSError as error:
         raise InputError(
             f"{name} is {printed(path)}, which cannot be written ({reason(error)}); name a "
             "file in a folder that is there and yours."
         ) from None
-    return found
+
+
+def save(name: str, path: Path, content: str | bytes) -> None:
+    """Write a file that was not there, whole or not at all; raises InputError."""
+    with writing(name, path):
+        write_new(path, content)
 
 
 def check_can_be_made(path: Path) -> None:

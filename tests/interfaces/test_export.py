@@ -1,5 +1,6 @@
 """`continuair export` writes what the suffix says, and tells what cannot be written."""
 
+import errno
 import json
 from pathlib import Path
 
@@ -125,3 +126,16 @@ def test_results_that_are_damaged_or_not_ours_or_later_are_told_so(
         with pytest.raises(InputError, match=told) as found:
             ca.read_result(path)
         assert len(found.value.sentences) == 1
+
+
+@pytest.mark.parametrize("suffix", ["glb", "mcap", "csv", "nc", "xml"])
+def test_a_full_disk_is_told_in_a_sentence(
+    suffix: str, result: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "full")
+
+    monkeypatch.setattr("continuair.files.write_new", full)
+    code, told = run(result, "--to", tmp_path / f"out.{suffix}")
+    assert code == 2
+    assert "which cannot be written (No space left on device); name a file in a folder" in told

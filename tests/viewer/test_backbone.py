@@ -82,6 +82,15 @@ def test_points_are_missing_where_a_flight_has_ended() -> None:
     assert np.isfinite(points[:60]).all() and np.isnan(points[60:, 1:]).all()
 
 
+def test_the_papers_coordinates_tell_the_position_too() -> None:
+    vehicle = ca.load_vehicle("paper")
+    scenario = ca.Scenario("bent", STARTS["paper"], duration=0.02)
+    flight = ca.simulate(vehicle, scenario, sample=0.01)
+    expected = ca.backbone(vehicle, flight, points=5)
+    found = ca.backbone(vehicle, flight.drop_vars("position"), points=5)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+
+
 def test_models_and_runs_keep_their_dimensions() -> None:
     flight = swing().expand_dims(model=["coupled", "decoupled"])
     points = ca.backbone(ca.load_vehicle("paper"), flight, points=5)

@@ -39,7 +39,9 @@ def backbone(vehicle: Vehicle, flight: xr.Dataset, points: int = 41) -> xr.DataA
     bodies = [along(arm, part, count)[0] for arm, part in parts(vehicle, bend)]
     world = np.stack([placed(place, attitude, points) for points in bodies], axis=-3)
     lengths = np.stack([stations(arm, count) for arm in vehicle.arms])
-    leading = [str(dim) for dim in flight["position"].transpose(..., "time", "axis").dims[:-1]]
+    leading = [
+        str(dim) for dim in flight["attitude"].transpose(..., "time", "quaternion").dims[:-1]
+    ]
     labels: dict[str, Any] = {
         name: flight[name] for name in (*leading, "axis") if name in flight.coords
     }

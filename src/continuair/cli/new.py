@@ -13,7 +13,7 @@ import typer
 from continuair.cli import completion
 from continuair.cli.application import app
 from continuair.errors import InputError, shown
-from continuair.files import new_file, printed, reason, write_new
+from continuair.files import new_file, printed, save
 
 # Everything else is imported inside the command, so that --help answers at once.
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def new(
     else:
         outline = Outline(path.stem)
         text = as_template(outline if yes or not asks() else _answered(outline))
-    _write(path, text)
+    save("file", path, text)
     typer.echo(f"{printed(file)} is written; correct its values, then run:")
     known = context.find_root().command.list_commands(context)  # type: ignore[attr-defined]
     for name in _NEXT:
@@ -90,16 +90,6 @@ def _copy(preset: str, name: str) -> str:
     from continuair.vehicle.vehicle import preset_names, preset_text
 
     return renamed(preset_text(checks.choice("from", preset, preset_names())), name)
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        write_new(path, text)
-    except OSError as error:
-        raise InputError(
-            f"file is {printed(path)}, which cannot be written ({reason(error)}); name a file that "
-            "you may write."
-        ) from None
 
 
 def _answered(outline: Outline) -> Outline:

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from continuair.analysis.motion import Motion, motion_of
-from continuair.files import new_file, write_new
+from continuair.files import new_file, save
 from continuair.interfaces.acting import Acting, acting_on, warn_of_lacking
 from continuair.interfaces.logged import columns_of
 from continuair.scenario.scenarios import Scenario
@@ -46,7 +46,7 @@ def to_csv(
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(columns)
     rows.writerows(np.column_stack(list(columns.values())).tolist())
-    write_new(file, text.getvalue())
+    save("path", file, text.getvalue())
 
 
 def _measured(motion: Motion) -> Iterator[tuple[str, Array]]:

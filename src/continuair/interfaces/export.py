@@ -9,7 +9,7 @@ import xarray as xr
 
 from continuair.analysis.motion import motion_of
 from continuair.errors import InputError, nearest
-from continuair.files import new_file, printed, write_new
+from continuair.files import new_file, printed, save
 from continuair.flight.reading import read_result, vehicle_of
 from continuair.interfaces.csv_table import to_csv
 from continuair.interfaces.gltf import to_gltf
@@ -55,7 +55,7 @@ def export(
 def to_netcdf(dataset: xr.Dataset, path: str) -> None:
     """Write one flight as netCDF, whole: nothing is lost. Raises InputError."""
     motion_of(dataset)
-    write_new(new_file("path", path), bytes(dataset.to_netcdf(engine="h5netcdf")))
+    save("path", new_file("path", path), bytes(dataset.to_netcdf(engine="h5netcdf")))
 
 
 _WRITERS: dict[str, Callable[[xr.Dataset, str], None]] = {

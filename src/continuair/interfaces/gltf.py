@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from continuair.analysis.backbone import HALF_TURN, arc, parts, quaternions
 from continuair.analysis.motion import Motion, motion_of
 from continuair.errors import InputError
-from continuair.files import new_file, printed, write_new
+from continuair.files import new_file, printed, save
 from continuair.interfaces.glb import Glb
 from continuair.interfaces.meshes import closed, cube, tube
 from continuair.interfaces.outline import (
@@ -57,7 +57,7 @@ def to_gltf(
     file = new_file("path", path)
     if file.suffix != ".glb":
         raise InputError(f"path is {printed(path)}; name a file that ends in .glb.")
-    write_new(file, _document(motion).content())
+    save("path", file, _document(motion).content())
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import xarray as xr
 from continuair import checks
 from continuair.analysis.backbone import TIP, along, parts, quaternions
 from continuair.analysis.motion import Motion, motion_of
-from continuair.files import new_file, write_new
+from continuair.files import new_file, save
 from continuair.interfaces import foxglove
 from continuair.interfaces.acting import Acting, acting_on, warn_of_lacking
 from continuair.interfaces.logged import Column, columns_of
@@ -57,7 +57,7 @@ def to_mcap(
     file = new_file("path", path)
     acting = acting_on(motion, scenario)
     warn_of_lacking(acting.untold, stacklevel=2)
-    write_new(file, _log(motion, acting))
+    save("path", file, _log(motion, acting))
 
 
 def _log(motion: Motion, acting: Acting) -> bytes:

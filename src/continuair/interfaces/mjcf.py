@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from continuair import checks
 from continuair.analysis.backbone import HALF_TURN
-from continuair.files import new_file, write_new
+from continuair.files import new_file, save
 from continuair.interfaces.chain import fastest_frequency, links_of
 from continuair.interfaces.outline import equal_box, pointing, radius_of
 from continuair.vehicle.arms import ArmChain
@@ -42,7 +42,7 @@ def to_mjcf(vehicle: Vehicle, path: str | os.PathLike[str], *, links: int = 8) -
     check_single_vehicle(vehicle)
     links = checks.whole("links", links, 1, 64)
     file = new_file("path", path)
-    write_new(file, mjcf(vehicle, links))
+    save("path", file, mjcf(vehicle, links))
 
 
 def mjcf(vehicle: Vehicle, links: int) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from continuair.errors import InputError
-from continuair.files import new_file, printed, reason, replace, user_path, write_new
+from continuair.files import new_file, printed, replace, user_path, write_new, writing
 from continuair.vehicle.vehicle import Vehicle
 
 _MARK = "A vehicle written by continuair; without this line it is not replaced."
@@ -102,13 +102,8 @@ def write_vehicle(
     """
     check_file(path, force)
     found, text = user_path("out", path), as_toml(vehicle, [_MARK, *comment])
-    try:
+    with writing("out", path):
         (replace if force else write_new)(found, text)
-    except OSError as error:
-        raise InputError(
-            f"out is {printed(path)}, which cannot be written ({reason(error)}); name a file that "
-            "you may write."
-        ) from None
 
 
 def _is_ours(path: Path) -> bool:

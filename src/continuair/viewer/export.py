@@ -8,7 +8,7 @@ from pathlib import Path
 
 from continuair.analysis.motion import evenly
 from continuair.errors import InputError
-from continuair.files import new_file, printed, reason, write_new
+from continuair.files import new_file, printed, save
 from continuair.viewer.panel import HIDDEN, legend
 from continuair.viewer.scene import Scene
 from continuair.viewer.server import close, open_server
@@ -55,13 +55,7 @@ def write_page(shown: Scene, path: str | os.PathLike[str], label: str) -> None:
         page = recording.as_html()
     finally:
         close(server)
-    try:
-        write_new(file, _finished(page, label, legend(stage)))
-    except OSError as error:
-        raise InputError(
-            f"export is {printed(path)}, which cannot be written ({reason(error)}); name a file "
-            "that you may write."
-        ) from None
+    save("export", file, _finished(page, label, legend(stage)))
 
 
 def _finished(page: str, label: str, said: str) -> str:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from continuair.errors import InputError
 from continuair.figures import style
-from continuair.files import new_file, printed, reason
+from continuair.files import new_file, printed, writing
 from continuair.progress import Progress
 from continuair.vehicle.vehicle import Vehicle
 from continuair.viewer.drawing import Picture
@@ -71,14 +71,12 @@ def animation(shown: Scene, path: str | os.PathLike[str], progress: Progress | N
         if file.suffix == ".mp4":
             told = ["-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart"]
             writer = FFMpegWriter(fps=int(rate), codec="libx264", extra_args=told)
-        try:
-            _write(writer, figure, file, chosen, picture.show, progress)
-        except OSError as error:
-            file.unlink(missing_ok=True)
-            raise InputError(
-                f"video is {printed(path)}, which cannot be written ({reason(error)}); name a "
-                "file that you may write."
-            ) from None
+        with writing("video", path):
+            try:
+                _write(writer, figure, file, chosen, picture.show, progress)
+            except OSError:
+                file.unlink(missing_ok=True)
+                raise
 
 
 def _write(
