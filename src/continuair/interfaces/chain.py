@@ -53,8 +53,8 @@ def _link(section: Section, start: float, end: float, disks: list[Disk]) -> Link
     return Link(float(length), float(masses.sum()), float(centre), float(transverse), float(axial))
 
 
-def fastest_frequency(section: Section, joints: int) -> float:
-    """The highest frequency [rad/s] at which the clamped chain swings."""
+def fastest_mode(section: Section, joints: int) -> tuple[float, float]:
+    """Frequency of the clamped chain's fastest mode [rad/s], and its |λ| with damping [1/s]."""
     links = links_of(section, joints)[1:]
     tops = np.cumsum([0.0, *(link.length for link in links)])[:-1]
     centres = tops + [link.centre for link in links]
@@ -63,4 +63,6 @@ def fastest_frequency(section: Section, joints: int) -> float:
     M = levers.T @ np.diag([link.mass for link in links]) @ levers
     M += turned.T @ np.diag([link.transverse for link in links]) @ turned
     K = section.bending_stiffness * joints / section.length * np.eye(joints)
-    return float(np.sqrt(eigvalsh(K, M)[-1]))
+    square = float(eigvalsh(K, M)[-1])
+    decay = 0.5 * section.structural_damping / section.bending_stiffness * square
+    return np.sqrt(square), max(np.sqrt(square), decay + np.sqrt(max(decay**2 - square, 0.0)))
