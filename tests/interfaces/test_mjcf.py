@@ -207,6 +207,8 @@ def flown(model: Any, shorter: int) -> np.ndarray:
     data = mujoco.MjData(model)
     data.qpos[7:], data.qvel[3:6] = 0.02, (0.5, 1.0, 0.2)
     mujoco.mj_step(model, data, steps)
+    # What is no number is reset by MuJoCo, to be seen in its warnings alone.
+    assert not any(each.number for each in data.warning)
     tips = [site for site in range(model.nsite) if model.site(site).name.endswith("tip")]
     return np.asarray(data.site_xpos[tips])
 
