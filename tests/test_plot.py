@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import continuair as ca
 from tests.viewer.flights import PAPER, swing, watching
@@ -27,6 +28,28 @@ def test_snapshots_draw_every_arm_from_its_mount_to_its_tip(vehicle: ca.Vehicle)
             len(line) > 2 and np.allclose(line[[0, -1]], ends[:, [0, 2]], rtol=0, atol=1e-12)
             for line in drawn
         )
+
+
+@pytest.mark.parametrize("times", [[], [0.0, 99.0], [-1.0], [np.nan], ["a"], 0.5])
+def test_snapshots_are_of_times_within_the_flight(times: Any) -> None:
+    with pytest.raises(ca.InputError, match="^times is "):
+        ca.plot.snapshots(swing(), times)
+
+
+def test_snapshots_of_an_arm_to_the_side_do_not_meet() -> None:
+    vehicle = PAPER.replace({"uav.mount": (0.2, 0.0, -0.3)})
+    flight = swing(vehicle)
+    turned = flight.assign(attitude=flight["attitude"] * 0.0 + np.sqrt([0.0, 0.5, 0.0, 0.5]))
+    lines = curves(ca.plot.snapshots(turned, [0.0, 0.5]).axes[0])[1:]
+    first, second = lines[: len(lines) // 2], lines[len(lines) // 2 :]
+    ends = [np.concatenate(each)[:, 0] for each in (first, second)]
+    assert ends[0].max() < ends[1].min()
+
+
+def test_models_without_names_are_told() -> None:
+    both = xr.concat([swing(), swing()], "model")
+    with pytest.raises(ca.InputError, match="name them"):
+        ca.plot.bend(both)
 
 
 def test_the_tip_path_the_bend_and_the_wrench_are_those_of_the_flight() -> None:

@@ -18,48 +18,76 @@ Array = NDArray[np.float64]
 
 _POINTS = 40
 
+_WORDS = "#555555"
+
 
 def snapshots(
     dataset: xr.Dataset,
     vehicle: Vehicle,
     times: Sequence[float],
-    spacing: float = 0.9,
     models: Sequence[str] = ("decoupled", "coupled"),
 ) -> Figure:
-    """Return side views (world x and z) at given times [s], side by side, the models overlaid.
-
-    dataset: trajectories with leading dimension `model`. The last of `models` is in front, and the
-    picture falls with its UAV: each snapshot has it at the same height. spacing: distance between
-    snapshots [m].
-    """
+    """Return side views at given times [s], as `draw` draws them, with a legend of the models."""
     with style.applied():
         figure = style.new_figure(height=2.5)
         axes: Any = figure.subplots()
-        axes.set_axis_off()
-        axes.set_aspect("equal")
-        for model in reversed(models):
-            axes.plot([], [], label=model, color=style.MODELS[model]["color"], lw=2.5)
-        for index, time in enumerate(times):
-            front = dataset.sel(model=models[-1]).sel(time=time, method="nearest")
-            origin = front["position"].to_numpy() - np.array([index * spacing, 0.0, 0.0])
-            for model in models:
-                flight = dataset.sel(model=model).sel(time=time, method="nearest")
-                _draw(axes, flight, vehicle, origin, model, front=model == models[-1])
-            axes.annotate(
-                f"{float(front['time']):.1f} s",
-                (index * spacing, 0.42 * float(vehicle.reach)),
-                ha="center",
-                color="#555555",
-            )
-        axes.set_ylim(top=max(axes.get_ylim()[1], 0.5 * float(vehicle.reach)))
+        draw(axes, dataset, vehicle, times, 0.9, models)
         style.model_legend(figure, axes)
     return figure
 
 
+def draw(
+    axes: Any,
+    dataset: xr.Dataset,
+    vehicle: Vehicle,
+    times: Sequence[float],
+    spacing: float,
+    models: Sequence[str],
+) -> None:
+    """Draw side views (world x and z) at given times [s], side by side, the models overlaid.
+
+    dataset: trajectories with leading dimension `model`. The last of `models` is in front, and the
+    picture falls with its UAV: each snapshot has it at the same height. spacing: distance between
+    snapshots [m]. Several arms are named where their tips are farthest apart.
+    """
+    axes.set_axis_off()
+    axes.set_aspect("equal")
+    for model in reversed(models):
+        axes.plot([], [], label=model, color=style.MODELS[model]["color"], lw=2.5)
+    ends = []
+    for index, time in enumerate(times):
+        front = dataset.sel(model=models[-1]).sel(time=time, method="nearest")
+        origin = front["position"].to_numpy() - np.array([index * spacing, 0.0, 0.0])
+        for model in models:
+            flight = dataset.sel(model=model).sel(time=time, method="nearest")
+            tips = _draw(axes, flight, vehicle, origin, model, front=model == models[-1])
+        ends.append(tips)
+    if len(vehicle.arms) > 1:
+        _name(axes, vehicle, max(ends, key=lambda tips: np.ptp([tip[0] for tip in tips])))
+    above = max(0.42 * float(vehicle.reach), axes.dataLim.y1 + 0.08 * float(vehicle.reach))
+    shown = dataset["time"].sel(time=list(times), method="nearest").to_numpy()
+    digits = 1 if np.allclose(shown, np.round(shown, 1), rtol=0.0, atol=1e-9) else 3
+    for index, time in enumerate(shown):
+        words = f"{time:.{digits}f} s"
+        axes.annotate(words, (index * spacing, above), ha="center", color=_WORDS)
+    axes.set_ylim(top=above + 0.08 * float(vehicle.reach))
+
+
+def _name(axes: Any, vehicle: Vehicle, tips: list[Array]) -> None:
+    """Write the arms' names outwards of their tips."""
+    middle = np.mean([tip[0] for tip in tips])
+    for arm, tip in zip(vehicle.arms, tips, strict=True):
+        side = 1 if tip[0] >= middle else -1
+        axes.annotate(
+            arm.name, tip[[0, 2]], (6 * side, -3), textcoords="offset points", color=_WORDS,
+            ha="left" if side > 0 else "right",
+        )  # fmt: skip
+
+
 def _draw(
     axes: Any, flight: xr.Dataset, vehicle: Vehicle, origin: Array, model: str, front: bool
-) -> None:
-    """Draw one vehicle at one time; origin is the world point drawn at (0, 0)."""
+) -> list[Array]:
+    """Draw one vehicle at one time, and return its tips; origin: world point drawn at (0, 0)."""
     attitude = flight["attitude"].to_numpy()
     position = flight["position"].to_numpy() - origin
     colour = style.MODELS[model]["color"]
@@ -83,9 +111,12 @@ def _draw(
         line(np.array([[side, 0, 0], [side, 0, 0.22 * size]]), 1.2)
         disk = [[side - 0.42 * size, 0, 0.22 * size], [side + 0.42 * size, 0, 0.22 * size]]
         line(np.array(disk), 1.8, alpha=0.6)
+    tips = []
     for arm, bend in parts(vehicle, flight["bend"].to_numpy().reshape(-1, 2)):
         points, _ = along(arm, bend, _POINTS)
         line(np.array([np.zeros(3), points[0]]), 1.2)
         line(points, 2.6)
-        tip = placed(position, attitude, points)[-1]
-        axes.plot(*tip[[0, 2]], marker="o", ms=4, color=colour, zorder=4 if front else 2)
+        tips.append(placed(position, attitude, points)[-1])
+        place = tips[-1][[0, 2]]
+        axes.plot(*place, marker="o", ms=4, color=colour, zorder=4 if front else 2)
+    return tips

@@ -10,9 +10,12 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from continuair import checks
+from continuair.analysis.backbone import backbone
 from continuair.errors import InputError, shown
 from continuair.figures import curves, pictogram, style
 from continuair.figures.tracking import feature_paths
@@ -74,9 +77,38 @@ def snapshots(flight: xr.Dataset, times: Sequence[float], vehicle: Vehicle | Non
     """
     flights = _flights(flight, "bend")
     flown = vehicle_of(flight) if vehicle is None else vehicle
+    at = _instants(flight, times)
     models = sorted(flights, key=lambda model: model == REFERENCE)
     whole = flight if "model" in flight.dims else flight.expand_dims(model=models)
-    return pictogram.snapshots(whole, flown, times, models=models)
+    with style.applied():
+        figure = style.new_figure(height=2.2)
+        axes: Any = figure.subplots()
+        pictogram.draw(axes, whole, flown, list(at), _room(flown, flights, at), models)
+        _head(figure, "The vehicle from the side", flight, axes)
+    return figure
+
+
+def _instants(flight: xr.Dataset, times: Any) -> np.ndarray:
+    """Times of a flight; raises InputError for what it did not last."""
+    found, ends = checks.finite_array(times), flight["time"].to_numpy()[[0, -1]]
+    if found is None or found.ndim != 1 or not found.size:
+        raise InputError(f"times is {shown(times)}; give a list of times [s].")
+    if (found < ends[0]).any() or (found > ends[1]).any():
+        raise InputError(
+            f"times is {shown(times)}, but the flight lasts from {ends[0]:g} to {ends[1]:g} s; "
+            "give times within it."
+        )
+    return found
+
+
+def _room(vehicle: Vehicle, flights: dict[str, xr.Dataset], times: np.ndarray) -> float:
+    """Distance at which snapshots do not meet [m]."""
+    ends = [-0.4 * float(vehicle.reach), 0.4 * float(vehicle.reach)]
+    for one in flights.values():
+        at = one.sel(time=times, method="nearest")
+        aside = backbone(vehicle, at).sel(axis="x") - at["position"].sel(axis="x")
+        ends += [float(aside.min()), float(aside.max())]
+    return 1.15 * float(np.nanmax(ends) - np.nanmin(ends))
 
 
 def _over_time(
@@ -128,8 +160,19 @@ def _flights(flight: Any, *names: str) -> dict[str, xr.Dataset]:
             raise InputError(f"flight holds {flight.sizes[dim]} runs; choose one, as in "
                              f"flight.isel({dim}=0).")  # fmt: skip
     if "model" in flight.dims:
+        _check_models(flight)
         return {str(model): flight.sel(model=model) for model in flight["model"].to_numpy()}
     return {str(flight.attrs.get("model", REFERENCE)): flight}
+
+
+def _check_models(flight: xr.Dataset) -> None:
+    """Raise InputError unless models are named."""
+    named = [str(each) for each in flight["model"].to_numpy()]
+    if not set(named) <= set(style.MODELS):
+        raise InputError(
+            f"flight holds the models {shown(named)}; name them, as in xr.concat([a, b], "
+            "xr.Variable('model', ['coupled', 'decoupled']))."
+        )
 
 
 def _parts(flight: xr.Dataset, name: str, part: str) -> dict[str, dict[str, int]]:
