@@ -136,6 +136,9 @@ def test_the_tab_key_offers_names_letters_and_files() -> None:
     assert completion.vehicles("") == [*preset_names(), "mine.toml"]
     assert completion.vehicles("m") == ["mine.toml"]
     assert completion.preset_vehicles("") == list(preset_names())
+    Path("results").mkdir()
+    Path("flight.nc").touch()
+    assert completion.flights("") == ["flight.nc", "results/", *completion.vehicles("")]
     for name in completion.gains(""):
         assert name == "mine.toml" or load_gains(name)
     assert set(completion.letters("")) == set(LETTERS)
@@ -180,3 +183,14 @@ def test_installing_completion_writes_what_the_page_says_and_nothing_else() -> N
     assert (home / ".bashrc").read_text().startswith("mine=1\n")
     page_of_commands = (ROOT / "docs" / "cli.md").read_text("utf-8")
     assert all(f"`~/{name}`" in page_of_commands for name in written)
+
+
+def test_a_heading_folds_before_it_is_cut_short(capsys: pytest.CaptureFixture[str]) -> None:
+    columns = ["setting", "letter", "model", "RMS [px]", "max [px]", "tip RMS [m]", "DS > 2 s [px]"]
+    row = ["nominal", "M", "independent", "0.08687", "0.5538", "0.003626", "0.059191"]
+    print_table([*columns, "DS < 2 s [px]"], [[*row, "28.6601"]])
+    told = capsys.readouterr().out
+    assert wide(told) == []
+    assert sorted(told.replace("─", "").split()) == sorted(
+        " ".join([*columns, "DS < 2 s [px]", *row, "28.6601"]).split()
+    )

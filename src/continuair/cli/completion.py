@@ -20,6 +20,13 @@ def vehicles(incomplete: str) -> list[str]:
     return preset_vehicles(incomplete) + _files(incomplete)
 
 
+def flights(incomplete: str) -> list[str]:
+    """Results and folders of this folder, and vehicles."""
+    folders = sorted(f"{path.name}/" for path in Path().iterdir() if path.is_dir())
+    found = [name for name in folders if name.startswith(incomplete)]
+    return _files(incomplete, ".nc") + found + vehicles(incomplete)
+
+
 def gains(incomplete: str) -> list[str]:
     """Names of the gains that come with the package, and .toml files of this folder."""
     return _presets(_PACKAGE / "controllers", incomplete) + _files(incomplete)
@@ -40,8 +47,8 @@ def _presets(room: Path, start: str) -> list[str]:
     return [name for name in names if name.startswith(start)]
 
 
-def _files(start: str) -> list[str]:
-    return sorted(path.name for path in Path().glob("*.toml") if path.name.startswith(start))
+def _files(start: str, suffix: str = ".toml") -> list[str]:
+    return sorted(path.name for path in Path().glob(f"*{suffix}") if path.name.startswith(start))
 
 
 def _longer(word: str, known: str) -> list[str]:

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from continuair.cli import completion
 from continuair.cli.application import app
 
 
@@ -13,7 +14,10 @@ from continuair.cli.application import app
 def export(
     source: Annotated[
         str,
-        typer.Argument(help="A result (.nc), or for .xml a vehicle: a preset's name or a file."),
+        typer.Argument(
+            help="A result (.nc), or for .xml a vehicle: a preset's name or a file.",
+            autocompletion=completion.flights,
+        ),
     ],
     to: Annotated[
         str, typer.Option(help="The new file: .glb, .mcap, .csv, .nc, or .xml of a vehicle.")

@@ -4,17 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Literal
+from textwrap import wrap
+from typing import TYPE_CHECKING, Literal
 
 from continuair.progress import Progress
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 _COMPILING = "compiling kernels (first run only, up to minutes)"
 
 
 def print_table(columns: list[str], rows: list[list[str]], err: bool = False) -> None:
     """Print a table with right-aligned numbers, on standard error if `err`."""
-    from rich import box
     from rich.console import Console
+
+    console = Console(stderr=err)
+    unbounded = console.options.update(width=10_000)
+    for folded in (False, True):
+        table = _table(columns, rows, folded)
+        narrowest = console.measure(table, options=unbounded).minimum
+        if narrowest <= console.width:
+            break
+    # Lines longer than the terminal are better than numbers cut short.
+    Console(stderr=err, width=max(console.width, narrowest)).print(table)
+
+
+def _table(columns: list[str], rows: list[list[str]], folded: bool) -> Table:
+    """Words fold where they must, and headings if so asked; a number that did would be two."""
+    from rich import box
     from rich.table import Table
     from rich.text import Text
 
@@ -22,23 +40,19 @@ def print_table(columns: list[str], rows: list[list[str]], err: bool = False) ->
     short = {"task", "test", "setting", "letter", "model"}
     words = {*short, "verdict", "name", columns[0]}
     lists = {"", "rad/s"}  # they fold between their numbers
-    for column in columns:
-        # Words may fold; a number that did would be read as two.
+    for index, column in enumerate(columns):
         is_word = column in words
         justify: Literal["left", "right"] = "left" if is_word else "right"
-        table.add_column(
-            Text(column),
-            justify=justify,
-            overflow="fold",
-            no_wrap=column in short or not (is_word or column in lists),
-        )
+        if (is_word or column in lists) and column not in short:
+            table.add_column(Text(column), justify=justify, overflow="fold")
+            continue
+        heading = column.split() if folded else [column]
+        width = max(map(len, [*heading, *(row[index] for row in rows)]), default=1)
+        text = Text("\n".join(wrap(column, width)))
+        table.add_column(text, justify=justify, no_wrap=True, min_width=width)
     for row in rows:
         table.add_row(*(Text(cell) for cell in row))
-    console = Console(stderr=err)
-    # Lines longer than the terminal are better than numbers cut short.
-    unbounded = console.options.update(width=10_000)
-    narrowest = console.measure(table, options=unbounded).minimum
-    Console(stderr=err, width=max(console.width, narrowest)).print(table)
+    return table
 
 
 def print_markdown(text: str) -> None:
