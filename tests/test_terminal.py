@@ -187,10 +187,10 @@ def test_installing_completion_writes_what_the_page_says_and_nothing_else() -> N
 
 def test_a_heading_folds_before_it_is_cut_short(capsys: pytest.CaptureFixture[str]) -> None:
     columns = ["setting", "letter", "model", "RMS [px]", "max [px]", "tip RMS [m]", "DS > 2 s [px]"]
-    row = ["nominal", "M", "independent", "0.08687", "0.5538", "0.003626", "0.059191"]
-    print_table([*columns, "DS < 2 s [px]"], [[*row, "28.6601"]])
+    row = ["nominal", "M", "independent", "0.08687", "0.5538", "0.003626", "0.05919"]
+    print_table([*columns, "DS < 2 s [px]"], [[*row, "28.66"]])
     told = capsys.readouterr().out
     assert wide(told) == []
     assert sorted(told.replace("─", "").split()) == sorted(
-        " ".join([*columns, "DS < 2 s [px]", *row, "28.6601"]).split()
+        " ".join([*columns, "DS < 2 s [px]", *row, "28.66"]).split()
     )
