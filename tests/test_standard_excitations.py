@@ -7,6 +7,7 @@ import pytest
 
 import continuair as ca
 from continuair.errors import InputError
+from continuair.scenario.excitations import Offset, Scaled, Shared, Swelling, Wave, is_vectorised
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time, standard_scenario
 
 HEAVY = {"arm.disks": [{"position": 0.6, "mass": 0.1}], "uav.mount": [0.02, -0.01, -0.05]}
@@ -57,3 +58,19 @@ def test_every_excitation_flies_with_every_model() -> None:
 def test_an_unknown_excitation_is_told_with_the_nearest_name() -> None:
     with pytest.raises(InputError, match="moment"):
         standard_scenario("momnt", ca.load_vehicle("paper"))
+
+
+@pytest.mark.parametrize("runs", [None, 3])
+def test_values_at_many_times_at_once_are_those_one_after_the_other(runs: int | None) -> None:
+    rng = np.random.default_rng(4)
+    size = () if runs is None else (runs,)
+    wave = Wave(6, 1, *rng.uniform(0.5, 2.0, (4, *size)), 2.0)
+    shared = Shared(wave, rng.normal(size=(*size, 6)))
+    found = [wave, shared, Scaled(shared, rng.normal(size=size)), Swelling(wave, 0.4),
+             Offset(Swelling(Scaled(shared, 2.0), 0.4), rng.normal(size=(*size, 6)))]  # fmt: skip
+    times = np.linspace(0.0, 2.0, 50)
+    for each in found:
+        assert is_vectorised(each)
+        one_by_one = np.array([each(t) for t in times.tolist()]).reshape(len(times), -1, 6)
+        np.testing.assert_allclose(each(times[:, None]), one_by_one, rtol=1e-14, atol=1e-15)
+    assert not is_vectorised(Swelling(lambda t: np.full(6, t), 0.4))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from continuair.errors import InputError
+from continuair.scenario.excitations import is_vectorised
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import FIELDS, OF_NAME, Layout
 
@@ -87,7 +88,10 @@ def evaluated(name: str, value: Any, times: Array, width: int) -> Array:
     try:
         # Copied, as a function may return the same array each time. Overflow is told of below.
         with np.errstate(over="ignore", invalid="ignore"):
-            given = [np.array(value(t)) for t in times.tolist()]
+            if is_vectorised(value):
+                given = value(times[:, None])
+            else:
+                given = [np.array(value(t)) for t in times.tolist()]
     except Exception as error:
         raise InputError(
             f"{name} raises {type(error).__name__} ({error}) during the flight; return {width} "

@@ -1,9 +1,13 @@
-"""Named excitations of a sweep: constant, sine or chirp on one channel, or a test's inputs."""
+"""Named excitations of a sweep: constant, sine or chirp on one channel, or a test's inputs.
+
+Those that are `vectorised` take a column of times (times, 1) as well as a number, and return
+(times, runs or 1, width): thousands of flights ask for millions of values.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -12,6 +16,11 @@ from continuair.scenario.paper_tests import open_loop_test
 from continuair.vehicle.layout import CHANNELS, OF_NAME, ONE_SECTION, Layout
 
 Array = np.ndarray
+
+
+def is_vectorised(function: Any) -> bool:
+    """Whether a function of time takes a column of times."""
+    return bool(getattr(function, "vectorised", False))
 
 
 @dataclass(frozen=True)
@@ -29,7 +38,9 @@ class Wave:
     phase: Any
     duration: float
 
-    def __call__(self, t: float) -> Array:
+    vectorised: ClassVar[bool] = True
+
+    def __call__(self, t: Any) -> Array:
         sweep = (self.end_frequency - self.frequency) * t**2 / (2.0 * self.duration)
         value = self.amplitude * np.sin(2.0 * np.pi * (self.frequency * t + sweep) + self.phase)
         rows = np.zeros((*np.shape(value), self.width))
@@ -51,13 +62,18 @@ class Scaled:
     function: Any
     amplitude: Any
 
-    def __call__(self, t: float) -> Array:
+    def __call__(self, t: Any) -> Array:
         return np.asarray(self.amplitude)[..., None] * np.asarray(self.function(t))
 
     @property
     def fastest(self) -> Any:
         """As the function's, None if it does not tell."""
         return getattr(self.function, "fastest", None)
+
+    @property
+    def vectorised(self) -> bool:
+        """As the function."""
+        return is_vectorised(self.function)
 
 
 @dataclass(frozen=True)
@@ -67,7 +83,9 @@ class Shared:
     wave: Wave
     shares: Array
 
-    def __call__(self, t: float) -> Array:
+    vectorised: ClassVar[bool] = True
+
+    def __call__(self, t: Any) -> Array:
         return self.wave(t) * self.shares
 
     @property
@@ -83,14 +101,19 @@ class Swelling:
     function: Any
     until: float
 
-    def __call__(self, t: float) -> Array:
-        share = np.sin(0.5 * np.pi * min(t / self.until, 1.0)) ** 2
-        return np.asarray(share * np.asarray(self.function(t)))
+    def __call__(self, t: Any) -> Array:
+        share = np.sin(0.5 * np.pi * np.minimum(t / self.until, 1.0)) ** 2
+        return np.asarray(share[..., None] * np.asarray(self.function(t)))
 
     @property
     def fastest(self) -> Any:
         """As the function's, None if it does not tell."""
         return getattr(self.function, "fastest", None)
+
+    @property
+    def vectorised(self) -> bool:
+        """As the function."""
+        return is_vectorised(self.function)
 
 
 @dataclass(frozen=True)
@@ -100,13 +123,18 @@ class Offset:
     function: Any
     constant: Any
 
-    def __call__(self, t: float) -> Array:
+    def __call__(self, t: Any) -> Array:
         return np.asarray(self.function(t)) + self.constant
 
     @property
     def fastest(self) -> Any:
         """As the function's, None if it does not tell."""
         return getattr(self.function, "fastest", None)
+
+    @property
+    def vectorised(self) -> bool:
+        """As the function."""
+        return is_vectorised(self.function)
 
 
 def plus(excitation: Any, constant: Any) -> Any:
