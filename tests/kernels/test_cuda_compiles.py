@@ -32,7 +32,16 @@ KERNELS: dict[str, Callable[[], Any]] = {
 }
 
 
-@pytest.mark.parametrize("kernel", KERNELS.values(), ids=KERNELS)
+_LONG = ("two arms, one of two sections", "rotors, drag and wash")
+
+
+@pytest.mark.parametrize(
+    "kernel",
+    [
+        pytest.param(kernel, id=name, marks=[pytest.mark.slow] if name in _LONG else [])
+        for name, kernel in KERNELS.items()
+    ],
+)
 def test_compiles(kernel: Callable[[], Any], tmp_path: Path) -> None:
     start_warp()
     made = wp.compile_aot_module(
