@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -97,16 +98,20 @@ def px4_estimates(found: xr.Dataset) -> dict[str, tuple[Array, Mapping[str, Arra
 
 
 def write_ulog(path: Path, topics: Topics) -> None:
-    """Write topics as float, their counters as uint8_t; docs.px4.io, 'ULog file format'."""
+    """Write topics as float, their counters as uint8_t; docs.px4.io, 'ULog file format'.
+
+    Of a name such as "debug_array 1" the number is that of the topic's instance.
+    """
     formats, logged, data = b"", b"", []
-    for number, (name, (time, fields)) in enumerate(topics.items()):
+    for number, (instance, (time, fields)) in enumerate(topics.items()):
+        name, _, of = instance.partition(" ")
         columns = {key: np.asarray(each).reshape(len(time), -1) for key, each in fields.items()}
         declared = "".join(
             f"{_kind(key)}{f'[{each.shape[1]}]' if each.shape[1] > 1 else ''} {key};"
             for key, each in columns.items()
         )
         formats += _message("F", f"{name}:uint64_t timestamp;{declared}".encode())
-        logged += _message("A", struct.pack("<BH", 0, number) + name.encode())
+        logged += _message("A", struct.pack("<BH", int(of or 0), number) + name.encode())
         for row, stamp in enumerate((BOOT + np.round(1e6 * time).astype(int)).tolist()):
             values = b"".join(_packed(key, each[row]) for key, each in columns.items())
             data.append((stamp, _message("D", struct.pack("<HQ", number, stamp) + values)))
@@ -158,8 +163,12 @@ def write_bag(
     *,
     plugin: str = "MCAP",
     frame: str = "base_link",
+    joints: Sequence[str] = ("0123",),
 ) -> None:
-    """Write topics into a new bag's folder; JointStates are of joints named 0, 1 and so on."""
+    """Write topics into a new bag's folder; JointStates are of joints named by a digit each.
+
+    joints: their names in the first message, in the second and so on, and from the front again.
+    """
     from rosbags.rosbag2 import StoragePlugin, Writer
     from rosbags.typesys import Stores, get_typestore
 
@@ -167,13 +176,13 @@ def write_bag(
     with Writer(path, version=9, storage_plugin=StoragePlugin[plugin]) as writer:
         for name, (kind, time, rows) in topics.items():
             connection = writer.add_connection(name, kind, typestore=store)
-            for t, row in zip(time, rows, strict=True):
+            for t, row, names in zip(time, rows, cycle(joints), strict=False):
                 stamp = 10**9 * 1_700_000_000 + round(1e9 * t)
-                message = _ros(store.types, kind, stamp, frame, row)
+                message = _ros(store.types, kind, stamp, frame, row, names)
                 writer.write(connection, stamp, store.serialize_cdr(message, kind))
 
 
-def _ros(types: Any, kind: str, stamp: int, frame: str, row: Array) -> Any:
+def _ros(types: Any, kind: str, stamp: int, frame: str, row: Array, joints: str) -> Any:
     def of(name: str, *values: Any) -> Any:
         return types[name](*values)
 
@@ -204,7 +213,6 @@ def _ros(types: Any, kind: str, stamp: int, frame: str, row: Array) -> Any:
             wrench = of("geometry_msgs/msg/Wrench", of(vector, *row[:3]), of(vector, *row[3:]))
             return of(kind, header, wrench)
         case "JointState":
-            names = [str(joint) for joint in range(len(row))]
-            return of(kind, header, names, row, np.empty(0), row)
+            return of(kind, header, list(joints[: len(row)]), row, np.empty(0), row)
         case _:
             return of(kind, of("std_msgs/msg/MultiArrayLayout", [], 0), row)

@@ -114,6 +114,41 @@ def test_joints_are_taken_by_name_and_scaled() -> None:
     np.testing.assert_allclose(found.bend, bend, rtol=1e-12)
 
 
+@pytest.mark.parametrize("fields", ["", ":0,1"])
+def test_joints_may_change_their_order_between_messages(fields: str) -> None:
+    bend = FLOWN["bend"].to_numpy().copy()
+    bend[1::2] = bend[1::2, ::-1]
+    topics = TOPICS | {"/joints": ("sensor_msgs/msg/JointState", TIME, bend)}
+    named = {"pose": "/uav/pose", "wrench": "/uav/wrench", "bend": "/joints" + fields}
+    found = read(named, topics, joints=("01", "10"))
+    np.testing.assert_allclose(found.bend, FLOWN["bend"], rtol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("joints", "part"),
+    [
+        (("01", "02"), "has no 1 in one of its messages; name some of 0, 2"),
+        (("01", "00"), "names 0 twice in one message; publish every joint once"),
+        (("01", "0"), "names 1 joints in one message, whose effort holds 2 numbers"),
+    ],
+)
+def test_joints_that_are_not_those_of_the_first_message_are_refused(
+    joints: tuple[str, str], part: str
+) -> None:
+    with pytest.raises(ca.InputError, match=rf"flight: bend_moment \(/arm/moment\) {part}"):
+        read(NAMED | {"bend": "/arm/bend"}, joints=joints)
+
+
+def test_a_message_of_more_numbers_than_the_first_is_refused_where_no_fields_are_named() -> None:
+    bends = list(FLOWN["bend"].to_numpy())
+    bends[-1] = np.append(bends[-1], 0.0)
+    topics: Any = TOPICS | {"/arm/bend": ("std_msgs/msg/Float64MultiArray", TIME, bends)}
+    with pytest.raises(ca.InputError, match="holds 3 numbers in one message, but 2 in its first"):
+        read(NAMED | {"bend": "/arm/bend"}, topics)
+    found = ca.read_rosbag("flight", START, NAMED | {"bend": "/arm/bend:0,1"})
+    np.testing.assert_allclose(found.bend, FLOWN["bend"], rtol=1e-10)
+
+
 @pytest.mark.parametrize(
     ("named", "how", "part"),
     [
@@ -122,7 +157,7 @@ def test_joints_are_taken_by_name_and_scaled() -> None:
         ({"tip": "/arm/bend"}, {}, "holds messages of std_msgs/msg/Float64MultiArray; give"),
         ({"tip": "/uav/pose"}, {}, "is 0 m from the arm's base, but an arm of 0.8 m"),
         ({"bend": "/arm/bend"}, {"frame": "odom"}, "is in axes of 'odom'; publish the wrench"),
-        ({"bend": "/arm/moment:2,1"}, {}, "has no 2; name some of 0, 1"),
+        ({"bend": "/arm/moment:2,1"}, {}, "has no 2 in one of its messages; name some of 0, 1"),
     ],
 )
 def test_topics_that_cannot_be_used_are_refused(

@@ -120,6 +120,13 @@ def test_a_window_cuts_a_log() -> None:
     np.testing.assert_allclose(recording.position[0], FLOWN[0]["position"][10], atol=1e-6)
 
 
+def test_of_several_instances_of_a_topic_the_first_is_taken_and_the_others_are_told_of() -> None:
+    time, bend = (topics := logged())["debug_array"]
+    with pytest.warns(ca.ContinuairWarning, match=r"bend \(debug_array\) .* takes 0 and ignores 1"):
+        found = read({"debug_array 1": (time, {"data": 9.0 * bend["data"]}), **topics})
+    np.testing.assert_array_equal(found.bend, read().bend)
+
+
 def spoiled(name: str, change: Any) -> Topics:
     """The topics, with a change made to the times and fields of one."""
     topics = logged()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -199,23 +199,45 @@ def _numbers(attribute: str) -> Callable[[_Messages, Vehicle], dict[str, Signal]
 
     def signals(found: _Messages, _: Vehicle) -> dict[str, Signal]:
         topic = found.topic
-        rows = found.rows(lambda each: _array(topic, each, attribute))
+        first = _by_name(topic, found.messages[0], attribute) if found.messages else {}
+        names = topic.fields or tuple(first)
+        rows = found.rows(lambda each: _taken(topic, _by_name(topic, each, attribute), names))
         return {topic.role: signal(topic, found.time, rows)}
 
     return signals
 
 
-def _array(topic: Topic, message: Any, attribute: str) -> list[float]:
-    """The numbers of a message, or of some joints or places of it; or InputError."""
+def _by_name(topic: Topic, message: Any, attribute: str) -> dict[str, float]:
+    """The numbers of a message, by names of joints or by places; or InputError."""
     values = getattr(message, "data", getattr(message, attribute, None))
     if not isinstance(values, np.ndarray):
         raise _refused(topic, message, "Float64MultiArray or JointState")
     names = getattr(message, "name", None) or [str(place) for place in range(len(values))]
-    table = dict(zip(names, values.tolist(), strict=False))
-    missing = [name for name in topic.fields if name not in table]
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise InputError(f"{topic} names {twice} twice in one message; publish every joint once.")
+    if len(names) != len(values):
+        raise InputError(
+            f"{topic} names {len(names)} joints in one message, whose {attribute} holds "
+            f"{len(values)} numbers; publish one for each."
+        )
+    return dict(zip(names, values.tolist(), strict=True))
+
+
+def _taken(topic: Topic, numbers: Mapping[str, float], names: Sequence[str]) -> list[float]:
+    """The numbers of these names, or InputError; without fields no message may hold others."""
+    missing = [name for name in names if name not in numbers]
     if missing:
-        raise InputError(f"{topic} has no {missing[0]}; name some of {', '.join(table)}.")
-    return [table[name] for name in topic.fields or table]
+        raise InputError(
+            f"{topic} has no {missing[0]} in one of its messages; name some of "
+            f"{', '.join(numbers)}."
+        )
+    if not topic.fields and len(numbers) > len(names):
+        raise InputError(
+            f"{topic} holds {len(numbers)} numbers in one message, but {len(names)} in its first; "
+            f"name fields that all have, as in {topic.role}={topic.name}:{','.join(names)}."
+        )
+    return [numbers[name] for name in names]
 
 
 _ROLES = {

@@ -6,6 +6,7 @@ import contextlib
 import io
 import os
 import struct
+import warnings
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -14,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from continuair import checks
-from continuair.errors import InputError
+from continuair.errors import ContinuairWarning, InputError
 from continuair.files import check_regular, printed, reason, user_path
 from continuair.identification.recording import Recording
 from continuair.interfaces.frames import attitude_from_ned, from_frd, from_ned
@@ -126,10 +127,7 @@ def _is_whole(data: bytes) -> bool:
 
 def _signal(file: Path, log: Any, topic: Topic, window: tuple[float, float] | None) -> Signal:
     """A topic's samples in our axes, over the seconds since the log's start; or InputError."""
-    data = next((each.data for each in log.data_list if each.name == topic.name), None)
-    if data is None:
-        there = {each.name for each in _log(file, None, cut=True).data_list}
-        raise missing_topic(topic, there)
+    data = _instance(file, log, topic)
     fields = topic.fields or _FIELDS[topic.role]
     missing = [name for name in fields if name not in data]
     if missing or not fields:
@@ -145,6 +143,24 @@ def _signal(file: Path, log: Any, topic: Topic, window: tuple[float, float] | No
     rows = np.stack([data[name].astype(float) for name in fields], -1)
     convert = _OURS.get(topic.role, lambda rows: rows)
     return signal(topic, time, _converted(topic, rows, convert))
+
+
+def _instance(file: Path, log: Any, topic: Topic) -> Any:
+    """The data of a topic's first instance, with a warning of others; or InputError."""
+    found = [each for each in log.data_list if each.name == topic.name]
+    if not found:
+        there = {each.name for each in _log(file, None, cut=True).data_list}
+        raise missing_topic(topic, there)
+    taken, *others = sorted(found, key=lambda each: each.multi_id)
+    if others:
+        left_out = ", ".join(str(each.multi_id) for each in others)
+        warnings.warn(
+            f"{printed(file)}: {topic} has several instances; takes {taken.multi_id} and ignores "
+            f"{left_out}.",
+            ContinuairWarning,
+            stacklevel=4,
+        )
+    return taken.data
 
 
 def _converted(topic: Topic, rows: Array, convert: Any) -> Array:
