@@ -12,7 +12,7 @@ from scipy.stats import qmc
 
 from continuair.identification.fields import Fitted, fitted_fields
 from continuair.identification.recording import Recording
-from continuair.identification.replay import Replay, first_start
+from continuair.identification.replay import Replay
 from continuair.progress import Progress
 from continuair.vehicle.vehicle import Vehicle
 
@@ -128,15 +128,14 @@ class _Problem:
     def __init__(self, chosen: Fitted, replay: Replay, tell: Progress) -> None:
         self.chosen, self.replay, self._tell = chosen, replay, tell
         self.fields = len(chosen.names)
-        self.unknowns = self.fields + replay.start_unknowns
+        self.unknowns = self.fields + len(replay.first)
         self.measured = replay.layout.coordinates
         self._calls = 0
-        self._first = first_start(replay.recording)
 
     def residuals(self, rows: Array, deviations: Array) -> Array:
         """Weighted residuals (runs, samples * measured) of rows of unknowns (runs, unknowns)."""
         vehicle, valid = self.chosen.vehicle(rows[:, : self.fields])
-        moved = None if self.replay.test else self._first + rows[:, self.fields :]
+        moved = None if self.replay.test else self.replay.first + rows[:, self.fields :]
         found = self.replay.residuals(vehicle, moved, len(rows))
         found[~valid] = np.nan
         for group, deviation in zip(_OF_GROUP, deviations, strict=True):

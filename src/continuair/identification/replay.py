@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from bisect import bisect
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from continuair.engine.engine import Engine, Start
 from continuair.errors import InputError, shown
 from continuair.flight.cohorts import Cohort, Flight
 from continuair.flight.prepare import prepare
-from continuair.flight.rotors import still
+from continuair.flight.rotors import lag_rate, still
 from continuair.flight.time_grid import marks_at
 from continuair.identification.recording import Recording
 from continuair.scenario.paper_tests import open_loop_test
@@ -27,7 +28,8 @@ Array = np.ndarray
 
 START = 16
 """Unknowns of a start of one section: position 3 [m], rotation 3 [rad], bend 2 [1/m], and their
-rates: velocity in world axes, angular velocity in body axes. Every further section has 4 more."""
+rates: velocity in world axes, angular velocity in body axes. Every further section has 4 more, and
+every rotor that lags behind a command its speed over the greatest."""
 
 # The step is kept for all vehicles of a fit: a margin over what the first one needs.
 _FINER = 0.5
@@ -38,6 +40,8 @@ _LEEWAY = 1.25
 _MOST_FINER = 100.0
 _LONGEST_STEP = 1e-3
 _ROWS_OF_START = 5
+# Speed that a fit takes a rotor to have at the least before it starts: a thrust has no slope at 0.
+_SLOWEST = 0.1
 
 
 class Replay:
@@ -58,12 +62,24 @@ class Replay:
             flown = flown.replace(**still(vehicle))
         self._scenario = flown
         self._flown = self._cohort(vehicle)
+        self._lags = bool(lag_rate(vehicle).any())
         self._finest = self.step / _MOST_FINER
 
+    @cached_property
+    def first(self) -> Array:
+        """Start (unknowns,) to fit from, empty where the test gives it: lines through the first
+        rows, and speeds of commanded rotors that lag as if they had settled."""
+        if self.test:
+            return np.zeros(0)
+        motion, settled = first_motion(self.recording), self._settled[0]
+        if self.recording.rotor_command is None or not self._lags:
+            return motion
+        return np.concatenate([motion, np.maximum(settled, _SLOWEST)])
+
     @property
-    def start_unknowns(self) -> int:
-        """Unknowns of a start, 0 where the test gives it."""
-        return 0 if self.test else 2 * self.layout.coordinates
+    def _settled(self) -> Array:
+        """Speeds (1, rotors), over the greatest, that the commands of the first row lead to."""
+        return self._flown.start.states[:, self.layout.state :]
 
     @property
     def step(self) -> float:
@@ -109,7 +125,7 @@ class Replay:
         if start is None:
             begin = Start(*(np.repeat(x, runs, 0) for x in (flown.start.states, flown.start.angle)))
         else:
-            begin = _start(start, self.layout, flown.start.states[:, self.layout.state :])
+            begin = _start(start, self.layout, self._settled)
         logs = engine.roll_out(np.arange(runs), begin, flown.grid, flown.drive)
         log = logs.log
         log[logs.status != 0] = np.nan
@@ -141,8 +157,8 @@ def _check_sections(vehicle: Vehicle, recording: Recording, test: str | None) ->
         )
 
 
-def first_start(recording: Recording) -> Array:
-    """Start (unknowns,) by straight lines through the first rows of a recording."""
+def first_motion(recording: Recording) -> Array:
+    """Start (unknowns,) without rotors, by straight lines through the first rows of a recording."""
     n = _ROWS_OF_START
     t = recording.time[:n]
     first = Rotation.from_quat(recording.attitude[0])
@@ -154,9 +170,11 @@ def first_start(recording: Recording) -> Array:
 
 
 def _start(rows: Array, layout: Layout, speeds: Array) -> Start:
-    """Where runs begin, from rows of unknowns of a start and the speeds (1, rotors) of rotors."""
+    """Where runs begin, from rows of unknowns of a start, and the speeds (1, rotors) of rotors
+    where these hold none."""
     attitude = Rotation.from_rotvec(rows[:, 3:6]).as_quat()
-    rotors = np.repeat(speeds, len(rows), 0)
+    held = rows.shape[1] - 2 * layout.coordinates
+    rotors = np.repeat(speeds[:, held:], len(rows), 0)
     states = np.hstack([rows[:, :3], attitude, rows[:, 6:], rotors])
     roll = continuous_euler(attitude[:, None])[:, 0, :1]
     bends = rows[:, 6 : layout.coordinates]
@@ -168,7 +186,7 @@ def _held(recording: Recording, layout: Layout) -> Scenario:
     changes no step, and each row of inputs held to the next."""
     assert recording.inputs is not None
     times, rows = recording.time.tolist(), recording.inputs
-    start = _start(first_start(recording)[None], layout, np.zeros((1, 0)))
+    start = _start(first_motion(recording)[None], layout, np.zeros((1, 0)))
     state = start.states
     bends = state[0, layout.bend]
     polar = np.stack([np.hypot(bends[::2], bends[1::2]), start.angle[0, :-1]], -1)
