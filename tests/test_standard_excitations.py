@@ -64,9 +64,10 @@ def test_an_unknown_excitation_is_told_with_the_nearest_name() -> None:
 def test_values_at_many_times_at_once_are_those_one_after_the_other(runs: int | None) -> None:
     rng = np.random.default_rng(4)
     size = () if runs is None else (runs,)
-    wave = Wave(6, 1, *rng.uniform(0.5, 2.0, (4, *size)), 2.0)
+    amplitude, start, end, phase = rng.uniform(0.5, 2.0, (4, *size))
+    wave = Wave(6, 1, amplitude, start, end, phase, 2.0)
     shared = Shared(wave, rng.normal(size=(*size, 6)))
-    found = [wave, shared, Scaled(shared, rng.normal(size=size)), Swelling(wave, 0.4),
+    found: list[Any] = [wave, shared, Scaled(shared, rng.normal(size=size)), Swelling(wave, 0.4),
              Offset(Swelling(Scaled(shared, 2.0), 0.4), rng.normal(size=(*size, 6)))]  # fmt: skip
     times = np.linspace(0.0, 2.0, 50)
     for each in found:
