@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from continuair import equations as equations
     from continuair.analysis.accelerations import accelerations as accelerations
     from continuair.analysis.accelerations import forward_dynamics as forward_dynamics
-    from continuair.analysis.backbone import backbone as backbone
     from continuair.analysis.beam import curvature_error as curvature_error
     from continuair.analysis.gradient import gradient as gradient
     from continuair.analysis.linear import linearize as linearize
     from continuair.analysis.lyapunov import lyapunov as lyapunov
     from continuair.analysis.metrics import compare as compare
     from continuair.analysis.modes import modes as modes
+    from continuair.analysis.motion import backbone as backbone
     from continuair.analysis.trim import trim as trim
     from continuair.controllers.classic import classic as classic
     from continuair.controllers.controller import Controller as Controller
@@ -109,7 +109,7 @@ _HOME = {
     "open_sweep": "sweeps",
     "run_pairs": "sweeps",
     "sweep": "sweeps",
-    "backbone": "analysis.backbone",
+    "backbone": "analysis.motion",
     "animate": "viewer.video",
     "view": "viewer.view",
 }

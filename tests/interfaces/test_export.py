@@ -25,7 +25,9 @@ def result(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def models(tmp_path: Path) -> Path:
-    both = xr.concat([flight("paper"), 2 * flight("paper")], "model", combine_attrs="override")
+    one = flight("paper")
+    moved = {name: one[name] + one["position"] for name in ("position", "tip_position")}
+    both = xr.concat([one, one.assign(moved)], "model", combine_attrs="override")
     both = both.assign_coords(model=["coupled", "decoupled"])
     both.attrs = flight("paper").attrs
     both.to_netcdf(tmp_path / "both.nc", engine="h5netcdf")

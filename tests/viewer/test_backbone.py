@@ -9,8 +9,10 @@ from scipy.integrate import solve_ivp
 
 import continuair as ca
 from continuair.analysis.backbone import along
+from continuair.analysis.motion import motion_of
 from continuair.equations import position
-from tests.viewer.flights import swing
+from continuair.viewer.scene import scene
+from tests.viewer.flights import PAPER, swing
 
 Array = NDArray[np.float64]
 
@@ -103,3 +105,37 @@ def test_a_flight_of_another_vehicle_is_told() -> None:
         ca.backbone(ca.load_vehicle("two_section"), swing())
     with pytest.raises(ca.InputError, match="flight has no bend over time"):
         ca.backbone(ca.load_vehicle("paper"), swing().drop_vars("bend"))
+
+
+def test_another_vehicle_than_flew_is_told_by_its_tips() -> None:
+    start = [0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 1.0, 0.3]
+    flight = ca.simulate(PAPER, ca.Scenario("bent", start, duration=0.02), sample=0.01)
+    other = PAPER.replace({"arm.length": 1.1})
+    for use in (lambda: ca.backbone(other, flight), lambda: scene(flight, other)):
+        with pytest.raises(ca.InputError, match="whose tips are .* give the vehicle that flew it"):
+            use()
+    ca.backbone(PAPER, flight.astype(np.float32))
+
+
+@pytest.mark.parametrize("times", [[0.0, 0.02, 0.01], [0.0, 0.01, 0.01], [0.0, np.nan, 0.02]])
+def test_times_that_do_not_go_on_are_told(times: list[float]) -> None:
+    flight = swing().isel(time=slice(3)).assign_coords(time=times)
+    for use in (
+        lambda: ca.backbone(PAPER, flight),
+        lambda: scene(flight),
+        lambda: motion_of(flight),
+    ):
+        with pytest.raises(
+            ca.InputError, match="time is .* must be finite and after the one before"
+        ):
+            use()
+
+
+def test_a_quaternion_that_is_no_turn_is_told() -> None:
+    flight = swing()
+    flight["attitude"][3] *= 1.01
+    with pytest.raises(ca.InputError, match="attitude has a quaternion of length 1.01"):
+        ca.backbone(PAPER, flight)
+    flight["attitude"][3] /= 1.01
+    flight["attitude"][4:] = np.nan
+    assert len(motion_of(flight).time) == 4

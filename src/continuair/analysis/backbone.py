@@ -1,20 +1,15 @@
-"""Where an arm's backbone runs: points and frames along it, for every sample of a flight."""
+"""How an arm's backbone runs: points and frames along it, for its bends."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from continuair import checks
-from continuair.analysis.motion import poses
 from continuair.equations.arc import arc_rotation
 from continuair.equations.turns import of_quaternion
 from continuair.vehicle.arms import ArmChain
-from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+from continuair.vehicle.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
@@ -23,32 +18,6 @@ TIP = np.diag([1.0, -1.0, -1.0])
 
 HALF_TURN = (1.0, 0.0, 0.0, 0.0)
 """The same, as a quaternion x y z w."""
-
-
-def backbone(vehicle: Vehicle, flight: xr.Dataset, points: int = 41) -> xr.DataArray:
-    """Return points along the arms of a flight's vehicle in world axes [m].
-
-    flight: of `simulate`, whose leading dimensions stay. Dimensions (..., time, arm, point, axis),
-    without `arm` for a vehicle of an [arm] table. Points are evenly spaced along each arm from its
-    mount, point 0, to its tip; coordinate arc_length [m]. NaN where the flight has ended. Each
-    section is an arc of constant curvature, Eqs. (1) and (2), Amiri et al. Raises InputError.
-    """
-    check_single_vehicle(vehicle)
-    count = int(checks.number("points", points, least=2))
-    place, attitude, bend = poses(flight, vehicle)
-    bodies = [along(arm, part, count)[0] for arm, part in parts(vehicle, bend)]
-    world = np.stack([placed(place, attitude, points) for points in bodies], axis=-3)
-    lengths = np.stack([stations(arm, count) for arm in vehicle.arms])
-    leading = [
-        str(dim) for dim in flight["attitude"].transpose(..., "time", "quaternion").dims[:-1]
-    ]
-    labels: dict[str, Any] = {
-        name: flight[name] for name in (*leading, "axis") if name in flight.coords
-    }
-    if vehicle.has_arm_list:
-        labels["arm"] = [arm.name for arm in vehicle.arms]
-        return _labelled(world, [*leading, "arm", "point", "axis"], labels, lengths)
-    return _labelled(world[..., 0, :, :], [*leading, "point", "axis"], labels, lengths[0])
 
 
 def parts(vehicle: Vehicle, bend: Array) -> list[tuple[ArmChain, Array]]:
@@ -125,9 +94,3 @@ def quaternions(frames: Array) -> Array:
 
 def _turned(axes: Array, points: Array) -> Array:
     return np.asarray(np.einsum("...ij,...pj->...pi", axes, points))
-
-
-def _labelled(values: Array, dims: list[str], labels: Any, lengths: Array) -> xr.DataArray:
-    measured = (dims[-1 - lengths.ndim : -1], lengths, {"units": "m"})
-    told = {"units": "m", "long_name": "points along the arms, world axes"}
-    return xr.DataArray(values, labels | {"arc_length": measured}, dims, "backbone", told)

@@ -1,4 +1,4 @@
-"""Where a vehicle was over a flight: its position, its attitude and the bends of its arms."""
+"""Where a vehicle was over a flight: its position, its attitude, and points along its arms."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from continuair import checks
+from continuair.analysis.backbone import along, parts, placed, stations
 from continuair.errors import InputError, shown
 from continuair.flight.reading import vehicle_of
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
@@ -17,6 +19,13 @@ Array = NDArray[np.float64]
 
 _NEEDED = {"position": "axis", "attitude": "quaternion", "bend": "bend_axis"}
 """Variables that say where a vehicle is, and the dimension of each."""
+
+
+_OFF_UNIT = 1e-3
+"""By which the length of a quaternion may be off 1."""
+
+_OFF_TIP = 1e-6
+"""By which a logged tip may be off the backbone's end, over the arm's length."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +53,32 @@ class Motion:
             self.vehicle, self.time[chosen], self.position[chosen], self.attitude[chosen],
             self.bend[chosen], self.dataset.isel(time=chosen),
         )  # fmt: skip
+
+
+def backbone(vehicle: Vehicle, flight: xr.Dataset, points: int = 41) -> xr.DataArray:
+    """Return points along the arms of a flight's vehicle in world axes [m].
+
+    flight: of `simulate`, whose leading dimensions stay. Dimensions (..., time, arm, point, axis),
+    without `arm` for a vehicle of an [arm] table. Points are evenly spaced along each arm from its
+    mount, point 0, to its tip; coordinate arc_length [m]. NaN where the flight has ended. Each
+    section is an arc of constant curvature, Eqs. (1) and (2), Amiri et al. Raises InputError.
+    """
+    check_single_vehicle(vehicle)
+    count = int(checks.number("points", points, least=2))
+    place, attitude, bend = poses(flight, vehicle)
+    bodies = [along(arm, part, count)[0] for arm, part in parts(vehicle, bend)]
+    world = np.stack([placed(place, attitude, points) for points in bodies], axis=-3)
+    lengths = np.stack([stations(arm, count) for arm in vehicle.arms])
+    leading = [
+        str(dim) for dim in flight["attitude"].transpose(..., "time", "quaternion").dims[:-1]
+    ]
+    labels: dict[str, Any] = {
+        name: flight[name] for name in (*leading, "axis") if name in flight.coords
+    }
+    if vehicle.has_arm_list:
+        labels["arm"] = [arm.name for arm in vehicle.arms]
+        return _labelled(world, [*leading, "arm", "point", "axis"], labels, lengths)
+    return _labelled(world[..., 0, :, :], [*leading, "point", "axis"], labels, lengths[0])
 
 
 def motion_of(flight: Any, vehicle: Vehicle | None = None) -> Motion:
@@ -81,7 +116,10 @@ def poses(flight: Any, vehicle: Vehicle) -> tuple[Array, Array, Array]:
     place = flight["position"].transpose(..., "time", "axis")
     attitude = flight["attitude"].transpose(..., "time", "quaternion")
     bend = bend.transpose(..., "time", "section", "bend_axis")
-    return tuple(np.asarray(each, float) for each in (place, attitude, bend))  # type: ignore[return-value]
+    found = tuple(np.asarray(each, float) for each in (place, attitude, bend))
+    _check_turns(found[1])
+    _check_tips(flight, vehicle, *found)
+    return found  # type: ignore[return-value]
 
 
 def evenly(times: Array, rate: float, least: int = 0) -> NDArray[np.int64]:
@@ -111,7 +149,51 @@ def _check_over_time(flight: Any) -> xr.Dataset:
                 f"flight has no {name} over time, without which nothing can be placed; give a "
                 "result of continuair.simulate that holds position, attitude and bend."
             )
+    _check_times(flight)
     return flight
+
+
+def _check_times(flight: xr.Dataset) -> None:
+    times = np.asarray(flight.coords.get("time", np.empty(0)), float)
+    if not np.isfinite(times).all() or (np.diff(times) <= 0.0).any():
+        at = int(np.argmin(np.append(True, np.diff(times) > 0.0) & np.isfinite(times)))
+        raise InputError(
+            f"time is {times[at]:.6g} at sample {at}, but must be finite and after the one before; "
+            "put the samples in order, as with flight.sortby('time')."
+        )
+
+
+def _check_turns(attitude: Array) -> None:
+    """Raise InputError for quaternions that are no turns; what has ended has none."""
+    length = np.linalg.norm(attitude, axis=-1)
+    if (np.abs(length - 1.0) > _OFF_UNIT).any():
+        odd = float(length[np.abs(length - 1.0) > _OFF_UNIT][0])
+        raise InputError(
+            f"attitude has a quaternion of length {odd:.4g}, but must be of length 1; divide it by "
+            "its length."
+        )
+
+
+def _check_tips(
+    flight: xr.Dataset, vehicle: Vehicle, place: Array, attitude: Array, bend: Array
+) -> None:
+    """Raise InputError unless the tips are where the result has them, as of the vehicle flown."""
+    if "tip_position" not in flight:
+        return
+    said = flight["tip_position"]
+    said = said if "arm" in said.dims else said.expand_dims("arm")
+    logged = said.transpose(..., "time", "arm", "axis").to_numpy()
+    ends = [along(arm, own, 2)[0] for arm, own in parts(vehicle, bend)]
+    tips = np.stack([placed(place, attitude, points)[..., -1, :] for points in ends], axis=-2)
+    rounding = 4.0 * np.finfo(logged.dtype).eps * np.nan_to_num(np.abs(logged)).max(initial=0.0)
+    allowed = _OFF_TIP * float(vehicle.reach) + rounding
+    same = logged.shape == tips.shape
+    off = float(np.nan_to_num(np.abs(logged - tips)).max(initial=0.0)) if same else np.inf
+    if off > allowed:
+        raise InputError(
+            f"vehicle is {shown(vehicle.name)}, whose tips are {off:.3g} m from the flight's "
+            "tip_position; give the vehicle that flew it."
+        )
 
 
 def _check_one_flight(flight: xr.Dataset) -> None:
@@ -124,3 +206,9 @@ def _check_one_flight(flight: xr.Dataset) -> None:
         raise InputError(f"flight holds many: {count}; choose one, as in flight.isel({given}).")
     if "time" not in flight.coords:
         raise InputError("flight does not say when its samples are; keep its coordinate time.")
+
+
+def _labelled(values: Array, dims: list[str], labels: Any, lengths: Array) -> xr.DataArray:
+    measured = (dims[-1 - lengths.ndim : -1], lengths, {"units": "m"})
+    told = {"units": "m", "long_name": "points along the arms, world axes"}
+    return xr.DataArray(values, labels | {"arc_length": measured}, dims, "backbone", told)
