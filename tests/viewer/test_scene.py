@@ -47,12 +47,12 @@ def test_forces_act_where_they_act_and_are_as_long_as_they_are_large() -> None:
     flight = swing(DUAL)
     drawn = scene(flight)
     mounts = ca.backbone(DUAL, flight).isel(point=0).to_numpy()
-    reaction = drawn.forces["arm on the UAV"]
+    reaction = drawn.forces["base reaction"]
     np.testing.assert_allclose(reaction.at, mounts, rtol=0, atol=1e-14)
     attitude = Rotation.from_quat(flight["attitude"].to_numpy())
     expected = attitude.apply(flight["base_force"].to_numpy()[:, 1])
     np.testing.assert_allclose(reaction.force[:, 1], expected, rtol=1e-13)
-    push = drawn.forces["push on the UAV"]
+    push = drawn.forces["push"]
     np.testing.assert_array_equal(push.force[7], [[3.0, 0.0, 0.0]])
     scale = scale_of(drawn.forces, 0.5)
     arrow = reaction.arrows(scale)
@@ -64,7 +64,7 @@ def test_forces_act_where_they_act_and_are_as_long_as_they_are_large() -> None:
 def test_of_a_batch_the_push_is_that_of_the_run_that_is_shown() -> None:
     flight = swing().expand_dims(run=[0, 1])
     flight.attrs["scenario"] = json.dumps({"force": [[3.0, 0.0, 0.0], [5.0, 0.0, 0.0]]})
-    push = scene(flight.isel(run=1)).forces["push on the UAV"]
+    push = scene(flight.isel(run=1)).forces["push"]
     np.testing.assert_array_equal(push.force[:, 0], [[5.0, 0.0, 0.0]] * len(push.force))
 
 

@@ -39,26 +39,35 @@ def acting_on(motion: Motion, scenario: Scenario | None = None) -> Acting:
     """
     told = told_of(motion.dataset, scenario)
     found = _pushes(motion)
+    fields = (*PUSH, "tip_wrench")
     untold = [name for name in ("tau", "wind") if told.get(name) is not None]
-    if motion.vehicle.uav.rotors is not None and "rotor_thrust" not in motion.dataset:
-        untold.append("rotor_thrust")
-    elif told.get("controller") is not None and "command" not in motion.dataset:
-        untold.append("command")
-    for name in (*PUSH, "tip_wrench"):
+    untold += untold_of(told, motion.dataset, motion.vehicle, fields)
+    for name in fields:
         value = told.get(name)
-        if isinstance(value, str):
-            untold.append(name)
-        elif value is not None:
+        if value is not None and not isinstance(value, str):
             sign = told["tip_wrench_sign"] if name == "tip_wrench" else 1.0
             found[name] = found.get(name, 0.0) + sign * _of_run(name, value, motion)
     return Acting(found, tuple(untold))
 
 
-def warn_of_lacking(names: Iterable[str], stacklevel: int) -> None:
-    """Warn, of a caller so many levels up, if some of what acted is not in a file."""
+def untold_of(
+    told: dict[str, Any], flight: xr.Dataset, vehicle: Vehicle, fields: Iterable[str]
+) -> list[str]:
+    """What acted, but is not known: pushes that were not logged, and fields of which a result
+    tells a function's name alone."""
+    found = []
+    if vehicle.uav.rotors is not None and "rotor_thrust" not in flight:
+        found.append("rotor_thrust")
+    elif told.get("controller") is not None and "command" not in flight:
+        found.append("command")
+    return found + [name for name in fields if isinstance(told.get(name), str)]
+
+
+def warn_of_lacking(names: Iterable[str], stacklevel: int, what: str = "the file") -> None:
+    """Warn, of a caller so many levels up, if some of what acted is not in a file or picture."""
     if names := tuple(names):
         warnings.warn(
-            f"the file lacks {', '.join(names)}, which acted: it holds forces and moments whose "
+            f"{what} lacks {', '.join(names)}, which acted: it holds forces and moments whose "
             "values over time are known (scenario= tells functions of time), and no others.",
             ContinuairWarning,
             stacklevel=stacklevel + 1,

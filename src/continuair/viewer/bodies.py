@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from continuair.analysis.backbone import TIP, along, parts, placed, quaternions
 from continuair.equations.turns import of_quaternion
@@ -20,6 +21,9 @@ SEGMENTS = 32
 _LEVER, _ROTOR = 0.28, 0.42
 """Of a UAV without rotors: their distance over the reach, and their radius over that distance."""
 
+_HULL = np.array([0.36, 0.28, 0.13])
+"""Half axes of the hull over the rotors' lever."""
+
 _THINNEST = 0.009
 """Radius of a drawn arm over its length at least: thinner rods are not seen."""
 
@@ -31,6 +35,16 @@ class Rotors:
     hubs: Array
     axes: Array
     radius: float
+
+    @property
+    def lever(self) -> float:
+        """How far out the farthest hub is [m]."""
+        return float(np.linalg.norm(self.hubs, axis=1).max())
+
+    @property
+    def hull(self) -> Array:
+        """Half axes of the ellipsoid that is drawn amid them (3,) [m]."""
+        return _HULL * self.lever
 
 
 @dataclass(frozen=True)
@@ -53,6 +67,15 @@ class Bodies:
     angle: Array
     tip_position: Array
     tip_attitude: Array
+
+    def in_body(self, frame: int, points: Array) -> Array:
+        """Return points (..., 3) of the world in the UAV's axes."""
+        return (points - self.position[frame]) @ of_quaternion(self.attitude[frame])
+
+    def turned_in_body(self, frame: int, attitudes: Array) -> Array:
+        """Return attitudes (n, 4) x y z w in the world as those in the UAV's axes."""
+        body = Rotation.from_quat(self.attitude[frame])
+        return np.asarray((body.inv() * Rotation.from_quat(attitudes)).as_quat())
 
 
 def bodies(vehicle: Vehicle, position: Array, attitude: Array, bend: Array) -> Bodies:

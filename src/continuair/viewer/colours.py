@@ -21,12 +21,21 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 """Of feature points, one after the other."""
 
 GROUPS = {
-    "push on the UAV": "#CC79A7",
+    "push": "#CC79A7",
+    "command": "#0072B2",
     "rotor thrusts": "#56B4E9",
-    "arm on the UAV": "#E69F00",
-    "force at the tip": "#009E73",
+    "base reaction": "#E69F00",
+    "tip force": "#009E73",
 }
 """Colours of forces."""
+
+MEANINGS = {
+    "push": "Inputs of the scenario on the UAV.",
+    "command": "What the controller asks for, where no rotors make it.",
+    "base reaction": "What the arms do to the UAV.",
+    "ghost": "The flight of the other model.",
+}
+"""Of names that are short."""
 
 
 def rgb(colour: str) -> tuple[int, int, int]:

@@ -9,9 +9,9 @@ from pathlib import Path
 from continuair.analysis.motion import evenly
 from continuair.errors import InputError
 from continuair.files import new_file, printed, save
-from continuair.viewer.panel import HIDDEN, legend
+from continuair.viewer.panel import legend
 from continuair.viewer.scene import Scene
-from continuair.viewer.server import close, open_server
+from continuair.viewer.server import check_server, close, open_server
 from continuair.viewer.stage import Stage
 
 RATE = 30.0
@@ -33,6 +33,7 @@ def check_page(path: str | os.PathLike[str]) -> Path:
     """Return the path of a page that can be written; raises InputError."""
     if not os.fspath(path).endswith(".html"):
         raise InputError(f"export is {printed(path)}; name a file that ends in .html.")
+    check_server()
     return new_file("export", path)
 
 
@@ -42,9 +43,6 @@ def write_page(shown: Scene, path: str | os.PathLike[str], label: str) -> None:
     server = open_server(0, label)
     try:
         stage = Stage(server, shown)
-        for name in HIDDEN:
-            for node in stage.parts.get(name, ()):
-                node.visible = False
         recording = server.get_scene_serializer()
         before = float(shown.times[0])
         for frame in evenly(shown.times, RATE):

@@ -10,7 +10,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from continuair.analysis.backbone import placed, turned
-from continuair.interfaces.acting import sampled, told_of
+from continuair.equations.turns import of_quaternion
+from continuair.interfaces.acting import sampled
 from continuair.vehicle.vehicle import Vehicle
 from continuair.viewer.bodies import Bodies, rotors_of
 
@@ -25,27 +26,31 @@ class Force:
     force: Array
 
     def arrows(self, scale: float) -> Array:
-        """Return their ends (F, n, 2, 3) [m] at a scale [m/N]; each ends where its force acts."""
+        """Return their ends (F, n, 2, 3) [m] at a scale [m/N]; each begins where its force acts."""
         force = np.nan_to_num(self.force)
         return np.stack([self.at, self.at + scale * force], axis=-2)
 
 
 def forces_of(
-    flight: xr.Dataset, vehicle: Vehicle, bodies: Bodies, scenario: Any = None
+    flight: xr.Dataset, vehicle: Vehicle, bodies: Bodies, told: dict[str, Any], flying: Array
 ) -> dict[str, Force]:
-    """Return the forces that a result tells of, by what they are."""
-    told = told_of(flight, scenario)
+    """Return the forces that a result tells of, by what they are; NaN when it is not flying (F,).
+
+    told: fields of its scenario.
+    """
     found = {
-        "push on the UAV": _push(flight, vehicle, told, bodies),
+        "push": _push(flight, vehicle, told, bodies),
+        "command": _command(flight, vehicle, bodies),
         "rotor thrusts": _thrusts(flight, vehicle, bodies),
-        "arm on the UAV": _base(flight, bodies),
-        "force at the tip": _tip(flight, vehicle, told, bodies),
+        "base reaction": _base(flight, bodies),
+        "tip force": _tip(flight, vehicle, told, bodies),
     }
-    return {
-        name: force
-        for name, force in found.items()
-        if force is not None and np.nanmax(np.abs(force.force), initial=0.0) > 0.0
+    acting = {
+        name: Force(each.at, np.where(flying[:, None, None], each.force, np.nan))
+        for name, each in found.items()
+        if each is not None
     }
+    return {name: force for name, force in acting.items() if np.nan_to_num(force.force).any()}
 
 
 def scale_of(forces: dict[str, Force], longest: float) -> float:
@@ -54,17 +59,30 @@ def scale_of(forces: dict[str, Force], longest: float) -> float:
     return longest / float(max(sizes)) if sizes else 1.0
 
 
-def _push(
-    flight: xr.Dataset, vehicle: Vehicle, told: dict[str, Any], bodies: Bodies
-) -> Force | None:
-    """Inputs and, where no rotors make it, the controller's command."""
+def _push(flight: xr.Dataset, vehicle: Vehicle, told: dict[str, Any], bodies: Bodies) -> Force:
+    """Inputs on the UAV."""
     total = np.zeros((flight.sizes["time"], 3))
     for name in ("force", "tau"):
         given = _given(told, name, flight, vehicle)
         total += 0.0 if given is None else given[:, :3]
-    if "command" in flight and "rotor_thrust" not in flight:
-        total += flight["command"].transpose("time", "actuator").to_numpy()[:, :3]
-    return Force(bodies.position[:, None], total[:, None])
+    return _on_hull(total, vehicle, bodies)
+
+
+def _command(flight: xr.Dataset, vehicle: Vehicle, bodies: Bodies) -> Force | None:
+    """What a controller asks for, where no rotors make it."""
+    if "command" not in flight or "rotor_thrust" in flight:
+        return None
+    asked = flight["command"].transpose("time", "actuator").to_numpy()[:, :3]
+    return _on_hull(asked, vehicle, bodies)
+
+
+def _on_hull(force: Array, vehicle: Vehicle, bodies: Bodies) -> Force:
+    """A force (F, 3) on the UAV, whose arrow begins where it leaves the hull."""
+    axes = of_quaternion(bodies.attitude)
+    inside = np.einsum("fji,fj->fi", axes, force) / rotors_of(vehicle).hull
+    deep = np.linalg.norm(inside, axis=1, keepdims=True)
+    at = bodies.position + force / np.where(deep > 0.0, deep, np.inf)
+    return Force(at[:, None], force[:, None])
 
 
 def _thrusts(flight: xr.Dataset, vehicle: Vehicle, bodies: Bodies) -> Force | None:

@@ -44,4 +44,6 @@ def present(simulation: Simulation) -> Scene:
         target = simulation.scenario.targets[0]
         centroid = np.asarray(target.path(np.array([time]))[0]).reshape(1, 3)
         aim = Aim(centroid, centroid[:, None] + target.points)
-    return Scene(vehicle, "live", np.array([time]), placed, None, "", None, aim, {})
+    return Scene(
+        vehicle, "live", np.array([time]), placed, None, "", None, aim, {}, np.ones(1, bool)
+    )

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import to_hex
 
-from continuair.viewer.colours import COLOURS, GROUPS, scale_of_bends
+from continuair.viewer.colours import COLOURS, GROUPS, MEANINGS, model_colour, scale_of_bends
 from continuair.viewer.player import Player
 from continuair.viewer.scene import Scene
 from continuair.viewer.sight import Eye
@@ -16,8 +16,7 @@ from continuair.viewer.stage import Stage
 
 _SPEEDS = ("0.05", "0.1", "0.25", "0.5", "1", "2", "4", "8")
 
-HIDDEN = ("arm on the UAV",)
-"""Parts that are not shown until they are asked for."""
+_ALONG = "Move the picture along with the UAV."
 
 _TRACK = 250
 """Points of a track in the image at most."""
@@ -31,14 +30,14 @@ class Panel:
         if player is not None:
             self._add_playing(player)
         self._readings = self._gui.add_html(readings(stage.scene, 0))
+        self._legend = self._gui.add_html(legend(stage))
         self._image = None
         if stage.scene.eye is not None:
             self._image = Image(stage.scene.eye)
             with self._gui.add_folder("Image of the camera"):
                 self._seen = self._gui.add_html(self._image.at(0))
-        with self._gui.add_folder("Shown"):
-            self._add_parts()
-            self._gui.add_html(legend(stage))
+        with self._gui.add_folder("Shown", expand_by_default=self._image is None):
+            self._along = self._add_parts()
 
     def follow(self, frame: int) -> None:
         """Show the readings of a frame."""
@@ -74,30 +73,33 @@ class Panel:
         speed.on_update(lambda _event: setattr(player, "speed", float(speed.value)))
         loop.on_update(lambda _event: setattr(player, "loop", loop.value))
 
-    def _add_parts(self) -> None:
+    def go_along(self) -> None:
+        """Take the picture along with the UAV from now on."""
+        self._along.value = self._stage.follows = True
+
+    def _add_parts(self) -> Any:
         stage = self._stage
-        follows = self._gui.add_checkbox("go along with the UAV", stage.follows)
+        along = self._gui.add_checkbox("follow", stage.follows, hint=_ALONG)
 
         def follow(_event: Any) -> None:
-            stage.follows = follows.value
+            stage.follows = along.value
             stage.show(stage.frame)
 
-        follows.on_update(follow)
+        along.on_update(follow)
         for name in stage.parts:
             self._add_part(name)
+        return along
 
     def _add_part(self, name: str) -> None:
-        stage, visible = self._stage, name not in HIDDEN
-        box = self._gui.add_checkbox(name, visible)
+        stage = self._stage
+        box = self._gui.add_checkbox(name, stage.is_visible(name), hint=MEANINGS.get(name))
 
-        def change(shown: bool) -> None:
-            for node in stage.parts[name]:
-                node.visible = shown
+        def change(_event: Any) -> None:
+            stage.set_visible(name, box.value)
             stage.show(stage.frame)
+            self._legend.content = legend(stage)
 
-        box.on_update(lambda _event: change(box.value))
-        if not visible:
-            change(False)
+        box.on_update(change)
 
 
 def _word(player: Player) -> str:
@@ -111,13 +113,13 @@ def readings(scene: Scene, frame: int) -> str:
     bend = np.degrees(bodies.angle[frame].max())
     rows = [
         ("time", f"{scene.times[frame]:.2f} s"),
-        ("UAV", f"{x:.2f}, {y:.2f}, {z:.2f} m"),
+        ("UAV", f"{x:z.2f}, {y:z.2f}, {z:z.2f} m"),
         ("largest bend", f"{bend:.1f}°"),
     ]
     if scene.ghost is not None:
-        apart = bodies.tip_position[frame] - scene.ghost.tip_position[frame]
-        far = 1e3 * np.linalg.norm(apart, axis=-1).max()
-        rows.append((f"tip, {scene.model} to {scene.ghost_model}", f"{far:.3g} mm"))
+        far = scene.apart[frame]
+        said = f"{1e3 * far:.2f} mm" if far < 1.0 else f"{far:.2f} m"
+        rows.append((f"tip to that of {scene.ghost_model}", said if np.isfinite(far) else "ended"))
     if scene.eye is not None:
         error = np.linalg.norm(scene.eye.image[frame] - scene.eye.desired, axis=-1).max()
         rows.append(("largest feature error", f"{error:.2f} px"))
@@ -168,18 +170,26 @@ def _cross(u: float, v: float, size: float) -> str:
 
 
 def legend(stage: Stage) -> str:
-    """Return what colours and lengths mean, as HTML."""
+    """Return how flights ended, and what colours and lengths mean of what is shown, as HTML."""
+    scene = stage.scene
     stops = ", ".join(to_hex(colour / 255.0) for colour in scale_of_bends()[::51])
     largest = np.degrees(stage.largest)
     lines = [
+        *(f"<div style='color:#B00020'>{html.escape(note)}</div>" for note in scene.notes),
         f"<div style='height:.6em;background:linear-gradient(90deg,{stops})'></div>"
         f"<div style='display:flex;justify-content:space-between'><span>straight</span>"
-        f"<span>bend of a section</span><span>{largest:.3g}°</span></div>"
+        f"<span>bend of a section</span><span>{largest:.3g}°</span></div>",
     ]
-    dots = "".join(
-        f"<span style='color:{GROUPS[name]}'>■</span> {html.escape(name)} "
-        for name in stage.scene.forces
-    )
-    if dots:
-        lines.append(f"<div>{dots}<br>an arrow of 0.1 m is {0.1 / stage.scale:.3g} N</div>")
+    forces = {name: GROUPS[name] for name in scene.forces if stage.is_visible(name)}
+    shown = dict(forces)
+    if stage.is_visible("ghost"):
+        shown[f"{scene.ghost_model} ghost"] = model_colour(scene.ghost_model)
+    if shown:
+        dots = (f"<span style='color:{colour}'>■</span> {html.escape(name)}"
+                for name, colour in shown.items())  # fmt: skip
+        lines.append(f"<div>{' &nbsp;'.join(dots)}</div>")
+    if forces:
+        lines.append(f"<div>arrows: 0.1 m is {0.1 / stage.scale:.3g} N</div>")
+    if stage.is_visible("ground"):
+        lines.append(f"<div>ground at z = {scene.floor:z.2f} m</div>")
     return f"<div style='font-size:.75em;margin:.3em .9em'>{''.join(lines)}</div>"

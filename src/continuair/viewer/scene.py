@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +11,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from continuair.analysis.motion import Motion, evenly, motion_of
-from continuair.errors import InputError
+from continuair.errors import ContinuairWarning, InputError
+from continuair.interfaces.acting import told_of, untold_of, warn_of_lacking
+from continuair.kernels.step import OK, STATUS
 from continuair.vehicle.vehicle import Vehicle
 from continuair.viewer.bodies import Bodies, bodies
 from continuair.viewer.forces import Force, forces_of, scale_of
@@ -28,12 +31,21 @@ _SMALLEST = 0.05
 _LONGEST = 0.5
 """Length of the longest arrow over the arm's."""
 
+_NEAR, _FAR = 4.0, 6.0
+"""Over the reach: what starts lower has the ground at z = 0 in its picture, and what goes farther
+takes the picture along."""
+
+
+_DRAWN = ("force", "tau", "tip_wrench")
+"""Inputs whose forces are drawn."""
+
 
 @dataclass(frozen=True)
 class Scene:
     """What is drawn of a flight, over its frames, and of another model's beside it.
 
-    times (F,) [s]; forces: by what they are; floor: height of the ground that is drawn [m].
+    times (F,) [s]; forces: by what they are; flying (F,): whether none has ended; notes: how they
+    ended where that was early.
     """
 
     vehicle: Vehicle
@@ -45,6 +57,8 @@ class Scene:
     eye: Eye | None
     aim: Aim | None
     forces: dict[str, Force]
+    flying: NDArray[np.bool_]
+    notes: tuple[str, ...] = ()
 
     @property
     def reach(self) -> float:
@@ -64,15 +78,27 @@ class Scene:
     @property
     def far(self) -> bool:
         """Whether the flight goes so far that a picture must go with it."""
-        return bool(np.ptp(self.bodies.position, axis=0).max() > 6.0 * self.reach)
+        return self.is_far(np.ptp(self.bodies.position, axis=0))
+
+    def is_far(self, gone: Array) -> bool:
+        """Whether a way (3,) [m] is too long for a picture that stays."""
+        return bool(np.abs(gone).max() > _FAR * self.reach)
 
     @property
     def floor(self) -> float:
         """Height of the ground that is drawn [m]: 0, or below what starts far above or below it."""
         start = min(float(line[0, :, 2].min()) for line in self.bodies.lines)
         lowest = min(float(line[..., 2].min()) for line in self.bodies.lines)
-        near = lowest > 0.0 and start < 4.0 * self.reach
+        near = lowest > 0.0 and start < _NEAR * self.reach
         return 0.0 if near else start - 0.5 * self.reach
+
+    @property
+    def apart(self) -> Array:
+        """Largest distance of the two models' tips (F,) [m], NaN once one of them has ended."""
+        if self.ghost is None:
+            return np.full(len(self.times), np.nan)
+        between = self.bodies.tip_position - self.ghost.tip_position
+        return np.where(self.flying, np.linalg.norm(between, axis=-1).max(axis=-1), np.nan)
 
 
 def scene(
@@ -90,13 +116,18 @@ def scene(
     motion = motion_of(flight, vehicle)
     flown, times = motion.vehicle, flight["time"].to_numpy()
     chosen = evenly(times, rate, LEAST)
-    placed = _placed(motion, chosen)
-    others = None
+    placed, flying = _placed(motion, chosen), chosen < len(motion.time)
+    others, both, notes = None, flying, [early_end(flight, motion, _model(flight))]
     if ghost is not None:
-        if ghost.sizes.get("time") != len(times):
-            raise InputError("ghost has other samples than flight; give flights over equal times.")
-        others = _placed(motion_of(ghost, flown), chosen)
-    shown = flight.isel(time=chosen)
+        other = motion_of(ghost, flown)
+        if not np.array_equal(ghost["time"], times):
+            raise InputError("ghost has other times than flight; give flights over equal times.")
+        others, both = _placed(other, chosen), flying & (chosen < len(other.time))
+        notes.append(early_end(ghost, other, _model(ghost)))
+    told, shown = told_of(flight, scenario), flight.isel(time=chosen)
+    warn_of_lacking(untold_of(told, flight, flown, _DRAWN), 3, "the picture")
+    for note in filter(None, notes):
+        warnings.warn(note, ContinuairWarning, stacklevel=3)
     return Scene(
         flown,
         _model(flight),
@@ -106,8 +137,21 @@ def scene(
         "" if ghost is None else _model(ghost),
         eye_of(shown, flown, placed),
         aim_of(shown),
-        forces_of(shown, flown, placed, scenario),
+        forces_of(shown, flown, placed, told, flying),
+        both,
+        tuple(filter(None, notes)),
     )
+
+
+def early_end(flight: xr.Dataset, motion: Motion, model: str) -> str:
+    """Return when and why a flight ended before its last sample, empty where it did not."""
+    status = int(flight.get("status", OK))
+    last = float(motion.time[-1])
+    until = float(flight["end_time"]) if status != OK and "end_time" in flight else last
+    if len(motion.time) == flight.sizes["time"] and (status == OK or until > last):
+        return ""
+    why = "its numbers are not finite from then on" if status == OK else STATUS[status]
+    return f"the {model} flight ended at {until:.2f} s: {why}".replace("  ", " ")
 
 
 def _model(flight: xr.Dataset) -> str:

@@ -16,20 +16,25 @@ PORT = 8080
 _HIGHEST = 65535
 
 
-def open_server(port: int, label: str) -> Any:
-    """Return a server at a port, 0 for any that is free; raises InputError if it is taken."""
+def check_server(port: int = 0) -> None:
+    """Raise InputError unless there is viser, and a port is free; 0 is any."""
     checks.installed("viser", "view")
-    import viser
-
     checks.whole("port", port, 0, _HIGHEST)
     if port and not _is_free(port):
         raise _taken(port)
+
+
+def open_server(port: int, label: str) -> Any:
+    """Return a server at a port, 0 for any that is free; raises InputError if it is taken."""
+    check_server(port)
+    import viser
+
     server = _quietly(lambda: viser.ViserServer(host=HOST, port=port, label=label, verbose=False))
     if port and server.get_port() != port:
         close(server)
         raise _taken(port)
     server.gui.configure_theme(
-        show_logo=False, show_share_button=False, control_layout="floating", control_width="medium",
+        show_logo=False, show_share_button=False, control_layout="collapsible", control_width="medium",
         brand_color=(0, 114, 178),
     )  # fmt: skip
     return server

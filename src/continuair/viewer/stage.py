@@ -6,12 +6,16 @@ from typing import Any
 
 import numpy as np
 
+from continuair.viewer.bodies import rotors_of
 from continuair.viewer.colours import COLOURS, GROUPS, model_colour, rgb
 from continuair.viewer.scene import Scene
 from continuair.viewer.sight import in_image
 from continuair.viewer.vehicles import VehicleNodes, wxyz_of
 
-_WORLD = "/world"
+_WORLD, _VEHICLE, _GHOST = "/world", "/vehicle", "/ghost"
+
+HIDDEN = ("base reaction",)
+"""Parts that are not shown until they are asked for."""
 
 
 class Stage:
@@ -26,7 +30,7 @@ class Stage:
         self.parts: dict[str, list[Any]] = {}
         self.follows = scene.far
         self.largest = largest or scene.largest_bend
-        self.frame = 0
+        self.frame, self._start = 0, scene.bodies.position[0]
         _light(self._api)
         self._world = self._api.add_frame(_WORLD, show_axes=False)
         self._add_ground()
@@ -36,43 +40,60 @@ class Stage:
         self._add_camera()
         self._arrows = self._add_arrows()
         self._place_camera()
+        for name in HIDDEN:
+            self.set_visible(name, False)
         self.show(0)
 
     def show(self, frame: int) -> None:
         """Pose everything as in a frame, in one message to browsers."""
         scene, self.frame = self.scene, frame
         with self._server.atomic():
-            gone = scene.bodies.position[frame] - scene.bodies.position[0]
-            self._world.position = -gone if self.follows else np.zeros(3)
+            gone = scene.bodies.position[frame] - self._start if self.follows else np.zeros(3)
+            self._world.position = -gone
             for vehicle, bodies in zip(self._vehicles, (scene.bodies, scene.ghost), strict=False):
                 assert bodies is not None
-                vehicle.show(bodies, frame)
+                vehicle.show(bodies, frame, gone)
             for name, (node, points) in self._arrows.items():
-                if self.parts[name][0].visible:
-                    node.points = points[frame]
+                if self.is_visible(name):
+                    node.points = scene.bodies.in_body(frame, points[frame]).astype(np.float32)
             if self._target is not None:
                 self._target.position = scene.aim.centroid[frame]  # type: ignore[union-attr]
             if self._frustum is not None:
                 self._show_camera(frame)
 
+    def is_visible(self, part: str) -> bool:
+        """Tell whether a part is shown."""
+        return any(node.visible for node in self.parts.get(part, ()))
+
+    def set_visible(self, part: str, shown: bool) -> None:
+        """Show or hide a part, if there is one of that name."""
+        for node in self.parts.get(part, ()):
+            node.visible = shown
+
+    @property
+    def gone_far(self) -> bool:
+        """Whether the UAV is too far from its start for a picture that stays there."""
+        return self.scene.is_far(self.scene.bodies.position[self.frame] - self._start)
+
     def _show_camera(self, frame: int) -> None:
-        eye = self.scene.eye
+        eye, bodies = self.scene.eye, self.scene.bodies
         assert eye is not None
-        self._frustum.position = eye.position[frame]
-        self._frustum.wxyz = wxyz_of(eye.attitude[frame])
-        self._seen.points = np.nan_to_num(self._images[frame]).astype(np.float32)
+        self._frustum.position = bodies.in_body(frame, eye.position[frame])
+        self._frustum.wxyz = wxyz_of(bodies.turned_in_body(frame, eye.attitude[frame][None])[0])
+        seen = bodies.in_body(frame, np.nan_to_num(self._images[frame]))
+        self._seen.points = seen.astype(np.float32)
 
     def _add_vehicles(self) -> None:
         scene, largest = self.scene, self.largest
-        shown = VehicleNodes(self._api, f"{_WORLD}/vehicle", scene.vehicle, scene.bodies, largest)
+        shown = VehicleNodes(self._api, _VEHICLE, scene.vehicle, scene.bodies, largest)
         self._vehicles = [shown]
         self.parts["tip frames"] = shown.tips
         if scene.ghost is not None:
             colour = model_colour(scene.ghost_model)
             of = scene.vehicle, scene.ghost, largest, colour
-            other = VehicleNodes(self._api, f"{_WORLD}/ghost", *of)
+            other = VehicleNodes(self._api, _GHOST, *of)
             self._vehicles.append(other)
-            self.parts[f"{scene.ghost_model} ghost"] = other.nodes
+            self.parts["ghost"] = [other.node]
 
     def _add_trails(self) -> None:
         scene = self.scene
@@ -84,7 +105,8 @@ class Stage:
             for name, (bodies, colour) in flights.items()
             for arm in range(len(scene.vehicle.arms))
         ]
-        self.parts["tip paths"] = [node for node in found if node is not None]
+        if any(found):
+            self.parts["tip paths"] = [node for node in found if node is not None]
 
     def _add_line(self, name: str, points: Any, colour: str, width: float = 1.5) -> Any:
         points = points[:: max(1, len(points) // 1000)]
@@ -121,14 +143,14 @@ class Stage:
         depth = 0.28 * self.scene.reach
         half = 0.5 * height / eye.camera.focal_length[1]
         self._frustum = self._api.add_camera_frustum(
-            f"{_WORLD}/camera", 2.0 * np.arctan(half), width / height, color=rgb("#0072B2"),
+            f"{_VEHICLE}/camera", 2.0 * np.arctan(half), width / height, color=rgb("#0072B2"),
             scale=depth * np.cbrt(half * half * width / height / 3.0), thickness=1.5,
             thickness_units="screen",
         )  # fmt: skip
         self._images = in_image(eye, depth)
         colours = [rgb(COLOURS[index % len(COLOURS)]) for index in range(eye.image.shape[1])]
         self._seen = self._api.add_point_cloud(
-            f"{_WORLD}/image", self._images[0].astype(np.float32), np.array(colours),
+            f"{_VEHICLE}/image", self._images[0].astype(np.float32), np.array(colours),
             point_size=0.06 * depth, point_shape="circle", precision="float32",
         )  # fmt: skip
         self.parts["camera"] = [self._frustum, self._seen]
@@ -137,9 +159,9 @@ class Stage:
         found, self.scale = {}, self.scene.scale
         thick = 0.009 * self.scene.reach
         for name, force in self.scene.forces.items():
-            points = force.arrows(self.scale).astype(np.float32)
+            points = force.arrows(self.scale)
             node = self._api.add_arrows(
-                f"{_WORLD}/{name.replace(' ', '_')}", points[0], rgb(GROUPS[name]),
+                f"{_VEHICLE}/{name.replace(' ', '_')}", points[0].astype(np.float32), rgb(GROUPS[name]),
                 shaft_radius=thick, head_radius=2.4 * thick, head_length=6.0 * thick,
             )  # fmt: skip
             found[name], self.parts[name] = (node, points), [node]
@@ -157,20 +179,28 @@ class Stage:
         ]  # fmt: skip
 
     def _place_camera(self) -> None:
-        bodies = self.scene.bodies
-        points = [bodies.position, *(line.reshape(-1, 3) for line in bodies.lines)]
-        if self.scene.aim is not None:
-            points.append(self.scene.aim.points.reshape(-1, 3))
-        if self.follows:
-            points = [bodies.position[:1] + self.scene.reach * side for side in (-0.65, 0.65)]
-        every = np.concatenate(points)
+        every = np.concatenate(self._to_see())
         low, high = every.min(axis=0), every.max(axis=0)
-        centre = (low + high) / 2
         size = max(float(np.linalg.norm(high - low)), 1.5 * self.scene.reach)
         camera = self._server.initial_camera
         camera.fov = np.radians(45.0)
-        camera.look_at = centre
-        camera.position = centre + 1.5 * size * np.array([0.55, -0.75, 0.32])
+        camera.look_at = (low + high) / 2
+        camera.position = (low + high) / 2 + 1.35 * size * np.array([0.55, -0.75, 0.32])
+
+    def _to_see(self) -> list[Any]:
+        """Points that the first picture holds; of one that goes along, about the start."""
+        bodies, aim = self.scene.bodies, self.scene.aim
+        rotors = rotors_of(self.scene.vehicle)
+        wide = (rotors.lever + rotors.radius) * np.array([[1.0, 1.0, 0.2], [-1.0, -1.0, -0.2]])
+        points = [bodies.position[:, None] + wide, *bodies.lines]
+        points += [each.reshape(len(each), -1, 3) for name, (_, each) in self._arrows.items()
+                   if name not in HIDDEN]  # fmt: skip
+        if self.follows:
+            return [(each - bodies.position[:, None]).reshape(-1, 3) + self._start
+                    for each in points]  # fmt: skip
+        if aim is not None:
+            points.append(aim.points)
+        return [each.reshape(-1, 3) for each in points]
 
 
 def _light(api: Any) -> None:

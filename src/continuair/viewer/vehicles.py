@@ -25,7 +25,8 @@ _OVERLAP = 1.08
 class VehicleNodes:
     """A vehicle in a viser scene; a colour makes it a ghost, translucent and of that colour.
 
-    largest: the bend angle at the end of the scale of colours [rad].
+    largest: the bend angle at the end of the scale of colours [rad]; node: what all hangs on, with
+    the UAV's axes.
     """
 
     def __init__(
@@ -38,14 +39,14 @@ class VehicleNodes:
         ghost: str | None = None,
     ) -> None:
         self._largest, self._ghost = largest, ghost
-        self._frame = api.add_frame(f"{name}/uav", show_axes=False)
+        self.node = api.add_frame(name, show_axes=False)
         _add_uav(api, f"{name}/uav", vehicle, ghost)
         radius = _thick(ghost) * bodies.radius
         scales = np.column_stack([radius, radius, _OVERLAP * bodies.length])
         self._arm = _add_tubes(
             api, f"{name}/arm", bodies.middle[0], bodies.turn[0], scales, GREY, ghost
         )
-        self.nodes, self.tips = [self._frame, self._arm], []
+        self.tips: list[Any] = []
         if ghost is None:
             size = float(vehicle.reach)
             self.tips = [
@@ -55,17 +56,23 @@ class VehicleNodes:
                 )
             ]  # fmt: skip
 
-    def show(self, bodies: Bodies, frame: int) -> None:
-        """Pose the vehicle as in a frame."""
-        self._frame.position = bodies.position[frame]
-        self._frame.wxyz = wxyz_of(bodies.attitude[frame])
-        self._arm.batched_positions = bodies.middle[frame].astype(np.float32)
-        self._arm.batched_wxyzs = wxyz_of(bodies.turn[frame])
+    def show(self, bodies: Bodies, frame: int, gone: Array) -> None:
+        """Pose the vehicle as in a frame, moved back by what it has gone (3,) [m].
+
+        Arms are posed in the UAV's axes: a browser may show poses and meshes one after the other.
+        """
+        self.node.position = bodies.position[frame] - gone
+        self.node.wxyz = wxyz_of(bodies.attitude[frame])
+        _pose(self._arm, bodies, frame, bodies.middle, bodies.turn)
         if self._ghost is None:
             self._arm.batched_colors = bend_colours(bodies.angle[frame], self._largest)
         for tips in self.tips:
-            tips.batched_positions = bodies.tip_position[frame].astype(np.float32)
-            tips.batched_wxyzs = wxyz_of(bodies.tip_attitude[frame])
+            _pose(tips, bodies, frame, bodies.tip_position, bodies.tip_attitude)
+
+
+def _pose(node: Any, bodies: Bodies, frame: int, at: Array, turns: Array) -> None:
+    node.batched_positions = bodies.in_body(frame, at[frame]).astype(np.float32)
+    node.batched_wxyzs = wxyz_of(bodies.turned_in_body(frame, turns[frame]))
 
 
 def wxyz_of(quaternion: Array) -> NDArray[np.float32]:
@@ -76,11 +83,10 @@ def wxyz_of(quaternion: Array) -> NDArray[np.float32]:
 def _add_uav(api: Any, name: str, vehicle: Vehicle, ghost: str | None) -> None:
     """Hull, booms, motors and rotor disks, in body axes, with the mounts of arms away from it."""
     rotors, look = rotors_of(vehicle), _look(ghost)
-    lever = float(np.linalg.norm(rotors.hubs, axis=1).max()) * _thick(ghost)
+    lever = rotors.lever * _thick(ghost)
     thin = 0.035 * lever
     api.add_icosphere(
-        f"{name}/hull", 1.0, rgb(ghost or DARK), scale=(0.36 * lever, 0.28 * lever, 0.13 * lever),
-        **look,
+        f"{name}/hull", 1.0, rgb(ghost or DARK), scale=tuple(_thick(ghost) * rotors.hull), **look
     )  # fmt: skip
     mounts = np.array([arm.mount for arm in vehicle.arms], float)
     rods = np.vstack([rotors.hubs, mounts[np.linalg.norm(mounts, axis=1) > 0.05 * lever]])

@@ -36,7 +36,7 @@ class View:
             self._panel = Panel(self._server, self._stage, player)
         else:
             self._stage = Stage(self._server, shown, _WIDEST)
-            self._panel = Panel(self._server, self._stage, None)
+            self._panel, self._went = Panel(self._server, self._stage, None), False
             self.player = Watch(simulation, self._show_now)
         self.player.start()
 
@@ -70,6 +70,9 @@ class View:
 
     def _show_now(self, now: Scene) -> None:
         self._stage.scene = now
+        if self._stage.gone_far and not self._went:
+            self._went = True
+            self._panel.go_along()
         self._show(0)
 
 
