@@ -103,7 +103,7 @@ def write_new(path: Path, content: str | bytes) -> None:
         try:
             stream.write(content.encode() if isinstance(content, str) else content)
             stream.flush()
-        except OSError:
+        except BaseException:
             path.unlink(missing_ok=True)
             raise
 

@@ -97,7 +97,13 @@ def test_the_image_plane_shows_a_point_on_the_way_to_it() -> None:
 def test_a_flight_that_ends_early_stays_where_it_ended() -> None:
     flight = swing()
     flight["position"][50:] = np.nan
-    drawn = scene(flight).bodies
+    with pytest.warns(ca.ContinuairWarning, match="coupled flight ended at 0.49 s: its numbers"):
+        found = scene(flight, ghost=swing(model="decoupled"))
+    assert np.isfinite(found.apart[:50]).all() and np.isnan(found.apart[50:]).all()
+    push = found.forces["push"].arrows(1.0)
+    assert (push[:50, :, 1] != push[:50, :, 0]).any(-1).all()
+    np.testing.assert_array_equal(push[50:, :, 1], push[50:, :, 0])
+    drawn = found.bodies
     assert np.isfinite(drawn.position).all()
     np.testing.assert_array_equal(drawn.position[-1], flight["position"][49])
 
@@ -143,8 +149,11 @@ def test_what_is_no_single_flight_is_told() -> None:
         scene(flight.expand_dims(run=[0, 1]))
     with pytest.raises(ca.InputError, match="does not say which vehicle flew it"):
         scene(flight.drop_attrs())
-    with pytest.raises(ca.InputError, match="ghost has other samples"):
+    with pytest.raises(ca.InputError, match="ghost has other times"):
         scene(flight, ghost=swing(duration=2.0))
+    later = flight.assign_coords(time=flight["time"] + 0.5)
+    with pytest.raises(ca.InputError, match="ghost has other times"):
+        scene(flight, ghost=later)
 
 
 @pytest.mark.parametrize("layout", ["quad_x", "hex_plus", "octo_x", "coaxial_x8"])

@@ -256,5 +256,5 @@ def test_a_vehicle_with_rotors_hovers_while_its_arms_move() -> None:
     scenario, coupled, decoupled = fly(vehicle)
     assert scenario.controller is not None
     assert int(coupled["status"]) == int(decoupled["status"]) == 0
-    assert float(abs(coupled["position"] - [0.0, 0.0, 5.0]).max()) < 1.0
+    assert float(abs(coupled["position"] - [0.0, 0.0, 1.6 * float(vehicle.reach)]).max()) < 1.0
     assert float(abs(coupled["bend"]).max()) > 0.5

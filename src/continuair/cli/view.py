@@ -35,15 +35,18 @@ def view(
 ) -> None:
     """Show a flight in the browser: UAV, arms, camera, target and forces, as they move.
 
-    A vehicle flies first: Test A of the paper, or a hover if it has rotors.
+    A vehicle flies first: a hover in which its arms swing and a push comes from the side.
     """
     from continuair.viewer.export import check_page, write_page
+    from continuair.viewer.server import check_server
     from continuair.viewer.video import animation, check_video
 
     if export is not None:
         check_page(export)
     if video is not None:
         check_video(video)
+    if export is None and video is None:
+        check_server(port)
     shown, label = _scene(result, flight)
     if export is not None:
         write_page(shown, export, label)

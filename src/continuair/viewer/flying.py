@@ -14,50 +14,40 @@ from continuair.scenario.scenarios import Scenario
 from continuair.scenario.setpoints import Setpoints
 from continuair.vehicle.vehicle import Vehicle
 
-HEIGHT = 5.0
-"""Of the start [m], as in the paper's tests."""
+HEIGHT = 1.6
+"""Of the start over the reach: the ground is in the picture."""
 
-_SAMPLE = 1e-3
-_OPEN, _HOVER = 2.0, 10.0
-"""Durations [s]."""
+_SAMPLE, _DURATION = 1e-3, 10.0
+"""[s]"""
 
 _TURN = 0.8
 """Bend angle of each section that the hovering vehicle's arm swings to [rad]."""
 
-_PUSH, _PUSHED = 0.08, (5.0, 5.5)
+_PUSH, _PUSHED = 0.3, (5.0, 5.5)
 """A push to the side over the weight, and from when to when it acts [s]."""
 
 
 def fly(vehicle: Vehicle) -> tuple[Scenario, xr.Dataset, xr.Dataset]:
     """Return a scenario that suits a vehicle, and its flights by both models.
 
-    Without rotors it is Test A of Amiri et al. for 2 s, 100 N along x from a bend of 0.1 1/m. With
-    them a hover in which the arms swing and a push comes from the side, under a flight controller,
+    It is a hover in which the arms swing and a push comes from the side, under a flight controller,
     or open loop where none can be designed.
     """
-    chosen = _test_a(vehicle) if vehicle.uav.rotors is None else _hover(vehicle)
+    chosen = _hover(vehicle)
     flights = [
         simulate(vehicle, chosen, model=model, sample=_SAMPLE) for model in ("coupled", "decoupled")
     ]
     return chosen, flights[0], flights[1]
 
 
-def _test_a(vehicle: Vehicle) -> Scenario:
-    q = np.zeros(6 + 2 * vehicle.sections)
-    q[2], q[6::2] = HEIGHT, 0.1
-    tau = np.zeros_like(q)
-    tau[0] = 100.0
-    return Scenario("Test A", q, tau=tau, duration=_OPEN)
-
-
 def _hover(vehicle: Vehicle) -> Scenario:
     q = np.zeros(6 + 2 * vehicle.sections)
-    q[2] = HEIGHT
+    q[2] = HEIGHT * vehicle.reach
     push = np.array([0.0, _PUSH * vehicle.mass * 9.81, 0.0])
     given: dict[str, Any] = {
         "force": lambda t: push * float(_PUSHED[0] <= t < _PUSHED[1]),
         "jumps": _PUSHED,
-        "duration": _HOVER,
+        "duration": _DURATION,
     }
     lengths = np.array([each.length for arm in vehicle.arms for each in arm.section])
 

@@ -34,9 +34,9 @@ def open_server(port: int, label: str) -> Any:
         close(server)
         raise _taken(port)
     server.gui.configure_theme(
-        show_logo=False, show_share_button=False, control_layout="collapsible", control_width="medium",
-        brand_color=(0, 114, 178),
-    )  # fmt: skip
+        show_logo=False, show_share_button=False, control_width="medium", brand_color=(0, 114, 178)
+    )
+    server.gui.main_panel.dock_right()  # beside the picture, not over it
     return server
 
 

@@ -159,10 +159,10 @@ class Stage:
         found, self.scale = {}, self.scene.scale
         thick = 0.009 * self.scene.reach
         for name, force in self.scene.forces.items():
-            points = force.arrows(self.scale)
+            points, called = force.arrows(self.scale), f"{_VEHICLE}/{name.replace(' ', '_')}"
             node = self._api.add_arrows(
-                f"{_VEHICLE}/{name.replace(' ', '_')}", points[0].astype(np.float32), rgb(GROUPS[name]),
-                shaft_radius=thick, head_radius=2.4 * thick, head_length=6.0 * thick,
+                called, points[0].astype(np.float32), rgb(GROUPS[name]), shaft_radius=thick,
+                head_radius=2.4 * thick, head_length=6.0 * thick,
             )  # fmt: skip
             found[name], self.parts[name] = (node, points), [node]
         return found
@@ -185,7 +185,7 @@ class Stage:
         camera = self._server.initial_camera
         camera.fov = np.radians(45.0)
         camera.look_at = (low + high) / 2
-        camera.position = (low + high) / 2 + 1.35 * size * np.array([0.55, -0.75, 0.32])
+        camera.position = (low + high) / 2 + 1.35 * size * np.array([0.75, -0.55, 0.32])
 
     def _to_see(self) -> list[Any]:
         """Points that the first picture holds; of one that goes along, about the start."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import uuid
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from continuair.errors import InputError
 from continuair.figures import style
 from continuair.files import new_file, printed, writing
 from continuair.progress import Progress
+from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.vehicle import Vehicle
 from continuair.viewer.drawing import Picture
 from continuair.viewer.scene import Scene, scene
@@ -36,14 +38,15 @@ def animate(
     vehicle: Vehicle | None = None,
     *,
     ghost: xr.Dataset | None = None,
+    scenario: Scenario | None = None,
 ) -> None:
     """Write a video of a flight, .mp4 or .gif, which plays as fast as the vehicle flies.
 
-    flight, vehicle, ghost: as in `view`. An .mp4 needs ffmpeg. Raises InputError, also for a file
-    that is there.
+    flight, vehicle, ghost, scenario: as in `view`. An .mp4 needs ffmpeg. Raises InputError, also
+    for a file that is there.
     """
     check_video(path)
-    animation(scene(flight, vehicle, ghost, rate=max(_RATE.values())), path)
+    animation(scene(flight, vehicle, ghost, scenario, rate=max(_RATE.values())), path)
 
 
 def check_video(path: str | os.PathLike[str]) -> Path:
@@ -72,11 +75,7 @@ def animation(shown: Scene, path: str | os.PathLike[str], progress: Progress | N
             told = ["-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart"]
             writer = FFMpegWriter(fps=int(rate), codec="libx264", extra_args=told)
         with writing("video", path):
-            try:
-                _write(writer, figure, file, chosen, picture.show, progress)
-            except OSError:
-                file.unlink(missing_ok=True)
-                raise
+            _write(writer, figure, file, chosen, picture.show, progress)
 
 
 def _write(
@@ -87,12 +86,18 @@ def _write(
     show: Callable[[int], None],
     progress: Progress | None,
 ) -> None:
-    with writer.saving(figure, os.fspath(file), _RESOLUTION):
-        for index, frame in enumerate(chosen):
-            if progress is not None:
-                progress(index + 1, len(chosen), "drawing")
-            show(int(frame))
-            writer.grab_frame()
+    """Write beside the file and rename: what is interrupted leaves nothing behind."""
+    draft = file.with_name(f"{file.stem}.{uuid.uuid4().hex}{file.suffix}")
+    try:
+        with writer.saving(figure, os.fspath(draft), _RESOLUTION):
+            for index, frame in enumerate(chosen):
+                if progress is not None:
+                    progress(index + 1, len(chosen), "drawing")
+                show(int(frame))
+                writer.grab_frame()
+        os.replace(draft, new_file("video", file))
+    finally:
+        draft.unlink(missing_ok=True)
 
 
 def _frames(shown: Scene, rate: float) -> NDArray[np.int64]:

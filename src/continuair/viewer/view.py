@@ -9,6 +9,7 @@ import xarray as xr
 
 from continuair.errors import InputError
 from continuair.flight.live import Simulation
+from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.vehicle import Vehicle
 from continuair.viewer.live import Watch, present
 from continuair.viewer.panel import Panel
@@ -81,6 +82,7 @@ def view(
     vehicle: Vehicle | None = None,
     *,
     ghost: xr.Dataset | None = None,
+    scenario: Scenario | None = None,
     port: int = PORT,
     block: bool = False,
 ) -> View:
@@ -88,15 +90,18 @@ def view(
 
     flight: one run of `simulate`, or a Simulation, whose present is shown while it is stepped.
     vehicle: the one that flew, by default as the result says. ghost: another model's flight over
-    the same times, drawn beside it. port: of 127.0.0.1, which no other machine reaches; 0 for any.
-    block: return only when interrupted. Raises InputError.
+    the same times, drawn beside it. scenario: the one that was flown, whose functions
+    of time a result lacks. port: of 127.0.0.1, which no other machine reaches; 0 for any. block:
+    return only when interrupted. Raises InputError.
     """
     if isinstance(flight, Simulation):
-        if vehicle is not None or ghost is not None:
-            raise InputError("vehicle and ghost are of results; leave them out of a Simulation.")
+        if vehicle is not None or ghost is not None or scenario is not None:
+            raise InputError(
+                "vehicle, ghost and scenario are of results; leave them out of a Simulation."
+            )
         shown = View(present(flight), port, flight.vehicle.name, flight)
     else:
-        found = scene(flight, vehicle, ghost)
+        found = scene(flight, vehicle, ghost, scenario)
         shown = View(found, port, found.vehicle.name)
     if block:
         shown.wait()
