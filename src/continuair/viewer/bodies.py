@@ -46,6 +46,11 @@ class Rotors:
         """Half axes of the ellipsoid that is drawn amid them (3,) [m]."""
         return _HULL * self.lever
 
+    @property
+    def edge(self) -> float:
+        """Radius of a sphere around the UAV [m]."""
+        return self.lever + self.radius
+
 
 @dataclass(frozen=True)
 class Bodies:

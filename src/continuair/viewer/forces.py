@@ -10,7 +10,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from continuair.analysis.backbone import placed, turned
-from continuair.equations.turns import of_quaternion
 from continuair.interfaces.acting import sampled
 from continuair.vehicle.vehicle import Vehicle
 from continuair.viewer.bodies import Bodies, rotors_of
@@ -20,13 +19,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Force:
-    """Forces over frames in world axes: where they act (F, n, 3) [m], and what they are [N]."""
+    """Forces over frames in world axes: where arrows begin (F, n, 3) [m], and what they are [N]."""
 
     at: Array
     force: Array
 
     def arrows(self, scale: float) -> Array:
-        """Return their ends (F, n, 2, 3) [m] at a scale [m/N]; each begins where its force acts."""
+        """Return their ends (F, n, 2, 3) [m] at a scale [m/N]."""
         force = np.nan_to_num(self.force)
         return np.stack([self.at, self.at + scale * force], axis=-2)
 
@@ -40,7 +39,7 @@ def forces_of(
     """
     found = {
         "push": _push(flight, vehicle, told, bodies),
-        "command": _command(flight, vehicle, bodies),
+        "command": _command(flight, bodies),
         "rotor thrusts": _thrusts(flight, vehicle, bodies),
         "base reaction": _base(flight, bodies),
         "tip force": _tip(flight, vehicle, told, bodies),
@@ -60,29 +59,23 @@ def scale_of(forces: dict[str, Force], longest: float) -> float:
 
 
 def _push(flight: xr.Dataset, vehicle: Vehicle, told: dict[str, Any], bodies: Bodies) -> Force:
-    """Inputs on the UAV."""
+    """Inputs on the UAV, whose arrows begin outside of it."""
     total = np.zeros((flight.sizes["time"], 3))
     for name in ("force", "tau"):
         given = _given(told, name, flight, vehicle)
         total += 0.0 if given is None else given[:, :3]
-    return _on_hull(total, vehicle, bodies)
+    size = np.linalg.norm(total, axis=1, keepdims=True)
+    # Nothing of the UAV hides the arrow.
+    edge = rotors_of(vehicle).edge / np.where(size > 0.0, size, np.inf)
+    return Force((bodies.position + edge * total)[:, None], total[:, None])
 
 
-def _command(flight: xr.Dataset, vehicle: Vehicle, bodies: Bodies) -> Force | None:
+def _command(flight: xr.Dataset, bodies: Bodies) -> Force | None:
     """What a controller asks for, where no rotors make it."""
     if "command" not in flight or "rotor_thrust" in flight:
         return None
     asked = flight["command"].transpose("time", "actuator").to_numpy()[:, :3]
-    return _on_hull(asked, vehicle, bodies)
-
-
-def _on_hull(force: Array, vehicle: Vehicle, bodies: Bodies) -> Force:
-    """A force (F, 3) on the UAV, whose arrow begins where it leaves the hull."""
-    axes = of_quaternion(bodies.attitude)
-    inside = np.einsum("fji,fj->fi", axes, force) / rotors_of(vehicle).hull
-    deep = np.linalg.norm(inside, axis=1, keepdims=True)
-    at = bodies.position + force / np.where(deep > 0.0, deep, np.inf)
-    return Force(at[:, None], force[:, None])
+    return Force(bodies.position[:, None], asked[:, None])
 
 
 def _thrusts(flight: xr.Dataset, vehicle: Vehicle, bodies: Bodies) -> Force | None:

@@ -55,7 +55,7 @@ class Stage:
                 vehicle.show(bodies, frame, gone)
             for name, (node, points) in self._arrows.items():
                 if self.is_visible(name):
-                    node.points = scene.bodies.in_body(frame, points[frame]).astype(np.float32)
+                    node.points = _without_zeros(scene.bodies.in_body(frame, points[frame]))
             if self._target is not None:
                 self._target.position = scene.aim.centroid[frame]  # type: ignore[union-attr]
             if self._frustum is not None:
@@ -161,7 +161,7 @@ class Stage:
         for name, force in self.scene.forces.items():
             points, called = force.arrows(self.scale), f"{_VEHICLE}/{name.replace(' ', '_')}"
             node = self._api.add_arrows(
-                called, points[0].astype(np.float32), rgb(GROUPS[name]), shaft_radius=thick,
+                called, _without_zeros(points[0]), rgb(GROUPS[name]), shaft_radius=thick,
                 head_radius=2.4 * thick, head_length=6.0 * thick,
             )  # fmt: skip
             found[name], self.parts[name] = (node, points), [node]
@@ -185,13 +185,13 @@ class Stage:
         camera = self._server.initial_camera
         camera.fov = np.radians(45.0)
         camera.look_at = (low + high) / 2
-        camera.position = (low + high) / 2 + 1.35 * size * np.array([0.75, -0.55, 0.32])
+        camera.position = (low + high) / 2 + 1.25 * size * np.array([0.75, -0.55, 0.32])
 
     def _to_see(self) -> list[Any]:
         """Points that the first picture holds; of one that goes along, about the start."""
         bodies, aim = self.scene.bodies, self.scene.aim
         rotors = rotors_of(self.scene.vehicle)
-        wide = (rotors.lever + rotors.radius) * np.array([[1.0, 1.0, 0.2], [-1.0, -1.0, -0.2]])
+        wide = rotors.edge * np.array([[1.0, 1.0, 0.2], [-1.0, -1.0, -0.2]])
         points = [bodies.position[:, None] + wide, *bodies.lines]
         points += [each.reshape(len(each), -1, 3) for name, (_, each) in self._arrows.items()
                    if name not in HIDDEN]  # fmt: skip
@@ -201,6 +201,11 @@ class Stage:
         if aim is not None:
             points.append(aim.points)
         return [each.reshape(-1, 3) for each in points]
+
+
+def _without_zeros(arrows: Any) -> Any:
+    """Arrows (n, 2, 3) without those of no length, of which viser would draw the heads."""
+    return arrows[(arrows[:, 0] != arrows[:, 1]).any(axis=-1)].astype(np.float32)
 
 
 def _light(api: Any) -> None:
