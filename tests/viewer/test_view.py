@@ -20,7 +20,8 @@ from typer.testing import CliRunner
 
 import continuair as ca
 from continuair.cli import app
-from continuair.viewer import video
+from continuair.viewer import flying, video
+from continuair.viewer.drawing import Picture
 from continuair.viewer.export import write_page
 from continuair.viewer.flying import fly
 from continuair.viewer.reading import chosen, recorded
@@ -94,6 +95,63 @@ def test_a_port_that_is_taken_is_told(file: Path) -> None:
         told = run(str(file), "--port", str(port))
     assert told.exit_code == 2
     assert f"port is {port}, which another program uses" in told.output
+
+
+@pytest.mark.parametrize("words", [["--port", "70000"], ["--export", "page.html"]])
+def test_what_cannot_be_served_or_written_is_told_before_a_vehicle_flies(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    if "--export" in words:
+        monkeypatch.setitem(sys.modules, "viser", None)
+
+    def never(_vehicle: object) -> None:
+        raise AssertionError("it flies")
+
+    monkeypatch.setattr(flying, "fly", never)
+    told = run("paper", *words)
+    assert told.exit_code == 2, told.output
+    assert "port is 70000" in told.output or "continuair[view]" in told.output
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.filterwarnings("default::continuair.errors.ContinuairWarning")
+def test_a_flight_that_ended_early_is_told_when_and_why(tmp_path: Path) -> None:
+    start = [0, 0, 3, 0, 0, 0, 6.0, 0.0, 0, 0]
+    push = {"bend_moment": [1.0, 0.0, 0.0, 0.0], "duration": 0.2}
+    vehicle = ca.load_vehicle("two_section")
+    flight = ca.simulate(vehicle, ca.Scenario("bent", start, **push), sample=0.01, step=2e-4)
+    assert int(flight["status"]) == 2
+    flight.to_netcdf(tmp_path / "bent.nc", engine="h5netcdf")
+    words = f"the coupled flight ended at {float(flight['end_time']):.2f} s: bent beyond a full"
+    told = run(str(tmp_path / "bent.nc"), "--export", str(tmp_path / "page.html"))
+    assert told.exit_code == 0
+    assert told.output.count(words) == 1
+    assert words in (tmp_path / "page.html").read_text(encoding="utf-8")
+
+
+def test_forces_that_a_result_does_not_tell_are_told_and_drawn_of_its_scenario() -> None:
+    test = ca.open_loop_test("D")
+    flight = ca.simulate(PAPER, test, sample=0.1)
+    with pytest.warns(ca.ContinuairWarning, match="the picture lacks tip_wrench, which acted"):
+        assert "tip force" not in scene(flight).forces
+    acted = scene(flight, scenario=test).forces["tip force"]
+    np.testing.assert_allclose(acted.force[0, 0], [-10 / np.sqrt(2), 0.0, -25.0], atol=1e-12)
+
+
+def test_an_interrupted_video_leaves_nothing_behind(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(picture: Picture, frame: int) -> None:
+        if frame > 0:
+            raise KeyboardInterrupt
+
+    path = tmp_path / "swing.gif"
+    with monkeypatch.context() as patch:
+        patch.setattr(Picture, "show", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            ca.animate(swing(duration=0.2), path)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_missing_package_is_named(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -53,7 +53,7 @@ def view(
         typer.echo(f"The page is {export}.", err=True)
     if video is not None:
         with progress_bar() as progress:
-            animation(shown, video, progress)
+            animation(shown, video, label, progress)
         typer.echo(f"The video is {video}.", err=True)
     if export is None and video is None:
         _serve(shown, port, label)

@@ -29,6 +29,9 @@ GROUPS = {
 }
 """Colours of forces."""
 
+HIDDEN = ("base reaction",)
+"""Of what is drawn in the browser when it is asked for alone."""
+
 MEANINGS = {
     "push": "Inputs of the scenario on the UAV.",
     "command": "What the controller asks for, where no rotors make it.",

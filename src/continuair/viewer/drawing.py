@@ -12,8 +12,18 @@ from numpy.typing import NDArray
 from continuair.analysis.backbone import placed
 from continuair.figures import style
 from continuair.viewer.bodies import Bodies, rotors_of
-from continuair.viewer.colours import COLOURS, DARK, GREY, GROUPS, bend_colours, model_colour
+from continuair.viewer.colours import (
+    COLOURS,
+    DARK,
+    GREY,
+    GROUPS,
+    HIDDEN,
+    bend_colours,
+    model_colour,
+    scale_of_bends,
+)
 from continuair.viewer.scene import Scene
+from continuair.viewer.sight import Eye
 
 Array = NDArray[np.float64]
 
@@ -24,16 +34,22 @@ _TIP_AXES = ("#D55E00", "#009E73", "#0072B2")
 class Picture:
     """A scene on a figure; `show` draws one of its frames."""
 
-    def __init__(self, figure: Figure, scene: Scene) -> None:
-        self._scene = scene
+    def __init__(self, figure: Figure, scene: Scene, name: str) -> None:
+        self._scene, self._name = scene, style.plain(name)
         axes: Any = figure.add_axes((0.0, 0.0, 1.0, 0.93), projection="3d")
         axes.set_proj_type("persp", focal_length=0.8)
-        axes.view_init(elev=18, azim=-62)
+        axes.view_init(elev=18, azim=-42)
         self._axes = axes
         self._title = figure.text(0.03, 0.95, "", size=9, color="#333333")
+        self._largest, self._scale = scene.largest_bend, scene.scale
+        self._arrows = {
+            name: force.arrows(scene.scale)
+            for name, force in scene.forces.items()
+            if name not in HIDDEN
+        }
         self._key(figure)
-        self._largest = scene.largest_bend
-        self._scale = scene.scale
+        self._bar(figure)
+        self._inset = None if scene.eye is None else Inset(figure, scene.eye)
         self._frame_of_uav = _outline(scene)
         self._low, self._high = self._limits()
 
@@ -46,7 +62,7 @@ class Picture:
         low, high = self._low + gone, self._high + gone
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
         axes.set_box_aspect(high - low, zoom=1.25)
-        self._title.set_text(f"{style.plain(scene.vehicle.name)}   {scene.times[frame]:.2f} s")
+        self._title.set_text(f"{self._name}   {scene.times[frame]:.2f} s")
         self._draw_ground(low, high)
         self._draw_target(frame)
         if scene.ghost is not None:
@@ -54,16 +70,30 @@ class Picture:
         self._draw_trail(frame)
         self._draw_vehicle(scene.bodies, frame, None)
         self._draw_forces(frame)
+        if self._inset is not None:
+            self._inset.show(frame)
 
     def _key(self, figure: Figure) -> None:
-        shown, ghost = (
-            [(name, GROUPS[name]) for name in self._scene.forces],
-            self._scene.ghost_model,
-        )
-        if ghost:
-            shown.append((f"{ghost} model", model_colour(ghost)))
-        for index, (name, colour) in enumerate(reversed(shown)):
+        """Colours and lengths at the right, how flights ended at the left."""
+        scene = self._scene
+        said = [(f"{scene.model} model".strip(), DARK)]
+        if scene.ghost is not None:
+            said.append((f"{scene.ghost_model} model", model_colour(scene.ghost_model)))
+        said += [(name, GROUPS[name]) for name in self._arrows]
+        if self._arrows:
+            said.append((f"arrows: 0.1 m is {0.1 / self._scale:.3g} N", DARK))
+        for index, (name, colour) in enumerate(reversed(said)):
             figure.text(0.97, 0.03 + 0.035 * index, name, size=8, color=colour, ha="right")
+        for index, note in enumerate(scene.notes):
+            figure.text(0.03, 0.91 - 0.035 * index, note, size=7, color="#B00020")
+
+    def _bar(self, figure: Figure) -> None:
+        """The scale of colours of bends."""
+        bar = figure.add_axes((0.06, 0.06, 0.22, 0.015))
+        bar.imshow(scale_of_bends()[None], aspect="auto", extent=(0.0, 1.0, 0.0, 1.0))
+        bar.set(yticks=[], xticks=[0.0, 1.0])
+        bar.set_xticklabels(["straight", f"{np.degrees(self._largest):.3g}°"], size=7)
+        bar.set_title("bend of a section", size=7, pad=2)
 
     def _limits(self) -> tuple[Array, Array]:
         scene = self._scene
@@ -126,15 +156,46 @@ class Picture:
             self._axes.plot(*point[:, None], "o", ms=4, color=COLOURS[index % len(COLOURS)])
 
     def _draw_forces(self, frame: int) -> None:
-        for name, force in self._scene.forces.items():
-            ends = force.arrows(self._scale)[frame]
-            start, vector = ends[:, 0], ends[:, 1] - ends[:, 0]
-            self._axes.quiver(*start.T, *vector.T, color=GROUPS[name], lw=1.4,
-                              arrow_length_ratio=0.15)  # fmt: skip
+        for name, arrows in self._arrows.items():
+            ends = arrows[frame][(arrows[frame, :, 0] != arrows[frame, :, 1]).any(axis=-1)]
+            look = {"color": GROUPS[name], "lw": 1.4}
+            self._lines(ends, **look)
+            self._lines(_heads(ends, 0.04 * self._scene.size), **look)
 
     def _lines(self, lines: Array, **look: Any) -> None:
         collection = Line3DCollection(lines, capstyle="round", **look)
         self._axes.add_collection3d(collection, autolim=False)
+
+
+class Inset:
+    """The camera's image in a corner: tracks, where points belong, and where they are."""
+
+    def __init__(self, figure: Figure, eye: Eye) -> None:
+        self._eye = eye
+        width, height = eye.camera.image_size
+        axes = figure.add_axes((0.03, 0.62, 0.24, 0.27))
+        axes.set(xlim=(0, width), ylim=(height, 0), xticks=[], yticks=[], aspect="equal")
+        colours = [COLOURS[index % len(COLOURS)] for index in range(eye.image.shape[1])]
+        for index, colour in enumerate(colours):
+            axes.plot(*eye.image[:, index].T, color=colour, alpha=0.45, lw=0.8)
+        axes.plot(*eye.desired.T, "+", color="#333333", ms=6)
+        self._points = axes.scatter(*eye.image[0].T, c=colours, s=14)
+
+    def show(self, frame: int) -> None:
+        """Show the image of a frame."""
+        self._points.set_offsets(self._eye.image[frame])
+
+
+def _heads(arrows: Array, longest: float) -> Array:
+    """The four lines of the head of each arrow (n, 2, 3), no longer than so many metres."""
+    back = arrows[:, 0] - arrows[:, 1]
+    length = np.linalg.norm(back, axis=-1, keepdims=True)
+    back = back / length
+    side = np.cross(back, np.where(np.abs(back[:, 2:]) < 0.9, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]))
+    side = side / np.linalg.norm(side, axis=-1, keepdims=True)
+    size, other = np.minimum(0.4 * length, longest), np.cross(back, side)
+    fins = [arrows[:, 1] + size * (back + 0.4 * across) for across in (side, -side, other, -other)]
+    return np.concatenate([np.stack([arrows[:, 1], fin], axis=1) for fin in fins])
 
 
 def _pieces(points: Array) -> Array:
@@ -144,8 +205,7 @@ def _pieces(points: Array) -> Array:
 def _outline(scene: Scene) -> list[Array]:
     """Lines of a UAV in body axes: its hull, then booms, rods to mounts and rotor rims."""
     rotors = rotors_of(scene.vehicle)
-    lever = float(np.linalg.norm(rotors.hubs, axis=1).max())
-    hull = 0.22 * lever * np.column_stack([np.cos(_ROUND), np.sin(_ROUND), 0.0 * _ROUND])
+    hull = 0.22 * rotors.lever * np.column_stack([np.cos(_ROUND), np.sin(_ROUND), 0.0 * _ROUND])
     ends = [*rotors.hubs, *(np.asarray(arm.mount, float) for arm in scene.vehicle.arms)]
     rods = [np.stack([np.zeros(3), end]) for end in ends]
     rims = []

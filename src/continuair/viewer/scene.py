@@ -15,7 +15,7 @@ from continuair.errors import ContinuairWarning, InputError
 from continuair.interfaces.acting import told_of, untold_of, warn_of_lacking
 from continuair.kernels.step import OK, STATUS
 from continuair.vehicle.vehicle import Vehicle
-from continuair.viewer.bodies import Bodies, bodies
+from continuair.viewer.bodies import Bodies, bodies, rotors_of
 from continuair.viewer.forces import Force, forces_of, scale_of
 from continuair.viewer.sight import Aim, Eye, aim_of, eye_of
 
@@ -29,7 +29,7 @@ _SMALLEST = 0.05
 """Bend angle at the end of the scale of colours at least [rad]."""
 
 _LONGEST = 0.5
-"""Length of the longest arrow over the arm's."""
+"""Length of the longest arrow over the size of what flies."""
 
 _NEAR, _FAR = 4.0, 6.0
 """Over the reach: what starts lower has the ground at z = 0 in its picture, and what goes farther
@@ -62,8 +62,13 @@ class Scene:
 
     @property
     def reach(self) -> float:
-        """Length of the longest arm [m], by which all else is sized."""
+        """Length of the longest arm [m], by which pictures are sized."""
         return float(self.vehicle.reach)
+
+    @property
+    def size(self) -> float:
+        """Of the UAV or its longest arm, the larger [m], by which arrows are sized."""
+        return max(self.reach, 2.0 * rotors_of(self.vehicle).edge)
 
     @property
     def largest_bend(self) -> float:
@@ -73,7 +78,7 @@ class Scene:
     @property
     def scale(self) -> float:
         """Length of the arrows of forces [m/N]."""
-        return scale_of(self.forces, _LONGEST * self.reach)
+        return scale_of(self.forces, _LONGEST * self.size)
 
     @property
     def far(self) -> bool:

@@ -7,15 +7,12 @@ from typing import Any
 import numpy as np
 
 from continuair.viewer.bodies import rotors_of
-from continuair.viewer.colours import COLOURS, GROUPS, model_colour, rgb
+from continuair.viewer.colours import COLOURS, GROUPS, HIDDEN, model_colour, rgb
 from continuair.viewer.scene import Scene
 from continuair.viewer.sight import in_image
 from continuair.viewer.vehicles import VehicleNodes, wxyz_of
 
 _WORLD, _VEHICLE, _GHOST = "/world", "/vehicle", "/ghost"
-
-HIDDEN = ("base reaction",)
-"""Parts that are not shown until they are asked for."""
 
 
 class Stage:
@@ -157,7 +154,7 @@ class Stage:
 
     def _add_arrows(self) -> dict[str, tuple[Any, Any]]:
         found, self.scale = {}, self.scene.scale
-        thick = 0.009 * self.scene.reach
+        thick = 0.01 * self.scene.size
         for name, force in self.scene.forces.items():
             points, called = force.arrows(self.scale), f"{_VEHICLE}/{name.replace(' ', '_')}"
             node = self._api.add_arrows(

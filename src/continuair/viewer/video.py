@@ -46,7 +46,8 @@ def animate(
     for a file that is there.
     """
     check_video(path)
-    animation(scene(flight, vehicle, ghost, scenario, rate=max(_RATE.values())), path)
+    found = scene(flight, vehicle, ghost, scenario, rate=max(_RATE.values()))
+    animation(found, path, found.vehicle.name)
 
 
 def check_video(path: str | os.PathLike[str]) -> Path:
@@ -62,14 +63,16 @@ def check_video(path: str | os.PathLike[str]) -> Path:
     return new_file("video", path)
 
 
-def animation(shown: Scene, path: str | os.PathLike[str], progress: Progress | None = None) -> None:
-    """Write a scene as a video; raises InputError."""
+def animation(
+    shown: Scene, path: str | os.PathLike[str], label: str, progress: Progress | None = None
+) -> None:
+    """Write a scene as a video, with what to call it; raises InputError."""
     file = check_video(path)
     rate = _RATE[file.suffix]
     chosen = _frames(shown, rate)
     with style.applied(), matplotlib.rc_context({"animation.ffmpeg_path": _ffmpeg() or "ffmpeg"}):
         figure = Figure(figsize=_SIZE, dpi=_RESOLUTION)
-        picture = Picture(figure, shown)
+        picture = Picture(figure, shown, label)
         writer: AbstractMovieWriter = PillowWriter(fps=int(rate))
         if file.suffix == ".mp4":
             told = ["-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart"]
