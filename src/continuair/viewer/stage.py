@@ -10,9 +10,12 @@ from continuair.viewer.bodies import rotors_of
 from continuair.viewer.colours import COLOURS, GROUPS, HIDDEN, model_colour, rgb
 from continuair.viewer.scene import Scene
 from continuair.viewer.sight import in_image
-from continuair.viewer.vehicles import VehicleNodes, wxyz_of
+from continuair.viewer.vehicles import BODY, VehicleNodes, wxyz_of
 
 _WORLD, _VEHICLE, _GHOST = "/world", "/vehicle", "/ghost"
+
+_UPRIGHT = ("push", "command")
+"""Forces that do not turn with the UAV: their nodes have the world's axes."""
 
 
 class Stage:
@@ -52,7 +55,7 @@ class Stage:
                 vehicle.show(bodies, frame, gone)
             for name, (node, points) in self._arrows.items():
                 if self.is_visible(name):
-                    node.points = _without_zeros(scene.bodies.in_body(frame, points[frame]))
+                    node.points = self._arrows_at(name, points, frame)
             if self._target is not None:
                 self._target.position = scene.aim.centroid[frame]  # type: ignore[union-attr]
             if self._frustum is not None:
@@ -71,6 +74,14 @@ class Stage:
     def gone_far(self) -> bool:
         """Whether the UAV is too far from its start for a picture that stays there."""
         return self.scene.is_far(self.scene.bodies.position[self.frame] - self._start)
+
+    def _arrows_at(self, name: str, points: Any, frame: int) -> Any:
+        """Arrows (n, 2, 3) in axes of their node, without those of no length, which have heads."""
+        bodies, found = self.scene.bodies, points[frame]
+        long = (found[:, 0] != found[:, 1]).any(axis=-1)
+        upright = name in _UPRIGHT
+        own = found - bodies.position[frame] if upright else bodies.in_body(frame, found)
+        return own[long].astype(np.float32)
 
     def _show_camera(self, frame: int) -> None:
         eye, bodies = self.scene.eye, self.scene.bodies
@@ -140,14 +151,15 @@ class Stage:
         depth = 0.28 * self.scene.reach
         half = 0.5 * height / eye.camera.focal_length[1]
         self._frustum = self._api.add_camera_frustum(
-            f"{_VEHICLE}/camera", 2.0 * np.arctan(half), width / height, color=rgb("#0072B2"),
+            f"{_VEHICLE}/{BODY}/camera", 2.0 * np.arctan(half), width / height,
+            color=rgb("#0072B2"),
             scale=depth * np.cbrt(half * half * width / height / 3.0), thickness=1.5,
             thickness_units="screen",
         )  # fmt: skip
         self._images = in_image(eye, depth)
         colours = [rgb(COLOURS[index % len(COLOURS)]) for index in range(eye.image.shape[1])]
         self._seen = self._api.add_point_cloud(
-            f"{_VEHICLE}/image", self._images[0].astype(np.float32), np.array(colours),
+            f"{_VEHICLE}/{BODY}/image", self._images[0].astype(np.float32), np.array(colours),
             point_size=0.06 * depth, point_shape="circle", precision="float32",
         )  # fmt: skip
         self.parts["camera"] = [self._frustum, self._seen]
@@ -156,10 +168,12 @@ class Stage:
         found, self.scale = {}, self.scene.scale
         thick = 0.01 * self.scene.size
         for name, force in self.scene.forces.items():
-            points, called = force.arrows(self.scale), f"{_VEHICLE}/{name.replace(' ', '_')}"
+            points = force.arrows(self.scale)
+            on = _VEHICLE if name in _UPRIGHT else f"{_VEHICLE}/{BODY}"
             node = self._api.add_arrows(
-                called, _without_zeros(points[0]), rgb(GROUPS[name]), shaft_radius=thick,
-                head_radius=2.4 * thick, head_length=6.0 * thick,
+                f"{on}/{name.replace(' ', '_')}", self._arrows_at(name, points, 0),
+                rgb(GROUPS[name]), shaft_radius=thick, head_radius=2.4 * thick,
+                head_length=6.0 * thick,
             )  # fmt: skip
             found[name], self.parts[name] = (node, points), [node]
         return found
@@ -198,11 +212,6 @@ class Stage:
         if aim is not None:
             points.append(aim.points)
         return [each.reshape(-1, 3) for each in points]
-
-
-def _without_zeros(arrows: Any) -> Any:
-    """Arrows (n, 2, 3) without those of no length, of which viser would draw the heads."""
-    return arrows[(arrows[:, 0] != arrows[:, 1]).any(axis=-1)].astype(np.float32)
 
 
 def _light(api: Any) -> None:

@@ -18,6 +18,9 @@ Array = NDArray[np.float64]
 _SIDES = 24
 """Of what is round."""
 
+BODY = "body"
+"""Name of the node that turns with the UAV."""
+
 _OVERLAP = 1.08
 """Length of a drawn segment over its own, which closes the gaps on the outside of a bend."""
 
@@ -25,8 +28,8 @@ _OVERLAP = 1.08
 class VehicleNodes:
     """A vehicle in a viser scene; a colour makes it a ghost, translucent and of that colour.
 
-    largest: the bend angle at the end of the scale of colours [rad]; node: what all hangs on, with
-    the UAV's axes.
+    largest: the bend angle at the end of the scale of colours [rad]; node: at the UAV, with the
+    world's axes; below it is BODY, with its own.
     """
 
     def __init__(
@@ -40,18 +43,20 @@ class VehicleNodes:
     ) -> None:
         self._largest, self._ghost = largest, ghost
         self.node = api.add_frame(name, show_axes=False)
-        _add_uav(api, f"{name}/uav", vehicle, ghost)
+        body = f"{name}/{BODY}"
+        self._body = api.add_frame(body, show_axes=False)
+        _add_uav(api, body, vehicle, ghost)
         radius = _thick(ghost) * bodies.radius
         scales = np.column_stack([radius, radius, _OVERLAP * bodies.length])
         self._arm = _add_tubes(
-            api, f"{name}/arm", bodies.middle[0], bodies.turn[0], scales, GREY, ghost
+            api, f"{body}/arm", bodies.middle[0], bodies.turn[0], scales, GREY, ghost
         )
         self.tips: list[Any] = []
         if ghost is None:
             size = float(vehicle.reach)
             self.tips = [
                 api.add_batched_axes(
-                    f"{name}/tips", wxyz_of(bodies.tip_attitude[0]), bodies.tip_position[0],
+                    f"{body}/tips", wxyz_of(bodies.tip_attitude[0]), bodies.tip_position[0],
                     axes_length=0.16 * size, axes_radius=0.006 * size,
                 )
             ]  # fmt: skip
@@ -62,7 +67,7 @@ class VehicleNodes:
         Arms are posed in the UAV's axes: a browser may show poses and meshes one after the other.
         """
         self.node.position = bodies.position[frame] - gone
-        self.node.wxyz = wxyz_of(bodies.attitude[frame])
+        self._body.wxyz = wxyz_of(bodies.attitude[frame])
         _pose(self._arm, bodies, frame, bodies.middle, bodies.turn)
         if self._ghost is None:
             self._arm.batched_colors = bend_colours(bodies.angle[frame], self._largest)
