@@ -118,9 +118,10 @@ def test_what_cannot_be_served_or_written_is_told_before_a_vehicle_flies(
 @pytest.mark.filterwarnings("default::continuair.errors.ContinuairWarning")
 def test_a_flight_that_ended_early_is_told_when_and_why(tmp_path: Path) -> None:
     start = [0, 0, 3, 0, 0, 0, 6.0, 0.0, 0, 0]
-    push = {"bend_moment": [1.0, 0.0, 0.0, 0.0], "duration": 0.2}
+    push = np.array([1.0, 0.0, 0.0, 0.0])
+    scenario = ca.Scenario("bent", start, bend_moment=push, duration=0.2)
     vehicle = ca.load_vehicle("two_section")
-    flight = ca.simulate(vehicle, ca.Scenario("bent", start, **push), sample=0.01, step=2e-4)
+    flight = ca.simulate(vehicle, scenario, sample=0.01, step=2e-4)
     assert int(flight["status"]) == 2
     flight.to_netcdf(tmp_path / "bent.nc", engine="h5netcdf")
     words = f"the coupled flight ended at {float(flight['end_time']):.2f} s: bent beyond a full"

@@ -143,8 +143,8 @@ class Image:
         drawn += [_cross(u, v, 2.0 * unit) for u, v in eye.desired if np.isfinite(u + v)]
         self._size = 1.6 * unit
         self._before = (
-            f"<svg viewBox='0 0 {width} {height}' stroke-width='{0.7 * unit:.1f}' style='width:70%;"
-            f"margin:.4em 15%;background:#fff;border:1px solid #bbb'>{''.join(drawn)}"
+            f"<svg viewBox='0 0 {width} {height}' stroke-width='{0.7 * unit:.1f}' style='width:54%;"
+            f"margin:.4em 23%;background:#fff;border:1px solid #bbb'>{''.join(drawn)}"
         )
 
     def at(self, frame: int) -> str:
