@@ -179,7 +179,8 @@ class Inset:
         for index, colour in enumerate(colours):
             axes.plot(*eye.image[:, index].T, color=colour, alpha=0.45, lw=0.8)
         axes.plot(*eye.desired.T, "+", color="#333333", ms=6)
-        self._points = axes.scatter(*eye.image[0].T, c=colours, s=14)
+        u, v = eye.image[0].T
+        self._points = axes.scatter(u, v, c=colours, s=14)
 
     def show(self, frame: int) -> None:
         """Show the image of a frame."""

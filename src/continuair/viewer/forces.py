@@ -31,7 +31,7 @@ class Force:
 
 
 def forces_of(
-    flight: xr.Dataset, vehicle: Vehicle, bodies: Bodies, told: dict[str, Any], flying: Array
+    flight: xr.Dataset, vehicle: Vehicle, bodies: Bodies, told: dict[str, Any], flying: Any
 ) -> dict[str, Force]:
     """Return the forces that a result tells of, by what they are; NaN when it is not flying (F,).
 
