@@ -10,9 +10,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
+from continuair.analysis.backbone import placed
 from continuair.equations import project
 from continuair.viewer.bodies import rotors_of
 from continuair.viewer.forces import scale_of
+from continuair.viewer.panel import readings
 from continuair.viewer.player import Player
 from continuair.viewer.scene import scene
 from continuair.viewer.sight import in_image
@@ -165,3 +167,24 @@ def test_disks_of_rotors_without_a_radius_leave_each_other_room_but_for_coaxial_
     drawn = rotors_of(ca.load_vehicle("slender").replace({"uav.rotors": rotors}))
     apart = np.linalg.norm(drawn.hubs[:, None, :2] - drawn.hubs[:, :2], axis=-1)
     assert 0.2 * 0.3 < drawn.radius < 0.5 * apart[apart > 1e-6].min()
+
+
+def test_what_hangs_on_the_uav_is_where_it_is_in_the_world() -> None:
+    flight = swing(DUAL)
+    drawn, frame = scene(flight).bodies, 70
+    own = drawn.in_body(frame, drawn.middle[frame])
+    world = placed(drawn.position[frame], drawn.attitude[frame], own)
+    np.testing.assert_allclose(world, drawn.middle[frame], rtol=0, atol=1e-14)
+    turned = Rotation.from_quat(drawn.turned_in_body(frame, drawn.turn[frame]))
+    back = Rotation.from_quat(drawn.attitude[frame]) * turned
+    assert (back.inv() * Rotation.from_quat(drawn.turn[frame])).magnitude().max() < 1e-14
+
+
+def test_readings_have_no_minus_zero_and_no_distance_to_a_flight_that_has_ended() -> None:
+    flight, ghost = swing(), swing(model="decoupled")
+    flight["position"][:, 0] = -1e-4
+    ghost["bend"][50:] = np.nan
+    with pytest.warns(ca.ContinuairWarning, match="the decoupled flight ended at 0.49 s"):
+        both = scene(flight, ghost=ghost)
+    assert "-0.00" not in readings(both, 0) and " mm" in readings(both, 0)
+    assert "ended" in readings(both, 80) and " mm" not in readings(both, 80)

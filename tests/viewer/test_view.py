@@ -289,6 +289,12 @@ def test_the_view_of_a_simulation_is_on_this_machine_alone_and_follows_its_steps
             time.sleep(0.01)
         tip = simulation.trajectory()["tip_position"][-1]
         np.testing.assert_allclose(shown.scene.bodies.tip_position[0, 0], tip, rtol=1e-13)
+        assert not shown.follows
+        while simulation.state[0] < 8.0:
+            simulation.step(force=[100.0, 0.0, 0.0])
+        while not shown.follows:
+            assert time.monotonic() < end
+            time.sleep(0.01)
     finally:
         shown.stop()
     with pytest.raises(ca.InputError, match="leave them out of a Simulation"):

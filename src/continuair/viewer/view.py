@@ -51,6 +51,11 @@ class View:
         """What is shown: all frames of a flight, or the present of a simulation."""
         return self._stage.scene
 
+    @property
+    def follows(self) -> bool:
+        """Whether the picture goes along with the UAV."""
+        return self._stage.follows
+
     def wait(self) -> None:
         """Return when interrupted."""
         try:
