@@ -15,7 +15,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from continuair import checks
-from continuair.analysis.backbone import backbone
+from continuair.analysis.motion import backbone
 from continuair.errors import InputError, shown
 from continuair.figures import curves, pictogram, style
 from continuair.figures.tracking import feature_paths
