@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import signal
 import socket
@@ -170,6 +171,21 @@ def test_without_ffmpeg_a_gif_is_offered(
     told = run(str(file), "--video", str(tmp_path / "flight.mp4"))
     assert told.exit_code == 2
     assert "pip install 'continuair[video]', or name a .gif" in told.output
+
+
+@pytest.mark.parametrize("ends", ["exit 1", "cat > /dev/null; exit 1"])
+def test_an_ffmpeg_that_fails_is_told_in_a_sentence_and_leaves_nothing(
+    ends: str, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken = tmp_path / "bin" / "ffmpeg"
+    broken.parent.mkdir()
+    broken.write_text(f"#!/bin/sh\n{ends}\n")
+    broken.chmod(0o755)
+    monkeypatch.setenv("PATH", os.pathsep.join([str(broken.parent), os.environ["PATH"]]))
+    told = run(str(file), "--video", str(tmp_path / "flight.mp4"))
+    assert told.exit_code == 2
+    assert "which ffmpeg failed to write" in told.output
+    assert not list(tmp_path.glob("flight*.mp4"))
 
 
 @pytest.mark.parametrize("option", ["--export", "--video"])

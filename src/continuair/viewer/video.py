@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 import shutil
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from subprocess import CalledProcessError
 from typing import Any
 
 import matplotlib
@@ -77,8 +79,20 @@ def animation(
         if file.suffix == ".mp4":
             told = ["-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart"]
             writer = FFMpegWriter(fps=int(rate), codec="libx264", extra_args=told)
-        with writing("video", path):
+        with writing("video", path), _encoding(path):
             _write(writer, figure, file, chosen, picture.show, progress)
+
+
+@contextmanager
+def _encoding(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Raise InputError where ffmpeg fails."""
+    try:
+        yield
+    except (CalledProcessError, BrokenPipeError):
+        raise InputError(
+            f"video is {printed(path)}, which ffmpeg failed to write; see whether the disk is full "
+            "and ffmpeg has libx264, or name a .gif."
+        ) from None
 
 
 def _write(
