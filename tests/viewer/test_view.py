@@ -173,6 +173,12 @@ def test_without_ffmpeg_a_gif_is_offered(
     assert "pip install 'continuair[video]', or name a .gif" in told.output
 
 
+def test_a_store_of_a_sweep_is_told_to_hold_no_flights(tmp_path: Path) -> None:
+    (tmp_path / "zarr.json").write_text("{}")
+    told = run(str(tmp_path))
+    assert told.exit_code == 2 and "which keeps metrics and no flights" in told.output
+
+
 @pytest.mark.parametrize("ends", ["exit 1", "cat > /dev/null; exit 1"])
 def test_an_ffmpeg_that_fails_is_told_in_a_sentence_and_leaves_nothing(
     ends: str, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

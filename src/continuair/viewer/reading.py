@@ -22,6 +22,10 @@ _INSIDE = ("time", "section", "bend_axis")
 """Dimensions of the bend of one flight."""
 
 
+_STORE = "zarr.json"
+"""What the folder of a sweep's store holds."""
+
+
 class _NoFlight(InputError):
     """A file of ours that holds something else."""
 
@@ -55,6 +59,11 @@ def recorded(path: Path) -> list[Recorded]:
     """Return the flights of a netCDF file or of a study's folder; raises InputError."""
     if not path.is_dir():
         return list(_in_file(path, ""))
+    if (path / _STORE).is_file():
+        raise InputError(
+            f"result is {printed(path)}, a sweep's store, which keeps metrics and no flights; "
+            "simulate the run of interest, and give that."
+        )
     found = list(_in_folder(read(path), ""))
     if not found:
         raise InputError(
