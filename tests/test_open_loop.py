@@ -28,6 +28,27 @@ def synthetic(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(study, "simulate", flight)
 
 
+ROTORS = {"layout": "quad_x", "lever": 0.3, "thrust_limits": [0, 20], "torque_per_thrust": 0.02}
+
+
+def with_rotors() -> Any:
+    said = PAPER.describe()
+    return type(PAPER)(**said | {"uav": said["uav"] | {"rotors": ROTORS}})
+
+
+@pytest.mark.parametrize("test", "BD")
+def test_no_lift_acts_in_tests_of_a_vehicle_with_rotors(test: str) -> None:
+    flights = [
+        open_loop(each, test, ["decoupled"]).datasets[test] for each in (PAPER, with_rotors())
+    ]
+    np.testing.assert_allclose(
+        flights[1]["tip_position"], flights[0]["tip_position"], rtol=0, atol=1e-11
+    )
+    fallen = flights[1]["position"].isel(time=-1, axis=2) - 5.0
+    if test == "B":
+        np.testing.assert_allclose(fallen, -0.5 * 9.81, rtol=5e-3)
+
+
 def test_coupled_is_always_flown_and_differs_in_nothing_from_itself(synthetic: None) -> None:
     entries = open_loop(PAPER, "B", ["independent"]).results["tests"]["B"]
     assert list(entries) == ["coupled", "independent"]

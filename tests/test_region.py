@@ -33,6 +33,17 @@ def study(vehicle: ca.Vehicle) -> Region:
     return region(vehicle, models=["coupled"], runs=RUNS, seed=1)
 
 
+@pytest.mark.parametrize("kappa_s", [0.0, 0.5])
+def test_what_is_in_view_does_not_depend_on_where_straightness_begins(
+    vehicle: ca.Vehicle, kappa_s: float
+) -> None:
+    expected = starts(vehicle, TARGET, 20, seed=2)
+    found = starts(vehicle.replace({"arm.kappa_s": kappa_s}), TARGET, 20, seed=2)
+    np.testing.assert_array_equal(found["visible"], expected["visible"])
+    ladder = expected["visible"].to_numpy()[expected["direction"] != RANDOM]
+    assert 0.2 < ladder.mean() < 1.0
+
+
 def test_random_starts_fill_their_box_with_all_points_in_view(vehicle: ca.Vehicle) -> None:
     found = starts(vehicle, TARGET, 300, seed=2)
     q = (found["q"] - found["centre"]).to_numpy()[found["direction"] == RANDOM]

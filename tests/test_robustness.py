@@ -25,6 +25,19 @@ def study() -> Robustness:
     return robustness(ca.load_vehicle("paper"), ["current"], ["coupled"], CHOSEN)
 
 
+def test_a_camera_that_is_not_perfect_gets_no_better_by_a_mistake() -> None:
+    own = {"camera.noise": 1.0, "camera.frame_rate": 20.0, "camera.latency": 0.03}
+    nominal = ca.load_vehicle("paper").replace(own)
+    for value in (1.0, 10.0, 80.0):
+        noisy, rare, late = (
+            nominal.replace(MISTAKES[name].vehicle(nominal, value)).camera
+            for name in ("noise", "frames", "latency")
+        )
+        assert noisy.noise**2 == pytest.approx(1.0 + value**2)
+        assert rare.frame_rate == pytest.approx(min(20.0, 1e3 / value))
+        assert late.latency == pytest.approx(0.03 + 1e-3 * value)
+
+
 @pytest.mark.parametrize("name", MISTAKES)
 def test_each_mistake_is_something_of_its_own_and_grows(name: str) -> None:
     mistake = MISTAKES[name]

@@ -13,6 +13,7 @@ import continuair as ca
 from continuair.cli import app
 from continuair.controllers.gain_files import Gains, load_gains
 from continuair.equations.camera import facing
+from continuair.kernels.dynamics import PLANTS
 from continuair.scenario.tracking_task import START_BEND, START_OFFSET
 from continuair.studies.tracking import tuning
 from continuair.studies.tracking.candidates import LOST, fly
@@ -47,6 +48,9 @@ def flown(vehicle: ca.Vehicle, law: ca.Controller, path: ca.paths.Path) -> tuple
 def test_a_new_users_vehicle_is_tuned_and_writes_a_letter_and_an_eight(tmp_path: Path) -> None:
     found = tune(NEW_USER, settings=["nominal"], candidates=16, rounds=2)
     assert found["flies"] and not found["remarks"] and not found["record"]["lost"]
+    runs = [fly(NEW_USER, [found["gains"]], "M", "nominal", plant) for plant in PLANTS]
+    # Of the gains that are written, with their margins taken off.
+    assert found["record"]["objective"] == np.mean([run.cost for run in runs])
     file = tmp_path / "gains.toml"
     file.write_text(as_toml(found), encoding="utf-8")
     law = load_gains(file).controller(NEW_USER)

@@ -36,6 +36,21 @@ def rmse(vehicle: ca.Vehicle, scenario: ca.Scenario, sample: float = 2e-3) -> fl
     return float(ca.compare(*flights)["rmse_t_m"])
 
 
+def test_no_lift_acts_in_a_test_of_the_paper_on_a_vehicle_with_rotors(tmp_path: Path) -> None:
+    said = ca.load_vehicle("paper").describe()
+    rotors = {"layout": "quad_x", "lever": 0.3, "thrust_limits": [0, 20]}
+    said["uav"]["rotors"] = rotors | {"torque_per_thrust": 0.02}
+    file = tmp_path / "quad.toml"
+    file.write_text(as_toml(ca.Vehicle(**said)), encoding="utf-8")
+    found = [
+        results(xr.Dataset(attrs={"vehicle": name, "scenario": {"test": "B", "duration": 0.5}}))
+        for name in ("paper", str(file))
+    ]
+    for name in ("rmse_t_m", "angle_rad"):
+        np.testing.assert_allclose(found[1][name], found[0][name], rtol=1e-9, atol=1e-15)
+    assert float(found[0]["rmse_t_m"].max()) > 1e-4
+
+
 def test_shared_dimensions_vary_together_and_others_multiply(tmp_path: Path) -> None:
     radii, lengths, masses = [0.003, 0.004, 0.005], [0.8, 0.9, 1.0], [1.0, 2.0]
     design = xr.Dataset(

@@ -19,7 +19,9 @@ def open_loop_test(name: str, f1: float = 1.0) -> Scenario:
 
     A: 100 N in world x. B: free fall. C: Q_kappa and Q_psi_a oscillate at 20 rad/s. D: a wrench at
     the tip, a chirp from 1 Hz to f1 [Hz] at 10 s; the paper prints f1 = 1, which is no chirp.
-    All last 1 s and start at rest, 5 m high, with a bend of 0.1 1/m; no lift acts.
+    All last 1 s and start at rest, 5 m high, with a bend of 0.1 1/m; no lift acts. But rotors of a
+    vehicle that has them hover where nothing commands them: studies of these tests let them rest,
+    as `open_loop_test("B").replace(rotor_command=np.zeros(4))` does.
     """
     key = name.strip().upper() if isinstance(name, str) else name
     if not isinstance(key, str) or key not in OPEN_LOOP_TESTS:

@@ -52,15 +52,17 @@ class Setting:
     meaning: str
 
 
+_OWN = "the vehicle's own camera: perfect, and at the control rate, unless its file says otherwise"
+
 SETTINGS = {
-    "nominal": Setting(50.0, 5.0, {}, "50 s a letter, a perfect camera at the control rate"),
+    "nominal": Setting(50.0, 5.0, {}, f"50 s a letter, {_OWN}"),
     "camera": Setting(
         50.0,
         5.0,
         {"noise": 0.5, "frame_rate": 30.0, "latency": 1.0 / 30.0},
         "50 s a letter, 0.5 px noise, 30 frames a second that arrive one frame late",
     ),
-    "fast": Setting(10.0, 5.0, {}, "10 s a letter, a perfect camera"),
+    "fast": Setting(10.0, 5.0, {}, f"10 s a letter, {_OWN}"),
 }
 """The paper's task, the same through a real camera, and with a fast target."""
 

@@ -13,6 +13,7 @@ from continuair.controllers.gains import design, designs
 from continuair.controllers.servoing import servoing, servoings
 from continuair.equations.camera import facing
 from continuair.errors import InputError
+from continuair.flight.rotors import still
 from continuair.scenario import paths
 from continuair.scenario.excitations import inputs, plus
 from continuair.scenario.scenarios import Scenario
@@ -113,7 +114,9 @@ def _shared(values: Array) -> Any:
 
 def _open_loop(vehicle: Vehicle, fields: dict[str, Any]) -> Scenario:
     given = {name: _AT_REST[name] if fields[name] is None else fields[name] for name in COORDINATES}
-    return _scenario(vehicle, fields, given, **_inputs(vehicle, fields))
+    # No lift acts in the paper's tests.
+    resting = {} if fields["test"] is None else still(vehicle)
+    return _scenario(vehicle, fields, given, **_inputs(vehicle, fields), **resting)
 
 
 def _inputs(vehicle: Vehicle, fields: dict[str, Any]) -> dict[str, Any]:

@@ -25,6 +25,7 @@ from continuair.analysis.convergence import (
 )
 from continuair.analysis.metrics import differences
 from continuair.flight.resolution import steps_told_of
+from continuair.flight.rotors import still
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import MODELS, REFERENCE
 from continuair.progress import Progress, Steps
@@ -81,7 +82,8 @@ def open_loop(
     given = [str(letter).strip().upper() for letter in tests]
     letters = sorted(checks.choices("tests", given, OPEN_LOOP_TESTS))
     chosen = compared_models(models)
-    scenarios = {letter: open_loop_test(letter, f1) for letter in letters}
+    resting = still(vehicle)
+    scenarios = {letter: open_loop_test(letter, f1).replace(**resting) for letter in letters}
     others = _other_kappa_s(vehicle) if "C" in letters else []
     flights = _Flights(progress, chosen, 2 * len(scenarios) + len(others))
     results: dict[str, Any] = {

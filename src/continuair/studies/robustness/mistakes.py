@@ -79,8 +79,19 @@ def _wind(speed: float) -> Changes:
     return {"wind": wind}
 
 
-def _camera(name: str, of: Callable[[float], float]) -> Callable[[Vehicle, float], Changes]:
-    return lambda nominal, value: {f"camera.{name}": of(value)}
+def _late(nominal: Vehicle, milliseconds: float) -> Changes:
+    return {"camera.latency": nominal.camera.latency + _MILLI * milliseconds}
+
+
+def _rarely(nominal: Vehicle, milliseconds: float) -> Changes:
+    """A camera that is slower by itself stays so."""
+    own = nominal.camera.frame_rate or np.inf
+    return {"camera.frame_rate": min(own, 1.0 / (_MILLI * milliseconds))}
+
+
+def _noisy(nominal: Vehicle, pixels: float) -> Changes:
+    """Noise of its own and this noise are independent."""
+    return {"camera.noise": float(np.hypot(nominal.camera.noise, pixels))}
 
 
 _SHARES = (5.0, 10.0, 20.0, 40.0)
@@ -126,21 +137,21 @@ MISTAKES = {
         "images arrive late",
         " ms",
         (5.0, 10.0, 20.0, 50.0, 100.0),
-        _camera("latency", lambda ms: _MILLI * ms),
+        _late,
         alone=True,
     ),
     "frames": Mistake(
         "there is an image only so often",
         " ms",
         (10.0, 20.0, 40.0, 80.0),
-        _camera("frame_rate", lambda ms: 1.0 / (_MILLI * ms)),
+        _rarely,
         alone=True,
     ),
     "noise": Mistake(
         "the image is noisy",
         " px",
         (0.2, 0.5, 1.0, 2.0, 5.0),
-        _camera("noise", lambda pixels: pixels),
+        _noisy,
     ),
 }
 """Mistake -> what it is. Besides, the law knows everything."""

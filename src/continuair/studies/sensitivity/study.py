@@ -25,6 +25,7 @@ from continuair.analysis.convergence import (
     step_of,
 )
 from continuair.flight.prepare import prepare
+from continuair.flight.rotors import still
 from continuair.flight.simulate import fly
 from continuair.kernels.dynamics import MODELS, REFERENCE, SIMPLER
 from continuair.progress import Progress, Steps
@@ -70,7 +71,7 @@ def sensitivity(
     check_one_section(vehicle)
     known = about(vehicle) if own else PARAMETERS
     chosen = _chosen(known if parameters is None else parameters, known)
-    scenario = flight(hertz)
+    scenario = flight(hertz).replace(**still(vehicle))
     # Every batch is made before the first flight: one that cannot be is told at once.
     for parameter in chosen:
         batch(vehicle, scenario, parameter, parameter.between())

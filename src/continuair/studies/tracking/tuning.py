@@ -116,7 +116,8 @@ class _Search:
         off = {name: self.best.gains[name] / margin for name, margin in MARGINS.items()}
         gains = self.best.gains | off
         flown = {run: fly(self.vehicle, [gains], self.letters, *run) for run in self.runs}
-        found = Candidate(gains, flown, self.best.score)
+        score = float(np.mean([each.cost for each in flown.values()]))
+        found = Candidate(gains, flown, score)
         return found if found.losses <= self.best.losses else self.best
 
 
