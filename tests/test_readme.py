@@ -33,29 +33,13 @@ BLOCKS = [
 @pytest.mark.parametrize("block", BLOCKS)
 def test_a_printed_example_runs_on_its_own(block: str, tmp_path: Path) -> None:
     # A fresh interpreter, as a reader has it: no imports or warning filters of other tests.
-    run = subprocess.run(
-        [sys.executable, "-W", "error::UserWarning:continuair", "-c", block],
-        cwd=tmp_path,
-        env=_environment(),
-        capture_output=True,
-        text=True,
-        timeout=300,
-    )
-    assert run.returncode == 0, run.stderr
+    _run(["-c", block], tmp_path, timeout=300)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", SESSIONS, ids=lambda page: page.stem)
 def test_a_page_whose_blocks_go_on_runs_as_one_session(page: Path, tmp_path: Path) -> None:
-    run = subprocess.run(
-        [sys.executable, "-W", "error::UserWarning:continuair", str(SESSION), str(page)],
-        cwd=tmp_path,
-        env=_environment(),
-        capture_output=True,
-        text=True,
-        timeout=1200,
-    )
-    assert run.returncode == 0, run.stderr
+    _run([str(SESSION), str(page)], tmp_path, timeout=1200)
 
 
 def test_the_readme_has_an_example() -> None:
@@ -82,7 +66,15 @@ def test_every_name_of_the_package_on_the_pages_exists() -> None:
     assert not missing, missing
 
 
-def _environment() -> dict[str, str]:
+def _run(arguments: list[str], folder: Path, timeout: float) -> None:
     # Examples use the sources under test, and draw without a display.
     path = os.pathsep.join(filter(None, [str(ROOT / "src"), os.environ.get("PYTHONPATH")]))
-    return {**os.environ, "PYTHONPATH": path, "MPLBACKEND": "Agg"}
+    run = subprocess.run(
+        [sys.executable, "-W", "error::UserWarning:continuair", *arguments],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": path, "MPLBACKEND": "Agg"},
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+    )
+    assert run.returncode == 0, run.stderr

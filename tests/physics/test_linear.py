@@ -47,19 +47,24 @@ HOVERING: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.parametrize("name", HOVERING)
-def test_hovering_modes_are_the_eigenvalues_about_the_hover(name: str) -> None:
-    """Of all motions, damping and gravity included, but translation and turning in the level."""
-    vehicle = ca.load_vehicle(name).replace(HOVERING[name])
+def hovering(vehicle: ca.Vehicle, yaw: float) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates of a hover that looks aside, and A about it under the forces that hold it."""
     rest = ca.trim(vehicle)
     q = np.array(rest.q)
-    q[5] = 0.7
+    q[5] = yaw
     held: dict[str, Any] = {
         "force": rest.force,
         "moment": rest.moment,
         "bend_moment": rest.bend_moment,
     }
-    A, _ = ca.linearize(vehicle, q, **held)
+    return q, ca.linearize(vehicle, q, **held)[0]
+
+
+@pytest.mark.parametrize("name", HOVERING)
+def test_hovering_modes_are_the_eigenvalues_about_the_hover(name: str) -> None:
+    """Of all motions, damping and gravity included, but translation and turning in the level."""
+    vehicle = ca.load_vehicle(name).replace(HOVERING[name])
+    q, A = hovering(vehicle, yaw=0.7)
     rates = np.linalg.eigvals(A)
     swinging = sorted(rates[rates.imag > 0.05], key=abs)
     found = ca.modes(vehicle, q, base="hovering")
@@ -72,15 +77,7 @@ def test_hovering_modes_are_the_eigenvalues_about_the_hover(name: str) -> None:
 def test_hovering_modes_solve_the_undamped_motion() -> None:
     """K φ = ω² φ, in the world, where the vehicle looks aside."""
     vehicle = ca.load_vehicle("dual_arm")
-    rest = ca.trim(vehicle)
-    q = np.array(rest.q)
-    q[5] = 0.7
-    held: dict[str, Any] = {
-        "force": rest.force,
-        "moment": rest.moment,
-        "bend_moment": rest.bend_moment,
-    }
-    A, _ = ca.linearize(vehicle, q, **held)
+    q, A = hovering(vehicle, yaw=0.7)
     found = ca.modes(vehicle, q, base="hovering")
     shapes = found.shapes.copy()
     turn = np.array([[np.cos(0.7), -np.sin(0.7), 0], [np.sin(0.7), np.cos(0.7), 0], [0, 0, 1]])

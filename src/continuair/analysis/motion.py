@@ -116,10 +116,10 @@ def poses(flight: Any, vehicle: Vehicle) -> tuple[Array, Array, Array]:
     place = flight["position"].transpose(..., "time", "axis")
     attitude = flight["attitude"].transpose(..., "time", "quaternion")
     bend = bend.transpose(..., "time", "section", "bend_axis")
-    found = tuple(np.asarray(each, float) for each in (place, attitude, bend))
-    _check_turns(found[1])
-    _check_tips(flight, vehicle, *found)
-    return found  # type: ignore[return-value]
+    position, turns, bends = (np.asarray(each, float) for each in (place, attitude, bend))
+    _check_turns(turns)
+    _check_tips(flight, vehicle, position, turns, bends)
+    return position, turns, bends
 
 
 def evenly(times: Array, rate: float, least: int = 0) -> NDArray[np.int64]:

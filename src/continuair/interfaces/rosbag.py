@@ -154,10 +154,11 @@ def _quaternion(place: Any) -> list[float]:
 
 def _pose(found: _Messages, _: Vehicle) -> dict[str, Signal]:
     topic = found.topic
-    parts = {"position": _position, "attitude": _quaternion}
+    position = found.rows(lambda each: _position(_place(topic, each)))
+    attitude = found.rows(lambda each: _quaternion(_place(topic, each)))
     return {
-        role: signal(topic, found.time, found.rows(lambda each, of=of: of(_place(topic, each))))  # type: ignore[misc]
-        for role, of in parts.items()
+        "position": signal(topic, found.time, position),
+        "attitude": signal(topic, found.time, attitude),
     }
 
 

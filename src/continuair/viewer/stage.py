@@ -56,8 +56,8 @@ class Stage:
             for name, (node, points) in self._arrows.items():
                 if self.is_visible(name):
                     node.points = self._arrows_at(name, points, frame)
-            if self._target is not None:
-                self._target.position = scene.aim.centroid[frame]  # type: ignore[union-attr]
+            if scene.aim is not None:
+                self._target.position = scene.aim.centroid[frame]
             if self._frustum is not None:
                 self._show_camera(frame)
 
