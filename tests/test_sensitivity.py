@@ -16,11 +16,12 @@ from typer.testing import CliRunner
 import continuair.studies.sensitivity.findings as findings
 import continuair.studies.sensitivity.study as study
 from continuair.analysis.backbone import backbone_point
-from continuair.analysis.mass import centre_of_mass, mass_distribution
+from continuair.analysis.mass import centre_of_mass, mass_distribution, straight_arm_inertia
 from continuair.cli import app
 from continuair.errors import InputError
 from continuair.figures import sensitivity as figures
 from continuair.flight.simulate import simulate
+from continuair.scenario.scenarios import Scenario
 from continuair.studies.results import ResultFolder, as_json
 from continuair.studies.sensitivity import report as sensitivity_output
 from continuair.studies.sensitivity.claims import CLAIMS, verdicts
@@ -89,8 +90,25 @@ def test_inertia_of_the_straight_arm_is_that_of_a_rod_and_its_disk() -> None:
     rod, length, total = vehicle.arm.backbone_mass, vehicle.arm.length, vehicle.mass
     height = -(rod * length / 2 + 0.3 * 0.8) / total
     assert com[0, 0] == pytest.approx([0, 0, height], rel=1e-14)
-    across = 0.024 + rod * length**2 / 3 + 0.3 * 0.8**2 - total * height**2
-    np.testing.assert_allclose(inertia[0, 0], np.diag([across, across, 0.047]), rtol=0, atol=1e-14)
+    slices = vehicle.arm.density * math.pi * vehicle.arm.radius**4 / 4 * length
+    arm = rod * length**2 / 3 + slices + 0.3 * 0.8**2 + 1e-4
+    across, axial = 0.024 + arm - total * height**2, 0.047 + 2 * slices + 2e-4
+    np.testing.assert_allclose(inertia[0, 0], np.diag([across, across, axial]), rtol=0, atol=1e-14)
+    assert straight_arm_inertia(vehicle) == pytest.approx(arm, rel=1e-14)
+
+
+def test_a_bent_arm_carries_the_momentum_that_its_inertia_and_spin_give() -> None:
+    disks = [{"position": 0.5, "mass": 0.3, "inertia": (4e-3, 7e-3)}, DISK]
+    vehicle = PAPER.replace({"arm.disks": disks, "arm.radius": 0.02})
+    kappa, psi, spin = 1.3, -0.7, np.array([0.3, -0.5, 0.8])
+    bend = kappa * np.array([math.cos(psi), math.sin(psi)])
+    com, inertia = mass_distribution(vehicle, bend[None, None])
+    still = -np.cross(spin, com[0, 0])
+    scenario = Scenario("spin", [0] * 6 + [kappa, psi], [*still, *spin, 0, 0], duration=1e-3)
+    start = simulate(vehicle, scenario, sample=1e-3).isel(time=0)
+    np.testing.assert_allclose(start["linear_momentum"], 0.0, atol=1e-13)
+    np.testing.assert_allclose(start["angular_momentum"], inertia[0, 0] @ spin, rtol=1e-12)
+    assert float(start["kinetic_energy"]) == pytest.approx(spin @ inertia[0, 0] @ spin / 2)
 
 
 def test_backbone_point_of_a_half_circle_is_a_diameter_away() -> None:

@@ -24,6 +24,7 @@ from continuair.analysis.convergence import (
     settled,
     step_of,
 )
+from continuair.analysis.mass import straight_arm_inertia
 from continuair.flight.prepare import prepare
 from continuair.flight.rotors import still
 from continuair.flight.simulate import fly
@@ -167,7 +168,7 @@ def _rows(
             }
         rows.append(
             {"value": value, "label": parameter.label(value), "mass_kg": float(one.mass)}
-            | {"arm_mass_kg": float(one.arm.mass), "arm_inertia_kg_m2": _arm_inertia(one)}
+            | {"arm_mass_kg": float(one.arm.mass), "arm_inertia_kg_m2": straight_arm_inertia(one)}
             | {name: float(array[run]) for name, array in measured.items()}
             | {"models": entries[run]}
         )
@@ -183,7 +184,7 @@ def _between(
     flown = _fly(vehicle, scenario, parameter, values, step)
     ended = [int(run) for run in np.flatnonzero(sum(flown[model]["status"] for model in MODELS))]
     kept = np.setdiff1d(np.arange(len(values)), ended)
-    inertia = np.array([_arm_inertia(vehicles.select(run)) for run in range(len(values))])
+    inertia = np.array([straight_arm_inertia(vehicles.select(run)) for run in range(len(values))])
     columns = {"value": values, "arm_inertia_kg_m2": inertia}
     columns |= measures(vehicles, flown[REFERENCE])
     errors = {
@@ -195,13 +196,6 @@ def _between(
         **{name: column[kept].tolist() for name, column in columns.items()},
         "rmse_xy_m": {model: column[kept].tolist() for model, column in errors.items()},
     }
-
-
-def _arm_inertia(vehicle: Vehicle) -> float:
-    """Inertia of the straight arm about its base, across its axis [kg m²]."""
-    arm = vehicle.arm
-    disks = sum(disk.mass * disk.position**2 for disk in arm.disks)
-    return float(arm.backbone_mass * arm.length**2 / 3 + disks)
 
 
 def _rms(distance: Array) -> float:
