@@ -174,6 +174,16 @@ def test_check_shows_the_step_that_a_heavily_damped_arm_needs() -> None:
         assert f"{1e3 * 0.2 / rate:.3g} ms" in shown
 
 
+def test_check_shows_the_same_fastest_rate_in_a_wash_which_halves_the_step() -> None:
+    rotors = '[uav.rotors]\nlayout = "quad_x"\nlever = 0.2\nthrust_limits = [0.0, 20.0]\n'
+    rotors += "torque_per_thrust = 0.016\nradius = 0.12\n\n[arm]\ndrag_coefficient = 1.1"
+    Path("washed.toml").write_text(PAPER_TOML.replace("[arm]", rotors))
+    _, free = bending_frequencies(load_vehicle("paper"))
+    shown = run("check", "washed.toml").stdout
+    assert f"{free:.4g} 1/s" in shown
+    assert f"{1e3 * 0.1 / free:.3g} ms" in shown
+
+
 def test_check_shows_modes_about_the_hover_and_the_step_of_a_flight() -> None:
     vehicle = load_vehicle("paper")
     shown = run("check", "paper").stdout

@@ -154,6 +154,19 @@ def test_every_environment_may_have_a_vehicle_of_its_own() -> None:
     assert seen[0, 2] < -1e-3 < np.abs(seen[1, 2]) < 1e-6 + 1e-3 < seen[2, 2]
 
 
+def test_speeds_seen_are_those_whose_squares_give_the_thrust_also_without_lag() -> None:
+    lag = np.array([0.0, 0.01])
+    env = gymnasium.make_vec(
+        HOVER, num_envs=2, vehicle=ONE_SECTION.replace({"uav.rotors.lag": lag}), period=0.1
+    )
+    env.reset(seed=0)
+    thrusts = np.array([0.0, 3.0, 6.0, 12.0])
+    seen, *_ = env.step(np.tile(thrusts / 6.0 - 1.0, (2, 1)).astype(np.float32))
+    wanted = np.sqrt(thrusts / 12.0)
+    np.testing.assert_allclose(seen[0, -4:], wanted, atol=1e-6)
+    np.testing.assert_allclose(seen[1, -4:], wanted, atol=1e-4)
+
+
 @pytest.mark.parametrize(
     ("options", "part"),
     [

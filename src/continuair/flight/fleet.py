@@ -8,6 +8,7 @@ import numpy as np
 
 from continuair import checks
 from continuair.engine.engine import Drive, Start
+from continuair.engine.pack import per_run
 from continuair.errors import InputError
 from continuair.flight.inputs import groups_of
 from continuair.flight.prepare import prepare
@@ -59,6 +60,10 @@ class Fleet:
         self._grid = grid_of(flight.marks, float(flight.steps.min()))
         self.step_length = float(self._grid.steps[0])
         self.layout, self.gravity = self._engine.layout, gravity
+        rotors = vehicle.uav.rotors
+        assert rotors is not None
+        self._prompt = per_run(rotors.lag, runs) == 0.0
+        self._highest = per_run(rotors.thrust_limits, runs, 2)[:, 1:]
         self._rotors = np.broadcast_to(
             flight.start.states[:, self.layout.rotor_speed], (runs, self.layout.rotors)
         )
@@ -96,9 +101,15 @@ class Fleet:
         self.status = np.where(on, logs.status, self.status)
         going = self.status == OK
         self.states[going] = last[going, : layout.state]
+        self._follow_at_once(table[0, :, layout.of_input["rotor_command"]], going & self._prompt)
         branches = np.hstack([last[:, layout.branch][:, 1::2], last[:, layout.roll]])
         self._angles[going] = branches[going]
         self._errors[on] = summed([self._errors[on], logs.errors[on]])
+
+    def _follow_at_once(self, commands: Array, which: Array) -> None:
+        """Set the speeds of rotors without lag, which nothing integrates, to what is commanded."""
+        share = np.clip(commands / self._highest, 0.0, 1.0)
+        self.states[which, self.layout.rotor_speed] = np.sqrt(share[which])
 
     def tips(self) -> Array:
         """Positions of the tips in world axes (runs, arms, 3) [m]."""

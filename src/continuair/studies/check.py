@@ -16,8 +16,7 @@ from continuair.engine.engine import Engine
 from continuair.errors import ContinuairWarning, InputError
 from continuair.flight.rotors import lag_rate
 from continuair.flight.simulate import simulate
-from continuair.flight.steps import automatic_step
-from continuair.kernels.resolution import STEP_PHASE
+from continuair.flight.steps import automatic_step, fastest_rate
 from continuair.studies.standard_excitations import standard_scenario
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.rotors import Rotors
@@ -145,12 +144,14 @@ def _told(vehicle: Vehicle, q: np.ndarray, base: str, gravity: float) -> tuple[s
 def _of_steps(vehicle: Vehicle) -> Lines:
     straight = [0.0] * Layout(vehicle.shape).coordinates
     driven = np.atleast_1d(lag_rate(vehicle))
-    step = float(automatic_step(Engine(vehicle, "coupled"), straight, driven=driven)[0])
+    engine = Engine(vehicle, "coupled")
+    step = float(automatic_step(engine, straight, driven=driven)[0])
+    fastest = np.fmax(fastest_rate(engine, straight), driven)[0]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ContinuairWarning)
         flight = simulate(vehicle, standard_scenario("release", vehicle), variables=["position"])
     return [
-        ("fastest rate, with damping", f"{STEP_PHASE / step:.4g} 1/s"),
+        ("fastest rate, with damping", f"{fastest:.4g} 1/s"),
         ("automatic step, at rest", f"{1e3 * step:.3g} ms"),
         ("step taken, arm let go", f"{1e3 * flight.attrs['step']:.3g} ms"),
     ]
