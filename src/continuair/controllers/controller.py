@@ -13,6 +13,9 @@ from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
+REACHED = 1.0 - 1e-6
+"""The share of a limit that counts as reached: float32 rounds what a law cuts off there."""
+
 _TOLD_APART = 16
 """Runs of a batch that provenance tells apart, at most."""
 
@@ -30,8 +33,9 @@ class Controller:
     what it acts on the push of such a law acts [s]. asks: of rotors the rank of the wrench, 4 for a
     lift and moments, 6 for forces in any direction too. integral: rate [1/s] at which the error of
     the image, summed up over time, adds to it, for laws that look. believes: the vehicle that the
-    law computes with, the one that flies where it is None; see `believing`. limited: whether its
-    gain `limit` bounds each number of its push.
+    law computes with, the one that flies where it is None; see `believing`. at_limits: tells, of
+    gains of one run or (runs, …) and pushes (runs, samples, numbers), which parts of these, by name
+    (runs, samples), are at a limit.
     """
 
     name: str
@@ -46,7 +50,7 @@ class Controller:
     integral: float = 0.0
     asks: int = 4
     believes: Vehicle | None = None
-    limited: bool = False
+    at_limits: Callable[[Mapping[str, Any], np.ndarray], dict[str, np.ndarray]] | None = None
 
     def __post_init__(self) -> None:
         if not callable(self.law):

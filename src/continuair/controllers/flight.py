@@ -10,7 +10,7 @@ import numpy as np
 from continuair import checks
 from continuair.controllers.cascade_design import GRAVITY, Design
 from continuair.controllers.cascade_gains import real_gains
-from continuair.controllers.controller import Controller
+from continuair.controllers.controller import REACHED, Controller
 from continuair.errors import InputError, nearest, shown
 from continuair.kernels.laws.feeding import FEEDFORWARD
 from continuair.kernels.laws.flight import LAWS
@@ -101,8 +101,28 @@ def flight_controller(
     gains = gains | {"noise": np.array(list(settings["noise"].values()))}
     law = LAWS[feedforward]
     return Controller(
-        "flight controller", law, gains, False, settings, period=period, latency=late, guided=True
+        "flight controller",
+        law,
+        gains,
+        False,
+        settings,
+        period=period,
+        latency=late,
+        guided=True,
+        at_limits=_at_limits,
     )
+
+
+def _at_limits(gains: Mapping[str, Any], push: np.ndarray) -> dict[str, np.ndarray]:
+    """Which parts of pushes (runs, samples, numbers) are at limits; a free section has none."""
+    least, most = (np.atleast_1d(gains[f"{each}_thrust"])[:, None] for each in ("least", "most"))
+    moment, bend = (np.atleast_2d(gains[each])[:, None] for each in ("most_moment", "bend_limit"))
+    thrust, parts = np.linalg.norm(push[..., :3], axis=-1), np.abs(push)
+    return {
+        "thrust": (thrust >= REACHED * most) | (thrust * REACHED <= least),
+        "moment": (parts[..., 3:6] >= REACHED * moment).any(-1),
+        "bend moment": ((parts[..., 6:] >= REACHED * bend) & (bend > 0.0)).any(-1),
+    }
 
 
 def _limits(

@@ -1,12 +1,13 @@
 """Hold a position, an attitude and a bend; kernels/laws/hold.py writes the law."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from continuair import checks
 from continuair.controllers.cascade_design import GRAVITY
-from continuair.controllers.controller import Controller
+from continuair.controllers.controller import REACHED, Controller
 from continuair.controllers.inertias import bend_inertia, rigid_inertia
 from continuair.errors import InputError, shown
 from continuair.kernels.laws.hold import law, limited_law
@@ -70,7 +71,16 @@ def hold(
     settings |= {name: limits[name] for name, value in given.items() if value is not None}
     most = [limits["force"], limits["moment"], np.full(len(straight), limits["bend_moment"])]
     gains["limit"] = np.concatenate(most)
-    return Controller("limited hold", limited_law, gains, False, settings, asks=6, limited=True)
+    return Controller(
+        "limited hold", limited_law, gains, False, settings, asks=6, at_limits=_at_limits
+    )
+
+
+def _at_limits(gains: Mapping[str, Any], push: np.ndarray) -> dict[str, np.ndarray]:
+    """Which parts of pushes (runs, samples, numbers) are at their limits."""
+    at = np.abs(push) >= REACHED * np.atleast_2d(gains["limit"])[:, None]
+    parts = {"force": at[..., :3], "moment": at[..., 3:6], "bend moment": at[..., 6:]}
+    return {name: each.any(-1) for name, each in parts.items()}
 
 
 def _limits(given: dict[str, Any], weight: float, held: np.ndarray) -> dict[str, Any]:
