@@ -36,7 +36,10 @@ def identify(
         ),
     ] = None,
     test: Annotated[
-        str | None, typer.Option(help="The open-loop test that was flown, A to D.")
+        str | None,
+        typer.Option(
+            help="Open-loop test that was flown, A to D; inputs in the data are not used then."
+        ),
     ] = None,
     topic: Annotated[
         list[str] | None,
