@@ -25,12 +25,14 @@ def _rigid_inertia(vehicle: Vehicle) -> np.ndarray:
     return _nearly_straight(vehicle, 1e-6)[0][:6, :6]
 
 
-def _nearly_straight(vehicle: Vehicle, angle: float) -> tuple[np.ndarray, np.ndarray]:
-    """M (coordinates, coordinates) with every section bent towards x by an angle [rad], κ_s off,
-    and the bends κ (sections,) [1/m]."""
+def _nearly_straight(
+    vehicle: Vehicle, angle: float, towards: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """M (coordinates, coordinates) with every section bent by an angle [rad] towards ψa [rad],
+    κ_s off, and the bends κ (sections,) [1/m]."""
     kappa = np.array([angle / each.length for arm in vehicle.arms for each in arm.section])
     q = np.zeros(6 + 2 * vehicle.sections)
-    q[6::2] = kappa
+    q[6::2], q[7::2] = kappa, towards
     return mass_matrix(vehicle.model_copy(update={"arm_tables": unbounded(vehicle)}), q), kappa
 
 
@@ -56,13 +58,16 @@ def bend_inertia(vehicle: Vehicle) -> np.ndarray:
 def straight_inertia(vehicle: Vehicle) -> np.ndarray:
     """M (coordinates, coordinates) of the level vehicle with straight arms, about B's origin: for
     velocity, angular velocity and the rates of the bend vectors."""
-    # Small enough to be straight to 1e-8, and large enough for as many digits of 1 - cos.
-    M, kappa = _nearly_straight(vehicle, 1e-4)
-    # Bent towards x, a section's k̇ is (κ̇, κ ψ̇a).
-    scale = np.stack([np.ones_like(kappa), 1.0 / kappa], axis=-1).ravel()
-    scale = np.concatenate([np.ones(6), scale])
-    found: np.ndarray = scale[:, None] * M * scale
-    return found
+    # As much to both sides, as what is linear in the angle is opposite there: straight to 1e-8,
+    # and with as many digits of 1 - cos.
+    found = []
+    for towards, sign in ((0.0, 1.0), (np.pi, -1.0)):
+        M, kappa = _nearly_straight(vehicle, 1e-4, towards)
+        # Bent along x, a section's k̇ is (κ̇, κ ψ̇a), or the opposite.
+        scale = np.stack([np.ones_like(kappa), 1.0 / kappa], axis=-1).ravel()
+        scale = np.concatenate([np.ones(6), sign * scale])
+        found.append(scale[:, None] * M * scale)
+    return np.asarray(np.mean(found, axis=0))
 
 
 def camera_inertia(vehicle: Vehicle) -> np.ndarray:
