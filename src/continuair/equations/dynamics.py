@@ -119,8 +119,10 @@ def forward_dynamics(
     tip_wrench_sign 1 lets it act on the tip, -1 is the paper's -J_tᵀ F_e.
     mask: "coupled"; "block", the paper's decoupled model: "off-diagonal elements" set to zero, read
     as the blocks between UAV (6) and arms (2N); "diagonal", the same read element by element; or
-    any array of factors. Raises InputError for a wrong mask or shape.
+    any array of factors. Raises InputError for a wrong mask or shape, and for a vehicle with drag,
+    which Eq. (10) lacks.
     """
+    _check_without_drag(vehicle)
     arms, n = len(vehicle.arms), 6 + 2 * vehicle.sections
     kept = _mask(mask, n)
     q, qd = of_shape("q", q, (n,)), of_shape("qd", qd, (n,))
@@ -132,6 +134,15 @@ def forward_dynamics(
     J_t = np.vstack([jacobian(vehicle, q, **tip_of(vehicle, arm)) for arm in range(arms)])
     pushed = tau + J_t.T @ F
     return np.linalg.solve(M, pushed - C @ qd - G - damping_vector(vehicle, q, qd))
+
+
+def _check_without_drag(vehicle: Vehicle) -> None:
+    sections = (section for arm in vehicle.arms for section in arm.section)
+    if vehicle.uav.drag is not None or any(s.drag_coefficient is not None for s in sections):
+        raise InputError(
+            f"vehicle {shown(vehicle.name)} has drag, which Eq. (10) lacks; leave uav.drag and "
+            "drag_coefficient out, or use continuair.accelerations."
+        )
 
 
 def _bends(vehicle: Vehicle) -> Iterator[tuple[slice, Section]]:

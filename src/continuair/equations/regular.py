@@ -46,7 +46,7 @@ def accelerations(
     and k̈ (N, 2).
 
     Polar bend and Euler angles cost digits, as 1/κ² and 1/cos θ. Raises InputError where they fail,
-    at a bend of 0 and a pitch of a quarter turn, and for a wrong shape.
+    at a bend of 0 and a pitch of a quarter turn, for a wrong shape, and for a vehicle with drag.
     """
     vectors = {"velocity": velocity, "angular_velocity": angular_velocity}
     vectors |= {"force": force, "moment": moment}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +27,14 @@ LEAD = np.geomspace(0.03, 3.0, 8)
 
 POSTURE = 0.3
 """Posture damping that is tried [N m³ s]: 10 1/s of the straight arm of the preset `paper`."""
+
+PLAIN = {
+    "damping": "camera",
+    "feed_forward": True,
+    "compensation": "gravity_only",
+    "posture_damping": 0.0,
+}
+"""The choices of the law that variants depart from, whatever the gains' file chooses."""
 
 
 @dataclass(frozen=True)
@@ -75,43 +84,43 @@ def best_scalar(vehicle: Vehicle, letter: str, compensation: str) -> dict[str, A
 
 
 def _variants(vehicle: Vehicle, gains: Gains, scalar: dict[str, dict[str, Any]]) -> list[Variant]:
-    def law(**changed: Any) -> Controller:
-        return Gains("variant", {**gains.settings, **changed}).controller(vehicle)
+    def designed(damped: bool = True, **changed: Any) -> Variant:
+        law = Gains("variant", {**gains.settings, **PLAIN, **changed}).controller(vehicle)
+        return Variant(_told(changed, damped), law, damped)
 
-    named = {c: f"K_p {g['Kp']:.3g}, C_d {g['Cd']:.3g} s" for c, g in scalar.items()}
+    def of_scalars(compensation: str, damped: bool = True) -> Variant:
+        chosen = scalar[compensation]
+        name = _told({"compensation": compensation}, damped)
+        told = f"scalar gains, K_p {chosen['Kp']:.3g}, C_d {chosen['Cd']:.3g} s, {name}"
+        return Variant(told, servoing(**chosen, compensation=compensation), damped)
+
+    kind = "scalar" if np.ndim(gains.settings.get("Kp", ())) == 0 else "matrix"
     return [
-        Variant("as flown: matrix gains, gravity only", law()),
-        Variant("without target feed-forward", law(feed_forward=False)),
-        Variant("damping on -ė instead of J_L q̇", law(damping="feature")),
-        Variant("literal G (elasticity cancelled)", law(compensation="literal")),
-        Variant(
-            f"literal G, posture damping {POSTURE:g} N m³ s",
-            law(compensation="literal", posture_damping=POSTURE),
-        ),
-        Variant(
-            "literal G, no posture nor structural damping",
-            law(compensation="literal", posture_damping=0.0),
-            damped=False,
-        ),
-        Variant(
-            "gravity only, no posture nor structural damping",
-            law(posture_damping=0.0),
-            damped=False,
-        ),
-        Variant(
-            f"scalar gains, gravity only: {named['gravity_only']}",
-            servoing(**scalar["gravity_only"]),
-        ),
-        Variant(
-            f"scalar gains, literal G: {named['literal']}",
-            servoing(**scalar["literal"], compensation="literal"),
-        ),
-        Variant(
-            "scalar gains, literal G, no structural damping",
-            servoing(**scalar["literal"], compensation="literal"),
-            damped=False,
-        ),
+        Variant(f"as flown: {kind} gains, {_told(gains.settings)}", gains.controller(vehicle)),
+        designed(feed_forward=False),
+        designed(damping="feature"),
+        designed(compensation="literal"),
+        designed(compensation="literal", posture_damping=POSTURE),
+        designed(compensation="literal", damped=False),
+        designed(damped=False),
+        of_scalars("gravity_only"),
+        of_scalars("literal"),
+        of_scalars("literal", damped=False),
     ]
+
+
+def _told(changed: Mapping[str, Any], damped: bool = True) -> str:
+    """The choices of a law in words."""
+    chosen = {**PLAIN, **changed}
+    literal, posture = chosen["compensation"] == "literal", chosen["posture_damping"]
+    words = [
+        "literal G (elasticity cancelled)" if literal else "gravity only",
+        *([] if chosen["feed_forward"] else ["without target feed-forward"]),
+        *(["damping on -ė instead of J_L q̇"] if chosen["damping"] == "feature" else []),
+        *([f"posture damping {posture:g} N m³ s"] if posture else []),
+        *([] if damped else ["no structural damping"]),
+    ]
+    return ", ".join(words)
 
 
 def _fly(
