@@ -33,7 +33,7 @@ class Modes:
     nothing resists left out; (bends, modes) for a clamped base.
 
     Columns have unit norm; the first bend that counts is positive, and of modes of one frequency
-    the first bends most along x. The damping is that of the sections.
+    the first bends most along x. The damping is that of the sections, to first order.
     """
 
     frequencies: np.ndarray
@@ -46,10 +46,11 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
 
     q: paper coordinates (8,), the straight arm by default; a bend moment holds the arm there.
     base: "free", "clamped" or "hovering"; the last is carried by a constant force in world axes at
-    B's origin, under which the vehicle swings like a pendulum, too.
+    B's origin, under which the vehicle swings like a pendulum, too, and held level by a constant
+    moment in body axes, which may make it flutter.
 
     The stiffness is that of the arm and of gravity, which a free base in free fall does not feel.
-    Raises InputError, also where it does not vibrate about q.
+    Raises InputError, also where it buckles, topples or flutters about q and does not vibrate.
 
     >>> slender = ca.load_vehicle("slender")
     >>> for base in ("clamped", "free"):
@@ -62,28 +63,22 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
     gravity = checks.gravity(gravity)
     at = configuration("q", q, vehicle)
     if base == "hovering":
-        squares, shapes, modal = _hovering(vehicle, at, gravity)
+        squares, shapes, damping = _hovering(vehicle, at, gravity)
     else:
-        squares, shapes, modal = _bending(vehicle, at, base == "free", gravity)
-    if not (squares > 0.0).all():
-        raise InputError(
-            f"q is {shown(at)}, about which the vehicle does not vibrate but buckles or topples; "
-            "give a configuration near a stable balance (a hanging arm, less gravity or a stiffer "
-            "arm)."
-        )
-    frequencies, bends = np.sqrt(squares), shapes[-Layout(vehicle.shape).bends :]
-    lost = np.einsum("i,im,im->m", _of_bends(vehicle, "structural_damping"), bends, bends)
-    if len(shapes) > len(bends):
+        squares, shapes, damping = _bending(vehicle, at, base == "free", gravity)
+    frequencies = np.sqrt(squares)
+    if base != "clamped":
         # Velocities of the linear system are in world axes, shapes in those of the body.
         shapes = np.vstack([_attitude(at).inv().as_matrix() @ shapes[:3], shapes[3:]])
-    damping = lost / (2.0 * frequencies * modal)
-    return Modes(frequencies, damping, shapes / np.linalg.norm(shapes, axis=0))
+    return Modes(
+        frequencies, damping / (2.0 * frequencies), shapes / np.linalg.norm(shapes, axis=0)
+    )
 
 
 def _bending(
     vehicle: Vehicle, at: np.ndarray, free: bool, gravity: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Squares of frequencies (bends,), shapes (coordinates or bends, bends) and modal masses."""
+    """Squares of frequencies (bends,), shapes (coordinates or bends, bends) and dampings [1/s]."""
     felt = 0.0 if free else gravity
     model = "coupled" if free else "independent"
     held = holding(Engine(vehicle, "decoupled"), at[None], felt)[0][
@@ -93,14 +88,13 @@ def _bending(
     n = len(A) // 2
     base_rate, bend, rate = slice(n, n + 6), slice(6, n), slice(n + 6, 2 * n)
     compliance = bend_compliance(Engine(vehicle, model), at)[0]
-    # Held by a constant moment the arm is conservative: no mode grows while it vibrates.
-    squares, shapes = _eigenmodes(-A[rate, bend], n - 6)
-    modal = np.einsum("im,im->m", shapes, np.linalg.solve(compliance, shapes))
+    squares, shapes = _eigenmodes(-A[rate, bend], n - 6, at)
+    damping = _dampings(shapes, compliance @ _damped(vehicle, shapes))
     if free:
         # The base follows the bend: its accelerations per acceleration of the bend.
         base_rows = A[base_rate, bend] @ np.linalg.solve(A[rate, bend], shapes)
         shapes = np.vstack([base_rows, shapes])
-    return squares, shapes, modal
+    return squares, shapes, damping
 
 
 def _hovering(
@@ -116,10 +110,10 @@ def _hovering(
     # of K, 0 but for rounding, would mix them into the shapes.
     adrift, resisted = _split(_attitude(at), n)
     K = -A[n:, :n] @ resisted
-    squares, along = _eigenmodes(resisted.T @ K, n - 6)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        shapes = resisted @ along + adrift @ (adrift.T @ K @ along / squares)
-    return squares, shapes, np.einsum("im,im->m", shapes, np.linalg.solve(B[n:], shapes))
+    squares, along = _eigenmodes(resisted.T @ K, n - 6, at)
+    shapes = resisted @ along + adrift @ (adrift.T @ K @ along / squares)
+    slowed = B[n:, layout.bend_moment] @ _damped(vehicle, shapes)
+    return squares, shapes, _dampings(along, resisted.T @ slowed)
 
 
 def _split(attitude: Rotation, n: int) -> tuple[np.ndarray, np.ndarray]:
@@ -135,18 +129,48 @@ def _attitude(at: np.ndarray) -> Rotation:
     return Rotation.from_quat(state_from_paper(at[None], 0.0 * at[None])[0][Layout.attitude])
 
 
-def _of_bends(vehicle: Vehicle, per_length: str) -> np.ndarray:
-    """A property of the sections per length, times their length, of each bend (bends,)."""
+def _damped(vehicle: Vehicle, shapes: np.ndarray) -> np.ndarray:
+    """Moments (bends, modes) of the sections' damping against shapes' rates, bends last."""
     sections = [section for arm in vehicle.arms for section in arm.section]
-    return np.repeat([getattr(each, per_length) * each.length for each in sections], 2)
+    each = np.repeat([section.structural_damping * section.length for section in sections], 2)
+    return np.asarray(each[:, None] * shapes[-len(each) :])
 
 
-def _eigenmodes(stiffness: np.ndarray, bends: int) -> tuple[np.ndarray, np.ndarray]:
+def _dampings(modes: np.ndarray, slowed: np.ndarray) -> np.ndarray:
+    """The part along each mode (modes,) [1/s] of accelerations (n, modes) against their rates.
+
+    By left eigenvectors: those of a hover differ from the right ones, as the constant moment that
+    holds an arm off the centre has no potential.
+    """
+    part: np.ndarray = np.einsum("mi,im->m", np.linalg.inv(modes), slowed)
+    return part
+
+
+def _check_vibrates(squares: np.ndarray, at: np.ndarray) -> None:
+    """Raise InputError unless all squares of frequencies are real and above 0."""
+    grows = np.abs(squares.imag) > _EQUAL * np.abs(squares)
+    if (grows & (squares.real > 0.0)).any():
+        rate = np.sqrt(squares[grows]).max()
+        raise InputError(
+            f"q is {shown(at)}, about which the hovering vehicle flutters: it swings at "
+            f"{rate.real:.3g} rad/s, wider by {abs(rate.imag):.2g} 1/s, as the moment that holds "
+            "it is constant; mount the arm nearer the centre, or fly it with a controller."
+        )
+    if not (squares.real > 0.0).all():
+        raise InputError(
+            f"q is {shown(at)}, about which the vehicle does not vibrate but buckles or topples; "
+            "give a configuration near a stable balance (a hanging arm, less gravity or a stiffer "
+            "arm)."
+        )
+
+
+def _eigenmodes(stiffness: np.ndarray, bends: int, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues ascending and eigenvectors in columns, whose last rows are the bends.
 
     A solver leaves signs, and the vectors of equal eigenvalues, to rounding: they are chosen here.
     """
     values, vectors = np.linalg.eig(stiffness)
+    _check_vibrates(values, at)
     order = np.argsort(values.real)
     values, vectors = values.real[order], vectors.real[:, order]
     apart = np.flatnonzero(np.diff(values) > _EQUAL * np.abs(values[1:])) + 1

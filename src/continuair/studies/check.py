@@ -134,7 +134,7 @@ def _told(vehicle: Vehicle, q: np.ndarray, base: str, gravity: float) -> tuple[s
     try:
         found = modes(vehicle, q, base=base, gravity=gravity)
     except InputError:
-        return ("none: buckles or topples", "", "")
+        return ("none: not stable", "", "")
     each = found.frequencies
     different = each[np.append(True, np.diff(each) > _ALIKE * each[1:])]
     rates = ", ".join(f"{rate:.4g}" for rate in different)
