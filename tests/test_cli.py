@@ -236,7 +236,7 @@ def test_check_says_that_rotors_cannot_hold_a_bent_arm() -> None:
     ("text", "other", "doubt"),
     [
         ("density = 7850.0", "density = 1e9", "arm.density is 1e+09 kg/m³, more than any"),
-        ("radius = 0.005", "radius = 0.0002", "would sag by"),
+        ("radius = 0.005", "radius = 0.0002", "would sag by at least"),
         (
             "damping = 0.0",
             "disks = [{position = 1, mass = 30}]",
@@ -356,6 +356,11 @@ def test_what_may_never_end_is_not_read(arguments: tuple[str, ...]) -> None:
     for path in ("/dev/zero", "pipe.toml"):
         result = run(*(argument.format(path) for argument in arguments))
         assert_refused(result, path, "a device or a pipe; save it as a file")
+
+
+def test_a_vehicle_that_loses_its_target_cannot_be_timed_and_says_so() -> None:
+    result = run("cost", "--vehicle", "table1")
+    assert_refused(result, "vehicle 'table1' does not fly 5 s", "coupled model: all feature points")
 
 
 def test_a_working_directory_that_is_gone_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -369,7 +369,7 @@ def test_words_figures_and_tables_say_whose_values_are_varied(
     assert [row["label"] for row in rows] == ["0.95 kg", "1.9 kg", "2.85 kg"]
     errors = found.results["sweeps"]["UAV mass"]["between"]["rmse_xy_m"]["decoupled"]
     table = sensitivity_output.as_table(found.results)
-    for part in ("about the vehicle's own", f"UAV mass 0.95 to 2.85 kg: {min(errors):.4g} to"):
+    for part in ("about the vehicle's own", f"2.85 kg: between {min(errors):.4g} and"):
         assert part in table
     assert "The paper's sentences" not in table
     theirs = sensitivity_output.as_table(flown.results)

@@ -198,6 +198,20 @@ def test_cancelling_the_spring_lets_the_arm_wind_up(vehicle: ca.Vehicle) -> None
     assert scalar["rms_px"] > 3.0 * flown["rms_px"]
 
 
+def test_a_vehicle_with_drag_is_tracked_without_a_proof_that_knows_none(
+    vehicle: ca.Vehicle,
+) -> None:
+    found = tracking(
+        vehicle.replace({"uav.drag": {"linear": [0.05, 0.05, 0.05]}}),
+        "L",
+        models=[],
+        settings=["nominal"],
+    )
+    assert "ultimate_bound" not in found.results
+    assert "V" not in found.datasets["nominal"]
+    assert found.results["letters"]["L"]["coupled"]["status"] == 0
+
+
 def test_variants_fly_what_they_are_called_whatever_the_file_chooses(vehicle: ca.Vehicle) -> None:
     plain = load_gains("paper")
     chosen = {"compensation": "literal", "posture_damping": 0.3, "feed_forward": False}

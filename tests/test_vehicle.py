@@ -139,6 +139,8 @@ def test_numpy_numbers_and_arrays_are_held_as_plain_numbers() -> None:
     assert type(uav.mass) is float
     assert Uav(mass=np.array(2.0), inertia=PAPER.uav.inertia).mass == 2.0
     assert Uav(mass=np.int64(2), inertia=tuple(np.eye(3))).inertia[2] == (0, 0, 1)
+    disk = {"position": np.array(0.1), "mass": np.float64(0.02), "inertia": (0.0, 0.0)}
+    assert PAPER.replace({"arm.disks": [disk]}).arm.disks[0].position == 0.1
 
 
 def test_equal_vehicles_have_equal_hashes() -> None:

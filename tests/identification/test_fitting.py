@@ -227,6 +227,17 @@ def test_unusable_options_are_refused_in_one_sentence(
     assert_refused(run("--data", "flight.csv", "--vehicle", "paper", *arguments), *parts)
 
 
+def test_a_fit_that_leaves_motion_over_says_that_it_is_no_noise() -> None:
+    record(Path("flight.csv"), test="A", seed=1)
+    recording = load_recording("flight.csv")
+    right, wrong = (
+        fit(true_vehicle(), recording, ["arm.youngs_modulus"], test=test) for test in "AB"
+    )
+    assert not right.doubts
+    (doubt,) = [text for text in wrong.doubts if "of the position" in text]
+    assert "and not by noise" in doubt and "another test" in doubt
+
+
 def test_a_fit_needs_data_a_vehicle_and_inputs() -> None:
     for given, missing in ((("--vehicle", "paper"), "--data"), (("--data", "a.csv"), "--vehicle")):
         result = run(*given)

@@ -137,11 +137,16 @@ def _residual(gains: Gains, acceleration: Any, jerk: Any) -> Any:
     return C_d * jerk + (C_p + C_s / gains["sigma"]) * acceleration
 
 
-def _check_pushed_directly(vehicle: Vehicle) -> None:
-    """Refuse what takes or gives power beside the push that the law asks for."""
+def other_powers(vehicle: Vehicle) -> list[str]:
+    """What of a vehicle takes or gives power beside the push that the law asks for, which no
+    Lyapunov function here knows."""
     tree = tree_of(vehicle)
     has = {"uav.rotors": tree.rotors, "uav.drag": tree.drag, "drag_coefficient": tree.arm_drag}
-    for name in (name for name, given in has.items() if given):
+    return [name for name, given in has.items() if given]
+
+
+def _check_pushed_directly(vehicle: Vehicle) -> None:
+    for name in other_powers(vehicle):
         raise InputError(
             f"vehicle {shown(vehicle.name)} has {name}, whose power no Lyapunov function here "
             "knows; leave it out."

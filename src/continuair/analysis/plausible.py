@@ -9,9 +9,6 @@ from continuair.analysis.groups import place
 from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle
 
-_SAG = 5.0 / 3.0
-"""Sag of a level arm of constant curvature over its length, per gravity number."""
-
 _DENSITY = (10.0, 23_000.0)
 """From foams to osmium [kg/m³]."""
 
@@ -74,11 +71,12 @@ def _of_material(section: Section) -> list[str]:
 
 
 def _of_sag(vehicle: Vehicle) -> list[str]:
-    sag = _SAG * float(place(vehicle)["gravity_number"])
+    # The sag of a massless arm with a point at its tip; a bare rod's is 5/3 of it.
+    sag = float(place(vehicle)["gravity_number"])
     if sag <= 1.0:
         return []
     length = float(excited_arm(vehicle).length)
     return [
-        f"the arm, held level, would sag by {sag:.2g} times its length of {length:g} m; is it so "
-        "limp, or its radius in metres?"
+        f"the arm, held level, would sag by at least {sag:.2g} times its length of {length:g} m; "
+        "is it so limp, or its radius in metres?"
     ]

@@ -102,6 +102,7 @@ def fit(
     where, deviations, converged = problem.settle()
     found, resolved = problem.vehicle(where), replay.resolves(problem.vehicle(where))
     errors, condition, doubts = _confidence(problem, where, deviations)
+    doubts += _of_what_is_left(problem, where, recording)
     if not resolved:
         doubts += (
             f"the fitted vehicle moves faster than the fit's steps of {replay.step:.2g} s follow; "
@@ -240,6 +241,12 @@ NULL = 1e-6
 SILENT = 1e-8
 """A field that moves no measurement by this [m, rad, 1/m] per factor e has no effect."""
 
+_EXPLAINED = 0.1
+"""Share of the recorded motion that may be left over, as models are never all true."""
+
+_SMOOTH = 0.5
+"""Mean square of steps from row to row over that of what is left: 2 of noise, less is no noise."""
+
 VAGUE = 0.3
 """A standard error above this share of a value is warned about."""
 
@@ -285,6 +292,24 @@ def _confidence(
             )
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
     return errors[:count], np.inf if silent.any() else condition, tuple(doubts)
+
+
+def _of_what_is_left(problem: _Problem, where: Array, recording: Recording) -> tuple[str, ...]:
+    """A sentence where a large part of the recorded motion is left over and goes on smoothly."""
+    left = problem.residuals(where[None], np.ones(len(GROUPS)))[0].reshape(-1, problem.measured)
+    parts = {"position": (left[:, :3], recording.position), "bends": (left[:, 6:], recording.bend)}
+    doubts = []
+    for name, (rest, measured) in parts.items():
+        size, moved = np.sqrt(np.mean(rest**2)), np.sqrt(np.mean(measured.var(axis=0)))
+        # Of noise, from row to row anew, this is 2.
+        smooth = np.mean(np.diff(rest, axis=0) ** 2) < _SMOOTH * size**2
+        if smooth and size > _EXPLAINED * moved:
+            doubts.append(
+                f"the fitted flight misses {_percent(size / moved)} of the recorded motion of the "
+                f"{name}, and not by noise, which standard errors take it for: look for inputs "
+                "that are missing, another test, or fields that should be fitted too."
+            )
+    return tuple(doubts)
 
 
 def _percent(share: float) -> str:

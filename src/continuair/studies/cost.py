@@ -9,9 +9,11 @@ import numpy as np
 
 from continuair.controllers.controller import Controller
 from continuair.controllers.gain_files import Gains, load_gains
+from continuair.errors import InputError, shown
 from continuair.flight.prepare import prepare
 from continuair.kernels.dynamics import MODELS, PLANTS
 from continuair.kernels.laws.probes import carry, look
+from continuair.kernels.step import STATUS
 from continuair.progress import Progress, Steps
 from continuair.scenario import paths
 from continuair.scenario.scenarios import Scenario
@@ -126,7 +128,12 @@ def _flight(vehicle: Vehicle, scenario: Scenario, model: str) -> Callable[[], No
 
     def fly() -> None:
         logs = cohort.fly(engine, observe=False)
-        assert not logs.status.any(), "a flight that ends early cannot be timed"
+        if logs.status.any():
+            raise InputError(
+                f"vehicle {shown(vehicle.name)} does not fly {DURATION:g} s of this task at steps "
+                f"of {1e3 * PERIOD:g} ms (the {model} model: {STATUS[logs.status.max()]}), which "
+                "cannot be timed so; give a vehicle that these gains fly."
+            )
 
     return fly
 

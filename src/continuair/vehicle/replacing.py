@@ -71,8 +71,10 @@ def _tree(value: Any) -> Any:
         return {name: _tree(child) for name, child in value}
     if isinstance(value, Mapping):
         return {name: _tree(child) for name, child in value.items()}
-    if isinstance(value, np.ndarray):
+    if isinstance(value, np.ndarray) and value.ndim:
         return _Runs(value.tolist())
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.item()
     return [_tree(child) for child in value] if isinstance(value, (tuple, list)) else value
 
 

@@ -141,7 +141,7 @@ def reading(results: dict[str, Any]) -> list[str]:
 
 
 def _spread(results: dict[str, Any]) -> list[str]:
-    """From where to where the error goes over each parameter's values, the widest first."""
+    """Between what the error lies over each parameter's values, the widest first."""
     ends = {}
     for name, sweep in results["sweeps"].items():
         errors = sweep["between"]["rmse_xy_m"]["decoupled"]
@@ -150,9 +150,12 @@ def _spread(results: dict[str, Any]) -> list[str]:
             where = f"{name} {number(values[0])} to {number(values[1])} {sweep['units']}"
             ends[where] = min(errors), max(errors)
     widest = sorted(ends, key=lambda where: ends[where][0] - ends[where][1])
-    told = [f"{where}: {number(ends[where][0])} to {number(ends[where][1])} m" for where in widest]
+    told = [
+        f"{where}: between {number(ends[where][0])} and {number(ends[where][1])} m"
+        for where in widest
+    ]
     listed = "; ".join(told)
-    return [f"It goes, over the parameter of which it changes the most first, over {listed}."]
+    return [f"It lies, the parameter over which it varies the most first, over {listed}."]
 
 
 def neighbour_ratio(sweep: dict[str, Any]) -> float:
