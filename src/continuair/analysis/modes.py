@@ -136,13 +136,13 @@ def _damped(vehicle: Vehicle, shapes: np.ndarray) -> np.ndarray:
     return np.asarray(each[:, None] * shapes[-len(each) :])
 
 
-def _dampings(modes: np.ndarray, slowed: np.ndarray) -> np.ndarray:
-    """The part along each mode (modes,) [1/s] of accelerations (n, modes) against their rates.
+def _dampings(along: np.ndarray, slowed: np.ndarray) -> np.ndarray:
+    """The part along each mode (modes,) [1/s], a column of `along`, of accelerations (n, modes).
 
     By left eigenvectors: those of a hover differ from the right ones, as the constant moment that
     holds an arm off the centre has no potential.
     """
-    part: np.ndarray = np.einsum("mi,im->m", np.linalg.inv(modes), slowed)
+    part: np.ndarray = np.einsum("mi,im->m", np.linalg.inv(along), slowed)
     return part
 
 
