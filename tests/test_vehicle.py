@@ -35,7 +35,7 @@ def test_paper_preset_holds_values_that_the_paper_sweeps_and_our_choices() -> No
     np.testing.assert_array_equal(PAPER.uav.inertia, np.diag([0.024, 0.024, 0.047]))
     arm = PAPER.arm
     assert (arm.length, arm.radius, arm.density, arm.youngs_modulus) == (1.0, 0.005, 7850, 207e9)
-    assert (arm.damping, arm.damping_ratio, arm.disks, arm.kappa_s) == (0, None, (), 1e-3)
+    assert (arm.damping, arm.damping_ratio, arm.disks, arm.kappa_s) == (None, None, (), 1e-3)
     assert PAPER.uav.mount == (0, 0, 0)
     assert PAPER.camera == Camera()
 
@@ -129,6 +129,18 @@ def test_a_rod_without_mass_in_floating_point_numbers_is_refused_though_a_disk_h
 def test_damping_given_directly_is_the_structural_damping() -> None:
     assert PAPER.replace({"arm.damping": 0.3}).arm.structural_damping == 0.3
     assert PAPER.arm.structural_damping == 0
+
+
+def test_a_damping_takes_the_place_of_a_ratio_and_conversely_also_where_it_is_0() -> None:
+    by_ratio = PAPER.replace({"arm.damping_ratio": 0.1})
+    assert by_ratio.arm.structural_damping > 0.0 and by_ratio.arm.damping is None
+    undamped = by_ratio.replace({"arm.damping": 0.0})
+    assert undamped.arm.structural_damping == 0.0 and undamped.arm.damping_ratio is None
+    assert PAPER.replace({"arm.damping": None}).arm.structural_damping == 0.0
+    with pytest.raises(InputError, match="damping is 0.0 while damping_ratio is 0.1; keep one"):
+        Section(
+            length=1, radius=0.01, density=1e3, youngs_modulus=1e9, damping=0.0, damping_ratio=0.1
+        )
 
 
 def test_numpy_numbers_and_arrays_are_held_as_plain_numbers() -> None:

@@ -11,7 +11,8 @@ from continuair import checks
 from continuair.vehicle.fields import Part, label
 from continuair.vehicle.section import EITHER, Section
 
-_OTHER = EITHER | {whole: material for material, whole in EITHER.items()}
+_PAIRS = EITHER | {"damping": "damping_ratio"}
+_OTHER = _PAIRS | {second: first for first, second in _PAIRS.items()}
 
 
 def implied(vehicle: Part, changes: Mapping[str, Any]) -> dict[str, Any]:

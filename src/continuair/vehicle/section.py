@@ -55,7 +55,7 @@ class Section(Part):
     given_bending_stiffness: Positive | None = Field(None, alias="bending_stiffness")
     """the bending stiffness, instead of Young's modulus [N m²]"""
 
-    damping: NotNegative = 0.0
+    damping: NotNegative | None = None
     """the structural damping per unit length: the bend moment per bend rate [N m² s]"""
 
     damping_ratio: NotNegative | None = None
@@ -80,10 +80,10 @@ class Section(Part):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         self._check_material()
-        if self.damping and self.damping_ratio is not None:
+        if self.damping is not None and self.damping_ratio is not None:
             raise InputError(
                 f"damping is {self.damping} while damping_ratio is {self.damping_ratio}; "
-                "keep one of them (damping 0, or no damping_ratio)."
+                "keep one of them."
             )
         owner = "section" if self.name else "arm"
         for index, disk in enumerate(self.disks):
@@ -237,9 +237,9 @@ class Section(Part):
 
     @property
     def structural_damping(self) -> float:
-        """The structural damping per unit length, from damping or damping_ratio [N m² s]."""
+        """The structural damping per unit length, from damping or damping_ratio, or 0 [N m² s]."""
         if self.damping_ratio is None:
-            return self.damping
+            return 0.0 if self.damping is None else self.damping
         stiffness = self.bending_stiffness * self.length
         critical: float = 2 * _root(stiffness * self.straight_modal_mass) / self.length
         return self.damping_ratio * critical

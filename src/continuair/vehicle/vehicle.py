@@ -180,8 +180,8 @@ class Vehicle(Part):
         copy batched; all such arrays must be of one length. (An inertia of shape (3, 3) is one
         matrix; give three runs of diagonals as (3, 3, 3).) Disks keep their share of a section
         whose length changes, unless their positions are given too, and a bending stiffness replaces
-        Young's modulus, or a mass per length the density, and conversely. Raises InputError, naming
-        the run, if any run is not valid.
+        Young's modulus, a mass per length the density, or a damping the damping ratio, and
+        conversely. Raises InputError, naming the run, if any run is not valid.
 
         >>> vehicle = ca.load_vehicle("paper")
         >>> vehicle.replace({"uav.mass": 3.0}).uav.mass
