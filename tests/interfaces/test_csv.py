@@ -72,6 +72,18 @@ def test_inputs_over_time_are_sampled_from_the_scenario_and_missed_without_it(
     assert "force_x" not in columns(tmp_path / "less.csv")
 
 
+def test_what_a_simulation_was_given_by_steps_is_told_to_be_missing(tmp_path: Path) -> None:
+    vehicle = ca.load_vehicle("paper")
+    start = ca.Scenario("held", [0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.1, 0.0], force=[0.0, 0.0, 25.7])
+    live = ca.Simulation(vehicle, start, control_period=0.01)
+    for _ in range(3):
+        live.step(bend_moment=[0.5, 0.0], moment=[0.0, 0.0, 0.0])
+    with pytest.warns(ContinuairWarning, match="lacks bend_moment, which acted"):
+        ca.to_csv(live.trajectory(), tmp_path / "flight.csv")
+    found = columns(tmp_path / "flight.csv")
+    assert "bend_moment_x" not in found and (found["force_z"] == 25.7).all()
+
+
 def test_what_rotors_give_is_written_as_the_force_and_moment_that_acted(tmp_path: Path) -> None:
     rotors = {"layout": "quad_x", "lever": 0.25, "thrust_limits": [0.0, 12.0],
               "torque_per_thrust": 0.02}  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,6 +33,9 @@ from continuair.vehicle.vehicle import Vehicle, check_vehicle
 Array = np.ndarray
 
 _ONE = np.zeros(1, int)  # the index of the only run
+
+_GIVEN = "given to Simulation.step"
+"""In place of a function's name."""
 
 _ROUNDING = 1e-6
 """Share of a period by which its steps may differ from those of the first one."""
@@ -104,6 +108,7 @@ class Simulation:
         row[layout.roll] = np.atleast_2d(scenario.q)[0, 3]
         self._rows, self._pushes, self._groups = [row], [np.zeros(layout.inputs)], 0
         self._euler = nearest_euler(row[layout.attitude], np.zeros(3), row[layout.roll][0])
+        self._given: set[str] = set()
 
     @property
     def vehicle(self) -> Vehicle:
@@ -179,6 +184,7 @@ class Simulation:
         angles = np.append(row[layout.branch][1::2], row[layout.roll])
         start = Start(states, angles[None], frozen=first)
         self._groups |= groups_of(name for name, value in given.items() if value is not None)
+        self._given |= {name for name, value in given.items() if np.any(value)}
         acting = self._drive(stage_times(grid), push)
         logs = self._engine.roll_out(_ONE, start, grid, acting)
         self._pushes[-1] = push
@@ -212,7 +218,10 @@ class Simulation:
         )
 
     def trajectory(self) -> xr.Dataset:
-        """The flight so far, a sample per control period, as `simulate` returns it."""
+        """The flight so far, a sample per control period, as `simulate` returns it.
+
+        Of what `step` was given its scenario has the names alone, as of functions of time.
+        """
         scenario, engine = self._scenario, self._engine
         times = self._marks(0).samples[:-1]
         log = np.stack(self._rows)[None]
@@ -233,7 +242,9 @@ class Simulation:
         logs = Logs(log, status, last, self._errors[None], observed, watched, scene)
         recorder.keep(Cohort(flight, _ONE, grid, acting, None), logs)
         warn_of_saturation(recorder.saturation, stacklevel=3)
-        return recorder.dataset({"step": self._step})
+        found = recorder.dataset({"step": self._step})
+        told = json.loads(found.attrs["scenario"]) | dict.fromkeys(sorted(self._given), _GIVEN)
+        return found.assign_attrs(scenario=json.dumps(told))
 
     def _grid(self) -> Grid:
         """The steps of the next control period, between the same jumps as in `simulate`."""
