@@ -16,7 +16,13 @@ from continuair.controllers.inertias import camera_inertia
 from continuair.equations.camera import interaction_matrix
 from continuair.figures import tracking as figures
 from continuair.kernels.step import STATUS
-from continuair.scenario.tracking_task import SETTINGS, chosen_letters, equipped, task
+from continuair.scenario.tracking_task import (
+    SETTINGS,
+    chosen_letters,
+    damping_notes,
+    equipped,
+    task,
+)
 from continuair.studies.results import as_json
 from continuair.studies.tracking import report as tracking_output
 from continuair.studies.tracking.candidates import fly
@@ -335,3 +341,12 @@ def test_gains_of_the_image_of_now_track_as_well_and_no_proof_is_said_to_hold(
     assert found.results["letters"]["L"]["coupled"]["rms_px"] <= 1.05 * constant
     assert "conditions" in study.results and "conditions" not in found.results
     assert "## Stability" not in tracking_output.as_table(found.results)
+
+
+def test_studies_tell_of_the_damping_that_they_give_an_undamped_arm() -> None:
+    paper, told = ca.load_vehicle("paper"), "with a damping ratio of 0.03 of arm, which has none"
+    assert told in damping_notes(paper)[0]
+    assert not damping_notes(paper.replace({"arm.damping_ratio": 1e-9}))
+    two = ca.load_vehicle("two_section").replace({"arm.arm.section.0.damping": 0.0})
+    name = two.arms[0].section[0].name
+    assert f"of arm.arm.section.{name}, which" in damping_notes(two)[0]

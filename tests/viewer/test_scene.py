@@ -96,6 +96,18 @@ def test_the_image_plane_shows_a_point_on_the_way_to_it() -> None:
     np.testing.assert_allclose(shown, 0.3 / 1.7 * turn.apply(ahead), rtol=0, atol=1e-13)
 
 
+def test_a_camera_in_a_frenet_frame_is_where_the_flight_has_it() -> None:
+    camera = {"camera.tip_frame": "frenet", "camera.position": [0.05, 0.02, 0.01]}
+    vehicle = ca.load_vehicle("slender").replace(camera)
+    law = ca.classic(vehicle)
+    watched = ca.Target(ca.paths.hold([0.0, 0.0, 0.0]))
+    start = ca.Scenario("look", [0, 0, 4.0, 0, 0, 0, 0.1, 1.2], controller=law, target=watched)
+    flight = ca.simulate(vehicle, start, duration=0.1, sample=0.02)
+    eye = scene(flight).eye
+    assert eye is not None
+    np.testing.assert_allclose(eye.position, flight["camera_position"], atol=1e-12)
+
+
 def test_a_flight_that_ends_early_stays_where_it_ended() -> None:
     flight = swing()
     flight["position"][50:] = np.nan

@@ -76,8 +76,8 @@ def lyapunov(vehicle: Vehicle, scenario: Scenario, flight: xr.Dataset | None = N
 
     A flight gives, over (..., time): lyapunov_paper, V of Eqs. (18) and (19), and lyapunov_sound
     [J]; their rates [W], the sound one's from the power balance, the paper's, whose ë no flight
-    holds, by differences of samples; servo_error, ‖e_a‖; and ultimate_radius, of the proof's set at
-    each moment, whose largest is the bound. Raises InputError.
+    holds, by differences of samples; servo_error, ‖e_a‖; and ultimate_radius, of the proof's set
+    for the target's motion at each moment. Raises InputError.
     """
     check_single_vehicle(vehicle)
     _check_pushed_directly(vehicle)

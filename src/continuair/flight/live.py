@@ -18,6 +18,7 @@ from continuair.flight.camera_timing import motion_of
 from continuair.flight.cohorts import Cohort
 from continuair.flight.inputs import field_width, groups_of
 from continuair.flight.prepare import check_scenario, checked_step, prepare
+from continuair.flight.reading import GIVEN_TO_STEPS
 from continuair.flight.resolution import summed, warn_of_saturation
 from continuair.flight.steps import check_divides
 from continuair.flight.time_grid import Grid, Marks, grid_of, marks_at, stage_times
@@ -33,9 +34,6 @@ from continuair.vehicle.vehicle import Vehicle, check_vehicle
 Array = np.ndarray
 
 _ONE = np.zeros(1, int)  # the index of the only run
-
-_GIVEN = "given to Simulation.step"
-"""In place of a function's name."""
 
 _ROUNDING = 1e-6
 """Share of a period by which its steps may differ from those of the first one."""
@@ -243,7 +241,8 @@ class Simulation:
         recorder.keep(Cohort(flight, _ONE, grid, acting, None), logs)
         warn_of_saturation(recorder.saturation, stacklevel=3)
         found = recorder.dataset({"step": self._step})
-        told = json.loads(found.attrs["scenario"]) | dict.fromkeys(sorted(self._given), _GIVEN)
+        given = dict.fromkeys(sorted(self._given), GIVEN_TO_STEPS)
+        told = json.loads(found.attrs["scenario"]) | given
         return found.assign_attrs(scenario=json.dumps(told))
 
     def _grid(self) -> Grid:

@@ -14,6 +14,9 @@ from continuair.errors import InputError
 from continuair.files import DAMAGE, check_regular, check_version, printed, reason, user_path
 from continuair.vehicle.vehicle import Vehicle, vehicle_of_run
 
+GIVEN_TO_STEPS = "given to Simulation.step"
+"""What a result says, in place of a function's name, of inputs that no scenario knows."""
+
 
 def read_result(path: str | os.PathLike[str]) -> xr.Dataset:
     """A result that `to_netcdf` or a study wrote, all of it in memory.

@@ -15,7 +15,7 @@ from continuair.analysis.motion import Motion
 from continuair.errors import ContinuairWarning, InputError
 from continuair.flight.inputs import evaluated, field_width
 from continuair.flight.prepare import check_scenario
-from continuair.flight.reading import scenario_of
+from continuair.flight.reading import GIVEN_TO_STEPS, scenario_of
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import FIELDS, PUSH, Layout
 from continuair.vehicle.vehicle import Vehicle
@@ -75,11 +75,14 @@ def warn_of_lacking(names: Iterable[str], stacklevel: int, what: str = "the file
 
 
 def told_of(flight: xr.Dataset, scenario: Scenario | None = None) -> dict[str, Any]:
-    """Fields of the scenario of a flight; scenario: the one that was flown, if it is known."""
+    """Fields of the scenario of a flight; scenario: the one that was flown, if it is known, which
+    does not know what the steps of a `Simulation` were given."""
+    told = scenario_of(flight)
     if scenario is None:
-        return scenario_of(flight)
+        return told
     check_scenario(scenario)
-    return {name: getattr(scenario, name) for name in (*FIELDS, "tip_wrench_sign", "controller")}
+    known = {name: getattr(scenario, name) for name in (*FIELDS, "tip_wrench_sign", "controller")}
+    return known | {name: value for name, value in told.items() if value == GIVEN_TO_STEPS}
 
 
 def sampled(field: str, value: Any, flight: xr.Dataset, vehicle: Vehicle) -> Array | None:

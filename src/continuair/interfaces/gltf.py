@@ -82,9 +82,10 @@ class _Stage:
 def _document(motion: Motion) -> Glb:
     stage, vehicle = _stage(motion), motion.vehicle
     hung = [_box(stage, vehicle.uav.mass, vehicle.uav.inertia)] + _rotors(stage, vehicle.uav)
-    skinned = []
+    skinned, seeing = [], vehicle.camera.tip_frame == "untwisted"
     for index, (arm, bend) in enumerate(parts(vehicle, motion.bend)):
-        eye = [_camera(stage.glb, vehicle.camera)] if index == vehicle.camera_arm else []
+        sees = seeing and index == vehicle.camera_arm
+        eye = [_camera(stage.glb, vehicle.camera)] if sees else []
         joints = _joints(stage, arm, bend, [*_tip(stage, arm), *eye])
         hung.append(joints[0])
         skinned.append(_skin(stage, arm, joints))

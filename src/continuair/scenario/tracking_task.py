@@ -77,12 +77,30 @@ def chosen_letters(letters: Any) -> list[str]:
 def equipped(vehicle: Vehicle, setting: Setting) -> Vehicle:
     """The vehicle with the setting's camera, and with some damping where a section has none."""
     changes: dict[str, Any] = {f"camera.{name}": value for name, value in setting.camera.items()}
-    for arm in vehicle.arms:
-        for section in arm.section:
-            path = f"arm.{arm.name}.section.{section.name}" if vehicle.has_arm_list else "arm"
-            if not np.any(section.structural_damping):
-                changes[f"{path}.damping_ratio"] = STRUCTURAL_DAMPING
+    changes |= {f"{path}.damping_ratio": STRUCTURAL_DAMPING for path in _undamped(vehicle)}
     return vehicle.replace(changes) if changes else vehicle
+
+
+def damping_notes(vehicle: Vehicle) -> list[str]:
+    """What is to be told of sections that `equipped` damps."""
+    if not (paths := _undamped(vehicle)):
+        return []
+    return [
+        f"Tracking is flown with a damping ratio of {STRUCTURAL_DAMPING:g} of {', '.join(paths)}, "
+        "which has none of its own; give one, however small, in its place."
+    ]
+
+
+def _undamped(vehicle: Vehicle) -> list[str]:
+    """Paths of sections without damping."""
+    if not vehicle.has_arm_list:
+        return [] if np.any(vehicle.arm.structural_damping) else ["arm"]
+    return [
+        f"arm.{arm.name}.section.{section.name}"
+        for arm in vehicle.arms
+        for section in arm.section
+        if not np.any(section.structural_damping)
+    ]
 
 
 def without_rotors(vehicle: Vehicle) -> tuple[Vehicle, list[str]]:

@@ -18,7 +18,7 @@ from continuair.progress import Progress, Steps
 from continuair.scenario import paths
 from continuair.scenario.scenarios import Scenario
 from continuair.scenario.targets import Target
-from continuair.scenario.tracking_task import SETTINGS, equipped, task
+from continuair.scenario.tracking_task import SETTINGS, damping_notes, equipped, task
 from continuair.studies.tables import as_markdown, number
 from continuair.studies.timing import median_times
 from continuair.sweeps.machine import machine
@@ -64,6 +64,7 @@ def cost(
     return {
         "study": "cost",
         "vehicle": vehicle.describe(),
+        "notes": damping_notes(vehicle),
         "printed_ms": PRINTED_MS,
         "machine": machine(),
         "dtype": "float64",
@@ -99,6 +100,7 @@ def as_table(results: dict[str, Any]) -> str:
         "",
         "One thread, float64, RK4 at 1 ms, medians of one run; the paper's are of Simulink.",
         f"Machine: {results['machine']}.",
+        *results["notes"],
         "",
         *as_markdown(headings, cells, ("model",)),
     ]

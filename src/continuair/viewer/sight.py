@@ -51,8 +51,9 @@ def eye_of(flight: xr.Dataset, vehicle: Vehicle, placed: Bodies) -> Eye | None:
         attitude = quaternions(tip @ of_quaternion(camera.attitude))
     else:
         return None
-    tip = of_quaternion(placed.tip_attitude[:, arm])
-    position = placed.tip_position[:, arm] + tip @ np.asarray(camera.position)
+    # Of the tip's frame, which spins with the bend if it is Frenet's.
+    axes = of_quaternion(attitude) @ of_quaternion(camera.attitude).T
+    position = placed.tip_position[:, arm] + axes @ np.asarray(camera.position)
     image = flight["features"].transpose("time", "pixel").to_numpy()
     wanted = image + flight["feature_error"].transpose("time", "pixel").to_numpy()
     finite = np.isfinite(wanted).all(-1)

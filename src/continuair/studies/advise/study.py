@@ -27,7 +27,7 @@ from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import REFERENCE, SIMPLER
 from continuair.progress import Progress, Steps
 from continuair.scenario.letters import LETTERS
-from continuair.scenario.tracking_task import without_rotors
+from continuair.scenario.tracking_task import damping_notes, without_rotors
 from continuair.studies.advise.excitations import attribute, excite, missed
 from continuair.studies.advise.notes import notes
 from continuair.studies.advise.tracking import tracking_limit
@@ -86,6 +86,7 @@ def advise(
     excitations = _excitations(vehicle, names, tolerance.tip, flown, steps)
     tracked, law = {}, gains or load_gains("paper")
     wrench, told = without_rotors(vehicle)
+    told = [*told, *damping_notes(vehicle)]
     for task, letter in letters.items():
         steps.begin(task)
         tracked[task] = tracking_limit(wrench, letter, law, SIMPLER, tolerance.pixels)

@@ -66,6 +66,7 @@ def summary(results: dict[str, Any]) -> list[str]:
         "in each coordinate of each point throughout its last second.",
         "",
         *(f"* {name}: {meaning}." for name, meaning in LAWS.items() if name in results["laws"]),
+        *(f"* {note}" for note in results["notes"]),
         "",
         "## Off in one direction",
         "",

@@ -17,7 +17,7 @@ from continuair.flight.resolution import RESOLVED
 from continuair.kernels.dynamics import MODELS, PLANTS
 from continuair.kernels.step import OK, STATUS
 from continuair.progress import Progress, Steps
-from continuair.scenario.tracking_task import SETTINGS, equipped
+from continuair.scenario.tracking_task import SETTINGS, damping_notes, equipped
 from continuair.studies.ladder import climbed
 from continuair.studies.region.flights import (
     DURATION,
@@ -94,6 +94,7 @@ def region(
     results = {
         "study": "region",
         "vehicle": vehicle.describe(),
+        "notes": damping_notes(vehicle),
         "laws": {name: controllers[name].describe() for name in names},
         "duration_s": DURATION,
         "well_px": WELL,

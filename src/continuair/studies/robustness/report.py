@@ -46,6 +46,7 @@ def summary(results: dict[str, Any]) -> list[str]:
         f"{results['settled_s']:g} s.",
         "",
         *(f"* {name}: {meaning}." for name, meaning in LAWS.items() if name in results["laws"]),
+        *(f"* {note}" for note in results["notes"]),
         "",
         "The largest mistake up to which all are borne, and the first that is not:",
         "",
@@ -84,6 +85,7 @@ def _resolved(results: dict[str, Any]) -> str:
 
 
 def _wind(results: dict[str, Any]) -> list[str]:
-    if results["vehicle"]["uav"].get("drag") is not None:
+    blows = any("wind" in case["mistakes"] for case in results["cases"])
+    if results["vehicle"]["uav"].get("drag") is not None or not blows:
         return []
     return [f"The vehicle has no drag; in wind it flies with one of {LINEAR_DRAG:g} N s/m."]

@@ -12,7 +12,7 @@ from continuair.controllers.gain_files import Gains
 from continuair.kernels.dynamics import MODELS, PLANTS
 from continuair.kernels.step import OK, STATUS
 from continuair.progress import Progress, Steps
-from continuair.scenario.tracking_task import equipped
+from continuair.scenario.tracking_task import damping_notes, equipped
 from continuair.studies.ladder import climbed
 from continuair.studies.robustness.flights import LETTER, SETTING, Wrong, fly, groups
 from continuair.studies.robustness.mistakes import MISTAKES
@@ -64,6 +64,7 @@ def robustness(
         {
             "study": "robustness",
             "vehicle": vehicle.describe(),
+            "notes": damping_notes(vehicle),
             "laws": {name: law.describe() for name, law in controllers.items()},
             "letter": LETTER,
             "duration_s": SETTING.duration,

@@ -74,7 +74,7 @@ def shares_of_energy(vehicle: Vehicle, test: str) -> tuple[Shares, Shares]:
     """Shares of the disks in the energies of the arm, and in those of the whole vehicle.
 
     Along the coupled flight of a test with disks. Energies are summed over its samples, potential
-    energy as what it has changed since the start.
+    energy as what it has changed since the start; up to its end, if it ends early.
     """
     bare, full = without_disks(vehicle), with_disks(vehicle)
     with steps_told_of():
@@ -96,6 +96,7 @@ def errors_of_tests(vehicle: Vehicle) -> dict[str, float]:
 
 def _motion(vehicle: Vehicle, flown: xr.Dataset) -> tuple[Array, Array]:
     """q and q̇ (samples, 8) of a flight."""
+    flown = flown.sel(time=slice(None, float(flown["end_time"])))
     q, *state = (flown[name].to_numpy() for name in ("q", *_STATE))
     # Logged in body axes, integrated in world axes.
     state[3] = Rotation.from_quat(state[1]).apply(state[3])
