@@ -1,11 +1,13 @@
 """Stepping from outside is `simulate` with the same held inputs."""
 
+from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
 import pytest
 
 import continuair as ca
+from continuair import ContinuairWarning
 from tests.closed_loop import flights
 from tests.test_errors import assert_one_plain_sentence
 
@@ -261,3 +263,19 @@ def test_what_cannot_be_stepped_is_refused_in_one_sentence(case: str) -> None:
     assert text.startswith(start)
     assert remedy in text
     assert_one_plain_sentence(text)
+
+
+def test_a_jump_within_a_step_is_warned_of_as_simulate_does_unless_it_is_named() -> None:
+    vehicle = ca.load_vehicle("paper")
+
+    def pushed(t: float) -> list[float]:
+        return [0.0 if t < 0.0123 else 50.0, 0.0, 9.81 * vehicle.mass]
+
+    start = [0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.1, 0.0]
+    for jumps in ((), (0.0123,)):
+        scenario = ca.Scenario("push", start, force=pushed, jumps=jumps, duration=0.03)
+        live = ca.Simulation(vehicle, scenario, control_period=5e-3)
+        for _ in range(6):
+            live.step()
+        with nullcontext() if jumps else pytest.warns(ContinuairWarning, match="force jumps"):
+            live.trajectory()

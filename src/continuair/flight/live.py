@@ -18,6 +18,7 @@ from continuair.flight.camera_timing import motion_of
 from continuair.flight.cohorts import Cohort
 from continuair.flight.inputs import field_width, groups_of
 from continuair.flight.prepare import check_scenario, checked_step, prepare
+from continuair.flight.probing import warn_of_jumps
 from continuair.flight.reading import GIVEN_TO_STEPS
 from continuair.flight.resolution import summed, warn_of_saturation
 from continuair.flight.steps import check_divides
@@ -240,10 +241,19 @@ class Simulation:
         logs = Logs(log, status, last, self._errors[None], observed, watched, scene)
         recorder.keep(Cohort(flight, _ONE, grid, acting, None), logs)
         warn_of_saturation(recorder.saturation, stacklevel=3)
+        self._warn_of_jumps(times)
         found = recorder.dataset({"step": self._step})
         given = dict.fromkeys(sorted(self._given), GIVEN_TO_STEPS)
         told = json.loads(found.attrs["scenario"]) | given
         return found.assign_attrs(scenario=json.dumps(told))
+
+    def _warn_of_jumps(self, times: Array) -> None:
+        """Warn, as `simulate` does, of the scenario's inputs that jump within the steps taken."""
+        if len(times) > 1:
+            marks = marks_at(times, self._scenario.jumps, knots=self._scenario.knots)
+            grid = grid_of(marks, self._step * (1.0 + _ROUNDING))
+            drive = self._flight.drive(stage_times(grid), _ONE)
+            warn_of_jumps(drive, grid.starts, self._engine.layout, set(), stacklevel=4)
 
     def _grid(self) -> Grid:
         """The steps of the next control period, between the same jumps as in `simulate`."""
