@@ -119,6 +119,7 @@ UNUSABLE: list[tuple[Any, str, str]] = [
     (lambda: ca.dryden(5.0, 1000.0, 5.0), "altitude is 1000.0", "up to 305 m"),
     (lambda: ca.dryden(5.0, 20.0, 0.0), "airspeed is 0.0", "above 0"),
     (lambda: ca.dryden(5.0, 20.0, 5.0, seed=-1), "seed is -1", "whole number"),
+    (lambda: ca.dryden(5.0, 20.0, 5.0, seed=[]), "seed is []", "whole number"),
     (lambda: ca.dryden(5.0, 20.0, 5.0, step=1e-9), "step is 1e-09", "longer"),
     (lambda: ca.dryden(5.0, 20.0, 5.0, mean=3.0), "mean is 3.0", "3 finite numbers"),
 ]

@@ -95,6 +95,14 @@ def whole(name: str, value: Any, least: int, most: int | None = None) -> int:
     return int(value)
 
 
+def seed(value: Any, most: int | None = None) -> int | tuple[int, ...]:
+    """Return a seed of random numbers, 0 or more, or one per run."""
+    row = value.ndim == 1 if isinstance(value, np.ndarray) else isinstance(value, (list, tuple))
+    if row and len(value):
+        return tuple(whole("seed", each, 0, most) for each in value)
+    return whole("seed", value, 0, most)
+
+
 def flag(name: str, value: Any) -> bool:
     """Return a truth value, of Python or NumPy."""
     if not isinstance(value, (bool, np.bool_)):

@@ -161,6 +161,11 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "scenario.controller holds 2 runs, but the batch has 3",
         "one row per run",
     ),
+    "target field": (
+        lambda: ca.Target(ca.paths.hold(), distnce=1.0),  # type: ignore[call-arg]
+        "distnce is not a field of a target",
+        "use distance",
+    ),
     "target path": (lambda: ca.Target("M"), "path is 'M'", "paths.letter"),  # type: ignore[arg-type]
     "target points": (
         lambda: ca.Target(ca.paths.hold(), [[0, 0, 0]]),

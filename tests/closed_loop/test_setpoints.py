@@ -58,6 +58,11 @@ BAD: dict[str, tuple[Any, str]] = {
     "yaw": (lambda: ca.Setpoints(yaw=np.nan), "yaw of the setpoints is"),
     "odd bend": (lambda: ca.Setpoints(bend=[1.0]), "two per section"),
     "times": (lambda: ca.Setpoints(times=[1.0, 0.0], yaw=[0.0, 0.0]), "rising"),
+    "times of functions": (lambda: ca.Setpoints(times=[0, 1], yaw=lambda t: t), "leave the times"),
+    "times alone": (lambda: ca.Setpoints(times=[0.0, 1.0]), "leave the times out"),
+    "times of a constant": (lambda: ca.Setpoints(times=[0.0, 1.0], yaw=0.5), "each of 2 times"),
+    "misspelt": (lambda: ca.Setpoints(positon=[0, 0, 3]), "use position"),  # type: ignore[call-arg]
+    "too many": (lambda: ca.Setpoints(*range(7)), "cannot be made .*; give fields by name"),
     "length": (lambda: ca.Setpoints(times=[0.0, 1.0], yaw=[0.0, 0.0, 0.0]), "each of 2 times"),
     "turning": (lambda: ca.Setpoints(yaw_rate=0.5), "give the yaw that goes with it"),
     "raises": (lambda: ca.Setpoints(yaw=lambda t: 1 / t), "ZeroDivisionError"),

@@ -10,17 +10,17 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from continuair import checks
 from continuair.controllers.controller import Controller
-from continuair.errors import InputError, nearest, shown
+from continuair.errors import InputError, shown
+from continuair.scenario.records import with_known_fields
 from continuair.scenario.setpoints import Setpoints
 from continuair.scenario.targets import Target
 from continuair.vehicle.fields import is_title
@@ -28,8 +28,6 @@ from continuair.vehicle.layout import FIELDS, OF_NAME, ONE_SECTION
 
 Array = NDArray[np.float64]
 Input = ArrayLike | Callable[[float], ArrayLike] | None
-
-_Record = TypeVar("_Record")
 
 _LARGEST_SEED = 2**63 - 1
 
@@ -42,30 +40,7 @@ _INPUTS = {
 """Field -> which numbers it holds."""
 
 
-def _with_known_fields(record: type[_Record]) -> type[_Record]:
-    """Let a dataclass refuse unknown, missing and doubled fields by an InputError."""
-    signature = inspect.signature(record)
-    create = record.__init__
-
-    @functools.wraps(create)
-    def checked(self: _Record, *values: Any, **fields: Any) -> None:
-        for name in fields:
-            if name not in signature.parameters:
-                remedy = nearest(name, signature.parameters)
-                raise InputError(f"{name} is not a field of a scenario; {remedy}.")
-        try:
-            signature.bind(*values, **fields)
-        except TypeError as error:
-            raise InputError(
-                f"a scenario cannot be made ({error}); give a name, q and fields by name."
-            ) from None
-        create(self, *values, **fields)
-
-    record.__init__ = checked  # type: ignore[assignment, method-assign]
-    return record
-
-
-@_with_known_fields
+@with_known_fields("a scenario", "give a name, q and fields by name")
 @dataclass(frozen=True, eq=False)
 class Scenario:
     """The initial state, the inputs and the duration of a flight; all are immutable.
@@ -156,7 +131,7 @@ class Scenario:
         checked["duration"] = checks.positive("duration", self.duration, " [s]")
         checked["jumps"] = _jumps(self.jumps, checked["duration"])
         checked["gravity"] = checks.gravity(self.gravity)
-        checked["seed"] = _checked_seed(self.seed)
+        checked["seed"] = checks.seed(self.seed, _LARGEST_SEED)
         if self.control_period is not None:
             otherwise = " [s], or None to evaluate the controller at every stage"
             period = checks.positive("control_period", self.control_period, otherwise)
@@ -334,12 +309,6 @@ def _jumps(value: Any, duration: float) -> tuple[float, ...]:
         )
         raise InputError(f"{problem}; leave out those at the start or the end.")
     return tuple(np.unique(array).tolist())
-
-
-def _checked_seed(given: Any) -> int | tuple[int, ...]:
-    if isinstance(given, (list, tuple, np.ndarray)) and np.ndim(given) == 1 and len(given):
-        return tuple(checks.whole("seed", each, 0, _LARGEST_SEED) for each in given)
-    return checks.whole("seed", given, 0, _LARGEST_SEED)
 
 
 def _checked_targets(given: Any) -> Target | tuple[Target, ...]:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from continuair import checks
 from continuair.errors import InputError, shown
+from continuair.scenario.records import with_known_fields
 
 Array = NDArray[np.float64]
 Given = ArrayLike | Callable[[float], ArrayLike] | None
@@ -22,6 +23,7 @@ _GOES_WITH = {"velocity": "position", "yaw_rate": "yaw"}
 """Rate -> what it is the rate of."""
 
 
+@with_known_fields("the setpoints", "give fields by name")
 @dataclass(frozen=True, eq=False)
 class Setpoints:
     """What a flight controller follows; what is None stays as the flight starts, velocities are 0.
@@ -55,6 +57,12 @@ class Setpoints:
             object.__setattr__(self, "times", _checked_times(self.times))
         for name in WIDTHS:
             object.__setattr__(self, name, self._checked(name, getattr(self, name)))
+        arrays = [name for name in WIDTHS if isinstance(getattr(self, name), np.ndarray)]
+        if self.times is not None and not arrays:
+            raise InputError(
+                f"times of the setpoints is {shown(self.times)}, but no set-point is an array over "
+                "them; leave the times out, or give one that is."
+            )
         if self.yaw_rate is not None and self.yaw is None:
             raise InputError(
                 "yaw_rate of the setpoints is given, but no yaw, which would stay as the flight "

@@ -10,6 +10,7 @@ import numpy as np
 from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.scenario.paths import Path
+from continuair.scenario.records import with_known_fields
 
 _CHECKED = 4001
 
@@ -20,6 +21,7 @@ DISTANCE = 2.0
 _DOWN = np.diag([1.0, -1.0, -1.0])
 
 
+@with_known_fields("a target", "give a path and fields by name")
 @dataclass(frozen=True)
 class Target:
     """Feature points about the centroid (n, 3) [m, world axes], and the centroid's path.

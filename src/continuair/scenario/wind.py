@@ -140,8 +140,8 @@ def dryden(
     if steps >= _MOST_KNOTS:
         raise InputError(f"step is {shown(step)}, too short for {duration:g} s; give a longer one.")
     steady = checks.vector("mean", mean, 3)
-    listed = isinstance(seed, (list, tuple, np.ndarray))
-    seeds = [checks.whole("seed", each, 0) for each in (seed if listed else [seed])]  # type: ignore[union-attr]
+    given = checks.seed(seed)
+    seeds = list(given) if isinstance(given, tuple) else [given]
     scales = low_altitude(settings["w20"], settings["altitude"])
     rates = [settings["airspeed"] / length for length in scales.lengths]
     knots = np.empty((len(seeds), steps + 1, 3))
@@ -153,7 +153,7 @@ def dryden(
     u, v, w = np.moveaxis(knots * scales.deviations, -1, 0)
     cosine, sine = (_same(of, settings["heading"]) for of in (np.cos, np.sin))
     turned = np.stack([cosine * u - sine * v, sine * u + cosine * v, w], axis=-1)
-    told = {"seed": seeds if listed else seeds[0], "mean": steady.tolist()}
+    told = {"seed": seeds if isinstance(given, tuple) else given, "mean": steady.tolist()}
     return Dryden(checks.frozen(turned + steady), settings["step"], settings | told)
 
 
