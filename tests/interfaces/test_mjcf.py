@@ -185,6 +185,16 @@ def test_a_backbone_without_a_radius_loads(tmp_path: Path) -> None:
     assert model.body_mass.sum() == pytest.approx(vehicle.mass)
 
 
+def test_a_tip_body_without_mass_keeps_its_inertia(tmp_path: Path) -> None:
+    body = {"arm.arm.tip.mass": 0.0, "arm.arm.tip.inertia": [2e-3, 2e-3, 1e-3]}
+    vehicle = ca.load_vehicle("two_section").replace(body)
+    model, data = loaded(vehicle, tmp_path)
+    squares = eigvalsh(springs(model)[6:, 6:], inertia(model, data)[6:, 6:])
+    ours = float(ca.modes(vehicle, base="clamped", gravity=0.0).frequencies[0])
+    # It is 11 rad/s without the inertia.
+    assert np.sqrt(squares[0]) == pytest.approx(ours, rel=1e-2)
+
+
 def test_a_file_that_exists_is_not_replaced(tmp_path: Path) -> None:
     path = tmp_path / "mine.xml"
     path.write_text("mine")

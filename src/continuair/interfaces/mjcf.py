@@ -108,7 +108,7 @@ def _arm(uav: Element, arm: ArmChain, links: int) -> Element:
     tip = SubElement(body, "body", name=f"{arm.name}.tip", pos=_text((0.0, 0.0, down)))
     tip.set("quat", _wxyz(HALF_TURN))
     SubElement(tip, "site", name=f"{arm.name}.tip")
-    if arm.tip is not None and arm.tip.mass:
+    if arm.tip is not None and (arm.tip.mass or np.any(arm.tip.inertia)):
         _inertial(tip, arm.tip.mass, np.asarray(arm.tip.centre), np.asarray(arm.tip.inertia))
     return tip
 
