@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 import continuair as ca
 import continuair.cli as cli
 from continuair.sweeps import checksums, cluster
+from continuair.sweeps.design import load_design
 
 pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
 
@@ -86,6 +87,45 @@ def assert_refused(result: Any, *parts: str) -> None:
 def test_a_design_that_cannot_be_used(tmp_path: Path, text: str, parts: list[str]) -> None:
     assert_refused(run(tmp_path, text), *parts)
     assert [path.name for path in tmp_path.iterdir()] == ["design.toml"]
+
+
+SINE = 'excitation = "sine"\n'
+CONSTANT = 'excitation = "constant"\n'
+CLASSIC = 'law = "classic"\n'
+
+
+@pytest.mark.parametrize(
+    ("chosen", "field", "values", "reader"),
+    [
+        ("", "scenario.amplitude", [1.0, 2.0], "scenario.test 'A' or 'B' or 'C' or 'D' or"),
+        ("", "scenario.on", ["force_x", "force_y"], "scenario.excitation 'constant' or 'sine'"),
+        ('test = "C"\n', "scenario.frequency", [1.0, 2.0], "scenario.excitation 'sine'"),
+        (CONSTANT, "scenario.frequency", [1.0, 2.0], "scenario.excitation 'sine' or 'chirp'"),
+        (SINE, "scenario.end_frequency", [1.0, 9.0], "scenario.excitation 'chirp'"),
+        ('test = "A"\n', "scenario.f1", [1.0, 9.0], "scenario.test 'D'"),
+        ('test = "D"\n', "scenario.phase", [0.5, 1.0], "scenario.excitation 'sine' or 'chirp'"),
+        ("", "controller.rate", [0.4, 1.0], "controller.law 'classic'"),
+        (CLASSIC, "controller.bandwidth", [1.0, 3.0], "controller.law 'servoing'"),
+        (CLASSIC, "controller.integral", [0.1, 0.5], "controller.law 'servoing'"),
+        (CLASSIC, "controller.gains", ["constant", "current"], "controller.law 'servoing'"),
+    ],
+)
+def test_a_field_that_no_run_reads_is_refused_varied_or_fixed(
+    tmp_path: Path, chosen: str, field: str, values: list[Any], reader: str
+) -> None:
+    table, _, name = field.partition(".")
+    rest = "[target]\n" if table == "controller" else ""
+    varied = f"[{table}]\n{chosen}{rest}[[vary]]\n'{field}' = {values}\n"
+    fixed = f"[{table}]\n{chosen}{name} = {values[0]!r}\n{rest}"
+    for text, said in ((varied, "varies"), (fixed, f"is {values[0]!r}")):
+        assert_refused(run(tmp_path, text), f"{field} {said}, but nothing reads it", reader)
+    assert [path.name for path in tmp_path.iterdir()] == ["design.toml"]
+
+
+def test_a_field_that_some_runs_read_may_vary() -> None:
+    choices = {"scenario.excitation": ("kind", ["none", "sine"])}
+    vary = {"scenario.frequency": ("f", [1.0, 2.0]), "scenario.amplitude": ("a", [1.0, 2.0])}
+    assert load_design(xr.Dataset(choices | vary)).runs == 8
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from continuair.errors import InputError, shown
 from continuair.files import printed, read_toml, user_path
 from continuair.kernels.dynamics import REFERENCE
 from continuair.sweeps.pairs import METRICS
+from continuair.sweeps.readers import check_read
 from continuair.sweeps.sampling import flat, values, values_along
 from continuair.sweeps.tables import Base, changed, check_field
 from continuair.vehicle.fields import is_title
@@ -215,6 +216,7 @@ def _design(
             check_field(name, base)
         for indices in _extremes(variables[name]):
             _check_value(design, name, indices)
+    check_read(base, {name: variable.values for name, variable in variables.items()})
     for name in sizes:
         if not name or name in RESERVED:
             raise InputError(

@@ -1,0 +1,85 @@
+"""Who reads which field of a design: what nobody reads would vary, or be set, without effect."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from continuair.errors import InputError, shown
+from continuair.sweeps.tables import Base
+
+Array = np.ndarray
+
+Readers = dict[str, tuple[str, ...]]
+"""The values of choices, such as scenario.test, with which a field is read."""
+
+_TEST, _EXCITATION, _LAW = "scenario.test", "scenario.excitation", "controller.law"
+_WAVES: Readers = {_EXCITATION: ("sine", "chirp")}
+_EXCITATIONS: Readers = {_EXCITATION: ("constant", "sine", "chirp")}
+_SERVOING: Readers = {_LAW: ("servoing",)}
+_CLASSIC: Readers = {_LAW: ("classic",)}
+
+READERS: dict[str, Readers] = {
+    "scenario.f1": {_TEST: ("D",)},
+    "scenario.on": _EXCITATIONS,
+    "scenario.amplitude": {_TEST: ("A", "B", "C", "D"), **_EXCITATIONS},
+    "scenario.frequency": _WAVES,
+    "scenario.end_frequency": {_EXCITATION: ("chirp",)},
+    "scenario.phase": _WAVES,
+    "controller.gains": _SERVOING,
+    "controller.bandwidth": _SERVOING,
+    "controller.damping_ratio": _SERVOING,
+    "controller.conditioning": _SERVOING,
+    "controller.rate_gain": _SERVOING,
+    "controller.sliding": _SERVOING,
+    "controller.posture_damping": _SERVOING,
+    "controller.integral": _SERVOING,
+    "controller.rate": _CLASSIC,
+    "controller.inner": _CLASSIC,
+}
+"""Fields that not every run reads, with the choices whose values read them."""
+
+
+def check_read(base: Base, varied: Mapping[str, Array]) -> None:
+    """Raise InputError for a field that a design gives or varies and that none of its runs reads.
+
+    varied: the values of fields that [set] gives or that vary, by name.
+    """
+    for field, readers in READERS.items():
+        table, _, name = field.partition(".")
+        if field not in varied and name not in _given(base, table):
+            continue
+        chosen = {choice: _values(base, varied, choice) for choice in readers}
+        if any(set(chosen[choice]) & set(valid) for choice, valid in readers.items()):
+            continue
+        found = _values(base, varied, field)
+        problem = f"{field} varies" if len(found) > 1 else f"{field} is {shown(found[0])}"
+        raise InputError(
+            f"{problem}, but nothing reads it with {_listed(chosen, ' and ')}; leave it out, or "
+            f"give {_listed(readers, ' or ')}."
+        )
+
+
+def _given(base: Base, table: str) -> set[str]:
+    """The fields that a table of the design names."""
+    found = getattr(base, table)
+    return set() if found is None else found.model_fields_set
+
+
+def _values(base: Base, varied: Mapping[str, Array], field: str) -> list[Any]:
+    """The values that a field has over all runs."""
+    table, _, name = field.partition(".")
+    return (
+        np.unique(varied[field]).tolist()
+        if field in varied
+        else [getattr(getattr(base, table), name)]
+    )
+
+
+def _listed(choices: Mapping[str, Sequence[Any]], joined: str) -> str:
+    """Choices with their values, as in scenario.test 'A' or 'B'."""
+    return joined.join(
+        f"{choice} {' or '.join(map(shown, values))}" for choice, values in choices.items()
+    )
