@@ -1,5 +1,7 @@
 """The readable form's kinematics against slopes of positions and frames, and SymPy."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -146,3 +148,37 @@ def test_remark_1_leaves_the_bend_alone_above_the_threshold_or_without_one() -> 
 def test_an_unknown_frame_is_named() -> None:
     with pytest.raises(ca.InputError, match="tip_frame is 'twisted'; use 'untwisted' or 'frenet'"):
         eq.jacobian(PLAIN, np.ones(8), 0.5, "twisted")
+
+
+@pytest.mark.parametrize("function", [eq.rotation, eq.euler_rate_matrix])
+@pytest.mark.parametrize("shape", [(3, 8), (8, 8), (8, 1), (7,), (3,), ()])
+def test_what_is_not_one_configuration_has_no_rotation(function: Any, shape: Any) -> None:
+    with pytest.raises(ca.InputError, match="^q has shape .*; give one configuration"):
+        function(np.full(shape, 0.1))
+
+
+OF_Q: dict[str, Any] = {
+    "M": lambda q: eq.mass_matrix(PLAIN, q),
+    "C": lambda q: eq.coriolis_matrix(PLAIN, q, np.ones(8)),
+    "weight": lambda q: eq.weight_vector(PLAIN, q),
+    "elasticity": lambda q: eq.elastic_vector(PLAIN, q),
+    "damping": lambda q: eq.damping_vector(PLAIN, q, np.ones(8)),
+    "position": lambda q: eq.position(PLAIN, q, 0.5),
+    "jacobian": lambda q: eq.jacobian(PLAIN, q, 0.5),
+    "section_rotation": lambda q: eq.section_rotation(PLAIN, q, 0.5),
+    "potential energy": lambda q: eq.potential_energy(PLAIN, q),
+    "camera": lambda q: eq.camera_pose(PLAIN, q),
+}
+
+
+@pytest.mark.parametrize("name", OF_Q)
+@pytest.mark.parametrize("given", [np.full(10, 0.1), np.full(6, 0.1), np.full((8, 8), 0.1)])
+def test_the_coordinates_of_another_vehicle_are_refused(name: str, given: np.ndarray) -> None:
+    with pytest.raises(ca.InputError, match="^q has shape .*; give .* [(]8,[)]"):
+        OF_Q[name](given)
+
+
+@pytest.mark.parametrize("function", [eq.coriolis_matrix, eq.damping_vector])
+def test_one_rate_does_not_stand_for_eight(function: Any) -> None:
+    with pytest.raises(ca.InputError, match="^qd has shape .*; give an array of shape [(]8,[)]"):
+        function(PLAIN, np.full(8, 0.1), [1.0])

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from continuair.equations.kinematics import Array, columns_of, jacobian, tip_of
+from continuair.equations.kinematics import Array, check_coordinates, columns_of, jacobian, tip_of
 from continuair.equations.masses import mass_matrix, mass_times_height, weight_vector
 from continuair.errors import InputError, shown
 from continuair.vehicle.section import Section
@@ -45,6 +45,7 @@ def coriolis_matrix(vehicle: Vehicle, q: Array, qd: Array, nodes: int = 24) -> A
     The paper does not print its C; this one makes Ṁ - 2C skew. Where |κ| <= κ_s, M does not change
     with κ, and its slopes by κ are 0: switch Remark 1 off (kappa_s = 0) for a C near straight.
     """
+    check_coordinates("qd", qd, vehicle)
     dM = _mass_slopes(vehicle, np.asarray(q, float), nodes)
     return 0.5 * (
         np.einsum("kij,k->ij", dM, qd)
@@ -55,6 +56,7 @@ def coriolis_matrix(vehicle: Vehicle, q: Array, qd: Array, nodes: int = 24) -> A
 
 def elastic_vector(vehicle: Vehicle, q: Array) -> Array:
     """The elastic part of G (6 + 2N,): E I l κ on each κ, from ½ E I l κ²; not in the paper."""
+    check_coordinates("q", q, vehicle)
     G = np.zeros(len(q))
     for where, section in _bends(vehicle):
         G[where] = section.bending_stiffness * section.length * q[where.start], 0.0
@@ -74,6 +76,8 @@ def damping_vector(vehicle: Vehicle, q: Array, qd: Array) -> Array:
 
     The generalised force -d l k̇ on the bend vector is, in polar coordinates, -d l (κ̇, κ² ψ̇a).
     """
+    check_coordinates("q", q, vehicle)
+    check_coordinates("qd", qd, vehicle)
     D = np.zeros(len(q))
     for where, section in _bends(vehicle):
         d = section.structural_damping * section.length

@@ -27,7 +27,11 @@ Pose = tuple[Array, Array]
 
 
 def rotation(q: Array) -> Array:
-    """R_B: body to world, (3, 3), of the ZYX Euler angles of q, Eq. (7): Rz(ψ) Ry(θ) Rx(φ)."""
+    """R_B: body to world, (3, 3), of the ZYX Euler angles of q, Eq. (7): Rz(ψ) Ry(θ) Rx(φ).
+
+    Raises InputError unless q is one configuration.
+    """
+    _check_one(q)
     return about_z(q[5]) @ about_y(q[4]) @ about_x(q[3])
 
 
@@ -36,8 +40,10 @@ def euler_rate_matrix(q: Array) -> Array:
 
     The paper calls T_e the map from Euler rates to angular velocity, as here, and yet prints T_e⁻¹
     in J_p2 and J_o2. (It is of rates only: in J_L = L T_a⁻¹ J_t, before Eq. (15), the paper also
-    applies it to linear velocity, where a rotation belongs.)
+    applies it to linear velocity, where a rotation belongs.) Raises InputError unless q is one
+    configuration.
     """
+    _check_one(q)
     sθ, cθ, sψ, cψ = np.sin(q[4]), np.cos(q[4]), np.sin(q[5]), np.cos(q[5])
     nil, one = 0.0 * sθ, 1.0 + 0.0 * sθ
     return np.array([[cψ * cθ, -sψ, nil], [sψ * cθ, cψ, nil], [-sθ, nil, one]])
@@ -50,10 +56,18 @@ def columns_of(vehicle: Vehicle, arm: int = 0, section: int = 0) -> slice:
 
 def bend_of(vehicle: Vehicle, q: Array, arm: int = 0, section: int = 0) -> tuple[Any, Any]:
     """(κ, ψa) with Remark 1, Eq. (6): |κ| <= κ_s counts as κ_s, whatever the sign of κ."""
+    check_coordinates("q", q, vehicle)
     where, chain = _found(vehicle, arm, section)
     threshold = chain.section[section].kappa_s
     κ, ψ = q[where]
     return (threshold + 0.0 * κ if abs(κ.real) <= threshold else κ), ψ
+
+
+def check_coordinates(name: str, value: Any, vehicle: Vehicle) -> None:
+    """Raise InputError unless a value has the shape of one q of the vehicle; it may be complex."""
+    expected = (6 + 2 * vehicle.sections,)
+    if np.shape(value) != expected:
+        raise InputError(f"{name} has shape {np.shape(value)}; give an array of shape {expected}.")
 
 
 def tip_of(vehicle: Vehicle, arm: int = 0) -> dict[str, Any]:
@@ -182,6 +196,16 @@ def skew(v: Array) -> Array:
     x, y, z = np.moveaxis(v, -1, 0)
     nil = 0.0 * x
     return by_rows([nil, -z, y], [z, nil, -x], [-y, x, nil])
+
+
+def _check_one(q: Any) -> None:
+    """Raise InputError unless q is one configuration; the UAV's own (6,) will do."""
+    shape = np.shape(q)
+    if len(shape) != 1 or shape[0] < 6 or shape[0] % 2:
+        raise InputError(
+            f"q has shape {shape}; give one configuration, (8,) for one section and 2 more numbers "
+            "for each further one."
+        )
 
 
 def _carried(base: Pose, points: Array) -> Array:
