@@ -156,21 +156,29 @@ def row(name: str, value: Any, width: int) -> Array:
     return np.broadcast_to(found, width).copy()
 
 
-def vector(name: str, value: Any, width: int) -> Array:
-    """Return `width` numbers as an array (width,); one number for all of them will not do."""
-    found = finite_array(value)
+def vector(name: str, value: Any, width: int, *, or_zero: bool = False) -> Array:
+    """Return `width` numbers as an array (width,); one number for all of them will not do.
+
+    or_zero: whether 0 may stand for zeros.
+    """
+    found = _zeros_of(value, width) if or_zero else finite_array(value)
     if found is None or found.shape != (width,):
-        raise InputError(f"{name} is {shown(value)}; give {width} finite numbers.")
+        otherwise = ", or 0 for none" if or_zero else ""
+        raise InputError(f"{name} is {shown(value)}; give {width} finite numbers{otherwise}.")
     return found
 
 
 def rows(name: str, value: Any, width: int) -> Array:
-    """Return (n, width) numbers from n rows, one row, or one number for a whole row."""
-    found = finite_array(value)
-    if found is not None and found.ndim == 0:
-        found = np.full(width, found)
-    if found is None or found.ndim > 2 or found.shape[-1] != width or not found.size:
+    """Return (n, width) numbers from n rows, one row, or 0 for a row of zeros."""
+    found = _zeros_of(value, width)
+    if found is None or found.ndim not in (1, 2) or found.shape[-1] != width or not found.size:
         raise InputError(
-            f"{name} is {shown(value)}; give {width} finite numbers, or one or more rows of them."
+            f"{name} is {shown(value)}; give {width} finite numbers, rows of them, or 0 for none."
         )
     return np.atleast_2d(found)
+
+
+def _zeros_of(value: Any, width: int) -> Array | None:
+    """Return finite numbers as an array, a single 0 as zeros (width,), None for anything else."""
+    found = finite_array(value)
+    return np.zeros(width) if found is not None and found.ndim == 0 and found == 0.0 else found

@@ -106,6 +106,9 @@ def test_moments_obey_the_tangent_identity_at_any_bend() -> None:
     np.testing.assert_allclose(no_mass.astype(float), -1.0, atol=1e-14)
 
 
+BENT = [0.0, 0.0, 5.0, 0.1, 0.2, 0.3, 1.1, 0.4]
+
+
 @pytest.mark.parametrize("words", [("q", "seven"), ("qd", np.zeros(7)), ("tau", [np.nan] * 8)])
 def test_a_bad_array_is_named(words: tuple[str, object]) -> None:
     arguments = {"q": np.zeros(8), "qd": np.zeros(8), words[0]: words[1]}
@@ -113,10 +116,20 @@ def test_a_bad_array_is_named(words: tuple[str, object]) -> None:
         ca.forward_dynamics(PLAIN, **arguments, model="coupled")  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("given", [{"tau": 1.0}, {"tip_wrench": 0.1}, {"qd": 0.1}, {"q": 0.1}])
+def test_one_number_does_not_stand_for_a_vector_unless_it_is_0(given: dict[str, float]) -> None:
+    (name,) = given
+    rest = {"q": BENT, "qd": 0.0, "tau": 0.0, "tip_wrench": 0.0}
+    with pytest.raises(ca.InputError, match=f"^{name} is .*; give [68] finite numbers, rows"):
+        ca.forward_dynamics(PLAIN, **rest | given)  # type: ignore[arg-type]
+    none = ca.forward_dynamics(PLAIN, BENT, [0] * 8, [0] * 8, [0] * 6)
+    np.testing.assert_array_equal(ca.forward_dynamics(PLAIN, **rest), none)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize(
     ("q", "words"),
     [
-        (np.zeros((0, 8)), r"^q is \[\]; give 8 finite numbers, or one or more rows of them"),
+        (np.zeros((0, 8)), r"^q is \[\]; give 8 finite numbers, rows of them, or 0 for none"),
         (np.zeros(8), "bend of 0 while its kappa_s is 0"),
         ([0, 0, 0, 0, np.pi / 2, 0, 0.1, 0], "pitch of a quarter turn"),
         ([0, 0, 0, 0, -np.pi / 2, 0, 0.1, 0], "pitch of a quarter turn"),

@@ -220,6 +220,11 @@ NOT_A_MAGNITUDE: list[Any] = [np.nan, -1.0, "g", [9.81], np.inf]
         (lambda: ca.trim("paper"), "vehicle is 'paper'; load one"),  # type: ignore[arg-type]
         (lambda: ca.modes(VEHICLE, "q"), "^q is 'q'; give 8 finite numbers"),
         (lambda: ca.linearize(VEHICLE, qd=[1, 2]), "^qd is .*; give 8 finite numbers"),
+        (lambda: ca.linearize(VEHICLE, force=25.0), "^force is 25.0; give 3 finite numbers, or 0"),
+        (lambda: ca.linearize(VEHICLE, qd=0.1), "^qd is 0.1; give 8 finite numbers, or 0"),
+        (lambda: ca.trim(VEHICLE, tip_wrench=0.1), "^tip_wrench is 0.1; give 6 finite numbers"),
+        (lambda: ca.trim(VEHICLE, position=1.0), "^position is 1.0; give 3 finite numbers, or 0"),
+        (lambda: ca.modes(VEHICLE, 0.3), "^q is 0.3; give 8 finite numbers, or 0 for none"),
         (lambda: ca.trim(VEHICLE, yaw="n"), "yaw is 'n'; give a finite number[.]"),  # type: ignore[arg-type]
         (lambda: ca.modes(VEHICLE, base=np.array(["a", "b"])), "base"),  # type: ignore[arg-type]
         (lambda: ca.trim(VEHICLE.replace({"uav.mass": [1, 2]})), "select"),

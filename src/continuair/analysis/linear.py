@@ -62,7 +62,7 @@ def linearize(
     engine = Engine(vehicle, model)
     n = engine.layout.coordinates
     at = configuration("q", q, vehicle)
-    rates = np.zeros(n) if qd is None else checks.row("qd", qd, n)
+    rates = np.zeros(n) if qd is None else checks.vector("qd", qd, n, or_zero=True)
     centre = state_from_paper(at[None], rates[None])[0]
     held = _held(engine.layout, force, moment, bend_moment, tip_wrench)
 
@@ -90,10 +90,14 @@ def linearize(
 def _held(layout: Layout, force: Any, moment: Any, bend_moment: Any, tip_wrench: Any) -> np.ndarray:
     """A row of inputs, or InputError."""
     inputs = np.zeros(layout.inputs)
-    inputs[layout.force] = checks.row("force", force, 3)
-    inputs[layout.moment] = checks.row("moment", moment, 3)
-    inputs[layout.bend_moment] = checks.row("bend_moment", bend_moment, layout.bends)
-    inputs[layout.tip_wrench] = checks.row("tip_wrench", tip_wrench, 6 * layout.arms)
+    inputs[layout.force] = checks.vector("force", force, 3, or_zero=True)
+    inputs[layout.moment] = checks.vector("moment", moment, 3, or_zero=True)
+    inputs[layout.bend_moment] = checks.vector(
+        "bend_moment", bend_moment, layout.bends, or_zero=True
+    )
+    inputs[layout.tip_wrench] = checks.vector(
+        "tip_wrench", tip_wrench, 6 * layout.arms, or_zero=True
+    )
     return inputs
 
 

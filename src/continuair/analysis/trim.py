@@ -54,9 +54,12 @@ def trim(
     """
     check_single_vehicle(vehicle)
     gravity = checks.gravity(gravity)
-    yaw, position = float(checks.row("yaw", yaw, 1)[0]), checks.row("position", position, 3)
+    yaw, position = (
+        float(checks.row("yaw", yaw, 1)[0]),
+        checks.vector("position", position, 3, or_zero=True),
+    )
     layout, engine = Layout(vehicle.shape), Engine(vehicle, "decoupled")
-    tip_wrench = checks.row("tip_wrench", tip_wrench, 6 * layout.arms)
+    tip_wrench = checks.vector("tip_wrench", tip_wrench, 6 * layout.arms, or_zero=True)
 
     def held(k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Paper coordinates (n, …) at bends k (n, bends), and the pushes that hold them."""
@@ -114,7 +117,7 @@ def held_hover(vehicle: Vehicle, q: np.ndarray, gravity: float = 9.81) -> dict[s
 def configuration(name: str, q: Any, vehicle: Vehicle) -> np.ndarray:
     """Paper coordinates (coordinates,) whose bends leave room, 0 by default, or InputError."""
     width = Layout(vehicle.shape).coordinates
-    at = np.zeros(width) if q is None else checks.row(name, q, width)
+    at = np.zeros(width) if q is None else checks.vector(name, q, width, or_zero=True)
     _check_bend(name, at, np.abs(at[6::2]), vehicle)
     return at
 
