@@ -35,7 +35,7 @@ def test_paper_preset_holds_values_that_the_paper_sweeps_and_our_choices() -> No
     np.testing.assert_array_equal(PAPER.uav.inertia, np.diag([0.024, 0.024, 0.047]))
     arm = PAPER.arm
     assert (arm.length, arm.radius, arm.density, arm.youngs_modulus) == (1.0, 0.005, 7850, 207e9)
-    assert (arm.damping, arm.damping_ratio, arm.disks, arm.kappa_s) == (None, None, (), 1e-3)
+    assert (arm.damping, arm.damping_ratio, arm.disks, arm.kappa_s) == (0, None, (), 1e-3)
     assert PAPER.uav.mount == (0, 0, 0)
     assert PAPER.camera == Camera()
 
