@@ -58,8 +58,19 @@ def poles(vehicle: ca.Vehicle, **gains: Any) -> np.ndarray:
     return np.linalg.eigvals(np.block([[nothing, one], [-stiffness, -damping]]))
 
 
-def test_designed_gains_give_every_direction_the_poles_asked_for(vehicle: ca.Vehicle) -> None:
-    found = poles(vehicle, bandwidth=5.0, damping_ratio=0.6, conditioning=0.0, rate_gain=1e-9)
+@pytest.mark.parametrize("size", [1.0, 0.1])
+def test_designed_gains_give_every_direction_the_poles_asked_for(
+    vehicle: ca.Vehicle, size: float
+) -> None:
+    scaled = vehicle.replace(
+        {
+            "uav.mass": 2.0 * size**3,
+            "uav.inertia": np.asarray(vehicle.uav.inertia) * size**5,
+            "arm.length": size,
+            "arm.radius": 0.005 * size,
+        }
+    )
+    found = poles(scaled, bandwidth=5.0, damping_ratio=0.6, conditioning=0.0, rate_gain=1e-9)
     expected = 5.0 * (-0.6 + 0.8j)
     assert np.abs(np.where(found.imag > 0, found, found.conj()) - expected).max() < 2e-3
 

@@ -17,8 +17,9 @@ from continuair.vehicle.vehicle import Vehicle
 GAINS = ("constant", "current")
 """Made for the desired image, or anew for the image of now."""
 
-_FLOOR = 1e-6
-"""What makes W definite in the 2n - 6 directions that no camera motion reaches."""
+_UNSEEN = 5e-5
+"""What W has in the 2n - 6 directions that no camera motion reaches, which makes it definite, as a
+share of the least that it has in others."""
 
 
 def design(
@@ -130,7 +131,9 @@ def _placed(
     back, one = u.swapaxes(-1, -2), np.eye(L.shape[-2])
     with np.errstate(all="ignore"):
         ω_i = ω * s**2 / (s**2 + (μ * s[..., :1]) ** 2)
-        W = (u * ((ω_i / (ω * s)) ** 2)[..., None, :]) @ back + _FLOOR * one
+        seen = (ω_i / (ω * s)) ** 2
+        unseen = _UNSEEN * seen.min(axis=-1)[..., None, None]
+        W = (u * seen[..., None, :]) @ back + unseen * (one - u @ back)
         W = W + W.swapaxes(-1, -2)
         ω, ζ, share = (np.asarray(value)[..., None] for value in (ω, ζ, share))
         Kp, Kd = ω**2 * W / 2, share * W / 2
