@@ -39,13 +39,25 @@ def test_it_gets_there_at_the_rate_that_was_asked_for() -> None:
     assert distance[-1] / distance[0] == pytest.approx(left, rel=0.1)
 
 
-def test_without_a_bend_rate_the_arm_is_left_to_its_spring() -> None:
-    run = held(bend_rate=0.0)
-    bend_moments = run.command.to_numpy()[:, 6:]
-    # What is left is the weight's moment on the bend, at most m g l²/6.
-    arm = flights.VEHICLE.arm
-    assert np.abs(bend_moments).max() < 9.81 * arm.mass * arm.length**2 / 6
-    np.testing.assert_allclose(run.bend[-1], 0.0, rtol=0, atol=1e-11)
+def test_without_a_bend_rate_the_arm_hangs_by_its_spring_and_weight() -> None:
+    """It swings as on a clamped base, with gravity, and gets no moment."""
+    section = {"length": 0.6, "mass_per_length": 0.05, "bending_stiffness": 0.1, "radius": 0.003}
+    vehicle = ca.Vehicle(
+        name="soft", uav={"mass": 50.0, "inertia": [2.0, 2.0, 3.0]}, arm=section
+    ).replace({"arm.disks": [{"position": 0.6, "mass": 0.05}]})
+    law = ca.hold(vehicle, [0, 0, 2], rate=30.0, attitude_rate=60.0, bend_rate=0.0)
+    start = ca.Scenario("swing", [0, 0, 2, 0, 0, 0, 0.01, 0], controller=law, duration=4.0)
+    run = ca.simulate(vehicle, start, sample=2e-3)
+    assert (run.command[:, 6:] == 0.0).all()
+    bend = run.bend[:, 0].to_numpy()
+    tops = np.flatnonzero((bend[1:-1] > bend[:-2]) & (bend[1:-1] >= bend[2:])) + 1
+    period = np.diff(run.time[tops]).mean()
+    with_gravity, without = (
+        2.0 * np.pi / ca.modes(vehicle, base="clamped", gravity=g).frequencies[0]
+        for g in (9.81, 0.0)
+    )
+    assert period == pytest.approx(with_gravity, rel=2e-3)
+    assert without > 1.2 * with_gravity
 
 
 def test_a_blind_controller_flies_on_when_the_points_are_lost() -> None:

@@ -1,8 +1,9 @@
 """Hold a position, an attitude and the bends: PD loops on each, with weight and spring carried.
 
-The spring is carried at the bends to hold, and helps the loops elsewhere. Moments on the bends are
-the inertia of the straight arms times the accelerations of their loops: while the base rests, what
-one section's loop does moves no other section. Limits cut each number of the push by itself.
+Weight and spring of sections that no loop holds are not carried: these hang free. The spring is
+carried at the bends to hold, and helps the loops elsewhere. Moments on the bends are the
+inertia of the straight arms times the accelerations of their loops: while the base rests, what one
+section's loop does moves no other section. Limits cut each number of the push by itself.
 """
 
 from types import SimpleNamespace
@@ -74,6 +75,10 @@ def _holding(code: LawCode, Gains: Any) -> Any:
             for j in range(bends):
                 if i != j:
                     b[i] = b[i] + gains.bend_inertia[i, j] * gains.bend_rate[j] * x[j]
-        return sense.weight + push(f, m, b)
+        weight = sense.weight
+        for i in range(bends):
+            # A free section hangs by its own spring.
+            weight[6 + i] = above(gains.bend_rate[i], zero, weight[6 + i], zero)
+        return weight + push(f, m, b)
 
     return control
