@@ -52,6 +52,20 @@ def test_classic_servoing_reaches_the_desired_image_at_its_rate() -> None:
     assert np.log(size[6000] / size[10000]) / 4.0 == pytest.approx(0.5, rel=0.15)
 
 
+def test_classic_servoing_comes_home_at_its_rate_also_before_a_small_far_target() -> None:
+    """From where it looks at the centre aslant, the motion that an image of 20 px hardly shows."""
+    aslant, far = 0.01, 5.0
+    law = ca.classic(flights.VEHICLE, rate=1.0, inner=20.0)
+    reach = far + flights.VEHICLE.arm.length
+    q = [reach * np.sin(aslant), 0.0, reach * np.cos(aslant), 0.0, aslant, 0.0, 1e-5, 0.0]
+    target = ca.Target(ca.paths.hold(), points=ca.square(0.1), distance=far)
+    scenario = ca.Scenario("far", q, controller=law, target=target, control_period=None)
+    run = ca.simulate(flights.VEHICLE, scenario, duration=5.0, sample=0.5, variables=["q"])
+    left = np.abs(run.q.sel(coordinate="pitch").to_numpy())
+    # The velocity loop quickens λ by a twentieth.
+    assert np.log(left[6] / left[10]) / 2.0 == pytest.approx(1.05, rel=0.05)
+
+
 def test_a_moving_target_is_followed_without_lag_only_with_feed_forward() -> None:
     """The rate left out is C_p e = C_d L v_t: 2/ω of the target's speed in the image."""
     path = ca.paths.line([0.0, 0.0, 0.0], [0.4, 0.0, 0.0], duration=8.0)

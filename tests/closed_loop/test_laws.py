@@ -101,8 +101,9 @@ def test_classic_servoing_is_a_twist_by_the_pseudo_inverse_and_a_loop_around_it(
     controller = ca.classic(VEHICLE, rate, inner, feed_forward=feed_forward)
     inertia = camera_inertia(VEHICLE)
     for _, _, push, seen in first_pushes(controller):
-        # The law's own 1e-9 keeps its solution apart from the pseudo-inverse.
-        normal = seen.L.T @ seen.L + 1e-9 * np.eye(6)
+        # The law's own share of 1e-11 keeps its solution apart from the pseudo-inverse.
+        normal = seen.L.T @ seen.L
+        normal += 1e-11 * np.diag(np.diag(normal))
         wanted = rate * np.linalg.solve(normal, seen.L.T @ seen.error)
         wanted += float(feed_forward) * seen.target
         wrench = inertia @ (inner * (wanted - seen.camera))

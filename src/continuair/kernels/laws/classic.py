@@ -11,6 +11,9 @@ import warp as wp
 from continuair.kernels.laws.definite import definite_code
 from continuair.kernels.sensing.sense import LawCode
 
+_UNDETERMINED = 1e-11
+"""What is added to LᵀL, as a share of its diagonal: little beside what small, far targets show."""
+
 
 def law(code: LawCode) -> SimpleNamespace:
     """The law on the device."""
@@ -32,7 +35,7 @@ def law(code: LawCode) -> SimpleNamespace:
         normal = wp.transpose(L) * L
         for i in range(6):
             # With too few points in view the motion that they do not determine stays at rest.
-            normal[i, i] += Real(1e-9)
+            normal[i, i] += Real(_UNDETERMINED) * normal[i, i]
         v = gains.rate * solved(factored(normal), wp.transpose(L) * e)
         v += gains.feed_forward * sense.target_twist
         wrench = gains.inertia * (gains.inner * (v - sense.camera_twist))
