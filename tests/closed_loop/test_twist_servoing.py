@@ -41,6 +41,19 @@ def test_the_image_comes_home_at_the_rate_that_was_asked_for(vehicle: ca.Vehicle
     assert error[0, 200] / error[0, 100] == pytest.approx(np.exp(-1.0), rel=0.1)
 
 
+def test_a_small_far_target_brings_home_what_it_hardly_shows_at_that_rate_too() -> None:
+    """A start that looks at the centre of 0.1 m in 5 m aslant: the image shows it by 20 px."""
+    aslant, far = 0.01, 5.0
+    reach = far + ROTORS.arm.length
+    q = [reach * np.sin(aslant), 0.0, reach * np.cos(aslant), 0.0, aslant, 0.0, 1e-5, 0.0]
+    target = ca.Target(ca.paths.hold(), points=ca.square(0.1), distance=far)
+    law = ca.twist_servoing(ROTORS, 0.5, conditioning=0.0)
+    scenario = ca.Scenario("far", q, controller=law, target=target)
+    run = ca.simulate(ROTORS, scenario, duration=8.0, sample=0.5, variables=["q"])
+    x = np.abs(run.q.sel(coordinate="x").to_numpy())
+    assert np.log(x[8] / x[16]) / 4.0 == pytest.approx(0.5, rel=0.15)
+
+
 def test_letters_are_followed_by_a_quadrotor_through_a_real_camera() -> None:
     """Rotors that lag by 40 ms, half a pixel of noise, 30 frames a second, one frame late: below
     3 px, most of it at corners; and not without the target's motion."""

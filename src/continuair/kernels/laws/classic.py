@@ -11,15 +11,13 @@ import warp as wp
 from continuair.kernels.laws.definite import definite_code
 from continuair.kernels.sensing.sense import LawCode
 
-_UNDETERMINED = 1e-11
-"""What is added to LᵀL, as a share of its diagonal: little beside what small, far targets show."""
-
 
 def law(code: LawCode) -> SimpleNamespace:
     """The law on the device."""
     Real, Sense, interaction = code.Real, code.Sense, code.interaction
     camera_push, definite = code.camera_push, definite_code(code.Real, code.Twist)
-    TwistGain, factored, solved = definite.Matrix, definite.factored, definite.solved
+    TwistGain, determined = definite.Matrix, definite.determined
+    factored, solved = definite.factored, definite.solved
 
     @wp.struct
     class Gains:
@@ -32,11 +30,8 @@ def law(code: LawCode) -> SimpleNamespace:
     def control(sense: Sense, gains: Gains):
         L = interaction(sense.sight)
         e = wp.cw_mul(sense.sight.seen, sense.desired - sense.sight.image)
-        normal = wp.transpose(L) * L
-        for i in range(6):
-            # With too few points in view the motion that they do not determine stays at rest.
-            normal[i, i] += Real(_UNDETERMINED) * normal[i, i]
-        v = gains.rate * solved(factored(normal), wp.transpose(L) * e)
+        H = factored(determined(wp.transpose(L) * L))
+        v = gains.rate * solved(H, wp.transpose(L) * e)
         v += gains.feed_forward * sense.target_twist
         wrench = gains.inertia * (gains.inner * (v - sense.camera_twist))
         return sense.weight + camera_push(sense, wrench)

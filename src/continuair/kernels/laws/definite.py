@@ -6,12 +6,16 @@ from typing import Any
 
 import warp as wp
 
+_UNDETERMINED = 1e-11
+"""A share that is little beside what small, far targets show."""
+
 
 @dataclass(frozen=True)
 class Definite:
-    """Matrix, (6, 6); factored(A), its LDLᵀ; solved(factors, b), A⁻¹ b."""
+    """Matrix, (6, 6); determined(LᵀL); factored(A), its LDLᵀ; solved(factors, b), A⁻¹ b."""
 
     Matrix: Any
+    determined: Any
     factored: Any
     solved: Any
 
@@ -20,6 +24,17 @@ class Definite:
 def definite_code(Real: Any, Twist: Any) -> Definite:
     """The functions for one kind of numbers and their vectors of six."""
     Matrix = wp.types.matrix((6, 6), Real)
+
+    zero, one, share = Real(0.0), Real(1.0), Real(1.0 + _UNDETERMINED)
+
+    @wp.func
+    def determined(A: Matrix):
+        """LᵀL with a little more on its diagonal: motion that no point shows stays at rest."""
+        for i in range(6):
+            A[i, i] = share * A[i, i]
+            if A[i, i] == zero:
+                A[i, i] = one
+        return A
 
     @wp.func
     def factored(A: Matrix):
@@ -52,4 +67,4 @@ def definite_code(Real: Any, Twist: Any) -> Definite:
             x[i] = s
         return x
 
-    return Definite(Matrix, factored, solved)
+    return Definite(Matrix, determined, factored, solved)

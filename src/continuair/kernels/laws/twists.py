@@ -21,9 +21,6 @@ from continuair.kernels.laws.flight import cascade_parts, steering
 from continuair.kernels.sensing.sense import LawCode
 from continuair.kernels.types import device_types
 
-_UNDETERMINED = 1e-9
-"""What keeps the motion at rest that points in view do not determine."""
-
 _SINGULAR = 1e-6
 """μ², below which directions that ζ does not move are given up."""
 
@@ -52,11 +49,11 @@ def _wanted(code: LawCode, parts: SimpleNamespace) -> Any:
     force_of, moment_of = code.force_of, code.moment_of
     bend_moment_of = device_types(code.numbers, code.tree).bend_moment_of
     definite = definite_code(Real, Twist)
-    factored, solved = definite.factored, definite.solved
+    determined, factored, solved = definite.determined, definite.factored, definite.solved
     Held = wp.types.vector(4 + bends, Real)
     Columns = wp.types.matrix((6, 4 + bends), Real)
     zero, one = Real(0.0), Real(1.0)
-    undetermined, singular = Real(_UNDETERMINED), Real(_SINGULAR)
+    singular = Real(_SINGULAR)
 
     @wp.func
     def camera_twist(sense: Sense, gains: Gains):
@@ -64,10 +61,10 @@ def _wanted(code: LawCode, parts: SimpleNamespace) -> Any:
         L = interaction(sense.sight)
         e = wp.cw_mul(sense.sight.seen, sense.desired - sense.sight.image)
         normal = wp.transpose(L) * L
-        slower = undetermined + gains.conditioning * gains.conditioning * wp.trace(normal)
+        slower = gains.conditioning * gains.conditioning * wp.trace(normal)
         for i in range(6):
             normal[i, i] += slower
-        v = gains.servo * solved(factored(normal), wp.transpose(L) * e)
+        v = gains.servo * solved(factored(determined(normal)), wp.transpose(L) * e)
         return v + gains.feed_forward * sense.target_twist
 
     @wp.func
