@@ -1,11 +1,14 @@
 """The hold controller: where it goes, and that it stays."""
 
+import warnings
+
 import numpy as np
 import pytest
 import xarray as xr
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
+from continuair.controllers.controller import stack
 from continuair.errors import ContinuairWarning
 from tests.closed_loop import flights
 
@@ -105,6 +108,25 @@ def test_no_push_is_beyond_its_limits_and_the_hold_gets_there_later_and_says_so(
     least = float(np.sqrt(2.0 * 2.9 * vehicle.mass / 2.0))
     assert float(slow.time[(slow.position[:, 0] > 2.9).argmax("time")]) > least
     assert float(free.time[(free.position[:, 0] > 2.9).argmax("time")]) < least
+
+
+def test_pairs_tell_of_the_runs_whose_commands_are_at_their_own_limits() -> None:
+    """One run of two, of which the other's limits leave room, as single flights count it."""
+    vehicle, slow = limited(**LIMITS)
+    _, wide = limited(force=[500.0, 500.0, 500.0])
+    laws = stack([wide.controller, slow.controller])  # type: ignore[list-item]
+    with pytest.warns(ContinuairWarning, match="reaches its limits") as one:
+        flown = ca.simulate(vehicle, slow, sample=0.01, duration=2.0)
+    share = (abs(flown.command) >= [2.0, 1.0, 60.0, 0.3, 0.3, 0.3, 1.3, 1.3]).any("actuator")
+    says = f"hold reaches its limits in 1 of 2 runs, at up to {100 * float(share.mean()):.3g} %"
+    assert f"at {100 * float(share.mean()):.3g} %" in str(one[0].message)
+    with pytest.warns(ContinuairWarning, match=says):
+        ca.run_pairs(
+            vehicle, ca.Scenario("both", slow.q, controller=laws), sample=0.01, duration=2.0
+        )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ca.run_pairs(vehicle, wide, sample=0.01, duration=2.0)
 
 
 def test_limits_that_are_not_reached_change_no_bit_and_tell_nothing(

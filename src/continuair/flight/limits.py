@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
+import xarray as xr
 
 from continuair.errors import ContinuairWarning
 from continuair.flight.resolution import in_runs
 from continuair.flight.trajectory import Recorder
 from continuair.scenario.scenarios import Scenario
+
+Array = np.ndarray
 
 
 def with_limited_command(names: tuple[str, ...], scenario: Scenario) -> tuple[str, ...]:
@@ -39,3 +44,40 @@ def warn_of_limits(recorder: Recorder, stacklevel: int) -> None:
         ContinuairWarning,
         stacklevel=stacklevel,
     )
+
+
+def share_at_limits(scenario: Scenario, flown: xr.Dataset, chosen: Array) -> Array:
+    """The share (runs,) of samples at which commands are at the controller's limits.
+
+    flown: with the command (run, time, number), of the runs that are chosen by their indices.
+    """
+    controller = scenario.controller
+    if controller is None or controller.at_limits is None:
+        return np.zeros(len(chosen))
+    gains = controller.gains
+    if controller.runs is not None:
+        gains = {name: values[chosen] for name, values in gains.items()}
+    parts = controller.at_limits(gains, flown["command"].to_numpy())
+    found: Array = np.any(list(parts.values()), axis=0).mean(axis=1)
+    return found
+
+
+def warn_of_runs_at_limits(shares: Array, scenario: Scenario, stacklevel: int) -> None:
+    """Warn of runs whose commands are at limits, by the share of samples (runs, models)."""
+    runs = np.asarray(shares.any(axis=1))
+    if scenario.controller is not None and runs.any():
+        warnings.warn(
+            f"controller {scenario.controller.name} reaches its limits"
+            f"{in_runs(runs.sum(), len(runs))}, at up to {100.0 * shares.max():.3g} % of the "
+            "samples; see the command that simulate returns, or give limits that leave room.",
+            ContinuairWarning,
+            stacklevel=stacklevel,
+        )
+
+
+@contextmanager
+def limits_untold() -> Iterator[None]:
+    """For studies of many vehicles that say elsewhere how often: no warnings of limits."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "controller .* reaches its limits", ContinuairWarning)
+        yield

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
 
 from continuair.analysis.metrics import at_camera, differences, feature_rms, norm_difference
 from continuair.flight.cohorts import Flight
+from continuair.flight.limits import share_at_limits, with_limited_command
 from continuair.flight.simulate import fly
 from continuair.vehicle.layout import DEVIATIONS
 
@@ -21,8 +22,9 @@ _BYTES_PER_SAMPLE = 1000
 
 @dataclass(frozen=True)
 class Reduced:
-    """What is kept of flights: metrics, status, end_time, step_error and the largest saturation
-    (runs, models), and the tip's pose at the end (runs, models, 7)."""
+    """What is kept of flights: metrics, status, end_time, step_error, the largest saturation and
+    the share of samples at the controller's limits (runs, models), and the tip's pose at the end
+    (runs, models, 7)."""
 
     metrics: dict[str, Array]
     tip: Array
@@ -30,6 +32,7 @@ class Reduced:
     end_time: Array
     step_error: Array
     saturation: Array
+    at_limits: Array
 
     def updated(self, runs: Array, found: Reduced) -> Reduced:
         """With some runs, by their indices, as they were found later."""
@@ -40,7 +43,7 @@ class Reduced:
             return old
 
         metrics = {name: put(old, found.metrics[name]) for name, old in self.metrics.items()}
-        rest = ("tip", "status", "end_time", "step_error", "saturation")
+        rest = ("tip", "status", "end_time", "step_error", "saturation", "at_limits")
         return Reduced(metrics, *(put(getattr(self, each), getattr(found, each)) for each in rest))
 
 
@@ -52,12 +55,14 @@ def track(
     most = _BLOCK_BYTES[kind] / (_BYTES_PER_SAMPLE * len(flight.marks.samples))
     size = max(1, int(most))
     names = ("tip_position", "tip_attitude") + ("feature_error",) * bool(flight.scenario.targets)
+    names = with_limited_command(names, flight.scenario)
     parts, order = [], []
     for same, _ in flight.grids(chosen):
         for runs in (same[first : first + size] for first in range(0, len(same), size)):
             flown = (fly(flight, model, names, runs=runs) for model in models)
             flights = [_with_runs(at_camera(each, flight.vehicle)) for each in flown]
-            parts.append(reduced(flights, settle))
+            at_limits = [share_at_limits(flight.scenario, each, runs) for each in flights]
+            parts.append(replace(reduced(flights, settle), at_limits=np.stack(at_limits, -1)))
             order.append(runs)
     back = np.argsort(np.concatenate(order))
 
@@ -71,6 +76,7 @@ def track(
         joined([part.end_time for part in parts]),
         joined([part.step_error for part in parts]),
         joined([part.saturation for part in parts]),
+        joined([part.at_limits for part in parts]),
     )
 
 
@@ -107,7 +113,8 @@ def reduced(flights: list[xr.Dataset], settle: float) -> Reduced:
     if "largest_saturation" in reference:
         each = [flight["largest_saturation"].to_numpy() for flight in flights]
         saturated = np.stack(each, axis=-1)
-    return Reduced(metrics, np.stack(poses, axis=1), status, end_time, error, saturated)
+    free = np.zeros(status.shape)
+    return Reduced(metrics, np.stack(poses, axis=1), status, end_time, error, saturated, free)
 
 
 def _metrics(reference: xr.Dataset, flight: xr.Dataset, settle: float) -> dict[str, Array]:

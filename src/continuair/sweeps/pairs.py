@@ -12,6 +12,7 @@ from continuair import checks
 from continuair.engine.pairs import Pairs
 from continuair.errors import InputError, shown
 from continuair.flight.cohorts import Flight
+from continuair.flight.limits import warn_of_runs_at_limits
 from continuair.flight.prepare import prepare
 from continuair.flight.resolution import (
     saturation,
@@ -103,6 +104,7 @@ def run_pairs(
         flight = finer
     warn_of_coarse_steps(found.step_error, flight.steps, stacklevel=3)
     warn_of_saturation(found.saturation, stacklevel=3)
+    warn_of_runs_at_limits(found.at_limits, scenario, stacklevel=3)
     lost = lost_angles(found.metrics["nrmse_r"], found.status)
     warn_of_lost_angles(lost, flight.sample, stacklevel=3)
     data = _variables(found)
@@ -160,7 +162,7 @@ def _fly_open(flight: Flight, models: tuple[str, ...], chosen: Array) -> Reduced
     tip, status, ends = (each[chosen] for each in (pairs.tip, pairs.status, end_time))
     errors = pairs.errors[chosen]
     told = flight.step_error(errors, chosen), saturation(errors)
-    return Reduced(metrics, tip, status, ends, *told)
+    return Reduced(metrics, tip, status, ends, *told, np.zeros(status.shape))
 
 
 def _variables(found: Reduced) -> dict[str, Any]:

@@ -15,6 +15,7 @@ import xarray as xr
 
 from continuair import checks
 from continuair.analysis.groups import coupling, vehicle_of
+from continuair.flight.limits import limits_untold
 from continuair.progress import Progress
 from continuair.studies.atlas.flights import RANGES
 from continuair.studies.atlas.kept import kept
@@ -140,7 +141,8 @@ def _flown(vehicle: Vehicle, bandwidths: Array, progress: Progress | None) -> tu
 
 
 def _error(vehicle: Vehicle, name: str, frequency: Any, loop: Loop, periods: float) -> Array:
-    return flown_errors(vehicle, name, frequency, loop, periods, [_MODEL])[_MODEL]
+    with limits_untold():
+        return flown_errors(vehicle, name, frequency, loop, periods, [_MODEL])[_MODEL]
 
 
 def _told(progress: Progress | None, before: int, runs: int, total: int) -> Progress | None:
