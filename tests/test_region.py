@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
 import continuair as ca
@@ -57,6 +58,23 @@ def test_random_starts_fill_their_box_with_all_points_in_view(vehicle: ca.Vehicl
     assert q[:, 6].min() >= 0.0 and 0.9 * BEND < q[:, 6].max() <= BEND
     for row in found["q"].to_numpy()[found["direction"] == RANDOM]:
         assert in_view(vehicle.camera, *equations.look(vehicle, row, TARGET.points)).all()
+
+
+@pytest.mark.parametrize("mounted", [("z", np.pi), ("z", -np.pi / 2), ("y", 0.35)], ids=str)
+def test_random_starts_are_off_from_where_the_camera_faces_the_target(
+    vehicle: ca.Vehicle, mounted: tuple[str, float]
+) -> None:
+    """Tilt and yaw of a vehicle that faces the target otherwise than level and along x."""
+    turn = Rotation.from_euler(*mounted)
+    found = starts(vehicle.replace({"camera.attitude": turn.as_quat()}), TARGET, 300, seed=2)
+    of = found["q"][found["direction"] == RANDOM].sel(coordinate=["yaw", "pitch", "roll"])
+    centre = found["centre"].sel(coordinate=["yaw", "pitch", "roll"])
+    off = Rotation.from_euler("ZYX", of) * Rotation.from_euler("ZYX", centre).inv()
+    lean = np.arccos(off.as_matrix()[:, 2, 2])
+    yaw = off.as_euler("ZYX")[:, 0]
+    assert 0.9 * TILT < lean.max() <= TILT + 1e-12
+    for side in (-yaw, yaw):
+        assert 0.9 * YAW < side.max() <= YAW + TILT**2
 
 
 def test_current_gains_reach_at_least_as_far_as_constant_ones_in_every_direction(

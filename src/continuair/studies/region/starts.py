@@ -21,9 +21,13 @@ Array = np.ndarray
 _DEGREE = np.pi / 180.0
 _TRIES = 100
 
+"""Random starts that are drawn for each that is asked for, at most."""
+
+_STEEPEST = np.pi / 3.0
+"""Tilt with which a vehicle may have to face the target, at most [rad]."""
+
 _STRAIGHT = 1e-6
 """Bend of an arm that is as good as straight [1/m]."""
-"""Random starts that are drawn for each that is asked for, at most."""
 
 
 @dataclass(frozen=True)
@@ -95,9 +99,19 @@ def starts(vehicle: Vehicle, target: Target, runs: int, seed: int) -> xr.Dataset
 
 
 def centred(vehicle: Vehicle, target: Target) -> Array:
-    """The start (8,) whose image is the desired one, the arm straight."""
+    """The start (8,) whose image is the desired one, the arm straight.
+
+    Raises InputError for a vehicle that lies on its side there, or on its back.
+    """
     q = np.zeros(len(COORDINATES))
     q[:3], q[3:6] = facing(vehicle, target.path([0.0])[0][0], target.distance)
+    tilt = np.arccos(np.cos(q[3]) * np.cos(q[4]))
+    if tilt > _STEEPEST:
+        raise InputError(
+            f"vehicle {vehicle.name} tilts by {np.degrees(tilt):.3g}° to face the target, more "
+            f"than {np.degrees(_STEEPEST):.3g}°; give it a camera that looks down along the "
+            "straight arm."
+        )
     return q
 
 
@@ -121,12 +135,12 @@ def _at_random(vehicle: Vehicle, target: Target, runs: int, seed: int) -> Array:
             return np.concatenate(found)[:runs]
     raise InputError(
         f"vehicle {vehicle.name} sees all points of the target from fewer than one in {_TRIES} of "
-        "the starts that are drawn; give it a camera that looks down along the straight arm."
+        "the starts that are drawn; give its camera a wider view."
     )
 
 
 def _drawn(centre: Array, runs: int, rng: np.random.Generator) -> Array:
-    """Starts evenly over the disc, the heights, the tilts, the yaws and the bends."""
+    """Starts evenly over the disc, the heights, the tilts, the yaws and the bends, off a centre."""
     share, way, height, tilt, lean, yaw, bend, towards = rng.random((8, runs))
     q = np.tile(centre, (runs, 1))
     away, around = SIDEWAYS * np.sqrt(share), 2.0 * np.pi * way
@@ -136,7 +150,8 @@ def _drawn(centre: Array, runs: int, rng: np.random.Generator) -> Array:
     angle, axis = TILT * np.sqrt(tilt), 2.0 * np.pi * lean
     leaning = np.stack([angle * np.cos(axis), angle * np.sin(axis), np.zeros(runs)], axis=-1)
     turning = Rotation.from_rotvec(np.outer(YAW * (2.0 * yaw - 1.0), [0.0, 0.0, 1.0]))
-    turned = Rotation.from_rotvec(leaning) * turning
+    facing_it = Rotation.from_euler("ZYX", centre[5:2:-1])
+    turned = Rotation.from_rotvec(leaning) * turning * facing_it
     q[:, 3:6] = turned.as_euler("ZYX")[:, ::-1]
     q[:, 6], q[:, 7] = BEND * bend, np.pi * (2.0 * towards - 1.0)
     return q
