@@ -64,7 +64,7 @@ ROOMS = {
         {"rollout", "observe", "deviations", "turning", "slopes", "thrusts"},
     ],
     "engine": [
-        {"moments", "compiling", "lanes", "rows"},
+        {"moments", "compiling", "lanes", "rows", "law_parts"},
         {"factory", "packs"},
         {"pack"},
         {"engine", "tangents"},

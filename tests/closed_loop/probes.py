@@ -56,6 +56,25 @@ def _weight_law(code: Any) -> SimpleNamespace:
     return SimpleNamespace(Gains=Gains, control=control)
 
 
+def _rounding_law(code: Any) -> SimpleNamespace:
+    """Its function calls one with a number that single precision does not hold."""
+    Real, Push, Sense = code.Real, code.Push, code.Sense
+
+    @wp.func
+    def third_of(push: Push):
+        return Real(0.3) * push
+
+    @wp.struct
+    class Gains:
+        idle: Real
+
+    @wp.func
+    def control(sense: Sense, gains: Gains):
+        return Real(0.5) * third_of(sense.weight)
+
+    return SimpleNamespace(Gains=Gains, control=control)
+
+
 def _recording_law(code: Any) -> SimpleNamespace:
     Push, Sense = code.Push, code.Sense
 

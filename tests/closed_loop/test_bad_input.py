@@ -83,6 +83,40 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "law gives no Gains",
         "a Warp struct, and control",
     ),
+    "number in single precision": (
+        lambda: fly(ca.Controller("mine", probes._rounding_law, {"idle": 1.0}, looks=False)),
+        "law has the number 0.3 in its function third_of",
+        "number = code.Real(0.3)",
+    ),
+    "latency of a law that acts at once": (
+        lambda: ca.Controller("mine", probes._weight_law, {}, latency=0.02),
+        "latency is 0.02, but the controller mine is not guided",
+        "give 0",
+    ),
+    "guided without a period": (
+        lambda: ca.Controller("mine", probes._weight_law, {}, guided=True),
+        "period is None, but the controller mine is guided",
+        "give seconds",
+    ),
+    "guided without a memory": (
+        lambda: fly(
+            ca.Controller(
+                "mine",
+                probes._weight_law,
+                {"weight": 1.0, "spring": 1.0},
+                looks=False,
+                guided=True,
+                period=1e-3,
+            )
+        ),
+        "guided is True of the controller mine, but its law has no Memory",
+        "guided=False",
+    ),
+    "integral of a law that does not look": (
+        lambda: ca.Controller("mine", probes._weight_law, {}, looks=False, integral=0.5),
+        "integral is 0.5, but the controller mine sums up no error",
+        "give 0",
+    ),
     "gains": (
         lambda: ca.Controller("mine", probes._weight_law, [1.0]),  # type: ignore[arg-type]
         "gains is [1.0]",

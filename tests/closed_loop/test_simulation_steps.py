@@ -108,6 +108,13 @@ def test_rates_are_the_slopes_of_the_coordinates() -> None:
     np.testing.assert_allclose(rows[1][1], slope, rtol=1e-3, atol=1e-4)
 
 
+def test_rates_beside_a_straight_arm_are_those_of_the_start() -> None:
+    """A bend below kappa_s, by which the paper's torques alone are divided."""
+    start = ca.Scenario("beside", [0, 0, 3, 0, 0, 0, 5e-4, 0.3], qd=[0, 0, 0, 0, 0, 0, 0.2, 700.0])
+    assert VEHICLE.arm.kappa_s > 5e-4
+    np.testing.assert_allclose(ca.Simulation(VEHICLE, start).qd, np.asarray(start.qd), rtol=1e-12)
+
+
 @turns_untold
 def test_angles_pass_through_a_tumble_as_those_of_simulate_do() -> None:
     q = [0, 0, 5.0, 0, 0, 0, 0.1, 0]

@@ -63,6 +63,27 @@ def test_mass_and_inertia_of_the_straight_vehicle_are_ours(
     )
 
 
+def test_a_bend_between_x_and_y_does_not_twist_the_tip(tmp_path: Path) -> None:
+    """An arc of 1.5 rad at 45°: off by a quarter at twice the links, as one along x is."""
+    vehicle, off = ca.load_vehicle("paper"), []
+    q = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.5, np.pi / 4])
+    tip = ca.equations.tip_of(vehicle, 0)
+    turned = Rotation.from_matrix(ca.equations.section_rotation(vehicle, q, **tip))
+    for links in (8, 16, 32):
+        model, data = loaded(vehicle, tmp_path, links)
+        for name, sign in (("x", 1.0), ("y", -1.0)):
+            for index in range(1, links + 1):
+                joint = data.joint(f"arm.0.{index}.{name}")
+                joint.qpos = sign * 1.5 / np.sqrt(2.0) * vehicle.arm.length / links
+        mujoco.mj_kinematics(model, data)
+        site = data.site("arm.tip")
+        found = Rotation.from_matrix(site.xmat.reshape(3, 3))
+        apart = np.linalg.norm(site.xpos - ca.equations.position(vehicle, q, **tip))
+        off.append([apart, (turned.inv() * found).magnitude()])
+    ratios = np.array(off[:-1]) / off[1:]
+    np.testing.assert_allclose(ratios, 4.0, rtol=0.1)
+
+
 def test_a_clamped_chain_swings_as_a_beam_and_constant_curvature_by_27_percent_faster(
     tmp_path: Path,
 ) -> None:

@@ -73,7 +73,7 @@ def joint_speed(flight: xr.Dataset) -> Array:
     state = np.zeros((flight.sizes["time"], ONE_SECTION.state))
     for name, dimension in _RATES:  # a velocity is as long in body axes as in the world's
         state[:, getattr(ONE_SECTION, name)] = samples(flight, name, dimension)
-    rates = paper_rates(samples(flight, "q", "coordinate"), state, 0.0)
+    rates = paper_rates(samples(flight, "q", "coordinate"), state)
     norm: Array = np.linalg.norm(rates, axis=-1)
     return norm
 

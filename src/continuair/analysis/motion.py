@@ -88,6 +88,7 @@ def motion_of(flight: Any, vehicle: Vehicle | None = None) -> Motion:
     """
     _check_over_time(flight)
     _check_one_flight(flight)
+    flight = flight.transpose("time", "arm", "section", ..., missing_dims="ignore")
     flown = vehicle_of(flight) if vehicle is None else check_single_vehicle(vehicle)
     position, attitude, bend = poses(flight, flown)
     time = flight["time"].to_numpy()

@@ -61,6 +61,26 @@ class Controller:
             )
         gains = {name: self._gain(name, value) for name, value in self.gains.items()}
         object.__setattr__(self, "gains", gains)
+        self._check_timing()
+
+    def _check_timing(self) -> None:
+        """Raise InputError for what the law would not heed."""
+        if self.period is not None:
+            checks.positive("period", self.period, " [s], or None for the scenario's")
+        if checks.number("latency", self.latency, least=0.0) and not self.guided:
+            raise InputError(
+                f"latency is {shown(self.latency)}, but the controller {self.name} is not guided, "
+                "and acts at once; give 0, or guided=True and a law with a Memory."
+            )
+        if self.guided and self.period is None:
+            raise InputError(
+                f"period is None, but the controller {self.name} is guided; give seconds."
+            )
+        if checks.number("integral", self.integral, least=0.0) and (self.guided or not self.looks):
+            raise InputError(
+                f"integral is {shown(self.integral)}, but the controller {self.name} sums up no "
+                "error of the image; give 0."
+            )
 
     def _gain(self, name: str, value: Any) -> np.ndarray:
         found = checks.finite_array(value)

@@ -10,6 +10,7 @@ from typing import Any
 import warp as wp
 
 from continuair.engine.compiling import compiles, made_once
+from continuair.engine.law_parts import checked_law
 from continuair.errors import InputError
 from continuair.kernels.arguments import Arguments, arguments
 from continuair.kernels.deviations import deviation_kernel
@@ -152,13 +153,7 @@ def closed_loop(
 ) -> LoopKernels:
     """The roll-out with a controller's law; raises InputError for a law without its parts."""
     of = Numbers(precision, lanes), tree
-    found = law(law_code(*of, points))
-    for name in ("Gains", "control"):
-        if not hasattr(found, name):
-            raise InputError(
-                f"law gives no {name}; return a namespace with Gains, a Warp struct, and control, "
-                "a Warp function."
-            )
+    found = checked_law(law(law_code(*of, points)))
     if hasattr(found, "Memory"):
         pilot = guided_pilot(*of, points, found, believes)
     else:

@@ -101,6 +101,7 @@ class Loop:
             believed = self.controller.believes
             how = engine.integrator, self.controller.integral > 0.0, believed is not None
             kernels = closed_loop(*of, *law, 1, *how)
+            _check_memory(self.controller, kernels)
             gains = pack_gains(self.controller, kernels.Gains, self.points)
             cameras = pack_cameras(engine.vehicle, kernels.eye.Camera)
             several = lanes > 1
@@ -244,6 +245,16 @@ def pack_cameras(vehicle: Vehicle, Camera: Any) -> Array:
     packed["frenet"] = np.broadcast_to(np.asarray(camera.tip_frame) == "frenet", runs)
     packed["noise"] = per_run(camera.noise, runs)
     return packed
+
+
+def _check_memory(controller: Controller, kernels: LoopKernels) -> None:
+    """Raise InputError unless a guided controller's law remembers, and that of no other."""
+    if controller.guided != bool(kernels.remembered):
+        has = "has no Memory" if controller.guided else "has a Memory"
+        raise InputError(
+            f"guided is {controller.guided} of the controller {controller.name}, but its law "
+            f"{has}; give guided={not controller.guided}."
+        )
 
 
 def pack_gains(controller: Controller, Gains: Any, points: int) -> Array:

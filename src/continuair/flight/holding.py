@@ -8,20 +8,30 @@ import numpy as np
 
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.vehicle.coordinates import branches_of, state_from_paper
-from continuair.vehicle.layout import GENERAL, TIP
+from continuair.vehicle.layout import GENERAL, ROTORS, TIP
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 
 
-def holding(engine: Engine, rows: Array, gravity: float, tip_wrench: Any = 0.0) -> Array:
+def holding(
+    engine: Engine,
+    rows: Array,
+    gravity: float,
+    tip_wrench: Any = 0.0,
+    thrusts: Array | None = None,
+) -> Array:
     """Pushes (runs, coordinates) under which nothing accelerates at rest; rows: (runs, 8).
 
-    engine: of any model that is held on a base at rest. Rotors stand still.
+    engine: of any model that is held on a base at rest. thrusts: of rotors (runs, rotors) [N],
+    beside which the pushes act; without them rotors stand still.
     """
     layout, vehicle = engine.layout, engine.vehicle
     rows = np.broadcast_to(rows, (max(len(rows), vehicle.runs or 1), layout.coordinates))
-    state = state_from_paper(rows, np.zeros(rows.shape))
+    state, groups = state_from_paper(rows, np.zeros(rows.shape)), GENERAL + TIP
+    if thrusts is not None and vehicle.uav.rotors is not None:
+        highest = np.asarray(vehicle.uav.rotors.highest)[..., None]
+        state, groups = np.hstack([state, np.sqrt(thrusts / highest)]), groups + ROTORS
     moving = slice(layout.velocity.start, layout.bend_rate.stop)
     # Unit pushes would be lost in the rounding of a large vehicle's accelerations.
     scale = _scale_of_pushes(vehicle, len(rows))
@@ -30,7 +40,9 @@ def holding(engine: Engine, rows: Array, gravity: float, tip_wrench: Any = 0.0) 
         inputs = np.zeros((1, len(rows), layout.inputs))
         inputs[..., layout.tip_wrench] = tip_wrench
         inputs[0, :, layout.push] = scale * push
-        acting = Drive(inputs, False, GENERAL + TIP, gravity)
+        if thrusts is not None:
+            inputs[0, :, layout.of_input["rotor_command"]] = thrusts
+        acting = Drive(inputs, False, groups, gravity)
         return engine.derivative(Start(state, branches_of(rows)), acting)[:, moving]
 
     still = pushed(np.zeros(layout.coordinates))

@@ -148,7 +148,7 @@ class Simulation:
     @property
     def qd(self) -> Array:
         """Rates of the paper's coordinates (8,), NaN of the Euler angles at a pitch of ±π/2."""
-        return paper_rates(self.q[None], self.state[None], self._vehicle.kappa_s)[0]
+        return paper_rates(self.q[None], self.state[None])[0]
 
     def step(
         self,

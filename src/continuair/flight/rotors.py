@@ -21,6 +21,9 @@ Array = np.ndarray
 # Of the greatest thrust. The last bits of the solver are others where another BLAS is.
 _DIGITS = 12
 
+# The wash of real rotors takes back up to a tenth: a digit is gained in a round.
+_ROUNDS = 40
+
 
 def check_air_and_rotors(vehicle: Vehicle, scenario: Scenario, layout: Layout) -> None:
     """Raise InputError unless a vehicle has what a scenario gives wind and commands to."""
@@ -138,15 +141,35 @@ def _hover(engine: Engine, scenario: Scenario, alone: bool) -> Array:
     assert rotors is not None
     level = np.atleast_2d(scenario.q).copy()
     level[:, :6] = 0.0
-    push = holding(engine, level, scenario.gravity)
-    thrusts = rotors.thrusts_for(push[:, :6])
-    highest = per_run(rotors.thrust_limits, len(push), 2)[:, 1:]
+    thrusts = rotors.thrusts_for(holding(engine, level, scenario.gravity)[:, :6])
+    highest = per_run(rotors.thrust_limits, len(thrusts), 2)[:, 1:]
+    if engine.tree.wash:
+        thrusts = _against_wash(engine, level, scenario.gravity, thrusts, highest)
     rounded = highest * np.round(thrusts / highest, _DIGITS)
     _check_hover(rotors.thrust_limits, rounded)
     if alone:
         _check_level(rotors, rounded)
     plain = engine.vehicle.runs is None and np.ndim(scenario.q) == 1
     return rounded[0] if plain else rounded
+
+
+def _against_wash(
+    engine: Engine, level: Array, gravity: float, thrusts: Array, highest: Array
+) -> Array:
+    """Thrusts (runs, rotors) that hold the vehicle although their wash pushes its arms, too.
+
+    Each round leaves of what is missing the share that the wash takes back. What the wash pushes
+    sideways level rotors cannot hold.
+    """
+    rotors = engine.vehicle.uav.rotors
+    assert rotors is not None
+    for _ in range(_ROUNDS):
+        given = np.clip(thrusts, 0.0, highest)
+        missing = rotors.thrusts_for(holding(engine, level, gravity, thrusts=given)[:, :6])
+        thrusts = given + missing
+        if (np.abs(missing) < 10.0**-_DIGITS * highest).all():
+            break
+    return thrusts
 
 
 def _check_level(rotors: Rotors, thrusts: Array) -> None:

@@ -200,7 +200,7 @@ def _held(recording: Recording, layout: Layout) -> Scenario:
     if recording.rotor_command is not None:
         acting["rotor_command"] = held(recording.rotor_command)
     acting |= {"duration": times[-1], "jumps": tuple(times[1:-1])}
-    return Scenario("recording", q[0], paper_rates(q, state, 0.0)[0], **acting)
+    return Scenario("recording", q[0], paper_rates(q, state)[0], **acting)
 
 
 def _turn(measured: Array, simulated: Array) -> Array:

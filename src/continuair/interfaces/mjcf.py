@@ -99,7 +99,7 @@ def _arm(uav: Element, arm: ArmChain, links: int) -> Element:
             name = _joint(arm, section, index)
             body = SubElement(body, "body", name=name, pos=_text((0.0, 0.0, down)))
             if index:
-                _hinges(body, name, section, links)
+                _hinges(body, name, section, links, "xy" if index % 2 else "yx")
             across = np.diag([link.transverse, link.transverse, link.axial])
             _inertial(body, link.mass, np.array([0.0, 0.0, -link.centre]), across)
             line, radius = (0.0, 0.0, 0.0, 0.0, 0.0, -link.length), radius_of(section)
@@ -117,12 +117,14 @@ def _joint(arm: ArmChain, section: Section, index: int) -> str:
     return f"{arm.name}.{section.name}.{index}"
 
 
-def _hinges(body: Element, name: str, section: Section, links: int) -> None:
+def _hinges(body: Element, name: str, section: Section, links: int, order: str) -> None:
+    """Two hinges, in turn x before y and y before x: always in one order, their twists add up."""
     part = section.length / links
     stiffness = _text(section.bending_stiffness / part)
     damping = _text(section.structural_damping / part)
-    for axis, along in (("x", "1 0 0"), ("y", "0 1 0")):
-        joint = SubElement(body, "joint", name=f"{name}.{axis}", type="hinge", axis=along)
+    along = {"x": "1 0 0", "y": "0 1 0"}
+    for axis in order:
+        joint = SubElement(body, "joint", name=f"{name}.{axis}", type="hinge", axis=along[axis])
         joint.attrib |= {"stiffness": stiffness, "damping": damping}
 
 

@@ -37,12 +37,12 @@ def branches_of(q: np.ndarray) -> np.ndarray:
     return np.hstack([q[:, 7::2], q[:, 3:4]])
 
 
-def paper_rates(q: np.ndarray, state: np.ndarray, threshold: Any) -> np.ndarray:
+def paper_rates(q: np.ndarray, state: np.ndarray, threshold: Any = 0.0) -> np.ndarray:
     """q̇ (runs, coordinates) of states (runs, state) at q: `state_from_paper`, undone.
 
-    threshold: κ_s [1/m] of each section, or of all, as in `paper_accelerations`; ψ̇a of a straight
-    section with κ_s = 0 is 0. Rates of the Euler angles at a pitch of ±π/2 are NaN: roll and yaw
-    have none there.
+    ψ̇a of a straight section is 0. threshold: κ_s [1/m] of each section, or of all, for terms that
+    count with it (Remark 1), as in `paper_accelerations`. Rates of the Euler angles at a pitch of
+    ±π/2 are NaN: roll and yaw have none there.
     """
     layout, (kappa, psi) = _layout(q), _polar(q)
     euler = _body_to_euler_rates(q, state[:, layout.angular_velocity])
