@@ -109,7 +109,7 @@ def _show_found(found: dict[str, Any]) -> None:
         for run, letters in part.items()
         for letter, value in letters.items()
     ]
-    print_table(["setting", "model", "letter", "RMS [px]"], table, err=True)
+    print_table(["setting", "model", "letter", "RMS after 5 s [px]"], table, err=True)
     for remark in found["remarks"]:
         typer.echo(remark, err=True)
 

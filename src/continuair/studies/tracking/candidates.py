@@ -20,7 +20,7 @@ from continuair.vehicle.vehicle import Vehicle
 Array = np.ndarray
 
 HORIZON = 20.0
-"""How much of a letter is flown at most [s]; the first corner of a 50 s M comes after 15 s."""
+"""How much of a letter candidates fly at most [s]; a 50 s M has its first corner after 15 s."""
 
 LOST = 1e6
 """RMS errors that a run which ends early, or where rounding sends it, counts as [px, mm]: losing
@@ -67,15 +67,27 @@ def fly(
     setting: str,
     plant: str,
 ) -> Outcomes:
-    """Fly candidates, settings of `Gains` that make one kind of gains each or all together."""
+    """Fly candidates, settings of `Gains` that make one kind of gains each or all together.
+
+    Of letters that last longer the first `HORIZON`, of which errors count when DS is judged.
+    """
     kinds = [row.get("gains", "constant") for row in rows]
     parts, places = [], []
     for kind in dict.fromkeys(kinds):
         at = [place for place, other in enumerate(kinds) if other == kind]
-        parts.append(_fly([rows[place] for place in at], vehicle, letters, setting, plant))
+        some = [rows[place] for place in at]
+        parts.append(_fly(some, vehicle, letters, setting, plant, HORIZON, TRANSIENT))
         places += at
     order = np.argsort(places)
     return Outcomes(*(np.concatenate(columns)[order] for columns in zip(*parts, strict=True)))
+
+
+def fly_whole(
+    vehicle: Vehicle, row: dict[str, Any], letters: Sequence[str], setting: str, plant: str
+) -> Outcomes:
+    """Fly one candidate over whole letters; errors count when those of `tracking` do."""
+    settled = SETTINGS[setting].settled
+    return Outcomes(*_fly([row], vehicle, letters, setting, plant, np.inf, settled))
 
 
 def _fly(
@@ -84,27 +96,28 @@ def _fly(
     letters: Sequence[str],
     setting: str,
     plant: str,
+    horizon: float,
+    since: float,
 ) -> tuple[Array, ...]:
-    """The columns of `Outcomes` for candidates of one law."""
+    """The columns of `Outcomes` for candidates of one law, flown so long at most [s]."""
     flown = equipped(vehicle, SETTINGS[setting])
     gains = stack([Gains("candidate", row).controller(flown) for row in rows])
     found = []
     for letter in letters:
         scenario = task(flown, [letter], gains, SETTINGS[setting].duration)
-        lasts = min(scenario.duration, HORIZON)
+        lasts = min(scenario.duration, horizon)
         data, held = fly_twice(
             flown, scenario, _VARIABLES, model=plant, duration=lasts, sample=2e-2
         )
-        found.append(_columns(data, held.to_numpy(), 9.81 * float(flown.mass)))
+        found.append(_columns(data, held.to_numpy(), 9.81 * float(flown.mass), since))
     return tuple(np.stack(columns, axis=1) for columns in zip(*found, strict=True))
 
 
-def _columns(data: xr.Dataset, held: Array, weight: float) -> tuple[Array, ...]:
-    """Pixels, millimetres, effort and why (rows,) of one letter."""
+def _columns(data: xr.Dataset, held: Array, weight: float, since: float) -> tuple[Array, ...]:
+    """Pixels, millimetres, effort and why (rows,) of one letter; errors count since a time [s]."""
     force = data["command"].isel(actuator=slice(3)) - [0.0, 0.0, weight]
     effort = _root((force**2).sum("actuator").mean("time")) / weight
-    # Errors count from when DS is judged.
-    late = data.sel(time=slice(TRANSIENT, None))
+    late = data.sel(time=slice(since, None))
     off = (late["camera_position"] - late["target_position"]).isel(axis=slice(2))
     metres = _root((off**2).sum("axis", skipna=False).mean("time", skipna=False))
     errors = (feature_rms(late), 1e3 * metres.to_numpy())
