@@ -59,7 +59,7 @@ def random_starts(results: dict[str, Any], flights: xr.Dataset, model: str, rate
     laws = [name for name in LAWS if name in own["law"]]
     q = own["q"] - own["centre"]
     aside = np.hypot(*(q.sel(coordinate=name).to_numpy() for name in "xy"))
-    yaw = np.rad2deg(q.sel(coordinate="yaw").to_numpy())
+    yaw = (np.rad2deg(q.sel(coordinate="yaw").to_numpy()) + 180.0) % 360.0 - 180.0
     with style.applied():
         figure = style.new_figure(height=2.4)
         panels = figure.subplots(1, len(laws), sharex=True, sharey=True, squeeze=False)[0]

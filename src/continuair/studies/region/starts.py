@@ -26,6 +26,9 @@ _TRIES = 100
 _STEEPEST = np.pi / 3.0
 """Tilt with which a vehicle may have to face the target, at most [rad]."""
 
+_EDGE = 1e-9
+"""Share by which points must be nearer to the image's centre than its edge."""
+
 _STRAIGHT = 1e-6
 """Bend of an arm that is as good as straight [1/m]."""
 
@@ -54,8 +57,9 @@ DIRECTIONS = {
     "yaw": Direction("yaw", "°", _DEGREE, (5, 10, 15, 20, 30, 45, 60, 90, 120, 150, 180)),
     "bend": Direction("kappa", " 1/m", 1.0, (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)),
 }
-"""Directions in which starts are off, from near to far; of y, roll and yaw one side alone, which
-the other mirrors where mount and camera lie in the vehicle's plane of x and z."""
+"""Directions in which starts are off, from near to far, x ahead of the vehicle that faces the
+target; of y, roll and yaw one side alone, which the other mirrors where mount and camera lie in the
+vehicle's plane of x and z."""
 
 BENDS = (0.0, 0.1)
 """Curvatures with which the starts of a direction are bent besides [1/m]."""
@@ -116,12 +120,14 @@ def centred(vehicle: Vehicle, target: Target) -> Array:
 
 
 def _off_along(direction: Direction, bend: float, vehicle: Vehicle, target: Target) -> Array:
-    """A start for every value of a direction, bent besides [1/m]."""
-    q = np.tile(centred(vehicle, target), (len(direction.values), 1))
-    q[:, COORDINATES.index("kappa")] += bend
+    """A start for every value of a direction, bent besides [1/m]; x is ahead of the vehicle."""
+    q = np.zeros((len(direction.values), len(COORDINATES)))
+    q[:, COORDINATES.index("kappa")] = bend
     off = direction.size * np.array(direction.values)
     q[:, COORDINATES.index(direction.coordinate)] += off
-    return q
+    centre = centred(vehicle, target)
+    q[:, :3] = Rotation.from_euler("z", centre[5]).apply(q[:, :3])
+    return np.asarray(centre + q)
 
 
 def _at_random(vehicle: Vehicle, target: Target, runs: int, seed: int) -> Array:
@@ -168,5 +174,6 @@ def visible(vehicle: Vehicle, target: Target, q: Array) -> Array:
         seen = (points - at) @ axes
         depth = np.where(seen[:, 2] > 0.0, seen[:, 2], np.inf)
         image = (seen[:, :2] / depth[:, None]).ravel()
-        found.append(bool((in_view(vehicle.camera, image, seen[:, 2])).all()))
+        # On the very edge rounding decides, in the flight otherwise than here.
+        found.append(bool(in_view(vehicle.camera, (1.0 + _EDGE) * image, seen[:, 2]).all()))
     return np.array(found)
