@@ -68,6 +68,10 @@ UNUSABLE: list[tuple[dict[str, Any], str, str]] = [
      "0.5, beyond the section's end", "the section's length 0.3 [m]"),
     ({"arm.left.section.tip.bending_stiffness": 1e308, "arm.left.section.tip.mass_per_length":
       1e-300}, "arm.left.section.tip.length is 0.25, which with", "SI units"),
+    ({"arm.left.section.tip.length": 0.3, "arm.0.section.1.length": 0.2},
+     "arm.0.section.1.length sets again what arm.left.section.tip.length has", "give one of them"),
+    ({"arm.left.tip.mass": 0.1, "arm.left.tip": {"mass": 0.2}},
+     "arm.left.tip sets again what arm.left.tip.mass has", "the whole before its part"),
 ]  # fmt: skip
 
 

@@ -68,7 +68,8 @@ def limits_map(
     """Return the frequency up to which the rule allows decoupling, over bandwidth and coupling.
 
     groups: of a vehicle, with its loop's bandwidth: it gets a mark, and the maps are of its gravity
-    number and mass ratio; otherwise two gravity numbers get a row each.
+    number and mass ratio, a guess, which is said, beyond the atlas's; otherwise two gravity numbers
+    get a row each.
     """
     rows = [dict(groups)] if groups else [_TYPICAL | {"gravity_number": n} for n in _GRAVITY]
     with style.applied():
@@ -93,7 +94,8 @@ def limits_map(
             f"Up to which frequency decoupling errs by less than {tolerance:.0%}, in a position "
             "loop",
             "What the rule says of the atlas's vehicles with a mass ratio of "
-            f"{rows[0]['mass_ratio']:.2g}, over the bandwidth of the attitude and the coupling.",
+            f"{rows[0]['mass_ratio']:.2g}, over the bandwidth of the attitude and the coupling."
+            + (_guessed(summary, groups) if groups else ""),
         )
     return figure
 
@@ -189,6 +191,18 @@ def _map(axes: Any, summary: xr.Dataset, name: str, row: dict[str, float], toler
     axes.set_yticks(logit(np.array(_TICKS)), [f"{each:g}" for each in _TICKS])
     axes.grid(visible=False)
     return drawn
+
+
+def _guessed(summary: xr.Dataset, groups: Mapping[str, float]) -> str:
+    """What to say of a vehicle's numbers that are beyond those of the atlas."""
+    ends = summary["ends"]
+    beyond = [
+        f"{name.replace('_', ' ')} of {groups[name]:.2g} (atlas: {low:.2g} to {high:.2g})"
+        for name in ends["number"].to_numpy()
+        for low, high in [ends.sel(number=name).to_numpy()]
+        if name in groups and not low <= groups[name] <= high
+    ]
+    return f" A guess, with a {' and a '.join(beyond)}." if beyond else ""
 
 
 def _mark(axes: Any, groups: Mapping[str, float], label: str) -> None:

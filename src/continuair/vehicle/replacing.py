@@ -33,8 +33,11 @@ class _Runs:
 def replace(model: Model, changes: Mapping[str, Any]) -> Model:
     """Return a copy of `model` with dotted fields changed; arrays over runs make a batched copy."""
     tree = _tree(model)
+    places: dict[tuple[str | int, ...], str] = {}
     for path, value in changes.items():
-        _set(tree, path, value)
+        place = _set(tree, path, value)
+        _check_once(place, path, places)
+        places[place] = path
     runs = _common_length(tree)
     parts = dict(model)
     for name in {path.split(".")[0] for path in changes}:
@@ -78,13 +81,29 @@ def _tree(value: Any) -> Any:
     return [_tree(child) for child in value] if isinstance(value, (tuple, list)) else value
 
 
-def _set(tree: Any, path: str, value: object) -> None:
+def _set(tree: Any, path: str, value: object) -> tuple[str | int, ...]:
+    """Set a field, and return where it is: the same place, by whatever name."""
     node: Any = tree
     *parents, last = _keys(path)
+    place: list[str | int] = []
     for depth, key in enumerate(parents):
-        node = node[_index(node, key, parents[:depth])]
+        place.append(_index(node, key, parents[:depth]))
+        node = node[place[-1]]
     index = _index(node, last, parents)
     node[index] = _over_runs(path, value, node[index])
+    return (*place, index)
+
+
+def _check_once(
+    place: tuple[str | int, ...], path: str, places: Mapping[tuple[str | int, ...], str]
+) -> None:
+    """Raise InputError for a change that undoes one before."""
+    for other, before in places.items():
+        if other[: len(place)] == place:
+            raise InputError(
+                f"{path} sets again what {before} has set before; give one of them, or the whole "
+                "before its part."
+            )
 
 
 def _keys(path: object) -> list[str]:

@@ -26,8 +26,9 @@ _TRIES = 100
 _STEEPEST = np.pi / 3.0
 """Tilt with which a vehicle may have to face the target, at most [rad]."""
 
-_EDGE = 1e-9
-"""Share by which points must be nearer to the image's centre than its edge."""
+_EDGE = 1e-5
+"""Share by which points must be nearer to the optical axis than the image's edge: more than an arm
+that is as good as straight turns the camera."""
 
 _STRAIGHT = 1e-6
 """Bend of an arm that is as good as straight [1/m]."""
@@ -174,6 +175,6 @@ def visible(vehicle: Vehicle, target: Target, q: Array) -> Array:
         seen = (points - at) @ axes
         depth = np.where(seen[:, 2] > 0.0, seen[:, 2], np.inf)
         image = (seen[:, :2] / depth[:, None]).ravel()
-        # On the very edge rounding decides, in the flight otherwise than here.
+        # On the very edge the flight may decide otherwise than what is all but straight.
         found.append(bool(in_view(vehicle.camera, (1.0 + _EDGE) * image, seen[:, 2]).all()))
     return np.array(found)
