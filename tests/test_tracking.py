@@ -25,7 +25,7 @@ from continuair.scenario.tracking_task import (
 )
 from continuair.studies.results import as_json
 from continuair.studies.tracking import report as tracking_output
-from continuair.studies.tracking.candidates import fly
+from continuair.studies.tracking.candidates import fly, fly_whole
 from continuair.studies.tracking.law_variants import law_variants
 from continuair.studies.tracking.study import Tracking, ds_extremes, tracking
 from continuair.studies.tracking.tuning import as_toml, tune
@@ -267,9 +267,9 @@ def test_the_preset_is_reproduced_by_its_record(vehicle: ca.Vehicle) -> None:
     costs = []
     for setting, plants in stored["record"]["rms_px"].items():
         for plant, letters in plants.items():
-            flown = fly(vehicle, [row], ["M"], setting, plant)
-            assert flown.pixels[0, 0] == pytest.approx(letters["M"], rel=5e-5)
-            costs.append(flown.cost)
+            whole = fly_whole(vehicle, row, ["M"], setting, plant)
+            assert whole.pixels[0, 0] == pytest.approx(letters["M"], rel=5e-5)
+            costs.append(fly(vehicle, [row], ["M"], setting, plant).cost)
     assert np.mean(costs) == pytest.approx(stored["record"]["objective"], rel=1e-4)
 
 
