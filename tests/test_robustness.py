@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
 import continuair as ca
@@ -30,7 +31,7 @@ def test_a_camera_that_is_not_perfect_gets_no_better_by_a_mistake() -> None:
     nominal = ca.load_vehicle("paper").replace(own)
     for value in (1.0, 10.0, 80.0):
         noisy, rare, late = (
-            nominal.replace(MISTAKES[name].vehicle(nominal, value)).camera
+            nominal.replace(MISTAKES[name].vehicle(nominal, value, (1.0, 0.0))).camera
             for name in ("noise", "frames", "latency")
         )
         assert noisy.noise**2 == pytest.approx(1.0 + value**2)
@@ -42,10 +43,15 @@ def test_a_camera_that_is_not_perfect_gets_no_better_by_a_mistake() -> None:
 def test_each_mistake_is_something_of_its_own_and_grows(name: str) -> None:
     mistake = MISTAKES[name]
     assert list(mistake.values) == sorted(set(mistake.values)) and mistake.values[0] > 0.0
-    changed, acting = mistake.vehicle(NOMINAL, mistake.values[0]), mistake.scenario(1.0)
-    assert changed or acting
-    for path in changed:
-        assert NOMINAL.replace(changed) != NOMINAL, path
+    made = []
+    for way in mistake.ways.values():
+        changed = mistake.vehicle(NOMINAL, mistake.values[0], way)
+        acting = mistake.scenario(1.0, way)
+        assert changed or acting
+        made.append(str((changed, acting)))
+        for path in changed:
+            assert NOMINAL.replace(changed) != NOMINAL, path
+    assert len(set(made)) == len(mistake.ways)
 
 
 def test_a_heavier_vehicle_flies_as_one_that_its_law_knows_and_that_is_pushed_down(
@@ -96,12 +102,42 @@ def test_a_flight_that_ends_early_is_not_borne_and_says_why(study: Robustness) -
 
 def test_a_mistake_of_a_batch_flies_as_it_does_alone() -> None:
     law = load_gains("current").controller(NOMINAL)
-    wrong = [Wrong(None), Wrong("heavier", 20.0), Wrong("camera rolled", 10.0), Wrong("noise", 1.0)]
+    wrong = [Wrong(None), Wrong("heavier", 20.0), Wrong("camera rolled", 10.0, "-")]
+    wrong.append(Wrong("noise", 1.0))
     assert groups([*wrong, Wrong("latency", 5.0)]) == [wrong, [Wrong("latency", 5.0)]]
     together = fly(NOMINAL, law, "coupled", wrong)
     for each, found in zip(wrong[:3], together, strict=False):
         (alone,) = fly(NOMINAL, law, "coupled", [each])
         assert found["rms_px"] == pytest.approx(alone["rms_px"], rel=1e-6)
+
+
+def test_of_the_ways_to_be_wrong_the_worst_counts() -> None:
+    """Constant gains bear an image's centre that is off to one side, and lose the other."""
+    nominal = ca.load_vehicle("paper")
+    law = load_gains("paper").controller(NOMINAL)
+    sides = [Wrong("principal point", 100.0, way) for way in ("+x", "-x")]
+    right, left = fly(NOMINAL, law, "coupled", sides)
+    assert right["status"] == 0 and left["status"] != 0
+    study = robustness(nominal, ["constant"], ["coupled"], ["principal point"])
+    (case,) = study.results["cases"]
+    found = case["mistakes"]["principal point"]["values"][-1]
+    assert found["status"] != 0 and found["end_time_s"] <= left["end_time_s"]
+
+
+@pytest.mark.parametrize("rolled", [np.pi / 2, -2.0])
+def test_a_camera_rolled_about_its_axis_flies_the_same_letter(rolled: float) -> None:
+    """With the vehicle, which is round, turned below it: off and bent as the image has it."""
+    turned = NOMINAL.replace({"camera.attitude": Rotation.from_euler("z", rolled).as_quat()})
+    one, other = (
+        fly(vehicle, load_gains("current").controller(vehicle), "coupled", [Wrong(None)])[0]
+        for vehicle in (NOMINAL, turned)
+    )
+    assert other["rms_px"] == pytest.approx(one["rms_px"], rel=1e-4)
+    law = load_gains("paper").controller
+    sides = [Wrong("principal point", 100.0, way) for way in ("+x", "-x")]
+    for nominal in (NOMINAL, turned):
+        found = fly(nominal, law(nominal), "coupled", sides)
+        assert [each["status"] == 0 for each in found] == [True, False]
 
 
 def test_the_figure_crosses_flights_that_ended_early(study: Robustness) -> None:

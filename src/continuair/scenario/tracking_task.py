@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from continuair import checks
 from continuair.controllers.controller import Controller
@@ -29,7 +30,7 @@ START_OFFSET = (0.1, 0.0, 0.1)
 """How far off the camera starts: 0.1 m in x and z, our choice; the paper prints no start [m]."""
 
 START_BEND = 0.1
-"""Curvature at the start [1/m]."""
+"""Curvature at the start, along the world's x, as the image is [1/m]."""
 
 STRUCTURAL_DAMPING = 0.03
 """Damping ratio that the task gives to an arm whose file has none: undamped arms ring for ever."""
@@ -118,6 +119,15 @@ def without_rotors(vehicle: Vehicle) -> tuple[Vehicle, list[str]]:
     return vehicle.replace({"uav.rotors": None}), [note]
 
 
+def along_x(vehicle: Vehicle, euler: Any) -> float:
+    """The angle ψa in which the camera's arm bends along the world's x, at Euler angles (3,)."""
+    turn = Rotation.from_euler("ZYX", euler[::-1])
+    if vehicle.has_arm_list:
+        turn *= Rotation.from_quat(vehicle.arms[vehicle.camera_arm].attitude)
+    x, y, _ = turn.inv().apply([1.0, 0.0, 0.0])
+    return float(np.arctan2(y, x))
+
+
 def task(
     vehicle: Vehicle,
     letters: Sequence[str],
@@ -140,7 +150,8 @@ def task(
         row[:3], row[3:6] = facing(vehicle, centroid, target.distance)
         row[:3] += START_OFFSET
         first = sum(vehicle.shape[: vehicle.camera_arm])
-        row[6 + 2 * first : 6 + 2 * (first + vehicle.shape[vehicle.camera_arm]) : 2] = START_BEND
+        bends = row[6:].reshape(-1, 2)[first : first + vehicle.shape[vehicle.camera_arm]]
+        bends[:] = START_BEND, along_x(vehicle, row[3:6])
     return Scenario(
         f"tracking {''.join(letters)}",
         q,

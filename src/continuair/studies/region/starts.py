@@ -13,6 +13,7 @@ from continuair.equations import camera_pose
 from continuair.equations.camera import facing, in_view
 from continuair.errors import InputError
 from continuair.scenario.targets import Target
+from continuair.scenario.tracking_task import along_x
 from continuair.vehicle.layout import COORDINATES
 from continuair.vehicle.vehicle import Vehicle
 
@@ -58,9 +59,9 @@ DIRECTIONS = {
     "yaw": Direction("yaw", "°", _DEGREE, (5, 10, 15, 20, 30, 45, 60, 90, 120, 150, 180)),
     "bend": Direction("kappa", " 1/m", 1.0, (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)),
 }
-"""Directions in which starts are off, from near to far, x ahead of the vehicle that faces the
-target; of y, roll and yaw one side alone, which the other mirrors where mount and camera lie in the
-vehicle's plane of x and z."""
+"""Directions in which starts are off, from near to far; of y, roll and yaw one side alone, which
+the other mirrors where the vehicle is symmetric about the world's plane of x and z as it faces the
+target. It does so with the image's x along the world's."""
 
 BENDS = (0.0, 0.1)
 """Curvatures with which the starts of a direction are bent besides [1/m]."""
@@ -121,14 +122,22 @@ def centred(vehicle: Vehicle, target: Target) -> Array:
 
 
 def _off_along(direction: Direction, bend: float, vehicle: Vehicle, target: Target) -> Array:
-    """A start for every value of a direction, bent besides [1/m]; x is ahead of the vehicle."""
-    q = np.zeros((len(direction.values), len(COORDINATES)))
-    q[:, COORDINATES.index("kappa")] = bend
-    off = direction.size * np.array(direction.values)
-    q[:, COORDINATES.index(direction.coordinate)] += off
-    centre = centred(vehicle, target)
-    q[:, :3] = Rotation.from_euler("z", centre[5]).apply(q[:, :3])
-    return np.asarray(centre + q)
+    """A start for every value of a direction, bent besides [1/m]: all along the world's axes, as
+    the image is."""
+    centre, off = centred(vehicle, target), np.zeros((len(direction.values), len(COORDINATES)))
+    off[:, COORDINATES.index("kappa")] = bend
+    off[:, COORDINATES.index(direction.coordinate)] += direction.size * np.array(direction.values)
+    q = centre + off
+    q[:, 3:6] = _turned(off[:, 3:6], centre)
+    q[:, 7] = along_x(vehicle, centre[3:6])
+    return q
+
+
+def _turned(by: Array, centre: Array) -> Array:
+    """Euler angles (runs, 3) of a centre that is turned by others (runs, 3) about fixed axes."""
+    facing_it = Rotation.from_euler("ZYX", centre[5:2:-1])
+    turned = Rotation.from_euler("ZYX", by[:, ::-1]) * facing_it
+    return np.asarray(turned.as_euler("ZYX")[:, ::-1])
 
 
 def _at_random(vehicle: Vehicle, target: Target, runs: int, seed: int) -> Array:
@@ -157,9 +166,8 @@ def _drawn(centre: Array, runs: int, rng: np.random.Generator) -> Array:
     angle, axis = TILT * np.sqrt(tilt), 2.0 * np.pi * lean
     leaning = np.stack([angle * np.cos(axis), angle * np.sin(axis), np.zeros(runs)], axis=-1)
     turning = Rotation.from_rotvec(np.outer(YAW * (2.0 * yaw - 1.0), [0.0, 0.0, 1.0]))
-    facing_it = Rotation.from_euler("ZYX", centre[5:2:-1])
-    turned = Rotation.from_rotvec(leaning) * turning * facing_it
-    q[:, 3:6] = turned.as_euler("ZYX")[:, ::-1]
+    off = Rotation.from_rotvec(leaning) * turning
+    q[:, 3:6] = _turned(off.as_euler("ZYX")[:, ::-1], centre)
     q[:, 6], q[:, 7] = BEND * bend, np.pi * (2.0 * towards - 1.0)
     return q
 

@@ -26,18 +26,25 @@ _SAMPLE = 0.01
 
 @dataclass(frozen=True)
 class Wrong:
-    """A mistake by its name, and its value; the name None: there is none."""
+    """A mistake by its name, its value and one of its ways; the name None: there is none."""
 
     name: str | None
     value: float = 0.0
+    way: str = ""
 
     def changes(self, nominal: Vehicle) -> dict[str, Any]:
         """What the vehicle that flies has in its place."""
-        return {} if self.name is None else MISTAKES[self.name].vehicle(nominal, self.value)
+        if self.name is None:
+            return {}
+        mistake = MISTAKES[self.name]
+        return mistake.vehicle(nominal, self.value, mistake.ways[self.way])
 
     def acting(self) -> dict[str, Any]:
         """What acts on it."""
-        return {} if self.name is None else MISTAKES[self.name].scenario(self.value)
+        if self.name is None:
+            return {}
+        mistake = MISTAKES[self.name]
+        return mistake.scenario(self.value, mistake.ways[self.way])
 
     @property
     def alone(self) -> bool:

@@ -23,7 +23,7 @@ def _flights(results: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """Yield a row for every flight."""
     for case in results["cases"]:
         named = {"law": case["law"], "model": case["model"]}
-        yield {**named, "mistake": "", "value": 0.0, "unit": "", **case["without"]}
+        yield {**named, "mistake": "", "value": 0.0, "unit": "", "way": "", **case["without"]}
         for name, mistake in case["mistakes"].items():
             for each in mistake["values"]:
                 yield {**named, "mistake": name, "unit": mistake["unit"].strip(), **each}
@@ -43,7 +43,8 @@ def summary(results: dict[str, Any]) -> list[str]:
         "designed for this vehicle",
         "and believe in it, on others that differ by one mistake at a time. It is borne if it adds",
         f"at most {results['borne_px']:g} px to the RMS of the feature error after "
-        f"{results['settled_s']:g} s.",
+        f"{results['settled_s']:g} s. What has a direction is tried in four (along x and y, to",
+        "either side), a turn in two, and counts as the worst of them.",
         "",
         *(f"* {name}: {meaning}." for name, meaning in LAWS.items() if name in results["laws"]),
         *(f"* {note}" for note in results["notes"]),

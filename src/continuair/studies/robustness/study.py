@@ -26,7 +26,8 @@ BORNE = 5.0
 @dataclass(frozen=True)
 class Robustness:
     """results: JSON-able; results["cases"] holds one per law and model, with the RMS of the error
-    without any mistake and, for each mistake, of every value and how large it is borne."""
+    without any mistake and, for each mistake, of every value, the worst of its ways, and how large
+    it is borne."""
 
     results: dict[str, Any]
 
@@ -50,7 +51,7 @@ def robustness(
     chosen = checks.choices("mistakes", mistakes, MISTAKES)
     check_gains(gains, names)
     nominal = equipped(vehicle, SETTING)
-    wrong = [Wrong(name, value) for name in chosen for value in MISTAKES[name].values]
+    wrong = [each for name in chosen for each in _tried(name)]
     batches = groups([Wrong(None), *wrong])
     steps = Steps(progress, len(names) * len(plants) * len(batches))
     controllers, cases = {name: law_of(name, nominal, gains) for name in names}, []
@@ -75,6 +76,24 @@ def robustness(
     )
 
 
+def _tried(name: str) -> list[Wrong]:
+    """A mistake, of every value in each of its ways."""
+    mistake = MISTAKES[name]
+    return [Wrong(name, *each) for each in product(mistake.values, mistake.ways)]
+
+
+def _worst(wrong: Iterable[Wrong], found: dict[Wrong, Any]) -> dict[str, Any]:
+    """Of ways to make a mistake, the one that is lost first, or else errs most."""
+
+    def harm(each: Wrong) -> tuple[bool, float]:
+        flight = found[each]
+        lost = flight["status"] != OK
+        return lost, -flight["end_time_s"] if lost else flight["rms_px"]
+
+    worst = max(wrong, key=harm)
+    return {"value": worst.value, "way": worst.way, **found[worst]}
+
+
 def _case(law: str, model: str, chosen: list[str], found: dict[Wrong, Any]) -> dict[str, Any]:
     """What a law reaches on a plant."""
     return {
@@ -88,7 +107,8 @@ def _case(law: str, model: str, chosen: list[str], found: dict[Wrong, Any]) -> d
 def _reach(name: str, found: dict[Wrong, Any]) -> dict[str, Any]:
     """The largest value up to which all are borne, the next one, and why that is not."""
     mistake, most = MISTAKES[name], found[Wrong(None)]["rms_px"] + BORNE
-    values = [{"value": value, **found[Wrong(name, value)]} for value in mistake.values]
+    ways = [[Wrong(name, value, way) for way in mistake.ways] for value in mistake.values]
+    values = [_worst(each, found) for each in ways]
     count = climbed([each["status"] == OK and each["rms_px"] <= most for each in values])
     beyond = values[count] if count < len(values) else None
     return {
@@ -103,6 +123,7 @@ def _reach(name: str, found: dict[Wrong, Any]) -> dict[str, Any]:
 
 def reason(flight: dict[str, Any]) -> str:
     """Why a mistake was not borne."""
+    way = f" ({flight['way']})" if flight["way"] else ""
     if flight["status"] != OK:
-        return f"{STATUS[flight['status']]} at {flight['end_time_s']:.3g} s"
-    return f"{flight['rms_px']:.3g} px RMS"
+        return f"{STATUS[flight['status']]} at {flight['end_time_s']:.3g} s{way}"
+    return f"{flight['rms_px']:.3g} px RMS{way}"
