@@ -247,6 +247,28 @@ def test_the_table_counts_the_printed_numbers_that_ours_come_near(result: study.
     assert "read as NRMSE, 0" in said
 
 
+def test_where_euler_angles_are_lost_figures_go_by_the_angle_and_say_so(
+    result: study.OpenLoop,
+) -> None:
+    results = json.loads(json.dumps(other_vehicle(result.results)))
+    for entry in results["tests"]["A"].values():
+        entry |= {"nrmse_r": float("nan"), "rmse_r_rad": float("nan")}
+    angles = {name: results["tests"][name]["decoupled"]["angle_rad"] for name in "AB"}
+    most = max(angles, key=lambda name: angles[name])
+    for draw in (overview.bars, overview.table):
+        figure = draw(results)
+        assert f"most turned in Test {most}, {style.short(angles[most])} rad" in words(figure)
+        texts = [text.get_text() for axes in figure.axes for text in axes.texts]
+        assert "do not follow Euler angles these are lost" in words(figure).replace("\n", " ")
+        assert not {"nan", "failed"} & set(texts)
+        assert ("lost" in texts) == (draw is overview.table)
+    spinning = result.datasets["A"].copy(deep=True)
+    spinning["tip_angular_velocity"] = spinning["tip_angular_velocity"] * 0.0 + 1e6
+    _, turned = figures._apart(*(spinning.sel(model=name) for name in ("coupled", "decoupled")))
+    largest = style.short(float(np.degrees(turned.max())))
+    assert f"the tip's attitude by up to {largest} deg" in words(figures.motion(spinning))
+
+
 def test_a_failed_flight_has_a_cross_at_its_end_and_is_named(result: study.OpenLoop) -> None:
     dataset = failed(result.datasets["A"], "decoupled", 0.32)
     for draw in (figures.motion, figures.bending, figures.differences):

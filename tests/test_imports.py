@@ -119,7 +119,17 @@ ROOMS = {
     ],
     "studies.paper.judges": [
         {"words", "agreement", "as_printed"},
-        {"image", "near_straight", "disks", "elementwise", "straight", "strokes", "swing", "times"},
+        {
+            "image",
+            "near_straight",
+            "disks",
+            "elementwise",
+            "rotation",
+            "straight",
+            "strokes",
+            "swing",
+            "times",
+        },
         {"letter", "coupling_elements", "complexity"},
         {"conclusions"},
         {"kinematics", "dynamics", "law", "open_loop", "parameters", "closed_loop", "summary"},

@@ -103,6 +103,16 @@ def test_tips_and_bodies_are_where_the_flight_has_them(name: str, tmp_path: Path
             np.testing.assert_allclose(tip[:3, :3], expected, atol=1e-5)
 
 
+def test_the_camera_sees_as_wide_and_as_high_as_ours(tmp_path: Path) -> None:
+    lens = {"camera.focal_length": (400.0, 800.0), "camera.image_size": (1000, 800)}
+    vehicle = ca.load_vehicle("paper").replace(lens)
+    scenario = ca.Scenario("still", [0, 0, 3, 0, 0, 0, 0.1, 0], duration=0.1)
+    seen = written(ca.simulate(vehicle, scenario, sample=0.05), tmp_path).document["cameras"][0]
+    high = np.tan(seen["perspective"]["yfov"] / 2.0)
+    assert high == pytest.approx(400.0 / 800.0)
+    assert high * seen["perspective"]["aspectRatio"] == pytest.approx(500.0 / 400.0)
+
+
 @pytest.mark.parametrize("name", PRESETS)
 def test_the_skin_of_an_arm_is_around_it_from_end_to_end(name: str, tmp_path: Path) -> None:
     vehicle, read = ca.load_vehicle(name), written(flight(name), tmp_path)

@@ -8,8 +8,15 @@ import pytest
 import continuair as ca
 from continuair import equations
 from continuair.studies.open_loop.study import OpenLoop
-from continuair.studies.paper.drawn import Drawn
-from continuair.studies.paper.judges import complexity, conclusions, straight, summary, swing
+from continuair.studies.paper.drawn import Drawn, _rotation
+from continuair.studies.paper.judges import (
+    complexity,
+    conclusions,
+    open_loop,
+    straight,
+    summary,
+    swing,
+)
 from continuair.studies.sensitivity.study import Sensitivity
 from continuair.studies.tracking.study import Tracking
 from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED
@@ -270,3 +277,20 @@ def test_actuation_is_judged_by_the_preset_and_by_most_vehicles() -> None:
     assert judged(1.5, 3.0, 3.0) == REPRODUCED
     assert judged(0.9, 3.0, 3.0) == judged(1.5, 1.5, 3.0) == judged(1.5, 3.0, 0.5)
     assert judged(1.5, 3.0, 0.5) == NOT_REPRODUCED
+
+
+def test_turns_whose_angles_are_lost_are_judged_by_the_angle_between_tips() -> None:
+    """A number that is none is no largest one."""
+    few, lost = np.full(10, 0.5), np.full(10, np.nan)
+    euler = {"A": lost, "B": few, "C": few, "D": few}
+    angle = {"A": 0.1 * few, "B": few, "C": few, "D": 2.0 * few}
+    np.testing.assert_array_equal(list(_rotation(euler, angle).values()), list(angle.values()))
+    whole = {"A": few, "B": few, "C": few, "D": few}
+    np.testing.assert_array_equal(list(_rotation(whole, angle).values()), list(whole.values()))
+    study = open_loop_of(dict.fromkeys("ABCD", 1.0), {"A": np.nan, "B": 0.2, "C": 0.3, "D": 0.4})
+    for name, value in zip("ABCD", (0.05, 0.2, 0.3, 0.4), strict=True):
+        study.results["tests"][name]["decoupled"]["angle_rad"] = value
+    drawn = Drawn(whole, _rotation(euler, angle), few)
+    found = open_loop.rotation_by_test(given.evidence(open_loop=study, drawn=drawn))
+    assert found.verdict == NOT_REPRODUCED
+    assert "(as the angle between the tips) is 0.05, 0.2, 0.3, 0.4 rad" in found.evidence

@@ -463,3 +463,13 @@ def test_a_command_beside_a_controller_adds_to_what_its_push_asks_for() -> None:
     law = constant_push([0.0, 0.0, 20.0], [0.0, 0.0, 0.0])
     flight = flown(prompt, LEVEL, controller=law, rotor_command=(1.0, 2.0, 3.0, 4.0), duration=0.01)
     np.testing.assert_allclose(flight.rotor_thrust[0], [6.0, 7.0, 8.0, 9.0], rtol=1e-12)
+
+
+def test_lagging_rotors_under_a_controller_start_at_hover_and_what_a_command_adds() -> None:
+    law = ca.flight_controller(QUAD)
+    q = (0.0, 0.0, 2.0, *np.zeros(5))
+    still = flown(QUAD, q, controller=law, rotor_command=np.zeros(4), duration=0.5, sample=0.01)
+    assert float(np.abs(still.position - [0.0, 0.0, 2.0]).max()) < 1e-9
+    more = flown(QUAD, q, controller=law, rotor_command=(0.1, 0.0, 0.0, 0.0), sample=0.01)
+    added = more.rotor_thrust[0] - still.rotor_thrust[0]
+    np.testing.assert_allclose(added, [0.1, 0.0, 0.0, 0.0], rtol=0, atol=1e-9)

@@ -80,7 +80,7 @@ def frames(vehicle: Vehicle, kappa: float | None = None, psi_a: float = 0.2) -> 
         )
         text = (
             f"Vehicle {style.plain(vehicle.name)}; the frames of Fig. 2 of Amiri et al. "
-            "z of the tip is the arm's tangent, the camera's line of sight."
+            "z of the tip is the arm's tangent, z of the camera its line of sight."
         )
         style.head(figure, finding, text)
     return figure
@@ -190,7 +190,10 @@ def _link(axes: Any, start: Array, end: Array) -> None:
 
 
 def _offset(vehicle: Vehicle) -> str:
-    return f"the camera's is {np.linalg.norm(vehicle.camera.position):.2g} m from it, and turned"
+    camera = vehicle.camera
+    turned = Rotation.from_quat(camera.attitude).magnitude() > 0.0 or camera.tip_frame == "frenet"
+    away = f"the camera's is {np.linalg.norm(camera.position):.2g} m from it"
+    return f"{away}, and turned" if turned else away
 
 
 def _bare(axes: Any) -> Any:

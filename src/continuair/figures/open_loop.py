@@ -11,6 +11,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from continuair.analysis.metrics import differences as metrics_of
 from continuair.analysis.metrics import geodesic_angle, samples, tip_euler
 from continuair.analysis.spectrum import STILL, Peak, dominant, spectrum
 from continuair.figures import curves, overview, style
@@ -222,12 +223,21 @@ def _moved(dataset: xr.Dataset, moving: dict[str, dict[str, Array]]) -> str:
             size = np.abs(values[model] - start)
             if f"[{unit}]" in label and np.isfinite(size).any():
                 sizes[label.split(" [")[0]] = float(np.nanmax(size))
+        if unit == "deg" and others and not _followed(dataset, model):
+            _, angle = _apart(dataset.sel(model=REFERENCE), dataset.sel(model=model))
+            sizes = {"the tip's attitude": float(np.degrees(np.nanmax(angle)))}
         if sizes:
             most = max(sizes, key=sizes.__getitem__)
             texts.append(f"{most} by up to {short(sizes[most])} {unit}")
     if not texts:
         return "the tip does not move beyond free fall"
     return f"{'decoupling changes' if others else 'coupled,'} {' and '.join(texts)}"
+
+
+def _followed(dataset: xr.Dataset, model: str) -> bool:
+    """Whether samples follow the Euler angles of both tips."""
+    found = metrics_of(dataset.sel(model=REFERENCE), dataset.sel(model=model))
+    return bool(np.isfinite(found["nrmse_r"]) or np.isnan(found["angle_rad"]))
 
 
 def _apart(coupled: xr.Dataset, flight: xr.Dataset) -> tuple[Array, Array]:

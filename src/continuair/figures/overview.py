@@ -24,6 +24,9 @@ _PANELS = (
 _NUMBERS: dict[str, Any] = {"fontsize": 5.5, "padding": 2, "rotation": 90}
 """How the numbers on bars look."""
 
+_FAILED, _UNFOLLOWED = "failed", "lost"
+"""In place of a number: where a flight failed, and where samples do not follow the Euler angles of a flight that ended well."""
+
 _CLOSE = 2.0
 """Factor within which a number of ours counts as near to one that the paper prints."""
 
@@ -47,7 +50,7 @@ def bars(results: dict[str, Any]) -> Figure:
         text = f"Vehicle {style.plain(results['vehicle']['name'])}; tips against the coupled one."
         if printed:
             text += f" {style.UNNAMED} They print one number a test, shown in both readings."
-        text += " Hatched: not converged."
+        text += " Hatched: not converged." + _unfollowed(results)
         failed = _failures(results)
         handles = list(figure.axes[0].containers)
         style.head(figure, _largest(results), text, failed, handles)
@@ -67,7 +70,8 @@ def table(results: dict[str, Any]) -> Figure:
             numbers = [printed[letter][key] for letter in tests]
             rows.append((f"{label.split(' as')[0]} [{unit}], printed by the paper", numbers))
         name = f"{model}, {label}" if (model := _shown(results)) else label
-        rows.append((name, [results["tests"][letter][model][key] for letter in tests]))
+        entries = [results["tests"][letter][model] for letter in tests]
+        rows.append((name, [_FAILED if _failed(each) else each[key] for each in entries]))
     with style.applied():
         figure = style.new_figure(height=0.22 * (len(rows) + 1.5))
         _draw_table(figure.subplots(), rows, tests, bool(printed))
@@ -76,6 +80,7 @@ def table(results: dict[str, Any]) -> Figure:
         )
         if printed:
             text += f" {style.UNNAMED}"
+        text += _unfollowed(results)
         style.head(figure, _nearness(results, printed), text, _failures(results))
     return figure
 
@@ -94,7 +99,7 @@ def _bars(axes: Any, results: dict[str, Any], key: str, printed: list[float]) ->
         heights = [np.nan if _failed(entry) else entry[key] for entry in entries]
         colour = style.MODELS[model]["color"]
         drawn = axes.bar(places + index * width, heights, width, color=colour, label=model)
-        words = ["" if _failed(entry) else short(entry[key]) for entry in entries]
+        words = [short(entry[key]) if _finite(entry[key]) else "" for entry in entries]
         axes.bar_label(drawn, words, **_NUMBERS)
         for bar, entry, place in zip(drawn, entries, places + index * width, strict=True):
             if _failed(entry):
@@ -116,7 +121,8 @@ def _draw_table(axes: Any, rows: list[Any], tests: list[str], printed: bool) -> 
         axes.text(0.01, y + 0.55, label, va="center", color=colour)
         finite = [number for number in numbers if _finite(number)]
         for x, number in zip(columns, numbers, strict=True):
-            text = f"{number:.4f}" if _finite(number) else "failed"
+            lost = _FAILED if number == _FAILED else _UNFOLLOWED
+            text = f"{number:.4f}" if _finite(number) else lost
             weight = "bold" if finite and number == max(finite) else "normal"
             axes.text(x, y + 0.55, text, ha="center", va="center", weight=weight, color=colour)
     for place, width in ((-0.85, 1.0), (0.0, 0.6), (len(rows) + 0.2, 1.0)):
@@ -134,12 +140,19 @@ def _shown(results: dict[str, Any]) -> str:
     return "decoupled" if "decoupled" in models else models[0]
 
 
-def _finite(value: float | None) -> bool:
-    return value is not None and math.isfinite(value)
+def _finite(value: float | str | None) -> bool:
+    return isinstance(value, float) and math.isfinite(value)
 
 
 def _failed(entry: dict[str, Any]) -> bool:
     return bool(entry["status"]) or not _finite(entry["rmse_t_m"])
+
+
+def _unfollowed(results: dict[str, Any]) -> str:
+    """What to say where flights that ended well have no Euler angles to compare."""
+    ended = [entry for entries in results["tests"].values() for entry in entries.values()]
+    lost = any(not (_failed(each) or _finite(each["rmse_r_rad"])) for each in ended)
+    return " Where samples do not follow Euler angles these are lost." if lost else ""
 
 
 def _failures(results: dict[str, Any]) -> list[str]:
@@ -156,15 +169,14 @@ def _failures(results: dict[str, Any]) -> list[str]:
 def _largest(results: dict[str, Any]) -> str:
     """In which test decoupling moves and turns the tip most."""
     model, texts = _shown(results), []
+    flown = {letter: entries[model] for letter, entries in results["tests"].items()}
+    flown = {letter: entry for letter, entry in flown.items() if not _failed(entry)}
+    followed = all(_finite(entry["rmse_r_rad"]) for entry in flown.values())
     for key, state, unit in (
         ("rmse_t_m", "farthest off", "m"),
-        ("rmse_r_rad", "most turned", "rad"),
+        ("rmse_r_rad" if followed else "angle_rad", "most turned", "rad"),
     ):
-        found = {
-            letter: entries[model][key]
-            for letter, entries in results["tests"].items()
-            if not _failed(entries[model])
-        }
+        found = {letter: entry[key] for letter, entry in flown.items()}
         if found:
             most = max(found, key=found.__getitem__)
             texts.append(f"{state} in Test {most}, {short(found[most])} {unit}")

@@ -313,7 +313,9 @@ def _norms(flights: xr.Dataset, model: str) -> Array:
 
 def _seen(flights: xr.Dataset) -> str:
     """How near the points come, and whether they stay in the image."""
-    error = np.abs(flights["feature_error"].transpose(..., "time").to_numpy())
+    pairs = flights["feature_error"].transpose(..., "pixel", "time").to_numpy()
+    pairs = pairs.reshape(*pairs.shape[:-2], -1, 2, pairs.shape[-1])
+    error = np.linalg.norm(pairs, axis=-2)
     out = (flights["in_view"] < 0.5).any("point").any("time")
     lost = [str(letter) for letter in flights["letter"].to_numpy()[out.to_numpy()]]
     stay = f"points leave the image in {', '.join(lost)}" if lost else "no point leaves the image"

@@ -73,15 +73,19 @@ def with_rotors_running(engine: Engine, scenario: Scenario) -> Scenario:
     """
     if engine.vehicle.uav.rotors is None:
         return scenario
-    alone = scenario.controller is None and scenario.rotor_command is None
     start, command = scenario.rotor_thrust, scenario.rotor_command
+    guided = scenario.controller is not None
+    alone = not guided and command is None
     hover = None
-    if alone or (start is None and command is None):
+    if alone or (start is None and (command is None or guided)):
         hover = _hover(engine, scenario, alone)
     if start is None:
-        given = command(0.0) if callable(command) else command
-        highest = np.asarray(engine.vehicle.uav.rotors.highest)[..., None]
-        start = hover if given is None else np.clip(np.asarray(given, float), 0.0, highest)
+        start = hover
+        if command is not None:
+            given = np.asarray(command(0.0) if callable(command) else command, float)
+            highest = np.asarray(engine.vehicle.uav.rotors.highest)[..., None]
+            # Beside a controller it adds to what that asks for, which hovers at first.
+            start = np.clip(given if hover is None else hover + given, 0.0, highest)
     return scenario.replace(rotor_thrust=start, rotor_command=hover if alone else command)
 
 

@@ -168,10 +168,10 @@ def _tip(stage: _Stage, arm: ArmChain) -> list[int]:
 
 
 def _camera(glb: Glb, camera: Camera) -> int:
-    """Below the last joint; glTF's cameras look along -z, with y up."""
-    width, height = camera.image_size
-    seen = 2.0 * float(np.arctan2(height, 2.0 * camera.focal_length[1]))
-    lens = {"yfov": seen, "aspectRatio": width / height, "znear": 0.01}
+    """Below the last joint; glTF's cameras look along -z, with y up, at the image's centre."""
+    across, down = np.divide(camera.image_size, camera.focal_length)
+    lens = {"yfov": 2.0 * float(np.arctan(down / 2.0)), "aspectRatio": float(across / down)}
+    lens["znear"] = 0.01
     eye = glb.add("cameras", {"type": "perspective", "perspective": lens})
     tip = Rotation.from_quat(HALF_TURN)
     turn = tip * Rotation.from_quat(camera.attitude) * Rotation.from_quat(HALF_TURN)

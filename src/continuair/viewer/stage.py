@@ -147,13 +147,11 @@ class Stage:
         self._frustum: Any = None
         if eye is None:
             return
-        width, height = eye.camera.image_size
+        across, half = 0.5 * np.divide(eye.camera.image_size, eye.camera.focal_length)
         depth = 0.28 * self.scene.reach
-        half = 0.5 * height / eye.camera.focal_length[1]
         self._frustum = self._api.add_camera_frustum(
-            f"{_VEHICLE}/{BODY}/camera", 2.0 * np.arctan(half), width / height,
-            color=rgb("#0072B2"),
-            scale=depth * np.cbrt(half * half * width / height / 3.0), thickness=1.5,
+            f"{_VEHICLE}/{BODY}/camera", 2.0 * np.arctan(half), across / half,
+            color=rgb("#0072B2"), scale=depth * np.cbrt(half * across / 3.0), thickness=1.5,
             thickness_units="screen",
         )  # fmt: skip
         self._images = in_image(eye, depth)

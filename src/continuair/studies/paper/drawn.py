@@ -40,7 +40,8 @@ FORCE_ON_UAV, MOMENT_ON_UAV = "the force of Test D on the UAV", "a moment on the
 class Drawn:
     """Errors of the decoupled model by test, for each vehicle drawn that flew them all to the end.
 
-    position: RMSE of the tip [m]; rotation: RMSE of its Euler angles [rad]; length: of the arm [m].
+    position: RMSE of the tip [m]; rotation: RMSE of its Euler angles [rad], or of a vehicle whose
+    angles samples do not follow in every test the angle between the tips; length: of the arm [m].
     """
 
     position: dict[str, Array]
@@ -65,7 +66,14 @@ def fly_drawn(vehicle: Vehicle) -> Drawn:
             for name, each in found.items()
         }
 
-    return Drawn(of("rmse_t_m"), of("rmse_r_rad"), np.asarray(drawn.arm.length)[well])
+    length = np.asarray(drawn.arm.length)[well]
+    return Drawn(of("rmse_t_m"), _rotation(of("rmse_r_rad"), of("angle_rad")), length)
+
+
+def _rotation(euler: dict[str, Array], angle: dict[str, Array]) -> dict[str, Array]:
+    """Errors in rotation by test, each vehicle's of one kind."""
+    followed = np.isfinite(list(euler.values())).all(axis=0)
+    return {name: np.where(followed, euler[name], angle[name]) for name in euler}
 
 
 def _draw(vehicle: Vehicle) -> Vehicle:

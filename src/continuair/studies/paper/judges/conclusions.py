@@ -13,6 +13,7 @@ from continuair.scenario.paper_tests import open_loop_test
 from continuair.studies.paper.drawn import MOST
 from continuair.studies.paper.evidence import Evidence, NotFlown
 from continuair.studies.paper.judges import swing
+from continuair.studies.paper.judges.rotation import rotations
 from continuair.studies.paper.judges.words import NEGLIGIBLE, PRONOUNCED, SAME
 from continuair.studies.results import by_model
 from continuair.studies.sensitivity.findings import column, converged, listed
@@ -211,9 +212,9 @@ def _pair(flights: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
 def modes_of_actuation(evidence: Evidence) -> Judgement:
     """V.12: does actuating the UAV tell in rotation, and the arm's torques in position?"""
     tests, drawn = evidence.open_loop.results["tests"], evidence.drawn
-    turned, moved = (
-        tuple(tests[test]["decoupled"][key] for test in "AC") for key in ("rmse_r_rad", "rmse_t_m")
-    )
+    rotation, kind = rotations(evidence)
+    turned = rotation["A"], rotation["C"]
+    moved = tuple(tests[test]["decoupled"]["rmse_t_m"] for test in "AC")
     fall = tests["B"]["decoupled"]
     share_turned = drawn.share(drawn.rotation["A"] > drawn.rotation["C"])
     share_moved = drawn.share(drawn.position["C"] >= PRONOUNCED * drawn.position["A"])
@@ -221,8 +222,8 @@ def modes_of_actuation(evidence: Evidence) -> Judgement:
         [
             judged(
                 turned[0] > turned[1] and share_turned > MOST,
-                f"the error in rotation is {listed(turned)} rad in Tests A and C, larger in A for "
-                f"{percent(share_turned)} of the vehicles drawn",
+                f"the error in rotation{kind} is {listed(turned)} rad in Tests A and C, larger in "
+                f"A for {percent(share_turned)} of the vehicles drawn",
                 **{
                     "rotation, Test A [rad]": turned[0],
                     "rotation, Test C [rad]": turned[1],
@@ -240,8 +241,7 @@ def modes_of_actuation(evidence: Evidence) -> Judgement:
                 },
             ),
         ],
-        f"Test B, without any actuation, has {fall['rmse_r_rad']:.3g} rad and "
-        f"{fall['rmse_t_m']:.3g} m",
+        f"Test B, without any actuation, has {rotation['B']:.3g} rad and {fall['rmse_t_m']:.3g} m",
     )
 
 

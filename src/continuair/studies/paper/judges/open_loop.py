@@ -15,6 +15,7 @@ from continuair.scenario.paper_tests import bend_torques, open_loop_test, tip_ch
 from continuair.studies.open_loop.study import PRINTED
 from continuair.studies.paper.drawn import FORCE_ON_UAV, MOMENT_ON_UAV, MOST
 from continuair.studies.paper.evidence import Evidence
+from continuair.studies.paper.judges.rotation import rotations
 from continuair.studies.paper.judges.words import NEGLIGIBLE, PRONOUNCED, SAME
 from continuair.studies.sensitivity.task import PARAMETERS
 from continuair.studies.tables import percent
@@ -263,12 +264,12 @@ def table(evidence: Evidence) -> Judgement:
 
 def largest_errors(evidence: Evidence) -> Judgement:
     """IV-A.9: are the largest errors 0.36 m and 1.04 rad?"""
-    position, rotation = errors(evidence, "rmse_t_m"), errors(evidence, "rmse_r_rad")
+    position, (rotation, kind) = errors(evidence, "rmse_t_m"), rotations(evidence)
     of, by = max(position.values()), max(rotation.values())
     return judged(
         abs(of / 0.36 - 1) <= SAME and abs(by / 1.04 - 1) <= SAME,
         f"the largest RMSE of the four tests is {of:.3g} m in position and {by:.3g} rad in "
-        "rotation; the paper prints neither its vehicle nor what its cumulative error is",
+        f"rotation{kind}; the paper prints neither its vehicle nor what its cumulative error is",
         largest_rmse_t_m=of,
         largest_rmse_r_rad=by,
     )
@@ -339,11 +340,11 @@ def external_force(evidence: Evidence) -> Judgement:
 
 def rotation_by_test(evidence: Evidence) -> Judgement:
     """IV-A.13: is the error in rotation largest where the UAV is actuated, Test A?"""
-    ours, drawn = errors(evidence, "rmse_r_rad"), evidence.drawn
+    (ours, kind), drawn = rotations(evidence), evidence.drawn
     first = drawn.share(np.argmax(stacked(drawn.rotation), axis=0) == TESTS.index("A"))
     return judged(
         max(ours, key=lambda test: ours[test]) == "A" and first > MOST,
-        f"the error in rotation is {listed(ours)} rad in Tests A to D; A has the largest for "
+        f"the error in rotation{kind} is {listed(ours)} rad in Tests A to D; A has the largest for "
         f"{percent(first)} of the vehicles drawn",
         **{f"RMSE, Test {test} [rad]": value for test, value in ours.items()},
         share_largest_in_a=first,
