@@ -263,7 +263,7 @@ def test_where_euler_angles_are_lost_figures_go_by_the_angle_and_say_so(
         assert not {"nan", "failed"} & set(texts)
         assert ("lost" in texts) == (draw is overview.table)
     spinning = result.datasets["A"].copy(deep=True)
-    spinning["tip_angular_velocity"] = spinning["tip_angular_velocity"] * 0.0 + 1e6
+    spinning["tip_angular_velocity"] = 0.0 * spinning["tip_position"] + 1e6
     _, turned = figures._apart(*(spinning.sel(model=name) for name in ("coupled", "decoupled")))
     largest = style.short(float(np.degrees(turned.max())))
     assert f"the tip's attitude by up to {largest} deg" in words(figures.motion(spinning))

@@ -25,7 +25,7 @@ _NUMBERS: dict[str, Any] = {"fontsize": 5.5, "padding": 2, "rotation": 90}
 """How the numbers on bars look."""
 
 _FAILED, _UNFOLLOWED = "failed", "lost"
-"""In place of a number: where a flight failed, and where samples do not follow the Euler angles of a flight that ended well."""
+"""In place of a number: of a flight that failed, and of Euler angles that samples do not follow."""
 
 _CLOSE = 2.0
 """Factor within which a number of ours counts as near to one that the paper prints."""
