@@ -110,8 +110,24 @@ def test_held_inputs_keep_their_impulse_in_longer_rows() -> None:
 
 
 def test_rows_between_which_nothing_was_recorded_are_refused() -> None:
-    with pytest.raises(ca.InputError, match="rate is 1e.12 Hz, but the fastest topic has 100 Hz"):
+    """Also where other topics are faster: rows on lines between measurements are none."""
+    with pytest.raises(ca.InputError, match="rate is 1e.12 Hz, but .* was measured at 100 Hz"):
         read(rate=1e12)
+    topics = logged()
+    time, data = topics["debug_array"]
+    topics["debug_array"] = (time[::5], {"data": data["data"][::5]})
+    with pytest.raises(ca.InputError, match="rate is 100 Hz, but bend .* was measured at 20 Hz"):
+        read(topics, rate=100.0)
+
+
+def test_commands_that_the_vehicles_limits_cut_off_are_in_doubt() -> None:
+    start = rotorcraft().replace(WRONG)
+    assert start.uav.rotors is not None
+    assert not any("thrust_limits" in doubt for doubt in fit(start, read(), FIELDS).doubts)
+    most = float(FLOWN[1].max())
+    limits = {**start.uav.rotors.model_dump(), "thrust_limits": (0.0, 0.95 * most)}
+    found = fit(start.replace({"uav.rotors": limits}), read(), FIELDS)
+    assert any(doubt.startswith("rotor_command is beyond the 0 to") for doubt in found.doubts)
 
 
 def test_a_window_cuts_a_log() -> None:

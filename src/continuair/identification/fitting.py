@@ -102,7 +102,7 @@ def fit(
     where, deviations, converged = problem.settle()
     found, resolved = problem.vehicle(where), replay.resolves(problem.vehicle(where))
     errors, condition, doubts = _confidence(problem, where, deviations)
-    doubts += _of_what_is_left(problem, where, recording)
+    doubts += (*_of_what_is_left(problem, where, recording), *replay.cut_off(found))
     if not resolved:
         doubts += (
             f"the fitted vehicle moves faster than the fit's steps of {replay.step:.2g} s follow; "

@@ -104,6 +104,21 @@ class Replay:
         except InputError:  # no step that fits into memory is fine enough
             return 0.0
 
+    def cut_off(self, vehicle: Vehicle) -> tuple[str, ...]:
+        """What is in doubt where recorded commands are beyond what a vehicle's rotors give."""
+        commands, rotors = self.recording.rotor_command, vehicle.uav.rotors
+        if self.test or commands is None or rotors is None:
+            return ()
+        highest = float(rotors.highest)
+        share = float(((commands < 0.0) | (commands > highest)).any(axis=1).mean())
+        if not share:
+            return ()
+        return (
+            f"rotor_command is beyond the 0 to {highest:g} N of uav.rotors.thrust_limits in "
+            f"{100.0 * share:.2g} % of the rows, and flown as cut off there; give the limits that "
+            "the rotors had.",
+        )
+
     def _flight(self, vehicle: Vehicle) -> Flight:
         """The recorded flight of a vehicle, with its step [s]."""
         scenario, times = self._scenario, self.recording.time

@@ -16,6 +16,9 @@ Array = np.ndarray
 _WIDEST_GAP = 5.0
 """Time between samples, over the usual one, from which they have a gap."""
 
+_FASTER = 1.02
+"""Rate over that of a measurement, at most: clocks are not exact."""
+
 _ROUNDING = 1e-6
 """Of a period, or a second: what is left over by rounding alone."""
 
@@ -82,20 +85,22 @@ def aligned(
                 f"{first:.6g} to {last:.6g} s; choose a part of that."
             )
         first, last = max(window[0], first), min(window[1], last)
-    period = _row_period(rate, signals.values(), measured)
+    period = _row_period(rate, measured)
     count = int((last - first) / period + _ROUNDING) + 1
     times = np.minimum(first + period * np.arange(count), last)
     return times, {role: _within(each, first, last) for role, each in signals.items()}
 
 
-def _row_period(rate: float | None, signals: Iterable[Signal], measured: Iterable[Signal]) -> float:
-    """From row to row [s]; InputError for rows between which nothing was recorded."""
+def _row_period(rate: float | None, measured: Iterable[Signal]) -> float:
+    """From row to row [s]; InputError for rows between which something was not measured, as a fit
+    would take what lies between measurements for more of them."""
+    slowest = max(measured, key=lambda each: each.period)
     if rate is None:
-        return max(each.period for each in measured)
-    fastest = 1.0 / min(each.period for each in signals)
-    if rate > fastest * (1.0 + 1e-3):
+        return slowest.period
+    if rate * slowest.period > _FASTER:
         raise InputError(
-            f"rate is {rate:g} Hz, but the fastest topic has {fastest:.4g} Hz; give at most that."
+            f"rate is {rate:g} Hz, but {slowest.topic} was measured at {1.0 / slowest.period:.4g} "
+            "Hz; give at most that."
         )
     return 1.0 / rate
 

@@ -30,9 +30,14 @@ class _Runs:
     """how the values were understood, where there was a choice"""
 
 
-def replace(model: Model, changes: Mapping[str, Any]) -> Model:
-    """Return a copy of `model` with dotted fields changed; arrays over runs make a batched copy."""
+def replace(model: Model, changes: Mapping[str, Any], implied: Mapping[str, Any]) -> Model:
+    """Return a copy of `model` with dotted fields changed; arrays over runs make a batched copy.
+
+    implied: what follows from the changes, unless they say otherwise.
+    """
     tree = _tree(model)
+    for path, value in implied.items():
+        _set(tree, path, value)
     places: dict[tuple[str | int, ...], str] = {}
     for path, value in changes.items():
         place = _set(tree, path, value)
@@ -40,7 +45,7 @@ def replace(model: Model, changes: Mapping[str, Any]) -> Model:
         places[place] = path
     runs = _common_length(tree)
     parts = dict(model)
-    for name in {path.split(".")[0] for path in changes}:
+    for name in {path.split(".")[0] for path in (*implied, *changes)}:
         parts[name] = _rebuilt(type(model), name, tree[name], runs)
     # A model is validated again inside another, which holds for one run only.
     checked = type(model)(**{name: pick(part, 0) for name, part in parts.items()})

@@ -192,7 +192,7 @@ class Vehicle(Part):
         if not isinstance(changes, Mapping):
             text = "must be a mapping such as {'arm.radius': 0.01}"
             raise InputError(f"changes is {shown(changes)}, but {text}; give the fields to change.")
-        found = replacing.replace(self, implied(self, changes) | dict(changes))
+        found = replacing.replace(self, changes, implied(self, changes))
         found._check_mount()
         found._check_lift()
         return found
