@@ -3,6 +3,7 @@
 # Device code: its annotations are Warp types made at run time, which mypy cannot follow.
 # mypy: ignore-errors
 
+import math
 from types import SimpleNamespace
 from typing import Any
 
@@ -56,23 +57,55 @@ def _weight_law(code: Any) -> SimpleNamespace:
     return SimpleNamespace(Gains=Gains, control=control)
 
 
-def _rounding_law(code: Any) -> SimpleNamespace:
-    """Its function calls one with a number that single precision does not hold."""
-    Real, Push, Sense = code.Real, code.Push, code.Sense
+TENTH = 0.1
 
-    @wp.func
-    def third_of(push: Push):
-        return Real(0.3) * push
 
-    @wp.struct
-    class Gains:
-        idle: Real
+def rounding_law(kind: str) -> Any:
+    """A law with a number that loses digits: of its own, in a function, named, or reckoned."""
 
-    @wp.func
-    def control(sense: Sense, gains: Gains):
-        return Real(0.5) * third_of(sense.weight)
+    def law(code: Any) -> SimpleNamespace:
+        Real, Push, Sense = code.Real, code.Push, code.Sense
 
-    return SimpleNamespace(Gains=Gains, control=control)
+        @wp.func
+        def written(push: Push):
+            return Real(0.3) * push
+
+        @wp.func
+        def named(push: Push):
+            return Real(TENTH) * push
+
+        @wp.func
+        def of_module(push: Push):
+            return Real(math.pi) * push
+
+        @wp.func
+        def reckoned(push: Push):
+            return Real(1.0 / 10.0) * push
+
+        @wp.func
+        def whole(push: Push):
+            return Real(1 / 10) * push
+
+        third = Real(0.3)
+
+        @wp.func
+        def fine(push: Push):
+            return (third + Real(-0.25)) * push
+
+        kinds = (written, named, of_module, reckoned, whole, fine)
+        changed = {each.func.__name__: each for each in kinds}[kind]
+
+        @wp.struct
+        class Gains:
+            idle: Real
+
+        @wp.func
+        def control(sense: Sense, gains: Gains):
+            return Real(0.5) * changed(sense.weight)
+
+        return SimpleNamespace(Gains=Gains, control=control)
+
+    return law
 
 
 def _recording_law(code: Any) -> SimpleNamespace:

@@ -83,11 +83,22 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "law gives no Gains",
         "a Warp struct, and control",
     ),
-    "number in single precision": (
-        lambda: fly(ca.Controller("mine", probes._rounding_law, {"idle": 1.0}, looks=False)),
-        "law has the number 0.3 in its function third_of",
-        "number = code.Real(0.3)",
-    ),
+    **{
+        f"number that loses digits, {kind}": (
+            lambda kind=kind: fly(
+                ca.Controller("mine", probes.rounding_law(kind), {"idle": 1.0}, looks=False)
+            ),
+            f"law has the number {number} in its function {kind}",
+            "number = code.Real(",
+        )
+        for kind, number in (
+            ("written", "0.3"),
+            ("named", "0.1"),
+            ("of_module", "3.141592653589793"),
+            ("reckoned", "1.0"),
+            ("whole", "1 / 10"),
+        )
+    },
     "latency of a law that acts at once": (
         lambda: ca.Controller("mine", probes._weight_law, {}, latency=0.02),
         "latency is 0.02, but the controller mine is not guided",
@@ -305,3 +316,10 @@ def test_a_path_that_jumps_is_refused() -> None:
 def test_a_motion_of_the_wrong_shape_is_refused() -> None:
     with pytest.raises(ca.InputError, match="three arrays"):
         ca.Target(ca.paths.Path("line", 2.0, lambda t: (t, t, t)))
+
+
+def test_numbers_made_outside_of_a_law_keep_their_digits() -> None:
+    law = ca.Controller("mine", probes.rounding_law("fine"), {"idle": 1.0}, looks=False)
+    weight = 9.81 * flights.VEHICLE.mass
+    pushed = fly(law).command[0, 2]
+    assert float(pushed) == pytest.approx(0.5 * (0.3 - 0.25) * weight, rel=1e-14)

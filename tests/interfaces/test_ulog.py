@@ -168,6 +168,11 @@ def with_reset(time: np.ndarray, fields: Any) -> Any:
     return time, fields
 
 
+def with_odometrys_reset(time: np.ndarray, fields: Any) -> Any:
+    counter = (np.arange(len(time)) >= 30).astype(np.uint8)
+    return time, {**fields, "reset_counter": counter}
+
+
 def with_nan(time: np.ndarray, fields: Any) -> Any:
     fields["q"][20] = np.nan
     return time, fields
@@ -177,7 +182,8 @@ def with_nan(time: np.ndarray, fields: Any) -> Any:
     ("name", "change", "part"),
     [
         ("debug_array", with_gap, r"bend \(debug_array\) has a gap of 0.12 s at 0.19 s"),
-        ("vehicle_local_position", with_reset, "was reset by the estimator at 0.3 s"),
+        ("vehicle_local_position", with_reset, "was reset by the estimator at 0.300000 s"),
+        ("vehicle_local_position", with_odometrys_reset, "was reset by the estimator at 0.3"),
         ("vehicle_attitude", with_nan, "attitude .* is no finite number at 0.2 s"),
     ],
 )
@@ -188,6 +194,14 @@ def test_a_gap_a_reset_or_no_number_is_refused_unless_a_window_leaves_it_out(
     with pytest.raises(ca.InputError, match=f"flight.ulg: .*{part}"):
         read(topics)
     assert len(read(topics, window=(0.32, 0.48)).time) == 17
+
+
+def test_a_window_that_begins_on_the_way_across_a_reset_is_refused() -> None:
+    """Its first row would lie between the samples before and after."""
+    topics = spoiled("vehicle_local_position", with_reset)
+    with pytest.raises(ca.InputError, match="was reset by the estimator"):
+        read(topics, window=(0.295, 0.48))
+    assert len(read(topics, window=(0.3, 0.48)).time) == 19
 
 
 def test_a_log_that_is_cut_off_is_read_by_a_window_alone() -> None:

@@ -30,14 +30,40 @@ def checked_law(found: Any) -> SimpleNamespace:
             "beside it."
         )
     for function in _functions(found.control, set()):
-        for number in _numbers(function):
-            if float(np.float32(number)) != number:
-                raise InputError(
-                    f"law has the number {number!r} in its function {function.func.__name__}, "
-                    "where Warp counts it in single precision; make it outside of that function, "
-                    f"as in number = code.Real({number!r})."
-                )
+        _check_numbers(function)
     return found
+
+
+def _check_numbers(function: Any) -> None:
+    """Raise InputError for numbers that Warp counts in single precision: all but those that a type
+    takes as they are, such as Real(0.5)."""
+    names = _names(function)
+    taken = [
+        argument.operand if isinstance(argument, ast.UnaryOp) else argument
+        for node in ast.walk(function.adj.tree)
+        if isinstance(node, ast.Call) and isinstance(_value(node.func, names), type)
+        for argument in node.args
+    ]
+    for node in ast.walk(function.adj.tree):
+        number = node.value if isinstance(node, ast.Constant) else _value(node, names)
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div) and _whole(node.left):
+            number = ast.unparse(node)
+        elif not isinstance(number, (float, np.floating)) or (node in taken and _exact(number)):
+            continue
+        raise InputError(
+            f"law has the number {number} in its function {function.func.__name__}, where Warp "
+            "counts in single precision, or in whole numbers; make it outside of that function, as "
+            f"in number = code.Real({number})."
+        )
+
+
+def _exact(number: Any) -> bool:
+    """Whether single precision holds it."""
+    return float(np.float32(number)) == float(number)
+
+
+def _whole(node: ast.AST) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, int)
 
 
 def _functions(control: Any, known: set[str]) -> Iterator[Any]:
@@ -49,13 +75,21 @@ def _functions(control: Any, known: set[str]) -> Iterator[Any]:
         return
     known.add(control.key)
     yield control
-    of = inspect.getclosurevars(plain)
-    for called in (*of.nonlocals.values(), *of.globals.values()):
-        yield from _functions(called, known)
+    names = _names(control)
+    for node in ast.walk(control.adj.tree):
+        yield from _functions(_value(node, names), known)
 
 
-def _numbers(function: Any) -> Iterator[float]:
-    """What is written with a decimal point in a function."""
-    for node in ast.walk(function.adj.tree):
-        if isinstance(node, ast.Constant) and isinstance(node.value, float):
-            yield node.value
+def _names(function: Any) -> dict[str, Any]:
+    """What a function knows from outside, by name."""
+    of = inspect.getclosurevars(function.func)
+    return {**of.globals, **of.nonlocals}
+
+
+def _value(node: ast.AST, names: dict[str, Any]) -> Any:
+    """What a name, or an attribute of one, stands for; None if it comes from within."""
+    if isinstance(node, ast.Name):
+        return names.get(node.id)
+    if isinstance(node, ast.Attribute):
+        return getattr(_value(node.value, names), node.attr, None)
+    return None

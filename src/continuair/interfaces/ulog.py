@@ -48,7 +48,7 @@ _OURS = {
     "torque": from_frd,
 }
 _NORMALISED = {"thrust": "N", "torque": "N m", "rotors": "N"}
-_RESETS = ("xy_reset_counter", "z_reset_counter", "quat_reset_counter")
+_RESETS = ("xy_reset_counter", "z_reset_counter", "quat_reset_counter", "reset_counter")
 _HEADER = 16
 
 
@@ -177,13 +177,16 @@ def _converted(topic: Topic, rows: Array, convert: Any) -> Array:
 
 
 def _check_resets(topic: Topic, time: Array, data: Any, window: tuple[float, float] | None) -> None:
-    """Raise InputError if PX4's estimate jumped to another one within the window."""
+    """Raise InputError if PX4's estimate jumped to another one between the samples that a window
+    is read from, which are one more to either side."""
     first, last = window or (-np.inf, np.inf)
-    within = (time >= first) & (time <= last)
+    within = (time >= time.max(where=time <= first, initial=-np.inf)) & (
+        time <= time.min(where=time >= last, initial=np.inf)
+    )
     for name in _RESETS:
         if name in data and (jumps := np.flatnonzero(np.diff(data[name][within]))).size:
             at = time[within][jumps[0] + 1]
             raise InputError(
-                f"{topic} was reset by the estimator at {at:.6g} s ({name}); "
+                f"{topic} was reset by the estimator at {at:.6f} s ({name}); "
                 "choose a window without it."
             )
