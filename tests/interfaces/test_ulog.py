@@ -99,14 +99,47 @@ def test_slow_measurements_set_the_rows_and_fast_ones_are_read_between_samples()
     assert "bend 20 Hz" in recording.sampling
 
 
-def test_held_inputs_keep_their_impulse_in_longer_rows() -> None:
-    recording = read(rate=30.0)
+@pytest.mark.parametrize(("lag", "power"), [(0.0, 1.0), (0.04, 0.5)])
+def test_held_inputs_keep_their_impulse_in_longer_rows(lag: float, power: float) -> None:
+    """That of the thrusts, or of the speeds that lagging rotors follow."""
+    write_ulog(Path("flight.ulg"), logged())
+    named = {"bend": BEND, "rotors": MOTORS}
+    recording = ca.read_ulog("flight.ulg", rotorcraft(lag=lag), named, rate=30.0)
     assert recording.rotor_command is not None
-    impulse = recording.rotor_command[:-1].sum(0) / 30.0
+    impulse = (recording.rotor_command[:-1] ** power).sum(0) / 30.0
     whole = int(recording.time[-1] / 0.01)
     part = recording.time[-1] - 0.01 * whole
-    expected = 0.01 * FLOWN[1][:whole].sum(0) + part * FLOWN[1][whole]
+    held = FLOWN[1] ** power
+    expected = 0.01 * held[:whole].sum(0) + part * held[whole]
     np.testing.assert_allclose(impulse, expected, rtol=1e-6)
+
+
+def test_commands_that_jitter_within_rows_give_lagging_rotors_the_thrust_that_they_gave() -> None:
+    """Commands at 400 Hz that scatter by a fifth; measured at 50 Hz: the mass comes out."""
+    vehicle, time = rotorcraft(), np.arange(201) / 400.0
+    hover = 9.81 * float(vehicle.mass) / 4.0
+    scatter = np.random.default_rng(3).normal(size=(len(time), 4))
+    swing = 1.2 * np.sin(9.0 * time[:, None] + np.array([0.0, 1.0, 2.5, 4.0]))
+    thrusts = np.clip(hover + swing + 0.2 * hover * scatter, 0.0, 14.0)
+    thrusts[-1] = thrusts[-2]  # what begins at the end does not act
+
+    def held(t: float) -> np.ndarray:
+        return np.asarray(thrusts[int(np.searchsorted(time, t, side="right")) - 1])
+
+    start = (0.3, -0.2, 5.0, 0.05, -0.04, 0.2, 0.8, 0.5)
+    jumps = tuple(time[1:-1])
+    flight = ca.Scenario("jitter", start, rotor_command=held, jumps=jumps, duration=0.5)
+    found = ca.simulate(vehicle, flight, sample=0.0025, step=6.25e-4)
+    topics = {
+        name: (at[::8], {field: values[::8] for field, values in fields.items()})
+        for name, (at, fields) in px4_estimates(found).items()
+    }
+    topics["actuator_motors"] = (time, {"control": thrusts / 14.0})
+    write_ulog(Path("flight.ulg"), topics)
+    wrong = vehicle.replace({"uav.mass": 1.1 * float(vehicle.uav.mass)})
+    recording = ca.read_ulog("flight.ulg", wrong, {"bend": BEND, "rotors": MOTORS})
+    fitted = fit(wrong, recording, ["uav.mass"])
+    assert fitted.values[0] == pytest.approx(float(vehicle.uav.mass), rel=2e-3)
 
 
 def test_rows_between_which_nothing_was_recorded_are_refused() -> None:

@@ -11,6 +11,7 @@ import continuair as ca
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.equations import kinematics
 from continuair.errors import InputError
+from continuair.studies.check import facts
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import FIELDS, GENERAL, PAPER
 from continuair.vehicle.rotors import AIR_DENSITY
@@ -151,6 +152,9 @@ def test_left_alone_rotors_hold_a_vehicle_whose_arms_hang_in_their_wash(lag: flo
     down = generalised(vehicle, q, np.zeros(10), wash)[2]
     assert -0.1 * 9.81 * vehicle.mass < down < -0.005 * 9.81 * vehicle.mass
     assert thrusts.sum() + down == pytest.approx(9.81 * vehicle.mass, rel=1e-9)
+    tight = vehicle.replace({"uav.rotors.thrust_limits": [0.0, 1.05 * float(thrusts.max())]})
+    told = dict(each[:2] for each in facts(tight, None))
+    assert told["rotors' margin, arm straight"] == f"{1.0 - 1.0 / 1.05:.0%}" == "5%"
 
 
 def test_an_arm_that_swings_through_the_edge_of_a_wash_is_followed_by_the_automatic_step() -> None:

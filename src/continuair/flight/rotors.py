@@ -145,10 +145,8 @@ def _hover(engine: Engine, scenario: Scenario, alone: bool) -> Array:
     assert rotors is not None
     level = np.atleast_2d(scenario.q).copy()
     level[:, :6] = 0.0
-    thrusts = rotors.thrusts_for(holding(engine, level, scenario.gravity)[:, :6])
+    thrusts = hovering_thrusts(engine, level, scenario.gravity)
     highest = per_run(rotors.thrust_limits, len(thrusts), 2)[:, 1:]
-    if engine.tree.wash:
-        thrusts = _against_wash(engine, level, scenario.gravity, thrusts, highest)
     rounded = highest * np.round(thrusts / highest, _DIGITS)
     _check_hover(rotors.thrust_limits, rounded)
     if alone:
@@ -157,19 +155,20 @@ def _hover(engine: Engine, scenario: Scenario, alone: bool) -> Array:
     return rounded[0] if plain else rounded
 
 
-def _against_wash(
-    engine: Engine, level: Array, gravity: float, thrusts: Array, highest: Array
-) -> Array:
-    """Thrusts (runs, rotors) that hold the vehicle although their wash pushes its arms, too.
+def hovering_thrusts(engine: Engine, rows: Array, gravity: float) -> Array:
+    """Thrusts (runs, rotors) [N] that hold a level vehicle at q (runs, coordinates), whatever their
+    limits, although their wash pushes its arms, too.
 
     Each round leaves of what is missing the share that the wash takes back. What the wash pushes
     sideways level rotors cannot hold.
     """
     rotors = engine.vehicle.uav.rotors
     assert rotors is not None
-    for _ in range(_ROUNDS):
+    thrusts = rotors.thrusts_for(holding(engine, rows, gravity)[:, :6])
+    highest = per_run(rotors.thrust_limits, len(thrusts), 2)[:, 1:]
+    for _ in range(_ROUNDS if engine.tree.wash else 0):
         given = np.clip(thrusts, 0.0, highest)
-        missing = rotors.thrusts_for(holding(engine, level, gravity, thrusts=given)[:, :6])
+        missing = rotors.thrusts_for(holding(engine, rows, gravity, thrusts=given)[:, :6])
         thrusts = given + missing
         if (np.abs(missing) < 10.0**-_DIGITS * highest).all():
             break

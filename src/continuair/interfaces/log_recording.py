@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from continuair import checks
 from continuair.errors import InputError, shown
+from continuair.flight.rotors import lag_rate
 from continuair.identification.recording import FEWEST_ROWS, Recording
 from continuair.interfaces.log_signals import Signal, aligned, check_unit
 from continuair.vehicle.layout import Layout
@@ -85,7 +86,8 @@ def recording(
     tip (n, 3), world axes, z up [m]; attitude (n, 4), body to world, x y z w; bend (n, bends)
     [1/m], axes of each section's base. Held, and taken by their means: thrust (n, 3) [N] and torque
     (n, 3) [N m] on the UAV in body axes, z up; bend_moment (n, bends) [N m²]; rotors (n, rotors),
-    the thrusts that are commanded [N].
+    the thrusts that are commanded [N], of rotors that lag those of the mean speed, as which they
+    follow.
     """
     _check_widths(vehicle, signals)
     times, signals = aligned(signals, HELD, chosen.rate, chosen.window)
@@ -96,18 +98,31 @@ def recording(
         )
     check_unit(signals["attitude"])
     position, attitude = signals["position"].at(times), signals["attitude"].turned_at(times)
-    found = {role: signals[role].mean_from(times) for role in HELD if role in signals}
-    acting, rotors = bool(found), found.pop("rotors", None)
+    rotors = _commanded(vehicle, signals, times)
+    pushes = [role for role in HELD if role in signals and role != "rotors"]
+    found = {role: signals[role].mean_from(times) for role in pushes}
     return Recording(
         name=name,
         time=times - times[0],
         position=position,
         attitude=attitude,
         bend=_bends(vehicle, signals, times, position, attitude),
-        inputs=_inputs(vehicle, signals["attitude"], times, found) if acting else None,
+        inputs=_inputs(vehicle, signals["attitude"], times, found)
+        if found or rotors is not None
+        else None,
         rotor_command=rotors,
         sampling=_sampling(name, times, signals.values()),
     )
+
+
+def _commanded(vehicle: Vehicle, signals: Mapping[str, Signal], times: Array) -> Array | None:
+    """Thrusts (n, rotors) [N] that are commanded, of rotors that lag those of the mean speed."""
+    if "rotors" not in signals:
+        return None
+    if not lag_rate(vehicle).any():
+        return signals["rotors"].mean_from(times)
+    speeds = signals["rotors"].rooted().mean_from(times)
+    return np.asarray(np.sign(speeds) * speeds**2)
 
 
 def _check_widths(vehicle: Vehicle, signals: Mapping[str, Signal]) -> None:

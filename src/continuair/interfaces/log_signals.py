@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
@@ -42,6 +42,10 @@ class Signal:
     def turned_at(self, times: Array) -> Array:
         """Unit quaternions on the shortest turns between samples."""
         return np.asarray(Slerp(self.time, Rotation.from_quat(self.values))(times).as_quat())
+
+    def rooted(self) -> Signal:
+        """Roots of the values, with their signs: of thrusts as speeds go."""
+        return replace(self, values=np.sign(self.values) * np.sqrt(np.abs(self.values)))
 
     def mean_from(self, times: Array) -> Array:
         """Means (n, width) from each time to the next of values that are held, which give the same

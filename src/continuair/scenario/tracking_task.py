@@ -120,7 +120,12 @@ def without_rotors(vehicle: Vehicle) -> tuple[Vehicle, list[str]]:
 
 
 def along_x(vehicle: Vehicle, euler: Any) -> float:
-    """The angle ψa in which the camera's arm bends along the world's x, at Euler angles (3,)."""
+    """The angle ψa in which the camera's arm bends along the world's x, at Euler angles (3,).
+
+    A camera in the Frenet frame turns with it, and faces its target at 0.
+    """
+    if vehicle.camera.tip_frame == "frenet":
+        return 0.0
     turn = Rotation.from_euler("ZYX", euler[::-1])
     if vehicle.has_arm_list:
         turn *= Rotation.from_quat(vehicle.arms[vehicle.camera_arm].attitude)

@@ -9,12 +9,12 @@ import numpy as np
 
 from continuair.analysis.beam import curvature_error
 from continuair.analysis.excited import excited_arm
-from continuair.analysis.groups import place
+from continuair.analysis.groups import GRAVITY, place
 from continuair.analysis.modes import modes
 from continuair.analysis.trim import Trim, trim
 from continuair.engine.engine import Engine
 from continuair.errors import ContinuairWarning, InputError
-from continuair.flight.rotors import lag_rate
+from continuair.flight.rotors import hovering_thrusts, lag_rate
 from continuair.flight.simulate import simulate
 from continuair.flight.steps import automatic_step, fastest_rate
 from continuair.studies.standard_excitations import standard_scenario
@@ -97,16 +97,18 @@ def _angles(vehicle: Vehicle, rest: Trim | None) -> Lines:
 
 
 def _of_rotors(vehicle: Vehicle) -> Lines:
-    """What the busiest rotor has left of its thrust, hovering with straight and with bent arm."""
+    """What the busiest rotor has left of its thrust, hovering with straight and with bent arm, in
+    their wash."""
     rotors, arm = vehicle.uav.rotors, excited_arm(vehicle)
     if rotors is None:
         return []
+    engine = Engine(vehicle, "decoupled")
 
     def hovering(bend_x: float, bend_y: float) -> np.ndarray:
         bend = np.zeros((vehicle.sections, 2))
         bend[list(arm.places)] = bend_x, bend_y
         held = trim(vehicle, bend=bend.ravel())
-        return rotors.thrusts_for(np.concatenate([held.force, held.moment]))
+        return hovering_thrusts(engine, held.q[None], GRAVITY)[0]
 
     straight, bent = hovering(0.0, 0.0), BENT / arm.length
     aside = float(rotors.sideways(straight))
