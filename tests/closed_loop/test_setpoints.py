@@ -74,6 +74,13 @@ BAD: dict[str, tuple[Any, str]] = {
         lambda: fly(PAPER, ca.hold(PAPER, [0, 0, 3]), setpoints=ca.Setpoints(yaw=0.0)),
         "hold, which follows no setpoints",
     ),
+    "bend that is left free": (
+        lambda: fly(
+            PAPER, ca.flight_controller(PAPER, bend_bandwidth=0.0),
+            setpoints=ca.Setpoints(bend=[0.1, 0.0]),
+        ),
+        "hold a bend, which the controller flight controller leaves free",
+    ),
     "kind": (
         lambda: fly(PAPER, ca.flight_controller(PAPER), setpoints=[0, 0, 3]),
         r"give continuair\.Setpoints",

@@ -153,7 +153,7 @@ def test_left_alone_rotors_hold_a_vehicle_whose_arms_hang_in_their_wash(lag: flo
     assert -0.1 * 9.81 * vehicle.mass < down < -0.005 * 9.81 * vehicle.mass
     assert thrusts.sum() + down == pytest.approx(9.81 * vehicle.mass, rel=1e-9)
     tight = vehicle.replace({"uav.rotors.thrust_limits": [0.0, 1.05 * float(thrusts.max())]})
-    told = dict(each[:2] for each in facts(tight, None))
+    told = {each[0]: each[1] for each in facts(tight, None)}
     assert told["rotors' margin, arm straight"] == f"{1.0 - 1.0 / 1.05:.0%}" == "5%"
 
 

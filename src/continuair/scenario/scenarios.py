@@ -167,6 +167,12 @@ class Scenario:
                 f"controller is {name}, which follows no setpoints; give "
                 "continuair.flight_controller(vehicle), or leave the setpoints out."
             )
+        held = self.controller.gains.get("bend_limit")
+        if self.setpoints.bend is not None and held is not None and not held.any():
+            raise InputError(
+                f"setpoints hold a bend, which the controller {self.controller.name} leaves free; "
+                "give it a bend_bandwidth above 0, or leave bend out."
+            )
 
     @property
     def period(self) -> float | None:
