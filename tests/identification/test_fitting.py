@@ -258,3 +258,13 @@ def assert_refused(result: Any, *parts: str) -> None:
         assert part in result.stderr
     assert "Traceback" not in result.stderr
     assert len(result.stderr.strip().splitlines()) == 1
+
+
+def test_a_vehicle_that_turns_otherwise_than_the_recorded_one_is_in_doubt() -> None:
+    """An inertia 20 % too large, which is not fitted, bends what is."""
+    record(Path("flight.csv"), seed=1)
+    recording, right = load_recording("flight.csv"), true_vehicle()
+    wrong = right.replace({"uav.inertia": 1.2 * np.asarray(right.uav.inertia)})
+    assert not fit(right, recording, ["uav.mass"]).doubts
+    told = fit(wrong, recording, ["uav.mass"]).doubts
+    assert any("of the attitude, and not by noise" in doubt for doubt in told)

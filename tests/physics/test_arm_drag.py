@@ -157,6 +157,25 @@ def test_left_alone_rotors_hold_a_vehicle_whose_arms_hang_in_their_wash(lag: flo
     assert told["rotors' margin, arm straight"] == f"{1.0 - 1.0 / 1.05:.0%}" == "5%"
 
 
+def test_tilted_rotors_hold_a_vehicle_against_what_the_wash_pushes_aside_too() -> None:
+    """Six rotors of any wrench, and a stiff boom that leans under one: at rest for a second."""
+    boom = {"length": 0.5, "radius": 0.008, "density": 400.0, "youngs_modulus": 2e11}
+    leaning = Rotation.from_euler("ZY", [30.0, -45.0], degrees=True).as_quat().tolist()
+    rotors = {**ROTORS, "layout": "hex_tilted", "tilt": 0.3, "lever": 0.3, "lag": 0.0}
+    held = []
+    for drag in ({}, {"drag_coefficient": 1.2}):
+        vehicle = ca.Vehicle(
+            name="leaning",
+            uav={"mass": 2.0, "inertia": [0.03, 0.03, 0.05], "rotors": rotors},
+            arm=[{"mount": [0, 0, -0.05], "attitude": leaning, "section": [{**boom, **drag}]}],
+        )
+        flight = ca.simulate(vehicle, ca.Scenario("hover", np.zeros(8), duration=1.0), sample=0.1)
+        assert float(np.abs(flight.position).max()) < 2e-4
+        assert vehicle.uav.rotors is not None
+        held.append(vehicle.uav.rotors.allocation @ flight.rotor_thrust[0].to_numpy())
+    assert abs(held[1] - held[0])[0] > 0.005
+
+
 def test_an_arm_that_swings_through_the_edge_of_a_wash_is_followed_by_the_automatic_step() -> None:
     """A light arm, between the wash of a disk and still air: off by less than a thousandth."""
     changes = {

@@ -145,12 +145,12 @@ def _hover(engine: Engine, scenario: Scenario, alone: bool) -> Array:
     assert rotors is not None
     level = np.atleast_2d(scenario.q).copy()
     level[:, :6] = 0.0
+    if alone:
+        _check_level(rotors, rotors.thrusts_for(holding(engine, level, scenario.gravity)[:, :6]))
     thrusts = hovering_thrusts(engine, level, scenario.gravity)
     highest = per_run(rotors.thrust_limits, len(thrusts), 2)[:, 1:]
     rounded = highest * np.round(thrusts / highest, _DIGITS)
     _check_hover(rotors.thrust_limits, rounded)
-    if alone:
-        _check_level(rotors, rounded)
     plain = engine.vehicle.runs is None and np.ndim(scenario.q) == 1
     return rounded[0] if plain else rounded
 

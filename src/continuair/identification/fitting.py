@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
 from scipy.stats import qmc
 
 from continuair.identification.fields import Fitted, fitted_fields
@@ -241,8 +242,9 @@ NULL = 1e-6
 SILENT = 1e-8
 """A field that moves no measurement by this [m, rad, 1/m] per factor e has no effect."""
 
-_EXPLAINED = 0.1
-"""Share of the recorded motion that may be left over, as models are never all true."""
+_EXPLAINED = 0.01
+"""Share of the recorded motion that may be left over without a word, as models are never all true.
+"""
 
 _SMOOTH = 0.5
 """Mean square of steps from row to row over that of what is left: 2 of noise, less is no noise."""
@@ -295,9 +297,14 @@ def _confidence(
 
 
 def _of_what_is_left(problem: _Problem, where: Array, recording: Recording) -> tuple[str, ...]:
-    """A sentence where a large part of the recorded motion is left over and goes on smoothly."""
+    """A sentence where a part of the recorded motion is left over and goes on smoothly."""
     left = problem.residuals(where[None], np.ones(len(GROUPS)))[0].reshape(-1, problem.measured)
-    parts = {"position": (left[:, :3], recording.position), "bends": (left[:, 6:], recording.bend)}
+    turns = Rotation.from_quat(recording.attitude)
+    parts = {
+        "position": (left[:, :3], recording.position),
+        "attitude": (left[:, 3:6], (turns.mean().inv() * turns).as_rotvec()),
+        "bends": (left[:, 6:], recording.bend),
+    }
     doubts = []
     for name, (rest, measured) in parts.items():
         size, moved = np.sqrt(np.mean(rest**2)), np.sqrt(np.mean(measured.var(axis=0)))
