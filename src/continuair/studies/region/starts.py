@@ -21,7 +21,6 @@ Array = np.ndarray
 
 _DEGREE = np.pi / 180.0
 _TRIES = 100
-
 """Random starts that are drawn for each that is asked for, at most."""
 
 _STEEPEST = np.pi / 3.0
@@ -82,17 +81,19 @@ def starts(vehicle: Vehicle, target: Target, runs: int, seed: int) -> xr.Dataset
     Coordinates of `start`: direction, off_by in its unit, and start_bend [1/m]; NaN of the random
     ones. Raises InputError if the camera sees too little for them.
     """
+    centre = centred(vehicle, target)
+    bent = along_x(vehicle, centre[3:6])
     ladders = list(product(DIRECTIONS, BENDS))
-    q = [_off_along(DIRECTIONS[name], bend, vehicle, target) for name, bend in ladders]
+    q = [_off_along(DIRECTIONS[name], bend, centre, bent) for name, bend in ladders]
     names = [name for name, _ in ladders for _ in DIRECTIONS[name].values]
     bends = [bend for name, bend in ladders for _ in DIRECTIONS[name].values]
     values = [value for name, _ in ladders for value in DIRECTIONS[name].values]
     seen = visible(vehicle, target, np.concatenate(q))
-    drawn, nothing = _at_random(vehicle, target, runs, seed), [np.nan] * runs
+    drawn, nothing = _at_random(vehicle, target, centre, runs, seed), [np.nan] * runs
     return xr.Dataset(
         {
             "q": (("start", "coordinate"), np.concatenate([*q, drawn])),
-            "centre": ("coordinate", centred(vehicle, target)),
+            "centre": ("coordinate", centre),
             "visible": ("start", np.append(seen, np.ones(runs, bool))),
         },
         {
@@ -121,31 +122,30 @@ def centred(vehicle: Vehicle, target: Target) -> Array:
     return q
 
 
-def _off_along(direction: Direction, bend: float, vehicle: Vehicle, target: Target) -> Array:
-    """A start for every value of a direction, bent besides [1/m]: all along the world's axes, as
-    the image is."""
-    centre, off = centred(vehicle, target), np.zeros((len(direction.values), len(COORDINATES)))
+def _off_along(direction: Direction, bend: float, centre: Array, bent: float) -> Array:
+    """A start for every value of a direction off a centre, bent besides [1/m] towards an angle: all
+    along the world's axes, as the image is."""
+    off = np.zeros((len(direction.values), len(COORDINATES)))
     off[:, COORDINATES.index("kappa")] = bend
     off[:, COORDINATES.index(direction.coordinate)] += direction.size * np.array(direction.values)
     q = centre + off
-    q[:, 3:6] = _turned(off[:, 3:6], centre)
-    q[:, 7] = along_x(vehicle, centre[3:6])
-    return q
+    q[:, 3:6] = _turned(centre, Rotation.from_euler("ZYX", off[:, 5:2:-1]))
+    q[:, 7] = bent
+    return np.asarray(q)
 
 
-def _turned(by: Array, centre: Array) -> Array:
-    """Euler angles (runs, 3) of a centre that is turned by others (runs, 3) about fixed axes."""
-    facing_it = Rotation.from_euler("ZYX", centre[5:2:-1])
-    turned = Rotation.from_euler("ZYX", by[:, ::-1]) * facing_it
+def _turned(centre: Array, off: Rotation) -> Array:
+    """Euler angles (runs, 3) of a centre that is turned about the world's axes."""
+    turned = off * Rotation.from_euler("ZYX", centre[5:2:-1])
     return np.asarray(turned.as_euler("ZYX")[:, ::-1])
 
 
-def _at_random(vehicle: Vehicle, target: Target, runs: int, seed: int) -> Array:
+def _at_random(vehicle: Vehicle, target: Target, centre: Array, runs: int, seed: int) -> Array:
     """So many starts with all points in view. Raises InputError if the camera sees too few."""
     rng = np.random.default_rng(seed)
     found: list[Array] = []
     for _ in range(_TRIES):
-        q = _drawn(centred(vehicle, target), runs, rng)
+        q = _drawn(centre, runs, rng)
         found.append(q[visible(vehicle, target, q)])
         if sum(map(len, found)) >= runs:
             return np.concatenate(found)[:runs]
@@ -166,8 +166,7 @@ def _drawn(centre: Array, runs: int, rng: np.random.Generator) -> Array:
     angle, axis = TILT * np.sqrt(tilt), 2.0 * np.pi * lean
     leaning = np.stack([angle * np.cos(axis), angle * np.sin(axis), np.zeros(runs)], axis=-1)
     turning = Rotation.from_rotvec(np.outer(YAW * (2.0 * yaw - 1.0), [0.0, 0.0, 1.0]))
-    off = Rotation.from_rotvec(leaning) * turning
-    q[:, 3:6] = _turned(off.as_euler("ZYX")[:, ::-1], centre)
+    q[:, 3:6] = _turned(centre, Rotation.from_rotvec(leaning) * turning)
     q[:, 6], q[:, 7] = BEND * bend, np.pi * (2.0 * towards - 1.0)
     return q
 
