@@ -7,6 +7,7 @@ are runs, and results then hold one number per run.
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -150,6 +151,13 @@ def _beside(reference: Array, angles: Array) -> Array:
                for each in (angles, flipped)]  # fmt: skip
     off = [np.sum((each - reference)[..., :1, :] ** 2, axis=-1, keepdims=True) for each in triples]
     return np.where(off[0] <= off[1], *triples)
+
+
+def rotation_metric(entries: Iterable[Mapping[str, Any]]) -> str:
+    """Which metric of `compare` tells rotations of several flights alike: that of Euler angles, or
+    the angle between tips where samples of any do not follow them."""
+    found = np.array([entry["rmse_r_rad"] for entry in entries], float)
+    return "rmse_r_rad" if np.isfinite(found).all() else "angle_rad"
 
 
 def geodesic_angle(q1: ArrayLike, q2: ArrayLike) -> Array:

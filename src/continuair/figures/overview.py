@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from continuair.analysis.metrics import rotation_metric
 from continuair.figures import style
 from continuair.figures.curves import WORDS
 from continuair.figures.style import short
@@ -171,10 +172,9 @@ def _largest(results: dict[str, Any]) -> str:
     model, texts = _shown(results), []
     flown = {letter: entries[model] for letter, entries in results["tests"].items()}
     flown = {letter: entry for letter, entry in flown.items() if not _failed(entry)}
-    followed = all(_finite(entry["rmse_r_rad"]) for entry in flown.values())
     for key, state, unit in (
         ("rmse_t_m", "farthest off", "m"),
-        ("rmse_r_rad" if followed else "angle_rad", "most turned", "rad"),
+        (rotation_metric(flown.values()), "most turned", "rad"),
     ):
         found = {letter: entry[key] for letter, entry in flown.items()}
         if found:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 
 import numpy as np
 import xarray as xr
 
 from continuair.errors import ContinuairWarning
-from continuair.flight.resolution import in_runs
+from continuair.flight.resolution import in_runs, untold
 from continuair.flight.trajectory import Recorder
 from continuair.scenario.scenarios import Scenario
 
@@ -75,9 +74,6 @@ def warn_of_runs_at_limits(shares: Array, scenario: Scenario, stacklevel: int) -
         )
 
 
-@contextmanager
-def limits_untold() -> Iterator[None]:
+def limits_untold() -> AbstractContextManager[None]:
     """For studies of many vehicles that say elsewhere how often: no warnings of limits."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "controller .* reaches its limits", ContinuairWarning)
-        yield
+    return untold("controller .* reaches its limits")

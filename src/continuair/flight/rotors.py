@@ -145,9 +145,10 @@ def _hover(engine: Engine, scenario: Scenario, alone: bool) -> Array:
     assert rotors is not None
     level = np.atleast_2d(scenario.q).copy()
     level[:, :6] = 0.0
+    carrying = _carrying(engine, level, scenario.gravity)
     if alone:
-        _check_level(rotors, rotors.thrusts_for(holding(engine, level, scenario.gravity)[:, :6]))
-    thrusts = hovering_thrusts(engine, level, scenario.gravity)
+        _check_level(rotors, carrying)
+    thrusts = _against_wash(engine, level, scenario.gravity, carrying)
     highest = per_run(rotors.thrust_limits, len(thrusts), 2)[:, 1:]
     rounded = highest * np.round(thrusts / highest, _DIGITS)
     _check_hover(rotors.thrust_limits, rounded)
@@ -157,18 +158,29 @@ def _hover(engine: Engine, scenario: Scenario, alone: bool) -> Array:
 
 def hovering_thrusts(engine: Engine, rows: Array, gravity: float) -> Array:
     """Thrusts (runs, rotors) [N] that hold a level vehicle at q (runs, coordinates), whatever their
-    limits, although their wash pushes its arms, too.
+    limits, although their wash pushes its arms, too."""
+    return _against_wash(engine, rows, gravity, _carrying(engine, rows, gravity))
+
+
+def _carrying(engine: Engine, rows: Array, gravity: float, thrusts: Array | None = None) -> Array:
+    """Thrusts (runs, rotors) [N] that hold a level vehicle, beside others and their wash."""
+    rotors = engine.vehicle.uav.rotors
+    assert rotors is not None
+    return rotors.thrusts_for(holding(engine, rows, gravity, thrusts=thrusts)[:, :6])
+
+
+def _against_wash(engine: Engine, rows: Array, gravity: float, thrusts: Array) -> Array:
+    """Thrusts that make up for what their own wash takes from others (runs, rotors) [N].
 
     Each round leaves of what is missing the share that the wash takes back. What the wash pushes
     sideways level rotors cannot hold.
     """
     rotors = engine.vehicle.uav.rotors
     assert rotors is not None
-    thrusts = rotors.thrusts_for(holding(engine, rows, gravity)[:, :6])
     highest = per_run(rotors.thrust_limits, len(thrusts), 2)[:, 1:]
     for _ in range(_ROUNDS if engine.tree.wash else 0):
         given = np.clip(thrusts, 0.0, highest)
-        missing = rotors.thrusts_for(holding(engine, rows, gravity, thrusts=given)[:, :6])
+        missing = _carrying(engine, rows, gravity, given)
         thrusts = given + missing
         if (np.abs(missing) < 10.0**-_DIGITS * highest).all():
             break

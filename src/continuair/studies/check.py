@@ -102,20 +102,15 @@ def _of_rotors(vehicle: Vehicle) -> Lines:
     rotors, arm = vehicle.uav.rotors, excited_arm(vehicle)
     if rotors is None:
         return []
-    engine = Engine(vehicle, "decoupled")
-
-    def hovering(bend_x: float, bend_y: float) -> np.ndarray:
-        bend = np.zeros((vehicle.sections, 2))
-        bend[list(arm.places)] = bend_x, bend_y
-        held = trim(vehicle, bend=bend.ravel())
-        return hovering_thrusts(engine, held.q[None], GRAVITY)[0]
-
-    straight, bent = hovering(0.0, 0.0), BENT / arm.length
+    # Straight, and bent to four sides.
+    q = np.zeros((5, Layout(vehicle.shape).coordinates))
+    kappas = 6 + 2 * np.array(arm.places)
+    q[1:, kappas], q[1:, kappas + 1] = BENT / arm.length, 0.5 * pi * np.arange(4)[:, None]
+    straight, *ways = hovering_thrusts(Engine(vehicle, "decoupled"), q, GRAVITY)
     aside = float(rotors.sideways(straight))
     if aside > 0.0:
         lean = f"none: rotors that lean push a level vehicle sideways by {aside:.3g} N"
         return [("rotors' margin", lean)]
-    ways = [hovering(*way) for way in ((bent, 0.0), (0.0, bent), (-bent, 0.0), (0.0, -bent))]
     return [
         ("rotors' margin, arm straight", _left(straight, rotors)),
         (f"rotors' margin, arm bent by {BENT:g} rad", _left(np.array(ways), rotors)),

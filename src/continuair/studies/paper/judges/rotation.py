@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-
+from continuair.analysis.metrics import rotation_metric
 from continuair.studies.paper.evidence import Evidence
 
 
@@ -12,8 +11,6 @@ def rotations(evidence: Evidence) -> tuple[dict[str, float], str]:
     between the tips; and what to say of that."""
     flown = evidence.open_loop.results["tests"]
     tests = {name: entry["decoupled"] for name, entry in flown.items()}
-    found = {name: float(test["rmse_r_rad"]) for name, test in tests.items()}
-    if all(math.isfinite(value) for value in found.values()):
-        return found, ""
-    angles = {name: float(test["angle_rad"]) for name, test in tests.items()}
-    return angles, " (as the angle between the tips)"
+    key = rotation_metric(tests.values())
+    told = " (as the angle between the tips)" if key == "angle_rad" else ""
+    return {name: float(test[key]) for name, test in tests.items()}, told
