@@ -1,0 +1,150 @@
+"""The least squares of a fit: residuals of a recorded flight over its unknowns."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import qmc
+
+from continuair.identification.fields import Fitted
+from continuair.identification.replay import Replay
+from continuair.progress import Progress
+from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
+
+GROUPS = ("position_m", "attitude_rad", "bend_per_m")
+"""What is measured, in groups of one unit; each has one standard deviation."""
+
+OF_GROUP = (slice(0, 3), slice(3, 6), slice(6, None))
+"""Where each group is among the coordinates of a row."""
+
+SCAN = 64
+"""Vehicles tried before the least squares, which may otherwise settle a cycle off."""
+
+SCAN_FACTOR = 2.0
+"""They are within this factor of the start."""
+
+_DIFFERENCE = 1e-4
+_LEAST_DEVIATION = 1e-10
+_FAR = 1e4
+_MOST = 60
+_MOST_REFINED = 4
+
+
+class Problem:
+    """Residuals over the unknowns: fields on their scales, then the start unless it is given."""
+
+    def __init__(self, chosen: Fitted, replay: Replay, tell: Progress) -> None:
+        self.chosen, self.replay, self._tell = chosen, replay, tell
+        self.fields = len(chosen.names)
+        self.unknowns = self.fields + len(replay.first)
+        self.measured = replay.layout.coordinates
+        self._calls = 0
+
+    def residuals(self, rows: Array, deviations: Array) -> Array:
+        """Weighted residuals (runs, samples * measured) of rows of unknowns (runs, unknowns)."""
+        vehicle, valid = self.chosen.vehicle(rows[:, : self.fields])
+        moved = None if self.replay.test else self.replay.first + rows[:, self.fields :]
+        found = self.replay.residuals(vehicle, moved, len(rows))
+        found[~valid] = np.nan
+        for group, deviation in zip(OF_GROUP, deviations, strict=True):
+            found[..., group] /= deviation
+        flat: Array = np.nan_to_num(found.reshape(len(rows), -1), nan=_FAR, posinf=_FAR)
+        return flat
+
+    def left_over(self, row: Array) -> Array:
+        """Simulated minus measured (samples, measured) of a row of unknowns [m, rad, 1/m]."""
+        plain = self.residuals(row[None], np.ones(len(GROUPS)))[0]
+        return plain.reshape(-1, self.measured)
+
+    def scan(self) -> Array:
+        """The best of the start and of SCAN vehicles around it, the flight starting as measured."""
+        self._tell(0, _MOST, "flights around the start")
+        rows = np.zeros((SCAN, self.unknowns))
+        spread = 2.0 * qmc.Sobol(self.fields, seed=0).random(SCAN) - 1.0
+        rows[1:, : self.fields] = spread[1:] * self.chosen.reach(SCAN_FACTOR)
+        cost = (self.residuals(rows, np.array([0.1, 0.1, 0.1])) ** 2).sum(1)
+        best: Array = rows[np.argmin(cost)]
+        return best
+
+    def values(self, row: Array) -> Array:
+        """Values of the fields (fields,) of a row of unknowns."""
+        return self.chosen.values(row[None, : self.fields])[0]
+
+    def vehicle(self, row: Array) -> Vehicle:
+        """The plain vehicle of a row of unknowns."""
+        return self.chosen.vehicle_of(self.values(row))
+
+    def settle(self) -> tuple[Array, Array, bool]:
+        """The best row, the deviations that are left, and whether it converged.
+
+        Its vehicle may move faster than the one whose steps were taken: then on with its own steps.
+        """
+        length = float(self.chosen.of.reach)
+        found = self._best_near(self.scan(), np.array([0.01, 0.01, 0.01 / length]))
+        for _ in range(_MOST_REFINED):
+            if not self.replay.refine(self.vehicle(found[0])):
+                break
+            found = self._best_near(*found[:2])
+        return found
+
+    def _best_near(self, where: Array, deviations: Array) -> tuple[Array, Array, bool]:
+        for _ in range(2):
+            solution = self.solve(where, deviations)
+            where = solution.x
+            deviations = _deviations(self.left_over(where), len(where))
+        return where, deviations, bool(solution.status > 0)
+
+    def solve(self, start: Array, deviations: Array) -> Any:
+        def at(row: Array) -> Array:
+            self._calls += 1
+            self._tell(min(self._calls, _MOST), _MOST, "least squares")
+            values: Array = self.residuals(row[None], deviations)[0]
+            return values
+
+        return least_squares(
+            at,
+            start,
+            jac=lambda row: self.jacobian(row, deviations),
+            x_scale="jac",
+            xtol=1e-12,
+            ftol=1e-13,
+            gtol=1e-14,
+            max_nfev=_MOST,
+        )
+
+    def jacobian(self, row: Array, deviations: Array) -> Array:
+        """Differences (residuals, unknowns), flown as one batch: central, or to the one side where
+        the other holds no vehicle."""
+        fore, back, at = self._around(row, deviations)
+        ahead, behind = (~_failed(rows) for rows in (fore, back))
+        fore, back = np.where(ahead[:, None], fore, at), np.where(behind[:, None], back, at)
+        widths = _DIFFERENCE * np.maximum(ahead.astype(float) + behind, 1.0)
+        slopes: Array = ((fore - back) / widths[:, None]).T
+        return slopes
+
+    def at_edge(self, row: Array) -> Array:
+        """Which unknowns (unknowns,) have a neighbour that is no vehicle, or does not fly."""
+        fore, back, _ = self._around(row, np.ones(len(GROUPS)))
+        return _failed(fore) | _failed(back)
+
+    def _around(self, row: Array, deviations: Array) -> tuple[Array, Array, Array]:
+        """Residuals with each unknown a little larger, a little smaller, and as it is."""
+        ahead = _DIFFERENCE * np.eye(len(row))
+        rows = self.residuals(np.vstack([row + ahead, row - ahead, row]), deviations)
+        return rows[: len(row)], rows[len(row) : -1], rows[-1]
+
+
+def _failed(rows: Array) -> Array:
+    """Which rows of residuals are of what did not fly at all."""
+    return np.asarray((rows == _FAR).all(axis=1))
+
+
+def _deviations(left: Array, unknowns: int) -> Array:
+    """Standard deviation of every group of residuals (samples, measured)."""
+    freedom = max(1.0 - unknowns / left.size, 1e-3)
+    found = [np.sqrt(np.mean(left[:, group] ** 2) / freedom) for group in OF_GROUP]
+    return np.maximum(found, _LEAST_DEVIATION)
