@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,6 @@ import pytest
 
 import continuair as ca
 from continuair.flight.reading import vehicle_of
-from tests.viewer.flights import swing
 
 BATCHES: dict[str, dict[str, Any]] = {
     "paper": {"arm.length": [0.5, 1.0, 1.5], "uav.inertia": np.tile(0.05 * np.eye(3), (3, 1, 1))},
@@ -24,8 +22,8 @@ def test_a_run_of_a_batch_was_flown_by_its_own_vehicle_wherever_it_stands_in_a_f
     name: str, tmp_path: Path
 ) -> None:
     vehicles = ca.load_vehicle(name).replace(BATCHES[name])
-    flight = swing(vehicles.select(0), 0.05).expand_dims(run=[0, 1, 2])
-    flight.attrs["vehicle"] = json.dumps(vehicles.describe())
+    rest = ca.Scenario("rest", np.zeros(6 + 2 * vehicles.sections), duration=0.02)
+    flight = ca.simulate(vehicles, rest, sample=0.01)
     flight.isel(run=[2, 0]).to_netcdf(tmp_path / "some.nc", engine="h5netcdf")
     found = ca.read_result(tmp_path / "some.nc")
     assert [vehicle_of(found.isel(run=i)) for i in (0, 1)] == [

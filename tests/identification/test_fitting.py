@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -89,6 +90,22 @@ def test_standard_errors_are_the_spread_of_repeated_flights() -> None:
     spread = np.std([found.values for found in fits], axis=0, ddof=1)
     # The spread of 12 has itself an error of a fifth.
     np.testing.assert_allclose(spread, fits[0].errors, rtol=0.7)
+
+
+def test_a_swing_that_rows_do_not_follow_is_in_doubt() -> None:
+    """20 rows a second of an arm that swings at 7.8 Hz, from one of twice the stiffness."""
+    record(Path("flight.csv"), test="D", seed=1)
+    recording, field = load_recording("flight.csv"), "arm.youngs_modulus"
+    rare = {
+        name: getattr(recording, name)[::10] for name in ("time", "position", "attitude", "bend")
+    }
+    start = true_vehicle().replace({field: 80e9})
+    often, rarely = (
+        fit(start, rows, [field], test="D").doubts
+        for rows in (recording, dataclasses.replace(recording, inputs=None, **rare))
+    )
+    assert not often
+    assert "20 rows a second cannot tell from 8.91 Hz" in rarely[-1]
 
 
 def test_parameters_that_only_act_together_are_reported_as_such() -> None:

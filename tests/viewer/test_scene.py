@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -64,8 +63,9 @@ def test_forces_act_where_they_act_and_are_as_long_as_they_are_large() -> None:
 
 
 def test_of_a_batch_the_push_is_that_of_the_run_that_is_shown() -> None:
-    flight = swing().expand_dims(run=[0, 1])
-    flight.attrs["scenario"] = json.dumps({"force": [[3.0, 0.0, 0.0], [5.0, 0.0, 0.0]]})
+    forces = [[3.0, 0.0, 0.0], [5.0, 0.0, 0.0]]
+    pushed = ca.Scenario("pushed", np.zeros(8), force=forces, duration=0.05)
+    flight = ca.simulate(ca.load_vehicle("paper"), pushed, sample=0.01)
     push = scene(flight.isel(run=1)).forces["push"]
     np.testing.assert_array_equal(push.force[:, 0], [[5.0, 0.0, 0.0]] * len(push.force))
 

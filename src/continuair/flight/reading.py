@@ -17,6 +17,9 @@ from continuair.vehicle.vehicle import Vehicle, vehicle_of_run
 GIVEN_TO_STEPS = "given to Simulation.step"
 """What a result says, in place of a function's name, of inputs that no scenario knows."""
 
+RUN = {"long_name": "row of the batch"}
+"""Attributes of the coordinate run, which labels of the user's own do not have."""
+
 
 def read_result(path: str | os.PathLike[str]) -> xr.Dataset:
     """A result that `to_netcdf` or a study wrote, all of it in memory.
@@ -77,16 +80,24 @@ def vehicle_of(flight: Any) -> Vehicle:
             "flight does not say which vehicle flew it; give a result of continuair.simulate as it "
             "is, or the vehicle."
         )
-    run = flight.coords.get("run")
-    chosen = run is not None and run.ndim == 0 and run.dtype.kind in "iu"
     try:
-        return vehicle_of_run(json.loads(said), int(run) if chosen else None)
+        return vehicle_of_run(json.loads(said), run_of(flight))
     except DAMAGE as error:
         why = reason(error).rstrip(".")
         raise InputError(
             "flight says of its vehicle what cannot be read, or is of many vehicles; choose a run, "
-            f"as in flight.isel(run=0), or give the vehicle that flew ({why})."
+            "as in flight.isel(run=0), before runs are labelled otherwise, or give the vehicle "
+            f"that flew ({why})."
         ) from None
+
+
+def run_of(flight: xr.Dataset) -> int | None:
+    """The row of its batch that a flight was; None where it does not tell, as with labels of the
+    user's own in place of those of `simulate`."""
+    run = flight.coords.get("run")
+    if run is None or run.ndim > 0 or run.attrs != RUN:
+        return None
+    return int(run)
 
 
 def scenario_of(flight: xr.Dataset) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from continuair.identification.aliasing import of_fast_swings
 from continuair.identification.confidence import confidence
 from continuair.identification.fields import fitted_fields
 from continuair.identification.leftover import of_what_is_left
@@ -88,6 +89,8 @@ def fit(
     errors, condition, doubts = confidence(problem, where, deviations)
     left = problem.left_over(where)
     doubts += (*of_what_is_left(left, recording), *replay.cut_off(found))
+    if any(name.startswith("arm") for name in chosen.names):
+        doubts += of_fast_swings(vehicle, found, recording.time)
     if not resolved:
         doubts += (
             f"the fitted vehicle moves faster than the fit's steps of {replay.step:.2g} s follow; "

@@ -15,7 +15,7 @@ from continuair.analysis.motion import Motion
 from continuair.errors import ContinuairWarning, InputError
 from continuair.flight.inputs import evaluated, field_width
 from continuair.flight.prepare import check_scenario
-from continuair.flight.reading import GIVEN_TO_STEPS, scenario_of
+from continuair.flight.reading import GIVEN_TO_STEPS, run_of, scenario_of
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import FIELDS, PUSH, Layout
 from continuair.vehicle.vehicle import Vehicle
@@ -95,11 +95,8 @@ def sampled(field: str, value: Any, flight: xr.Dataset, vehicle: Vehicle) -> Arr
         rows = evaluated(field, value, times, width)
     else:
         rows = np.asarray(value, float).reshape(1, -1, width)
-    run = flight.coords.get("run")
-    if run is None and rows.shape[1] > 1:
-        return None
-    row = 0 if run is None or rows.shape[1] == 1 else int(run)
-    return np.broadcast_to(rows[:, row], (len(times), width))
+    row = run_of(flight) if rows.shape[1] > 1 else 0
+    return None if row is None else np.broadcast_to(rows[:, row], (len(times), width))
 
 
 def _of_run(name: str, value: Any, motion: Motion) -> Array:
@@ -107,7 +104,8 @@ def _of_run(name: str, value: Any, motion: Motion) -> Array:
     if found is None:
         raise InputError(
             f"{name} holds rows of many runs, but flight does not tell which run it is; choose it "
-            "as in flight.isel(run=0), which keeps the coordinate run."
+            "as in flight.isel(run=0), which keeps the coordinate run, before runs are labelled "
+            "otherwise."
         )
     return found
 

@@ -1,0 +1,33 @@
+"""Whether rows follow how fast an arm swings: a slower swing passes through the same rows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from continuair.analysis.modes import modes
+from continuair.vehicle.vehicle import Vehicle
+
+# No swing is left of a mode that is damped as much.
+_SWINGS = 0.7
+
+
+def of_fast_swings(start: Vehicle, found: Vehicle, time: np.ndarray) -> tuple[str, ...]:
+    """A sentence where an arm of the fitted vehicle, or of the one to start from, swings more than
+    once in two rows."""
+    rate = 1.0 / float(np.median(np.diff(time)))
+    swings = {"fitted vehicle": _fastest(found), "vehicle to start from": _fastest(start)}
+    for name, fastest in swings.items():
+        if fastest > 0.5 * rate:
+            slower = abs(fastest - rate * round(fastest / rate))
+            return (
+                f"an arm of the {name} swings at {fastest:.3g} Hz, which {rate:.3g} rows a second "
+                f"cannot tell from {slower:.3g} Hz: the fit may have taken the one for the other; "
+                "record more rows.",
+            )
+    return ()
+
+
+def _fastest(vehicle: Vehicle) -> float:
+    """The highest frequency at which an arm swings, free in flight [Hz]; 0 where none does."""
+    found = modes(vehicle, base="free")
+    return float(found.frequencies[found.damping < _SWINGS].max(initial=0.0)) / (2.0 * np.pi)
