@@ -120,6 +120,16 @@ def test_parameters_that_only_act_together_are_reported_as_such() -> None:
     assert any("cannot tell" in doubt and "arm.radius" in doubt for doubt in together.doubts)
 
 
+def test_arms_that_swing_for_long_do_not_tell_apart_what_acts_together() -> None:
+    """Over 70 rad of a swing, what differences of second order leave looks like information."""
+    swinging = ca.load_vehicle("paper").replace({"arm.damping_ratio": 0.002})
+    record(Path("flight.csv"), test="B", seed=1, vehicle=swinging)
+    fields = ("arm.youngs_modulus", "arm.density", "arm.radius")
+    found = fit(swinging, load_recording("flight.csv"), fields, test="B")
+    assert (found.errors == np.inf).all()
+    assert any("apart" in doubt for doubt in found.doubts)
+
+
 def test_what_lies_at_the_edge_of_what_a_vehicle_can_have_is_fitted_and_doubted() -> None:
     """The disk is at the arm's end, beyond which there is none: differences go to one side."""
     fields = ("arm.disks.0.position", "arm.disks.0.mass")

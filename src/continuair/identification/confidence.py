@@ -26,7 +26,7 @@ def confidence(
     problem: Problem, where: Array, deviations: Array
 ) -> tuple[Array, float, tuple[str, ...]]:
     """Standard errors (fields,) on the fields' scales, condition, and what is in doubt."""
-    J, edge = problem.jacobian(where, np.ones(len(GROUPS))), problem.at_edge(where)
+    J, edge = problem.fine_jacobian(where, np.ones(len(GROUPS))), problem.at_edge(where)
     silent = np.abs(J).max(0) < SILENT
     scale = np.repeat(deviations, [3, 3, problem.measured - 6])
     J = J / np.tile(scale, len(J) // problem.measured)[:, None]
