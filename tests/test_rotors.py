@@ -142,6 +142,15 @@ def test_rotors_that_push_a_level_vehicle_sideways_do_not_hover_by_themselves() 
     assert int(ca.simulate(vehicle, controlled, sample=0.01)["status"]) == 0
 
 
+def test_tilted_rotors_rest_where_nothing_weighs() -> None:
+    tilted = {"layout": "hex_tilted", "lever": 0.3, "tilt": 0.5, "thrust_limits": [0.0, 14.0]}
+    vehicle = ca.load_vehicle("slender").replace(
+        {"uav.rotors": tilted | {"torque_per_thrust": 0.016}}
+    )
+    start = ca.Scenario("adrift", (0, 0, 2, 0, 0, 0, 0.3, 0.4), gravity=0.0, duration=0.01)
+    assert np.abs(ca.simulate(vehicle, start, sample=0.01)["rotor_thrust"]).max() < 1e-11
+
+
 def test_power_is_that_of_momentum_theory() -> None:
     """f^1.5 = T v with the induced velocity v of T = 2 ρ A v²."""
     found = rotors("quad_x", radius=0.12)

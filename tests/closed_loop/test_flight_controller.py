@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from scipy.signal import StateSpace, step
+from scipy.spatial.transform import Rotation
 
 import continuair as ca
 from continuair.controllers.cascade_gains import position_gains
@@ -90,6 +91,21 @@ def test_a_yaw_beyond_half_a_turn_is_reached_the_short_way() -> None:
     run = fly(RIGID, law, setpoints=ca.Setpoints(yaw=np.radians(350.0)))
     yaw = run.q.sel(coordinate="yaw").to_numpy()
     assert yaw[-1] == pytest.approx(np.radians(-10.0), abs=1e-3) and yaw.max() < 1e-3
+
+
+def test_the_heading_that_is_kept_is_that_of_the_start_by_either_of_its_euler_angles() -> None:
+    one = np.array([0.0, 0.0, 3.0, 0.1, -0.2, 0.4, 0.3, 0.5])
+    other = one + [0.0, 0.0, 0.0, np.pi, np.pi + 0.4, np.pi, 0.0, 0.0]
+    law = ca.flight_controller(PAPER)
+    first, second = (fly(PAPER, law, q, duration=1.0) for q in (one, other))
+    np.testing.assert_allclose(second["position"], first["position"], atol=1e-9)
+    assert abs(turned(first)[-1] - 0.4) < 0.02
+    assert abs(turned(second)[-1] - 0.4) < 0.02
+
+
+def turned(run: xr.Dataset) -> np.ndarray:
+    """Headings (samples,) [rad]."""
+    return Rotation.from_quat(run["attitude"].to_numpy()).as_euler("ZYX")[:, 0]
 
 
 @pytest.mark.parametrize(("share", "feedforward"), [(0.0, "none"), (0.2, "weight")])

@@ -124,6 +124,10 @@ def test_pairs_tell_of_the_runs_whose_commands_are_at_their_own_limits() -> None
         ca.run_pairs(
             vehicle, ca.Scenario("both", slow.q, controller=laws), sample=0.01, duration=2.0
         )
+    with pytest.warns(ContinuairWarning, match="reaches its limits in 2 of 2 runs"):
+        law = stack([slow.controller])  # type: ignore[list-item]
+        both = ca.Scenario("both", np.stack([slow.q, slow.q]), controller=law)
+        ca.run_pairs(vehicle, both, sample=0.01, duration=0.5)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         ca.run_pairs(vehicle, wide, sample=0.01, duration=2.0)

@@ -284,6 +284,10 @@ def test_the_reference_integrator_names_the_same_end_as_rk4() -> None:
     runs = [ca.simulate(VEHICLE, scenario, integrator=i) for i in ("rk4", "dop853")]
     assert [int(run.status) for run in runs] == [2, 2]
     assert float(runs[0].end_time) == pytest.approx(float(runs[1].end_time), abs=2e-3)
+    fine, coarse = (ca.simulate(VEHICLE, scenario, integrator=i, step=step)
+                    for i, step in (("rk4", 1e-5), ("dop853", 1e-2)))  # fmt: skip
+    # Valid up to it, in whole steps: never beyond the end.
+    assert 0.0 <= float(coarse.end_time) <= float(fine.end_time)
 
 
 @pytest.mark.parametrize(

@@ -61,7 +61,8 @@ def integrate_reference(flight: Flight, engine: Engine, cohort: Cohort, toleranc
         while solver.status == "running":
             solver.step()
             if solver.status == "failed" or not np.isfinite(solver.y).all():
-                status, reached = (OVERBENT if overbent else NOT_FINITE), solver.t
+                status = OVERBENT if overbent else NOT_FINITE
+                reached = solver.t if solver.status == "failed" else solver.t_old
                 break
             dense = solver.dense_output()
             covered = grid.samples[(grid.samples > solver.t_old) & (grid.samples <= solver.t)]
@@ -75,7 +76,8 @@ def integrate_reference(flight: Flight, engine: Engine, cohort: Cohort, toleranc
         y = _unit(solver.y, layout)
         if status != OK:
             break
-    last = np.searchsorted(grid.starts, reached)
+    # The step in which it ended, as of the other integrators; without an end the one after all.
+    last = np.searchsorted(grid.starts, reached, side="right") - (status != OK)
     observed = engine.observe(log, cohort.at_samples)
     # It keeps its own account of its errors, in the tolerance.
     untold = np.full((1, SUMS), np.nan)

@@ -66,4 +66,6 @@ def _at_start(scenario: Scenario) -> dict[str, Array]:
     q = np.atleast_2d(scenario.q)[:, None]
     along = np.stack([np.cos(q[..., 7::2]), np.sin(q[..., 7::2])], axis=-1)
     bend = (q[..., 6::2, None] * along).reshape(len(q), 1, -1)
-    return {"position": q[..., :3], "yaw": q[..., 5:6], "bend": bend}
+    # Of the two triples of Euler angles of an attitude, one says the heading by its opposite.
+    yaw = q[..., 5:6] + np.where(np.cos(q[..., 4:5]) < 0.0, np.pi, 0.0)
+    return {"position": q[..., :3], "yaw": yaw, "bend": bend}

@@ -54,7 +54,7 @@ def share_at_limits(scenario: Scenario, flown: xr.Dataset, chosen: Array) -> Arr
     if controller is None or controller.at_limits is None:
         return np.zeros(len(chosen))
     gains = controller.gains
-    if controller.runs is not None:
+    if controller.runs is not None and controller.runs > 1:
         gains = {name: values[chosen] for name, values in gains.items()}
     parts = controller.at_limits(gains, flown["command"].to_numpy())
     found: Array = np.any(list(parts.values()), axis=0).mean(axis=1)

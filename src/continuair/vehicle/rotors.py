@@ -200,7 +200,8 @@ class Rotors(Part):
     def sideways(self, thrusts: Array) -> Array:
         """The force (...) across the body's z axis of thrusts (..., rotors) [N]; 0 if rounding."""
         found = np.linalg.norm((self.allocation[..., :2, :] @ thrusts[..., None])[..., 0], axis=-1)
-        return np.where(found > _UNFELT * thrusts.sum(axis=-1), found, 0.0)
+        felt = _UNFELT * np.maximum(thrusts.sum(axis=-1), _UNFELT * np.asarray(self.highest))
+        return np.where(found > felt, found, 0.0)
 
     @property
     def rank(self) -> int:
