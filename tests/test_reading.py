@@ -24,7 +24,9 @@ def test_a_run_of_a_batch_was_flown_by_its_own_vehicle_wherever_it_stands_in_a_f
     vehicles = ca.load_vehicle(name).replace(BATCHES[name])
     rest = ca.Scenario("rest", np.zeros(6 + 2 * vehicles.sections), duration=0.02)
     flight = ca.simulate(vehicles, rest, sample=0.01)
-    flight.isel(run=[2, 0]).to_netcdf(tmp_path / "some.nc", engine="h5netcdf")
+    flight.isel(run=[2, 0]).assign_coords(run=[0, 1]).to_netcdf(
+        tmp_path / "some.nc", engine="h5netcdf"
+    )
     found = ca.read_result(tmp_path / "some.nc")
     assert [vehicle_of(found.isel(run=i)) for i in (0, 1)] == [
         vehicles.select(2),

@@ -115,9 +115,9 @@ def test_of_a_batch_the_inputs_are_those_of_the_run_that_is_written(tmp_path: Pa
     np.testing.assert_array_equal(columns(tmp_path / "flight.csv")["force_z"], 30.0)
     with pytest.raises(InputError, match="force holds rows of many runs"):
         ca.to_csv(batch.isel(run=1, drop=True), tmp_path / "other.csv")
-    relabelled = batch.isel(run=[1, 0]).assign_coords(run=np.arange(2))
-    with pytest.raises(ca.InputError, match="before runs are labelled otherwise"):
-        ca.to_csv(relabelled.isel(run=0), tmp_path / "other.csv")
+    relabelled = batch.isel(run=[2, 0]).assign_coords(run=[1.0, 2.0])
+    ca.to_csv(relabelled.sel(run=1.0), tmp_path / "relabelled.csv")
+    np.testing.assert_array_equal(columns(tmp_path / "relabelled.csv")["force_z"], 40.0)
 
 
 def test_a_flight_that_ended_early_is_written_up_to_its_end(tmp_path: Path) -> None:

@@ -256,9 +256,8 @@ def test_a_study_shows_the_flight_that_is_named_beside_the_decoupled_one(tmp_pat
 def test_a_run_of_a_batch_has_the_vehicle_of_its_own(tmp_path: Path) -> None:
     lengths = np.array([0.5, 1.0, 1.5])
     vehicles = PAPER.replace({"arm.length": lengths})
-    flight = xr.concat([swing(vehicles.select(run), 0.2) for run in range(3)], "run")
-    flight.attrs["vehicle"] = json.dumps(vehicles.describe())
-    flight.to_netcdf(tmp_path / "batch.nc", engine="h5netcdf")
+    bent = ca.Scenario("bent", [0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.5, 0.0], duration=0.05)
+    ca.simulate(vehicles, bent, sample=0.01).to_netcdf(tmp_path / "batch.nc", engine="h5netcdf")
     for run_, length in enumerate(lengths):
         vehicle, flown, _ = recorded(tmp_path / "batch.nc")[run_].load()
         assert vehicle.reach == length

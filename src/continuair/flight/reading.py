@@ -17,8 +17,8 @@ from continuair.vehicle.vehicle import Vehicle, vehicle_of_run
 GIVEN_TO_STEPS = "given to Simulation.step"
 """What a result says, in place of a function's name, of inputs that no scenario knows."""
 
-RUN = {"long_name": "row of the batch"}
-"""Attributes of the coordinate run, which labels of the user's own do not have."""
+BATCH_ROW = "batch_row"
+"""Coordinate along run: which row of its batch each run was, whatever labels run has since."""
 
 
 def read_result(path: str | os.PathLike[str]) -> xr.Dataset:
@@ -86,18 +86,15 @@ def vehicle_of(flight: Any) -> Vehicle:
         why = reason(error).rstrip(".")
         raise InputError(
             "flight says of its vehicle what cannot be read, or is of many vehicles; choose a run, "
-            "as in flight.isel(run=0), before runs are labelled otherwise, or give the vehicle "
-            f"that flew ({why})."
+            f"as in flight.isel(run=0), which keeps the coordinate {BATCH_ROW}, or give the "
+            f"vehicle that flew ({why})."
         ) from None
 
 
 def run_of(flight: xr.Dataset) -> int | None:
-    """The row of its batch that a flight was; None where it does not tell, as with labels of the
-    user's own in place of those of `simulate`."""
-    run = flight.coords.get("run")
-    if run is None or run.ndim > 0 or run.attrs != RUN:
-        return None
-    return int(run)
+    """The row of its batch that a flight was; None where it does not tell."""
+    row = flight.coords.get(BATCH_ROW)
+    return None if row is None or row.ndim > 0 else int(row)
 
 
 def scenario_of(flight: xr.Dataset) -> dict[str, Any]:

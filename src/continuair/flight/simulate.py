@@ -71,12 +71,13 @@ def simulate(
     "dop853" with relative `tolerance` (single runs, float64; `step` then only times the end of a
     run that ends early). dtype: "float64" or "float32". device: "cpu" or a CUDA device. threads:
     CPU threads for a batch. Returns a Dataset over time (and run, for a batch) with `status`,
-    `end_time` and `step_error` per run, and for a batch `step`; the variables, their axes and units
-    are in its attributes. step_error estimates the largest error of the tip that the step makes, in
-    arm lengths: above 1e-3 it warns, but at an automatic step flies that run again at half the step
-    first; attribute `flown_again` counts those runs, each of which costs six flights instead of
-    one, as what halving changes is measured. Rotors add largest_saturation, the most that one was
-    asked for beyond its limits, of which it warns too. Raises InputError.
+    `end_time` and `step_error` per run, and for a batch `step` and the coordinate `batch_row`; the
+    variables, their axes and units are in its attributes. step_error estimates the largest error of
+    the tip that the step makes, in arm lengths: above 1e-3 it warns, but at an automatic step flies
+    that run again at half the step first; attribute `flown_again` counts those runs, each of which
+    costs six flights instead of one, as what halving changes is measured. Rotors add
+    largest_saturation, the most that one was asked for beyond its limits, of which it warns too.
+    Raises InputError.
     """
     checks.choice("model", model, MODELS)
     names = _checked_names(vehicle, scenario, variables)

@@ -14,7 +14,7 @@ from xarray.indexes import PandasIndex
 from continuair.engine.engine import Logs
 from continuair.engine.rows import adjacent
 from continuair.flight.cohorts import Cohort, Flight
-from continuair.flight.reading import RUN
+from continuair.flight.reading import BATCH_ROW
 from continuair.flight.resolution import doubt, saturation, warn_of_lost_coordinates
 from continuair.flight.turns import followed_euler, in_body_axes, on_triple
 from continuair.kernels.step import STATUS
@@ -203,11 +203,15 @@ class Recorder:
         used = sorted(dims & set(labels))
         own = {"time": xr.Variable("time", self.flight.marks.samples, {"units": "s"})}
         if self.flight.batched:
-            own["run"] = xr.Variable("run", self.runs, RUN)
+            own["run"] = xr.Variable("run", self.runs)
         own = {name: each.to_index_variable() for name, each in own.items()}
         indexes: dict[Any, Any] = {name: labels.xindexes[name] for name in used}
         indexes |= {name: PandasIndex(each.to_index(), name) for name, each in own.items()}
-        return xr.Coordinates({name: labels[name].variable for name in used} | own, indexes)
+        found = {name: labels[name].variable for name in used} | own
+        if self.flight.batched:
+            row = {"long_name": "row of the batch that flew"}
+            found[BATCH_ROW] = xr.Variable("run", self.runs, row)
+        return xr.Coordinates(found, indexes)
 
     def _parts(self, name: str) -> dict[str, int]:
         """Dimensions of a variable over arms or sections, which exist where they are a list."""

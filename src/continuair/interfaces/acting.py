@@ -15,7 +15,7 @@ from continuair.analysis.motion import Motion
 from continuair.errors import ContinuairWarning, InputError
 from continuair.flight.inputs import evaluated, field_width
 from continuair.flight.prepare import check_scenario
-from continuair.flight.reading import GIVEN_TO_STEPS, run_of, scenario_of
+from continuair.flight.reading import BATCH_ROW, GIVEN_TO_STEPS, run_of, scenario_of
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import FIELDS, PUSH, Layout
 from continuair.vehicle.vehicle import Vehicle
@@ -104,8 +104,7 @@ def _of_run(name: str, value: Any, motion: Motion) -> Array:
     if found is None:
         raise InputError(
             f"{name} holds rows of many runs, but flight does not tell which run it is; choose it "
-            "as in flight.isel(run=0), which keeps the coordinate run, before runs are labelled "
-            "otherwise."
+            f"as in flight.isel(run=0), which keeps the coordinate {BATCH_ROW}."
         )
     return found
 

@@ -11,7 +11,7 @@ import xarray as xr
 
 from continuair.errors import InputError, nearest
 from continuair.files import printed
-from continuair.flight.reading import RUN, opened, vehicle_of
+from continuair.flight.reading import opened, vehicle_of
 from continuair.report.contents import Contents, read
 from continuair.vehicle.vehicle import Vehicle
 
@@ -42,9 +42,6 @@ class Recorded:
         """Return the vehicle, the flight, and that of the other model if there is one."""
         with opened(self.path) as file:
             one = file.isel(self.at)
-            if "run" not in one.coords:
-                at = {dim: ((), at, RUN) for dim, at in self.at.items() if dim == "run"}
-                one = one.assign_coords(at)
             vehicle = vehicle_of(one)
             if "model" not in file.dims:
                 return vehicle, one.load(), None
