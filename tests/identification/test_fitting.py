@@ -105,7 +105,7 @@ def test_a_swing_that_rows_do_not_follow_is_in_doubt() -> None:
         for rows in (recording, dataclasses.replace(recording, inputs=None, **rare))
     )
     assert not often
-    assert "20 rows a second cannot tell from 8.91 Hz" in rarely[-1]
+    assert "7.84 Hz, which 20 rows a second cannot tell from 12.2 Hz" in rarely[-1]
 
 
 def test_parameters_that_only_act_together_are_reported_as_such() -> None:

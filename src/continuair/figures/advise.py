@@ -112,7 +112,9 @@ def _tracking(axes: Any, results: dict[str, Any]) -> None:
             xlim=_SPEEDS[:: len(_SPEEDS) - 1],
             ylim=(0.1 * results["pixels"], 10.0 * results["pixels"]),
         )
-        axes.text(0.5, 0.35, "undecided", transform=axes.transAxes, ha="center", va="center")
+        lost = all(math.isnan(part["rms_px"]) for part in results["tracking"].values())
+        says = "undecided" if lost else "decoupled, every target is lost"
+        axes.text(0.5, 0.35, says, transform=axes.transAxes, ha="center", va="center")
     axes.xaxis.set_major_locator(FixedLocator(_SPEEDS))
     axes.xaxis.set_major_formatter(FixedFormatter([f"{speed:g}" for speed in _SPEEDS]))
     axes.xaxis.set_minor_formatter(NullFormatter())

@@ -75,7 +75,7 @@ def bending(dataset: xr.Dataset, name: str = "", subtitle: str = "") -> Figure:
             axes.set(xlim=(0.0, _ZOOM), xlabel=f"time, first {_ZOOM:g} s [s]", ylabel=label)
         found = {model: _spectrum(panels[-1], flight, model) for model, flight in _each(dataset)}
         panels[-1].set(xlabel="frequency [Hz]", ylabel="amplitude of the bend [1/m]")
-        panels[-1].set_xlim(0.0, _highest(found))
+        panels[-1].set_xlim(0.0, _highest(panels[-1], found))
         panels[-1].set_ylim(0.0, 1.15 * panels[-1].get_ylim()[1])
         _finish(figure, panels[-1], f"{name}: {ringing(found)}", dataset, subtitle, still)
     return figure
@@ -206,9 +206,12 @@ def _spectrum(axes: Any, flight: xr.Dataset, model: str) -> Peak | None:
     return peak
 
 
-def _highest(peaks: dict[str, Peak | None]) -> float:
-    """Where to end an axis of frequencies [Hz]."""
-    return 1.6 * max((peak.hz for peak in peaks.values() if peak), default=25.0)
+def _highest(axes: Any, peaks: dict[str, Peak | None]) -> float:
+    """Where to end an axis of frequencies [Hz]: beyond clear peaks, and all largest amplitudes."""
+    drawn = [line.get_xydata() for line in axes.lines]
+    largest = [float(each[each[:, 1].argmax(), 0]) for each in drawn]
+    clear = max((peak.hz for peak in peaks.values() if peak), default=25.0)
+    return 1.6 * max(clear, *largest)
 
 
 def _moved(dataset: xr.Dataset, moving: dict[str, dict[str, Array]]) -> str:

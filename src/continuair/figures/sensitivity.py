@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from string import ascii_lowercase
 from typing import Any
 
 import numpy as np
@@ -184,7 +185,9 @@ def _panels(figure: Figure, names: Any) -> list[tuple[Any, str]]:
 
 
 def _title(axes: Any, index: int, name: str) -> None:
-    axes.set_title(f"({'abcdef'[index]}) {name}", loc="left", pad=18 if axes.get_legend() else 6)
+    axes.set_title(
+        f"({ascii_lowercase[index]}) {name}", loc="left", pad=18 if axes.get_legend() else 6
+    )
 
 
 def _key() -> list[Any]:

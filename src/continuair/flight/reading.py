@@ -94,7 +94,8 @@ def vehicle_of(flight: Any) -> Vehicle:
 def run_of(flight: xr.Dataset) -> int | None:
     """The row of its batch that a flight was; None where it does not tell."""
     row = flight.coords.get(BATCH_ROW)
-    return None if row is None or row.ndim > 0 else int(row)
+    # Interpolated between runs it is no whole number.
+    return int(row) if row is not None and row.ndim == 0 and row.dtype.kind in "iu" else None
 
 
 def scenario_of(flight: xr.Dataset) -> dict[str, Any]:

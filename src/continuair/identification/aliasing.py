@@ -1,4 +1,4 @@
-"""Whether rows follow how fast an arm swings: a slower swing passes through the same rows."""
+"""Whether rows follow how fast an arm swings: another swing may pass through the same rows."""
 
 from __future__ import annotations
 
@@ -7,22 +7,26 @@ import numpy as np
 from continuair.analysis.modes import modes
 from continuair.vehicle.vehicle import Vehicle
 
+ROWS = 3
+"""Rows of a swing from which on its aliases are more than twice as fast, and no start as far off.
+"""
+
 # No swing is left of a mode that is damped as much.
 _SWINGS = 0.7
 
 
 def of_fast_swings(start: Vehicle, found: Vehicle, time: np.ndarray) -> tuple[str, ...]:
     """A sentence where an arm of the fitted vehicle, or of the one to start from, swings more than
-    once in two rows."""
+    once in ROWS: a swing within twice its frequency looks the same."""
     rate = 1.0 / float(np.median(np.diff(time)))
     swings = {"fitted vehicle": _fastest(found), "vehicle to start from": _fastest(start)}
     for name, fastest in swings.items():
-        if fastest > 0.5 * rate:
-            slower = abs(fastest - rate * round(fastest / rate))
+        if ROWS * fastest > rate:
+            other = abs(fastest - rate * max(round(fastest / rate), 1))
             return (
                 f"an arm of the {name} swings at {fastest:.3g} Hz, which {rate:.3g} rows a second "
-                f"cannot tell from {slower:.3g} Hz: the fit may have taken the one for the other; "
-                "record more rows.",
+                f"cannot tell from {other:.3g} Hz: the fit may have taken the one for the other; "
+                f"record more than {ROWS} rows a swing.",
             )
     return ()
 

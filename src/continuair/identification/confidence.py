@@ -33,7 +33,7 @@ def confidence(
     size = np.where(silent, 1.0, np.linalg.norm(J, axis=0))
     U, singular, V = np.linalg.svd(J / size, full_matrices=False)
     null = singular < NULL * singular[0]
-    lost = silent | (np.sum(V[null] ** 2, 0) > 1e-4)
+    lost = silent | _mixed(V[null], size, problem.fields)
     count = problem.fields
     inverse = (V.T[:count] * np.where(null, 0.0, 1.0 / singular.clip(1e-300))) @ U.T
     left = problem.left_over(where) / scale
@@ -44,6 +44,17 @@ def confidence(
     doubts = (*_of_fields(names, silent, edge, lost), *_of_vague(names, shares))
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
     return errors, np.inf if silent.any() else condition, doubts
+
+
+def _mixed(null: Array, size: Array, fields: int) -> Array:
+    """Which unknowns (unknowns,) share in combinations (n, unknowns) that move nothing: by what
+    they are of the columns of norm 1, and fields as well by what they are of the largest share."""
+    found = np.sum(null**2, 0) > 1e-4
+    for combination in null:
+        if (combination[:fields] ** 2 > 1e-4).any():
+            shares = np.abs(combination / size)[:fields]
+            found[:fields] |= shares > 0.01 * shares.max()
+    return np.asarray(found)
 
 
 def spread(inverse: Array, left: Array, freedom: float) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import correlate
 from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
 
 from continuair.identification.recording import Recording
 
@@ -20,13 +21,21 @@ their files round off."""
 CHANCE = 5.0
 """Deviations of a correlation between rows beyond which it is no chance."""
 
-_SURELY = 0.75
-"""Correlation that is no chance of few rows either."""
+UNLIKELY = 1e-6
+"""Chance of all correlations together below which they are none."""
+
+FEW = 25
+"""Rows, of fewer of which correlations tell nothing."""
 
 
 def of_what_is_left(left: Array, recording: Recording) -> tuple[str, ...]:
     """A sentence where what is left over (rows, measured) of a part of the motion goes on from row
     to row, as noise does not."""
+    if len(left) < FEW:
+        return (
+            f"{len(left)} rows are too few to tell what is left over from noise, which standard "
+            f"errors take it for; record {FEW} or more.",
+        )
     turns = Rotation.from_quat(recording.attitude)
     parts = {
         "position": (left[:, :3], recording.position),
@@ -54,10 +63,20 @@ def _missed(rest: Array) -> float:
     correlation with earlier rows is its share.
     """
     size, *later = autocovariance(rest)
-    share = np.abs(later).max(axis=0, initial=0.0) / size.clip(1e-300)
-    # That of noise is 0 to one over the root of the rows.
-    chance = min(CHANCE / np.sqrt(len(rest)), _SURELY)
-    return float(np.sqrt(np.mean(share * size))) if (share > chance).any() else 0.0
+    together = np.abs(later) / size.clip(1e-300)
+    return (
+        float(np.sqrt(np.mean(together.max(axis=0) * size))) if _no_chance(together, rest) else 0.0
+    )
+
+
+def _no_chance(together: Array, rest: Array) -> bool:
+    """Whether correlations (lags, columns) of rows (rows, columns) are beyond those of noise: one
+    by itself, which are 0 to one over the root of the rows, or all of them (Ljung and Box 1978)."""
+    rows = len(rest)
+    left = rows - np.arange(1, len(together) + 1)
+    sums = rows * (rows + 2) * np.sum(together**2 / left[:, None])
+    alone = bool((together > CHANCE / np.sqrt(rows)).any())
+    return alone or bool(chi2.sf(sums, together.size) < UNLIKELY)
 
 
 def autocovariance(rest: Array) -> Array:

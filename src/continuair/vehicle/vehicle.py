@@ -263,6 +263,26 @@ def check_one_section(value: Any) -> Vehicle:
     return vehicle
 
 
+def as_rod(vehicle: Vehicle) -> Vehicle:
+    """The same vehicle of one section by its radius, density and Young's modulus, so that all that
+    hangs on one of them changes with it, as sentences of the paper mean it.
+
+    Raises InputError without a radius.
+    """
+    arm = vehicle.arm
+    changes: dict[str, Any] = {}
+    if arm.given_radius is None:
+        raise InputError(
+            "arm.radius is missing, but sentences of the paper are about it; give the radius of a "
+            "round, solid backbone [m] besides."
+        )
+    if arm.given_density is None:
+        changes["arm.density"] = arm.density
+    if arm.given_youngs_modulus is None:
+        changes["arm.youngs_modulus"] = arm.youngs_modulus
+    return vehicle.replace(changes)
+
+
 def check_single_vehicle(value: Any) -> Vehicle:
     """Return a vehicle that must be of one run; raises InputError for anything else."""
     if check_vehicle(value).runs is not None:

@@ -25,11 +25,11 @@ from continuair.analysis.convergence import (
 )
 from continuair.analysis.metrics import differences
 from continuair.flight.resolution import steps_told_of
-from continuair.flight.rotors import still
+from continuair.flight.rotors import open_loop_flight
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import MODELS, REFERENCE
 from continuair.progress import Progress, Steps
-from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, open_loop_test
+from continuair.scenario.paper_tests import OPEN_LOOP_TESTS
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.results import by_model
 from continuair.studies.tables import percent
@@ -82,8 +82,7 @@ def open_loop(
     given = [str(letter).strip().upper() for letter in tests]
     letters = sorted(checks.choices("tests", given, OPEN_LOOP_TESTS))
     chosen = compared_models(models)
-    resting = still(vehicle)
-    scenarios = {letter: open_loop_test(letter, f1).replace(**resting) for letter in letters}
+    scenarios = {letter: open_loop_flight(vehicle, letter, f1) for letter in letters}
     others = _other_kappa_s(vehicle) if "C" in letters else []
     flights = _Flights(progress, chosen, 2 * len(scenarios) + len(others))
     results: dict[str, Any] = {

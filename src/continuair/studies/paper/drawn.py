@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from continuair.flight.resolution import steps_told_of
-from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, open_loop_test, tip_chirp
+from continuair.flight.rotors import open_loop_flight
+from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, tip_chirp
 from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.pairs import run_pairs
 from continuair.sweeps.sampling import sobol_box
@@ -57,7 +58,7 @@ def fly_drawn(vehicle: Vehicle) -> Drawn:
     """Fly Tests A to D, and what excites the UAV otherwise, with VEHICLES vehicles."""
     drawn = _draw(vehicle)
     with steps_told_of():
-        found = {name: run_pairs(drawn, scenario) for name, scenario in _scenarios().items()}
+        found = {name: run_pairs(drawn, scenario) for name, scenario in _scenarios(drawn).items()}
     well = np.all([(each["status"] == 0).all("model") for each in found.values()], axis=0)
 
     def of(metric: str) -> dict[str, Array]:
@@ -83,8 +84,8 @@ def _draw(vehicle: Vehicle) -> Vehicle:
     return vehicle.replace(fields | {"uav.inertia": inertia})
 
 
-def _scenarios() -> dict[str, Scenario]:
-    tests = {name: open_loop_test(name) for name in OPEN_LOOP_TESTS}
+def _scenarios(drawn: Vehicle) -> dict[str, Scenario]:
+    tests = {name: open_loop_flight(drawn, name) for name in OPEN_LOOP_TESTS}
     fall = tests["B"]
     return tests | {
         FORCE_ON_UAV: fall.replace(force=_force_of_test_d),

@@ -16,7 +16,7 @@ from continuair.studies.paper.theorem import Theorem, fly_theorem
 from continuair.studies.sensitivity.study import Sensitivity, sensitivity
 from continuair.studies.tracking.law_variants import law_variants
 from continuair.studies.tracking.study import Tracking, tracking
-from continuair.vehicle.vehicle import Vehicle, check_one_section
+from continuair.vehicle.vehicle import Vehicle, as_rod, check_one_section
 
 Keep = Callable[[str, Any], None]
 """Called with a study's name and result once it has run."""
@@ -32,7 +32,8 @@ class Evidence:
     quick: without the second reading of f, the settings but the nominal one and the letters but M;
     what is left out raises NotFlown. progress: called with (done, total, what) by each study. keep:
     called with its name and result when one has run. before_timing: called before times are taken,
-    to end what else is under way. Raises InputError for a batched vehicle.
+    to end what else is under way. Raises InputError for a batched vehicle, and for
+    one without a radius.
     """
 
     def __init__(
@@ -44,8 +45,7 @@ class Evidence:
         keep: Keep | None = None,
         before_timing: Callable[[], None] | None = None,
     ) -> None:
-        check_one_section(vehicle)
-        self.vehicle, self.quick = vehicle, quick
+        self.vehicle, self.quick = as_rod(check_one_section(vehicle)), quick
         self._progress, self._keep, self._before_timing = progress, keep, before_timing
 
     @cached_property

@@ -168,7 +168,7 @@ def reason(flight: xr.Dataset) -> str:
     status = int(flight["status"])
     if status != OK:
         return f"{STATUS[status]} at {float(flight['end_time']):.3g} s"
-    return f"still {float(flight['error']):.3g} px off at {DURATION:g} s"
+    return f"still up to {float(flight['error']):.3g} px off in the last second"
 
 
 def _failure(flight: xr.Dataset) -> dict[str, Any]:

@@ -35,7 +35,7 @@ from continuair.studies.results import by_model
 from continuair.studies.sensitivity.claims import verdicts
 from continuair.studies.sensitivity.measures import VARIABLES, apart, measures
 from continuair.studies.sensitivity.task import PARAMETERS, Parameter, about, batch, flight
-from continuair.vehicle.vehicle import Vehicle, check_one_section
+from continuair.vehicle.vehicle import Vehicle, as_rod, check_one_section
 
 Array = NDArray[np.float64]
 
@@ -70,6 +70,7 @@ def sensitivity(
     before each batch. Raises InputError.
     """
     check_one_section(vehicle)
+    vehicle = vehicle if own else as_rod(vehicle)
     known = about(vehicle) if own else PARAMETERS
     chosen = _chosen(known if parameters is None else parameters, known)
     scenario = flight(hertz).replace(**still(vehicle))

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from continuair.errors import InputError
 from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle, check_one_section
 
 Array = NDArray[np.float64]
@@ -131,7 +132,15 @@ def _own_value(vehicle: Vehicle, field: str) -> float | None:
     value = getattr(getattr(vehicle, table), name if table == "uav" else f"given_{name}", None)
     if field == "arm.length":
         value = vehicle.arm.length
+    if field == "arm.radius" and not _acts(vehicle.arm):
+        return None
     return None if value is None else float(value)
+
+
+def _acts(arm: Section) -> bool:
+    """Whether anything hangs on the radius of a section."""
+    material = (arm.given_density, arm.given_youngs_modulus, arm.drag_coefficient)
+    return any(value is not None for value in material)
 
 
 # Every model and every parameter asks for the same times.

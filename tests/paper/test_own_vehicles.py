@@ -1,0 +1,44 @@
+"""Sentences of the paper judged of vehicles of one's own."""
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from continuair.studies.paper import drawn
+from continuair.studies.paper.evidence import Evidence
+from continuair.studies.paper.judges import coupling_elements
+from continuair.studies.sensitivity.study import sensitivity
+from continuair.studies.sensitivity.task import about
+from continuair.studies.verdicts import REPRODUCED
+
+
+def test_rotors_rest_in_the_tests_of_drawn_vehicles_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No lift acts in them: errors are those of the vehicle without rotors."""
+    monkeypatch.setattr(drawn, "VEHICLES", 4)
+    bare = ca.load_vehicle("paper")
+    rotors = {"layout": "hex_tilted", "lever": 0.3, "tilt": 0.4, "thrust_limits": [0.0, 30.0]}
+    flown = [
+        drawn.fly_drawn(vehicle).position
+        for vehicle in (bare, bare.replace({"uav.rotors": rotors | {"torque_per_thrust": 0.016}}))
+    ]
+    for name, errors in flown[0].items():
+        np.testing.assert_allclose(flown[1][name], errors, rtol=1e-9)
+
+
+def test_verdicts_on_the_radius_do_not_hang_on_how_a_vehicle_is_written() -> None:
+    rod = ca.load_vehicle("paper")
+    whole = rod.replace(
+        {
+            "arm.bending_stiffness": rod.arm.bending_stiffness,
+            "arm.mass_per_length": rod.arm.mass_per_length,
+        }
+    )
+    assert coupling_elements.scaling(Evidence(whole)).verdict == REPRODUCED
+    swept = sensitivity(whole, ["arm radius"]).results["sweeps"]["arm radius"]["rows"]
+    told = sensitivity(rod, ["arm radius"]).results["sweeps"]["arm radius"]["rows"]
+    for row, other in zip(swept, told, strict=True):
+        error = other["models"]["decoupled"]["rmse_xy_m"]
+        assert row["models"]["decoupled"]["rmse_xy_m"] == pytest.approx(error, rel=1e-6)
+    assert "arm radius" not in about(whole)
+    with pytest.raises(ca.InputError, match="arm.radius is missing, but sentences of the paper"):
+        Evidence(whole.replace({"arm.radius": None}))
