@@ -120,6 +120,22 @@ def test_parameters_that_only_act_together_are_reported_as_such() -> None:
     assert any("cannot tell" in doubt and "arm.radius" in doubt for doubt in together.doubts)
 
 
+def test_all_fields_that_act_together_have_no_standard_errors() -> None:
+    """Where no known force acts, masses, stiffness and damping times one factor fly the same, the
+    mass and the damping with but a hundredth of the combination in columns of norm 1."""
+    damped = ca.load_vehicle("paper").replace({"arm.damping": 1e-3})
+    record(Path("flight.csv"), test="B", seed=1, duration=0.5, vehicle=damped)
+    fields = ("uav.mass", "uav.inertia.1.1", "arm.density", "arm.youngs_modulus", "arm.damping")
+    found = fit(damped, load_recording("flight.csv"), fields, test="B")
+    assert (found.errors == np.inf).all()
+
+
+def test_few_rows_say_that_they_cannot_tell_what_is_noise() -> None:
+    record(Path("flight.csv"), test="D", seed=1, duration=0.1)
+    found = fit(true_vehicle(), load_recording("flight.csv"), ["arm.youngs_modulus"], test="D")
+    assert any("21 rows are too few to tell" in doubt for doubt in found.doubts)
+
+
 def test_arms_that_swing_for_long_do_not_tell_apart_what_acts_together() -> None:
     """Over 70 rad of a swing, what differences of second order leave looks like information."""
     swinging = ca.load_vehicle("paper").replace({"arm.damping_ratio": 0.002})
