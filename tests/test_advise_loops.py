@@ -210,14 +210,24 @@ def test_ratios_of_times_are_medians_of_pairs(monkeypatch: pytest.MonkeyPatch) -
     assert found == {"two": 2.0}
 
 
-def test_an_advice_on_a_lost_target_is_drawn(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("coupled_px", "says"), [(math.nan, "undecided"), (0.1, "decoupled, every target is lost")]
+)
+def test_an_advice_on_a_lost_target_is_drawn(tmp_path: Path, coupled_px: float, says: str) -> None:
     entry = {"speed_m_s": [0.1, 0.2], "ds_px": [math.nan, math.nan], "limit_m_s": math.nan}
     found = {
         "vehicle": {"name": "lost", "arm": {}},
         "loop": {"name": "position"},
         "pixels": 0.7,
         "excitations": {},
-        "tracking": {"track:M": {"models": {"decoupled": entry, "independent": entry}}},
+        "tracking": {
+            "track:M": {
+                "models": {"decoupled": entry, "independent": entry},
+                "rms_px": coupled_px,
+            }
+        },
     }
-    figures.advice(found).savefig(tmp_path / "lost.png")
+    figure = figures.advice(found)
+    assert says in [text.get_text() for axes in figure.axes for text in axes.texts]
+    figure.savefig(tmp_path / "lost.png")
     assert (tmp_path / "lost.png").stat().st_size > 3_000
