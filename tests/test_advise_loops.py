@@ -211,7 +211,8 @@ def test_ratios_of_times_are_medians_of_pairs(monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.parametrize(
-    ("coupled_px", "says"), [(math.nan, "undecided"), (0.1, "decoupled, every target is lost")]
+    ("coupled_px", "says"),
+    [(math.nan, "undecided"), (0.1, "decoupled flights are lost, or rounding decides them")],
 )
 def test_an_advice_on_a_lost_target_is_drawn(tmp_path: Path, coupled_px: float, says: str) -> None:
     entry = {"speed_m_s": [0.1, 0.2], "ds_px": [math.nan, math.nan], "limit_m_s": math.nan}

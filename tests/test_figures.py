@@ -196,6 +196,9 @@ def test_bending_claims_no_frequency_where_there_is_none(result: study.OpenLoop)
     dataset = result.datasets["B"].copy(deep=True)
     dataset["bend"][:] = 0.1
     assert "at no one frequency" in words(figures.bending(dataset))
+    # Nor a spectrum, where all flights end at once.
+    dataset["bend"] = dataset["bend"].where(dataset["time"] <= dataset["time"][1])
+    figures.bending(dataset)
 
 
 def test_differences_leave_out_the_reference_and_end_at_the_known_distance(

@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 import continuair as ca
 import continuair.cli as cli
 from continuair.identification import Fit, fit, load_recording
+from continuair.identification.aliasing import of_fast_swings
 from continuair.identification.recording import MEASURED
 from continuair.vehicle.vehicle_file import as_toml, write_vehicle
 from tests.identification.flights import NOISE, record, true_vehicle
@@ -100,12 +101,19 @@ def test_a_swing_that_rows_do_not_follow_is_in_doubt() -> None:
         name: getattr(recording, name)[::10] for name in ("time", "position", "attitude", "bend")
     }
     start = true_vehicle().replace({field: 80e9})
-    often, rarely = (
-        fit(start, rows, [field], test="D").doubts
-        for rows in (recording, dataclasses.replace(recording, inputs=None, **rare))
-    )
-    assert not often
-    assert "7.84 Hz, which 20 rows a second cannot tell from 12.2 Hz" in rarely[-1]
+    rarely = dataclasses.replace(recording, inputs=None, **rare)
+    assert not fit(start, recording, [field], test="D").doubts
+    told = "7.84 Hz, which 20 rows a second cannot tell from 12.2 Hz"
+    assert told in fit(start, rarely, [field], test="D").doubts[-1]
+    # A free swing hangs on the UAV, too.
+    assert told in fit(true_vehicle(), rarely, ["uav.inertia.1.1"], test="D").doubts[-1]
+
+
+def test_rows_in_bursts_follow_no_swing_better_than_bursts() -> None:
+    vehicle, even = true_vehicle(), 0.05 * np.arange(20)
+    assert of_fast_swings(vehicle, vehicle, np.arange(200) / 200.0) == ()
+    (told,) = of_fast_swings(vehicle, vehicle, np.sort(np.concatenate([even, even + 1e-3])))
+    assert "7.84 Hz, which 20.8 rows a second" in told
 
 
 def test_parameters_that_only_act_together_are_reported_as_such() -> None:

@@ -113,7 +113,7 @@ def _tracking(axes: Any, results: dict[str, Any]) -> None:
             ylim=(0.1 * results["pixels"], 10.0 * results["pixels"]),
         )
         lost = all(math.isnan(part["rms_px"]) for part in results["tracking"].values())
-        says = "undecided" if lost else "decoupled, every target is lost"
+        says = "undecided" if lost else "decoupled flights are lost, or rounding decides them"
         axes.text(0.5, 0.35, says, transform=axes.transAxes, ha="center", va="center")
     axes.xaxis.set_major_locator(FixedLocator(_SPEEDS))
     axes.xaxis.set_major_formatter(FixedFormatter([f"{speed:g}" for speed in _SPEEDS]))

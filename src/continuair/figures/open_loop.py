@@ -211,7 +211,7 @@ def _highest(axes: Any, peaks: dict[str, Peak | None]) -> float:
     drawn = [line.get_xydata() for line in axes.lines]
     largest = [float(each[each[:, 1].argmax(), 0]) for each in drawn]
     clear = max((peak.hz for peak in peaks.values() if peak), default=25.0)
-    return 1.6 * max(clear, *largest)
+    return 1.6 * max([clear, *largest])
 
 
 def _moved(dataset: xr.Dataset, moving: dict[str, dict[str, Array]]) -> str:

@@ -18,7 +18,9 @@ _SWINGS = 0.7
 def of_fast_swings(start: Vehicle, found: Vehicle, time: np.ndarray) -> tuple[str, ...]:
     """A sentence where an arm of the fitted vehicle, or of the one to start from, swings more than
     once in ROWS: a swing within twice its frequency looks the same."""
-    rate = 1.0 / float(np.median(np.diff(time)))
+    gaps = np.diff(time)
+    # Of the gaps around an instant: rows in bursts follow no better than bursts.
+    rate = float(gaps.sum() / np.square(gaps).sum())
     swings = {"fitted vehicle": _fastest(found), "vehicle to start from": _fastest(start)}
     for name, fastest in swings.items():
         if ROWS * fastest > rate:

@@ -89,8 +89,7 @@ def fit(
     errors, condition, doubts = confidence(problem, where, deviations)
     left = problem.left_over(where)
     doubts += (*of_what_is_left(left, recording), *replay.cut_off(found))
-    if any(name.startswith("arm") for name in chosen.names):
-        doubts += of_fast_swings(vehicle, found, recording.time)
+    doubts += of_fast_swings(vehicle, found, recording.time)
     if not resolved:
         doubts += (
             f"the fitted vehicle moves faster than the fit's steps of {replay.step:.2g} s follow; "
