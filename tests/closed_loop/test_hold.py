@@ -1,6 +1,7 @@
 """The hold controller: where it goes, and that it stays."""
 
 import warnings
+from typing import Any
 
 import numpy as np
 import pytest
@@ -85,10 +86,10 @@ def test_a_law_at_every_stage_pushes_at_the_end_as_in_a_longer_flight() -> None:
 LIMITS = {"force": [2.0, 1.0, 60.0], "moment": 0.3, "bend_moment": 1.3}
 
 
-def limited(**limits: object) -> tuple[ca.Vehicle, ca.Scenario]:
+def limited(**limits: Any) -> tuple[ca.Vehicle, ca.Scenario]:
     """A slender vehicle that is to go 3 m and 2 m to the side, and bend."""
     vehicle = ca.load_vehicle("slender").replace({"arm.damping_ratio": 0.05})
-    law = ca.hold(vehicle, [3.0, -2.0, 4.0], bend=[0.2, -0.1], **limits)  # type: ignore[arg-type]
+    law = ca.hold(vehicle, [3.0, -2.0, 4.0], bend=[0.2, -0.1], **limits)
     return vehicle, ca.Scenario("limited", [0, 0, 4, 0, 0, 0, 0.5, 0], duration=12, controller=law)
 
 
@@ -114,7 +115,8 @@ def test_pairs_tell_of_the_runs_whose_commands_are_at_their_own_limits() -> None
     """One run of two, of which the other's limits leave room, as single flights count it."""
     vehicle, slow = limited(**LIMITS)
     _, wide = limited(force=[500.0, 500.0, 500.0])
-    laws = stack([wide.controller, slow.controller])  # type: ignore[list-item]
+    assert wide.controller is not None and slow.controller is not None
+    laws = stack([wide.controller, slow.controller])
     with pytest.warns(ContinuairWarning, match="reaches its limits") as one:
         flown = ca.simulate(vehicle, slow, sample=0.01, duration=2.0)
     share = (abs(flown.command) >= [2.0, 1.0, 60.0, 0.3, 0.3, 0.3, 1.3, 1.3]).any("actuator")
@@ -125,7 +127,7 @@ def test_pairs_tell_of_the_runs_whose_commands_are_at_their_own_limits() -> None
             vehicle, ca.Scenario("both", slow.q, controller=laws), sample=0.01, duration=2.0
         )
     with pytest.warns(ContinuairWarning, match="reaches its limits in 2 of 2 runs"):
-        law = stack([slow.controller])  # type: ignore[list-item]
+        law = stack([slow.controller])
         both = ca.Scenario("both", np.stack([slow.q, slow.q]), controller=law)
         ca.run_pairs(vehicle, both, sample=0.01, duration=0.5)
     with warnings.catch_warnings():
@@ -149,7 +151,8 @@ def test_limits_that_are_not_reached_change_no_bit_and_tell_nothing(
 def test_limits_differ_from_run_to_run_and_are_looked_at_where_the_command_is_not_kept() -> None:
     vehicle, scenario = limited(force=[1.0, 9.0, 60.0])
     _, other = limited(force=[2.0, 9.0, 60.0])
-    laws = ca.stack([scenario.controller, other.controller])  # type: ignore[list-item]
+    assert scenario.controller is not None and other.controller is not None
+    laws = ca.stack([scenario.controller, other.controller])
     rows = np.tile(np.asarray(scenario.q, float), (2, 1))
     batch = scenario.replace(q=rows, controller=laws)
     with pytest.warns(ContinuairWarning, match="in 2 of 2 runs: force from"):

@@ -23,9 +23,12 @@ VAGUE = 0.3
 
 
 def confidence(
-    problem: Problem, where: Array, deviations: Array
+    problem: Problem, where: Array, deviations: Array, left: Array
 ) -> tuple[Array, float, tuple[str, ...]]:
-    """Standard errors (fields,) on the fields' scales, condition, and what is in doubt."""
+    """Standard errors (fields,) on the fields' scales, condition, and what is in doubt.
+
+    left: what is left over (rows, measured), of which deviations are those of GROUPS.
+    """
     J, edge = problem.fine_jacobian(where, np.ones(len(GROUPS))), problem.at_edge(where)
     silent = np.abs(J).max(0) < SILENT
     scale = np.repeat(deviations, [3, 3, problem.measured - 6])
@@ -36,8 +39,8 @@ def confidence(
     lost = silent | _mixed(V[null], size, problem.fields)
     count = problem.fields
     inverse = (V.T[:count] * np.where(null, 0.0, 1.0 / singular.clip(1e-300))) @ U.T
-    left = problem.left_over(where) / scale
-    errors = spread(inverse.reshape(count, *left.shape), left, 1.0 - len(where) / left.size)
+    freedom = 1.0 - len(where) / left.size
+    errors = spread(inverse.reshape(count, *left.shape), left / scale, freedom)
     errors = np.where(lost[:count], np.inf, errors / size[:count])
     shares = errors * problem.chosen.relative(where[:count])
     names = problem.chosen.names

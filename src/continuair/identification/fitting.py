@@ -86,8 +86,8 @@ def fit(
     problem = Problem(chosen, replay, progress or (lambda done, total, what: None))
     where, deviations, converged = problem.settle()
     found, resolved = problem.vehicle(where), replay.resolves(problem.vehicle(where))
-    errors, condition, doubts = confidence(problem, where, deviations)
     left = problem.left_over(where)
+    errors, condition, doubts = confidence(problem, where, deviations, left)
     doubts += (*of_what_is_left(left, recording), *replay.cut_off(found))
     doubts += of_fast_swings(vehicle, found, recording.time)
     if not resolved:

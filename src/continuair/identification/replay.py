@@ -15,9 +15,10 @@ from continuair.engine.engine import Engine, Start
 from continuair.errors import InputError, shown
 from continuair.flight.cohorts import Cohort, Flight
 from continuair.flight.prepare import prepare
-from continuair.flight.rotors import lag_rate, open_loop_flight, still
+from continuair.flight.rotors import lag_rate, still
 from continuair.flight.time_grid import marks_at
 from continuair.identification.recording import Recording
+from continuair.scenario.paper_tests import open_loop_test
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import continuous_euler, paper_rates
 from continuair.vehicle.layout import ACTUATORS, ONE_SECTION, PUSH, Layout
@@ -56,7 +57,7 @@ class Replay:
                 "which open-loop test was flown."
             )
         self.recording, self.test = recording, test
-        flown = open_loop_flight(vehicle, test) if test else _held(recording, self.layout)
+        flown = open_loop_test(test) if test else _held(recording, self.layout)
         if flown.rotor_command is None:
             flown = flown.replace(**still(vehicle))
         self._scenario = flown
