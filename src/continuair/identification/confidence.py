@@ -31,7 +31,7 @@ def confidence(
     """
     J, edge = problem.fine_jacobian(where, np.ones(len(GROUPS))), problem.at_edge(where)
     silent = np.abs(J).max(0) < SILENT
-    scale = np.repeat(deviations, [3, 3, problem.measured - 6])
+    scale = problem.of_columns(deviations)
     J = J / np.tile(scale, len(J) // problem.measured)[:, None]
     size = np.where(silent, 1.0, np.linalg.norm(J, axis=0))
     U, singular, V = np.linalg.svd(J / size, full_matrices=False)

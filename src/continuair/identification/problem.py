@@ -18,7 +18,7 @@ Array = np.ndarray
 GROUPS = ("position_m", "attitude_rad", "bend_per_m")
 """What is measured, in groups of one unit; each has one standard deviation."""
 
-OF_GROUP = (slice(0, 3), slice(3, 6), slice(6, None))
+_OF_GROUP = (slice(0, 3), slice(3, 6), slice(6, None))
 """Where each group is among the coordinates of a row."""
 
 SCAN = 64
@@ -51,10 +51,16 @@ class Problem:
         moved = None if self.replay.test else self.replay.first + rows[:, self.fields :]
         found = self.replay.residuals(vehicle, moved, len(rows))
         found[~valid] = np.nan
-        for group, deviation in zip(OF_GROUP, deviations, strict=True):
-            found[..., group] /= deviation
+        found /= self.of_columns(deviations)
         flat: Array = np.nan_to_num(found.reshape(len(rows), -1), nan=_FAR, posinf=_FAR)
         return flat
+
+    def of_columns(self, deviations: Array) -> Array:
+        """Deviation of every coordinate of a row (measured,), by those of GROUPS."""
+        found = np.empty(self.measured)
+        for group, deviation in zip(_OF_GROUP, deviations, strict=True):
+            found[group] = deviation
+        return found
 
     def left_over(self, row: Array) -> Array:
         """Simulated minus measured (samples, measured) of a row of unknowns [m, rad, 1/m]."""
@@ -154,5 +160,5 @@ def _failed(rows: Array) -> Array:
 def _deviations(left: Array, unknowns: int) -> Array:
     """Standard deviation of every group of residuals (samples, measured)."""
     freedom = max(1.0 - unknowns / left.size, 1e-3)
-    found = [np.sqrt(np.mean(left[:, group] ** 2) / freedom) for group in OF_GROUP]
+    found = [np.sqrt(np.mean(left[:, group] ** 2) / freedom) for group in _OF_GROUP]
     return np.maximum(found, _LEAST_DEVIATION)
