@@ -82,7 +82,16 @@ ROOMS = {
         {"simulate", "live", "fleet"},
     ],
     "studies": [
-        {"tables", "timing", "ladder", "standard_laws", "standard_loops", "sentences", "verdicts"},
+        {
+            "tables",
+            "timing",
+            "ladder",
+            "extremes",
+            "standard_laws",
+            "standard_loops",
+            "sentences",
+            "verdicts",
+        },
         {"results", "standard_excitations"},
         {"excited_flights"},
         {"atlas"},

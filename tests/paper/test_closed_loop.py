@@ -11,10 +11,10 @@ from continuair.equations import eye
 from continuair.equations.camera import to_normalised
 from continuair.scenario.tracking_task import SETTINGS, equipped
 from continuair.studies.paper.evidence import Evidence
-from continuair.studies.paper.judges import closed_loop, letter
+from continuair.studies.paper.judges import closed_loop, letter, summary
 from continuair.studies.paper.judges.strokes import kinds_of_stroke
 from continuair.studies.tracking.study import Tracking, tracking
-from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED
+from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED, UNDECIDED
 from tests.paper import given
 
 
@@ -25,6 +25,10 @@ def flown() -> Evidence:
     study = tracking(found.vehicle, "M", models=["decoupled"], settings=["nominal"])
     found.__dict__["letter"] = study
     return found
+
+
+GOOD = {"rms_px": 0.1, "out_of_view_samples": 0, "status": 0, "end_time_s": 50.0}
+"""A letter that is tracked to its end."""
 
 
 def results(coupled: dict[str, float], decoupled: dict[str, float]) -> dict[str, Any]:
@@ -87,6 +91,19 @@ def test_first_accelerations_are_those_of_the_flights(flown: Evidence) -> None:
         flight = letter.fly(flown, plant, sample=1e-4, step=1e-5, duration=1e-3)
         speed = np.linalg.norm(flight["velocity"], axis=-1)[1] / 1e-4
         assert found[f"first acceleration, {plant} [m/s²]"] == pytest.approx(speed, rel=5e-3)
+
+
+def test_forces_on_q_have_the_power_of_the_command() -> None:
+    """F·v + M·ω + μ·(rate of the bend), of whatever attitude and direction of the bend."""
+    generator = np.random.default_rng(3)
+    for _ in range(20):
+        push, q, qd = generator.normal(size=(3, 8))
+        spin = equations.rotation(q).T @ equations.euler_rate_matrix(q) @ qd[3:6]
+        κ, ψa = q[6:]
+        bend_rate = qd[6] * np.array([np.cos(ψa), np.sin(ψa)])
+        bend_rate += κ * qd[7] * np.array([-np.sin(ψa), np.cos(ψa)])
+        power = push[:3] @ qd[:3] + push[3:6] @ spin + push[6:] @ bend_rate
+        assert closed_loop.forces_on_q(push, q) @ qd == pytest.approx(power)
 
 
 def test_columns_of_j_l_are_slopes_of_the_image(flown: Evidence) -> None:
@@ -189,7 +206,7 @@ def test_ds_and_coupling_are_larger_before_convergence(
 @pytest.mark.parametrize("judge", [closed_loop.tasks_done, closed_loop.robust_law])
 def test_an_error_of_two_pixels_on_one_plant_is_no_success(judge: Any) -> None:
     def judged(decoupled: float) -> str:
-        good = {"rms_px": 0.1, "out_of_view_samples": 0}
+        good = GOOD
         letters = results(good, good | {"rms_px": decoupled})
         for entry in letters.values():
             entry["independent"] = good | {"rms_px": 5.0}
@@ -199,8 +216,23 @@ def test_an_error_of_two_pixels_on_one_plant_is_no_success(judge: Any) -> None:
     assert judged(2.0) == NOT_REPRODUCED
 
 
+@pytest.mark.parametrize("letter", given.LETTERS)
+@pytest.mark.parametrize("plant", ["coupled", "decoupled"])
+def test_a_flight_that_ended_early_is_no_success_whichever_it_is(letter: str, plant: str) -> None:
+    letters = {
+        name: {model: dict(GOOD) for model in ("coupled", "decoupled", "independent")}
+        for name in given.LETTERS
+    }
+    letters[letter][plant] |= {"rms_px": np.nan, "status": 2, "end_time_s": 0.006}
+    found = given.evidence(tracking=Tracking({"letters": letters}, {}))
+    done = closed_loop.tasks_done(found)
+    assert done.verdict == NOT_REPRODUCED and "1 of 8 flights" in done.evidence
+    assert closed_loop.robust_law(found).verdict == UNDECIDED
+    assert summary.on_par(found).verdict == UNDECIDED
+
+
 def test_a_lost_point_is_no_success() -> None:
-    good = {"rms_px": 0.1, "out_of_view_samples": 0}
+    good = GOOD
     letters = results(good, good | {"out_of_view_samples": 3})
     found = closed_loop.tasks_done(given.evidence(tracking=Tracking({"letters": letters}, {})))
     assert found.verdict == NOT_REPRODUCED

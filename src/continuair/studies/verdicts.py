@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -25,7 +26,13 @@ class Judgement:
 
 
 def judged(holds: bool, evidence: str, **numbers: float) -> Judgement:
-    """Return the judgement of what is either so or not."""
+    """Return the judgement of what is either so or not.
+
+    Where a number is NaN, as of flights that ended early, neither is known.
+    """
+    if any(math.isnan(number) for number in numbers.values()):
+        told = f"{evidence}; what is nan is of flights that ended early"
+        return Judgement(UNDECIDED, told, numbers)
     return Judgement(REPRODUCED if holds else NOT_REPRODUCED, evidence, numbers)
 
 

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from continuair.studies.extremes import largest, least
 from continuair.studies.sensitivity.findings import (
     Check,
     at_least,
@@ -87,8 +88,8 @@ def _error_at_the_largest_radius(sweeps: dict[str, Any]) -> tuple[list[float], b
 
 def _least_error_at_the_largest_radius(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
     """Error at the largest radius over the least of the smaller ones."""
-    *smaller, largest = column(sweeps[_RADIUS]["rows"], "error")
-    return [largest / min(smaller)], converged(sweeps[_RADIUS])
+    *smaller, at_end = column(sweeps[_RADIUS]["rows"], "error")
+    return [at_end / least(smaller)], converged(sweeps[_RADIUS])
 
 
 def _share_of_displacement(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
@@ -123,7 +124,7 @@ def _ratio_of_changes(measure: str) -> Any:
 
     def value(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
         changes = [
-            max(found) / min(found)
+            largest(found) / least(found)
             for found in (column(sweeps[name]["rows"], measure) for name in (_LENGTH, _RADIUS))
         ]
         return [changes[0] / changes[1]], True

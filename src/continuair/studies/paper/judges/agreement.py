@@ -42,7 +42,7 @@ def apart(found: Any, right: Any) -> float:
     return float(difference / np.linalg.norm(right))
 
 
-def largest(differences: Iterable[float], least: float) -> float:
+def largest_gap(differences: Iterable[float], least: float) -> float:
     """The largest of some differences, or `least` where only rounding is below it."""
     return max([least, *differences])
 

@@ -14,9 +14,12 @@ from continuair.analysis.metrics import (
     norm_difference,
     samples,
 )
+from continuair.equations.kinematics import euler_rate_matrix, rotation
 from continuair.kernels.dynamics import PLANTS
+from continuair.kernels.step import OK
 from continuair.scenario.letters import LETTERS
 from continuair.studies.cost import ratios
+from continuair.studies.extremes import largest, least
 from continuair.studies.paper.evidence import Evidence
 from continuair.studies.paper.judges import letter
 from continuair.studies.paper.judges.strokes import kinds_of_stroke
@@ -64,10 +67,8 @@ def one_law(evidence: Evidence) -> Judgement:
 def states_and_jacobians(evidence: Evidence) -> Judgement:
     """IV-C.3: do accelerations at one state, and states and J_L along the flights, differ?"""
     start = letter.flown(evidence, "coupled").isel(time=0)
-    push = start["command"].to_numpy()
     q = start["q"].to_numpy()
-    # At the start the UAV is level and the arm bends in its plane, where Q_ψa is κ times Q_y.
-    tau = np.append(push[:7], q[6] * push[7])
+    tau = forces_on_q(start["command"].to_numpy(), q)
     accelerations = {
         plant: forward_dynamics(evidence.vehicle, q, np.zeros(8), tau, model=plant)
         for plant in PLANTS
@@ -80,9 +81,9 @@ def states_and_jacobians(evidence: Evidence) -> Judgement:
         whole = [of(flight, evidence.vehicle) for flight in _both(evidence)]
         halves = [of(flight, evidence.vehicle) for flight in finer]
         steps = [rms(one - half) for one, half in zip(whole, halves, strict=True)]
-        found[name] = rms(whole[0] - whole[1]), max(steps), rms(whole[0])
+        found[name] = rms(whole[0] - whole[1]), largest(steps), rms(whole[0])
     (moved, of_step, _), (turned, of_slope, size) = found.values()
-    times = min(moved / of_step, turned / of_slope)
+    times = least([moved / of_step, turned / of_slope])
     return judged(
         bool(
             np.linalg.norm(a - b) > 1e-9 * np.linalg.norm(a)
@@ -100,6 +101,14 @@ def states_and_jacobians(evidence: Evidence) -> Judgement:
             "difference of J_L, share": turned / size,
         },
     )
+
+
+def forces_on_q(push: Array, q: Array) -> Array:
+    """The forces τ on q (8,) that have the power of a command (8,)."""
+    κ, ψa = q[6:]
+    turned = np.array([[np.cos(ψa), np.sin(ψa)], [-κ * np.sin(ψa), κ * np.cos(ψa)]])
+    on_turning = euler_rate_matrix(q).T @ rotation(q) @ push[3:6]
+    return np.concatenate([push[:3], on_turning, turned @ push[6:]])
 
 
 def kinds_of_segments(_: Evidence) -> Judgement:
@@ -147,15 +156,15 @@ def turns_and_lines(evidence: Evidence) -> Judgement:
     return all_of(
         [
             judged(
-                min(image.values()) >= PRONOUNCED and max(share.values()) < NEGLIGIBLE,
+                least(image.values()) >= PRONOUNCED and largest(share.values()) < NEGLIGIBLE,
                 f"without the first 2 s, of which V.14 speaks, DS is {_each(image)} times as large "
                 f"in turns as on straight parts of {', '.join(image)}, where it is at most "
-                f"{percent(max(share.values()))} of the feature error (RMS)",
+                f"{percent(largest(share.values()))} of the feature error (RMS)",
                 **{f"RMS of DS in turns, {name} [px]": each for name, (each, _) in ds.items()},
                 **{f"RMS of DS on straight parts, {name} [px]": x for name, (_, x) in ds.items()},
             ),
             judged(
-                min(space.values()) >= PRONOUNCED,
+                least(space.values()) >= PRONOUNCED,
                 f"the distance of the tips is {_each(space)} times as large there (without the "
                 f"first 5 s, {_each(settled)} times)",
                 **{f"tips apart in turns, {name} [m]": each for name, (each, _) in tips.items()},
@@ -178,7 +187,7 @@ def largest_ds(evidence: Evidence) -> Judgement:
         for part in ("before", "after")
     )
     return judged(
-        all(max(early[name], late[name]) < limit for name in early),
+        largest([*early.values(), *late.values()]) < limit,
         f"|DS| is at most {listed(list(early.values()))} px in the first {TRANSIENT:g} s of "
         f"{', '.join(early)}, and {listed(list(late.values()))} px after; {OURS}",
         **{f"|DS| before 2 s, {name} [px]": value for name, value in early.items()},
@@ -191,10 +200,10 @@ def negligible_impact(evidence: Evidence) -> Judgement:
     perfect = _off(_letters(evidence))
     real = _off(evidence.tracking.results["settings"]["camera"]["letters"])
     alike = judged(
-        max(perfect.values()) <= SAME,
+        largest(perfect.values()) <= SAME,
         "with a perfect camera feature error and tip error of the plants differ by up to "
-        f"{percent(max(perfect.values()))} on the four letters (with 0.5 px noise, 30 Hz and "
-        f"latency, of which the paper says nothing, by up to {percent(max(real.values()))})",
+        f"{percent(largest(perfect.values()))} on the four letters (with 0.5 px noise, 30 Hz and "
+        f"latency, of which the paper says nothing, by up to {percent(largest(real.values()))})",
         **{f"{name}, perfect camera": value for name, value in perfect.items()},
     )
     return all_of([alike, cheaper(evidence)])
@@ -240,9 +249,9 @@ def speed(evidence: Evidence) -> Judgement:
         growth = [fast[name][key] / entry[key] for name, entry in _letters(evidence).items()]
         told = (
             f". Letters in 10 s instead of 50 s, which are ours, raise the largest |DS| after 2 s "
-            f"{min(growth):.2g} to {max(growth):.2g} times"
+            f"{least(growth):.2g} to {largest(growth):.2g} times"
         )
-        numbers = {"growth of |DS| in 10 s, least": min(growth)}
+        numbers = {"growth of |DS| in 10 s, least": least(growth)}
     return judged(
         rho >= STRONG,
         f"over letter M the rank correlation of |DS| with the UAV's speed is {rho:.2f} (without "
@@ -281,14 +290,20 @@ def before_convergence(evidence: Evidence) -> Judgement:
 
 def tasks_done(evidence: Evidence) -> Judgement:
     """V.13: does the law complete the task with either plant?"""
+    flights = [entry[plant] for entry in _letters(evidence).values() for plant in PLANTS]
+    ended = [flight for flight in flights if flight["status"] != OK]
+    if ended:
+        return judged(
+            False,
+            f"{len(ended)} of {len(flights)} flights, of the four letters with both plants, end "
+            f"early, the first after {least(flight['end_time_s'] for flight in ended):.3g} s; "
+            f"{OURS}",
+            flights_that_end_early=float(len(ended)),
+        )
     worst = {plant: _worst(evidence, plant) for plant in PLANTS}
-    lost = sum(
-        entry[plant]["out_of_view_samples"]
-        for entry in _letters(evidence).values()
-        for plant in PLANTS
-    )
+    lost = sum(flight["out_of_view_samples"] for flight in flights)
     return judged(
-        lost == 0 and max(worst.values()) < SUBPIXEL,
+        lost == 0 and largest(worst.values()) < SUBPIXEL,
         f"on the four letters the RMS feature error after 5 s is at most {worst['coupled']:.2g} px "
         f"with the coupled plant and {worst['decoupled']:.2g} px with the decoupled one, and "
         f"points are out of view in {lost} samples; that 1 px is success is our reading, and "
@@ -310,10 +325,11 @@ def start_and_end(evidence: Evidence) -> Judgement:
         errors = [float(feature_rms(each.sel(time=parts[1]))) for each in pair]
         off[name] = abs(errors[1] / errors[0] - 1.0)
     return judged(
-        all(start >= PRONOUNCED * end for start, end in ds.values()) and max(off.values()) <= SAME,
+        all(start >= PRONOUNCED * end for start, end in ds.values())
+        and largest(off.values()) <= SAME,
         f"DS is {listed([start for start, _ in ds.values()])} px RMS in the first tenth of "
         f"{', '.join(ds)} and {listed([end for _, end in ds.values()])} px in the last, where the "
-        f"feature errors differ by up to {percent(max(off.values()))}; {OURS}",
+        f"feature errors differ by up to {percent(largest(off.values()))}; {OURS}",
         **{f"RMS of DS in the first tenth, {name} [px]": each for name, (each, _) in ds.items()},
         **{f"RMS of DS in the last tenth, {name} [px]": each for name, (_, each) in ds.items()},
         **{f"share by which the last errors differ, {name}": each for name, each in off.items()},
@@ -324,7 +340,7 @@ def robust_law(evidence: Evidence) -> Judgement:
     """V.15: does the law make up for a simplified model?"""
     worst = {model: _worst(evidence, model) for model in (*PLANTS, "independent")}
     return judged(
-        max(worst[plant] for plant in PLANTS) < SUBPIXEL,
+        largest(worst[plant] for plant in PLANTS) < SUBPIXEL,
         "the RMS feature error after 5 s on the four letters is at most "
         f"{worst['decoupled']:.2g} px on the decoupled plant. The law holds weight and kinematics, "
         "which decoupling leaves as they are, so with the decoupled model it is the same: "
@@ -353,7 +369,7 @@ def _letters(evidence: Evidence) -> dict[str, Any]:
 
 
 def _worst(evidence: Evidence, model: str) -> float:
-    return float(max(entry[model]["rms_px"] for entry in _letters(evidence).values()))
+    return largest(entry[model]["rms_px"] for entry in _letters(evidence).values())
 
 
 def _position(flight: xr.Dataset, _: Any) -> Array:

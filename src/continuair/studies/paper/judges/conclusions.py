@@ -10,6 +10,7 @@ from continuair.analysis.metrics import samples
 from continuair.flight.rotors import open_loop_flight
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import PLANTS
+from continuair.studies.extremes import largest, least
 from continuair.studies.paper.drawn import MOST
 from continuair.studies.paper.evidence import Evidence, NotFlown
 from continuair.studies.paper.judges import swing
@@ -44,7 +45,7 @@ def _strong(evidence: Evidence, names: tuple[str, ...], of: str) -> Judgement:
     factors = {}
     for name in names:
         errors = column(sweeps[name]["rows"], "error")
-        factors[name] = max(errors) / min(errors)
+        factors[name] = largest(errors) / least(errors)
     strong = [n for n in names if factors[n] >= PRONOUNCED and converged(sweeps[n])]
     told = ", ".join(f"{factor:.2g} ({name})" for name, factor in factors.items())
     return judged(
@@ -157,7 +158,7 @@ def passive_arm(evidence: Evidence) -> Judgement:
         for name in found
     )
     small = judged(
-        max(share.values()) < NEGLIGIBLE,
+        largest(share.values()) < NEGLIGIBLE,
         f"with a passive arm of {moduli} GPa the tip's horizontal error is {told}, as share of "
         f"the range of its motion (in Test B, in which the UAV carries nothing, {listed(fall)} m)",
         **{
@@ -170,13 +171,13 @@ def passive_arm(evidence: Evidence) -> Judgement:
         },
     )
     factors = {
-        name: max(shares) / min(shares)
+        name: largest(shares) / least(shares)
         for name in found
         for shares in [[share[name, value] for value in sweep.values]]
     }
     told = ", and ".join(f"by a factor of {factor:.3g} {name}" for name, factor in factors.items())
     alike = judged(
-        max(factors.values()) < PRONOUNCED,
+        largest(factors.values()) < PRONOUNCED,
         f"over the moduli it changes {told}",
         **{f"largest over least share {name}": factor for name, factor in factors.items()},
     )

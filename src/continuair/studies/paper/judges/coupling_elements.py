@@ -16,7 +16,7 @@ from continuair.studies.paper.evidence import Evidence
 from continuair.studies.paper.judges.agreement import (
     AGREES,
     SLOPES_AGREE,
-    largest,
+    largest_gap,
     lowest_powers,
     powers,
     random_states,
@@ -152,7 +152,7 @@ def scaling(evidence: Evidence) -> Judgement:
         by_radius.append(np.log10((larger / first)[significant(first)]))
         radius, density = np.log10(larger[0] / first[0]), np.log2(denser[0] / first[0])
         of_two += [float(np.abs(radius - 2.0).max()), float(np.abs(density - 1.0).max())]
-    worst = largest(of_two, SLOPES_AGREE)
+    worst = largest_gap(of_two, SLOPES_AGREE)
     every = np.concatenate(by_radius)
     return judged(
         worst <= SLOPES_AGREE,
@@ -194,7 +194,7 @@ def limit_of_m17(evidence: Evidence) -> Judgement:
             for q, _ in random_states(ATTITUDES)
         ]
     )
-    gap = largest(np.abs(ratios / [0.25, 2.0] - 1.0).ravel(), SLOPES_AGREE)
+    gap = largest_gap(np.abs(ratios / [0.25, 2.0] - 1.0).ravel(), SLOPES_AGREE)
     return judged(
         bool((lowest == 0.0).all()) and gap <= SLOPES_AGREE,
         "the lowest power of κ in M17 is 0 at general attitudes, in Appendix B and in the element "

@@ -6,13 +6,14 @@ import numpy as np
 
 from continuair import equations
 from continuair.scenario.paper_tests import open_loop_test
+from continuair.studies.extremes import largest
 from continuair.studies.paper.evidence import Evidence
 from continuair.studies.paper.judges import coupling_elements
 from continuair.studies.paper.judges.agreement import (
     AGREES,
     SLOPES_AGREE,
     apart,
-    largest,
+    largest_gap,
     partial,
     random_states,
     rate,
@@ -57,7 +58,7 @@ def power_balance(evidence: Evidence) -> Judgement:
             qdd = equations.forward_dynamics(vehicle, q, qd, tau, wrench, tip_wrench_sign=sign)
             gap = power(vehicle, q, qd, qdd) - by_torque - by_wrench
             found.append(abs(gap) / abs(by_wrench))
-    closed = {sign: largest(found, AGREES) for sign, found in gaps.items()}
+    closed = {sign: largest_gap(found, AGREES) for sign, found in gaps.items()}
     printed = float(np.median(gaps[-1]))
     return judged(
         closed[-1] <= AGREES,
@@ -140,7 +141,7 @@ def assumption_on_disks(evidence: Evidence) -> Judgement:
     for radius in RADII:
         thick = vehicle.replace({"arm.radius": radius})
         shares = {test: shares_of_energy(thick, test) for test in TESTS}
-        worst = max(of_arm.larger for of_arm, _ in shares.values())
+        worst = largest(of_arm.larger for of_arm, _ in shares.values())
         of_arm, of_all = (each.kinetic for each in shares["B"])
         name = f"radius {1e3 * radius:g} mm"
         parts.append(
@@ -152,7 +153,7 @@ def assumption_on_disks(evidence: Evidence) -> Judgement:
             )
         )
     bare, full = (errors_of_tests(each(vehicle)) for each in (without_disks, with_disks))
-    change = max(abs(full[test] / bare[test] - 1.0) for test in TESTS)
+    change = largest(abs(full[test] / bare[test] - 1.0) for test in TESTS)
     parts.append(
         judged(
             change < NEGLIGIBLE,

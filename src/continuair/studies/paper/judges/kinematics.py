@@ -18,7 +18,7 @@ from continuair.studies.paper.judges.agreement import (
     AGREES,
     SLOPES_AGREE,
     apart,
-    largest,
+    largest_gap,
     lowest_powers,
     partial,
     random_states,
@@ -40,7 +40,7 @@ def arc_of_constant_curvature(evidence: Evidence) -> Judgement:
     """III-A.4: are Eqs. (1) and (2) the points of a circular arc?"""
     s, at = evidence.vehicle.arm.length, np.array([q[6:] for q, _ in random_states()])
     arcs = integrated_arcs(s, *at.T)
-    worst = largest(
+    worst = largest_gap(
         (
             apart(as_printed.position(OFFSET, s, *bend), arc)
             for bend, arc in zip(at, arcs, strict=True)
@@ -74,7 +74,7 @@ def integrated_arcs(s: float, κ: Array, ψa: Array) -> Array:
 def velocity_of_a_point(evidence: Evidence) -> Judgement:
     """III-A.6: is the rate of Eq. (1) what Eq. (3) says?"""
     at = _printed_point(evidence.vehicle.arm.length)
-    worst = largest(
+    worst = largest_gap(
         (
             apart(partial(at, q, 6) * qd[6] + partial(at, q, 7) * qd[7], rate(at, q, qd))
             for q, qd in random_states()
@@ -125,7 +125,7 @@ def rate_of_a_section(evidence: Evidence) -> Judgement:
             sums.append(apart(summed, found))
             rates.append(_symmetric_share(found))
             products.append(_symmetric_share(found @ section(q).T))
-    worst, product = largest(sums, SLOPES_AGREE), largest(products, SLOPES_AGREE)
+    worst, product = largest_gap(sums, SLOPES_AGREE), largest_gap(products, SLOPES_AGREE)
     share = float(np.median(rates))
     return all_of(
         [
@@ -149,7 +149,7 @@ def rotational_jacobian(evidence: Evidence) -> Judgement:
     """III-A.10: are both columns of Eq. (5) the spin of one frame?"""
     s = evidence.vehicle.arm.length
     worst = {
-        (frame, sign): largest(
+        (frame, sign): largest_gap(
             (
                 apart(as_printed.rotational_columns(s, q[7]), _spin(_section(s, frame, sign), q))
                 for q, _ in random_states()
@@ -221,7 +221,7 @@ def _with_printed_inverse(
         ]
         worst[reading], medians[reading] = max(differences), float(np.median(differences))
     printed = ("T_e⁻¹ in axes of the world", "T_e⁻¹ in axes of the UAV")
-    itself = largest([worst["T_e in axes of the world"]], SLOPES_AGREE)
+    itself = largest_gap([worst["T_e in axes of the world"]], SLOPES_AGREE)
     return judged(
         any(worst[reading] <= SLOPES_AGREE for reading in printed),
         f"with the printed T_e⁻¹, T_e taking Euler rates to angular velocity, {name} errs by "
@@ -267,7 +267,7 @@ def euler_rate_mapping(evidence: Evidence) -> Judgement:
         for axes, T in matrices.items():
             found = np.concatenate([-skew(lever) @ T @ qd[3:6], T @ qd[3:6]])
             errors[axes].append(apart(found, np.concatenate([velocity, spin])))
-    worst = largest(errors["world"], SLOPES_AGREE)
+    worst = largest_gap(errors["world"], SLOPES_AGREE)
     return judged(
         worst <= SLOPES_AGREE,
         "T_e, the ZYX mapping from Euler rates to angular velocity in axes of the inertial frame, "
@@ -289,7 +289,7 @@ def appendix_a(evidence: Evidence) -> Judgement:
     lowest = lowest_powers(
         lambda κ: equations.arm_jacobian(vehicle, np.array([0] * 6 + [κ, 0.4]), s)[0], 0.5 / s
     )
-    agrees = largest([worst["hangs"]], SLOPES_AGREE)
+    agrees = largest_gap([worst["hangs"]], SLOPES_AGREE)
     return judged(
         agrees <= SLOPES_AGREE and float(np.nanmin(lowest)) >= 0.0,
         "for an arm that hangs, as the conclusions have it, the six entries are the slopes of the "

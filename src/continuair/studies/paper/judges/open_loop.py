@@ -12,6 +12,7 @@ from continuair.equations.dynamics import elastic_vector
 from continuair.equations.kinematics import jacobian, rotation, section_rotation
 from continuair.kernels.dynamics import PLANTS, REFERENCE
 from continuair.scenario.paper_tests import bend_torques, open_loop_test, tip_chirp
+from continuair.studies.extremes import largest, largest_of
 from continuair.studies.open_loop.study import PRINTED
 from continuair.studies.paper.drawn import FORCE_ON_UAV, MOMENT_ON_UAV, MOST
 from continuair.studies.paper.evidence import Evidence
@@ -51,8 +52,8 @@ def identical_conditions(evidence: Evidence) -> Judgement:
     for letter, entries in results["tests"].items():
         first = (results["coarser_steps"][letter] or [entries])[0]["decoupled"]
         changes[letter], steps[letter] = first["step_halving_error"], first["step_s"]
-    worst = max(changes, key=lambda letter: changes[letter])
-    others = max(changes[letter] for letter in changes if letter != worst)
+    worst = largest_of(changes)
+    others = largest(changes[letter] for letter in changes if letter != worst)
     return judged(
         changes[worst] < NEGLIGIBLE,
         f"halving a step of {1e3 * steps[worst]:g} ms changes the difference of the models by up "
@@ -192,7 +193,8 @@ def metric(evidence: Evidence) -> Judgement:
     by_range = {
         test: [nrmse_of(evidence, test, reference=model) for model in PLANTS] for test in TESTS
     }
-    test = max(by_range, key=lambda test: abs(by_range[test][1] / by_range[test][0] - 1.0))
+    off = {test: abs(other / own - 1.0) for test, (own, other) in by_range.items()}
+    test = largest_of(off)
     coupled, decoupled = by_range[test]
     return all_of(
         [
@@ -265,7 +267,7 @@ def table(evidence: Evidence) -> Judgement:
 def largest_errors(evidence: Evidence) -> Judgement:
     """IV-A.9: are the largest errors 0.36 m and 1.04 rad?"""
     position, (rotation, kind) = errors(evidence, "rmse_t_m"), rotations(evidence)
-    of, by = max(position.values()), max(rotation.values())
+    of, by = largest(position.values()), largest(rotation.values())
     return judged(
         abs(of / 0.36 - 1) <= SAME and abs(by / 1.04 - 1) <= SAME,
         f"the largest RMSE of the four tests is {of:.3g} m in position and {by:.3g} rad in "
@@ -284,7 +286,7 @@ def position_by_test(evidence: Evidence) -> Judgement:
     return all_of(
         [
             judged(
-                max(ours, key=lambda test: ours[test]) == "C" and first > MOST,
+                largest_of(ours) == "C" and first > MOST,
                 f"the error is {listed(ours)} m in Tests A to D, largest in C for "
                 f"{percent(first)} of the vehicles drawn",
                 **{f"RMSE, Test {test} [m]": value for test, value in ours.items()},
@@ -343,7 +345,7 @@ def rotation_by_test(evidence: Evidence) -> Judgement:
     (ours, kind), drawn = rotations(evidence), evidence.drawn
     first = drawn.share(np.argmax(stacked(drawn.rotation), axis=0) == TESTS.index("A"))
     return judged(
-        max(ours, key=lambda test: ours[test]) == "A" and first > MOST,
+        largest_of(ours) == "A" and first > MOST,
         f"the error in rotation{kind} is {listed(ours)} rad in Tests A to D; A has the largest for "
         f"{percent(first)} of the vehicles drawn",
         **{f"RMSE, Test {test} [rad]": value for test, value in ours.items()},

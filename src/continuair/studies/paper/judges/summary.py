@@ -10,6 +10,7 @@ from continuair.analysis.metrics import samples
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import PLANTS
 from continuair.scenario.scenarios import Scenario
+from continuair.studies.extremes import largest, largest_of, least
 from continuair.studies.paper.evidence import Evidence
 from continuair.studies.paper.judges import complexity, conclusions, straight
 from continuair.studies.paper.judges.conclusions import ARM, UAV, share_of_range
@@ -39,7 +40,7 @@ def singularity(evidence: Evidence) -> Judgement:
     told = ", ".join(f"{percent(error)} for {threshold:g}" for threshold, error in errors.items())
     sloped = straight.with_threshold(evidence.vehicle, 1e-3, differentiated=True)
     return judged(
-        min(errors.values()) <= 0.01,
+        least(errors.values()) <= 0.01,
         "with κ_s for κ in the terms of Eq. (10), but not in the spring, the accelerations of the "
         f"bend are off by up to {told} 1/m as κ_s, for |κ| up to 0.01 1/m in both signs. Put into "
         "the kinematics before C is derived, which then lacks slopes by κ, 0.001 1/m makes errors "
@@ -57,18 +58,18 @@ def discrepancies(evidence: Evidence) -> Judgement:
         test: entry["decoupled"]["rmse_t_m"] / evidence.vehicle.arm.length
         for test, entry in tests.items()
     }
-    largest = max(share, key=lambda test: share[test])
+    first = largest_of(share)
     spread = {
         name: float(np.ptp(column(sweep["rows"], "error")))
         for name, sweep in evidence.sensitivity.results["sweeps"].items()
     }
-    most, other = (max(part, key=spread.__getitem__) for part in (ARM, UAV))
+    most, other = (largest_of({name: spread[name] for name in part}) for part in (ARM, UAV))
     return all_of(
         [
             judged(
-                share[largest] > NEGLIGIBLE and largest == "C",
+                share[first] > NEGLIGIBLE and first == "C",
                 f"the tip's error is {listed(list(share.values()))} of the arm's length in Tests "
-                f"{', '.join(share)}, largest in {largest}",
+                f"{', '.join(share)}, largest in {first}",
                 **{f"error over length, Test {test}": value for test, value in share.items()},
             ),
             judged(
@@ -89,7 +90,7 @@ def on_par(evidence: Evidence) -> Judgement:
         for name, entry in evidence.tracking.results["letters"].items()
     }
     alike = judged(
-        max(off.values()) < 1.0,
+        largest(off.values()) < 1.0,
         f"the RMS feature errors of the two plants differ by {listed(list(off.values()))} px on "
         f"{', '.join(off)} (subpixel read as below 1 px; camera, start and gains are ours)",
         **{f"difference of the RMS feature errors, {name} [px]": off[name] for name in off},
@@ -126,7 +127,7 @@ def mutual_interactions(evidence: Evidence) -> Judgement:
         "linear momentum": _drift(samples(data, kept[2], "axis")),
         "angular momentum": _drift(samples(data, kept[3], "axis")),
     }
-    worst = max(drifts.values())
+    worst = largest(drifts.values())
     return judged(
         worst < 1e-6,
         "in 1 s of free flight without gravity and damping the coupled model keeps energy and the "
@@ -199,15 +200,15 @@ def certain_conditions(evidence: Evidence) -> Judgement:
     return all_of(
         [
             judged(
-                max(passive.values()) < NEGLIGIBLE,
+                largest(passive.values()) < NEGLIGIBLE,
                 f"with a passive arm the tip's error is {told} of the range of its horizontal "
                 "motion",
                 **{f"error over range, {name}": share for name, share in passive.items()},
             ),
             judged(
-                max(closed.values()) < NEGLIGIBLE,
-                f"in closed loop it is at most {percent(max(closed.values()))} over the letters, "
-                "the start included",
+                largest(closed.values()) < NEGLIGIBLE,
+                f"in closed loop it is at most {percent(largest(closed.values()))} over the "
+                "letters, the start included",
                 **{f"error over range, {name}": share for name, share in closed.items()},
             ),
             cheaper(evidence),
