@@ -1,7 +1,9 @@
 """The time grid: steps end at jumps, and see the inputs of their own side only."""
 
 import numpy as np
+import pytest
 
+import continuair as ca
 from continuair.flight.time_grid import grid_of, marks_of, stage_times
 
 
@@ -13,4 +15,36 @@ def test_every_stage_lies_on_its_steps_own_side_of_a_jump() -> None:
     assert grid.opens.sum() == grid.closes.sum() == len(jumps)
     assert (first[grid.opens] > jumps).all()
     assert (last[grid.closes] < jumps).all()
-    np.testing.assert_allclose(last, grid.starts + grid.steps, rtol=0, atol=3e-15)
+    np.testing.assert_allclose(last, grid.starts + grid.steps, rtol=1e-8, atol=0)
+
+
+@pytest.mark.parametrize("period", [0.01, 0.02, 0.07])
+def test_what_is_held_from_jump_to_jump_is_so_at_every_stage(period: float) -> None:
+    """int(t / period) changes a last digit beside some of the jumps, on either side."""
+    jumps = period * np.arange(1, round(7.0 / period))
+    grid = grid_of(marks_of(7.0, 0.01, jumps), 3e-3)
+    held = (stage_times(grid) / period).astype(int).reshape(-1, 3)[:-1]  # 7 s is a jump, too
+    assert (jumps / period).astype(int).tolist() != list(range(1, len(jumps) + 1))
+    middle = ((grid.starts + 0.5 * grid.steps) / period).astype(int)[:-1]
+    np.testing.assert_array_equal(held, np.repeat(middle[:, None], 3, axis=1))
+
+
+def test_what_is_held_flies_as_the_same_by_its_jumps() -> None:
+    """In steps of either kind, and as DOP853: a force that int(t / period) looks up in a list."""
+    vehicle, period = ca.load_vehicle("paper"), 0.07
+    jumps = period * np.arange(1, 20)
+    forces = np.random.default_rng(0).uniform(0.0, 50.0, (20, 3))
+    held, by_jumps = (
+        ca.Scenario(
+            "held", [0, 0, 3, 0, 0, 0, 0.1, 0], force=force, jumps=tuple(jumps), duration=1.35
+        )
+        for force in (
+            lambda t: forces[int(t / period)],
+            lambda t: forces[np.searchsorted(jumps, t, side="right")],
+        )
+    )
+    for kind in ("rk4", "implicit", "dop853"):
+        one, other = (
+            ca.simulate(vehicle, each, sample=0.01, integrator=kind) for each in (held, by_jumps)
+        )
+        np.testing.assert_array_equal(one["q"], other["q"])

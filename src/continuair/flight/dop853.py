@@ -9,6 +9,7 @@ from scipy.integrate import DOP853
 
 from continuair.engine.engine import Engine, Logs, Start
 from continuair.flight.cohorts import Cohort, Flight
+from continuair.flight.time_grid import beside
 from continuair.kernels.rollout import SUMS
 from continuair.kernels.step import NOT_FINITE, OK, OVERBENT
 from continuair.vehicle.layout import FIELDS, Layout
@@ -40,7 +41,7 @@ def integrate_reference(flight: Flight, engine: Engine, cohort: Cohort, toleranc
     looked: list[tuple[float, np.ndarray]] = []
     status, reached = OK, grid.samples[-1]
     for left, right in zip(edges[:-1], edges[1:], strict=True):
-        inside = np.nextafter(left, np.inf), np.nextafter(right, -np.inf)
+        inside = beside(left, right - left, np.inf), beside(right, right - left, -np.inf)
 
         def rate(t: float, state: Array, inside: Any = inside, branch: Any = branch) -> np.ndarray:
             # The polar torques act along the branch followed so far.

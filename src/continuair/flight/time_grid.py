@@ -15,6 +15,12 @@ MOST_STEPS = 1e7
 _ROUNDING = 1e-6
 """Share of a sample that is left over by rounding alone."""
 
+_LAST_DIGITS = 1e-9
+"""Share of a time within which a jump may be elsewhere by rounding."""
+
+_WITHIN = 1e-3
+"""Share of a step within which its ends may be elsewhere."""
+
 
 @dataclass(frozen=True)
 class Grid:
@@ -157,8 +163,18 @@ def _nearest(marks: np.ndarray, times: np.ndarray) -> np.ndarray:
 
 def stage_times(grid: Grid) -> np.ndarray:
     """Start, middle and end of every step (3 m,), nudged to the step's own side of a jump."""
-    # A sum of start and step may round to the far side of a jump.
     start, end = grid.starts.copy(), np.append(grid.starts[1:], grid.samples[-1])
-    start[grid.opens] = np.nextafter(start[grid.opens], np.inf)
-    end[grid.closes] = np.nextafter(end[grid.closes], -np.inf)
+    opens, closes = grid.opens, grid.closes
+    start[opens] = beside(start[opens], grid.steps[opens], np.inf)
+    end[closes] = beside(end[closes], grid.steps[closes], -np.inf)
     return np.column_stack([start, grid.starts + 0.5 * grid.steps, end]).ravel()
+
+
+def beside(jumps: ArrayLike, steps: ArrayLike, side: float) -> np.ndarray:
+    """Times [s] on one side, inf or -inf, of jumps, well within the steps [s] there.
+
+    As far off as rounding may put a jump: int(t / dt) jumps a last digit beside k dt, and a sum of
+    start and step ends there.
+    """
+    off = np.minimum(_LAST_DIGITS * np.abs(jumps), _WITHIN * np.asarray(steps))
+    return np.nextafter(jumps + np.copysign(off, side), side)
