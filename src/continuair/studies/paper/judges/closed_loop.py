@@ -275,10 +275,9 @@ def before_convergence(evidence: Evidence) -> Judgement:
     share, usual = (rms(coupling[part]) / rms(own[part]) for part in (chosen, ~chosen))
     return judged(
         bool(larger >= PRONOUNCED * rest and share > usual),
-        f"on letter M DS is {larger:.3g} px RMS where the UAV's speed is above its median before "
-        f"{end:.2g} s, when the error stays below {CONVERGED:g} px, and {rest:.3g} px elsewhere; "
-        f"the coupling's force on the UAV is {share:.2g} of its own there, and {usual:.2g} "
-        "elsewhere",
+        f"on letter M DS is {larger:.3g} px RMS where the UAV's speed is above its median "
+        f"{_until(end)}, and {rest:.3g} px elsewhere; the coupling's force on the UAV is "
+        f"{share:.2g} of its own there, and {usual:.2g} elsewhere",
         **{
             "RMS of DS, fast before convergence [px]": larger,
             "RMS of DS, elsewhere [px]": rest,
@@ -286,6 +285,13 @@ def before_convergence(evidence: Evidence) -> Judgement:
             "coupling force over own, elsewhere": usual,
         },
     )
+
+
+def _until(end: float) -> str:
+    """Say when the error stays small from on [s]; NaN where it never does."""
+    if np.isnan(end):
+        return f"(the error never stays below {CONVERGED:g} px)"
+    return f"before {end:.2g} s, when the error stays below {CONVERGED:g} px"
 
 
 def tasks_done(evidence: Evidence) -> Judgement:
