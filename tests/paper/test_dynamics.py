@@ -14,7 +14,7 @@ from continuair.studies.paper.evidence import Evidence
 from continuair.studies.paper.judges import coupling_elements, disks, dynamics
 from continuair.studies.paper.judges.agreement import random_states
 from continuair.studies.paper.judges.elementwise import Elementwise
-from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED, Judgement
+from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED, UNDECIDED, Judgement
 from continuair.vehicle.vehicle import Vehicle
 
 VEHICLE = ca.load_vehicle("paper")
@@ -260,3 +260,14 @@ def test_disks_near_the_tip_of_a_closed_arm_work_against_the_backbone() -> None:
     least, _, _, bends = dynamics.factors_of_disks(VEHICLE)
     assert (least[bends < 1.0] > 1.0).all()
     assert least[bends > 2.3].min() < 1.0
+
+
+def test_a_test_that_ended_early_has_no_place_in_the_order_of_errors() -> None:
+    """NaN would stay wherever it stood when the rest is sorted."""
+    errors = [dict(zip("ABCD", (0.1, 0.2, np.nan, 0.05), strict=True)),
+              dict(zip("ABCD", (0.1, 0.2, 0.3, 0.05), strict=True))]  # fmt: skip
+    told = dynamics.order_by_error(*errors)
+    assert told.verdict == UNDECIDED and "Test C" in told.evidence
+    assert dynamics.order_by_error(errors[1], errors[1]).verdict == REPRODUCED
+    swapped = errors[1] | {"A": 0.2, "B": 0.1}
+    assert dynamics.order_by_error(errors[1], swapped).verdict == NOT_REPRODUCED

@@ -42,3 +42,10 @@ def test_verdicts_on_the_radius_do_not_hang_on_how_a_vehicle_is_written() -> Non
     assert "arm radius" not in about(whole)
     with pytest.raises(ca.InputError, match="arm.radius is missing, but sentences of the paper"):
         Evidence(whole.replace({"arm.radius": None}))
+
+
+def test_sentences_are_of_a_perfect_camera_whatever_the_vehicles_own_is() -> None:
+    """Noise would make models differ on which the paper says nothing."""
+    plain = ca.load_vehicle("paper")
+    noisy = plain.replace({"camera.noise": 0.3, "camera.frame_rate": 60.0, "camera.latency": 0.01})
+    assert Evidence(noisy).vehicle.describe() == Evidence(plain).vehicle.describe()

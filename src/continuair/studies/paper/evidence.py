@@ -22,6 +22,10 @@ Keep = Callable[[str, Any], None]
 """Called with a study's name and result once it has run."""
 
 
+_PERFECT = {"camera.noise": 0.0, "camera.frame_rate": 0.0, "camera.latency": 0.0}
+"""The camera of the paper, which sees without noise and delay whenever the law asks."""
+
+
 class NotFlown(Exception):
     """What a sentence asks for is left out of a quick run."""
 
@@ -29,6 +33,7 @@ class NotFlown(Exception):
 class Evidence:
     """Studies of a vehicle; each runs once, when it is first read.
 
+    vehicle: as the paper has it: a round rod, with a perfect camera, whatever its own one is.
     quick: without the second reading of f, the settings but the nominal one and the letters but M;
     what is left out raises NotFlown. progress: called with (done, total, what) by each study. keep:
     called with its name and result when one has run. before_timing: called before times are taken,
@@ -45,7 +50,7 @@ class Evidence:
         keep: Keep | None = None,
         before_timing: Callable[[], None] | None = None,
     ) -> None:
-        self.vehicle, self.quick = as_rod(check_one_section(vehicle)), quick
+        self.vehicle, self.quick = _as_in_the_paper(vehicle), quick
         self._progress, self._keep, self._before_timing = progress, keep, before_timing
 
     @cached_property
@@ -106,3 +111,8 @@ class Evidence:
         if self._keep is not None:
             self._keep(name, found)
         return found
+
+
+def _as_in_the_paper(vehicle: Vehicle) -> Vehicle:
+    """The vehicle as sentences are about it: of one section, a round rod, with a perfect camera."""
+    return as_rod(check_one_section(vehicle)).replace(_PERFECT)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from continuair import equations
@@ -32,7 +34,7 @@ from continuair.studies.paper.judges.disks import (
 from continuair.studies.paper.judges.elementwise import Elementwise
 from continuair.studies.paper.judges.words import NEGLIGIBLE, SAME
 from continuair.studies.tables import percent
-from continuair.studies.verdicts import Judgement, all_of, judged
+from continuair.studies.verdicts import UNDECIDED, Judgement, all_of, judged
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -173,7 +175,6 @@ def effect_of_disks(evidence: Evidence) -> Judgement:
     """III-C.16: do disks only amplify the coupling, and leave the order of the errors?"""
     least, most, middle, bends = factors_of_disks(evidence.vehicle)
     errors = [errors_of_tests(each(evidence.vehicle)) for each in (without_disks, with_disks)]
-    before, after = ("".join(sorted(TESTS, key=lambda test: each[test])) for each in errors)
     smaller = least <= 1.0
     told = "at every state"
     if smaller.any():
@@ -192,9 +193,19 @@ def effect_of_disks(evidence: Evidence) -> Judgement:
                 smallest_factor=float(least.min()),
                 largest_factor=float(most.max()),
             ),
-            judged(before == after, f"order of Tests A to D by error: {before}, then {after}"),
+            order_by_error(*errors),
         ],
     )
+
+
+def order_by_error(bare: dict[str, float], full: dict[str, float]) -> Judgement:
+    """Whether errors of tests without and with disks have one order."""
+    ended = [test for test in TESTS if math.isnan(bare[test] + full[test])]
+    if ended:
+        told = f"flights of Test {', '.join(ended)} end early and have no place in an order"
+        return Judgement(UNDECIDED, told)
+    before, after = ("".join(sorted(TESTS, key=of.__getitem__)) for of in (bare, full))
+    return judged(before == after, f"order of Tests A to D by error: {before}, then {after}")
 
 
 def factors_of_disks(vehicle: Vehicle) -> tuple[Array, Array, Array, Array]:
