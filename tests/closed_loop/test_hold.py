@@ -9,7 +9,7 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
-from continuair.controllers.controller import stack
+from continuair.controllers.controller import Controller, stack
 from continuair.errors import ContinuairWarning
 from tests.closed_loop import flights
 
@@ -93,6 +93,12 @@ def limited(**limits: Any) -> tuple[ca.Vehicle, ca.Scenario]:
     return vehicle, ca.Scenario("limited", [0, 0, 4, 0, 0, 0, 0.5, 0], duration=12, controller=law)
 
 
+def limited_law(**limits: Any) -> Controller:
+    law = limited(**limits)[1].controller
+    assert law is not None
+    return law
+
+
 def test_no_push_is_beyond_its_limits_and_the_hold_gets_there_later_and_says_so() -> None:
     with pytest.warns(ContinuairWarning, match="hold reaches its limits: force, .*from t = 0 s"):
         slow = ca.simulate(*limited(**LIMITS), sample=0.01)
@@ -115,8 +121,7 @@ def test_pairs_tell_of_the_runs_whose_commands_are_at_their_own_limits() -> None
     """One run of two, of which the other's limits leave room, as single flights count it."""
     vehicle, slow = limited(**LIMITS)
     _, wide = limited(force=[500.0, 500.0, 500.0])
-    assert wide.controller is not None and slow.controller is not None
-    laws = stack([wide.controller, slow.controller])
+    laws = stack([limited_law(force=[500.0, 500.0, 500.0]), limited_law(**LIMITS)])
     with pytest.warns(ContinuairWarning, match="reaches its limits") as one:
         flown = ca.simulate(vehicle, slow, sample=0.01, duration=2.0)
     share = (abs(flown.command) >= [2.0, 1.0, 60.0, 0.3, 0.3, 0.3, 1.3, 1.3]).any("actuator")
@@ -127,7 +132,7 @@ def test_pairs_tell_of_the_runs_whose_commands_are_at_their_own_limits() -> None
             vehicle, ca.Scenario("both", slow.q, controller=laws), sample=0.01, duration=2.0
         )
     with pytest.warns(ContinuairWarning, match="reaches its limits in 2 of 2 runs"):
-        law = stack([slow.controller])
+        law = stack([limited_law(**LIMITS)])
         both = ca.Scenario("both", np.stack([slow.q, slow.q]), controller=law)
         ca.run_pairs(vehicle, both, sample=0.01, duration=0.5)
     with warnings.catch_warnings():
@@ -150,9 +155,7 @@ def test_limits_that_are_not_reached_change_no_bit_and_tell_nothing(
 
 def test_limits_differ_from_run_to_run_and_are_looked_at_where_the_command_is_not_kept() -> None:
     vehicle, scenario = limited(force=[1.0, 9.0, 60.0])
-    _, other = limited(force=[2.0, 9.0, 60.0])
-    assert scenario.controller is not None and other.controller is not None
-    laws = ca.stack([scenario.controller, other.controller])
+    laws = ca.stack([limited_law(force=[most, 9.0, 60.0]) for most in (1.0, 2.0)])
     rows = np.tile(np.asarray(scenario.q, float), (2, 1))
     batch = scenario.replace(q=rows, controller=laws)
     with pytest.warns(ContinuairWarning, match="in 2 of 2 runs: force from"):
@@ -183,6 +186,6 @@ def test_limits_that_hold_nothing_are_refused(
 
 
 def test_holds_with_and_without_limits_are_told_apart_where_they_cannot_be_stacked() -> None:
-    laws = [limited(**each)[1].controller for each in ({}, LIMITS)]
+    laws = [limited_law(**each) for each in ({}, LIMITS)]
     with pytest.raises(ca.InputError, match="the laws hold and limited hold"):
-        ca.stack(laws)  # type: ignore[arg-type]
+        ca.stack(laws)

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from continuair.studies.extremes import largest
+
 Array = np.ndarray
 
 Series = Callable[[Any], Any]
@@ -43,8 +45,8 @@ def apart(found: Any, right: Any) -> float:
 
 
 def largest_gap(differences: Iterable[float], least: float) -> float:
-    """The largest of some differences, or `least` where only rounding is below it."""
-    return max([least, *differences])
+    """The largest of some differences, NaN where one is; `least` where only rounding is below."""
+    return largest([least, *differences])
 
 
 def rate(function: Callable[[Array], Array], q: Array, qd: Array) -> Array:

@@ -7,14 +7,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from continuair.analysis.accelerations import forward_dynamics
 from continuair.analysis.metrics import (
     TRANSIENT,
     feature_rms,
     norm_difference,
     samples,
 )
-from continuair.equations.kinematics import euler_rate_matrix, rotation
 from continuair.kernels.dynamics import PLANTS
 from continuair.kernels.step import OK
 from continuair.scenario.letters import LETTERS
@@ -67,13 +65,7 @@ def one_law(evidence: Evidence) -> Judgement:
 def states_and_jacobians(evidence: Evidence) -> Judgement:
     """IV-C.3: do accelerations at one state, and states and J_L along the flights, differ?"""
     start = letter.flown(evidence, "coupled").isel(time=0)
-    q = start["q"].to_numpy()
-    tau = forces_on_q(start["command"].to_numpy(), q)
-    accelerations = {
-        plant: forward_dynamics(evidence.vehicle, q, np.zeros(8), tau, model=plant)
-        for plant in PLANTS
-    }
-    a, b = (accelerations[plant][:3] for plant in PLANTS)
+    a, b = (letter.first_acceleration(evidence.vehicle, start, plant) for plant in PLANTS)
     names = ("q", "features", "depth", "camera_attitude")
     finer = [letter.halved(evidence, plant, *names) for plant in PLANTS]
     found = {}
@@ -101,14 +93,6 @@ def states_and_jacobians(evidence: Evidence) -> Judgement:
             "difference of J_L, share": turned / size,
         },
     )
-
-
-def forces_on_q(push: Array, q: Array) -> Array:
-    """The forces τ on q (8,) that have the power of a command (8,)."""
-    κ, ψa = q[6:]
-    turned = np.array([[np.cos(ψa), np.sin(ψa)], [-κ * np.sin(ψa), κ * np.cos(ψa)]])
-    on_turning = euler_rate_matrix(q).T @ rotation(q) @ push[3:6]
-    return np.concatenate([push[:3], on_turning, turned @ push[6:]])
 
 
 def kinds_of_segments(_: Evidence) -> Judgement:

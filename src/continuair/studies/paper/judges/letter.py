@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from scipy.spatial.transform import Rotation
 
+from continuair.analysis.accelerations import accelerations
 from continuair.analysis.mass import mass_distribution
 from continuair.analysis.metrics import samples
 from continuair.controllers.gain_files import load_gains
@@ -45,6 +46,21 @@ def halved(evidence: Evidence, model: str, *names: str) -> xr.Dataset:
     """Letter M of the study at half its step; names: of the variables to keep."""
     step = float(flown(evidence, model)["step"]) / 2.0
     return fly(evidence, model, step=step, variables=names)
+
+
+def first_acceleration(vehicle: Vehicle, start: xr.Dataset, plant: str) -> Array:
+    """How the command of a flight's start, at rest, moves the UAV of a plant (3,) [m/s²]."""
+    attitude, bend, command = (start[name].to_numpy() for name in ("attitude", "bend", "command"))
+    force, moment, bend_moment = np.split(command, [3, 6])
+    return accelerations(
+        vehicle,
+        attitude=attitude,
+        bend=bend.reshape(1, 2),
+        force=force,
+        moment=moment,
+        bend_moment=bend_moment.reshape(1, 2),
+        model=plant,
+    )[0]
 
 
 def image_slopes(flight: xr.Dataset, vehicle: Vehicle) -> Array:
