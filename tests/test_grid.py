@@ -12,9 +12,9 @@ def test_every_stage_lies_on_its_steps_own_side_of_a_jump() -> None:
     jumps = 2e-3 * np.arange(1, 500)
     grid = grid_of(marks_of(1.0, 2e-3, jumps), 7e-4)
     first, _, last = stage_times(grid).reshape(-1, 3).T
-    assert grid.opens.sum() == grid.closes.sum() == len(jumps)
-    assert (first[grid.opens] > jumps).all()
-    assert (last[grid.closes] < jumps).all()
+    assert grid.opens.sum() == grid.closes.sum() == len(jumps) + 1  # start and end are jumps, too
+    assert (first[grid.opens] > [0.0, *jumps]).all()
+    assert (last[grid.closes] < [*jumps, 1.0]).all()
     ends, closes = grid.starts + grid.steps, grid.closes
     np.testing.assert_allclose(last[~closes], ends[~closes], rtol=0, atol=3e-15)
     np.testing.assert_allclose(last[closes], ends[closes], rtol=2e-9, atol=0)
@@ -25,9 +25,9 @@ def test_what_is_held_from_jump_to_jump_is_so_at_every_stage(period: float) -> N
     """int(t / period) changes a last digit beside some of the jumps, on either side."""
     jumps = period * np.arange(1, round(7.0 / period))
     grid = grid_of(marks_of(7.0, 0.01, jumps), 3e-3)
-    held = (stage_times(grid) / period).astype(int).reshape(-1, 3)[:-1]  # 7 s is a jump, too
+    held = (stage_times(grid) / period).astype(int).reshape(-1, 3)
     assert (jumps / period).astype(int).tolist() != list(range(1, len(jumps) + 1))
-    middle = ((grid.starts + 0.5 * grid.steps) / period).astype(int)[:-1]
+    middle = ((grid.starts + 0.5 * grid.steps) / period).astype(int)
     np.testing.assert_array_equal(held, np.repeat(middle[:, None], 3, axis=1))
 
 
@@ -50,3 +50,26 @@ def test_what_is_held_flies_as_the_same_by_its_jumps() -> None:
             ca.simulate(vehicle, each, sample=0.01, integrator=kind) for each in (held, by_jumps)
         )
         np.testing.assert_array_equal(one["q"], other["q"])
+
+
+def test_what_an_input_is_at_start_and_end_alone_moves_nothing() -> None:
+    """In steps of either kind, as DOP853 and as a Simulation: a force of another value there."""
+    vehicle, end = ca.load_vehicle("paper"), 0.05
+    forces = (
+        lambda t: [1.0, 0.0, 26.0],
+        lambda t: [1.0 if 0.0 < t < end else 50.0, 0.0, 26.0],
+    )
+    start = [0, 0, 3, 0, 0, 0, 0.1, 0]
+    smooth, beyond = (ca.Scenario("push", start, force=f, duration=end) for f in forces)
+    for kind in ("rk4", "implicit", "dop853"):
+        one, other = (ca.simulate(vehicle, each, integrator=kind) for each in (smooth, beyond))
+        np.testing.assert_array_equal(one["q"], other["q"])
+    sims = [ca.Simulation(vehicle, each, control_period=0.01) for each in (smooth, beyond)]
+    for sim in sims:
+        sim.step()
+    np.testing.assert_array_equal(sims[0].state, sims[1].state)
+
+
+def test_a_jump_a_digit_beside_a_sample_leaves_the_samples_where_they_are() -> None:
+    times = [marks_of(1.0, 0.1, jumps).samples for jumps in ((), (0.3, 0.7), (0.3 + 1e-15,))]
+    assert times[0].tolist() == times[1].tolist() == times[2].tolist()

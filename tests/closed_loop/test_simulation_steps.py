@@ -38,10 +38,11 @@ def held(t: float) -> Any:
 @pytest.mark.filterwarnings("ignore:step_error reaches")
 @pytest.mark.parametrize("model", ca.MODELS)
 def test_held_inputs_give_the_same_flight_to_rounding(model: str) -> None:
-    sim = ca.Simulation(VEHICLE, scenario(), model=model, control_period=PERIOD)
+    jumping = scenario(jumps=(*INSTANTS.tolist(), 0.0511))
+    sim = ca.Simulation(VEHICLE, jumping, model=model, control_period=PERIOD)
     for tau in HELD:
         sim.step(tau)
-    given = scenario(tau=held, jumps=(*INSTANTS.tolist(), 0.0511))
+    given = jumping.replace(tau=held)
     stepped = sim.trajectory()
     whole = ca.simulate(VEHICLE, given, model=model, sample=PERIOD, step=stepped.attrs["step"])
     assert sim.time == pytest.approx(PERIOD * PERIODS, rel=1e-13)

@@ -65,11 +65,29 @@ def test_inputs_over_time_are_sampled_from_the_scenario_and_missed_without_it(
     dataset = ca.simulate(vehicle, scenario, sample=0.01)
     ca.to_csv(dataset, tmp_path / "whole.csv", scenario=scenario)
     whole = columns(tmp_path / "whole.csv")
-    np.testing.assert_allclose(whole["force_x"], np.sin(5.0 * whole["time"]), rtol=1e-15)
+    expected = np.sin(5.0 * whole["time"])
+    np.testing.assert_allclose(whole["force_x"][:-1], expected[:-1], rtol=1e-15)
+    assert whole["force_x"][-1] == pytest.approx(expected[-1], rel=1e-9)  # beside the end
     np.testing.assert_array_equal(whole["moment_x"], 0.1)
     with pytest.warns(ContinuairWarning, match="lacks force, which acted"):
         ca.to_csv(dataset, tmp_path / "less.csv")
     assert "force_x" not in columns(tmp_path / "less.csv")
+
+
+def test_rows_at_jumps_hold_what_acts_from_there_on(tmp_path: Path) -> None:
+    """int(t / period) and the jumps that are named are a last digit apart at some of them."""
+    period, forces = 0.01, np.random.default_rng(4).uniform(0.0, 30.0, (120, 3))
+    jumps = tuple(period * np.arange(1, 120))
+    assert [int(t / period) for t in jumps] != list(range(1, 120))
+    start = [0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.1, 0.0]
+    scenario = ca.Scenario(
+        "held", start, force=lambda t: forces[int(t / period)], jumps=jumps, duration=1.2
+    )
+    dataset = ca.simulate(ca.load_vehicle("paper"), scenario, sample=period)
+    ca.to_csv(dataset, tmp_path / "held.csv", scenario=scenario)
+    found = columns(tmp_path / "held.csv")
+    rows = np.column_stack([found[f"force_{axis}"] for axis in "xyz"])
+    np.testing.assert_array_equal(rows, np.vstack([forces, forces[-1]]))
 
 
 def test_what_a_simulation_was_given_by_steps_is_told_to_be_missing(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from continuair.flight.camera_timing import loop_over
 from continuair.flight.inputs import groups_in_use, sample_inputs
 from continuair.flight.probing import warn_of_jumps
 from continuair.flight.resolution import RESOLVED, step_error, unresolved
-from continuair.flight.time_grid import Grid, Marks, shared_grids, stage_times
+from continuair.flight.time_grid import Grid, Marks, seen_at, shared_grids, stage_times
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import COMMAND, FIELDS
@@ -42,7 +42,8 @@ class Cohort:
     @cached_property
     def at_samples(self) -> Drive:
         """What acts on these runs at the samples."""
-        return self.sampled or self.flight.drive(self.grid.samples, self.runs)
+        times = seen_at(self.grid.samples, self.flight.scenario.jumps)
+        return self.sampled or self.flight.drive(times, self.runs)
 
     @property
     def start(self) -> Start:

@@ -34,7 +34,7 @@ def integrate_reference(flight: Flight, engine: Engine, cohort: Cohort, toleranc
     branch = [start.angle[0]]
     y = start.states[0].copy()
     log[0, 0] = _row(y, branch[0], layout)
-    edges = [0.0, *grid.starts[grid.opens], float(grid.samples[-1])]
+    edges = [*grid.starts[grid.opens], float(grid.samples[-1])]
     timed = any(callable(getattr(flight.scenario, name)) for name in FIELDS)
     longest = _LONGEST * float(flight.steps[0]) if timed else np.inf
     overbent: list[float] = []

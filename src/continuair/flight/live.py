@@ -22,7 +22,7 @@ from continuair.flight.probing import warn_of_jumps
 from continuair.flight.reading import GIVEN_TO_STEPS
 from continuair.flight.resolution import summed, warn_of_saturation
 from continuair.flight.steps import check_divides
-from continuair.flight.time_grid import Grid, Marks, grid_of, marks_at, stage_times
+from continuair.flight.time_grid import Grid, Marks, grid_of, marks_at, seen_at, stage_times
 from continuair.flight.trajectory import WATCHED_VARIABLES, Recorder, default_variables, in_front
 from continuair.kernels.dynamics import MODELS
 from continuair.kernels.rollout import SUMS
@@ -224,7 +224,7 @@ class Simulation:
         scenario, engine = self._scenario, self._engine
         times = self._marks(0).samples[:-1]
         log = np.stack(self._rows)[None]
-        acting = self._drive(times, np.stack(self._pushes)[:, None])
+        acting = self._drive(seen_at(times, scenario.jumps), np.stack(self._pushes)[:, None])
         names, scene, watched = default_variables(self._vehicle, scenario), None, None
         if scenario.targets:
             names += tuple(sorted(WATCHED_VARIABLES))

@@ -16,7 +16,10 @@ _ROUNDING = 1e-6
 """Share of a sample that is left over by rounding alone."""
 
 _LAST_DIGITS = 1e-9
-"""Share of a time within which a jump may be elsewhere by rounding."""
+"""Share of a time by which steps stay beside a jump, as rounding may put it elsewhere."""
+
+_SAME = 0.05 * _LAST_DIGITS
+"""Share of a time within which a jump is the sample there: less than steps stay beside it."""
 
 _WITHIN = 1e-3
 """Share of a step within which its ends may be elsewhere."""
@@ -37,7 +40,10 @@ class Grid:
 
 @dataclass(frozen=True)
 class Marks:
-    """Times [s] that steps have to end at: samples (n,), all of them, and the jumps among them."""
+    """Times [s] that steps have to end at: samples (n,), all of them, and the jumps among them.
+
+    Start and end of a flight are jumps, too: what an input is beyond them does not act.
+    """
 
     samples: np.ndarray
     times: np.ndarray
@@ -57,7 +63,7 @@ def marks_of(
     # The last interval is the shorter one; what is left of rounding is none.
     count = max(1, int(np.ceil(duration / sample - _ROUNDING)))
     samples = np.append(sample * np.arange(count), duration)
-    return marks_at(samples, jumps, control_period, latency, knots)
+    return marks_at(samples, np.append(jumps, duration), control_period, latency, knots)
 
 
 def marks_at(
@@ -69,17 +75,12 @@ def marks_at(
 ) -> Marks:
     """The marks of a flight, or of a part, with samples (n,) at these times [s], first to last.
 
-    A jump within rounding of a sample is that sample, which moves there; the first and the last one
-    are met from inside.
+    A jump within rounding of a sample is at that sample; the first and the last one are met from
+    inside.
     """
     samples, end = np.array(samples, float), float(samples[-1])
-    near_end = 1e-9 * end
-    inside = np.array(jumps, float)
-    inside = inside[(inside > samples[0] - near_end) & (inside < end + near_end)]
-    near = _nearest(samples, inside)
-    same = np.abs(samples[near] - inside) < near_end
-    samples[near[same]] = inside[same]
-    inside = inside[(inside >= samples[0]) & (inside <= samples[-1])]
+    inside = _at_samples(np.append(0.0, jumps), samples)
+    inside = inside[(inside >= samples[0]) & (inside <= end)]
     times, kinks = np.union1d(samples, inside), np.array(knots, float)
     times = _merged(times, kinks[(kinks > samples[0]) & (kinks < end)])
     if control_period is not None:
@@ -154,6 +155,14 @@ def _merged(marks: np.ndarray, instants: np.ndarray) -> np.ndarray:
     return np.union1d(marks, instants[gap > 1e-9 * marks[-1]])
 
 
+def _at_samples(jumps: np.ndarray, samples: np.ndarray) -> np.ndarray:
+    """Jumps [s], of which those within rounding of one of two or more samples are at it."""
+    nearest = samples[_nearest(samples, jumps)]
+    same = np.abs(nearest - jumps) < _SAME * jumps
+    found: np.ndarray = np.where(same, nearest, jumps)
+    return found
+
+
 def _nearest(marks: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Index of the mark, of two or more in order, that is nearest to each time."""
     after = np.clip(np.searchsorted(marks, times), 1, len(marks) - 1)
@@ -168,6 +177,17 @@ def stage_times(grid: Grid) -> np.ndarray:
     start[opens] = beside(start[opens], grid.steps[opens], np.inf)
     end[closes] = beside(end[closes], grid.steps[closes], -np.inf)
     return np.column_stack([start, grid.starts + 0.5 * grid.steps, end]).ravel()
+
+
+def seen_at(samples: np.ndarray, jumps: ArrayLike) -> np.ndarray:
+    """Times [s] at which samples (n,) show inputs: at a jump as the next step begins with them, at
+    the end as the last step ends."""
+    if len(samples) < 2:
+        return samples
+    steps = np.diff(samples)
+    opens = np.isin(samples, _at_samples(np.asarray(jumps, float), samples))[:-1]
+    begins = np.where(opens, beside(samples[:-1], steps, np.inf), samples[:-1])
+    return np.append(begins, beside(samples[-1], steps[-1], -np.inf))
 
 
 def beside(jumps: ArrayLike, steps: ArrayLike, side: float) -> np.ndarray:

@@ -16,6 +16,7 @@ from continuair.errors import ContinuairWarning, InputError
 from continuair.flight.inputs import evaluated, field_width
 from continuair.flight.prepare import check_scenario
 from continuair.flight.reading import BATCH_ROW, GIVEN_TO_STEPS, run_of, scenario_of
+from continuair.flight.time_grid import seen_at
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import FIELDS, PUSH, Layout
 from continuair.vehicle.vehicle import Vehicle
@@ -92,7 +93,8 @@ def sampled(field: str, value: Any, flight: xr.Dataset, vehicle: Vehicle) -> Arr
     """
     times, width = flight["time"].to_numpy(), field_width(field, Layout(vehicle.shape))
     if callable(value):
-        rows = evaluated(field, value, times, width)
+        seen = seen_at(times, scenario_of(flight).get("jumps", ()))
+        rows = evaluated(field, value, seen, width)
     else:
         rows = np.asarray(value, float).reshape(1, -1, width)
     row = run_of(flight) if rows.shape[1] > 1 else 0
