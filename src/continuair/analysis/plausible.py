@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from continuair.analysis.excited import excited_arm
-from continuair.analysis.groups import place
+from continuair.analysis.groups import GRAVITY, place
 from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle
 
@@ -18,10 +18,25 @@ _MODULUS = (1e4, 1.3e12)
 _GYRATION = (0.01, 3.0)
 """Radii of gyration of UAVs [m]."""
 
+_FAR = 5.0
+"""Distance within which all parts of a vehicle are, over its arm and radius of gyration."""
+
+_STRONG = 30.0
+"""Lift over weight of no multirotor."""
+
+_SLOW = 2.0
+"""Time in which every rotor follows its command [s]."""
+
 
 def doubts(vehicle: Vehicle) -> list[str]:
     """Sentences on values of a vehicle that are hardly meant; none where all look well."""
-    return [*_of_uav(vehicle), *_of_sections(vehicle), *_of_sag(vehicle)]
+    return [
+        *_of_uav(vehicle),
+        *_of_places(vehicle),
+        *_of_rotors(vehicle),
+        *_of_sections(vehicle),
+        *_of_sag(vehicle),
+    ]
 
 
 def _of_uav(vehicle: Vehicle) -> list[str]:
@@ -35,12 +50,49 @@ def _of_uav(vehicle: Vehicle) -> list[str]:
     ]
 
 
+def _of_places(vehicle: Vehicle) -> list[str]:
+    rotors = vehicle.uav.rotors
+    places = {"uav.mount": vehicle.uav.mount, "camera.position": vehicle.camera.position}
+    if vehicle.has_arm_list:
+        places |= {f"arm.{arm.name}.mount": arm.mount for arm in vehicle.arms}
+    if rotors is not None:
+        places["uav.rotors: a rotor"] = max(rotors.hubs.tolist(), key=np.linalg.norm)
+    inertia = float(np.linalg.eigvalsh(np.asarray(vehicle.uav.inertia))[-1])
+    most = _FAR * (excited_arm(vehicle).length + np.sqrt(inertia / vehicle.uav.mass))
+    return [
+        f"{name} is {distance:.3g} m away, for such a vehicle far; is it in metres?"
+        for name, at in places.items()
+        if (distance := float(np.linalg.norm(at))) > most
+    ]
+
+
+def _of_rotors(vehicle: Vehicle) -> list[str]:
+    rotors, found = vehicle.uav.rotors, []
+    if rotors is None:
+        return []
+    lift = float(rotors.count * rotors.highest / (GRAVITY * vehicle.mass))
+    if lift > _STRONG:
+        found.append(
+            f"uav.rotors.thrust_limits let the rotors lift {lift:.3g} times the weight; are they "
+            "in newtons?"
+        )
+    if rotors.lag > _SLOW:
+        found.append(f"uav.rotors.lag is {rotors.lag:g} s, very slow; is it in seconds?")
+    if rotors.torque_per_thrust > 1.0:
+        found.append(
+            f"uav.rotors.torque_per_thrust is {rotors.torque_per_thrust:g} m, more than any "
+            "rotor's; is it in metres?"
+        )
+    return found
+
+
 def _of_sections(vehicle: Vehicle) -> list[str]:
     found = []
     for arm in vehicle.arms:
         for section in arm.section:
             at = f"arm.{arm.name}.section.{section.name}." if vehicle.has_arm_list else "arm."
-            found += [at + text for text in [*_of_material(section), *_of_disks(section, vehicle)]]
+            texts = *_of_material(section), *_of_damping(section), *_of_disks(section, vehicle)
+            found += [at + text for text in texts]
         tip = arm.tip.mass if arm.tip is not None else 0.0
         if tip > vehicle.uav.mass:
             found.append(f"arm.{arm.name}.tip.mass is {tip:g} kg, {_MORE}")
@@ -53,6 +105,13 @@ _MORE = "more than the UAV's; is it in kilograms, not grams?"
 def _of_disks(section: Section, vehicle: Vehicle) -> list[str]:
     heavy = [i for i, disk in enumerate(section.disks) if disk.mass > vehicle.uav.mass]
     return [f"disks.{i}.mass is {section.disks[i].mass:g} kg, {_MORE}" for i in heavy[:1]]
+
+
+def _of_damping(section: Section) -> list[str]:
+    ratio = section.damping_ratio
+    if ratio is None or ratio <= 1.0:
+        return []
+    return [f"damping_ratio is {ratio:g}, at which nothing swings; is it a share, not per cent?"]
 
 
 def _of_material(section: Section) -> list[str]:

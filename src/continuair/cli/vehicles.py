@@ -57,11 +57,13 @@ def check(
     with progress_bar() as progress:
         progress(0, 1, "finding rest, modes and steps")
         from continuair.analysis.plausible import doubts
+
+        # First of all: what is hardly meant may have no rest, modes or steps.
+        for doubt in doubts(vehicle):
+            typer.echo(f"Warning: {doubt}", err=True)
         from continuair.studies.check import MODES, at_rest, facts, modes_of
 
         rest = at_rest(vehicle)
         known, found = facts(vehicle, rest), modes_of(vehicle, rest)
     print_table([f"vehicle {vehicle.name}", ""], [list(line) for line in known])
     print_table(list(MODES), [list(line) for line in found])
-    for doubt in doubts(vehicle):
-        typer.echo(f"Warning: {doubt}", err=True)

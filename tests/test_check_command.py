@@ -1,0 +1,170 @@
+"""`continuair check`: what follows from a vehicle, and what of it is hardly meant."""
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import continuair.cli as cli
+from continuair.analysis.linear import bending_frequencies
+from continuair.analysis.modes import modes
+from continuair.vehicle.vehicle import load_vehicle, preset_text
+
+PAPER_TOML = preset_text("paper")
+
+
+@pytest.fixture(autouse=True)
+def in_an_empty_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def run(*arguments: str) -> Any:
+    return CliRunner().invoke(cli.app, list(arguments))
+
+
+def test_check_of_an_unusable_file_names_the_file_and_the_field() -> None:
+    Path("wrong.toml").write_text('name = "x"\n[uav]\nmass = -1\ninertia = [1, 1, 1]\n')
+    result = run("check", "wrong.toml")
+    assert result.exit_code == 2
+    assert "wrong.toml: uav.mass is -1" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_check_shows_mass_ratio_and_both_bending_frequencies() -> None:
+    result = run("check", "paper")
+    assert result.exit_code == 0, result.output
+    for part in ("0.6165 kg", "0.3083", "clamped", "free fall", "57.41", "143.3", "ms"):
+        assert part in result.stdout
+
+
+def test_check_shows_the_step_that_a_heavily_damped_arm_needs() -> None:
+    clamped, free = bending_frequencies(load_vehicle("paper"))
+    # Freeing the base raises the decay γ by the square of what it raises the frequency by.
+    decay = 4.0 * clamped * (free / clamped) ** 2
+    rates = {"0.0": free, "4.0": decay + math.sqrt(decay**2 - free**2)}
+    for ratio, rate in rates.items():
+        Path("mine.toml").write_text(
+            PAPER_TOML.replace("damping = 0.0", f"damping_ratio = {ratio}")
+        )
+        shown = run("check", "mine.toml").stdout
+        assert f"{rate:.4g} 1/s" in shown
+        assert f"{1e3 * 0.2 / rate:.3g} ms" in shown
+
+
+def test_check_shows_the_same_fastest_rate_in_a_wash_which_halves_the_step() -> None:
+    rotors = '[uav.rotors]\nlayout = "quad_x"\nlever = 0.2\nthrust_limits = [0.0, 20.0]\n'
+    rotors += "torque_per_thrust = 0.016\nradius = 0.12\n\n[arm]\ndrag_coefficient = 1.1"
+    Path("washed.toml").write_text(PAPER_TOML.replace("[arm]", rotors))
+    _, free = bending_frequencies(load_vehicle("paper"))
+    shown = run("check", "washed.toml").stdout
+    assert f"{free:.4g} 1/s" in shown
+    assert f"{1e3 * 0.1 / free:.3g} ms" in shown
+
+
+def test_check_shows_modes_about_the_hover_and_the_step_of_a_flight() -> None:
+    vehicle = load_vehicle("paper")
+    shown = run("check", "paper").stdout
+    for base in ("clamped", "hovering"):
+        lowest = modes(vehicle, base=base).frequencies[0]
+        (line,) = (line for line in shown.splitlines() if line.split()[:1] == [base])
+        assert f"{lowest:.4g}" in line
+    assert "gravity number g / l ω²" in shown
+    assert "step taken, arm let go" in shown
+
+
+def test_check_shows_what_rotors_have_left() -> None:
+    """Straight, a quarter of the weight each; bent by α, the arm's centre is α l / 6 off, which the
+    rotors on that side carry besides at their lever over √2."""
+    rotors = '[uav.rotors]\nlayout = "quad_x"\nlever = 0.2\nthrust_limits = [0.0, 20.0]\n'
+    rotors += "torque_per_thrust = 0.016\n\n[arm]"
+    Path("quad.toml").write_text(PAPER_TOML.replace("[arm]", rotors))
+    shown = run("check", "quad.toml").stdout
+    vehicle = load_vehicle("paper")
+    weight, arm = 9.81 * vehicle.mass, 9.81 * vehicle.arm.mass
+    off = (1.0 - np.sin(1.0)) * vehicle.arm.length  # ∫ (1 - cos αs)/α ds at α = 1
+    for words, thrust in (
+        ("arm straight", weight / 4.0),
+        ("arm bent by 1 rad", weight / 4.0 + arm * off / (4.0 * 0.2 / np.sqrt(2.0))),
+    ):
+        (line,) = (line for line in shown.splitlines() if f"rotors' margin, {words}" in line)
+        assert f"{1.0 - thrust / 20.0:.0%}" in line
+
+
+def test_check_says_that_leaning_rotors_do_not_hover() -> None:
+    rotors = "[uav.rotors]\nthrust_limits = [0.0, 20.0]\ntorque_per_thrust = 0.016\nrotor = [\n"
+    for x, y, spin in ((0.2, 0.2, 1), (-0.2, 0.2, -1), (-0.2, -0.2, 1), (0.2, -0.2, -1)):
+        rotors += f"  {{ position = [{x}, {y}, 0.0], axis = [0.5, 0.0, 1.0], spin = {spin} }},\n"
+    Path("lean.toml").write_text(PAPER_TOML.replace("[arm]", rotors + "]\n\n[arm]"))
+    told = " ".join(run("check", "lean.toml").stdout.split())
+    assert "push a level vehicle sideways by 12.8 N" in told
+
+
+def test_check_says_that_rotors_cannot_hold_a_bent_arm() -> None:
+    """On a short lever an arm that is bent asks the rotors on one side to pull down."""
+    rotors = '[uav.rotors]\nlayout = "quad_x"\nlever = 0.04\nthrust_limits = [0.0, 40.0]\n'
+    rotors += "torque_per_thrust = 0.016\n\n[arm]"
+    Path("short.toml").write_text(PAPER_TOML.replace("[arm]", rotors))
+    shown = run("check", "short.toml").stdout
+    line = " ".join(shown.split()).partition("rotors' margin, arm bent by 1 rad ")[2]
+    assert line.startswith("none: a rotor would have to give -")
+
+
+def rotors(lever: float = 0.2, most: float = 20, lag: float = 0.03, torque: float = 0.02) -> str:
+    """A table of rotors, and the head of the one after."""
+    return (
+        f'[uav.rotors]\nlayout = "quad_x"\nlever = {lever}\nthrust_limits = [0, {most}]\n'
+        f"lag = {lag}\ntorque_per_thrust = {torque}\n\n[arm]"
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "other", "doubt"),
+    [
+        ("density = 7850.0", "density = 1e9", "arm.density is 1e+09 kg/m³, more than any"),
+        ("radius = 0.005", "radius = 0.0002", "would sag by at least"),
+        (
+            "damping = 0.0",
+            "disks = [{position = 1, mass = 30}]",
+            "disks.0.mass is 30 kg, more than",
+        ),
+        ("[0.024, 0.024, 0.047]", "[24, 24, 47]", "is it in kg m²?"),
+        ("damping = 0.0", "damping_ratio = 2", "arm.damping_ratio is 2, at which nothing swings"),
+        ("mount = [0.0, 0.0, 0.0]", "mount = [0, 0, -60]", "uav.mount is 60 m away"),
+        ("\nposition = [0.0, 0.0, 0.0]", "\nposition = [30, 0, 0]", "camera.position is 30 m away"),
+        ("[arm]", rotors(lever=200), "uav.rotors: a rotor is 200 m away"),
+        ("[arm]", rotors(most=800), "lift 125 times the weight; are they in newtons?"),
+        ("[arm]", rotors(lag=30), "uav.rotors.lag is 30 s, very slow"),
+        ("[arm]", rotors(torque=16), "uav.rotors.torque_per_thrust is 16 m, more than any"),
+    ],
+)
+def test_check_warns_of_what_is_hardly_meant(text: str, other: str, doubt: str) -> None:
+    assert text in PAPER_TOML
+    Path("mine.toml").write_text(PAPER_TOML.replace(text, other))
+    result = run("check", "mine.toml")
+    assert result.exit_code == 0
+    assert doubt in result.stderr
+
+
+def test_check_has_no_doubts_of_a_common_vehicle() -> None:
+    Path("mine.toml").write_text(PAPER_TOML.replace("[arm]", rotors()))
+    assert "Warning" not in run("check", "mine.toml").stderr
+
+
+def test_check_warns_of_what_is_hardly_meant_before_it_fails_on_it() -> None:
+    Path("soft.toml").write_text(re.sub("youngs_modulus = .*", "youngs_modulus = 40", PAPER_TOML))
+    result = run("check", "soft.toml")
+    assert result.exit_code == 2
+    assert "arm.youngs_modulus is 40 Pa, less than any material's" in result.stderr
+
+
+def test_check_shows_what_constant_curvature_costs_beside_the_beam() -> None:
+    result = run("check", "paper")
+    lines = [line.split() for line in result.stdout.splitlines()]
+    errors = {" ".join(line[1:-3]): line[-1] for line in lines if line[:1] == ["beam:"]}
+    assert errors["tip deflection under a tip force"] == "(-25.0%)"
+    # sqrt(20) / 3.516 - 1
+    assert errors["first frequency, UAV clamped"] == "(+27.2%)"
