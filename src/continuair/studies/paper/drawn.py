@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from continuair.flight.resolution import steps_told_of
-from continuair.flight.rotors import open_loop_flight
-from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, tip_chirp
+from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, open_loop_test, tip_chirp
 from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.pairs import run_pairs
 from continuair.sweeps.sampling import sobol_box
@@ -85,7 +84,7 @@ def _draw(vehicle: Vehicle) -> Vehicle:
 
 
 def _scenarios(drawn: Vehicle) -> dict[str, Scenario]:
-    tests = {name: open_loop_flight(drawn, name) for name in OPEN_LOOP_TESTS}
+    tests = {name: open_loop_test(name) for name in OPEN_LOOP_TESTS}
     fall = tests["B"]
     return tests | {
         FORCE_ON_UAV: fall.replace(force=_force_of_test_d),

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from functools import cached_property
+from operator import attrgetter
 from typing import Any
 
 from continuair.controllers.gain_files import load_gains
+from continuair.errors import ContinuairWarning
 from continuair.kernels.dynamics import PLANTS
 from continuair.progress import Progress
 from continuair.studies.cost import cost
@@ -22,8 +25,13 @@ Keep = Callable[[str, Any], None]
 """Called with a study's name and result once it has run."""
 
 
-_PERFECT = {"camera.noise": 0.0, "camera.frame_rate": 0.0, "camera.latency": 0.0}
-"""The camera of the paper, which sees without noise and delay whenever the law asks."""
+_IDEAL = {
+    "uav.rotors": None,
+    "camera.noise": 0.0,
+    "camera.frame_rate": 0.0,
+    "camera.latency": 0.0,
+}
+"""The paper's vehicle, whose forces act directly and whose camera sees at once what is there."""
 
 
 class NotFlown(Exception):
@@ -33,7 +41,7 @@ class NotFlown(Exception):
 class Evidence:
     """Studies of a vehicle; each runs once, when it is first read.
 
-    vehicle: as the paper has it: a round rod, with a perfect camera, whatever its own one is.
+    vehicle: taken as the paper has it, without rotors and with a perfect camera, and says so.
     quick: without the second reading of f, the settings but the nominal one and the letters but M;
     what is left out raises NotFlown. progress: called with (done, total, what) by each study. keep:
     called with its name and result when one has run. before_timing: called before times are taken,
@@ -114,5 +122,14 @@ class Evidence:
 
 
 def _as_in_the_paper(vehicle: Vehicle) -> Vehicle:
-    """The vehicle as sentences are about it: of one section, a round rod, with a perfect camera."""
-    return as_rod(check_one_section(vehicle)).replace(_PERFECT)
+    """The vehicle as sentences are about it: of one section, a round rod, and _IDEAL."""
+    rod = as_rod(check_one_section(vehicle))
+    other = [name for name, value in _IDEAL.items() if attrgetter(name)(rod) != value]
+    if other:
+        warnings.warn(
+            f"sentences of the paper are judged without {', '.join(other)}: its forces act "
+            "directly, and its camera is perfect.",
+            ContinuairWarning,
+            stacklevel=3,
+        )
+    return rod.replace(_IDEAL)

@@ -7,9 +7,9 @@ import xarray as xr
 
 from continuair import equations
 from continuair.analysis.metrics import samples
-from continuair.flight.rotors import open_loop_flight
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import PLANTS
+from continuair.scenario.paper_tests import open_loop_test
 from continuair.studies.extremes import largest, least
 from continuair.studies.paper.drawn import MOST
 from continuair.studies.paper.evidence import Evidence, NotFlown
@@ -186,10 +186,10 @@ def passive_arm(evidence: Evidence) -> Judgement:
 
 def _both(vehicles: Vehicle, test: str) -> xr.Dataset:
     """An open-loop test with both models, over (model, run, time)."""
-    flown = open_loop_flight(vehicles, test)
+    scenario = open_loop_test(test)
     return by_model(
         {
-            model: simulate(vehicles, flown, model=model, variables=["tip_position"])
+            model: simulate(vehicles, scenario, model=model, variables=["tip_position"])
             for model in PLANTS
         }
     )

@@ -16,9 +16,8 @@ from scipy.spatial.transform import Rotation
 
 from continuair import equations
 from continuair.flight.resolution import steps_told_of
-from continuair.flight.rotors import open_loop_flight
 from continuair.flight.simulate import simulate
-from continuair.scenario.paper_tests import OPEN_LOOP_TESTS
+from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, open_loop_test
 from continuair.sweeps.pairs import run_pairs
 from continuair.vehicle.coordinates import paper_rates
 from continuair.vehicle.vehicle import Vehicle
@@ -79,7 +78,7 @@ def shares_of_energy(vehicle: Vehicle, test: str) -> tuple[Shares, Shares]:
     """
     bare, full = without_disks(vehicle), with_disks(vehicle)
     with steps_told_of():
-        flown = simulate(full, open_loop_flight(full, test), sample=_BETWEEN_SAMPLES)
+        flown = simulate(full, open_loop_test(test), sample=_BETWEEN_SAMPLES)
     q, qd = _motion(full, flown)
     whole = _energies(full, q, qd)
     of_disks = np.abs(whole - _energies(bare, q, qd)).sum(axis=1)
@@ -91,9 +90,7 @@ def shares_of_energy(vehicle: Vehicle, test: str) -> tuple[Shares, Shares]:
 def errors_of_tests(vehicle: Vehicle) -> dict[str, float]:
     """RMSE of the tip between the decoupled and the coupled flight [m], by test."""
     with steps_told_of():
-        found = {
-            test: run_pairs(vehicle, open_loop_flight(vehicle, test)) for test in OPEN_LOOP_TESTS
-        }
+        found = {test: run_pairs(vehicle, open_loop_test(test)) for test in OPEN_LOOP_TESTS}
     return {test: float(pair["rmse_t_m"].sel(model="decoupled")[0]) for test, pair in found.items()}
 
 
