@@ -15,7 +15,7 @@ PACKAGE = Path(continuair.errors.__file__).parent
 ROOMS = {
     "": [
         {"errors"},
-        {"files", "checks", "progress"},
+        {"files", "checks", "progress", "warning"},
         {"vehicle"},
         {"equations"},
         {"kernels"},

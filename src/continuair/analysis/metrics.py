@@ -6,7 +6,6 @@ are runs, and results then hold one number per run.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -14,12 +13,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from continuair.errors import ContinuairWarning, InputError, shown
+from continuair.errors import InputError, shown
 from continuair.flight.resolution import warn_of_lost_angles
 from continuair.vehicle.coordinates import continuous_euler, paper_rates
 from continuair.vehicle.following import CHANGE, unfollowed
 from continuair.vehicle.layout import ONE_SECTION
 from continuair.vehicle.vehicle import Vehicle
+from continuair.warning import warn
 
 Array = NDArray[np.float64]
 
@@ -264,10 +264,9 @@ def _warn_of_ended(name: str, flight: xr.Dataset) -> None:
     run = int(np.flatnonzero(status)[0])
     which = f"run {run} of {name}" if status.size > 1 else name
     end = f" at {np.ravel(flight['end_time'])[run]:g} s" if "end_time" in flight.variables else ""
-    warnings.warn(
+    warn(
         f"{which} ended early{end} with status {status[run]}, and its differences are NaN; compare "
         "runs that reach their end.",
-        ContinuairWarning,
         stacklevel=3,
     )
 

@@ -157,6 +157,7 @@ def _use_temporary_cache(problem: str) -> None:
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     _temporary.append(folder)
     wp.config.kernel_cache_dir = str(folder)
+    # Of this machine: no study leaves it untold.
     warnings.warn(
         f"the kernel cache {printed(where)} cannot be used ({problem}): this run compiles its "
         "kernels into a temporary folder; set WARP_CACHE_PATH to a folder that you may write to.",

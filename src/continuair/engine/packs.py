@@ -59,6 +59,7 @@ def packs_work(precision: str) -> bool:
 
 
 def _refused(why: str) -> bool:
+    # Of this machine: no study leaves it untold.
     warnings.warn(
         f"runs fly one by one, which takes several times as long, because packs of runs do not "
         f"work here ({why}); use another version of Warp than {wp.__version__}.",

@@ -7,7 +7,6 @@ or, of a field that is 0 or hardly counts, found by steps that get shorter until
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -15,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from continuair.engine.pack import pack_plants, pack_table
-from continuair.errors import ContinuairWarning, InputError, shown
+from continuair.errors import InputError, shown
 from continuair.vehicle.replacing import value_of
 from continuair.vehicle.vehicle import Vehicle
+from continuair.warning import untold
 
 Array = np.ndarray
 
@@ -170,8 +170,7 @@ def _difference(
     for places, weights in _STENCILS:
         values = value + np.multiply.outer(places, moved)
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", ContinuairWarning)
+            with untold():
                 batch = vehicle.replace({name: values})
         except InputError as error:
             refused.append(error)

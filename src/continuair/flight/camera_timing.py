@@ -104,8 +104,8 @@ def _timing(vehicle: Vehicle, scenario: Scenario, grid: Grid) -> Timing:
                     "which a controller at every stage cannot have; give a period [s], such as "
                     "1e-3."
                 )
-        acts = np.append(True, grid.sample_after[:-1] >= 0)
-        return Timing(acts.astype(np.int32), np.full(steps, -1), np.zeros(steps, int), True)
+        every = np.ones(steps, np.int32)
+        return Timing(every, np.full(steps, -1), np.zeros(steps, int), True)
     rate, latency = (_one("camera." + n, getattr(camera, n)) for n in ("frame_rate", "latency"))
     counts = np.round(grid.starts / period)
     acts = np.abs(grid.starts - counts * period) < 1e-9 * grid.samples[-1]

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import warnings
 from contextlib import AbstractContextManager
 
 import numpy as np
 import xarray as xr
 
-from continuair.errors import ContinuairWarning
-from continuair.flight.resolution import in_runs, untold
+from continuair.flight.resolution import in_runs
 from continuair.flight.trajectory import Recorder
 from continuair.scenario.scenarios import Scenario
+from continuair.warning import untold, warn
 
 Array = np.ndarray
 
@@ -36,11 +35,10 @@ def warn_of_limits(recorder: Recorder, stacklevel: int) -> None:
     of = in_runs(runs.sum(), len(runs))
     first = recorder.flight.marks.samples[np.flatnonzero(at.any(axis=0))[0]]
     names = ", ".join(name for name, each in parts.items() if each.any())
-    warnings.warn(
+    warn(
         f"controller {controller.name} reaches its limits{of}: {names} from t = {first:.3g} s on, "
         f"at {100.0 * at[runs].mean():.3g} % of the samples; see the result's command, or give "
         "limits that leave room.",
-        ContinuairWarning,
         stacklevel=stacklevel,
     )
 
@@ -65,11 +63,10 @@ def warn_of_runs_at_limits(shares: Array, scenario: Scenario, stacklevel: int) -
     """Warn of runs whose commands are at limits, by the share of samples (runs, models)."""
     runs = np.asarray(shares.any(axis=1))
     if scenario.controller is not None and runs.any():
-        warnings.warn(
+        warn(
             f"controller {scenario.controller.name} reaches its limits"
             f"{in_runs(runs.sum(), len(runs))}, at up to {100.0 * shares.max():.3g} % of the "
             "samples; see the command that simulate returns, or give limits that leave room.",
-            ContinuairWarning,
             stacklevel=stacklevel,
         )
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from continuair.engine.engine import Drive
-from continuair.errors import ContinuairWarning, InputError
+from continuair.errors import InputError
 from continuair.flight.inputs import evaluated, field_width
 from continuair.flight.steps import told_rate
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import FIELDS, Layout
+from continuair.warning import warn
 
 Array = np.ndarray
 
@@ -117,11 +117,10 @@ class Probe:
                     worst = float(shares[at]), blur.field, float(step), float(blur.times[at])
         if worst is not None:
             share, name, step, time = worst
-            warnings.warn(
+            warn(
                 f"{name} changes within steps of {step:.3g} s: near t = {time:.4g} s it is "
                 f"{100.0 * share:.2g} % of its largest value off what the steps see of it; give a "
                 "shorter step, or name the times at which it jumps in jumps.",
-                ContinuairWarning,
                 stacklevel=stacklevel,
             )
 
@@ -180,10 +179,9 @@ def warn_of_jumps(
         at = int(np.argmax(share))
         if share[at] > JUMP and name not in told:
             told.add(name)
-            warnings.warn(
+            warn(
                 f"{name} jumps within a step near t = {starts[at]:.3g} s, which costs the steps "
                 "their order; name the time of the jump in jumps, or smooth it.",
-                ContinuairWarning,
                 stacklevel=stacklevel,
             )
             return

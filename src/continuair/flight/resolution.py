@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
 
 import numpy as np
 
-from continuair.errors import ContinuairWarning
+from continuair.warning import untold, warn
 
 Array = np.ndarray
 
@@ -80,23 +79,22 @@ def warn_of_coarse_steps(errors: Array, steps: Array, stacklevel: int) -> None:
     if not len(coarse):
         return
     of = in_runs(len(coarse), len(errors))
-    warnings.warn(
+    warn(
         f"step_error reaches {np.nanmax(errors):.2g} arm lengths{of}: steps of "
         f"{steps[coarse].max():.3g} s do not resolve this flight to {RESOLVED:g}; give a shorter "
         "step, or a shorter flight if it is chaotic.",
-        ContinuairWarning,
         stacklevel=stacklevel,
     )
 
 
 def warn_of_missed_inputs(errors: Array, steps: Array, stacklevel: int) -> None:
-    """Warn if steps (runs,) [s] missed what inputs do, by step_error (runs, models)."""
+    """Warn if steps (runs,) [s] missed all of what happened, by step_error (runs, models)."""
     missed = np.isinf(errors).any(axis=1)
     if missed.any():
-        warnings.warn(
-            f"step_error is inf in {missed.sum()} of {len(errors)} runs: inputs change within "
-            f"steps of {steps[missed].min():.3g} s; give a shorter step, or step = 'auto'.",
-            ContinuairWarning,
+        warn(
+            f"step_error is inf in {missed.sum()} of {len(errors)} runs: inputs change, or "
+            f"a motion diverges, within steps of {steps[missed].min():.3g} s; give a shorter step, "
+            "or step = 'auto'.",
             stacklevel=stacklevel,
         )
 
@@ -105,11 +103,10 @@ def warn_of_saturation(largest: Array, stacklevel: int) -> None:
     """Warn if rotors were asked for thrusts beyond their limits, (runs,) or (runs, models)."""
     wrong = np.asarray(largest.reshape(len(largest), -1).max(axis=1) > _ROUNDING)
     if wrong.any():
-        warnings.warn(
+        warn(
             f"rotors saturate{in_runs(wrong.sum(), len(wrong))}: they are asked for up to "
             f"{100.0 * np.nanmax(largest):.3g} % of their range beyond it; see the result's "
             "saturation, or give thrust_limits that leave room.",
-            ContinuairWarning,
             stacklevel=stacklevel,
         )
 
@@ -119,31 +116,20 @@ def warn_of_lost_angles(lost: Array, sample: float, stacklevel: int) -> None:
     runs, count = np.size(lost), int(np.count_nonzero(lost))
     if count:
         of = in_runs(count, runs)
-        warnings.warn(
+        warn(
             f"nrmse_r and rmse_r_rad are NaN{of}: samples of {sample:.3g} s do not follow roll, "
             "pitch and yaw of the tip; give a finer sample, or use angle_rad, which always holds.",
-            ContinuairWarning,
             stacklevel=stacklevel,
         )
 
 
 def warn_of_lost_coordinates(sample: float, time: float, stacklevel: int) -> None:
     """Warn that samples [s] do not follow the Euler angles of q near a time [s]."""
-    warnings.warn(
+    warn(
         f"q: roll, pitch and yaw are not followed by samples of {sample:.3g} s near t = "
         f"{time:.3g} s; give a finer sample, or use attitude.",
-        ContinuairWarning,
         stacklevel=stacklevel,
     )
-
-
-@contextmanager
-def untold(*texts: str) -> Iterator[None]:
-    """No warnings that begin like one of these, for a study that has another way to tell."""
-    with warnings.catch_warnings():
-        for text in texts:
-            warnings.filterwarnings("ignore", text, ContinuairWarning)
-        yield
 
 
 def steps_told_of() -> AbstractContextManager[None]:

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
 
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.engine.pack import per_run
-from continuair.errors import ContinuairWarning, InputError
+from continuair.errors import InputError
 from continuair.flight.resolution import UNSEEN, in_runs
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import FIELDS, GENERAL
+from continuair.warning import warn
 
 Array = np.ndarray
 
@@ -270,10 +270,9 @@ def warn_of_fast_inputs(steps: Array, rates: Array, stacklevel: int) -> None:
     missed = rates * steps > UNSEEN
     if missed.any():
         of = in_runs(missed.sum(), len(steps))
-        warnings.warn(
+        warn(
             f"step is {steps[missed].max():g} s, in which inputs or rotors change by more than it "
             f"follows{of}; use {UNSEEN / rates.max():.3g} s or less, or step='auto'.",
-            ContinuairWarning,
             stacklevel=stacklevel,
         )
 
@@ -298,10 +297,9 @@ def _warn_if_coarse(steps: Array, fine: Array, stacklevel: int) -> None:
     coarse = steps > fine * (1.0 + 1e-9)
     if coarse.any():
         of = in_runs(coarse.sum(), len(fine))
-        warnings.warn(
+        warn(
             f"step is {steps.max():g} s, which is too coarse for the fastest motion of vehicle and "
             f"start (stiffest bending mode, its damping, initial rates){of}: RK4 will distort it; "
             f"use {fine.min():.3g} s or less, or step='auto'.",
-            ContinuairWarning,
             stacklevel=stacklevel,
         )

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from continuair.errors import ContinuairWarning, InputError, nearest
+from continuair.errors import InputError, nearest
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle
+from continuair.warning import untold
 
 Array = np.ndarray
 
@@ -50,9 +50,8 @@ class Fitted:
         A run that can be no vehicle, for instance by its inertia, is that of the start instead.
         """
         values = self.values(rows)
-        with warnings.catch_warnings():
-            # Only what is found in the end is told of.
-            warnings.simplefilter("ignore", ContinuairWarning)
+        # Only what is found in the end is told of.
+        with untold():
             try:
                 return self.of.replace(self._changes(values.T)), np.ones(len(rows), bool)
             except InputError:

@@ -7,16 +7,16 @@ from __future__ import annotations
 
 import csv
 import os
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from continuair.errors import ContinuairWarning, InputError, shortened, shown
+from continuair.errors import InputError, shortened, shown
 from continuair.files import check_regular, printed, reason, user_path
 from continuair.vehicle.layout import ACTUATORS, numbered
 from continuair.vehicle.vehicle import Vehicle
+from continuair.warning import warn
 
 Array = np.ndarray
 
@@ -193,9 +193,8 @@ def _columns(
     ignored = [name for name in headings if name not in names.measured + names.acting]
     if ignored:
         known = ", ".join(names.acting)
-        warnings.warn(
+        warn(
             f"{path}: ignores the columns {_listed(ignored)} (inputs are {known}).",
-            ContinuairWarning,
             stacklevel=3,
         )
     used = {name: headings.index(name) for name in headings if name not in ignored}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +11,7 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 from continuair.analysis.motion import Motion
-from continuair.errors import ContinuairWarning, InputError
+from continuair.errors import InputError
 from continuair.flight.inputs import evaluated, field_width
 from continuair.flight.prepare import check_scenario
 from continuair.flight.reading import BATCH_ROW, GIVEN_TO_STEPS, run_of, scenario_of
@@ -20,6 +19,7 @@ from continuair.flight.time_grid import seen_at
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import FIELDS, PUSH, Layout
 from continuair.vehicle.vehicle import Vehicle
+from continuair.warning import warn
 
 Array = np.ndarray
 
@@ -67,10 +67,9 @@ def untold_of(
 def warn_of_lacking(names: Iterable[str], stacklevel: int, what: str = "the file") -> None:
     """Warn, of a caller so many levels up, if some of what acted is not in a file or picture."""
     if names := tuple(names):
-        warnings.warn(
+        warn(
             f"{what} lacks {', '.join(names)}, which acted: it holds forces and moments whose "
             "values over time are known (scenario= tells functions of time), and no others.",
-            ContinuairWarning,
             stacklevel=stacklevel + 1,
         )
 

@@ -6,7 +6,6 @@ import contextlib
 import io
 import os
 import struct
-import warnings
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -15,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from continuair import checks
-from continuair.errors import ContinuairWarning, InputError
+from continuair.errors import InputError
 from continuair.files import check_regular, printed, reason, user_path
 from continuair.identification.recording import Recording
 from continuair.interfaces.frames import attitude_from_ned, from_frd, from_ned
@@ -23,6 +22,7 @@ from continuair.interfaces.log_recording import check_roles, choices, recording
 from continuair.interfaces.log_signals import Signal, signal
 from continuair.interfaces.log_topics import Topic, missing_topic, of_log, parse_topics
 from continuair.vehicle.vehicle import Vehicle
+from continuair.warning import warn
 
 Array = np.ndarray
 
@@ -154,10 +154,9 @@ def _instance(file: Path, log: Any, topic: Topic) -> Any:
     taken, *others = sorted(found, key=lambda each: each.multi_id)
     if others:
         left_out = ", ".join(str(each.multi_id) for each in others)
-        warnings.warn(
+        warn(
             f"{printed(file)}: {topic} has several instances; takes {taken.multi_id} and ignores "
             f"{left_out}.",
-            ContinuairWarning,
             stacklevel=4,
         )
     return taken.data

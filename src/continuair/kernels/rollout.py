@@ -134,9 +134,9 @@ def rollout_kernel(
                 if measured:
                     several = Real(wp.min(every, count - i))
                     drift += several * added
-                    spent = several * h * above(ended, zero, zero, one)
-                    lasted += spent
-                    drifted += spent * wp.sqrt(carried(drift, plant))
+                    lasted += above(ended, zero, zero, several * h)
+                    strayed = several * h * wp.sqrt(carried(drift, plant))
+                    drifted += above(ended, zero, zero, strayed)
             else:
                 y, left_out = step(i, time, h, y, branch.direction, flight, pilot, push, measured)
             if measured:

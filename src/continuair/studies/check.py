@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from math import pi
 
 import numpy as np
@@ -13,7 +12,7 @@ from continuair.analysis.groups import GRAVITY, place
 from continuair.analysis.modes import modes
 from continuair.analysis.trim import Trim, trim
 from continuair.engine.engine import Engine
-from continuair.errors import ContinuairWarning, InputError
+from continuair.errors import InputError
 from continuair.flight.rotors import hovering_thrusts, lag_rate
 from continuair.flight.simulate import simulate
 from continuair.flight.steps import automatic_step, fastest_rate
@@ -21,6 +20,7 @@ from continuair.studies.standard_excitations import standard_scenario
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.rotors import Rotors
 from continuair.vehicle.vehicle import Vehicle
+from continuair.warning import untold
 
 Lines = list[tuple[str, ...]]
 
@@ -144,8 +144,7 @@ def _of_steps(vehicle: Vehicle) -> Lines:
     engine = Engine(vehicle, "coupled")
     step = float(automatic_step(engine, straight, driven=driven)[0])
     fastest = np.fmax(fastest_rate(engine, straight), driven)[0]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ContinuairWarning)
+    with untold():
         flight = simulate(vehicle, standard_scenario("release", vehicle), variables=["position"])
     return [
         ("fastest rate, with damping", f"{fastest:.4g} 1/s"),

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
-from continuair.errors import ContinuairWarning, InputError
+from continuair.errors import InputError
 from continuair.kernels.step import STATUS
 from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.assembly import batches
 from continuair.sweeps.design import Design
 from continuair.sweeps.pairs import check_pairs, run_pairs
 from continuair.vehicle.vehicle import Vehicle
+from continuair.warning import untold
 
 Array = np.ndarray
 
@@ -81,7 +79,8 @@ def check(design: Design, device: str) -> None:
 def _check_whole(design: Design, vehicle: Vehicle, scenario: Scenario, device: str) -> None:
     """Raise InputError for what only the whole flight shows, as a start of it does not."""
     base = design.base
-    with _without_warnings():
+    # The step of every run is kept, and a coarse one was asked for.
+    with untold():
         choices = base.step, base.sample, base.settle, base.integrator
         check_pairs(vehicle, scenario, *choices, device)
 
@@ -105,7 +104,8 @@ def _fly(
     **options: Any,
 ) -> Array:  # fmt: skip
     base = design.base
-    with _without_warnings():
+    # The step of every run is kept, and a coarse one was asked for.
+    with untold():
         found = run_pairs(
             vehicle,
             scenario,
@@ -126,15 +126,6 @@ def _fly(
     if "largest_saturation" in found:
         columns.append(found["largest_saturation"].to_numpy())
     return np.stack(columns, axis=-1)
-
-
-@contextmanager
-def _without_warnings() -> Iterator[None]:
-    with warnings.catch_warnings():
-        # The step of every run is kept, and a coarse one was asked for.
-        warnings.simplefilter("ignore", ContinuairWarning)
-        warnings.filterwarnings("default", message="the kernel cache")
-        yield
 
 
 def _refused(design: Design) -> Array:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import warnings
 from typing import Annotated
 
 import numpy as np
 from pydantic import AfterValidator
 
-from continuair.errors import ContinuairWarning
 from continuair.vehicle.fields import ROUNDING, Quaternion, finite
+from continuair.warning import warn
 
 Matrix = tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
 
@@ -74,4 +73,4 @@ def check_moments(field: str, smallest: float, middle: float, largest: float) ->
     if largest > (smallest + middle) * (1 + _TRIANGLE_EXCESS):
         raise ValueError(f"belongs to no rigid body: {text} by more than 5 %")
     text = f"{field} belongs to no rigid body: {text} by less than 5 %, and is used as given."
-    warnings.warn(text, ContinuairWarning, stacklevel=2)
+    warn(text, stacklevel=2)

@@ -6,7 +6,6 @@ A *tree* is a model taken apart into dicts and lists; a field that differs from 
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from numbers import Real
@@ -16,9 +15,10 @@ import numpy as np
 from pydantic import BaseModel
 
 from continuair import checks
-from continuair.errors import ContinuairWarning, InputError, named_fields, nearest, shown
+from continuair.errors import InputError, named_fields, nearest, shown
 from continuair.vehicle.fields import dimensions, kinds, label, named
 from continuair.vehicle.runs import pick
+from continuair.warning import collected, warn
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -241,8 +241,7 @@ def _columns(
     columns: dict[str, list[Any]] = {name: [] for name in named_fields(model)}
     varied = {name: node for name, node in fields.items() if _varies(node)}
     warned: list[int] = []
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
+    with collected() as caught:
         for run in range(runs):
             try:
                 built = model(**fields | {name: _row(node, run) for name, node in varied.items()})
@@ -255,8 +254,8 @@ def _columns(
             if len(caught) > len(warned):
                 warned.append(run)
     if warned:
-        text = f"run {warned[0]} (of {len(warned)} that warn): {caught[0].message}"
-        warnings.warn(text, ContinuairWarning, stacklevel=5)
+        text = f"run {warned[0]} (of {len(warned)} that warn): {caught[0]}"
+        warn(text, stacklevel=5)
     return columns
 
 

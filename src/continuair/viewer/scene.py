@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,13 +10,14 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from continuair.analysis.motion import Motion, evenly, motion_of
-from continuair.errors import ContinuairWarning, InputError
+from continuair.errors import InputError
 from continuair.interfaces.acting import told_of, untold_of, warn_of_lacking
 from continuair.kernels.step import OK, STATUS
 from continuair.vehicle.vehicle import Vehicle
 from continuair.viewer.bodies import Bodies, bodies, rotors_of
 from continuair.viewer.forces import Force, forces_of, scale_of
 from continuair.viewer.sight import Aim, Eye, aim_of, eye_of
+from continuair.warning import warn
 
 Array = NDArray[np.float64]
 
@@ -132,7 +132,7 @@ def scene(
     told, shown = told_of(flight, scenario), flight.isel(time=chosen)
     warn_of_lacking(untold_of(told, flight, flown, _DRAWN), 3, "the picture")
     for note in filter(None, notes):
-        warnings.warn(note, ContinuairWarning, stacklevel=3)
+        warn(note, stacklevel=3)
     return Scene(
         flown,
         _model(flight),

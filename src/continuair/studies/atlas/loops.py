@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import warnings
 
 import numpy as np
 import xarray as xr
@@ -14,7 +13,6 @@ from continuair.controllers.controller import stack
 from continuair.controllers.gains import design
 from continuair.controllers.servoing import servoing
 from continuair.equations.camera import facing
-from continuair.errors import ContinuairWarning
 from continuair.kernels.dynamics import PLANTS
 from continuair.progress import Progress
 from continuair.scenario import paths
@@ -24,6 +22,7 @@ from continuair.scenario.targets import DISTANCE, Target
 from continuair.sweeps.closed_pairs import reduced
 from continuair.sweeps.sampling import sobol_box
 from continuair.vehicle.vehicle import Vehicle
+from continuair.warning import untold
 
 Array = np.ndarray
 
@@ -123,9 +122,8 @@ def loop_scenario(vehicle: Vehicle, groups: dict[str, Array], first: int = 0) ->
 def _flown(vehicle: Vehicle, groups: dict[str, Array], first: int) -> dict[str, Array]:
     """LOOP_ERRORS of a batch; a loop is held that keeps its target, and that is determined."""
     scenario = loop_scenario(vehicle, groups, first)
-    with warnings.catch_warnings():
-        # Loops that are lost are counted, not told one by one.
-        warnings.simplefilter("ignore", ContinuairWarning)
+    # Loops that are lost are counted, not told one by one.
+    with untold():
         flown = [
             fly_twice(vehicle, scenario, _TIP, model=model, sample=_SAMPLE) for model in PLANTS
         ]

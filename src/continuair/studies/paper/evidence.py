@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from functools import cached_property
 from operator import attrgetter
 from typing import Any
 
 from continuair.controllers.gain_files import load_gains
-from continuair.errors import ContinuairWarning
 from continuair.kernels.dynamics import PLANTS
 from continuair.progress import Progress
 from continuair.studies.cost import cost
@@ -20,6 +18,7 @@ from continuair.studies.sensitivity.study import Sensitivity, sensitivity
 from continuair.studies.tracking.law_variants import law_variants
 from continuair.studies.tracking.study import Tracking, tracking
 from continuair.vehicle.vehicle import Vehicle, as_rod, check_one_section
+from continuair.warning import warn
 
 Keep = Callable[[str, Any], None]
 """Called with a study's name and result once it has run."""
@@ -126,10 +125,9 @@ def _as_in_the_paper(vehicle: Vehicle) -> Vehicle:
     rod = as_rod(check_one_section(vehicle))
     other = [name for name, value in _IDEAL.items() if attrgetter(name)(rod) != value]
     if other:
-        warnings.warn(
+        warn(
             f"sentences of the paper are judged without {', '.join(other)}: its forces act "
             "directly, and its camera is perfect.",
-            ContinuairWarning,
             stacklevel=3,
         )
     return rod.replace(_IDEAL)
