@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import continuair as ca
-from continuair.flight.time_grid import grid_of, marks_of, stage_times
+from continuair.flight.time_grid import grid_of, instants_at, marks_of, stage_times
 
 
 def test_every_stage_lies_on_its_steps_own_side_of_a_jump() -> None:
@@ -73,3 +73,13 @@ def test_what_an_input_is_at_start_and_end_alone_moves_nothing() -> None:
 def test_a_jump_a_digit_beside_a_sample_leaves_the_samples_where_they_are() -> None:
     times = [marks_of(1.0, 0.1, jumps).samples for jumps in ((), (0.3, 0.7), (0.3 + 1e-15,))]
     assert times[0].tolist() == times[1].tolist() == times[2].tolist()
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-15, 1.5e-9, -3e-9])
+def test_a_jump_beside_a_control_instant_makes_no_other(off: float) -> None:
+    """As np.float32(0.1) is 1.5e-9 s beside 0.1: a law that sums up, or waits, acts there once."""
+    jumps = 0.1 * np.arange(1, 20) + off
+    grid = grid_of(marks_of(2.0, 0.05, jumps, 0.01, 0.003), 1e-2)
+    counted = instants_at(grid, 0.01), instants_at(grid, 0.01, 0.003)
+    for found in counted:
+        assert found[found >= 0].tolist() == list(range(200))

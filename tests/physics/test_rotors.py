@@ -89,7 +89,8 @@ def test_rotors_without_lag_give_what_is_commanded_at_once() -> None:
     prompt = FURNISHED.replace({"uav.rotors.lag": 0.0})
     flight = flown(prompt, LEVEL, rotor_command=swaying)
     commanded = [swaying(t) for t in flight.time.to_numpy()]
-    np.testing.assert_allclose(flight.rotor_thrust, commanded, rtol=1e-13)
+    np.testing.assert_allclose(flight.rotor_thrust[:-1], commanded[:-1], rtol=1e-13)
+    np.testing.assert_allclose(flight.rotor_thrust[-1], commanded[-1], rtol=1e-9)  # beside the end
     # With a lag that is short beside the flight, nearly the same flight.
     quick = flown(FURNISHED.replace({"uav.rotors.lag": 1e-4}), LEVEL, rotor_command=swaying)
     np.testing.assert_allclose(quick.position, flight.position, atol=1e-4)
@@ -424,7 +425,7 @@ UNUSABLE: list[tuple[ca.Vehicle, dict[str, Any], str, str]] = [
     (QUAD, {"controller": ca.hold(SLENDER, (0, 0, 2))}, "controller hold asks for forces in any "
      "direction, but the rotors give a wrench of rank 4", "hex_tilted"),
     (QUAD.replace({"uav.rotors.lever": 0.01}), {"q": (0, 0, 2, 0, 0, 0, 2.0, 0)},
-     "uav.rotors.thrust_limits allows 0 to 12 N, but to hover", "rotor_command"),
+     "uav.rotors.thrust_limits ends at 12 N and no rotor pulls, but to hover", "rotor_command"),
 ]  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from continuair.engine.loop import Loop, Scene, Timing, watch
 from continuair.engine.pack import per_run
 from continuair.errors import InputError, shown
 from continuair.flight.guiding import guidance_over
-from continuair.flight.time_grid import Grid, stage_times
+from continuair.flight.time_grid import Grid, instants_at, stage_times
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import Layout, watched_columns
 from continuair.vehicle.vehicle import Vehicle
@@ -107,9 +107,9 @@ def _timing(vehicle: Vehicle, scenario: Scenario, grid: Grid) -> Timing:
         every = np.ones(steps, np.int32)
         return Timing(every, np.full(steps, -1), np.zeros(steps, int), True)
     rate, latency = (_one("camera." + n, getattr(camera, n)) for n in ("frame_rate", "latency"))
-    counts = np.round(grid.starts / period)
-    acts = np.abs(grid.starts - counts * period) < 1e-9 * grid.samples[-1]
-    at = counts[acts].astype(int)
+    instants = instants_at(grid, period)
+    acts = instants >= 0
+    at = instants[acts]
     # A frame is exposed at the first control instant at or after its time.
     frames = at if rate == 0.0 else np.floor(at * period * rate + 1e-9).astype(int)
     frames = np.unique(frames, return_inverse=True)[1]

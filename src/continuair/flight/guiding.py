@@ -6,26 +6,19 @@ import numpy as np
 
 from continuair.engine.loop import Guidance
 from continuair.errors import InputError
-from continuair.flight.time_grid import Grid
+from continuair.flight.time_grid import Grid, instants_at
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import Layout, setpoint_columns, width_of
 
 Array = np.ndarray
-
-_NEAR = 2e-9
-"""Share of a flight by which the start of a step may differ from an instant."""
 
 
 def guidance_over(scenario: Scenario, grid: Grid, layout: Layout) -> Guidance:
     """When a guided law decides and its pushes act over a time grid, and its set-points."""
     controller = scenario.controller
     assert controller is not None and controller.period is not None
-    period, latency, near = controller.period, controller.latency, _NEAR * grid.samples[-1]
-    issued, taken = (
-        np.where(np.abs(since - np.round(since / period) * period) < near, count, -1)
-        for since in (grid.starts, grid.starts - latency)
-        for count in [np.maximum(np.round(since / period), -1).astype(int)]
-    )
+    period, latency = controller.period, controller.latency
+    issued, taken = instants_at(grid, period), instants_at(grid, period, latency)
     # Until the first push has arrived by its latency, it acts all the same.
     taken[0] = 0
     instants = period * np.arange(issued.max() + 1)

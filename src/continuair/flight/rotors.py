@@ -213,7 +213,8 @@ def _check_hover(limits: Any, thrusts: Array) -> None:
         run, rotor = np.argwhere(wrong)[0]
         where = f" in run {run}" if len(thrusts) > 1 else ""
         raise InputError(
-            f"uav.rotors.thrust_limits allows 0 to {highest[run, 0]:g} N, but to hover with its "
-            f"arm as it starts the vehicle needs {thrusts[run, rotor]:.4g} N of rotor {rotor}"
-            f"{where}; give the scenario a rotor_command, or the vehicle rotors that lift more."
+            f"uav.rotors.thrust_limits ends at {highest[run, 0]:g} N and no rotor pulls, but to "
+            "hover with its arm as it starts the vehicle needs "
+            f"{thrusts[run, rotor]:.4g} N of rotor {rotor}{where}; give the scenario a "
+            "rotor_command, or the vehicle rotors that lift more."
         )

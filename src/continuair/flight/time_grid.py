@@ -149,10 +149,22 @@ def control_instants(duration: float, period: float) -> int:
     return int(np.ceil(duration / period * (1.0 - 1e-12)))
 
 
+def instants_at(grid: Grid, period: float, latency: float = 0.0) -> np.ndarray:
+    """Which control instant (m,) starts a step, or was a latency [s] before, and -1 for none.
+
+    Of several starts within rounding of an instant, as beside a jump, the first is its.
+    """
+    since = grid.starts - latency
+    counts = np.maximum(np.round(since / period), -1).astype(int)
+    near = np.abs(since - counts * period) < 2.0 * _LAST_DIGITS * grid.samples[-1]
+    again = np.append(False, near[:-1] & (counts[1:] == counts[:-1]))
+    return np.where(near & ~again, counts, -1)
+
+
 def _merged(marks: np.ndarray, instants: np.ndarray) -> np.ndarray:
     """Marks with instants [s], but for those within rounding of a mark."""
     gap = np.abs(marks[_nearest(marks, instants)] - instants)
-    return np.union1d(marks, instants[gap > 1e-9 * marks[-1]])
+    return np.union1d(marks, instants[gap > _LAST_DIGITS * marks[-1]])
 
 
 def _at_samples(jumps: np.ndarray, samples: np.ndarray) -> np.ndarray:
