@@ -104,6 +104,32 @@ def test_hovering_modes_solve_the_undamped_motion() -> None:
     assert np.abs(left).max() < 1e-6 * found.frequencies[-1] ** 2
 
 
+@pytest.mark.parametrize("name", ca.preset_names())
+def test_without_gravity_nothing_but_the_arms_resists_and_hovering_is_free(name: str) -> None:
+    vehicle = ca.load_vehicle(name)
+    hovering, free = (ca.modes(vehicle, base=base, gravity=0.0) for base in ("hovering", "free"))
+    np.testing.assert_allclose(hovering.frequencies, free.frequencies, rtol=1e-9)
+    np.testing.assert_allclose(hovering.damping, free.damping, rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(hovering.shapes, free.shapes, rtol=0, atol=1e-9)
+
+
+def test_turning_about_a_level_arm_through_the_centre_is_no_mode_whatever_its_rounding() -> None:
+    """The arm keeps its sag in the world. With the arm's base lower by h the vehicle hangs from it,
+    the more softly the smaller h is, and the other modes are those of h = 0."""
+
+    def modes_of(below: float, stiffness: float) -> Any:
+        arm = {"mount": [0.1, 0.0, -below], "attitude": [0.0, -np.sqrt(0.5), 0.0, np.sqrt(0.5)]}
+        section = {"length": 0.6, "mass_per_length": 0.2, "bending_stiffness": stiffness}
+        uav = {"mass": 3.0, "inertia": [0.04, 0.045, 0.07]}
+        vehicle = ca.Vehicle(name="level", uav=uav, arm=[arm | {"section": [section]}])
+        return ca.modes(vehicle, ca.trim(vehicle).q, base="hovering")
+
+    for stiffness in np.linspace(0.9, 1.1, 9):
+        level, lower, lowest = (modes_of(h, stiffness).frequencies for h in (0.0, 1e-5, 4e-5))
+        assert lowest[0] == pytest.approx(2.0 * lower[0], rel=1e-2)
+        np.testing.assert_allclose(level, lower[1:], rtol=1e-3)
+
+
 def test_without_gravity_the_clamped_frequency_is_the_arms_own() -> None:
     found = ca.modes(VEHICLE, base="clamped", gravity=0.0).frequencies
     np.testing.assert_allclose(found, VEHICLE.arm.clamped_frequency, rtol=2e-12)

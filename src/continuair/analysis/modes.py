@@ -23,6 +23,8 @@ _EQUAL = 1e-6
 """Squares of frequencies that differ by less than this share are those of modes alike."""
 _COUNTS = 0.1
 """A bend of a mode counts from this share of its largest; no symmetry makes just this share."""
+_NOTHING = 1e-13
+"""Share of the largest square of a frequency below which one is 0 but for rounding."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,7 @@ def _bending(
     base_rate, bend, rate = slice(n, n + 6), slice(6, n), slice(n + 6, 2 * n)
     compliance = bend_compliance(Engine(vehicle, model), at)[0]
     squares, shapes = _eigenmodes(-A[rate, bend], n - 6, at)
-    damping = _dampings(shapes, compliance @ _damped(vehicle, shapes))
+    damping = _dampings(np.linalg.inv(shapes), compliance @ _damped(vehicle, shapes))
     if free:
         # The base follows the bend: its accelerations per acceleration of the bend.
         base_rows = A[base_rate, bend] @ np.linalg.solve(A[rate, bend], shapes)
@@ -110,10 +112,13 @@ def _hovering(
     # of K, 0 but for rounding, would mix them into the shapes.
     adrift, resisted = _split(_attitude(at), n)
     K = -A[n:, :n] @ resisted
-    squares, along = _eigenmodes(resisted.T @ K, n - 6, at)
+    squares, along = _eigenmodes(resisted.T @ K, n - 6, at, _NOTHING)
+    # Nor, of some vehicles, a turn about a level arm through the centre of mass.
+    vibrates = squares > 0.0
+    squares, to_modes, along = squares[vibrates], np.linalg.inv(along)[vibrates], along[:, vibrates]
     shapes = resisted @ along + adrift @ (adrift.T @ K @ along / squares)
     slowed = B[n:, layout.bend_moment] @ _damped(vehicle, shapes)
-    return squares, shapes, _dampings(along, resisted.T @ slowed)
+    return squares, shapes, _dampings(to_modes, resisted.T @ slowed)
 
 
 def _split(attitude: Rotation, n: int) -> tuple[np.ndarray, np.ndarray]:
@@ -136,13 +141,13 @@ def _damped(vehicle: Vehicle, shapes: np.ndarray) -> np.ndarray:
     return np.asarray(each[:, None] * shapes[-len(each) :])
 
 
-def _dampings(along: np.ndarray, slowed: np.ndarray) -> np.ndarray:
-    """The part along each mode (modes,) [1/s], a column of `along`, of accelerations (n, modes).
+def _dampings(to_modes: np.ndarray, slowed: np.ndarray) -> np.ndarray:
+    """The part along each mode (modes,) [1/s] of accelerations (n, modes).
 
-    By left eigenvectors: those of a hover differ from the right ones, as the constant moment that
-    holds an arm off the centre has no potential.
+    to_modes: left eigenvectors (modes, n), which in a hover differ from the right ones, as the
+    constant moment that holds an arm off the centre has no potential.
     """
-    part: np.ndarray = np.einsum("mi,im->m", np.linalg.inv(along), slowed)
+    part: np.ndarray = np.einsum("mi,im->m", to_modes, slowed)
     return part
 
 
@@ -164,13 +169,19 @@ def _check_vibrates(squares: np.ndarray, at: np.ndarray) -> None:
         )
 
 
-def _eigenmodes(stiffness: np.ndarray, bends: int, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _eigenmodes(
+    stiffness: np.ndarray, bends: int, at: np.ndarray, nothing: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues ascending and eigenvectors in columns, whose last rows are the bends.
+
+    nothing: share of the largest eigenvalue up to which one is 0, of what nothing resists.
 
     A solver leaves signs, and the vectors of equal eigenvalues, to rounding: they are chosen here.
     """
     values, vectors = np.linalg.eig(stiffness)
-    _check_vibrates(values, at)
+    resisted = np.abs(values) > nothing * np.abs(values).max()
+    _check_vibrates(values[resisted], at)
+    values = np.where(resisted, values, 0.0)
     order = np.argsort(values.real)
     values, vectors = values.real[order], vectors.real[:, order]
     apart = np.flatnonzero(np.diff(values) > _EQUAL * np.abs(values[1:])) + 1
@@ -183,4 +194,4 @@ def _eigenmodes(stiffness: np.ndarray, bends: int, at: np.ndarray) -> tuple[np.n
     bend = vectors[-bends:]
     counts = np.abs(bend) > _COUNTS * np.abs(bend).max(axis=0)
     first = np.take_along_axis(bend, counts.argmax(axis=0)[None], axis=0)
-    return values, vectors * np.sign(first)
+    return values, vectors * np.where(first < 0.0, -1.0, 1.0)
