@@ -147,6 +147,18 @@ def test_a_lost_target_decides_nothing() -> None:
     assert "`continuair advise my.toml --gains gains.toml`" in entry["text"]
 
 
+def test_where_the_coupled_plant_itself_loses_a_target_is_told() -> None:
+    found = {"rms_px": 0.1, "gains": "paper", "models": {"decoupled": {"limit_m_s": 0.35}}}
+    for lost, says in (
+        (0.4557, " (from 0.45 m/s on the coupled plant itself loses"),
+        (math.inf, ""),
+    ):
+        task = {"tracking": {"track:M": found | {"lost_from_m_s": lost}}}
+        text = verdict(task, "track:M", "decoupled")["text"]
+        assert text.startswith(f"decouple for a target slower than 0.35 m/s{says}")
+        assert math.isfinite(lost) or text.endswith("m/s")
+
+
 def test_couplings_that_cancel_are_named_together() -> None:
     parts = {"carriage": 0.0, "inertia": 0.4, "coriolis": 0.7}
     assert missed(parts, 0.18).startswith("recoil")

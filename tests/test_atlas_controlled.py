@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.text import Text
 from typer.testing import CliRunner
 
 import continuair as ca
@@ -268,6 +269,16 @@ def test_advise_tells_what_the_rule_says_where_it_holds(summary: xr.Dataset) -> 
     [outside] = notes(advice(groups=fast))
     assert "bandwidth 9.5 (0.2 to 4 there)" in outside
     assert not notes(advice(tolerance=0.2))
+
+
+@pytest.mark.parametrize(("tolerance", "told"), [(0.025, "2.5 %"), (0.2, "20 %")])
+def test_a_map_tells_its_tolerance_and_whether_the_rule_is_kept_to(
+    summary: xr.Dataset, tolerance: float, told: str
+) -> None:
+    figure = figures.limits_map(summary, tolerance=tolerance)
+    texts = " ".join(text.get_text() for text in figure.findobj(Text))
+    assert f"errs by less than {told}, in a" in texts
+    assert ("A guess, with a tolerance of 20 % (atlas: 2 % to 5 %)" in texts) == (tolerance > 0.05)
 
 
 def test_figures_show_a_vehicle_where_it_is(summary: xr.Dataset, tmp_path: Path) -> None:

@@ -76,10 +76,11 @@ def test_check_shows_modes_about_the_hover_and_the_step_of_a_flight() -> None:
     assert "step taken, arm let go" in shown
 
 
-def test_check_shows_what_rotors_have_left() -> None:
-    """Straight, a quarter of the weight each; bent by α, the arm's centre is α l / 6 off, which the
-    rotors on that side carry besides at their lever over √2."""
-    rotors = '[uav.rotors]\nlayout = "quad_x"\nlever = 0.2\nthrust_limits = [0.0, 20.0]\n'
+@pytest.mark.parametrize("layout", ["quad_x", "quad_plus"])
+def test_check_shows_what_rotors_have_left(layout: str) -> None:
+    """Straight, a quarter of the weight each; bent towards a rotor, that one carries half of the
+    arm's moment besides, at its lever."""
+    rotors = f'[uav.rotors]\nlayout = "{layout}"\nlever = 0.2\nthrust_limits = [0.0, 20.0]\n'
     rotors += "torque_per_thrust = 0.016\n\n[arm]"
     Path("quad.toml").write_text(PAPER_TOML.replace("[arm]", rotors))
     shown = run("check", "quad.toml").stdout
@@ -88,7 +89,7 @@ def test_check_shows_what_rotors_have_left() -> None:
     off = (1.0 - np.sin(1.0)) * vehicle.arm.length  # ∫ (1 - cos αs)/α ds at α = 1
     for words, thrust in (
         ("arm straight", weight / 4.0),
-        ("arm bent by 1 rad", weight / 4.0 + arm * off / (4.0 * 0.2 / np.sqrt(2.0))),
+        ("arm bent by 1 rad", weight / 4.0 + arm * off / (2.0 * 0.2)),
     ):
         (line,) = (line for line in shown.splitlines() if f"rotors' margin, {words}" in line)
         assert f"{1.0 - thrust / 20.0:.0%}" in line

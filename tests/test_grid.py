@@ -83,3 +83,17 @@ def test_a_jump_beside_a_control_instant_makes_no_other(off: float) -> None:
     counted = instants_at(grid, 0.01), instants_at(grid, 0.01, 0.003)
     for found in counted:
         assert found[found >= 0].tolist() == list(range(200))
+
+
+@pytest.mark.parametrize("duration", [5.0, 20.0, 60.0])
+@pytest.mark.parametrize(
+    ("rate", "sample"),
+    [(333.3333, 1e-3), (333.33333, 7e-4), (166.6667, 1e-3), (250.0, float(np.float32(0.01)))],
+)
+def test_a_law_of_a_rounded_rate_or_samples_acts_once_an_instant(
+    rate: float, sample: float, duration: float
+) -> None:
+    """Samples and instants drift apart through all that rounding tells from another."""
+    grid = grid_of(marks_of(duration, sample, (), 1.0 / rate), 1e-2)
+    found = instants_at(grid, 1.0 / rate)
+    assert found[found >= 0].tolist() == list(range(int(np.ceil(duration * rate - 1e-9))))

@@ -41,6 +41,19 @@ def test_a_flight_goes_unstable_at_the_latency_that_is_told(
         assert (not after <= before) == grows, share
 
 
+def test_a_margin_ends_where_the_loop_is_first_unstable_though_it_is_stable_again_beyond() -> None:
+    vehicle = ca.load_vehicle("dual_arm")
+    free: dict[str, Any] = {"feedforward": "reaction", "bend_bandwidth": 0.0}
+    law = ca.flight_controller(vehicle, **free)
+    loop = LinearLoop(hover(vehicle, 9.81), law.gains, "reaction")
+    grows = [loop.growth(late) > 1e-3 for late in np.arange(0.0, 0.024, 2e-4)]
+    first = 2e-4 * np.argmax(grows)
+    assert 0.019 < first < 0.021 and not grows[-1]
+    assert first - 2e-4 - 1e-3 * first < law.settings["latency_margin"] < first
+    with pytest.raises(ca.InputError, match="stable up to a latency of 0.02 s, which 0.021 s exc"):
+        ca.flight_controller(vehicle, **free, attitude_bandwidth=20.0, latency=0.0205)
+
+
 def test_a_flight_is_the_linear_loop_that_its_margin_is_of() -> None:
     """Flexible arm, lateness between two instants, integral: every sample of a small motion."""
     law = ca.flight_controller(PAPER, latency=0.0058, rate=200.0, bend_bandwidth=3.0)

@@ -9,6 +9,7 @@ import xarray as xr
 
 import continuair as ca
 from continuair.controllers.gain_files import load_gains
+from continuair.kernels.step import UNSEEN
 from continuair.scenario import paths
 from continuair.scenario.tracking_task import SETTINGS, equipped, task
 from tests.closed_loop import flights
@@ -126,6 +127,9 @@ def test_conditions_of_a_flight_break_alone(settling: xr.Dataset) -> None:
         found = broken(loop(), statement, settling.assign(in_view=lost))
         assert found == ["every point in view"]
         assert broken(loop(), statement, free) == ["plant coupled or decoupled"]
+        # Lost between two samples, as its status tells.
+        ended = settling.assign(status=settling.status * 0 + UNSEEN)
+        assert broken(loop(), statement, ended) == ["every point in view"]
 
 
 def test_where_the_needs_of_the_proof_hold_its_v_falls_by_k_d_alone() -> None:

@@ -74,6 +74,13 @@ BAD: dict[str, tuple[Any, str]] = {
         lambda: fly(PAPER, ca.hold(PAPER, [0, 0, 3]), setpoints=ca.Setpoints(yaw=0.0)),
         "hold, which follows no setpoints",
     ),
+    "a law that goes by its camera": (
+        lambda: ca.Scenario(
+            "both", HOME, controller=ca.twist_servoing(PAPER), duration=1.0,
+            target=ca.Target(ca.paths.hold()), setpoints=ca.Setpoints(yaw=0.0),
+        ),
+        "IBVS by twists, which follows no setpoints",
+    ),
     "bend that is left free": (
         lambda: fly(
             PAPER, ca.flight_controller(PAPER, bend_bandwidth=0.0),

@@ -236,6 +236,8 @@ def test_a_shard_does_its_part_and_the_command_says_what_is_left(tmp_path: Path)
     found = ca.open_sweep(tmp_path / "store.zarr")
     assert found["angle_rad"].isnull().all("model").values.tolist() == [False, True, False]
     assert "nrmse_t" not in found
+    row = next(line.split() for line in first.stdout.splitlines() if "angle_rad" in line)
+    assert row[-1] == "2"  # of the runs that are done
     rest = run(tmp_path, text, "--shard", "2/2", "--metrics", "angle_rad")
     assert "3 of 3 runs are done" in rest.stdout
     assert isinstance(found, xr.Dataset)

@@ -20,6 +20,7 @@ import xarray as xr
 
 from continuair.analysis.metrics import samples
 from continuair.kernels.dynamics import PLANTS
+from continuair.kernels.step import UNSEEN
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.vehicle import Vehicle
 
@@ -184,8 +185,9 @@ def _of_flight(flight: xr.Dataset | None) -> tuple[Condition, ...]:
     if flight is None:
         return ()
     seen = samples(flight, "in_view", "point").sum(-1)
-    # NaN after the end of a run, which then says nothing more.
-    fewest, points = int(np.nanmin(seen)), flight.sizes["point"]
+    # NaN after the end of a run, which then says nothing more, but if it ended without a point.
+    lost = bool((flight["status"] == UNSEEN).any())
+    fewest, points = 0 if lost else int(np.nanmin(seen)), flight.sizes["point"]
     model = flight.attrs.get("model", "")
     return (
         Condition("every point in view", f"fewest of {points}", fewest, fewest == points),

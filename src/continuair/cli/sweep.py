@@ -64,15 +64,16 @@ def _shard(text: str) -> tuple[int, int]:
 
 
 def _show(results: xr.Dataset, out: Path) -> None:
-    """Show the spread of every metric over the runs, and how the runs ended."""
+    """Show the spread of every metric over the runs that have it, and how the runs ended."""
     from continuair.sweeps import METRICS
 
     rows = []
     for model in results["model"].to_numpy()[1:]:
         for name in (name for name in METRICS if name in results):
-            spread = results[name].sel(model=model).quantile([0.5, 0.9, 1.0])
-            rows.append([str(model), name, *(f"{value:.4g}" for value in spread.to_numpy())])
-    print_table(["model", "metric", "median", "90 %", "largest"], rows)
+            found = results[name].sel(model=model)
+            spread = [f"{value:.4g}" for value in found.quantile([0.5, 0.9, 1.0]).to_numpy()]
+            rows.append([str(model), name, *spread, str(int(found.notnull().sum()))])
+    print_table(["model", "metric", "median", "90 %", "largest", "of runs"], rows)
     done, runs = results.attrs["done"], results.attrs["runs"]
     failed = int((results["status"] != 0).any("model").sum()) - (runs - done)
     left = "" if done == runs else f", {runs - done} are left"

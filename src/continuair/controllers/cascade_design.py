@@ -64,7 +64,9 @@ class Design:
         for bandwidths, ratio in tried:
             gains = self.gains(bandwidths, ratio)
             if self.loop(gains).stable(self.latency) and self.bears_more(gains):
-                return bandwidths, gains, self.loop(gains).longest_latency()
+                longest = self.loop(gains).longest_latency()
+                if longest >= self.latency:
+                    return bandwidths, gains, longest
         borne = [self.loop(self.gains(*each)).longest_latency() for each in tried]
         most = max(borne)
         if most < self.latency:

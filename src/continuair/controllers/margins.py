@@ -23,6 +23,10 @@ _STEADY = 1e-3
 _LONGEST = 0.25
 """Latency up to which margins are searched [s]."""
 
+_FINER = 1.05
+"""Latencies that are tried one after the other, as a ratio: a mode that is swung up between two of
+them, as its phase turns by, is missed."""
+
 
 class LinearLoop:
     """A flight controller around a hovering vehicle.
@@ -68,13 +72,13 @@ class LinearLoop:
         return self.growth(latency) <= _STEADY
 
     def longest_latency(self) -> float:
-        """The latency up to which the loop is stable [s], at most 0.25; negative where it is not
-        even without any."""
+        """The latency up to which the loop is stable [s], from none on and at most 0.25; negative
+        where it is not even without any."""
         if not self.stable(0.0):
             return -1.0
         low, high = 0.0, 0.25 * self.period
         while self.stable(high):
-            low, high = high, 1.2 * high
+            low, high = high, _FINER * high
             if low > _LONGEST:
                 return _LONGEST
         while high - low > 1e-3 * high:

@@ -30,7 +30,8 @@ def twist_servoing(
     of which the image shows less than this share come home more slowly, as noise moves them most;
     feed_forward: add the target's twist to v; choices: the others of `flight_controller`.
 
-    Sections whose bend_bandwidth is 0 are not moved. Raises InputError.
+    Sections whose bend_bandwidth is 0 are not moved; the others move as fast as the twist asks for,
+    whatever theirs. Set-points of the scenario are refused. Raises InputError.
     """
     rate, ahead, share = (
         checks.positive("servo", servo, " [1/s]"),

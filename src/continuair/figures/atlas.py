@@ -55,7 +55,7 @@ def validity_map(
                 _mark(axes, groups, name, label, place, (frequencies or {}).get(name))
         for axes in grid[:, 0]:
             axes.set_ylabel("coupling")
-        bar = figure.colorbar(drawn, ax=grid, ticks=_LEVELS, aspect=40)
+        bar = figure.colorbar(drawn, ax=grid, ticks=_LEVELS, aspect=40, extend="both")
         bar.minorticks_off()
         bar.set_ticklabels([f"{level:.0%}" for level in _LEVELS])
         bar.set_label(f"NRMSE of the tip, {model} ({_named(quantile)} of all other groups)")

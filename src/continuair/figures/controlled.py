@@ -91,11 +91,11 @@ def limits_map(
         bar.set_label("decouple up to\n(frequency / clamped fr.)")
         style.head(
             figure,
-            f"Up to which frequency decoupling errs by less than {tolerance:.0%}, in a position "
-            "loop",
+            "Up to which frequency decoupling errs by less than "
+            f"{_percent(tolerance)}, in a position loop",
             "What the rule says of the atlas's vehicles with a mass ratio of "
             f"{rows[0]['mass_ratio']:.2g}, over the bandwidth of the attitude and the coupling."
-            + (_guessed(summary, groups) if groups else ""),
+            + _guessed(summary, groups or {}, tolerance),
         )
     return figure
 
@@ -193,8 +193,8 @@ def _map(axes: Any, summary: xr.Dataset, name: str, row: dict[str, float], toler
     return drawn
 
 
-def _guessed(summary: xr.Dataset, groups: Mapping[str, float]) -> str:
-    """What to say of a vehicle's numbers that are beyond those of the atlas."""
+def _guessed(summary: xr.Dataset, groups: Mapping[str, float], tolerance: float) -> str:
+    """What to say of a vehicle's numbers, or of a tolerance, that are beyond those of the atlas."""
     ends = summary["ends"]
     beyond = [
         f"{name.replace('_', ' ')} of {groups[name]:.2g} (atlas: {low:.2g} to {high:.2g})"
@@ -202,7 +202,15 @@ def _guessed(summary: xr.Dataset, groups: Mapping[str, float]) -> str:
         for low, high in [ends.sel(number=name).to_numpy()]
         if name in groups and not low <= groups[name] <= high
     ]
+    least, most = float(summary["accepted"].min()), float(summary["accepted"].max())
+    if not least <= tolerance <= most:
+        kept = f"{_percent(least)} to {_percent(most)}"
+        beyond.append(f"tolerance of {_percent(tolerance)} (atlas: {kept})")
     return f" A guess, with a {' and a '.join(beyond)}." if beyond else ""
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.2g} %"
 
 
 def _mark(axes: Any, groups: Mapping[str, float], label: str) -> None:

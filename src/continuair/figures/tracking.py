@@ -17,6 +17,7 @@ from continuair.figures import curves, style
 from continuair.figures.one_letter import norm_difference_of, speed_of
 from continuair.figures.style import grouped, short
 from continuair.kernels.dynamics import REFERENCE
+from continuair.kernels.step import UNSEEN
 
 Array = NDArray[np.float64]
 
@@ -316,7 +317,7 @@ def _seen(flights: xr.Dataset) -> str:
     pairs = flights["feature_error"].transpose(..., "pixel", "time").to_numpy()
     pairs = pairs.reshape(*pairs.shape[:-2], -1, 2, pairs.shape[-1])
     error = np.linalg.norm(pairs, axis=-2)
-    out = (flights["in_view"] < 0.5).any("point").any("time")
+    out = (flights["in_view"] < 0.5).any("point").any("time") | (flights["status"] == UNSEEN)
     lost = [str(letter) for letter in flights["letter"].to_numpy()[out.to_numpy()]]
     stay = f"points leave the image in {', '.join(lost)}" if lost else "no point leaves the image"
     near = _late(flights, error)

@@ -161,16 +161,17 @@ class Scenario:
             raise InputError(
                 f"setpoints is {shown(self.setpoints)}; give continuair.Setpoints(position=...)."
             )
-        if self.controller is None or not self.controller.guided:
-            name = "None" if self.controller is None else self.controller.name
+        law = self.controller
+        if law is None or not law.guided or law.looks:
+            name = "None" if law is None else law.name
             raise InputError(
                 f"controller is {name}, which follows no setpoints; give "
                 "continuair.flight_controller(vehicle), or leave the setpoints out."
             )
-        held = self.controller.gains.get("bend_limit")
+        held = law.gains.get("bend_limit")
         if self.setpoints.bend is not None and held is not None and not held.any():
             raise InputError(
-                f"setpoints hold a bend, which the controller {self.controller.name} leaves free; "
+                f"setpoints hold a bend, which the controller {law.name} leaves free; "
                 "give it a bend_bandwidth above 0, or leave bend out."
             )
 

@@ -30,6 +30,9 @@ MODES = ("modes", "rad/s", "lowest Hz", "damping")
 BENT = 1.0
 """Angle by which the arm that carries the camera is bent to see what rotors have left [rad]."""
 
+_SIDES = 72
+"""Directions that it is bent to: the busiest rotor's is met to 1e-3 of what the bend adds."""
+
 _ALIKE = 1e-3
 """Frequencies that differ by less than this share are shown once."""
 
@@ -97,15 +100,15 @@ def _angles(vehicle: Vehicle, rest: Trim | None) -> Lines:
 
 
 def _of_rotors(vehicle: Vehicle) -> Lines:
-    """What the busiest rotor has left of its thrust, hovering with straight and with bent arm, in
-    their wash."""
+    """What the busiest rotor has left of its thrust, hovering with a straight arm and with one that
+    is bent to any side, in their wash."""
     rotors, arm = vehicle.uav.rotors, excited_arm(vehicle)
     if rotors is None:
         return []
-    # Straight, and bent to four sides.
-    q = np.zeros((5, Layout(vehicle.shape).coordinates))
+    q = np.zeros((1 + _SIDES, Layout(vehicle.shape).coordinates))
     kappas = 6 + 2 * np.array(arm.places)
-    q[1:, kappas], q[1:, kappas + 1] = BENT / arm.length, 0.5 * pi * np.arange(4)[:, None]
+    q[1:, kappas] = BENT / arm.length
+    q[1:, kappas + 1] = 2.0 * pi / _SIDES * np.arange(_SIDES)[:, None]
     straight, *ways = hovering_thrusts(Engine(vehicle, "decoupled"), q, GRAVITY)
     aside = float(rotors.sideways(straight))
     if aside > 0.0:

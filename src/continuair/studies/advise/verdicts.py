@@ -37,6 +37,9 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
             )
             return {"scope": "undecided", "limit": limit, "unit": "m/s", "text": text}
         text = _sentence(limit, "a target slower than {} m/s", "a target as fast as was tried")
+        if np.isfinite(found["lost_from_m_s"]) and not np.isnan(limit):
+            lost = number_below(found["lost_from_m_s"])
+            text += f" (from {lost} m/s on the coupled plant itself loses it, or chatters)"
         return {"scope": _scope(limit), "limit": limit, "unit": "m/s", "text": text}
     parts = {name: results["excitations"][name] for name in TASKS[task]}
     once = [name for name, part in parts.items() if part["models"][model]["limit_hz"] is None]

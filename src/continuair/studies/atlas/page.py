@@ -32,8 +32,8 @@ def block(summary: xr.Dataset) -> list[str]:
     heads = ["claim", "holds", "because"]
     tolerance = percent(float(summary["accepted"][0]))
     return [
-        f"Half of the vehicles may be decoupled up to this frequency over ω_c, without a loop → in "
-        f"one, at a tolerance of {tolerance} ({_told_kinds()}):",
+        f"Half of the vehicles whose loop is stable may be decoupled up to this frequency over "
+        f"ω_c, without a loop → in one, at a tolerance of {tolerance} ({_told_kinds()}):",
         "",
         *_kinds(summary),
         "",
@@ -48,8 +48,8 @@ def block(summary: xr.Dataset) -> list[str]:
         f"each flown under {summary.sizes['excitation']} loads at {summary.sizes['frequency']} "
         "frequencies, with and without the loop; "
         f"{percent(float(summary['unstable']))} of the loops are unstable at the bandwidth drawn, "
-        "which `flight_controller` refuses: their flights count as failed, and nothing is fitted "
-        "to them. Numbers are fitted on one half of the others and judged by the other "
+        "which `flight_controller` refuses: these vehicles count nowhere, neither fitted nor as "
+        "judges. Numbers are fitted on one half of the others and judged by the other "
         f"half. A number decides if it takes every load to {percent(DECIDES)} or more. The rule is "
         f"fitted so that {percent(LEVEL)} of errors lie below it.",
     ]

@@ -79,8 +79,9 @@ def _loops(summary: xr.Dataset) -> list[str]:
         for plant in summary["plant"].to_numpy()
     ]
     return [
-        f"Closed loop, median (9 of 10 below): {', '.join(errors)}. Lost: {', '.join(lost)}; both "
-        f"plants end alike in {percent(float(summary['loop_alike']))} of the pairs.",
+        f"Closed loop, median (9 of 10 below) of those held: {', '.join(errors)}. "
+        f"Lost: {', '.join(lost)}; both plants end alike in "
+        f"{percent(float(summary['loop_alike']))} of the pairs.",
         "",
         f"Importance for DS: {', '.join(shares)}.",
     ]

@@ -75,14 +75,15 @@ def reach(entry: dict[str, Any]) -> str:
 
 
 def _resolved(results: dict[str, Any]) -> str:
-    """How well steps resolved the flights."""
+    """How well steps resolved the flights, of a mistake's ways the one that decides."""
     found = [
         each["step_error"] > RESOLVED
         for case in results["cases"]
         for flights in ([case["without"]], *(m["values"] for m in case["mistakes"].values()))
         for each in flights
     ]
-    return f"Of {len(found)} flights {sum(found)} have a step_error above {RESOLVED:g}."
+    coarse = f"{sum(found)} have a step_error above {RESOLVED:g}"
+    return f"Of the {len(found)} flights that decide {coarse}."
 
 
 def _wind(results: dict[str, Any]) -> list[str]:

@@ -23,6 +23,7 @@ from continuair.controllers.gain_files import Gains, load_gains
 from continuair.flight.resolution import steps_told_of
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import MODELS, REFERENCE
+from continuair.kernels.step import UNSEEN
 from continuair.progress import Progress, Steps
 from continuair.scenario.letters import LETTERS
 from continuair.scenario.tracking_task import SETTINGS, chosen_letters, equipped, task
@@ -50,8 +51,8 @@ _VARIABLES = tuple(
 class Tracking:
     """Results of the study.
 
-    results: JSON-able; results["letters"][letter][model] holds the metrics of the nominal setting,
-    results["settings"][setting] the same of every other one. datasets: setting -> trajectories,
+    results: JSON-able; results["letters"][letter][model] holds the metrics of the first setting,
+    the nominal one by default, results["settings"][setting] the same of every other one. datasets: setting -> trajectories,
     leading dimensions `model` and `letter`.
     """
 
@@ -221,7 +222,6 @@ def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
     push = flight["command"].to_numpy()
     rest = np.array([0.0, 0.0, float(np.nanmean(push[:, 2])), 0, 0, 0, 0, 0])
     effort = np.sqrt(np.nanmean((push - rest) ** 2, axis=0))
-    out = flight["in_view"].to_numpy() < 0.5
     return {
         "status": int(flight["status"]),
         "end_time_s": float(flight["end_time"]),
@@ -234,9 +234,16 @@ def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
         "force_rms_n": float(np.linalg.norm(effort[:3])),
         "moment_rms_nm": float(np.linalg.norm(effort[3:6])),
         "bend_moment_rms_nm2": float(np.linalg.norm(effort[6:])),
-        "out_of_view_samples": int(out.sum()),
+        "out_of_view_samples": _out_of_view(flight),
         "largest_bend_1_m": float(np.nanmax(np.linalg.norm(flight["bend"].to_numpy(), axis=1))),
     }
+
+
+def _out_of_view(flight: xr.Dataset) -> int:
+    """Samples without a point, or more; after a flight has lost them all, the rest of them."""
+    seen = flight["in_view"].transpose("time", "point").to_numpy()
+    lost = ~(seen > 0.5) if int(flight["status"]) == UNSEEN else seen < 0.5
+    return int(lost.any(axis=1).sum())
 
 
 def tip_error(flight: xr.Dataset) -> np.ndarray:
