@@ -52,8 +52,8 @@ class Tracking:
     """Results of the study.
 
     results: JSON-able; results["letters"][letter][model] holds the metrics of the first setting,
-    the nominal one by default, results["settings"][setting] the same of every other one. datasets: setting -> trajectories,
-    leading dimensions `model` and `letter`.
+    the nominal one by default, results["settings"][setting] the same of every other one. datasets:
+    setting -> trajectories, leading dimensions `model` and `letter`.
     """
 
     results: dict[str, Any]
