@@ -9,6 +9,7 @@ import continuair as ca
 from tests.closed_loop.test_flight_controller import HOME, PAPER, RIGID, fly
 
 TIMES = np.array([0.0, 1.0, 2.5, 3.0])
+TWO = ca.load_vehicle("two_section")
 
 
 def test_an_array_over_time_is_the_function_of_its_straight_lines() -> None:
@@ -87,6 +88,13 @@ BAD: dict[str, tuple[Any, str]] = {
             setpoints=ca.Setpoints(bend=[0.1, 0.0]),
         ),
         "hold a bend, which the controller flight controller leaves free",
+    ),
+    "bend of one section that is left free": (
+        lambda: fly(
+            TWO, ca.flight_controller(TWO, bend_bandwidth=[5.0, 0.0]), np.zeros(10),
+            setpoints=ca.Setpoints(bend=lambda t: [0.1, 0.0, t, 0.0]),
+        ),
+        "setpoints bend section 1, which the controller flight controller leaves free",
     ),
     "kind": (
         lambda: fly(PAPER, ca.flight_controller(PAPER), setpoints=[0, 0, 3]),

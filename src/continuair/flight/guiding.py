@@ -23,7 +23,24 @@ def guidance_over(scenario: Scenario, grid: Grid, layout: Layout) -> Guidance:
     taken[0] = 0
     instants = period * np.arange(issued.max() + 1)
     wanted = wanted_at(scenario, layout, instants)
+    _check_held(scenario, wanted[..., setpoint_columns(layout.bends)["bend"]])
     return Guidance(issued, taken, int(latency / period) + 2, wanted, _upright(scenario))
+
+
+def _check_held(scenario: Scenario, bends: Array) -> None:
+    """Raise InputError if set-points bend (instants, runs or 1, bends) a section that is free."""
+    law, given = scenario.controller, scenario.setpoints
+    if law is None or given is None or given.bend is None or "bend_limit" not in law.gains:
+        return
+    free = np.atleast_2d(law.gains["bend_limit"]) == 0.0
+    ignored = np.argwhere(free & (bends != 0.0).any(axis=0))
+    if len(ignored):
+        run, bend = ignored[0]
+        where = f" in run {run}" if len(free) > 1 or bends.shape[1] > 1 else ""
+        raise InputError(
+            f"setpoints bend section {bend // 2}{where}, which the controller {law.name} leaves "
+            "free; give it a bend_bandwidth above 0, or a bend of 0."
+        )
 
 
 def _upright(scenario: Scenario) -> Array:
