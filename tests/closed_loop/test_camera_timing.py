@@ -80,6 +80,15 @@ def test_the_controller_has_the_newest_frame_that_has_arrived(
     assert np.abs(true[0, 1:] - true[0, :-1]).max(axis=1).min() > 1e-6
 
 
+@pytest.mark.parametrize("latency", [0.001, 0.05, 0.1])
+def test_a_latency_in_single_precision_is_the_same(latency: float) -> None:
+    """np.float32(0.1) is a last digit above 100 periods, and no 101."""
+    single = float(np.float32(latency))
+    assert single > latency
+    of_double, of_single = (told(seconds=0.2, latency=each)[0] for each in (latency, single))
+    np.testing.assert_array_equal(of_single, of_double)
+
+
 def test_noise_is_normal_of_the_size_asked_for_and_new_in_every_frame_and_coordinate() -> None:
     """50 runs, 250 frames and 8 coordinates: 100,000 numbers, so that 1 % is three deviations."""
     sigma = np.tile([0.5 / 800.0, 0.5 / 400.0], 4)

@@ -20,7 +20,7 @@ from continuair.vehicle.vehicle import Vehicle
 Array = np.ndarray
 
 _ROUNDING = 1e-6
-"""Share of a period by which a latency may be beyond a multiple of it."""
+"""Share of a latency by which it may be beyond a multiple of the period, as float32 has it."""
 
 
 def loop_over(vehicle: Vehicle, scenario: Scenario, grid: Grid, runs: int) -> Loop:
@@ -117,7 +117,7 @@ def _timing(vehicle: Vehicle, scenario: Scenario, grid: Grid) -> Timing:
     frames = at if rate == 0.0 else np.floor(at * period * rate + 1e-9).astype(int)
     frames = np.unique(frames, return_inverse=True)[1]
     fresh = np.append(True, np.diff(frames) > 0)
-    delay = int(np.ceil(latency / period - _ROUNDING))
+    delay = int(np.ceil(latency / period * (1.0 - _ROUNDING)))
     # Before the first frame has arrived, the controller has that of the start.
     arrived = frames[np.maximum(np.arange(len(at)) - delay, 0)]
     exposed, in_hand = np.full(steps, -1), np.zeros(steps, int)
