@@ -54,6 +54,12 @@ def test_a_margin_ends_where_the_loop_is_first_unstable_though_it_is_stable_agai
         ca.flight_controller(vehicle, **free, attitude_bandwidth=20.0, latency=0.0205)
 
 
+def test_a_loop_that_is_slow_enough_bears_latencies_beyond_those_that_are_searched() -> None:
+    slow: dict[str, Any] = {"attitude_bandwidth": 0.2, "bend_bandwidth": 0.0, "rate": 20.0}
+    law = ca.flight_controller(RIGID, **slow, latency=0.4)
+    assert law.settings["latency_margin"] >= 0.19
+
+
 def test_a_flight_is_the_linear_loop_that_its_margin_is_of() -> None:
     """Flexible arm, lateness between two instants, integral: every sample of a small motion."""
     law = ca.flight_controller(PAPER, latency=0.0058, rate=200.0, bend_bandwidth=3.0)

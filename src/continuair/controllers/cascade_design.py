@@ -64,10 +64,10 @@ class Design:
         for bandwidths, ratio in tried:
             gains = self.gains(bandwidths, ratio)
             if self.loop(gains).stable(self.latency) and self.bears_more(gains):
-                longest = self.loop(gains).longest_latency()
+                longest = self.loop(gains).longest_latency(self.latency)
                 if longest >= self.latency:
                     return bandwidths, gains, longest
-        borne = [self.loop(self.gains(*each)).longest_latency() for each in tried]
+        borne = [self.loop(self.gains(*each)).longest_latency(self.latency) for each in tried]
         most = max(borne)
         if most < self.latency:
             at = tried[borne.index(most)][0]

@@ -71,16 +71,17 @@ class LinearLoop:
         """Whether nothing grows."""
         return self.growth(latency) <= _STEADY
 
-    def longest_latency(self) -> float:
-        """The latency up to which the loop is stable [s], from none on and at most 0.25; negative
-        where it is not even without any."""
+    def longest_latency(self, latency: float = 0.0) -> float:
+        """The latency up to which the loop is stable [s], from none on; negative where it is not
+        even without any. At most 0.25, or half as much again as the one that there is."""
+        most = max(_LONGEST, 1.5 * latency)
         if not self.stable(0.0):
             return -1.0
         low, high = 0.0, 0.25 * self.period
         while self.stable(high):
             low, high = high, _FINER * high
-            if low > _LONGEST:
-                return _LONGEST
+            if low > most:
+                return most
         while high - low > 1e-3 * high:
             middle = 0.5 * (low + high)
             low, high = (middle, high) if self.stable(middle) else (low, middle)
