@@ -217,3 +217,24 @@ def test_halving_does_not_hide_modes_that_neither_step_resolves() -> None:
     assert flown.flown_again == 1
     off = apart(flown, exact) / reach(vehicle)
     assert off > 0.01 and float(flown.step_error) > off
+
+
+@coarse
+def test_a_run_that_ends_early_tells_beside_others_the_error_that_it_tells_alone() -> None:
+    """Beyond its end, where the others fly on, what it would do overflows."""
+    vehicle = ca.load_vehicle("slender")
+    q, qd = np.zeros((2, 2, 8))
+    q[:, 2], q[:, 6], qd[0, 6] = 3.0, (0.5, 0.05), 2000.0
+    alone, beside = (
+        ca.simulate(
+            vehicle,
+            ca.Scenario("whipped", at, qd=rates, duration=0.5),
+            integrator="implicit",
+            step=1e-3,
+            variables=["bend"],
+        )
+        for at, rates in ((q[0], qd[0]), (q, qd))
+    )
+    assert beside.status.values.tolist() == [2, 0] and int(alone.status) == 2
+    assert np.isfinite(alone.step_error)
+    assert float(beside.step_error[0]) == pytest.approx(float(alone.step_error), rel=1e-9)
