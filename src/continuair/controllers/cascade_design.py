@@ -63,10 +63,12 @@ class Design:
         ]
         for bandwidths, ratio in tried:
             gains = self.gains(bandwidths, ratio)
-            if self.loop(gains).stable(self.latency) and self.bears_more(gains):
-                longest = self.loop(gains).longest_latency(self.latency)
-                if longest >= self.latency:
-                    return bandwidths, gains, longest
+            loop = self.loop(gains)
+            if not (loop.stable(self.latency) and self.bears_more(gains)):
+                continue
+            longest = loop.longest_latency(self.latency)
+            if longest >= self.latency:
+                return bandwidths, gains, longest
         borne = [self.loop(self.gains(*each)).longest_latency(self.latency) for each in tried]
         most = max(borne)
         if most < self.latency:

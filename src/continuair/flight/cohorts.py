@@ -42,8 +42,10 @@ class Cohort:
     @cached_property
     def at_samples(self) -> Drive:
         """What acts on these runs at the samples."""
+        if self.sampled is not None:
+            return self.sampled
         times = seen_at(self.grid.samples, self.flight.scenario.jumps)
-        return self.sampled or self.flight.drive(times, self.runs)
+        return self.flight.drive(times, self.runs)
 
     @property
     def start(self) -> Start:

@@ -78,7 +78,7 @@ def marks_at(
     A jump within rounding of a sample is at that sample; the first and the last one are met from
     inside.
     """
-    samples, end = np.array(samples, float), float(samples[-1])
+    end = float(samples[-1])
     inside = _at_samples(np.append(0.0, jumps), samples)
     inside = inside[(inside >= samples[0]) & (inside <= end)]
     times, kinks = np.union1d(samples, inside), np.array(knots, float)
