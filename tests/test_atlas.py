@@ -203,7 +203,16 @@ def test_a_map_marks_a_vehicle_at_its_coupling() -> None:
     assert "mine" in [text.get_text() for text in axes.texts]
 
 
-@pytest.mark.parametrize("options", [["--runs", "10"], ["--seed", "-1"], ["--out", ""]])
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--runs", "10"],
+        ["--seed", "-1"],
+        ["--out", ""],
+        ["--vehicles", "200"],
+        ["--runs", "700", "--loop", "position"],
+    ],
+)
 def test_bad_input_is_told_in_one_sentence_and_nothing_is_written(
     options: list[str], tmp_path: Path
 ) -> None:

@@ -306,7 +306,7 @@ def test_a_failed_flight_is_a_cross_among_the_bars_and_no_number(result: study.O
 def test_traces_say_and_draw_the_distances_that_the_eye_cannot_see() -> None:
     figure = tracking.traces(loop(), "Vehicle mine.")
     assert (
-        "From 2 s on the camera is at most 4 mm off its target, and off the coupled plant's by "
+        "From 2 s on the camera strays by 4 mm from its target, and from the coupled plant's by "
         "1 mm decoupled, 3 mm independent" in words(figure)
     )
     off, apart = figure.axes[2], figure.axes[4]
@@ -318,8 +318,8 @@ def test_traces_say_and_draw_the_distances_that_the_eye_cannot_see() -> None:
 def test_errors_say_how_large_they_and_ds_are() -> None:
     said = words(tracking.errors(loop()))
     # 100 exp(-10) = 0.005 px of the start is left after 2 s.
-    assert "‖e‖ is at most 1 px coupled, 1.5 px decoupled, 3 px independent" in said
-    assert "|DS| at most 0.5 px, decoupled" in said
+    assert "‖e‖ peaks at 1 px coupled, 1.5 px decoupled, 3 px independent" in said
+    assert "|DS| at 0.5 px, decoupled" in said
 
 
 def test_noise_is_a_band_of_its_extremes_about_its_running_rms() -> None:

@@ -8,7 +8,14 @@ import typer
 
 from continuair.cli import completion
 from continuair.cli.application import app
-from continuair.cli.options import JsonOption, OutOption, check_json, results_in, write_json
+from continuair.cli.options import (
+    JsonOption,
+    OutOption,
+    check_json,
+    refuse_unread,
+    results_in,
+    write_json,
+)
 from continuair.cli.terminal import print_table, progress_bar
 
 
@@ -27,14 +34,17 @@ def advise(
     tolerance: Annotated[
         float, typer.Option(help="Tip error that is good enough: share of the arm's length, rad.")
     ] = 0.02,
-    pixels: Annotated[float, typer.Option(help="|DS| that is good enough in tracking.")] = 0.7,
+    pixels: Annotated[
+        float | None, typer.Option(help="|DS| that is good enough in tracking. Default: 0.7.")
+    ] = None,
     gains: Annotated[
-        str,
+        str | None,
         typer.Option(
-            help="Gains for tracking: a preset's name, or the path of a .toml file.",
+            help="Gains for tracking: a preset's name, or the path of a .toml file. "
+            "Default: paper.",
             autocompletion=completion.gains,
         ),
-    ] = "paper",
+    ] = None,
     loop: Annotated[
         str, typer.Option(help="What holds the hover: position, attitude (and height) or none.")
     ] = "position",
@@ -55,12 +65,16 @@ def advise(
     from continuair.vehicle.vehicle import load_vehicle
 
     check_json(json)
-    loaded, law = load_vehicle(vehicle), load_gains(gains)
+    if task and not any(one.startswith("track") for one in task):
+        refuse_unread(
+            "no task tracks; add --task track:M, or leave it out", pixels=pixels, gains=gains
+        )
+    loaded, law = load_vehicle(vehicle), load_gains(gains or "paper")
     with progress_bar() as progress:
         from continuair.studies.advise import report, study
         from continuair.studies.results import as_json
 
-        good = study.Tolerance(tolerance, pixels)
+        good = study.Tolerance(tolerance, study.PIXELS if pixels is None else pixels)
         with results_in(out, "advise") as folder:
             results = study.advise(
                 loaded,

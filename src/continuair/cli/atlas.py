@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from continuair.cli.application import app
-from continuair.cli.options import results_in
+from continuair.cli.options import refuse_unread, results_in
 from continuair.cli.terminal import print_markdown, progress_bar
 
 
@@ -17,19 +17,21 @@ def atlas(
         str, typer.Option(help="Folder for the atlas, new or of this study.", metavar="DIR")
     ],
     runs: Annotated[
-        int,
+        int | None,
         typer.Option(
-            help="Open-loop flights, each with every model; a fiftieth in addition in closed loop."
+            help="Open-loop flights, each with every model; a fiftieth in addition in closed loop. "
+            "Default: 100000."
         ),
-    ] = 100_000,
+    ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the samples.")] = 0,
     loop: Annotated[
         str,
         typer.Option(help="What holds the hover: none, or position, as advise flies a vehicle."),
     ] = "none",
     vehicles: Annotated[
-        int, typer.Option(help="Vehicles that are flown with --loop position.")
-    ] = 2048,
+        int | None,
+        typer.Option(help="Vehicles that are flown with --loop position. Default: 2048."),
+    ] = None,
 ) -> None:
     """Map where decoupling holds, over dimensionless groups, for any vehicle.
 
@@ -39,8 +41,10 @@ def atlas(
 
     checks.choice("loop", loop, ("none", "position"))
     if loop == "position":
+        refuse_unread("--loop position flies --vehicles; give those", runs=runs)
         _controlled(out, vehicles, seed)
         return
+    refuse_unread("--loop none flies --runs; give those, or --loop position", vehicles=vehicles)
     with progress_bar() as progress:
         from continuair.figures import atlas as figures
         from continuair.studies.atlas import study as study
@@ -50,14 +54,14 @@ def atlas(
 
         with results_in(out, "atlas") as folder:
             assert folder is not None
-            summary = study.atlas(runs, seed, progress=progress)
+            summary = study.atlas(study.RUNS if runs is None else runs, seed, progress=progress)
             save(summary, folder.file("atlas.npz"))
             folder.write_text("table.md", as_table(summary))
             figures.write(summary, curves(), folder.file)
     print_markdown(as_table(summary))
 
 
-def _controlled(out: str, vehicles: int, seed: int) -> None:
+def _controlled(out: str, vehicles: int | None, seed: int) -> None:
     """Fly vehicles with a loop, and write the rule and what it is worth."""
     with progress_bar() as progress:
         from continuair.figures import controlled as figures
@@ -65,6 +69,7 @@ def _controlled(out: str, vehicles: int, seed: int) -> None:
         from continuair.studies.atlas.page import as_table
         from continuair.studies.atlas.summary import CONTROLLED_SUMMARY, save
 
+        vehicles = study.VEHICLES if vehicles is None else vehicles
         study.check_size(vehicles, seed)
         with results_in(out, "atlas") as folder:
             assert folder is not None

@@ -95,6 +95,13 @@ def again(name: str, **options: Any) -> str:
     return shlex.join(words)
 
 
+def refuse_unread(why: str, **options: Any) -> None:
+    """Raise InputError for an option that is given, but that nothing would read, and say why."""
+    for name, value in options.items():
+        if value is not None:
+            raise InputError(f"{name} is {value}, but {why}.")
+
+
 def keep_in(folder: ResultFolder | None, name: str, study: Any, progress: Progress) -> None:
     """Write a study's results and figures to its folder, if there is one."""
     if folder is not None:

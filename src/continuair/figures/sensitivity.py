@@ -234,7 +234,7 @@ def _scatter(results: dict[str, Any]) -> str:
     most = max(factors, key=factors.__getitem__)
     wild = sum(factor > WILD for factor in factors.values())
     if not wild:
-        return f"The decoupled error changes at most {short(factors[most])}-fold between values"
+        return f"Between values the decoupled error changes up to {short(factors[most])}-fold"
     return (
         f"From one value to the next the decoupled error changes up to {short(factors[most])}-fold "
         f"({most}), and more than {WILD:g}-fold in {wild} of {len(factors)} sweeps"

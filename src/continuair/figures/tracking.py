@@ -289,10 +289,10 @@ def _traced(dataset: xr.Dataset) -> str:
     off = _largest(dataset, lambda flights, model: off_target(flights.sel(model=model)), models)
     if not np.isfinite(off):
         return f"No flight lasts {TRANSIENT:g} s"
-    text = f"From {TRANSIENT:g} s on the camera is at most {short(1e3 * off)} mm off its target"
+    text = f"From {TRANSIENT:g} s on the camera strays by {short(1e3 * off)} mm from its target"
     apart = {m: _largest(dataset, _between, [m]) for m in _others(dataset)}
     words = {m: f"{short(1e3 * far)} mm" for m, far in apart.items() if np.isfinite(far)}
-    return f"{text}, and off the coupled plant's by {grouped(words)}" if words else text
+    return f"{text}, and from the coupled plant's by {grouped(words)}" if words else text
 
 
 def _erred(dataset: xr.Dataset) -> str:
@@ -301,10 +301,10 @@ def _erred(dataset: xr.Dataset) -> str:
     words = {m: f"{short(error)} px" for m, error in errors.items() if np.isfinite(error)}
     if not words:
         return f"No flight lasts {TRANSIENT:g} s"
-    text = f"From {TRANSIENT:g} s on ‖e‖ is at most {grouped(words)}"
+    text = f"From {TRANSIENT:g} s on ‖e‖ peaks at {grouped(words)}"
     for model in _others(dataset)[:1]:
         ds = _largest(dataset, lambda f, m: np.abs(_norms(f, REFERENCE) - _norms(f, m)), [model])
-        text += f"; |DS| at most {short(ds)} px, {model}" if np.isfinite(ds) else ""
+        text += f"; |DS| at {short(ds)} px, {model}" if np.isfinite(ds) else ""
     return text
 
 

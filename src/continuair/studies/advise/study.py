@@ -38,6 +38,9 @@ from continuair.studies.standard_loops import hover_loop
 from continuair.studies.timing import median_ratios
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
+PIXELS = 0.7
+"""|DS| that is good enough by default [px]."""
+
 _STEPS, _REPEATS = 20_000, 11
 
 
@@ -46,7 +49,7 @@ class Tolerance:
     """Largest errors that count as good enough: of the tip [share of l, rad], and of DS [px]."""
 
     tip: float = 0.02
-    pixels: float = 0.7
+    pixels: float = PIXELS
 
     def __post_init__(self) -> None:
         checks.positive("tolerance", self.tip)
