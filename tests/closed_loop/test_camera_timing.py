@@ -16,7 +16,11 @@ TARGET = ca.Target(ca.paths.circle(0.2, period=1.0))
 
 
 def told(
-    seconds: float = 0.25, period: Fraction = PERIOD, runs: int = 1, seed: int = 0, **camera: Any
+    seconds: float = 0.25,
+    period: Fraction | float = PERIOD,
+    runs: int = 1,
+    seed: int = 0,
+    **camera: Any,
 ) -> tuple[np.ndarray, np.ndarray, xr.Dataset]:
     """Normalised images (runs, samples, 8): told to a controller that pushes next to nothing while
     the vehicle falls past a moving target, and true."""
@@ -87,6 +91,14 @@ def test_a_latency_in_single_precision_is_the_same(latency: float) -> None:
     assert single > latency
     of_double, of_single = (told(seconds=0.2, latency=each)[0] for each in (latency, single))
     np.testing.assert_array_equal(of_single, of_double)
+
+
+def test_frames_under_a_period_in_single_precision_come_at_the_same_instants() -> None:
+    """Two periods of np.float32(0.01) end a last digit before a frame at 50 Hz is due."""
+    periods = 0.01, float(np.float32(0.01))
+    assert periods[1] < periods[0]
+    of_double, of_single = (told(period=each, frame_rate=50.0)[0] for each in periods)
+    np.testing.assert_allclose(of_single, of_double, rtol=0, atol=1e-5)
 
 
 def test_noise_is_normal_of_the_size_asked_for_and_new_in_every_frame_and_coordinate() -> None:

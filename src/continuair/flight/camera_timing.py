@@ -22,6 +22,9 @@ Array = np.ndarray
 _ROUNDING = 1e-6
 """Share of a latency by which it may be beyond a multiple of the period, as float32 has it."""
 
+_EARLY = 1e-7
+"""Share of a frame's time by which the instant may be before it, as float32 has a period."""
+
 
 def loop_over(vehicle: Vehicle, scenario: Scenario, grid: Grid, runs: int) -> Loop:
     """The loop of a scenario's controller over a time grid; raises InputError."""
@@ -114,7 +117,8 @@ def _timing(vehicle: Vehicle, scenario: Scenario, grid: Grid) -> Timing:
     acts = instants >= 0
     at = instants[acts]
     # A frame is exposed at the first control instant at or after its time.
-    frames = at if rate == 0.0 else np.floor(at * period * rate + 1e-9).astype(int)
+    due = at * period * rate * (1.0 + _EARLY)
+    frames = at if rate == 0.0 else np.floor(due + 1e-9).astype(int)
     frames = np.unique(frames, return_inverse=True)[1]
     fresh = np.append(True, np.diff(frames) > 0)
     delay = int(np.ceil(latency / period * (1.0 - _ROUNDING)))
