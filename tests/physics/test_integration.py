@@ -1,5 +1,7 @@
 """Convergence of RK4, the DOP853 reference, input jumps, batches and the end of a run."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 import warp as wp
@@ -217,25 +219,29 @@ def test_a_bad_option_is_named_in_one_sentence(options: dict[str, object], words
     assert "\n" not in str(caught.value)
 
 
+UNDAMPED = {"arm.damping_ratio": 0.0}
+
+
 @turns_untold
 @pytest.mark.parametrize(
-    ("ratio", "q", "qd"),
+    ("changes", "q", "qd"),
     [
-        (4.0, {6: 0.5}, {}),
-        (0.0, {6: 0.1}, {3: 200.0}),
-        (0.0, {6: 0.1}, {5: 300.0}),
-        (0.0, {6: 0.1}, {6: 700.0}),
+        ({"arm.damping_ratio": 4.0}, {6: 0.5}, {}),
+        (UNDAMPED, {6: 0.1}, {3: 200.0}),
+        (UNDAMPED, {6: 0.1}, {5: 300.0}),
+        (UNDAMPED, {6: 0.1}, {6: 700.0}),
+        ({"uav.drag": {"linear": [9e3, 0.0, 0.0]}}, {6: 0.1}, {0: 1.0}),
     ],
-    ids=["overdamped", "tumbling", "spinning", "whipping"],
+    ids=["overdamped", "tumbling", "spinning", "whipping", "dragged"],
 )
 def test_the_automatic_step_follows_what_damping_and_start_make_fast(
-    ratio: float, q: dict[int, float], qd: dict[int, float]
+    changes: dict[str, Any], q: dict[int, float], qd: dict[int, float]
 ) -> None:
     """A step of 0.2 of the fastest rate errs by 3e-6 of that motion, and 350 of them are flown.
 
     At 0.2 of the undamped bending frequency at rest, bend or tip are wrong by 0.5 % or more.
     """
-    vehicle = VEHICLE.replace({"arm.damping_ratio": ratio})
+    vehicle = VEHICLE.replace(changes)
     start, rates = np.zeros(8), np.zeros(8)
     start[list(q)], rates[list(qd)] = list(q.values()), list(qd.values())
     scenario = ca.Scenario("fast", start, rates, duration=0.1, gravity=0.0)

@@ -194,14 +194,14 @@ def automatic_step(
 ) -> Array:
     """Step (runs,) [s] of which the fastest rate of a run makes at most 0.2.
 
-    That rate is `driven`, of its inputs, or the spin |ω| at the start, plus what is faster seen
-    from the turning body: the stiffest mode (straight or at the initial bend, with its damping), or
-    a tip's turning Σ |k̇| l. coupled: an engine of the coupled model, whose free base raises the
-    rates most. Arms that hang in a wash take half that step. q, qd: (runs or 1, 8) paper
-    coordinates and rates, at rest by default. A run that has no finite rate, as a bend past a full
-    circle has none, has the step inf. The integrator "implicit" has 0.05 for 0.2, and the first
-    mode of every arm for the stiffest one: faster modes do not make it unstable. Raises InputError
-    if no run has a finite rate.
+    That rate is `driven`, of its inputs, or the spin |ω| at the start, plus what is fastest seen
+    from the turning body: the stiffest mode (straight or at the initial bend, with its damping), a
+    tip's turning Σ |k̇| l, or the decay by the UAV's linear drag. coupled: an engine of the coupled
+    model, whose free base raises the rates most. Arms that hang in a wash take half that step.
+    q, qd: (runs or 1, 8) paper coordinates and rates, at rest by default. A run that has no finite
+    rate, as a bend past a full circle has none, has the step inf. The integrator "implicit" has
+    0.05 for 0.2, and the first mode of every arm for the stiffest one: faster modes do not make it
+    unstable. Raises InputError if no run has a finite rate.
     """
     q = np.atleast_2d(q)
     qd = np.zeros_like(q) if qd is None else np.atleast_2d(qd)
@@ -222,11 +222,19 @@ def automatic_step(
         state = state_from_paper(q, qd)
         spin = np.linalg.norm(state[:, layout.angular_velocity], axis=1)
         turning = _turning_of_tips(coupled, state)
-        step = taken.phase / np.fmax(np.fmax(modes, turning) + spin, driven)
+        seen = np.fmax.reduce(np.broadcast_arrays(modes, turning, _drag_rate(coupled)))
+        step = taken.phase / np.fmax(seen + spin, driven)
     if coupled.tree.wash:
         step = _IN_WASH * step
     found: Array = np.where(np.isnan(step), np.inf, step)
     return found
+
+
+def _drag_rate(engine: Engine) -> Array:
+    """The fastest decay (runs or 1) [1/s] by linear drag of the UAV alone: arms only slow it."""
+    uav, runs = engine.vehicle.uav, len(engine.plants)
+    drag = 0.0 if uav.drag is None else per_run(uav.drag.linear, runs, 3).max(axis=1)
+    return np.atleast_1d(drag / per_run(uav.mass, runs))
 
 
 def _turning_of_tips(engine: Engine, state: Array) -> Array:
@@ -299,7 +307,7 @@ def _warn_if_coarse(steps: Array, fine: Array, stacklevel: int) -> None:
         of = in_runs(coarse.sum(), len(fine))
         warn(
             f"step is {steps.max():g} s, which is too coarse for the fastest motion of vehicle and "
-            f"start (stiffest bending mode, its damping, initial rates){of}: RK4 will distort it; "
-            f"use {fine.min():.3g} s or less, or step='auto'.",
+            f"start (stiffest bending mode, its damping, drag, initial rates){of}: RK4 will distort"
+            f" it; use {fine.min():.3g} s or less, or step='auto'.",
             stacklevel=stacklevel,
         )
