@@ -86,6 +86,10 @@ def test_an_arm_whose_rate_is_zero_is_left_to_its_spring() -> None:
         ({"bend": [0.1, 0.2]}, r"bend is \[0.1, 0.2\]; give 4 finite numbers"),
         ({"bend_rate": [1.0, 2.0, 3.0]}, "bend_rate is .*; give a finite number .*, or 2 of them"),
         ({"bend_rate": [1.0, -2.0]}, r"bend_rate is \[1.0, -2.0\]; give rates of 0 or more"),
+        (
+            {"bend": [0.0, 0.0, 0.3, 0.0], "bend_rate": [1.0, 0.0]},
+            r"bend is .*, but bend_rate \[1.0, 0.0\] leaves sections of it free; give a rate",
+        ),
     ],
 )
 def test_a_hold_for_other_bends_is_refused_in_one_sentence(

@@ -56,8 +56,9 @@ def flight_controller(
     [rad] and "gyro" [rad/s].
 
     Limits: tilt [rad], thrust (least, most) [N], by default the rotors', or 0.1 and 2 times the
-    weight, moment (3,) [N m], speed of approach [m/s], bend_moment [N m²], bend_speed [1/(m s)].
-    Raises InputError, also for gains that the delays make unstable, at 9.81 m/s².
+    weight, moment (3,) [N m], speed of approach [m/s], and of each component of a bend bend_moment
+    [N m²] and bend_speed [1/(m s)]. Raises InputError, also for gains that the delays make
+    unstable, at 9.81 m/s².
     """
     check_single_vehicle(vehicle)
     checks.choice("feedforward", feedforward, FEEDFORWARD)

@@ -54,6 +54,11 @@ def hold(
         "bend_rate": _bend_rate(bend_rate, len(sections)),
     }
     held = np.broadcast_to(settings["bend_rate"], len(sections)) > 0.0
+    if settings["bend"][~np.repeat(held, 2)].any():
+        raise InputError(
+            f"bend is {shown(bend)}, but bend_rate {shown(bend_rate)} leaves sections of it free; "
+            "give a rate above 0 [rad/s], or zeros for these."
+        )
     stiffness = [each.bending_stiffness * each.length for each in sections]
     plant = {
         "mass": vehicle.mass,

@@ -31,7 +31,8 @@ def twist_servoing(
     feed_forward: add the target's twist to v; choices: the others of `flight_controller`.
 
     Sections whose bend_bandwidth is 0 are not moved; the others move as fast as the twist asks for,
-    whatever theirs. Set-points of the scenario are refused. Raises InputError.
+    whatever theirs. Positions are not asked for, nor their noise. Set-points of the scenario are
+    refused. Raises InputError.
     """
     rate, ahead, share = (
         checks.positive("servo", servo, " [1/s]"),
