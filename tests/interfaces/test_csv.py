@@ -74,6 +74,16 @@ def test_inputs_over_time_are_sampled_from_the_scenario_and_missed_without_it(
     assert "force_x" not in columns(tmp_path / "less.csv")
 
 
+def test_a_scenario_that_the_flight_contradicts_is_refused(tmp_path: Path) -> None:
+    start = [0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.1, 0.0]
+    flown = ca.Scenario("pushed", start, force=[0.0, 0.0, 25.0], duration=0.05)
+    dataset = ca.simulate(ca.load_vehicle("paper"), flown, sample=0.01)
+    other = flown.replace(force=[0.0, 0.0, 26.0])
+    with pytest.raises(ca.InputError, match=r"force is .*26.*but that of the flight is .*25"):
+        ca.to_csv(dataset, tmp_path / "other.csv", scenario=other)
+    assert not (tmp_path / "other.csv").exists()
+
+
 def test_rows_at_jumps_hold_what_acts_from_there_on(tmp_path: Path) -> None:
     """int(t / period) and the jumps that are named are a last digit apart at some of them."""
     period, forces = 0.01, np.random.default_rng(4).uniform(0.0, 30.0, (120, 3))

@@ -11,7 +11,7 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 from continuair.analysis.motion import Motion
-from continuair.errors import InputError
+from continuair.errors import InputError, shown
 from continuair.flight.inputs import evaluated, field_width
 from continuair.flight.prepare import check_scenario
 from continuair.flight.reading import BATCH_ROW, GIVEN_TO_STEPS, run_of, scenario_of
@@ -76,13 +76,27 @@ def warn_of_lacking(names: Iterable[str], stacklevel: int, what: str = "the file
 
 def told_of(flight: xr.Dataset, scenario: Scenario | None = None) -> dict[str, Any]:
     """Fields of the scenario of a flight; scenario: the one that was flown, if it is known, which
-    does not know what the steps of a `Simulation` were given."""
+    does not know what the steps of a `Simulation` were given. Raises InputError for another one."""
     told = scenario_of(flight)
     if scenario is None:
         return told
     check_scenario(scenario)
+    _check_flown(scenario, told)
     known = {name: getattr(scenario, name) for name in (*FIELDS, "tip_wrench_sign", "controller")}
     return known | {name: value for name, value in told.items() if value == GIVEN_TO_STEPS}
+
+
+def _check_flown(scenario: Scenario, told: dict[str, Any]) -> None:
+    """Raise InputError where a constant of a scenario is not what a flight tells of it."""
+    for name in (*FIELDS, "tip_wrench_sign"):
+        given, flown = getattr(scenario, name), told.get(name)
+        if flown is None or given is None or isinstance(flown, str) or callable(given):
+            continue
+        if np.shape(given) == np.shape(flown) and not np.array_equal(given, flown):
+            raise InputError(
+                f"scenario.{name} is {shown(given)}, but that of the flight is {shown(flown)}; "
+                "give the scenario that was flown."
+            )
 
 
 def sampled(field: str, value: Any, flight: xr.Dataset, vehicle: Vehicle) -> Array | None:
