@@ -61,7 +61,8 @@ TENTH = 0.1
 
 
 def rounding_law(kind: str) -> Any:
-    """A law with a number that loses digits: of its own, in a function, named, or reckoned."""
+    """A law with a number that loses digits: of its own, in a function, named, reckoned, or in a
+    vector."""
 
     def law(code: Any) -> SimpleNamespace:
         Real, Push, Sense = code.Real, code.Push, code.Sense
@@ -86,13 +87,50 @@ def rounding_law(kind: str) -> Any:
         def whole(push: Push):
             return Real(1 / 10) * push
 
+        tenths = 3
+
+        @wp.func
+        def whole_name(push: Push):
+            return Real(tenths / 10) * push
+
+        @wp.func
+        def counted(push: Push):
+            share = Real(0)
+            for i in range(3):
+                share = share + Real(i / 10)
+            return share * push
+
+        @wp.func
+        def cast(push: Push):
+            return Real(float(1) / float(3)) * push
+
+        single = wp.float32(TENTH)
+
+        @wp.func
+        def of_type(push: Push):
+            return Real(single) * push
+
+        goal = code.vec3(TENTH, 0.0, 0.0)
+
+        @wp.func
+        def vector(push: Push):
+            return goal[0] * push
+
+        @wp.func
+        def static(push: Push):
+            return wp.static(code.vec3(TENTH, 0.0, 0.0))[0] * push
+
         third = Real(0.3)
 
         @wp.func
         def fine(push: Push):
-            return (third + Real(-0.25)) * push
+            made = code.vec3(third, Real(-0.25), third)
+            return (made[0] + made[1]) * push
 
-        kinds = (written, named, of_module, reckoned, whole, fine)
+        kinds = (
+            *(written, named, of_module, reckoned, whole, whole_name, counted, cast, of_type),
+            *(vector, static, fine),
+        )
         changed = {each.func.__name__: each for each in kinds}[kind]
 
         @wp.struct

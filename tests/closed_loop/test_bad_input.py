@@ -97,7 +97,21 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
             ("of_module", "3.141592653589793"),
             ("reckoned", "1.0"),
             ("whole", "1 / 10"),
+            ("whole_name", "tenths / 10"),
+            ("counted", "i / 10"),
+            ("cast", "float(1)"),
+            ("of_type", "0.1"),
         )
+    },
+    **{
+        f"digits of a vector, {kind}": (
+            lambda kind=kind: fly(
+                ca.Controller("mine", probes.rounding_law(kind), {"idle": 1.0}, looks=False)
+            ),
+            f"law has {name} in its function {kind}, a vector or matrix from outside",
+            "or give it as a gain",
+        )
+        for kind, name in (("vector", "goal"), ("static", "code.vec3(TENTH, 0.0, 0.0)"))
     },
     "latency of a law that acts at once": (
         lambda: ca.Controller("mine", probes._weight_law, {}, latency=0.02),

@@ -153,7 +153,8 @@ def closed_loop(
 ) -> LoopKernels:
     """The roll-out with a controller's law; raises InputError for a law without its parts."""
     of = Numbers(precision, lanes), tree
-    found = checked_law(law(law_code(*of, points)))
+    code = law_code(*of, points)
+    found = checked_law(law(code), code.Real)
     if hasattr(found, "Memory"):
         pilot = guided_pilot(*of, points, found, believes)
     else:
