@@ -57,6 +57,21 @@ def _weight_law(code: Any) -> SimpleNamespace:
     return SimpleNamespace(Gains=Gains, control=control)
 
 
+def _failing_law(code: Any) -> SimpleNamespace:
+    Real, Sense, push, vec3, Bends = code.Real, code.Sense, code.push, code.vec3, code.Bends
+
+    @wp.struct
+    class Gains:
+        end: Real
+
+    @wp.func
+    def control(sense: Sense, gains: Gains):
+        force = vec3(wp.sqrt(gains.end - sense.time), Real(0.0), Real(0.0))
+        return sense.weight + push(force, vec3(), Bends())
+
+    return SimpleNamespace(Gains=Gains, control=control)
+
+
 TENTH = 0.1
 
 
@@ -176,6 +191,11 @@ def along_image(weights: Any) -> Controller:
 def carried(weight: float, spring: float) -> Controller:
     """Push as the parts of G."""
     return Controller("G", _weight_law, {"weight": weight, "spring": spring}, looks=False)
+
+
+def undefined_from(end: float) -> Controller:
+    """Push by the root of the time that is left [s] in newtons, no number once none is."""
+    return Controller("root", _failing_law, {"end": end}, looks=False)
 
 
 def recorded_image() -> Controller:

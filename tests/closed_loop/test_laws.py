@@ -9,8 +9,9 @@ import continuair as ca
 from continuair import equations
 from continuair.controllers.inertias import camera_inertia
 from continuair.equations.camera import interaction_matrix
+from continuair.kernels.step import NOT_FINITE
 from continuair.scenario import paths
-from tests.closed_loop import eye
+from tests.closed_loop import eye, probes
 
 pytestmark = pytest.mark.targets
 
@@ -148,3 +149,14 @@ def test_current_gains_are_equations_15_and_16_with_gains_of_the_image_of_now(
         wrench = (seen.L @ seen.J).T @ (Kp @ e_a - Kd @ damped)
         assert_close(push, seen.weight + wrench)
     assert capped == (STATES if cap[0] < 1.0 else 0)
+
+
+@pytest.mark.parametrize("lag", [None, 0.0, 0.03])
+def test_a_push_that_is_no_number_ends_a_flight_with_rotors_or_without(lag: float | None) -> None:
+    """The least thrust of the rotors is not what such a law asks for."""
+    rotors = {"layout": "hex_tilted", "lever": 0.3, "tilt": 0.3, "thrust_limits": [0.0, 30.0],
+              "torque_per_thrust": 0.02, "lag": lag}  # fmt: skip
+    vehicle = ca.load_vehicle("paper").replace({} if lag is None else {"uav.rotors": rotors})
+    scenario = ca.Scenario("undefined", [0.0, 0, 3, 0, 0, 0, 0.1, 0], duration=0.1)
+    run = ca.simulate(vehicle, scenario.replace(controller=probes.undefined_from(0.0305)))
+    assert (int(run.status), float(run.end_time)) == (NOT_FINITE, pytest.approx(0.031))

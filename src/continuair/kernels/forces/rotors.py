@@ -33,7 +33,8 @@ def rotor_code(numbers: Numbers, tree: Tree) -> RotorCode:
     Real, State, Push, Plant = types.Real, types.State, types.Push, types.Plant
     PerRotor, attitude_of, vec3 = types.PerRotor, types.attitude_of, types.vec3
     force_of, moment_of = types.force_of, types.moment_of
-    above, of_row, rotors, prompt = code.above, code.of_row, tree.rotors, tree.prompt
+    above, finite, of_row = code.above, code.finite, code.of_row
+    rotors, prompt = tree.rotors, tree.prompt
     speeds, commands = types.layout.rotor_speed.start, types.layout.of_input["rotor_command"].start
     zero, one = Real(0.0), Real(1.0)
 
@@ -77,7 +78,9 @@ def rotor_code(numbers: Numbers, tree: Tree) -> RotorCode:
             fits = room / above(size, zero, size, one)
             share = wp.min(share, above(size, zero, fits, one))
         for i in range(rotors):
-            asked[i] = wp.min(wp.max(asked[i] + share * yaw[i], lowest), highest)
+            wish = asked[i] + share * yaw[i]
+            # No limit makes a number of what is none.
+            asked[i] = finite(wish, wp.min(wp.max(wish, lowest), highest), wish)
         return asked
 
     @wp.func
