@@ -48,6 +48,21 @@ def test_velocity_and_acceleration_are_the_slopes_of_the_position(name: str) -> 
         assert np.abs(passed - summed).max() < tolerance * size * h + 1e-15
 
 
+def test_a_motion_that_changes_its_times_in_place_leaves_those_of_the_flight() -> None:
+    def late(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        t -= 0.5
+        along = np.array([0.1, 0.0, 0.0])
+        return np.outer(t, along), np.outer(t**0, along), np.outer(t, np.zeros(3))
+
+    vehicle, start = ca.load_vehicle("paper"), [0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.1, 0.0]
+    law = ca.hold(vehicle, [0.0, 0.0, 3.0])
+    scenario = ca.Scenario("late", start, controller=law, duration=0.1)
+    flight = ca.simulate(vehicle, scenario.replace(target=ca.Target(Path("late", 1.0, late))))
+    np.testing.assert_allclose(flight.time, np.arange(101) * 1e-3, rtol=1e-14)
+    where = 0.1 * (flight.time.to_numpy() - 0.5)
+    np.testing.assert_allclose(flight.target_position[:, 0], where, rtol=0, atol=1e-15)
+
+
 @pytest.mark.parametrize("name", PATHS)
 def test_the_bounds_hold_however_finely_a_path_is_sampled(name: str) -> None:
     """A jump would grow slopes without end; here they settle."""

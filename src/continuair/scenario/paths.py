@@ -40,7 +40,8 @@ class Path:
         object.__setattr__(self, "duration", checks.positive("duration", self.duration, " [s]"))
 
     def __call__(self, times: Any) -> tuple[Array, Array, Array]:
-        return self.motion(np.atleast_1d(np.asarray(times, float)))
+        # A copy, as a motion may change its times in place.
+        return self.motion(np.array(times, float, ndmin=1))
 
 
 def hold(position: Any = (0.0, 0.0, 0.0), duration: float = 50.0) -> Path:
