@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 
 from continuair.analysis.lyapunov import errors
@@ -24,7 +27,7 @@ from continuair.studies.paper.theorem import (
 )
 from continuair.studies.sensitivity.findings import rank_correlation
 from continuair.studies.tables import percent
-from continuair.studies.verdicts import REPRODUCED, Judgement, judged
+from continuair.studies.verdicts import REPRODUCED, UNDECIDED, Judgement, judged
 from continuair.vehicle.camera import Camera
 
 Array = np.ndarray
@@ -53,12 +56,16 @@ def theorem(evidence: Evidence) -> Judgement:
     found = evidence.theorem
     made = [flown for flown in found.sets if flown.made]
     drawn = [flown for flown in found.sets if not flown.made]
-    (bad, of_made), (diverged, of_drawn) = (diverging(sets) for sets in (made, drawn))
-    grows = [growth_with_start(each) for each in found.sets if not each.diverged.any()]
+    (bad, of_made), (diverged, of_drawn) = (
+        count(sets, lambda flown: flown.diverged) for sets in (made, drawn)
+    )
+    whole = [each for each in found.sets if each.resolved.all() and not each.diverged.any()]
+    grows = [growth_with_start(each) for each in whole]
     unstable = float(np.mean(found.growth > 0.0))
-    lost = sum(leaving(flown, found, evidence.vehicle.camera) for flown in made)
+    lost, _ = count(made, lambda flown: leaving(flown, found, evidence.vehicle.camera))
     still, moving = (_most_left(flown) for flown in made)
-    return judged(
+    return of_resolved(
+        list(found.sets),
         not bad + diverged and all(rho < GROWS for rho in grows),
         f"with N = {POINTS} points, as 6×6 gains ask for, and gains made for the image, {bad} of "
         f"{of_made} flights diverge, and at most {_px(still, 2)} are left before a target at "
@@ -78,9 +85,18 @@ def theorem(evidence: Evidence) -> Judgement:
     )
 
 
-def diverging(sets: list[Flown]) -> tuple[int, int]:
-    """How many flights diverge, and of how many."""
-    return sum(int(flown.diverged.sum()) for flown in sets), sum(len(flown.error) for flown in sets)
+def count(sets: list[Flown], what: Callable[[Flown], Array]) -> tuple[int, int]:
+    """How many resolved flights have what a function tells of each (starts,), and of how many."""
+    found = sum(int((flown.resolved & what(flown)).sum()) for flown in sets)
+    return found, sum(int(flown.resolved.sum()) for flown in sets)
+
+
+def of_resolved(sets: list[Flown], holds: bool, evidence: str, **numbers: float) -> Judgement:
+    """The judgement of what is asked of all flights, of which some may not be resolved."""
+    many = sum(int((~flown.resolved).sum()) for flown in sets)
+    told = f"{evidence}. {many} more flights are resolved by no step tried" if many else evidence
+    found = judged(holds, told, **numbers)
+    return replace(found, verdict=UNDECIDED) if holds and many else found
 
 
 def _most_left(flown: Flown) -> float:
@@ -99,11 +115,11 @@ def growth_with_start(flown: Flown) -> float:
     return rank_correlation(flown.error[:, 0].tolist(), left.tolist())
 
 
-def leaving(flown: Flown, found: Theorem, camera: Camera) -> int:
-    """In how many flights a point leaves the image of a camera."""
+def leaving(flown: Flown, found: Theorem, camera: Camera) -> Array:
+    """In which flights (starts,) a point leaves the image of a camera."""
     image = to_normalised(found.vehicle.camera, samples(flown.flight, "features", "pixel"))
     seen = in_view(camera, image, samples(flown.flight, "depth", "point"))
-    return int((~seen).any((-2, -1)).sum())
+    return np.asarray((~seen).any((-2, -1)))
 
 
 def fall_of_v(evidence: Evidence) -> Judgement:
@@ -193,55 +209,59 @@ def compact_set(evidence: Evidence) -> Judgement:
     found = evidence.theorem
     q = desired_pose(found.vehicle, found.target)
     unseen = 8 - int(np.linalg.matrix_rank(image_jacobian(found.vehicle, q, found.target.points)))
-    made, *drawn = (rises(flown) for flown in found.at_rest)
-    starts = len(found.sets[0].error)
-    return judged(
-        unseen == 0 and not made + sum(drawn),
+    (made, starts), (drawn, of_drawn) = (
+        count(sets, rises) for sets in (found.at_rest[:1], found.at_rest[1:])
+    )
+    return of_resolved(
+        found.at_rest,
+        unseen == 0 and not made + drawn,
         f"q̇ has {unseen} directions with J_L q̇ = 0, which neither v_c nor e_a holds: the set has "
         "any speed along them in it, and V has no bound on it. Before a target at rest, where "
         "every state with a v_c or an e_a lies outside, V gets above its start in "
-        f"{sum(drawn)} of {len(drawn) * starts} flights with gains drawn at random, and in "
-        f"{made} of {starts} with gains made for the image",
+        f"{drawn} of {of_drawn} flights with gains drawn at random, and in {made} of {starts} "
+        "with gains made for the image",
         directions_without_bound=float(unseen),
         flights_where_v_rises_gains_made=float(made),
-        flights_where_v_rises_gains_drawn=float(sum(drawn)),
+        flights_where_v_rises_gains_drawn=float(drawn),
     )
 
 
-def rises(flown: Flown) -> int:
-    """In how many flights V of the paper gets above its start."""
+def rises(flown: Flown) -> Array:
+    """In which flights (starts,) V of the paper gets above its start."""
     V = flown.found.over_time["lyapunov_paper"].to_numpy()
-    return int((np.nanmax(V, axis=-1) > (1.0 + 1e-6) * V[:, 0]).sum())
+    return np.asarray(np.nanmax(V, axis=-1) > (1.0 + 1e-6) * V[:, 0])
 
 
 def convergence(evidence: Evidence) -> Judgement:
     """III-D.18: do flights before a target at rest enter the set, and is it a level set of V?"""
     found = evidence.theorem
-    made, *drawn = (stays_out(flown, found) for flown in found.at_rest)
-    moving = sum(stays_out(flown, found) for flown in found.sets if flown.moving)
+    (made, starts), (drawn, of_drawn), (moving, of_moving) = (
+        count(sets, lambda flown: stays_out(flown, found))
+        for sets in (found.at_rest[:1], found.at_rest[1:], found.moving)
+    )
     widths = [float(np.sqrt(np.linalg.cond(flown.gains["Kp"]))) for flown in found.sets]
-    starts = len(found.sets[0].error)
-    return judged(
-        not made + sum(drawn) and max(widths) <= 1.0 + 1e-6,
+    return of_resolved(
+        found.at_rest,
+        not made + drawn and max(widths) <= 1.0 + 1e-6,
         "before a target at rest, for which the printed bound is 0, the excess stays above it in "
-        f"{made} of {starts} flights with gains made for the image and in {sum(drawn)} of "
-        f"{len(drawn) * starts} with gains drawn at random (before a moving one, with λ = ‖K_p‖, "
-        f"in {moving} of {starts}; a smaller λ widens the set without limit). Nor does a V that "
+        f"{made} of {starts} flights with gains made for the image and in {drawn} of "
+        f"{of_drawn} with gains drawn at random (before a moving one, with λ = ‖K_p‖, in "
+        f"{moving} of {of_moving}; a smaller λ widens the set without limit). Nor does a V that "
         "falls outside a set lead into it, but into the smallest level set of V around it, which "
         f"in e_a alone is √cond(K_p) = {min(widths):.3g} to {max(widths):.3g} times wider",
         flights_outside_gains_made=float(made),
-        flights_outside_gains_drawn=float(sum(drawn)),
+        flights_outside_gains_drawn=float(drawn),
         flights_outside_target_moving=float(moving),
         largest_width_of_level_set_over_printed_set=max(widths),
     )
 
 
-def stays_out(flown: Flown, found: Theorem) -> int:
-    """From how many starts the excess of the printed expression does not go to zero."""
+def stays_out(flown: Flown, found: Theorem) -> Array:
+    """From which starts (starts,) the excess of the printed expression does not go to zero."""
     excess = np.maximum(0.0, printed_expression(flown, found) - printed_bound(flown))
     left = excess[:, in_the_end(flown.flight)].max(-1)
     # NaN after an early end compares as not gone.
-    return int((~(left <= GONE * np.nanmax(excess, axis=-1))).sum())
+    return np.asarray(~(left <= GONE * np.nanmax(excess, axis=-1)))
 
 
 def printed_expression(flown: Flown, found: Theorem) -> Array:
@@ -305,9 +325,10 @@ def ultimate_share(gains: Gains, largest: float = 1.0) -> float:
 
 def share_in_flight(flown: Flown, found: Theorem) -> float:
     """The largest ‖e‖ in the end of the flights as a share of the bound from their own e_a; NaN
-    where all of them ended early."""
+    where all of them ended early, or are not resolved."""
     e, _, e_a = errors(flown.flight, found.vehicle, flown.gains)
     left = np.linalg.norm(e, axis=-1)[:, in_the_end(flown.flight)].max(-1)
+    left = np.where(flown.resolved, left, np.nan)
     largest = np.linalg.norm(e_a, axis=-1).max(-1)
     ended = np.isnan(left)
     if ended.all():
@@ -328,13 +349,14 @@ STEPS = {
 def conclusion(evidence: Evidence) -> Judgement:
     """III-D.20: do all steps of the proof hold, from every start?"""
     held = [name for name, step in STEPS.items() if step(evidence).verdict == REPRODUCED]
-    left = evidence.theorem.sets[0].remaining
-    settled = int((left < SETTLED).sum())
-    return judged(
-        len(held) == len(STEPS) and settled == len(left),
+    first = evidence.theorem.sets[0]
+    settled, starts = count([first], lambda flown: flown.remaining < SETTLED)
+    return of_resolved(
+        [first],
+        len(held) == len(STEPS) and settled == starts,
         f"{len(held)} of the {len(STEPS)} steps III-D.15 to III-D.19 hold: "
         f"{', '.join(held) or 'none'}. With gains made for the image and a target at rest, flights "
-        f"from {settled} of {len(left)} starts settle to within {SETTLED:g} px",
+        f"from {settled} of {starts} starts settle to within {SETTLED:g} px",
         steps_that_hold=float(len(held)),
         starts_that_settle=float(settled),
     )
