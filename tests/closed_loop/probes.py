@@ -4,6 +4,7 @@
 # mypy: ignore-errors
 
 import math
+from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any
 
@@ -76,8 +77,8 @@ TENTH = 0.1
 
 
 def rounding_law(kind: str) -> Any:
-    """A law with a number that loses digits: of its own, in a function, named, reckoned, or in a
-    vector."""
+    """A law with a number that loses digits: of its own, in a function, named, reckoned, of a
+    fraction, a default, or in a vector."""
 
     def law(code: Any) -> SimpleNamespace:
         Real, Push, Sense = code.Real, code.Push, code.Sense
@@ -125,6 +126,30 @@ def rounding_law(kind: str) -> Any:
         def of_type(push: Push):
             return Real(single) * push
 
+        fraction = Real(Fraction(1, 3))
+
+        @wp.func
+        def of_fraction(push: Push):
+            return fraction * push
+
+        @wp.func
+        def added(push: Push):
+            return Real((1 + 2) / 2) * push
+
+        @wp.func
+        def shortened(push: Push):
+            share = 1
+            share /= 2
+            return Real(share) * push
+
+        @wp.func
+        def large(push: Push):
+            return Real(5000000000) * push
+
+        @wp.func
+        def scaled(push: Push, by: Real = fraction):
+            return by * push
+
         goal = code.vec3(TENTH, 0.0, 0.0)
 
         @wp.func
@@ -135,7 +160,7 @@ def rounding_law(kind: str) -> Any:
         def static(push: Push):
             return wp.static(code.vec3(TENTH, 0.0, 0.0))[0] * push
 
-        third = Real(0.3)
+        third = Real(np.float64(0.3))
 
         @wp.func
         def fine(push: Push):
@@ -144,7 +169,7 @@ def rounding_law(kind: str) -> Any:
 
         kinds = (
             *(written, named, of_module, reckoned, whole, whole_name, counted, cast, of_type),
-            *(vector, static, fine),
+            *(of_fraction, added, shortened, large, scaled, vector, static, fine),
         )
         changed = {each.func.__name__: each for each in kinds}[kind]
 
@@ -191,6 +216,25 @@ def along_image(weights: Any) -> Controller:
 def carried(weight: float, spring: float) -> Controller:
     """Push as the parts of G."""
     return Controller("G", _weight_law, {"weight": weight, "spring": spring}, looks=False)
+
+
+def _braking_law(code: Any) -> SimpleNamespace:
+    Sense, camera_push = code.Sense, code.camera_push
+
+    @wp.struct
+    class Gains:
+        damping: code.Real
+
+    @wp.func
+    def control(sense: Sense, gains: Gains):
+        return sense.weight + camera_push(sense, -gains.damping * sense.camera_twist)
+
+    return SimpleNamespace(Gains=Gains, control=control)
+
+
+def braking(damping: float) -> Controller:
+    """Push the camera against its own twist."""
+    return Controller("brake", _braking_law, {"damping": damping}, looks=False)
 
 
 def undefined_from(end: float) -> Controller:

@@ -1,5 +1,6 @@
 """What a user reads when a closed loop cannot be flown: one sentence, field, value and remedy."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -101,8 +102,29 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
             ("counted", "i / 10"),
             ("cast", "float(1)"),
             ("of_type", "0.1"),
+            ("of_fraction", "float(1/3)"),
+            ("added", "(1 + 2) / 2"),
+            ("shortened", "share /= 2"),
+            ("large", "5000000000"),
         )
     },
+    "default of a law's function": (
+        lambda: fly(
+            ca.Controller("mine", probes.rounding_law("scaled"), {"idle": 1.0}, looks=False)
+        ),
+        "law has the default fraction of an argument in its function scaled",
+        "give it where the function is called",
+    ),
+    "camera without a target": (
+        lambda: fly(probes.braking(5.0), target=None),
+        "target is None, but the law reads camera_push in its function control",
+        "give one",
+    ),
+    "law that looks under a controller that does not": (
+        lambda: fly(replace(ca.twist_servoing(flights.VEHICLE), looks=False), target=still(0.0)),
+        "looks is False of the controller IBVS by twists, but True of its law",
+        "give looks=True",
+    ),
     **{
         f"digits of a vector, {kind}": (
             lambda kind=kind: fly(

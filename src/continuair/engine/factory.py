@@ -92,7 +92,7 @@ class LoopKernels:
     """The kernel `rollout` with a controller's law, and the types of its arguments.
 
     lanes: the runs that a thread flies, 1 or those of a pack. remembered: numbers of the law's
-    memory.
+    memory; looks: whether such a law does.
     """
 
     lanes: int
@@ -101,6 +101,7 @@ class LoopKernels:
     eye: Eye
     Gains: Any
     remembered: int = 0
+    looks: bool = False
 
 
 def kernels(
@@ -154,7 +155,7 @@ def closed_loop(
     """The roll-out with a controller's law; raises InputError for a law without its parts."""
     of = Numbers(precision, lanes), tree
     code = law_code(*of, points)
-    found = checked_law(law(code), code.Real)
+    found = checked_law(law(code), code)
     if hasattr(found, "Memory"):
         pilot = guided_pilot(*of, points, found, believes)
     else:
@@ -162,7 +163,8 @@ def closed_loop(
     logger = state_logger(*of)
     rollout = rollout_kernel(*of, dynamics_code(*of, model), pilot, logger, integrator)
     remembered = found.Memory._length_ if hasattr(found, "Memory") else 0
-    return LoopKernels(lanes, rollout, pilot, eye_code(*of, points), found.Gains, remembered)
+    looks = remembered > 0 and found.looks
+    return LoopKernels(lanes, rollout, pilot, eye_code(*of, points), found.Gains, remembered, looks)
 
 
 @made_once

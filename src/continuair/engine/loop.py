@@ -248,12 +248,18 @@ def pack_cameras(vehicle: Vehicle, Camera: Any) -> Array:
 
 
 def _check_memory(controller: Controller, kernels: LoopKernels) -> None:
-    """Raise InputError unless a guided controller's law remembers, and that of no other."""
+    """Raise InputError unless a guided controller's law remembers, and that of no other, and both
+    look or neither."""
     if controller.guided != bool(kernels.remembered):
         has = "has no Memory" if controller.guided else "has a Memory"
         raise InputError(
             f"guided is {controller.guided} of the controller {controller.name}, but its law "
             f"{has}; give guided={not controller.guided}."
+        )
+    if controller.guided and controller.looks != kernels.looks:
+        raise InputError(
+            f"looks is {controller.looks} of the controller {controller.name}, but {kernels.looks} "
+            f"of its law; give looks={kernels.looks}."
         )
 
 
