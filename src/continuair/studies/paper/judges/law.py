@@ -77,7 +77,7 @@ def theorem(evidence: Evidence) -> Judgement:
         "diverge, though the target rests. The paper prints no gains; points that leave the "
         f"vehicle's own image, in {lost} of {of_made} flights, do not count",
         diverging_flights_gains_made=float(bad),
-        diverging_flights_gains_drawn=float(diverged),
+        sets_drawn_with_flights_that_diverge=sets_with(drawn, lambda flown: flown.diverged),
         share_of_drawn_gains_unstable=unstable,
         largest_rank_correlation_with_start=max(grows, default=0.0),
         error_left_gains_made_target_moving_px=moving,
@@ -89,6 +89,12 @@ def count(sets: list[Flown], what: Callable[[Flown], Array]) -> tuple[int, int]:
     """How many resolved flights have what a function tells of each (starts,), and of how many."""
     found = sum(int((flown.resolved & what(flown)).sum()) for flown in sets)
     return found, sum(int(flown.resolved.sum()) for flown in sets)
+
+
+def sets_with(sets: list[Flown], what: Callable[[Flown], Array]) -> float:
+    """With how many sets there is a resolved flight like that: of violent ones the number hangs on
+    the last bits."""
+    return float(sum(bool((flown.resolved & what(flown)).any()) for flown in sets))
 
 
 def of_resolved(sets: list[Flown], holds: bool, evidence: str, **numbers: float) -> Judgement:
@@ -222,7 +228,7 @@ def compact_set(evidence: Evidence) -> Judgement:
         "with gains made for the image",
         directions_without_bound=float(unseen),
         flights_where_v_rises_gains_made=float(made),
-        flights_where_v_rises_gains_drawn=float(drawn),
+        sets_drawn_where_v_rises=sets_with(found.at_rest[1:], rises),
     )
 
 
@@ -235,9 +241,12 @@ def rises(flown: Flown) -> Array:
 def convergence(evidence: Evidence) -> Judgement:
     """III-D.18: do flights before a target at rest enter the set, and is it a level set of V?"""
     found = evidence.theorem
+
+    def outside(flown: Flown) -> Array:
+        return stays_out(flown, found)
+
     (made, starts), (drawn, of_drawn), (moving, of_moving) = (
-        count(sets, lambda flown: stays_out(flown, found))
-        for sets in (found.at_rest[:1], found.at_rest[1:], found.moving)
+        count(sets, outside) for sets in (found.at_rest[:1], found.at_rest[1:], found.moving)
     )
     widths = [float(np.sqrt(np.linalg.cond(flown.gains["Kp"]))) for flown in found.sets]
     return of_resolved(
@@ -250,7 +259,7 @@ def convergence(evidence: Evidence) -> Judgement:
         "falls outside a set lead into it, but into the smallest level set of V around it, which "
         f"in e_a alone is √cond(K_p) = {min(widths):.3g} to {max(widths):.3g} times wider",
         flights_outside_gains_made=float(made),
-        flights_outside_gains_drawn=float(drawn),
+        sets_drawn_with_flights_outside=sets_with(found.at_rest[1:], outside),
         flights_outside_target_moving=float(moving),
         largest_width_of_level_set_over_printed_set=max(widths),
     )
