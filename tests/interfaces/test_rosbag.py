@@ -114,6 +114,21 @@ def test_joints_are_taken_by_name_and_scaled() -> None:
     np.testing.assert_allclose(found.bend, bend, rtol=1e-12)
 
 
+@pytest.mark.parametrize("role", ["pose", "tip", "camera", "wrench"])
+def test_fields_of_what_its_type_tells_are_refused_and_not_passed_over(role: str) -> None:
+    named = NAMED | {"camera" if role == "camera" else "tip": "/arm/tip"}
+    said = rf"flight: {role} \({named[role]}\) takes no fields, but y,x,z are named; leave them out"
+    with pytest.raises(ca.InputError, match=said):
+        read(named | {role: f"{named[role]}:y,x,z*1,-1,1"})
+
+
+@pytest.mark.parametrize("kind", ["geometry_msgs/msg/PointStamped", "nav_msgs/msg/Odometry"])
+def test_each_axis_of_a_tip_has_its_scale_whatever_its_type(kind: str) -> None:
+    rows = TOPICS["/arm/tip"][2] * np.array([1, -1, 1e3, 1, 1, 1, 1])
+    found = read(NAMED | {"tip": "/arm/tip*1,-1,0.001"}, TOPICS | {"/arm/tip": (kind, TIME, rows)})
+    np.testing.assert_allclose(found.bend, FLOWN["bend"], atol=1e-9)
+
+
 @pytest.mark.parametrize("fields", ["", ":0,1"])
 def test_joints_may_change_their_order_between_messages(fields: str) -> None:
     bend = FLOWN["bend"].to_numpy().copy()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -62,9 +62,10 @@ def read_rosbag(
     path: a bag's folder, or its .mcap or .db3 file. topics: role -> "TOPIC:FIELD,FIELD*NUMBER",
     pose of the UAV and one of bend [1/m], tip and camera, which are poses in the same world axes;
     wrench on the UAV, in body axes, bend_moment [N m²] and rotors, thrusts in the vehicle's order
-    [N]. Types: PoseStamped, PoseWithCovarianceStamped, TransformStamped, Odometry (and PointStamped
-    for tip), WrenchStamped, Float64MultiArray, and JointState, whose position is bend and whose
-    effort is bend_moment. rate: of the rows [Hz], that of the slowest measurement by default;
+    [N]. Fields are of bend, bend_moment and rotors alone. Types: PoseStamped,
+    PoseWithCovarianceStamped, TransformStamped, Odometry (and PointStamped for tip), WrenchStamped,
+    Float64MultiArray, and JointState, whose position is bend and whose effort is bend_moment.
+    rate: of the rows [Hz], that of the slowest measurement by default;
     window: from, to [s] since the bag's start. Raises InputError.
     """
     named = parse_topics(topics, _ROLES)
@@ -74,11 +75,23 @@ def read_rosbag(
     with of_log(printed(file)):
         if "pose" not in named:
             raise InputError("nothing is named that tells the UAV's pose; name a topic for pose.")
+        _check_fields(named.values())
         check_roles(vehicle, {part for role in named for part in _PARTS.get(role, (role,))})
         found: dict[str, Signal] = {}
         for role, messages in _read(file, named).items():
             found |= _ROLES[role](messages, vehicle)
         return recording(printed(file.name), vehicle, found, chosen)
+
+
+def _check_fields(topics: Iterable[Topic]) -> None:
+    """Raise InputError for fields of a role whose messages' types say what is what."""
+    for topic in topics:
+        if topic.fields and topic.role not in _NUMBERS:
+            raise InputError(
+                f"{topic} takes no fields, but {','.join(topic.fields)} are named; leave them out, "
+                "as the type of its messages says what is what, and publish it anew if it is in "
+                "other axes."
+            )
 
 
 def _read(file: Path, named: Mapping[str, Topic]) -> dict[str, _Messages]:
@@ -162,11 +175,12 @@ def _pose(found: _Messages, _: Vehicle) -> dict[str, Signal]:
     }
 
 
-def _tip(found: _Messages, vehicle: Vehicle) -> dict[str, Signal]:
-    if found.messages and hasattr(found.messages[0], "point"):
-        rows = found.rows(lambda each: _xyz(each.point))
-        return {"tip": signal(found.topic, found.time, rows)}
-    return {"tip": _pose(found, vehicle)["position"]}
+def _tip(found: _Messages, _: Vehicle) -> dict[str, Signal]:
+    def position(message: Any) -> list[float]:
+        point = getattr(message, "point", None)
+        return _xyz(point) if point else _position(_place(found.topic, message))
+
+    return {"tip": signal(found.topic, found.time, found.rows(position))}
 
 
 def _camera(found: _Messages, vehicle: Vehicle) -> dict[str, Signal]:
@@ -241,13 +255,10 @@ def _taken(topic: Topic, numbers: Mapping[str, float], names: Sequence[str]) -> 
     return [numbers[name] for name in names]
 
 
-_ROLES = {
-    "pose": _pose,
-    "bend": _numbers("position"),
-    "tip": _tip,
-    "camera": _camera,
-    "wrench": _wrench,
-    "bend_moment": _numbers("effort"),
-    "rotors": _numbers("effort"),
+_NUMBERS = {"bend": "position", "bend_moment": "effort", "rotors": "effort"}
+"""Role of numbers -> the attribute that holds them of joints."""
+
+_ROLES = {"pose": _pose, "tip": _tip, "camera": _camera, "wrench": _wrench} | {
+    role: _numbers(attribute) for role, attribute in _NUMBERS.items()
 }
 _PARTS = {"pose": ("position", "attitude"), "wrench": ("thrust", "torque")}
