@@ -128,3 +128,46 @@ def test_rates_that_go_with_what_stays_are_0_before_the_first_and_after_the_last
     alone = ca.Setpoints(**line).at("velocity", instants)
     assert alone is not None
     np.testing.assert_array_equal(alone[0, :, 0], [0.5] * 5)
+
+
+@pytest.mark.parametrize("array", ["what moves", "its rate"])
+def test_rates_are_0_beyond_the_times_of_an_array_beside_a_function_too(array: str) -> None:
+    instants, still = np.array([0.5, 1.0, 2.0, 3.0]), [0.0, 0.5, 0.5, 0.0]
+    if array == "what moves":
+        given: dict[str, Any] = {
+            "position": [[0, 0, 3], [0.5, 0, 3]],
+            "yaw": [0.0, 0.5],
+            "velocity": lambda t: (0.5, 0, 0),
+            "yaw_rate": lambda t: 0.5,
+        }
+    else:
+        given = {
+            "position": lambda t: (0.5 * t, 0, 3),
+            "yaw": lambda t: 0.5 * t,
+            "velocity": [[0.5, 0, 0], [0.5, 0, 0]],
+            "yaw_rate": [0.5, 0.5],
+        }
+    found = ca.Setpoints(times=[1.0, 2.0], **given)
+    for rate in ("velocity", "yaw_rate"):
+        rows = found.at(rate, instants)
+        assert rows is not None
+        np.testing.assert_array_equal(rows[0, :, 0], still)
+
+
+def test_functions_keep_their_rates_beyond_the_times_of_another_array() -> None:
+    moving = ca.Setpoints(position=lambda t: (0.5 * t, 0, 3), velocity=lambda t: (0.5, 0, 0),
+                          bend=[[0.0, 0.0], [0.1, 0.0]], times=[1.0, 2.0])  # fmt: skip
+    rows = moving.at("velocity", np.array([0.5, 3.0]))
+    assert rows is not None
+    np.testing.assert_array_equal(rows[0, :, 0], [0.5, 0.5])
+
+
+def test_a_vehicle_stays_where_its_positions_end_whatever_its_velocity_is_given_as() -> None:
+    line: dict[str, Any] = {"position": [[0, 0, 3], [0.5, 0, 3]], "times": [0.0, 1.0]}
+    law = ca.flight_controller(RIGID, integral_share=0.0)
+    array, function = (
+        fly(RIGID, law, setpoints=ca.Setpoints(velocity=each, **line), duration=6.0)
+        for each in ([[0.5, 0, 0], [0.5, 0, 0]], lambda t: (0.5, 0, 0))
+    )
+    np.testing.assert_array_equal(function.position, array.position)
+    assert float(function.position[-1, 0]) == pytest.approx(0.5, abs=2e-3)

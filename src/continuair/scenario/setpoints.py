@@ -29,9 +29,9 @@ class Setpoints:
     """What a flight controller follows; what is None stays as the flight starts, velocities are 0.
 
     Each is constant, a function of the time [s], or, where `times` are given, an array over them
-    with straight lines in between; before the first and after the last it stays, and rates that go
-    with it are 0. A leading dimension (runs,), before that of the times, gives each run its own.
-    Raises InputError.
+    with straight lines in between, which stays before the first and after the last. There the rate
+    beside a position or a yaw is 0, where either of the two is an array. A leading dimension
+    (runs,), before that of the times, gives each run its own. Raises InputError.
     """
 
     position: Given = None
@@ -92,6 +92,17 @@ class Setpoints:
 
     def at(self, name: str, instants: Array) -> Array | None:
         """A set-point at some times, (runs or 1, times, width); None if it is not given."""
+        found = self._given_at(name, instants)
+        if found is None or not self._rests(name):
+            return found
+        # What holds its first or last place does not move.
+        times = np.asarray(self.times)
+        slack = 1e-12 * np.abs(times).max()
+        within = (instants >= times[0] - slack) & (instants <= times[-1] + slack)
+        return np.where(within[:, None], found, 0.0)
+
+    def _given_at(self, name: str, instants: Array) -> Array | None:
+        """As `at`, of each set-point by itself."""
         value = getattr(self, name)
         if value is None:
             return None
@@ -104,13 +115,14 @@ class Setpoints:
             return np.broadcast_to(value, (len(value), len(instants), value.shape[-1]))
         times = np.asarray(self.times)
         lines = [[np.interp(instants, times, column) for column in run.T] for run in value]
-        over_time = np.array(lines).swapaxes(1, 2)
-        if name in _GOES_WITH and getattr(self, _GOES_WITH[name]) is not None:
-            # What holds its first or last place does not move.
-            slack = 1e-12 * np.abs(times).max()
-            stays = (instants < times[0] - slack) | (instants > times[-1] + slack)
-            over_time[:, stays] = 0.0
-        return over_time
+        return np.array(lines).swapaxes(1, 2)
+
+    def _rests(self, name: str) -> bool:
+        """Whether it is the rate of a set-point, and one of the two is an array over times."""
+        if self.times is None or name not in _GOES_WITH:
+            return False
+        rate, moved = getattr(self, name), getattr(self, _GOES_WITH[name])
+        return moved is not None and not (callable(rate) and callable(moved))
 
     def describe(self) -> dict[str, Any]:
         """What is given, as JSON can hold it, functions of time by their name."""
