@@ -38,7 +38,7 @@ ROOMS = {
         {"section", "following"},
         {"arms", "changes"},
         {"vehicle"},
-        {"vehicle_file", "template"},
+        {"vehicle_file", "template", "bending"},
     ],
     "kernels": [
         {"options"},

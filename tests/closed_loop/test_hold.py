@@ -189,3 +189,20 @@ def test_holds_with_and_without_limits_are_told_apart_where_they_cannot_be_stack
     laws = [limited_law(**each) for each in ({}, LIMITS)]
     with pytest.raises(ca.InputError, match="the laws hold and limited hold"):
         ca.stack(laws)
+
+
+@pytest.mark.parametrize("bend", [[9.0, 0.0], [-4.6, 4.6]])
+def test_a_bend_beyond_a_full_circle_is_refused_in_the_words_of_trim(bend: list[float]) -> None:
+    with pytest.raises(ca.InputError, match="give a bend of at most .* a full circle") as held:
+        ca.hold(flights.VEHICLE, POSITION, bend=bend)
+    with pytest.raises(ca.InputError) as trimmed:
+        ca.trim(flights.VEHICLE, bend=bend)
+    assert str(held.value) == str(trimmed.value)
+
+
+def test_each_section_may_be_held_up_to_its_own_full_circle() -> None:
+    vehicle = ca.load_vehicle("two_section")
+    tight, wide = (2.0 * np.pi / each.length for each in vehicle.arms[0].section)
+    assert ca.hold(vehicle, POSITION, bend=[0.99 * tight, 0, 0, 0.99 * wide]) is not None
+    with pytest.raises(ca.InputError, match="bends a section of"):
+        ca.hold(vehicle, POSITION, bend=[0, 0, 0, 1.01 * wide])

@@ -8,17 +8,18 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from continuair import checks
-from continuair.analysis.trim import DIFFERENCE, configuration
+from continuair.analysis.trim import configuration
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.flight.steps import fastest_frequency
 from continuair.kernels.dynamics import MODELS
+from continuair.vehicle.bending import DIFFERENCE
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import GENERAL, TIP, Layout
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 _STEPS = np.array([-2.0, -1.0, 1.0, 2.0]) * DIFFERENCE
 _WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * DIFFERENCE)
-"""Central differences of fourth order."""
+"""Central differences of fourth order, in all coordinates and rates [m, rad, 1/m]."""
 
 
 def bending_frequencies(vehicle: Vehicle, q: Any = None) -> tuple[float, float]:

@@ -10,17 +10,12 @@ import numpy as np
 from continuair import checks
 from continuair.analysis.balance import balance
 from continuair.engine.engine import Engine
-from continuair.errors import InputError, shown
+from continuair.errors import InputError
 from continuair.flight.holding import holding
 from continuair.flight.rotors import still
+from continuair.vehicle.bending import check_bend, largest_bends
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
-
-DIFFERENCE = 2e-3
-"""Of central differences [m, rad, 1/m, and their rates]."""
-
-_ROOM = 2.5 * DIFFERENCE
-"""What a bend leaves below a full circle [1/m], so that its differences are still inside."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +68,7 @@ def trim(
         k = _free_bend(vehicle, lambda k: held(k)[1][:, layout.bend_moment])
     else:
         k = checks.vector("bend", bend, layout.bends)
-        _check_bend("bend", bend, np.linalg.norm(k.reshape(-1, 2), axis=1), vehicle)
+        check_bend("bend", bend, np.linalg.norm(k.reshape(-1, 2), axis=1), vehicle)
     (q,), (push,) = held(k[None])
     bend_moment = np.zeros(layout.bends) if bend is None else push[layout.bend_moment]
     return Trim(q, push[layout.force], push[layout.moment], bend_moment)
@@ -88,7 +83,7 @@ def _free_bend(vehicle: Vehicle, needed: Any) -> np.ndarray:
     length = np.array([each.length for each in sections])
     # Over √(E I l) moments and bends are those of springs of 1.
     unit = np.repeat(np.sqrt([each.bending_stiffness for each in sections] * length), 2)
-    largest = (2.0 * np.pi / length - _ROOM) * unit[::2]
+    largest = largest_bends(vehicle) * unit[::2]
     found = balance(lambda x: needed(x / unit) / unit, largest)
     if found is None:
         raise InputError(
@@ -118,18 +113,5 @@ def configuration(name: str, q: Any, vehicle: Vehicle) -> np.ndarray:
     """Paper coordinates (coordinates,) whose bends leave room, 0 by default, or InputError."""
     width = Layout(vehicle.shape).coordinates
     at = np.zeros(width) if q is None else checks.vector(name, q, width, or_zero=True)
-    _check_bend(name, at, np.abs(at[6::2]), vehicle)
+    check_bend(name, at, np.abs(at[6::2]), vehicle)
     return at
-
-
-def _check_bend(name: str, value: Any, kappas: np.ndarray, vehicle: Vehicle) -> None:
-    """Raise InputError unless the bends of all sections [1/m] leave room below a full circle."""
-    sections = (section for arm in vehicle.arms for section in arm.section)
-    for kappa, section in zip(kappas, sections, strict=True):
-        largest = 2.0 * np.pi / section.length - _ROOM
-        if kappa > largest:
-            raise InputError(
-                f"{name} is {shown(value)}, which bends a section of {section.length:g} m to "
-                f"{kappa:g} 1/m; give a bend of at most {largest:.4g} 1/m, just below a full "
-                "circle."
-            )

@@ -11,6 +11,7 @@ from continuair.controllers.controller import REACHED, Controller
 from continuair.controllers.inertias import bend_inertia, rigid_inertia
 from continuair.errors import InputError, shown
 from continuair.kernels.laws.hold import law, limited_law
+from continuair.vehicle.bending import check_bend
 from continuair.vehicle.vehicle import check_single_vehicle
 
 _NO_LIMIT = 1e30
@@ -31,9 +32,10 @@ def hold(
 ) -> Controller:
     """Hold B's origin at a position (3,) [m], an attitude (x y z w) and the bend vectors [1/m].
 
-    bend: two numbers per section, arm by arm from the base out; 0 by default. rate, attitude_rate,
-    bend_rate: of the critically damped loops [rad/s], bend_rate one for all sections or one each; 0
-    leaves a section free, as open-loop users want who look at what it does to the base.
+    bend: two numbers per section, arm by arm from the base out, below a full circle; 0 by default.
+    rate, attitude_rate, bend_rate: of the critically damped loops [rad/s], bend_rate one for all
+    sections or one each; 0 leaves a section free, as open-loop users want who look at what it does
+    to the base.
 
     Limits, of what is pushed to either side: force (3,) in world axes [N], moment (3,) in body axes
     [N m], one number for all three or one each, and bend_moment [N m²]; none by default. `simulate`
@@ -53,6 +55,7 @@ def hold(
         "attitude_rate": checks.positive("attitude_rate", attitude_rate),
         "bend_rate": _bend_rate(bend_rate, len(sections)),
     }
+    check_bend("bend", bend, np.linalg.norm(settings["bend"].reshape(-1, 2), axis=1), vehicle)
     held = np.broadcast_to(settings["bend_rate"], len(sections)) > 0.0
     if settings["bend"][~np.repeat(held, 2)].any():
         raise InputError(
