@@ -145,7 +145,7 @@ ROOMS = {
         {"kinematics", "dynamics", "law", "open_loop", "parameters", "closed_loop", "summary"},
     ],
     "interfaces": [
-        {"chain", "outline", "meshes", "foxglove", "frames"},
+        {"chain", "outline", "meshes", "foxglove", "frames", "wash"},
         {"casadi_arm", "glb", "acting", "logged", "log_topics", "hovering"},
         {"casadi_dynamics", "log_signals", "gym"},
         {"casadi_model", "mjcf", "gltf", "mcap_log", "csv_table", "log_recording"},

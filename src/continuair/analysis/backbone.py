@@ -31,11 +31,17 @@ def along(arm: ArmChain, bend: Array, points: int) -> tuple[Array, Array]:
 
     bend: (..., sections, 2) [1/m]. Frames are those of the sections: untwisted, -z is the tangent.
     """
+    return along_at(arm, bend, stations(arm, points))
+
+
+def along_at(arm: ArmChain, bend: Array, s: Array) -> tuple[Array, Array]:
+    """As `along`, at arc lengths s (points,) [m] that ascend from the mount."""
+    points = len(s)
     found = np.empty((*bend.shape[:-2], points, 3))
     frames = np.empty((*found.shape, 3))
     origin: Array = np.broadcast_to(np.asarray(arm.mount, float), (*bend.shape[:-2], 3))
     axes: Array = np.broadcast_to(of_quaternion(arm.attitude), (*origin.shape, 3))
-    s, first, start = stations(arm, points), 0, 0.0
+    first, start = 0, 0.0
     for index, section in enumerate(arm.section):
         last = index == len(arm.section) - 1
         stop = points if last else int(np.searchsorted(s, start + section.length))

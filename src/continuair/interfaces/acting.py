@@ -16,6 +16,7 @@ from continuair.flight.inputs import evaluated, field_width
 from continuair.flight.prepare import check_scenario
 from continuair.flight.reading import BATCH_ROW, GIVEN_TO_STEPS, run_of, scenario_of
 from continuair.flight.time_grid import seen_at
+from continuair.interfaces.wash import was_washed
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import FIELDS, PUSH, Layout
 from continuair.vehicle.vehicle import Vehicle
@@ -27,7 +28,8 @@ Array = np.ndarray
 @dataclass(frozen=True)
 class Acting:
     """inputs: name of the table of inputs -> (n, width), of those that acted; rotors and controller
-    count as force, moment and bend moment. untold: fields of the scenario that acted otherwise."""
+    count as force, moment and bend moment. untold: what acted otherwise, fields of the scenario
+    and the rotors' wash."""
 
     inputs: dict[str, Array]
     untold: tuple[str, ...]
@@ -42,6 +44,7 @@ def acting_on(motion: Motion, scenario: Scenario | None = None) -> Acting:
     found = _pushes(motion)
     fields = (*PUSH, "tip_wrench")
     untold = [name for name in ("tau", "wind") if told.get(name) is not None]
+    untold += ["the rotors' wash on the arms"] if was_washed(motion) else []
     untold += untold_of(told, motion.dataset, motion.vehicle, fields)
     for name in fields:
         value = told.get(name)

@@ -1,0 +1,44 @@
+"""Whether rotors washed an arm in a flight, whose result keeps nothing of what that did."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from continuair.analysis.backbone import along_at, parts
+from continuair.analysis.motion import Motion
+from continuair.kernels.forces.arm_air import EDGE, NODES
+from continuair.vehicle.arms import ArmChain
+from continuair.vehicle.rotors import Rotors
+
+Array = np.ndarray
+
+
+def was_washed(motion: Motion) -> bool:
+    """Whether at a sample an arm with drag was in the wash of a rotor that pushed, as far as the
+    result tells its thrusts."""
+    vehicle, rotors = motion.vehicle, motion.vehicle.uav.rotors
+    if rotors is None or rotors.radius is None:
+        return False
+    thrusts = motion.dataset.get("rotor_thrust")
+    pushing = True if thrusts is None else thrusts.to_numpy()[:, None] > 0.0
+    nodes = np.concatenate([_nodes(*each) for each in parts(vehicle, motion.bend)], axis=1)
+    return bool((_in_wash(nodes, rotors) & pushing).any())
+
+
+def _nodes(arm: ArmChain, bend: Array) -> Array:
+    """Where the drag of an arm is formed (samples, nodes, 3), body axes [m]."""
+    start, found = 0.0, []
+    for section in arm.section:
+        if section.drag_coefficient:
+            found.append(start + 0.5 * section.length * (1.0 + NODES))
+        start += section.length
+    return along_at(arm, bend, np.concatenate([np.empty(0), *found]))[0]
+
+
+def _in_wash(points: Array, rotors: Rotors) -> Array:
+    """Whether each rotor washes points (samples, n, 3), body axes: (samples, n, rotors)."""
+    radius = float(rotors.radius or 0.0)
+    from_hub = points[..., None, :] - rotors.hubs
+    height = (from_hub * rotors.axes).sum(-1)
+    aside = np.linalg.norm(from_hub - height[..., None] * rotors.axes, axis=-1)
+    return np.asarray((aside**2 < (1.0 + EDGE) * radius**2) & (height < EDGE * radius))
