@@ -275,6 +275,16 @@ def test_a_flight_of_another_vehicle_is_refused(settling: xr.Dataset) -> None:
         ca.lyapunov(heavier, loop(), settling)
 
 
+def test_runs_in_another_order_are_not_given_the_targets_of_others() -> None:
+    targets = [ca.Target(ca.paths.circle(0.1, 10.0)), ca.Target(ca.paths.hold())]
+    scenario = loop().replace(q=np.tile(flights.start(), (2, 1)), target=targets, duration=0.02)
+    run = ca.simulate(flights.VEHICLE, scenario)
+    radius = ca.lyapunov(flights.VEHICLE, scenario, run).over_time.ultimate_radius.max("time")
+    assert radius[0] > 0.0 == radius[1]
+    with pytest.raises(ca.InputError, match=r"flight holds the runs \[1, 0\] of its batch"):
+        ca.lyapunov(flights.VEHICLE, scenario, run.isel(run=[1, 0]))
+
+
 def test_vehicles_with_power_of_their_own_are_refused() -> None:
     """Rotors lag and saturate, and drag takes power, which the functions do not count."""
     scenario = flights.scenario(flights.designed())

@@ -22,6 +22,7 @@ from continuair.analysis.metrics import samples
 from continuair.engine.pack import tree_of
 from continuair.equations.camera import interaction_matrix, to_normalised
 from continuair.errors import InputError, shown
+from continuair.flight.reading import BATCH_ROW
 from continuair.kernels.laws.servoing import law
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import FIELDS
@@ -205,6 +206,12 @@ def _check_flight(vehicle: Vehicle, scenario: Scenario, flight: Any) -> None:
         raise InputError(
             f"flight holds {runs[-1] if runs else 1} runs, but scenario has {targets} targets; "
             "give all runs of that scenario."
+        )
+    rows = flight.coords.get(BATCH_ROW)
+    if targets > 1 and rows is not None and not np.array_equal(rows, np.arange(targets)):
+        raise InputError(
+            f"flight holds the runs {shown(rows.to_numpy().tolist())} of its batch, but scenario "
+            f"has {targets} targets; give all runs of that scenario, in order."
         )
     given = flight.attrs.get("scenario")
     if given is not None:
