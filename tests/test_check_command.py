@@ -114,6 +114,17 @@ def test_check_says_that_rotors_cannot_hold_a_bent_arm() -> None:
     assert line.startswith("none: a rotor would have to give -")
 
 
+def test_check_says_that_rotors_push_more_than_a_hover_takes() -> None:
+    """A controller's rotors keep turning: a quarter of the weight is less than their least."""
+    least = 0.25 * 9.81 * load_vehicle("paper").mass + 0.1
+    table = '[uav.rotors]\nlayout = "quad_x"\nlever = 0.2\ntorque_per_thrust = 0.016\n'
+    table += f"thrust_limits = [{least}, 40.0]\n\n[arm]"
+    Path("strong.toml").write_text(PAPER_TOML.replace("[arm]", table))
+    shown = " ".join(run("check", "strong.toml").stdout.split())
+    line = shown.partition("rotors' margin, arm straight ")[2]
+    assert line.startswith(f"none: a rotor would have to give {least - 0.1:.3g} N of {least:g}")
+
+
 def rotors(lever: float = 0.2, most: float = 20, lag: float = 0.03, torque: float = 0.02) -> str:
     """A table of rotors, and the head of the one after."""
     return (

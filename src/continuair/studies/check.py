@@ -122,11 +122,12 @@ def _of_rotors(vehicle: Vehicle) -> Lines:
 
 def _left(thrusts: np.ndarray, rotors: Rotors) -> str:
     """What is left of the greatest of thrusts (..., rotors), or why they cannot be given."""
-    least, most, highest = thrusts.min(), thrusts.max(), float(rotors.highest)
-    if least >= 0.0 and most <= highest:
+    least, most = thrusts.min(), thrusts.max()
+    lowest, highest = (float(limit) for limit in rotors.thrust_limits)
+    if least >= lowest and most <= highest:
         return f"{1.0 - most / highest:.0%}"
-    worst = least if least < 0.0 else most
-    return f"none: a rotor would have to give {worst:.3g} N of 0 to {highest:g}"
+    worst = least if least < lowest else most
+    return f"none: a rotor would have to give {worst:.3g} N of {lowest:g} to {highest:g}"
 
 
 def _told(vehicle: Vehicle, q: np.ndarray, base: str, gravity: float) -> tuple[str, str, str]:

@@ -118,7 +118,9 @@ def reduced(flights: list[xr.Dataset], settle: float) -> Reduced:
 
 
 def _metrics(reference: xr.Dataset, flight: xr.Dataset, settle: float) -> dict[str, Array]:
-    first, late = (each.sel(time=slice(settle, None)) for each in (reference, flight))
+    # The sample there may be a last digit before it.
+    since = slice(settle * (1.0 - 1e-9), None)
+    first, late = (each.sel(time=since) for each in (reference, flight))
     if flight is reference:
         found = {name: np.zeros(flight.sizes["run"]) for name in DEVIATIONS}
     else:
