@@ -13,7 +13,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq, minimize_scalar
 
 from continuair.analysis.beam import beam_frequency, curvature_error
-from continuair.analysis.linear import bending_frequencies
+from continuair.analysis.modes import modes
 from continuair.analysis.trim import trim
 from continuair.errors import InputError
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
@@ -111,9 +111,24 @@ def test_one_shape_is_the_model_of_the_kernels(mount: tuple[float, ...]) -> None
             "arm.disks": [MIDDLE, TIP],
         }
     )
-    clamped, free = bending_frequencies(vehicle)
+    clamped, free = (
+        modes(vehicle, base=base, gravity=0.0).frequencies[0] for base in ("clamped", "free")
+    )
     assert beam_frequency(vehicle, 1) == pytest.approx(clamped, rel=1e-12)
     assert beam_frequency(vehicle, 1, free=True) == pytest.approx(free, rel=2e-11)
+
+
+@pytest.mark.parametrize("moments", [(0.02, 0.012), (0.012, 0.02)])
+def test_the_first_frequency_of_a_free_uav_is_that_of_the_plane_it_gives_way_to_least(
+    moments: tuple[float, float],
+) -> None:
+    """Roll and pitch moments differ: the lower frequency is that of turns about the larger one."""
+    alike = THIN.replace({"uav.inertia": (0.02, 0.02, 0.03), "arm.disks": [TIP]})
+    found = curvature_error(alike.replace({"uav.inertia": (*moments, 0.03)}))
+    free, decoupled = (found[f"first frequency, UAV free{of}"] for of in ("", ", decoupled"))
+    assert free["reference"] == pytest.approx(by_transfer_matrices(alike, free=True), rel=1e-7)
+    arc = modes(alike, base="free", gravity=0.0).frequencies[0]
+    assert (free["model"], decoupled["reference"]) == pytest.approx((arc, arc), rel=1e-9)
 
 
 def test_tip_force_and_couple_by_unit_loads_and_by_the_kernels() -> None:

@@ -31,9 +31,10 @@ def curvature_error(vehicle: Vehicle, *, gravity: float = 9.81) -> dict[str, dic
 
     Quantity -> model, reference (both in `units`) and error, model / reference - 1. Compared are
     the tip's deflection and angle under a force and a couple at the tip, its sag when the arm is
-    held level, and the first bending frequency with the UAV clamped and free, disks included.
-    Last, beside them, what decoupling does to the last of these: the clamped frequency of an arm
-    of constant curvature against its free one. Gravity [m/s²] acts in the sag alone.
+    held level, and the first bending frequency with the UAV clamped and free, disks included; of
+    the two planes, which differ for a free UAV of unequal moments, the lower one's. Last, beside
+    them, what decoupling does to the last of these: the clamped frequency of an arm of constant
+    curvature against its free one. Gravity [m/s²] acts in the sag alone.
     Raises InputError for a batched vehicle.
     """
     check_single_vehicle(vehicle)
@@ -67,8 +68,8 @@ def beam_frequency(vehicle: Vehicle, shapes: int = SHAPES, *, free: bool = False
     """Return the first bending frequency of the straight arm without gravity [rad/s].
 
     shapes: per plane of bending; 1 is the arm of constant curvature. free: the UAV moves, else it
-    is clamped. Of the two planes, which differ for a free UAV, the one of the higher frequency, as
-    in `continuair check`. Rayleigh-Ritz; the rotary inertia of the sections is included.
+    is clamped. Of the two planes, which differ for a free UAV of unequal moments, the lower one's.
+    Rayleigh-Ritz; the rotary inertia of the sections is included.
     """
     M = _mass_matrix(vehicle, shapes)
     hub, bend = slice(0, 6), slice(6, None)
@@ -79,7 +80,7 @@ def beam_frequency(vehicle: Vehicle, shapes: int = SHAPES, *, free: bool = False
     # The integral of the square of a Legendre polynomial over the arm.
     stiffness = arm.bending_stiffness * arm.length / (2 * np.arange(shapes) + 1)
     squares = eigvalsh(np.diag(np.repeat(stiffness, 2)), inertia)
-    return float(np.sqrt(squares[1]))
+    return float(np.sqrt(squares[0]))
 
 
 def _mass_matrix(vehicle: Vehicle, shapes: int) -> Array:
