@@ -45,6 +45,12 @@ class Disk(Part):
         transverse: float = np.transpose(self.inertia)[0]
         return transverse
 
+    @property
+    def straight_modal_mass(self) -> float:
+        """Its part of the section's `straight_modal_mass`, m s⁴/4 + j s² [kg m⁴]."""
+        square = self.position * self.position
+        return self.mass * square * square / 4 + self.transverse_inertia * square
+
 
 class _EqualDisks(Part):
     count: Count

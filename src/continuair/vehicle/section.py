@@ -219,11 +219,7 @@ class Section(Part):
             self.mass_per_length * cube * self.length * self.length / 20
             + self.transverse_inertia_per_length * cube / 3
         )
-        squares = [disk.position * disk.position for disk in self.disks]
-        return backbone + sum(
-            disk.mass * square * square / 4 + disk.transverse_inertia * square
-            for disk, square in zip(self.disks, squares, strict=True)
-        )
+        return backbone + sum(disk.straight_modal_mass for disk in self.disks)
 
     @property
     def clamped_frequency(self) -> float:
