@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import continuair as ca
+from continuair.analysis.groups import place
 from continuair.errors import InputError
 from continuair.scenario.excitations import Offset, Scaled, Shared, Swelling, Wave, is_vectorised
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time, standard_scenario
@@ -43,6 +44,28 @@ def test_the_load_ratio_of_bend_and_tip_is_the_angle_it_holds() -> None:
         scenario = standard_scenario(name, vehicle, 0.01, 0.01, 0.0, periods=25.0, gravity=0.0)
         bend = ca.simulate(vehicle, scenario, step=1e-3)["bend"].to_numpy()[-1, 0]
         assert bend * vehicle.arm.length == pytest.approx(0.01, rel=2e-3)
+
+
+@pytest.mark.parametrize("number", [0.05, 0.5])
+def test_under_gravity_the_load_bends_a_hanging_arm_less(number: float) -> None:
+    """By 1 + 5/3 of the gravity number, as docs/advise.md says, at rest and to first order."""
+    length, per_length = 0.6, 0.15
+    stiffness = 9.81 * per_length * length**3 / (20.0 * number)
+    arm = {"length": length, "bending_stiffness": stiffness, "mass_per_length": per_length}
+    vehicle = ca.Vehicle(name="x", uav={"mass": 1.5, "inertia": [0.02, 0.02, 0.03]}, arm=arm)
+    assert place(vehicle)["gravity_number"] == pytest.approx(number, rel=1e-12)
+    expected = 0.2 / (1.0 + 5.0 / 3.0 * number)
+    for name in ("bend", "tip"):
+        assert "without gravity" in EXCITATIONS[name].load
+    # At the end of a quarter of its period, which is two clamped ones, a load is at its largest.
+    highest: Any = np.pi / vehicle.arm.clamped_frequency
+    moment: Any = standard_scenario("bend", vehicle, bend=0.0).bend_moment
+    held = ca.trim(vehicle, bend=[expected / length, 0.0]).bend_moment
+    assert held[0] == pytest.approx(moment(highest)[0], rel=1e-3)
+    wrench: Any = standard_scenario("tip", vehicle, bend=0.0).tip_wrench
+    bend = ca.trim(vehicle, tip_wrench=wrench(highest)).q[6]
+    # A finite turn takes some of the force's lever: a hundredth at 0.2 rad.
+    assert bend * length == pytest.approx(expected, rel=1e-2)
 
 
 def test_every_excitation_flies_with_every_model() -> None:

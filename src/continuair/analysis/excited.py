@@ -27,9 +27,9 @@ class ExcitedArm:
 
     index: of the arm; places: of its sections among all; length [m]; frequency: of its lowest
     clamped mode without gravity [rad/s], and damping_ratio of that; moments (…, sections): moment
-    on each of its bends [N m²] per angle by which they bend the arm at rest; stiffness [N m²]: E I
-    of one section of that length which a lateral force at the tip turns as far; axes: of its
-    mount in those of the body, columns (…, 3, 3).
+    on each of its bends [N m²] per angle by which they bend the arm at rest without gravity;
+    stiffness [N m²]: E I of one section of that length which a lateral force at the tip turns as
+    far; axes: of its mount in those of the body, columns (…, 3, 3).
     """
 
     index: int

@@ -60,8 +60,8 @@ def validity_map(
         bar.set_ticklabels([f"{level:.0%}" for level in _LEVELS])
         bar.set_label(f"NRMSE of the tip, {model} ({_named(quantile)} of all other groups)")
         figure.supxlabel(
-            "dashed: error of the tip's angle is 5, 10 and 20 % of the angle that the load, or the "
-            "bend at the start, makes",
+            "dashed: error of the tip's angle is 5, 10 and 20 % of the angle that the load makes "
+            "without gravity, or the bend at the start",
             fontsize=7,
         )
     return figure

@@ -1,7 +1,8 @@
 """Standard excitations: the same six flights for every vehicle, scaled by its own size and time.
 
 What acts is given without units, so that one number means the same for every vehicle: frequencies
-over the arm's clamped one, ω_c; loads over what the vehicle weighs, or by the angle they cause.
+over the arm's clamped one, ω_c; loads over what the vehicle weighs, or by an angle that they would
+cause without gravity, under which a hanging arm bends less.
 Every flight starts at rest with the arm bent by an angle, 45 degrees off the plane of the load, and
 lasts a number of clamped periods. What oscillates does so about a hover in which all inputs hold
 the bent arm and carry the weight, so that nothing moves but for the load, in any model. When the
@@ -99,14 +100,14 @@ EXCITATIONS = {
     ),
     "bend": Excitation(
         "the arm's actuation oscillates",
-        "angle by which it bends the arm at rest [rad]",
+        "angle by which it would bend the arm at rest without gravity [rad]",
         0.2,
         ("bend_moment", 0),
         _bending,
     ),
     "tip": Excitation(
         "a lateral force at the tip, as in contact, oscillates",
-        "angle by which it bends the arm at rest [rad]",
+        "angle by which it would bend the arm at rest without gravity [rad]",
         0.2,
         ("tip_wrench", 0),
         _tip_bending,

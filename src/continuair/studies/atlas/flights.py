@@ -91,10 +91,11 @@ def fly(
 
 
 def load_angle(excitation: str, groups: Any) -> Any:
-    """Return the angle (runs,) [rad] by which the load or the release bends or turns something.
+    """Return the angle (runs,) [rad] by which the load or the release bends or turns something,
+    of loads to first order and without gravity's pull on the bent arm.
 
-    Errors grow with it in proportion while it is small. A UAV that accelerates by a times gravity
-    bends its arm by 10/3 a g / (l ω_c²) at rest, to first order.
+    Errors grow with it in proportion while it is small. A UAV that accelerates steadily by a times
+    gravity bends its arm by 10/3 a g / (l ω_c²).
     """
     if EXCITATIONS[excitation].on is None:
         return groups["bend"]
