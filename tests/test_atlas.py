@@ -69,6 +69,16 @@ def test_the_coupling_of_light_arms_is_that_of_the_straight_arm_by_hand() -> Non
     assert coupling(vehicle_of(groups)) == pytest.approx(expected, rel=1e-4)
 
 
+@pytest.mark.parametrize("moments", [(0.02, 0.012), (0.012, 0.02)])
+def test_of_unequal_moments_the_coupling_takes_the_smaller(moments: tuple[float, float]) -> None:
+    vehicle = ca.load_vehicle("slender").replace({"arm.radius": 1e-4, "uav.mount": (0.0, 0.0, 0.0)})
+    arm = vehicle.arm
+    expected = 5 / 9 * arm.mass / vehicle.uav.mass + 5 / 16 * arm.mass * arm.length**2 / 0.012
+    found = coupling(vehicle.replace({"uav.inertia": (*moments, 0.03)}))
+    # The next term is its square.
+    assert found == pytest.approx(expected, rel=1e-2)
+
+
 def test_the_coupling_is_what_the_modes_show() -> None:
     vehicle = ca.load_vehicle("slender").replace({"arm.disks": [{"position": 1.0, "mass": 0.05}]})
     clamped = ca.modes(vehicle, base="clamped", gravity=0.0).frequencies[-1]

@@ -7,6 +7,7 @@ import pytest
 
 import continuair as ca
 from continuair.analysis.groups import place
+from continuair.controllers.inertias import rigid_inertia
 from continuair.errors import InputError
 from continuair.scenario.excitations import Offset, Scaled, Shared, Swelling, Wave, is_vectorised
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time, standard_scenario
@@ -44,6 +45,19 @@ def test_the_load_ratio_of_bend_and_tip_is_the_angle_it_holds() -> None:
         scenario = standard_scenario(name, vehicle, 0.01, 0.01, 0.0, periods=25.0, gravity=0.0)
         bend = ca.simulate(vehicle, scenario, step=1e-3)["bend"].to_numpy()[-1, 0]
         assert bend * vehicle.arm.length == pytest.approx(0.01, rel=2e-3)
+
+
+def test_the_load_of_a_moment_rocks_the_rigid_vehicle_about_the_origin_of_b() -> None:
+    """A free one turns about its centre of mass, and `paper`, as docs/advise.md says, by 0.12."""
+    vehicle = ca.load_vehicle("paper")
+    rate = 0.5 * vehicle.arm.clamped_frequency
+    moment: Any = standard_scenario("moment", vehicle, bend=0.0).moment
+    highest = moment(np.pi / vehicle.arm.clamped_frequency)[1]
+    M = rigid_inertia(vehicle)
+    assert highest / (M[4, 4] * rate**2) == pytest.approx(0.1, rel=1e-9)
+    free = np.linalg.solve(M, highest * np.eye(6)[4])[4] / rate**2
+    assert free == pytest.approx(0.12, abs=0.005)
+    assert "about B's origin" in EXCITATIONS["moment"].load
 
 
 @pytest.mark.parametrize("number", [0.05, 0.5])

@@ -45,10 +45,11 @@ GRAVITY = 9.81
 def place(vehicle: Vehicle, gravity: float = GRAVITY) -> dict[str, Any]:
     """Return the groups of a vehicle, numbers, or arrays over the runs of a batch.
 
-    Disks count as mass of the arm. Of a UAV of unequal moments, the pitch inertia counts. Of a
-    vehicle with [[arm]] the mass is that of all arms, the coupling the largest of all their
-    motions, and length, frequency and damping are of the arm that carries the camera; slenderness,
-    which its sections need not share, is left out, as it is of an arm without a radius.
+    Disks count as mass of the arm. Of a UAV of unequal moments, the inertia ratio takes the pitch
+    inertia, the coupling the plane in which it is larger. Of a vehicle with [[arm]] the mass is
+    that of all arms, the coupling the largest of all their motions, and length, frequency and
+    damping are of the arm that carries the camera; slenderness, which its sections need not share,
+    is left out, as it is of an arm without a radius.
     """
     if vehicle.has_arm_list:
         return _place_of_chains(vehicle, gravity)
@@ -96,7 +97,8 @@ def _coupling_of_chains(vehicle: Vehicle) -> Array:
 def coupling(vehicle: Vehicle) -> Array:
     """Return 1 - (ω_c / ω_f)² (runs,): how much of the arm's inertia the straight arm's base takes.
 
-    It is the largest eigenvalue of M_aa⁻¹ M_au M_uu⁻¹ M_ua, 0 for a base that cannot move, below 1.
+    It is the largest eigenvalue of M_aa⁻¹ M_au M_uu⁻¹ M_ua, 0 for a base that cannot move, below 1;
+    ω_f is that of the plane in which it is higher.
     """
     straight = np.zeros((1, 8))
     free, clamped = (

@@ -93,7 +93,7 @@ EXCITATIONS = {
     ),
     "moment": Excitation(
         "a moment on the UAV oscillates",
-        "angle by which it rocks the vehicle as a rigid body [rad]",
+        "angle by which it would rock the rigid vehicle about B's origin [rad]",
         0.1,
         ("moment", 1),
         _rocking,
