@@ -48,6 +48,14 @@ def test_velocity_and_acceleration_are_the_slopes_of_the_position(name: str) -> 
         assert np.abs(passed - summed).max() < tolerance * size * h + 1e-15
 
 
+def test_beyond_its_duration_a_path_from_rest_to_rest_stays_and_a_formula_goes_on() -> None:
+    for name, path in PATHS.items():
+        position, velocity, acceleration = path([path.duration, 1.3 * path.duration])
+        stays = name not in ("circle", "lissajous", "function")
+        assert np.allclose(position[1], position[0], rtol=0.0, atol=1e-12) == stays, name
+        assert (np.abs([velocity[1], acceleration[1]]).max() < 1e-12) == stays, name
+
+
 def test_a_motion_that_changes_its_times_in_place_leaves_those_of_the_flight() -> None:
     def late(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         t -= 0.5

@@ -25,7 +25,9 @@ _CORNERS_PER_ARC = 48
 class Path:
     """A motion over `duration` [s]; calling it with times (n,) gives three arrays (n, 3).
 
-    They are position [m], velocity [m/s] and acceleration [m/s²] in world axes.
+    They are position [m], velocity [m/s] and acceleration [m/s²] in world axes. Beyond the duration
+    lines, polylines, letters and words stay where they ended; what is given by a formula, circles,
+    Lissajous figures and functions, goes on.
     """
 
     name: str
@@ -60,6 +62,8 @@ def circle(
 ) -> Path:
     """Run round a horizontal circle [m] once per period [s], anticlockwise from +x.
 
+    It goes on beyond the duration.
+
     >>> place, velocity, acceleration = ca.paths.circle(0.5, period=20.0)([0.0])
     >>> place.tolist()
     [[0.5, 0.0, 0.0]]
@@ -77,7 +81,10 @@ def lissajous(
     centre: Any = (0.0, 0.0, 0.0),
     duration: float = 50.0,
 ) -> Path:
-    """x and y oscillate with amplitudes [m], `ratios` times per period [s], from phases [rad]."""
+    """x and y oscillate with amplitudes [m], `ratios` times per period [s], from phases [rad].
+
+    They go on beyond the duration.
+    """
     a, n, phase = (
         checks.vector(name, value, 2)
         for name, value in (("amplitudes", amplitudes), ("ratios", ratios), ("phases", phases))
@@ -95,7 +102,7 @@ def lissajous(
 
 
 def line(start: Any, end: Any, duration: float = 50.0, smoothing: float = SMOOTHING) -> Path:
-    """Go from start to end (3,) [m], from rest to rest."""
+    """Go from start to end (3,) [m], from rest to rest, and stay there."""
     ends = [checks.vector("start", start, 3), checks.vector("end", end, 3)]
     found = polyline(ends, duration, smoothing)
     return Path("line", found.duration, found.motion)
@@ -104,8 +111,9 @@ def line(start: Any, end: Any, duration: float = 50.0, smoothing: float = SMOOTH
 def polyline(points: Any, duration: float = 50.0, smoothing: float = SMOOTHING) -> Path:
     """Go along points (n, 2 or 3) [m] at constant speed, corners rounded, from rest to rest.
 
-    smoothing: time spent in each corner, as a share of the duration. The velocity along the corners
-    is convolved with a quadratic B-spline, so that the acceleration has a bounded slope.
+    It stays at the last one. smoothing: time spent in each corner, as a share of the duration. The
+    velocity along the corners is convolved with a quadratic B-spline, so that the acceleration has
+    a bounded slope.
     """
     corners, duration = _points(points), checks.positive("duration", duration)
     if not checks.is_number(smoothing) or not 0.0 < smoothing < 1.0:
@@ -165,8 +173,8 @@ def from_function(
 ) -> Path:
     """Follow a function of time [s] that returns a position (3,) [m]; slopes by differences.
 
-    Raises InputError if the acceleration has no bound: where second differences grow as they
-    become finer, the path has a corner or a jump.
+    It is followed beyond the duration, too. Raises InputError if the acceleration has no bound:
+    where second differences grow as they become finer, the path has a corner or a jump.
     """
     duration = checks.positive("duration", duration)
     if not callable(position):
