@@ -21,6 +21,7 @@ from continuair.studies.excited_flights import (
     sampling,
 )
 from continuair.studies.standard_excitations import EXCITATIONS, PERIODS
+from continuair.studies.standard_loops import hover_loop
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -34,8 +35,9 @@ SCAN = np.geomspace(0.05, 3.0, 20)
 REFINED = 8
 """Frequencies of the round that halves in on a limit."""
 
-SETTLED = 0.1
-"""Largest share by which a settled error differs from that of a flight twice as long."""
+SETTLED, LASTING = 0.1, 8.0
+"""Largest share by which a settled error differs from that of a longer flight: twice as long, and
+of so many times what the slowest motion of the loop takes."""
 
 _LONGER = float(np.sqrt(10.0))
 """Ratio of the durations of flights that fly together: what acts on them is sampled once."""
@@ -45,8 +47,9 @@ def excite(vehicle: Vehicle, name: str, tolerance: float, loop: Loop = NO_LOOP) 
     """Error of each model at the moderate load, and the frequency up to which it is tolerable.
 
     limit_hz: NaN where no frequency tried is, inf where all are, None for a release or a fall.
-    settled, and limit_settled at the limit: whether a flight twice as long says the same within a
-    tenth; None in open loop, where nothing settles, and for what does not oscillate.
+    settled, and limit_settled at the limit: whether a flight that is longer, by what its loop takes
+    to settle, says the same within a tenth, and what it says; None in open loop, where nothing
+    settles, and for what does not oscillate.
     """
     excitation = EXCITATIONS[name]
     errors = {model: float(e[0]) for model, e in _errors(vehicle, name, [MODERATE], loop).items()}
@@ -80,21 +83,39 @@ def excite(vehicle: Vehicle, name: str, tolerance: float, loop: Loop = NO_LOOP) 
 
 def _settled(
     vehicle: Vehicle, name: str, moderate: dict[str, float], limits: dict[str, Limit], loop: Loop
-) -> dict[str, dict[str, bool | None]]:
+) -> dict[str, dict[str, Any]]:
     """Whether each model's errors at MODERATE and at its limit are those of longer flights."""
+    found: dict[str, dict[str, Any]] = {
+        model: {
+            "settled": None,
+            "limit_settled": None,
+            "longer_error": None,
+            "limit_longer_error": None,
+        }
+        for model in limits
+    }
     if not loop.closed:
-        return {model: {"settled": None, "limit_settled": None} for model in limits}
+        return found
     at = [each.last for each in limits.values() if np.isfinite(each.last)]
     places = np.array([MODERATE, *at])
-    longer = _errors(vehicle, name, places, loop, 2.0)
-    found: dict[str, dict[str, bool | None]] = {}
+    longer = _errors(vehicle, name, places, loop, 2.0, _lasting(vehicle, loop))
     for model, limit in limits.items():
-        found[model] = {"settled": _alike(moderate[model], longer[model][0]), "limit_settled": None}
+        long = float(longer[model][0])
+        found[model] |= {"settled": _alike(moderate[model], long), "longer_error": long}
         if np.isfinite(limit.last):
             error = limit.errors[limit.places == limit.last][0]
-            twice = longer[model][places == limit.last][0]
-            found[model]["limit_settled"] = _alike(error, twice)
+            long = float(longer[model][places == limit.last][0])
+            found[model] |= {"limit_settled": _alike(error, long), "limit_longer_error": long}
     return found
+
+
+def _lasting(vehicle: Vehicle, loop: Loop) -> float:
+    """Clamped periods in which the slowest motion of a loop settles."""
+    held = loop.held or hover_loop(vehicle, loop.name, loop.bandwidth)
+    assert held is not None
+    slowest = float(held.settings["position_bandwidth"])
+    slowest *= float(held.settings["integral_share"]) or 1.0
+    return LASTING / slowest * float(excited_arm(vehicle).frequency) / (2.0 * np.pi)
 
 
 def _alike(error: float, longer: float) -> bool:
@@ -102,13 +123,19 @@ def _alike(error: float, longer: float) -> bool:
 
 
 def _errors(
-    vehicle: Vehicle, name: str, frequencies: Any, loop: Loop, longer: float = 1.0
+    vehicle: Vehicle,
+    name: str,
+    frequencies: Any,
+    loop: Loop,
+    longer: float = 1.0,
+    least: float = 0.0,
 ) -> dict[str, Array]:
-    """Error of each model at each frequency; longer: than need be."""
+    """Error of each model at each frequency; longer: than need be, and at least so many periods."""
     frequencies = np.asarray(frequencies, float)
     errors = {model: np.empty(len(frequencies)) for model in SIMPLER}
     for at, periods in _together(name, frequencies, loop):
-        found = flown_errors(vehicle, name, frequencies[at], loop, longer * periods)
+        lasting = max(longer * periods, least)
+        found = flown_errors(vehicle, name, frequencies[at], loop, lasting)
         for model in SIMPLER:
             errors[model][at] = found[model]
     return errors
