@@ -64,7 +64,8 @@ ROOMS = {
         {"rollout", "observe", "deviations", "turning", "slopes", "thrusts"},
     ],
     "engine": [
-        {"moments", "compiling", "lanes", "rows", "law_numbers"},
+        {"moments", "compiling", "lanes", "rows", "law_names", "law_quotients"},
+        {"law_numbers"},
         {"law_parts"},
         {"factory", "packs"},
         {"pack"},

@@ -143,6 +143,23 @@ def rounding_law(kind: str) -> Any:
             return Real(share) * push
 
         @wp.func
+        def quarter(i: int):
+            return Real((i + 1) / 4)
+
+        @wp.func
+        def helped(push: Push):
+            return quarter(2) * push
+
+        listed = [Real(TENTH), Real(0.7)]
+
+        @wp.func
+        def looped(push: Push):
+            share = Real(0)
+            for i in range(2):
+                share = share + wp.static(listed[i])
+            return share * push
+
+        @wp.func
         def large(push: Push):
             return Real(5000000000) * push
 
@@ -160,16 +177,17 @@ def rounding_law(kind: str) -> Any:
         def static(push: Push):
             return wp.static(code.vec3(TENTH, 0.0, 0.0))[0] * push
 
-        third = Real(np.float64(0.3))
+        third, up = Real(np.float64(0.3)), code.vec3(0.0, 0.0, 1.0)
 
         @wp.func
         def fine(push: Push):
             made = code.vec3(third, Real(-0.25), third)
-            return (made[0] + made[1]) * push
+            TENTH = made[0] + made[1]
+            return TENTH * up[2] * push
 
         kinds = (
             *(written, named, of_module, reckoned, whole, whole_name, counted, cast, of_type),
-            *(of_fraction, added, shortened, large, scaled, vector, static, fine),
+            *(of_fraction, added, shortened, helped, looped, large, scaled, vector, static, fine),
         )
         changed = {each.func.__name__: each for each in kinds}[kind]
 

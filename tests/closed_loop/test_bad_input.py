@@ -97,17 +97,36 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
             ("named", "0.1"),
             ("of_module", "3.141592653589793"),
             ("reckoned", "1.0"),
-            ("whole", "1 / 10"),
-            ("whole_name", "tenths / 10"),
-            ("counted", "i / 10"),
             ("cast", "float(1)"),
             ("of_type", "0.1"),
             ("of_fraction", "float(1/3)"),
-            ("added", "(1 + 2) / 2"),
-            ("shortened", "share /= 2"),
             ("large", "5000000000"),
         )
     },
+    **{
+        f"quotient of whole numbers, {kind}": (
+            lambda kind=kind: fly(
+                ca.Controller("mine", probes.rounding_law(kind), {"idle": 1.0}, looks=False)
+            ),
+            "law divides whole numbers in its function",
+            f"({line}), which leaves a whole number; make them real first",
+        )
+        for kind, line in (
+            ("whole", "return Real(1 / 10) * push"),
+            ("whole_name", "return Real(tenths / 10) * push"),
+            ("counted", "share = share + Real(i / 10)"),
+            ("added", "return Real((1 + 2) / 2) * push"),
+            ("shortened", "share /= 2"),
+            ("helped", "return Real((i + 1) / 4)"),
+        )
+    },
+    "static expression in a loop": (
+        lambda: fly(
+            ca.Controller("mine", probes.rounding_law("looped"), {"idle": 1.0}, looks=False)
+        ),
+        "law has a wp.static in its function looped that is known while it is compiled alone",
+        "give them as gains",
+    ),
     "default of a law's function": (
         lambda: fly(
             ca.Controller("mine", probes.rounding_law("scaled"), {"idle": 1.0}, looks=False)

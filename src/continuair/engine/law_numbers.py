@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import ast
-import inspect
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import warp as wp
 
+from continuair.engine.law_names import names_of, value_of
 from continuair.errors import InputError
 
 _REAL = (wp.float16, wp.bfloat16, wp.float32, wp.float64)
@@ -24,15 +24,20 @@ def check_numbers(function: Any, Real: Any) -> None:
     called = f"its function {function.func.__name__}"
     for number in _rounded(function, names_of(function), Real):
         raise InputError(
-            f"law has the number {number} in {called}, where Warp counts in single precision, or "
-            "in whole numbers; make it outside of that function, as in number = "
-            f"code.Real({number})."
+            f"law has the number {number} in {called}, where Warp counts in single precision; "
+            f"make it outside of that function, as in number = code.Real({number})."
         )
     for name in _vectors(function):
         raise InputError(
             f"law has {name} in {called}, a vector or matrix from outside of it, of which Warp "
             "keeps too few digits; make it within, of numbers from outside, as in "
             "code.vec3(x, y, z), or give it as a gain."
+        )
+    if function.adj.has_unresolved_static_expressions:
+        raise InputError(
+            f"law has a wp.static in {called} that is known while it is compiled alone, and that "
+            "Warp does not tell from others; make its numbers outside of that function, each by a "
+            "name, or give them as gains."
         )
     for default in _defaults(function):
         raise InputError(
@@ -41,35 +46,18 @@ def check_numbers(function: Any, Real: Any) -> None:
         )
 
 
-def names_of(function: Any) -> dict[str, Any]:
-    """What a function knows from outside, by name."""
-    of = inspect.getclosurevars(function.func)
-    return {**of.builtins, **of.globals, **of.nonlocals}
-
-
-def value_of(node: ast.AST, names: dict[str, Any]) -> Any:
-    """What a name, or an attribute of one, stands for; None if it comes from within."""
-    if isinstance(node, ast.Name):
-        return names.get(node.id)
-    if isinstance(node, ast.Attribute):
-        return getattr(value_of(node.value, names), node.attr, None)
-    return None
-
-
 def _rounded(function: Any, names: dict[str, Any], Real: Any) -> Iterator[Any]:
     """Numbers in single precision, but for those that a type takes as they are, such as Real(0.5),
-    and what whole numbers are cut off to."""
+    and whole numbers beyond Warp's."""
     taken = [
         argument.operand if isinstance(argument, ast.UnaryOp) else argument
         for node in ast.walk(function.adj.tree)
         if isinstance(node, ast.Call) and isinstance(value_of(node.func, names), type)
         for argument in node.args
     ]
-    whole = _whole_names(function, names)
     for node in ast.walk(function.adj.tree):
         number: Any = node.value if isinstance(node, ast.Constant) else value_of(node, names)
-        cast = isinstance(node, ast.Call) and _single(value_of(node.func, names), Real)
-        if cast or _divides(node, whole):
+        if isinstance(node, ast.Call) and _single(value_of(node.func, names), Real):
             yield ast.unparse(node)
         elif isinstance(number, (float, np.floating)):
             if not (node in taken and _exact(number)):
@@ -83,12 +71,20 @@ def _rounded(function: Any, names: dict[str, Any], Real: Any) -> Iterator[Any]:
 
 
 def _vectors(function: Any) -> Iterator[str]:
-    """Vectors and matrices of numbers, but for whole ones, that a function has from outside."""
+    """Vectors and matrices that a function has from outside, of numbers with too many digits."""
     names, static = names_of(function), function.adj.resolved_static_expressions
     found = {ast.unparse(node): value_of(node, names) for node in ast.walk(function.adj.tree)}
     for name, value in (found | static).items():
-        if getattr(type(value), "_wp_scalar_type_", None) in _REAL:
+        if getattr(type(value), "_wp_scalar_type_", None) in _REAL and not _short(value):
             yield name
+
+
+def _short(value: Any) -> bool:
+    """Whether the 8 bits that Warp keeps of a pack's vectors hold its numbers, as 0 and 1."""
+    if hasattr(value, "_wp_scalar_type_"):
+        return all(_short(each) for each in value)
+    number = np.float32(getattr(value, "value", value))
+    return float(number) == float(value) and not int(number.view(np.uint32)) & 0xFFFF
 
 
 def _defaults(function: Any) -> Iterator[str]:
@@ -113,33 +109,3 @@ def _printed(number: Any) -> bool:
         return float(str(number)) == float(number)
     except ValueError:
         return False
-
-
-def _divides(node: ast.AST, whole: set[str]) -> bool:
-    """Whether a whole number is divided, which leaves a whole number."""
-    if not isinstance(node, (ast.BinOp, ast.AugAssign)) or not isinstance(node.op, ast.Div):
-        return False
-    return _is_whole(node.left if isinstance(node, ast.BinOp) else node.target, whole)
-
-
-def _whole_names(function: Any, names: dict[str, Any]) -> set[str]:
-    """Names of whole numbers: from outside, those that count loops, and what is set to such."""
-    found = {name for name, value in names.items() if isinstance(value, (int, np.integer))}
-    nodes = list(ast.walk(function.adj.tree))
-    found |= {
-        x.target.id for x in nodes if isinstance(x, ast.For) and isinstance(x.target, ast.Name)
-    }
-    for node in nodes:
-        if isinstance(node, ast.Assign) and _is_whole(node.value, found):
-            found |= {each.id for each in node.targets if isinstance(each, ast.Name)}
-    return found
-
-
-def _is_whole(node: ast.AST, names: set[str]) -> bool:
-    if isinstance(node, ast.BinOp):
-        return _is_whole(node.left, names) and _is_whole(node.right, names)
-    if isinstance(node, ast.UnaryOp):
-        return _is_whole(node.operand, names)
-    if isinstance(node, ast.Constant):
-        return isinstance(node.value, int)
-    return isinstance(node, ast.Name) and node.id in names

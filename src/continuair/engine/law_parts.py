@@ -9,7 +9,9 @@ from typing import Any
 
 import warp as wp
 
-from continuair.engine.law_numbers import check_numbers, names_of, value_of
+from continuair.engine.law_names import names_of, value_of
+from continuair.engine.law_numbers import check_numbers
+from continuair.engine.law_quotients import check_quotients
 from continuair.errors import InputError
 
 _OURS = __name__.partition(".")[0]
@@ -33,10 +35,13 @@ def checked_law(found: Any, code: Any) -> SimpleNamespace:
             "law has a Memory, but does not say whether it looks; return looks, True or False, "
             "beside it."
         )
-    for function in _functions(found.control, set()):
+    functions = list(_functions(found.control, set()))
+    for function in functions:
         check_numbers(function, code.Real)
         if code.points == 0:
             _check_unseen(function, code)
+    if functions:
+        check_quotients(found.control)
     return found
 
 

@@ -1,0 +1,51 @@
+"""Quotients of whole numbers in a law, which Warp cuts off where Python does not.
+
+Types are Warp's own: a function is read as for compilation, and no code is made of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import warp as wp
+from warp._src import codegen, context
+
+from continuair.errors import InputError
+
+_WHOLE = (
+    *(wp.int8, wp.int16, wp.int32, wp.int64),
+    *(wp.uint8, wp.uint16, wp.uint32, wp.uint64),
+)
+
+
+def check_quotients(control: Any) -> None:
+    """Raise InputError if a function of the device, or one that it calls, divides whole numbers."""
+    options = context.Module("law", None).options | {"output_arch": None, "block_dim": 1}
+    builder = context.ModuleBuilder(context.Module("law", None), options)
+    with _calls() as calls:
+        control.adj.build(builder)
+    for function, line in calls:
+        raise InputError(
+            f"law divides whole numbers in its function {function} ({line}), which leaves a whole "
+            "number; make them real first, as in code.Real(n) / code.Real(m)."
+        )
+
+
+@contextmanager
+def _calls() -> Iterator[list[tuple[str, str]]]:
+    """Quotients of whole numbers that Warp meets from now on: function and line."""
+    met: list[tuple[str, str]] = []
+    add_call = codegen.Adjoint.add_call
+
+    def noted(adj: Any, func: Any, args: Any, *rest: Any, **options: Any) -> Any:
+        if func.key == "div" and all(codegen.strip_reference(x.type) in _WHOLE for x in args):
+            met.append((adj.fun_name, adj.source_lines[adj.lineno].strip()))
+        return add_call(adj, func, args, *rest, **options)  # type: ignore[no-untyped-call]
+
+    setattr(codegen.Adjoint, "add_call", noted)  # noqa: B010  # as mypy knows it
+    try:
+        yield met
+    finally:
+        setattr(codegen.Adjoint, "add_call", add_call)  # noqa: B010
