@@ -115,6 +115,7 @@ def test_advice_is_stored_as_strict_json_a_table_and_a_figure(
         (("paper", "--tolerance", "-1"), ("tolerance is -1.0",)),
         (("paper", "--pixels", "nan"), ("pixels is nan",)),
         (("paper", "--gains", "none"), ("gains is 'none'",)),
+        (("paper", "--gains", ""), ("gains is ''",)),
         (("paper", "--task", "hover", "--gains", "paper"), ("gains is paper", "no task tracks")),
         (("paper", "--task", "contact", "--pixels", "1"), ("pixels is 1.0", "--task track:M")),
         (("paper", "--loop", "postion"), ("loop is 'postion'", "use position")),

@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -74,14 +75,31 @@ def test_inputs_over_time_are_sampled_from_the_scenario_and_missed_without_it(
     assert "force_x" not in columns(tmp_path / "less.csv")
 
 
-def test_a_scenario_that_the_flight_contradicts_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "given", [None, [0.0, 0.0, 26.0], [[1.0, 0.0, 25.0]], lambda t: [0.0, 0.0, 25.0]]
+)
+def test_a_scenario_that_the_flight_contradicts_is_refused(tmp_path: Path, given: Any) -> None:
     start = [0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.1, 0.0]
     flown = ca.Scenario("pushed", start, force=[0.0, 0.0, 25.0], duration=0.05)
-    dataset = ca.simulate(ca.load_vehicle("paper"), flown, sample=0.01)
-    other = flown.replace(force=[0.0, 0.0, 26.0])
-    with pytest.raises(ca.InputError, match=r"force is .*26.*but that of the flight is .*25"):
-        ca.to_csv(dataset, tmp_path / "other.csv", scenario=other)
-    assert not (tmp_path / "other.csv").exists()
+    other = flown.replace(force=given)
+    for one, two in ((flown, other), (other, flown)):
+        dataset = ca.simulate(ca.load_vehicle("paper"), one, sample=0.01)
+        if "run" in dataset.dims:
+            dataset = dataset.isel(run=0)
+        with pytest.raises(ca.InputError, match=r"force is .*but that of the flight is "):
+            ca.to_csv(dataset, tmp_path / "other.csv", scenario=two)
+        assert not (tmp_path / "other.csv").exists()
+
+
+def test_thrusts_that_the_flight_gave_by_itself_contradict_no_scenario(tmp_path: Path) -> None:
+    rotors = {"layout": "quad_x", "lever": 0.25, "thrust_limits": [0.0, 12.0],
+              "torque_per_thrust": 0.02}  # fmt: skip
+    vehicle = ca.load_vehicle("paper").replace({"uav.rotors": rotors})
+    scenario = ca.Scenario("hover", [0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.1, 0.0], duration=0.02)
+    dataset = ca.simulate(vehicle, scenario, sample=0.01)
+    ca.to_csv(dataset, tmp_path / "hover.csv", scenario=scenario)
+    held = columns(tmp_path / "hover.csv")["force_z"]
+    assert held[0] == pytest.approx(9.81 * vehicle.mass, rel=1e-9)
 
 
 def test_rows_at_jumps_hold_what_acts_from_there_on(tmp_path: Path) -> None:

@@ -69,7 +69,7 @@ def advise(
         refuse_unread(
             "no task tracks; add --task track:M, or leave it out", pixels=pixels, gains=gains
         )
-    loaded, law = load_vehicle(vehicle), load_gains(gains or "paper")
+    loaded, law = load_vehicle(vehicle), load_gains("paper" if gains is None else gains)
     with progress_bar() as progress:
         from continuair.studies.advise import report, study
         from continuair.studies.results import as_json
