@@ -94,7 +94,16 @@ def _draggy(nominal: Vehicle, speed: float, way: Way) -> Changes:
 
 
 def _wind(speed: float, way: Way) -> Changes:
-    wind = dryden(speed, _ALTITUDE, speed, mean=[speed, 0.0, 0.0], duration=_DURATION)
+    """Of each way its own draw of turbulence."""
+    wind = dryden(
+        speed,
+        _ALTITUDE,
+        speed,
+        seed=list(_AROUND.values()).index(way),
+        mean=speed * np.array([*way, 0.0]),
+        heading=float(np.arctan2(way[1], way[0])),
+        duration=_DURATION,
+    )
     return {"wind": wind}
 
 
@@ -158,11 +167,12 @@ MISTAKES = {
         ways=_AROUND,
     ),
     "wind": Mistake(
-        "wind blows along x, of that mean and with Dryden's turbulence",
+        "wind blows, of that mean and with Dryden's turbulence",
         " m/s",
         (1.0, 2.0, 5.0, 10.0),
         _draggy,
         _wind,
+        ways=_AROUND,
         alone=True,
     ),
     "latency": Mistake(
