@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 import continuair as ca
+from continuair.analysis.limits import Limit
 from continuair.figures import advise as figures
 from continuair.scenario.tracking_task import without_rotors
+from continuair.studies.advise import excitations
 from continuair.studies.advise.excitations import excite
 from continuair.studies.advise.notes import notes
 from continuair.studies.advise.verdicts import verdict
@@ -126,6 +128,23 @@ def test_an_attitude_loop_lets_the_decoupled_model_do_for_faster_motion() -> Non
         for loop in (Loop("none"), Loop("attitude", 8.0), Loop("attitude", 20.0))
     ]
     assert limits[0] < limits[1] < limits[2]
+
+
+def test_errors_of_a_slow_loop_are_compared_with_flights_in_which_it_has_settled() -> None:
+    """The integral of the preset's loop takes 2 s, in which its arm swings 18 times: twice the ten
+    periods of a flight tell nothing of where it ends."""
+    vehicle, loop = ca.load_vehicle("paper"), Loop("position")
+
+    def error(least: float) -> Any:
+        return excitations._errors(vehicle, "tip", [0.5], loop, 1.0, least)["decoupled"][0]
+
+    none = Limit(math.nan, np.empty(0), np.empty(0))
+    moderate = {"decoupled": float(error(0.0))}
+    found = excitations._settled(vehicle, "tip", moderate, {"decoupled": none}, loop)["decoupled"]
+    assert abs(error(20.0) / moderate["decoupled"] - 1.0) < 0.1
+    assert found["settled"] is False
+    assert found["longer_error"] == pytest.approx(error(400.0), rel=0.15)
+    assert found["longer_error"] > 1.4 * moderate["decoupled"]
 
 
 def test_printed_limits_are_never_beyond_those_that_were_found() -> None:
