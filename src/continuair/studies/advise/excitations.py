@@ -111,10 +111,10 @@ def _settled(
 
 def _lasting(vehicle: Vehicle, loop: Loop) -> float:
     """Clamped periods in which the slowest motion of a loop settles."""
-    held = loop.held or hover_loop(vehicle, loop.name, loop.bandwidth)
+    # A loop of the attitude holds the height as that of the position does.
+    held = hover_loop(vehicle, "position", loop.bandwidth)
     assert held is not None
-    slowest = float(held.settings["position_bandwidth"])
-    slowest *= float(held.settings["integral_share"]) or 1.0
+    slowest = float(held.settings["position_bandwidth"]) * float(held.settings["integral_share"])
     return LASTING / slowest * float(excited_arm(vehicle).frequency) / (2.0 * np.pi)
 
 
