@@ -64,7 +64,7 @@ ROOMS = {
         {"rollout", "observe", "deviations", "turning", "slopes", "thrusts"},
     ],
     "engine": [
-        {"moments", "compiling", "lanes", "rows", "law_names", "law_quotients"},
+        {"moments", "compiling", "lanes", "rows", "law_names", "law_reading"},
         {"law_numbers"},
         {"law_parts"},
         {"factory", "packs"},
@@ -74,7 +74,7 @@ ROOMS = {
         {"pairs"},
     ],
     "flight": [
-        {"time_grid", "inputs", "resolution", "turns", "reading"},
+        {"time_grid", "inputs", "resolution", "turns", "reading", "labels"},
         {"steps", "guiding", "holding"},
         {"camera_timing", "probing", "rotors"},
         {"cohorts"},

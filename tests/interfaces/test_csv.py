@@ -102,6 +102,25 @@ def test_thrusts_that_the_flight_gave_by_itself_contradict_no_scenario(tmp_path:
     assert held[0] == pytest.approx(9.81 * vehicle.mass, rel=1e-9)
 
 
+def test_labels_in_another_order_are_read_by_their_names(tmp_path: Path) -> None:
+    vehicle = ca.load_vehicle("two_section")
+    law = ca.hold(vehicle, [0.1, 0.2, 3.0])
+    start = [0.0, 0.0, 3.0, 0.3, 0.1, 0.2, 0.2, 0.4, 0.1, 0.5]
+    flight = ca.simulate(vehicle, ca.Scenario("held", start, controller=law, duration=0.02))
+    ca.to_csv(flight, tmp_path / "one.csv")
+    shuffled = flight
+    for name in ("actuator", "axis", "quaternion", "section", "bend_axis"):
+        shuffled = shuffled.sel({name: flight[name].values[::-1]})
+    ca.to_csv(shuffled, tmp_path / "two.csv")
+    one, two = (columns(tmp_path / f"{name}.csv") for name in ("one", "two"))
+    assert one.keys() == two.keys()
+    for name, values in one.items():
+        np.testing.assert_array_equal(two[name], values)
+    np.testing.assert_array_equal(
+        ca.backbone(vehicle, shuffled).sel(axis=list("xyz")), ca.backbone(vehicle, flight)
+    )
+
+
 def test_rows_at_jumps_hold_what_acts_from_there_on(tmp_path: Path) -> None:
     """int(t / period) and the jumps that are named are a last digit apart at some of them."""
     period, forces = 0.01, np.random.default_rng(4).uniform(0.0, 30.0, (120, 3))

@@ -22,6 +22,7 @@ from continuair.analysis.metrics import samples
 from continuair.engine.pack import tree_of
 from continuair.equations.camera import interaction_matrix, to_normalised
 from continuair.errors import InputError, shown
+from continuair.flight.labels import in_order
 from continuair.flight.reading import BATCH_ROW
 from continuair.kernels.laws.servoing import law
 from continuair.scenario.scenarios import Scenario
@@ -85,6 +86,7 @@ def lyapunov(vehicle: Vehicle, scenario: Scenario, flight: xr.Dataset | None = N
     gains = _gains_of(scenario)
     if flight is not None:
         _check_flight(vehicle, scenario, flight)
+        flight = in_order(flight, vehicle)
         # What the target does counts for as long as it is flown after.
         longest = max(scenario.duration, float(flight["time"][-1]))
         scenario = scenario.replace(duration=longest)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from continuair import checks
 from continuair.analysis.backbone import along, parts, placed, stations
 from continuair.errors import InputError, shown
+from continuair.flight.labels import in_order
 from continuair.flight.reading import vehicle_of
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
@@ -66,6 +67,7 @@ def backbone(vehicle: Vehicle, flight: xr.Dataset, points: int = 41) -> xr.DataA
     check_single_vehicle(vehicle)
     count = int(checks.number("points", points, least=2))
     place, attitude, bend = poses(flight, vehicle)
+    flight = in_order(flight, vehicle)
     bodies = [along(arm, part, count)[0] for arm, part in parts(vehicle, bend)]
     world = np.stack([placed(place, attitude, points) for points in bodies], axis=-3)
     lengths = np.stack([stations(arm, count) for arm in vehicle.arms])
@@ -90,6 +92,7 @@ def motion_of(flight: Any, vehicle: Vehicle | None = None) -> Motion:
     _check_one_flight(flight)
     flight = flight.transpose("time", "arm", "section", ..., missing_dims="ignore")
     flown = vehicle_of(flight) if vehicle is None else check_single_vehicle(vehicle)
+    flight = in_order(flight, flown)
     position, attitude, bend = poses(flight, flown)
     time = flight["time"].to_numpy()
     valid = np.isfinite(np.column_stack([position, attitude, bend.reshape(len(time), -1)]))
@@ -106,7 +109,7 @@ def poses(flight: Any, vehicle: Vehicle) -> tuple[Array, Array, Array]:
 
     Raises InputError for what is no flight of this vehicle.
     """
-    flight = _check_over_time(flight)
+    flight = in_order(_check_over_time(flight), vehicle)
     bend = flight["bend"]
     bend = bend if "section" in bend.dims else bend.expand_dims("section")
     if bend.sizes["section"] != vehicle.sections:

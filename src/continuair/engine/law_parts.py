@@ -11,7 +11,7 @@ import warp as wp
 
 from continuair.engine.law_names import names_of, value_of
 from continuair.engine.law_numbers import check_numbers
-from continuair.engine.law_quotients import check_quotients
+from continuair.engine.law_reading import read
 from continuair.errors import InputError
 
 _OURS = __name__.partition(".")[0]
@@ -35,28 +35,34 @@ def checked_law(found: Any, code: Any) -> SimpleNamespace:
             "law has a Memory, but does not say whether it looks; return looks, True or False, "
             "beside it."
         )
-    functions = list(_functions(found.control, set()))
-    for function in functions:
+    if _is_ours(found.control):
+        return found
+    for function in _named(found.control, set()):
         check_numbers(function, code.Real)
-        if code.points == 0:
-            _check_unseen(function, code)
-    if functions:
-        check_quotients(found.control)
+    # Warp's own reading knows which function is meant, but says less of why it cannot read one.
+    for function in read(found.control):
+        if not _is_ours(function):
+            check_numbers(function, code.Real)
+            if code.points == 0:
+                _check_unseen(function, code)
     return found
 
 
-def _functions(control: Any, known: set[str]) -> Iterator[Any]:
-    """A function of the device and those that it calls, but for those of this package."""
-    plain = getattr(control, "func", None)
-    if not isinstance(control, wp.Function) or plain is None or control.key in known:
+def _is_ours(function: Any) -> bool:
+    return bool(function.func.__module__.partition(".")[0] == _OURS)
+
+
+def _named(control: Any, known: set[str]) -> Iterator[Any]:
+    """A function of the device and those that it calls by a name, but for those of this package."""
+    if not isinstance(control, wp.Function) or getattr(control, "func", None) is None:
         return
-    if plain.__module__.partition(".")[0] == _OURS:
+    if _is_ours(control) or control.key in known:
         return
     known.add(control.key)
     yield control
     names = names_of(control)
     for node in ast.walk(control.adj.tree):
-        yield from _functions(value_of(node, names), known)
+        yield from _named(value_of(node, names), known)
 
 
 def _check_unseen(function: Any, code: Any) -> None:
@@ -74,5 +80,6 @@ def _of_camera(node: ast.AST, function: Any, code: Any) -> bool:
     """Whether it is what an argument of the type Sense has of the camera."""
     if not isinstance(node, ast.Attribute) or not isinstance(node.value, ast.Name):
         return False
-    sense = function.input_types.get(node.value.id) is code.Sense
+    # What is no argument may be another name of one.
+    sense = function.input_types.get(node.value.id, code.Sense) is code.Sense
     return sense and node.attr in _OF_CAMERA

@@ -14,16 +14,14 @@ from xarray.indexes import PandasIndex
 from continuair.engine.engine import Logs
 from continuair.engine.rows import adjacent
 from continuair.flight.cohorts import Cohort, Flight
+from continuair.flight.labels import labels_of
 from continuair.flight.reading import BATCH_ROW
 from continuair.flight.resolution import doubt, saturation, warn_of_lost_coordinates
 from continuair.flight.turns import followed_euler, in_body_axes, on_triple
 from continuair.kernels.step import STATUS
 from continuair.vehicle.layout import (
-    ACTUATORS,
-    COORDINATES,
     MOTION,
     OF_ARM,
-    numbered,
     observed_columns,
     watched_columns,
 )
@@ -108,13 +106,6 @@ _OF_SECTION = ("bend", "bend_rate")
 _LOGGED = ("position", "attitude", "bend", "angular_velocity", "bend_rate", "command")
 """Variables that are a slice of the log, by the name of that slice in `Layout`."""
 
-_COORDINATES: dict[str, list[Any]] = {
-    "twist": ["vx", "vy", "vz", "wx", "wy", "wz"],
-    "axis": list("xyz"),
-    "quaternion": list("xyzw"),
-    "bend_axis": ["x", "y"],
-}
-
 
 class Recorder:
     """Keeps variables of a flight's runs while they are flown, part by part.
@@ -198,7 +189,7 @@ class Recorder:
 
     def _coordinates(self) -> xr.Coordinates:
         """Coordinates with their indexes, as xarray takes longer to make them than to fly a run."""
-        labels = _labels(*_parts_of(self.flight.vehicle))
+        labels = labels_of(self.flight.vehicle)
         dims = {dim for name in self.names for dim in (*self._parts(name), VARIABLES[name][0])}
         used = sorted(dims & set(labels))
         own = {"time": xr.Variable("time", self.flight.marks.samples, {"units": "s"})}
@@ -254,25 +245,6 @@ LARGEST_SATURATION = {
     "long_name": "the most that a rotor was asked for beyond its limits, in parts of their range",
 }
 """Attributes of largest_saturation, of vehicles with rotors."""
-
-
-def _parts_of(vehicle: Vehicle) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names of the arms and of the sections; none of those of an [arm] table."""
-    if not vehicle.has_arm_list:
-        return (), ()
-    sections = (f"{arm.name}.{each.name}" for arm in vehicle.arms for each in arm.section)
-    return tuple(arm.name for arm in vehicle.arms), tuple(sections)
-
-
-@cache
-def _labels(arms: tuple[str, ...], sections: tuple[str, ...]) -> xr.Coordinates:
-    """The coordinates that are the same in every trajectory of vehicles with such parts."""
-    if not arms:
-        own = {"actuator": list(ACTUATORS), "coordinate": list(COORDINATES)}
-        return xr.Coordinates(_COORDINATES | own)
-    polar, pushes = (numbered(names[6:], len(sections)) for names in (COORDINATES, ACTUATORS))
-    own = {"actuator": [*ACTUATORS[:6], *pushes], "coordinate": [*COORDINATES[:6], *polar]}
-    return xr.Coordinates(_COORDINATES | own | {"arm": list(arms), "section": list(sections)})
 
 
 @cache

@@ -1,6 +1,6 @@
-"""Quotients of whole numbers in a law, which Warp cuts off where Python does not.
+"""A law as Warp reads it: its functions, and quotients of whole numbers, which it cuts off.
 
-Types are Warp's own: a function is read as for compilation, and no code is made of it.
+Functions and types are Warp's own: they are read as for compilation, and no code is made of them.
 """
 
 from __future__ import annotations
@@ -20,8 +20,9 @@ _WHOLE = (
 )
 
 
-def check_quotients(control: Any) -> None:
-    """Raise InputError if a function of the device, or one that it calls, divides whole numbers."""
+def read(control: Any) -> list[Any]:
+    """All functions of the device that one calls, and itself; raises InputError if one of them
+    divides whole numbers."""
     options = context.Module("law", None).options | {"output_arch": None, "block_dim": 1}
     builder = context.ModuleBuilder(context.Module("law", None), options)
     with _calls() as calls:
@@ -31,6 +32,7 @@ def check_quotients(control: Any) -> None:
             f"law divides whole numbers in its function {function} ({line}), which leaves a whole "
             "number; make them real first, as in code.Real(n) / code.Real(m)."
         )
+    return [control, *builder.functions]
 
 
 @contextmanager

@@ -1,0 +1,46 @@
+"""Labels of the dimensions of trajectories, and trajectories in their order."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import xarray as xr
+
+from continuair.vehicle.layout import ACTUATORS, COORDINATES, numbered
+from continuair.vehicle.vehicle import Vehicle
+
+_FIXED: dict[str, list[Any]] = {
+    "twist": ["vx", "vy", "vz", "wx", "wy", "wz"],
+    "axis": list("xyz"),
+    "quaternion": list("xyzw"),
+    "bend_axis": ["x", "y"],
+}
+
+
+def labels_of(vehicle: Vehicle) -> xr.Coordinates:
+    """The coordinates that are the same in every trajectory of vehicles with such parts."""
+    if not vehicle.has_arm_list:
+        return _labels((), ())
+    sections = (f"{arm.name}.{each.name}" for arm in vehicle.arms for each in arm.section)
+    return _labels(tuple(arm.name for arm in vehicle.arms), tuple(sections))
+
+
+def in_order(flight: xr.Dataset, vehicle: Vehicle) -> xr.Dataset:
+    """A flight of the vehicle with its labels in order, whatever order they were selected in."""
+    wanted = {}
+    for name, labels in labels_of(vehicle).items():
+        given = flight.indexes.get(name)
+        if given is not None and sorted(given) == sorted(labels.values):
+            wanted[name] = labels.values
+    return flight.sel(wanted)
+
+
+@cache
+def _labels(arms: tuple[str, ...], sections: tuple[str, ...]) -> xr.Coordinates:
+    if not arms:
+        own = {"actuator": list(ACTUATORS), "coordinate": list(COORDINATES)}
+        return xr.Coordinates(_FIXED | own)
+    polar, pushes = (numbered(names[6:], len(sections)) for names in (COORDINATES, ACTUATORS))
+    own = {"actuator": [*ACTUATORS[:6], *pushes], "coordinate": [*COORDINATES[:6], *polar]}
+    return xr.Coordinates(_FIXED | own | {"arm": list(arms), "section": list(sections)})
