@@ -192,3 +192,25 @@ def test_an_implicit_step_that_misses_the_lag_of_rotors_says_so() -> None:
     with pytest.warns(ca.ContinuairWarning, match="inputs or rotors change by more than"):
         found = ca.simulate(vehicle, start, step=2e-3, sample=0.01, integrator="implicit")
     assert float(found["step_error"]) == np.inf
+
+
+def test_an_input_that_is_known_at_stages_alone_hides_no_fast_one_beside_it() -> None:
+    def known(t: float) -> list[float]:
+        if abs(t - 5e-4 * round(t / 5e-4)) > 1e-7:
+            raise KeyError(t)
+        return [0.0, 0.0, 25.0]
+
+    def whirl(t: float) -> list[float]:
+        return [0.0, 0.5 * np.sin(2.0 * np.pi * 2000.0 * t + 0.3), 0.0]
+
+    with pytest.warns(ca.ContinuairWarning, match="moment changes within steps"):
+        flight = ca.simulate(VEHICLE, push(known, moment=whirl), step=1e-3, sample=0.01)
+    assert np.isinf(flight.step_error)
+
+
+@pytest.mark.parametrize("odd", [np.ma.masked_equal([0.0, -99.0, 0.0], -99.0), [True, 0.0, 0.0]])
+def test_a_function_that_masks_an_entry_or_gives_a_truth_value_is_refused(odd: Any) -> None:
+    with pytest.raises(
+        ca.InputError, match="force holds a truth value or a masked entry at t = 0.1"
+    ):
+        ca.simulate(VEHICLE, push(lambda t: odd if t >= 0.1 else [0.0, 0.0, 0.0], jumps=[0.1]))

@@ -41,7 +41,7 @@ def finite_array(value: object) -> Array | None:
         given = np.asarray(value)
     except (TypeError, ValueError, RuntimeError):
         return None
-    if given.dtype.kind not in "iuf" or not _means_numbers(value):
+    if given.dtype.kind not in "iuf" or not means_numbers(value):
         return None
     with np.errstate(over="ignore"):
         found = np.array(given, dtype=np.float64)
@@ -54,10 +54,10 @@ def frozen(array: Array) -> Array:
     return array
 
 
-def _means_numbers(value: object) -> bool:
+def means_numbers(value: object) -> bool:
     """Tell whether no entry of what NumPy reads as numbers is a truth value or masked."""
     if isinstance(value, (list, tuple)):
-        return all(type(entry) is float or _means_numbers(entry) for entry in value)
+        return all(type(entry) is float or means_numbers(entry) for entry in value)
     if isinstance(value, np.ndarray):
         return value.dtype.kind != "b" and not np.ma.is_masked(value)
     return not isinstance(value, (bool, np.bool_))

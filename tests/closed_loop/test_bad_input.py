@@ -79,6 +79,11 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "finite",
     ),
     "law": (lambda: ca.Controller("mine", 3, {}), "law is 3", "device code"),  # type: ignore[arg-type]
+    "stack of one that looks and one that does not": (
+        lambda: ca.stack([replace(SERVOING, looks=looks) for looks in (True, False)]),
+        "controllers have looks True and False",
+        "give all of them the same",
+    ),
     "law without a law": (
         lambda: fly(ca.Controller("mine", lambda code: code, {}, looks=False)),
         "law gives no Gains",

@@ -1,5 +1,6 @@
 """Stepping from outside is `simulate` with the same held inputs."""
 
+import copy
 from contextlib import nullcontext
 from typing import Any
 
@@ -287,3 +288,10 @@ def test_a_jump_within_a_step_is_warned_of_as_simulate_does_unless_it_is_named()
             live.step()
         with nullcontext() if jumps else pytest.warns(ContinuairWarning, match="force jumps"):
             live.trajectory()
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy])
+def test_a_simulation_is_not_copied_as_both_would_fly_one_flight(copied: Any) -> None:
+    one = ca.Simulation(ca.load_vehicle("paper"), ca.open_loop_test("B"), control_period=0.01)
+    with pytest.raises(ca.InputError, match="a Simulation cannot be copied"):
+        copied(one)

@@ -134,6 +134,12 @@ def stack(controllers: Sequence[Controller]) -> Controller:
                 f"controllers have integral {first.integral:g} and {other.integral:g}; give all of "
                 "them the same."
             )
+        for name in ("looks", "guided", "asks"):
+            one, two = (getattr(each, name) for each in (first, other))
+            if one != two:
+                raise InputError(
+                    f"controllers have {name} {one} and {two}; give all of them the same."
+                )
         if other.believes is not first.believes:
             raise InputError(
                 "controllers believe in different vehicles; stack them first, and let the stack "

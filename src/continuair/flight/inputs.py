@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from continuair import checks
 from continuair.errors import InputError
 from continuair.scenario.excitations import is_vectorised
 from continuair.scenario.scenarios import Scenario
@@ -85,18 +86,29 @@ def evaluated(name: str, value: Any, times: Array, width: int) -> Array:
 
     Raises InputError if it does not return that many finite numbers each time.
     """
+    given: list[Any] = []
+    masked = None
     try:
         # Copied, as a function may return the same array each time. Overflow is told of below.
         with np.errstate(over="ignore", invalid="ignore"):
             if is_vectorised(value):
                 given = value(times[:, None])
             else:
-                given = [np.array(value(t)) for t in times.tolist()]
+                for t in times.tolist():
+                    found = value(t)
+                    given.append(np.array(found))
+                    if masked is None and not checks.means_numbers(found):
+                        masked = t
     except Exception as error:
         raise InputError(
             f"{name} raises {type(error).__name__} ({error}) during the flight; return {width} "
             "numbers at every time of it."
         ) from error
+    if masked is not None:
+        raise InputError(
+            f"{name} holds a truth value or a masked entry at t = {masked:g} s; return {width} "
+            "numbers at every time of the flight."
+        )
     try:
         rows = np.array(given, float)
     except (TypeError, ValueError):

@@ -109,6 +109,15 @@ class Simulation:
         self._euler = nearest_euler(row[layout.attitude], np.zeros(3), row[layout.roll][0])
         self._given: set[str] = set()
 
+    def __copy__(self) -> Simulation:
+        raise InputError(
+            "a Simulation cannot be copied, as both would fly one flight; begin another one from "
+            "its state: Simulation(vehicle, scenario.replace(q=one.q, qd=one.qd))."
+        )
+
+    def __deepcopy__(self, _: dict[int, Any]) -> Simulation:
+        return self.__copy__()
+
     @property
     def vehicle(self) -> Vehicle:
         """The vehicle that flies."""

@@ -141,8 +141,8 @@ class Probe:
             try:
                 shares = _blur_of(name, value, field_width(name, self.layout), starts, widths)
             except InputError:
-                # The flight samples it in order, and tells where it fails first.
-                return []
+                # The flight samples it in order, and tells where it fails first, if it does there.
+                continue
             found.append(Blur(name, shares, starts + widths / 2.0))
         return found
 

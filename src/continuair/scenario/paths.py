@@ -43,7 +43,13 @@ class Path:
 
     def __call__(self, times: Any) -> tuple[Array, Array, Array]:
         # A copy, as a motion may change its times in place.
-        return self.motion(np.array(times, float, ndmin=1))
+        found = self.motion(np.array(times, float, ndmin=1))
+        if isinstance(found, tuple) and any(np.ma.is_masked(part) for part in found):
+            raise InputError(
+                f"motion of the path {self.name} holds a masked entry; return numbers at every "
+                "time."
+            )
+        return found
 
 
 def hold(position: Any = (0.0, 0.0, 0.0), duration: float = 50.0) -> Path:
