@@ -11,7 +11,7 @@ from continuair.analysis.convergence import CONVERGED
 from continuair.kernels.step import STATUS
 from continuair.studies.results import ResultFolder
 from continuair.studies.tables import as_markdown, number
-from continuair.studies.tracking.study import Tracking
+from continuair.studies.tracking.study import SAMPLE, Tracking
 
 COLUMNS = {
     "rms_px": "RMS [px]",
@@ -68,7 +68,9 @@ def as_table(results: dict[str, Any]) -> str:
         f"One law (gains {results['gains']['name']}) on each plant; structural damping of the arm",
         f"{damping}. Errors count from 5 s on. DS is the difference of the norms of the feature",
         "error from the coupled plant; the paper prints |DS| below "
-        f"{results['printed']['ds_max_px']:g} px.",
+        f"{results['printed']['ds_max_px']:g} px. Forces are the RMS beyond their mean of samples "
+        f"{1e3 * SAMPLE:g} ms apart,",
+        "of which the first push, far from the target, is one. A camera's noise is one draw of it.",
     ]
     settings = {results["setting"]: results, **results["settings"]}
     for setting, part in settings.items():
