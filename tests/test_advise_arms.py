@@ -122,6 +122,7 @@ def contact() -> dict[str, Any]:
     return advise.advise(TWO, ["contact"], advise.Tolerance(tip=0.1))
 
 
+@pytest.mark.slow
 def test_advice_names_what_was_varied_and_that_the_atlas_is_of_other_vehicles(
     contact: dict[str, Any], tmp_path: Path
 ) -> None:

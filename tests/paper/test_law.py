@@ -66,6 +66,7 @@ def test_the_growth_of_small_errors_is_that_of_a_flight(found: Theorem, fastest:
     assert size[-1] < 10.0
 
 
+@pytest.mark.slow
 def test_flights_that_diverge_do_so_at_half_the_step_too_and_at_the_same_time(
     found: Theorem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
