@@ -94,7 +94,12 @@ def assert_flights_agree(vehicle: ca.Vehicle, name: str, bandwidth: float) -> No
         assert direct_error(vehicle, name, float(np.squeeze(beyond)), bandwidth) > TOLERANCE
 
 
-@pytest.mark.parametrize("bandwidth", [4.0, 8.0, 20.0])
+SLOW = pytest.mark.slow
+
+
+@pytest.mark.parametrize(
+    "bandwidth", [pytest.param(4.0, marks=SLOW), pytest.param(8.0, marks=SLOW), 20.0]
+)
 def test_a_limit_is_where_flights_beside_it_leave_the_tolerance(bandwidth: float) -> None:
     for name in ("bend", "tip"):
         assert_flights_agree(NEW_USER, name, bandwidth)

@@ -52,6 +52,7 @@ def test_classic_servoing_reaches_the_desired_image_at_its_rate() -> None:
     assert np.log(size[6000] / size[10000]) / 4.0 == pytest.approx(0.5, rel=0.15)
 
 
+@pytest.mark.slow
 def test_classic_servoing_comes_home_at_its_rate_also_before_a_small_far_target() -> None:
     """From where it looks at the centre aslant, the motion that an image of 20 px hardly shows."""
     aslant, far = 0.01, 5.0

@@ -23,7 +23,13 @@ def starts(vehicle: ca.Vehicle, target: ca.Target) -> np.ndarray:
 
 
 @pytest.mark.filterwarnings("ignore:rotors saturate in 2 of 4 runs")
-@pytest.mark.parametrize("vehicle", [ROTORS, ca.load_vehicle("two_section")], ids=lambda v: v.name)
+@pytest.mark.parametrize(
+    "vehicle",
+    [
+        pytest.param(ROTORS, id="paper"),
+        pytest.param(ca.load_vehicle("two_section"), id="two_section", marks=pytest.mark.slow),
+    ],
+)
 def test_the_image_comes_home_at_the_rate_that_was_asked_for(vehicle: ca.Vehicle) -> None:
     """Rotors that lag by 40 ms; and two soft sections, whose bends are more than the camera needs.
 
