@@ -21,6 +21,10 @@ def fly(controller: Any = SERVOING, vehicle: Any = flights.VEHICLE, **changes: A
     return ca.simulate(vehicle, flights.scenario(controller, 0.01, **changes), **options)
 
 
+def rounding(kind: str) -> ca.Controller:
+    return ca.Controller("mine", probes.rounding_law(kind), {"idle": 1.0}, looks=False)
+
+
 def gains(**changes: Any) -> ca.Controller:
     return ca.servoing(**{"Kp": 5.0, "Kd": 0.1, "points": 4} | changes)
 
@@ -91,9 +95,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     ),
     **{
         f"number that loses digits, {kind}": (
-            lambda kind=kind: fly(
-                ca.Controller("mine", probes.rounding_law(kind), {"idle": 1.0}, looks=False)
-            ),
+            lambda kind=kind: fly(rounding(kind)),
             f"law has the number {number} in its function {kind}",
             "number = code.Real(",
         )
@@ -110,9 +112,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     },
     **{
         f"quotient of whole numbers, {kind}": (
-            lambda kind=kind: fly(
-                ca.Controller("mine", probes.rounding_law(kind), {"idle": 1.0}, looks=False)
-            ),
+            lambda kind=kind: fly(rounding(kind)),
             "law divides whole numbers in its function",
             f"({line}), which leaves a whole number; make them real first",
         )
@@ -126,16 +126,12 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         )
     },
     "static expression in a loop": (
-        lambda: fly(
-            ca.Controller("mine", probes.rounding_law("looped"), {"idle": 1.0}, looks=False)
-        ),
+        lambda: fly(rounding("looped")),
         "law has a wp.static in its function looped that is known while it is compiled alone",
         "give them as gains",
     ),
     "default of a law's function": (
-        lambda: fly(
-            ca.Controller("mine", probes.rounding_law("scaled"), {"idle": 1.0}, looks=False)
-        ),
+        lambda: fly(rounding("scaled")),
         "law has the default fraction of an argument in its function scaled",
         "give it where the function is called",
     ),
@@ -151,9 +147,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     ),
     **{
         f"digits of a vector, {kind}": (
-            lambda kind=kind: fly(
-                ca.Controller("mine", probes.rounding_law(kind), {"idle": 1.0}, looks=False)
-            ),
+            lambda kind=kind: fly(rounding(kind)),
             f"law has {name} in its function {kind}, a vector or matrix from outside",
             "or give it as a gain",
         )
@@ -379,7 +373,6 @@ def test_a_motion_of_the_wrong_shape_is_refused() -> None:
 
 
 def test_numbers_made_outside_of_a_law_keep_their_digits() -> None:
-    law = ca.Controller("mine", probes.rounding_law("fine"), {"idle": 1.0}, looks=False)
     weight = 9.81 * flights.VEHICLE.mass
-    pushed = fly(law).command[0, 2]
+    pushed = fly(rounding("fine")).command[0, 2]
     assert float(pushed) == pytest.approx(0.5 * (0.3 - 0.25) * weight, rel=1e-14)

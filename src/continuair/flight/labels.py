@@ -30,9 +30,10 @@ def in_order(flight: xr.Dataset, vehicle: Vehicle) -> xr.Dataset:
     """A flight of the vehicle with its labels in order, whatever order they were selected in."""
     wanted = {}
     for name, labels in labels_of(vehicle).items():
-        given = flight.indexes.get(name)
-        if given is not None and sorted(given) == sorted(labels.values):
-            wanted[name] = labels.values
+        order, given = list(labels.values), list(flight.indexes.get(name, ()))
+        # What is in order is not copied.
+        if given != order and sorted(given) == sorted(order):
+            wanted[name] = order
     return flight.sel(wanted)
 
 
