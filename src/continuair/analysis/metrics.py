@@ -14,6 +14,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from continuair.errors import InputError, shown
+from continuair.flight.labels import FIXED
 from continuair.flight.resolution import warn_of_lost_angles
 from continuair.vehicle.coordinates import continuous_euler, paper_rates
 from continuair.vehicle.following import CHANGE, unfollowed
@@ -215,8 +216,8 @@ def _check_flight(name: str, flight: Any) -> None:
 
 def _in_order(flight: xr.Dataset) -> xr.Dataset:
     """The flight with its axes in order, whatever order they were selected in."""
-    labels = {"axis": list("xyz"), "quaternion": list("xyzw")}
-    found = flight.sel({name: order for name, order in labels.items() if name in flight.indexes})
+    labelled = [name for name in ("axis", "quaternion") if name in flight.indexes]
+    found = flight.sel({name: FIXED[name] for name in labelled})
     return found.transpose("run", "arm", ..., missing_dims="ignore")
 
 

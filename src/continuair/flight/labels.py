@@ -10,12 +10,13 @@ import xarray as xr
 from continuair.vehicle.layout import ACTUATORS, COORDINATES, numbered
 from continuair.vehicle.vehicle import Vehicle
 
-_FIXED: dict[str, list[Any]] = {
+FIXED: dict[str, list[Any]] = {
     "twist": ["vx", "vy", "vz", "wx", "wy", "wz"],
     "axis": list("xyz"),
     "quaternion": list("xyzw"),
     "bend_axis": ["x", "y"],
 }
+"""Of dimensions that every vehicle has alike."""
 
 
 def labels_of(vehicle: Vehicle) -> xr.Coordinates:
@@ -41,7 +42,7 @@ def in_order(flight: xr.Dataset, vehicle: Vehicle) -> xr.Dataset:
 def _labels(arms: tuple[str, ...], sections: tuple[str, ...]) -> xr.Coordinates:
     if not arms:
         own = {"actuator": list(ACTUATORS), "coordinate": list(COORDINATES)}
-        return xr.Coordinates(_FIXED | own)
+        return xr.Coordinates(FIXED | own)
     polar, pushes = (numbered(names[6:], len(sections)) for names in (COORDINATES, ACTUATORS))
     own = {"actuator": [*ACTUATORS[:6], *pushes], "coordinate": [*COORDINATES[:6], *polar]}
-    return xr.Coordinates(_FIXED | own | {"arm": list(arms), "section": list(sections)})
+    return xr.Coordinates(FIXED | own | {"arm": list(arms), "section": list(sections)})
