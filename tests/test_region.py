@@ -16,6 +16,7 @@ from continuair.controllers.gain_files import Gains
 from continuair.equations.camera import in_view
 from continuair.figures import region as figures
 from continuair.figures.laws import LAWS as STYLES
+from continuair.flight.resolution import RESOLVED
 from continuair.studies.region.flights import TARGET
 from continuair.studies.region.starts import BEND, HEIGHT, RANDOM, SIDEWAYS, TILT, YAW, starts
 from continuair.studies.region.study import Region, region
@@ -120,6 +121,10 @@ def test_what_counts_as_reached_follows_from_the_flights(study: Region) -> None:
                 failed = ladder.isel(start=int(within.sum()))
                 assert float(failed["off_by"]) == entry["failed_at"]
                 assert not failed["well"] and entry["reason"]
+                within |= ladder["off_by"] == entry["failed_at"]
+            coarse = ladder["step_error"].to_numpy()[within] > RESOLVED
+            assert entry["unresolved"] == coarse.sum()
+    assert sum(each["unresolved"] for case in study.results["cases"] for each in case["directions"])
 
 
 def test_a_study_writes_tables_flights_and_figures_with_failures_drawn_as_failed(

@@ -20,6 +20,9 @@ BOX = (
 )
 """Where random starts are drawn from, of which those with all points in view fly."""
 
+_COARSE = "step_error above 1e-3"
+"""The heading of how many flights their steps resolve too coarsely."""
+
 _LISTED = 20
 """Failures that the table lists, of each case; the CSV has all."""
 
@@ -71,7 +74,8 @@ def summary(results: dict[str, Any]) -> list[str]:
         "## Off in one direction",
         "",
         "The largest value up to which all flights end well, and what is beyond: nothing that was",
-        "tried, a failure, or starts with points out of view.",
+        "tried, a failure, or starts with points out of view. The last column counts the flights",
+        "that this rests on and whose steps are too coarse.",
         "",
         *_reaches(results),
         "",
@@ -88,9 +92,10 @@ def _reaches(results: dict[str, Any]) -> list[str]:
     for case in results["cases"]:
         for bend in dict.fromkeys(each["bend_1_m"] for each in case["directions"]):
             own = [each for each in case["directions"] if each["bend_1_m"] == bend]
-            cells.append([name_of(case), f"{bend:g}", *map(reach, own)])
-    headings = ["law, plant, control rate", "start bend [1/m]", *DIRECTIONS]
-    return as_markdown(headings, cells, ("law, plant, control rate", *DIRECTIONS))
+            coarse = sum(each["unresolved"] for each in own)
+            cells.append([name_of(case), f"{bend:g}", *map(reach, own), str(coarse)])
+    headings = ["law, plant, control rate", "start bend [1/m]", *DIRECTIONS, _COARSE]
+    return as_markdown(headings, cells, ("law, plant, control rate", *DIRECTIONS, _COARSE))
 
 
 def _shares(results: dict[str, Any]) -> list[str]:
@@ -99,7 +104,7 @@ def _shares(results: dict[str, Any]) -> list[str]:
          percent(case["random"]["share"]), str(case["random"]["unresolved"])]
         for case in results["cases"]
     ]  # fmt: skip
-    headings = ["law, plant, control rate", "ended well", "of", "share", "step_error above 1e-3"]
+    headings = ["law, plant, control rate", "ended well", "of", "share", _COARSE]
     return as_markdown(headings, cells, headings[:1])
 
 

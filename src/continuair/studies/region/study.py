@@ -142,15 +142,18 @@ def _found(case: Case, flights: xr.Dataset) -> dict[str, Any]:
 
 
 def _reach(own: xr.Dataset, direction: str, bend: float) -> dict[str, Any]:
-    """The largest value up to which all flights end well, the next one, and why that does not."""
+    """The largest value up to which all flights end well, the next one, and why that does not;
+    and how many of these flights their steps resolve too coarsely."""
     along = (own["direction"] == direction) & (own["start_bend"] == bend)
     ladder = own.isel(start=np.flatnonzero(along))
     good = (ladder["well"] & ladder["visible"]).to_numpy()
     count = climbed(good.tolist())
     values = ladder["off_by"].to_numpy()
+    coarse = (ladder["step_error"] > RESOLVED).to_numpy()
     found: dict[str, Any] = {
         "unit": DIRECTIONS[direction].unit,
         "reached": float(values[count - 1]) if count else 0.0,
+        "unresolved": int(coarse[: count + 1].sum()),
         "failed_at": None,
         "in_view": True,
         "reason": "",
