@@ -91,6 +91,23 @@ def test_a_scenario_that_the_flight_contradicts_is_refused(tmp_path: Path, given
         assert not (tmp_path / "other.csv").exists()
 
 
+@pytest.mark.parametrize(
+    "wind", [ca.gust([2.0, 0.0, 0.0], 0.01, 0.03), ca.dryden(5.0, 20.0, 3.0, seed=[1, 2])]
+)
+def test_a_wind_is_known_by_what_it_is_made_of(tmp_path: Path, wind: Any) -> None:
+    vehicle = ca.load_vehicle("paper").replace({"uav.drag": {"linear": [0.3, 0.3, 0.5]}})
+    start = [0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.1, 0.0]
+    flown = ca.Scenario("windy", start, force=lambda t: [t, 0.0, 25.0], wind=wind, duration=0.04)
+    dataset = ca.simulate(vehicle, flown, sample=0.01)
+    one = dataset.isel(run=1) if "run" in dataset.dims else dataset
+    with pytest.warns(ContinuairWarning, match="lacks wind"):
+        ca.to_csv(one, tmp_path / "windy.csv", scenario=flown)
+    assert columns(tmp_path / "windy.csv")["force_x"][1] == 0.01
+    other = flown.replace(wind=ca.gust([1.0, 0.0, 0.0], 0.01, 0.03))
+    with pytest.raises(ca.InputError, match="scenario.wind is Gust.*but that of the flight is"):
+        ca.to_csv(one, tmp_path / "other.csv", scenario=other)
+
+
 def test_thrusts_that_the_flight_gave_by_itself_contradict_no_scenario(tmp_path: Path) -> None:
     rotors = {"layout": "quad_x", "lever": 0.25, "thrust_limits": [0.0, 12.0],
               "torque_per_thrust": 0.02}  # fmt: skip

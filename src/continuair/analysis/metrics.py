@@ -231,10 +231,12 @@ def _with_arms_of(coupled: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
 
 
 def _check_alike(coupled: xr.Dataset, other: xr.Dataset) -> None:
-    if not np.array_equal(coupled["time"], other["time"]):
+    wanted, given = (flight["time"].to_numpy() for flight in (coupled, other))
+    if not np.array_equal(wanted, given):
+        off = "" if len(wanted) != len(given) else f", by up to {abs(given - wanted).max():.2g} s"
         raise InputError(
-            f"other has {other.sizes['time']} samples that are not those of coupled "
-            f"({coupled.sizes['time']}); simulate both with the same sample and duration."
+            f"other has {len(given)} samples that are not those of coupled ({len(wanted)}){off}; "
+            "simulate both with the same sample and duration."
         )
     for name in ("run", "arm"):
         _check_same_labels(name, coupled, other)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -91,11 +92,12 @@ def told_of(flight: xr.Dataset, scenario: Scenario | None = None) -> dict[str, A
 
 def _check_flown(scenario: Scenario, told: dict[str, Any]) -> None:
     """Raise InputError where a scenario is not what a flight tells of it, as far as it does."""
+    described = json.loads(json.dumps(scenario.describe()))
     for name in (*FIELDS, "tip_wrench_sign") if told else ():
         given, flown = getattr(scenario, name), told.get(name)
         # Rotors that nothing commands are held by the flight itself.
         filled = flown == GIVEN_TO_STEPS or (name == "rotor_command" and given is None)
-        if not filled and not _may_be(given, flown):
+        if not filled and not _may_be(described[name], flown):
             raise InputError(
                 f"scenario.{name} is {shown(given)}, but that of the flight is {shown(flown)}; "
                 "give the scenario that was flown."
@@ -103,11 +105,12 @@ def _check_flown(scenario: Scenario, told: dict[str, Any]) -> None:
 
 
 def _may_be(given: Any, flown: Any) -> bool:
-    """Whether a field may be what a result tells: functions by their names, others as they are."""
-    if callable(given) or isinstance(flown, str):
-        return callable(given) and isinstance(flown, str)
-    if given is None or flown is None:
-        return given is flown
+    """Whether what a scenario says of a field may be what a result tells: of a function it is a
+    name, which any has, or what it is made of; others are told as they are."""
+    if isinstance(given, str) or isinstance(flown, str):
+        return isinstance(given, str) and isinstance(flown, str)
+    if given is None or flown is None or isinstance(given, dict) or isinstance(flown, dict):
+        return bool(given == flown)
     # A row for all runs may be given in two ways.
     given, flown = (np.squeeze(np.asarray(each, float)) for each in (given, flown))
     return np.array_equal(given, flown)
