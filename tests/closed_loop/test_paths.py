@@ -206,6 +206,11 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "position has an acceleration without bound",
         "round the path's corners",
     ),
+    "single precision": (
+        lambda: paths.from_function(lambda t: np.array([np.sin(t), 0.0, t], np.float32), 10.0),
+        "position is rounded so coarsely that its acceleration is wrong by",
+        "compute it in double precision",
+    ),
     "no function": (lambda: paths.from_function(3, 1.0), "position is 3", "function of the time"),  # type: ignore[arg-type]
     "function of two": (
         lambda: paths.from_function(lambda t: [t, t], 1.0),
@@ -233,6 +238,18 @@ def test_an_unusable_path_is_refused_in_one_sentence(case: str) -> None:
 
 def inside(t: float) -> float:
     return float(np.sqrt(t * (2.0 - t) + 1.0)) if 0.0 <= t <= 2.0 else np.nan
+
+
+@pytest.mark.parametrize("far", [0.0, 1e4])
+def test_an_acceleration_that_jumps_is_no_rounding(far: float) -> None:
+    """A start of 1 m/s² that ends at 1 s."""
+    path = paths.from_function(
+        lambda t: [far + (0.5 * t**2 if t < 1.0 else t - 0.5), far, 2.0], 3.0
+    )
+    t, _, velocity, acceleration = samples(path, 1001)
+    np.testing.assert_allclose(velocity[:, 0], np.minimum(t, 1.0), rtol=0, atol=1e-4)
+    apart = abs(t - 1.0) > 1e-3
+    np.testing.assert_allclose(acceleration[apart, 0], t[apart] < 1.0, rtol=0, atol=2e-3)
 
 
 def test_a_function_is_asked_inside_its_duration_only() -> None:

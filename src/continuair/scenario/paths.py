@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from continuair import checks
 from continuair.errors import InputError, shown
@@ -175,12 +176,13 @@ def word(
 
 
 def from_function(
-    position: Callable[[float], Sequence[float]], duration: float, name: str = "function"
+    position: Callable[[float], ArrayLike], duration: float, name: str = "function"
 ) -> Path:
     """Follow a function of time [s] that returns a position (3,) [m]; slopes by differences.
 
     It is followed beyond the duration, too. Raises InputError if the acceleration has no bound:
-    where second differences grow as they become finer, the path has a corner or a jump.
+    where second differences grow as they become finer, the path has a corner or a jump; and for
+    positions that are rounded to single precision, of which no acceleration is left.
     """
     duration = checks.positive("duration", duration)
     if not callable(position):
@@ -199,6 +201,7 @@ def from_function(
         return at(t), velocity + acceleration * (t - c)[:, None], acceleration
 
     _check_bounded(at, duration)
+    _check_precise(at, h, duration)
     return Path(name, duration, motion)
 
 
@@ -226,6 +229,22 @@ def _check_bounded(position: Callable[[Array], Array], duration: float) -> None:
         raise InputError(
             f"position has an acceleration without bound (it reaches {sharpest[2]:.3g} m/s² and "
             "grows as the time steps shrink); round the path's corners."
+        )
+
+
+def _check_precise(position: Callable[[Array], Array], h: float, duration: float) -> None:
+    """Raise InputError if differences h apart are mostly rounding, unlike those 4 h apart."""
+    t = np.linspace(5.0 * h, duration - 5.0 * h, 301)
+    here = position(t)
+    near, far = (
+        (position(t + each) - 2.0 * here + position(t - each)) / each**2 for each in (h, 4.0 * h)
+    )
+    # An acceleration that jumps differs at a few of the times, rounding at most of them.
+    noise = np.median(np.linalg.norm(near - far, axis=1))
+    if noise > max(0.01 * np.linalg.norm(far, axis=1).max(), 0.01):
+        raise InputError(
+            f"position is rounded so coarsely that its acceleration is wrong by {noise:.2g} m/s²; "
+            "compute it in double precision, not far from the origin."
         )
 
 
