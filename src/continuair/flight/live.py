@@ -111,8 +111,9 @@ class Simulation:
 
     def __copy__(self) -> Simulation:
         raise InputError(
-            "a Simulation cannot be copied, as both would fly one flight; begin another one from "
-            "its state: Simulation(vehicle, scenario.replace(q=one.q, qd=one.qd))."
+            "a Simulation cannot be copied, as both would fly one flight; begin another one, "
+            "whose time, inputs and rotors begin anew, from its state: "
+            "Simulation(vehicle, scenario.replace(q=one.q, qd=one.qd))."
         )
 
     def __deepcopy__(self, _: dict[int, Any]) -> Simulation:
