@@ -132,6 +132,16 @@ def test_what_is_not_a_number_is_null_and_messages_follow_in_time(tmp_path: Path
     assert json.loads(metadata["continuair"]["vehicle"])["name"] == "paper"
 
 
+def test_the_metadata_tell_the_vehicle_of_the_run(tmp_path: Path) -> None:
+    vehicle = ca.load_vehicle("paper").replace({"uav.mass": [2.0, 2.5]})
+    start = [0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.1, 0.0]
+    flights = ca.simulate(vehicle, ca.Scenario("fall", start, duration=0.02), sample=0.01)
+    ca.to_mcap(flights.isel(run=1), tmp_path / "flight.mcap")
+    with (tmp_path / "flight.mcap").open("rb") as stream:
+        (told,) = (each.metadata for each in make_reader(stream).iter_metadata())
+    assert json.loads(told["vehicle"])["uav"]["mass"] == 2.5
+
+
 def test_a_batch_is_refused(tmp_path: Path) -> None:
     both = xr.concat([flight("paper")] * 2, "run")
     with pytest.raises(ca.InputError, match="holds many: 2 by run"):

@@ -35,7 +35,7 @@ PIECES = 16
 """Straight pieces of a section."""
 
 _GREY, _ORANGE = (0.25, 0.27, 0.3, 1.0), (0.85, 0.4, 0.1, 1.0)
-_KEPT = ("vehicle", "scenario", "model", "integrator", "versions")
+_KEPT = ("scenario", "model", "integrator", "versions")
 
 
 def to_mcap(
@@ -67,6 +67,7 @@ def _log(motion: Motion, acting: Acting) -> bytes:
     writer = Writer(content)
     writer.start(profile="", library="continuair")
     told = {name: str(motion.dataset.attrs.get(name, "")) for name in _KEPT}
+    told["vehicle"] = json.dumps(motion.vehicle.describe())
     writer.add_metadata("continuair", told)
     streams = [
         ("/tf", foxglove.TRANSFORMS, _transforms(motion)),
