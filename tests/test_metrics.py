@@ -187,6 +187,11 @@ THREE, TWO = (xr.concat([FLIGHT] * runs, "run") for runs in (3, 2))
         (FLIGHT.drop_vars(["time"]), FLIGHT, "coupled has no time"),
         (FLIGHT, FLIGHT.isel(time=slice(5)), "other has 5 samples"),
         (FLIGHT, FLIGHT.assign_coords(time=FLIGHT["time"] + 0.25), r", by up to 0\.25 s; simulate"),
+        (
+            FLIGHT,
+            FLIGHT.assign_coords(axis=list("xyz")).isel(axis=[0, 1]),
+            "flight lacks the axis z",
+        ),
         (THREE, TWO, "other holds 2 runs, but coupled 3 runs"),
         (FLIGHT, THREE, "other holds 3 runs, but coupled a single run"),
     ],

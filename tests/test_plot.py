@@ -30,6 +30,16 @@ def test_snapshots_draw_every_arm_from_its_mount_to_its_tip(vehicle: ca.Vehicle)
         )
 
 
+def test_snapshots_take_the_order_of_axes_from_their_labels() -> None:
+    flight = swing().assign_coords(quaternion=list("xyzw"))
+    orders = {"axis": list("zyx"), "quaternion": list("wxyz"), "bend_axis": ["y", "x"]}
+    expected, found = (
+        curves(ca.plot.snapshots(each, [0.5]).axes[0]) for each in (flight, flight.sel(orders))
+    )
+    for one, other in zip(expected, found, strict=True):
+        np.testing.assert_array_equal(other, one)
+
+
 @pytest.mark.parametrize("times", [[], [0.0, 99.0], [-1.0], [np.nan], ["a"], 0.5])
 def test_snapshots_are_of_times_within_the_flight(times: Any) -> None:
     with pytest.raises(ca.InputError, match="^times is "):

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
@@ -60,6 +62,56 @@ def test_forces_act_where_they_act_and_are_as_long_as_they_are_large() -> None:
     lengths = np.linalg.norm(arrow[..., 1, :] - arrow[..., 0, :], axis=-1)
     np.testing.assert_allclose(lengths, scale * np.sqrt(17.0), rtol=1e-13)
     assert lengths.max() == pytest.approx(0.5)
+
+
+REVERSED = {"axis": list("zyx"), "quaternion": list("wzyx"), "bend_axis": ["y", "x"]}
+
+
+@pytest.mark.parametrize("flight", [swing(DUAL), watching()], ids=["arms", "camera"])
+def test_labels_in_another_order_change_nothing_that_is_drawn(flight: xr.Dataset) -> None:
+    of_arms = {"arm": ["left", "right"], "section": ["left.0", "right.0"]}
+    orders = dict(REVERSED)
+    if "arm" in flight.dims:
+        flight = flight.assign_coords(of_arms)
+        orders |= {name: labels[::-1] for name, labels in of_arms.items()}
+    flight = flight.assign_coords(quaternion=list("xyzw"))
+    expected, found = (numbers_of(scene(each)) for each in (flight, flight.sel(orders)))
+    assert len(expected) > 10
+    assert found.keys() == expected.keys()
+    for name, values in expected.items():
+        np.testing.assert_array_equal(found[name], values, err_msg=name)
+
+
+def test_a_flight_without_some_of_its_labels_is_refused() -> None:
+    flight = swing(DUAL).assign_coords(arm=["left", "right"], section=["left.0", "right.0"])
+    for part, lacking in (
+        ({"axis": [0, 1]}, "the axis z"),
+        ({"arm": [1]}, "the arm left"),
+        ({"section": [0]}, "the section right.0"),
+    ):
+        with pytest.raises(ca.InputError, match=f"flight lacks {lacking}; give all"):
+            scene(flight.isel(part))
+        with pytest.raises(ca.InputError, match=f"flight lacks {lacking}; give all"):
+            ca.plot.snapshots(flight.isel(part), [0.5])
+    with pytest.raises(ca.InputError, match="flight lacks the axis z; give all"):
+        ca.plot.tip_path(flight.assign(tip_position=flight["position"]).isel(axis=[0, 1]))
+
+
+def numbers_of(drawn: Any, name: str = "scene") -> dict[str, np.ndarray]:
+    """All arrays within what is drawn, by where they are."""
+    if isinstance(drawn, np.ndarray):
+        return {name: drawn}
+    parts: Any = {}
+    if is_dataclass(drawn) and not isinstance(drawn, ca.Vehicle):
+        parts = {each.name: getattr(drawn, each.name) for each in fields(drawn)}
+    elif isinstance(drawn, dict):
+        parts = drawn
+    elif isinstance(drawn, (list, tuple)):
+        parts = dict(enumerate(drawn))
+    found: dict[str, np.ndarray] = {}
+    for key, part in parts.items():
+        found |= numbers_of(part, f"{name}.{key}")
+    return found
 
 
 def test_of_a_batch_the_push_is_that_of_the_run_that_is_shown() -> None:

@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from continuair.errors import InputError, shown
-from continuair.flight.labels import FIXED
+from continuair.flight.labels import FIXED, ordered
 from continuair.flight.resolution import warn_of_lost_angles
 from continuair.vehicle.coordinates import continuous_euler, paper_rates
 from continuair.vehicle.following import CHANGE, unfollowed
@@ -216,8 +216,7 @@ def _check_flight(name: str, flight: Any) -> None:
 
 def _in_order(flight: xr.Dataset) -> xr.Dataset:
     """The flight with its axes in order, whatever order they were selected in."""
-    labelled = [name for name in ("axis", "quaternion") if name in flight.indexes]
-    found = flight.sel({name: FIXED[name] for name in labelled})
+    found = ordered(flight, {name: FIXED[name] for name in ("axis", "quaternion")})
     return found.transpose("run", "arm", ..., missing_dims="ignore")
 
 

@@ -19,6 +19,7 @@ from continuair.analysis.motion import backbone
 from continuair.errors import InputError, shown
 from continuair.figures import curves, pictogram, style
 from continuair.figures.tracking import feature_paths
+from continuair.flight.labels import FIXED, in_order, ordered
 from continuair.flight.reading import vehicle_of
 from continuair.kernels.dynamics import REFERENCE
 from continuair.vehicle.vehicle import Vehicle
@@ -30,7 +31,7 @@ _PLANES = (("x", "y"), ("x", "z"))
 
 def tip_path(flight: xr.Dataset) -> Figure:
     """Return the path of each arm's tip, from above (x, y) and from the side (x, z) [m]."""
-    flights = _flights(flight, "tip_position")
+    flights = _flights(ordered(flight, {"axis": FIXED["axis"]}), "tip_position")
     arms = _parts(flight, "tip_position", "arm")
     with style.applied():
         figure = style.new_figure(height=2.8 * len(arms))
@@ -77,6 +78,7 @@ def snapshots(flight: xr.Dataset, times: Sequence[float], vehicle: Vehicle | Non
     """
     flights = _flights(flight, "bend")
     flown = vehicle_of(flight) if vehicle is None else vehicle
+    flight = in_order(flight, flown)
     at = _instants(flight, times)
     models = sorted(flights, key=lambda model: model == REFERENCE)
     whole = flight if "model" in flight.dims else flight.expand_dims(model=models)

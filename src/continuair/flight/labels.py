@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
+from continuair.errors import InputError
 from continuair.vehicle.layout import ACTUATORS, COORDINATES, numbered
 from continuair.vehicle.vehicle import Vehicle
 
@@ -28,10 +31,21 @@ def labels_of(vehicle: Vehicle) -> xr.Coordinates:
 
 
 def in_order(flight: xr.Dataset, vehicle: Vehicle) -> xr.Dataset:
-    """A flight of the vehicle with its labels in order, whatever order they were selected in."""
+    """A flight of the vehicle with its labels in order, whatever order they were selected in.
+
+    Raises InputError for one that has some of them alone.
+    """
+    return ordered(flight, labels_of(vehicle))
+
+
+def ordered(flight: xr.Dataset, labels: Mapping[Any, Any]) -> xr.Dataset:
+    """A flight with the dimensions of these labels in their order, as `in_order`."""
     wanted = {}
-    for name, labels in labels_of(vehicle).items():
-        order, given = list(labels.values), list(flight.indexes.get(name, ()))
+    for name, each in labels.items():
+        order, given = np.asarray(each).tolist(), list(flight.indexes.get(name, ()))
+        if given and set(given) < set(order):
+            lacking = ", ".join(str(label) for label in order if label not in given)
+            raise InputError(f"flight lacks the {name} {lacking}; give all that was simulated.")
         # What is in order is not copied.
         if given != order and sorted(given) == sorted(order):
             wanted[name] = order

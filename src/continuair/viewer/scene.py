@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from continuair.analysis.motion import Motion, evenly, motion_of
 from continuair.errors import InputError
+from continuair.flight.labels import in_order
 from continuair.interfaces.acting import told_of, untold_of, warn_of_lacking
 from continuair.kernels.step import OK, STATUS
 from continuair.vehicle.vehicle import Vehicle
@@ -120,6 +121,7 @@ def scene(
     """
     motion = motion_of(flight, vehicle)
     flown, times = motion.vehicle, flight["time"].to_numpy()
+    flight = in_order(flight, flown)
     chosen = evenly(times, rate, LEAST)
     placed, flying = _placed(motion, chosen), chosen < len(motion.time)
     others, both, notes = None, flying, [early_end(flight, motion, _model(flight))]
