@@ -205,7 +205,9 @@ def test_the_study_says_which_conditions_of_stability_its_gains_break(study: Tra
 
 def test_cancelling_the_spring_lets_the_arm_wind_up(vehicle: ca.Vehicle) -> None:
     rows = {row["variant"]: row for row in law_variants(vehicle, load_gains("paper"))}
+    assert all(row["step_error"] > 0.0 for row in rows.values())
     flown = rows["as flown: matrix gains, gravity only"]
+    assert flown["step_error"] < 1e-3
     literal = rows["literal G (elasticity cancelled), no structural damping"]
     assert literal["largest_bend_1_m"] > 2.0 * flown["largest_bend_1_m"]
     assert flown["status"] == 0 and flown["rms_px"] < 1.0

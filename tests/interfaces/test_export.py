@@ -74,6 +74,17 @@ def test_of_several_models_one_is_chosen(models: Path, tmp_path: Path) -> None:
     assert found.attrs["model"] == "decoupled"
 
 
+def test_of_several_letters_one_is_chosen(models: Path, tmp_path: Path) -> None:
+    with xr.open_dataset(models, engine="h5netcdf") as both:
+        letters = both.rename(model="letter").assign_coords(letter=["M", "R"])
+        letters.to_netcdf(tmp_path / "letters.nc", engine="h5netcdf")
+    to = tmp_path / "out.nc"
+    code, told = run(tmp_path / "letters.nc", "--to", to)
+    assert code == 2 and told == "letter is missing; use one of: M, R.\n"
+    assert run(tmp_path / "letters.nc", "--to", to, "--letter", "R")[0] == 0
+    np.testing.assert_array_equal(ca.read_result(to).position, 2 * flight("paper").position)
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [

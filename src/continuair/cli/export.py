@@ -26,6 +26,7 @@ def export(
         str | None, typer.Option(help="Which model's flight, of a result of several.")
     ] = None,
     run: Annotated[int | None, typer.Option(help="Which run, of a result of several.")] = None,
+    letter: Annotated[str | None, typer.Option(help="Which letter, of a study of several.")] = None,
     links: Annotated[
         int | None, typer.Option(help="Rigid links of a section, for .xml. Default: 8.")
     ] = None,
@@ -33,5 +34,5 @@ def export(
     """Write a flight or a vehicle for another program: a viewer, MuJoCo, a spreadsheet."""
     from continuair.interfaces.export import export
 
-    export(source, to, model=model, run=run, links=links)
+    export(source, to, model=model, run=run, letter=letter, links=links)
     typer.echo(f"Wrote {to}.", err=True)

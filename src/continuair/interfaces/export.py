@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 
@@ -27,12 +28,13 @@ def export(
     *,
     model: str | None = None,
     run: int | None = None,
+    letter: str | None = None,
     links: int | None = None,
 ) -> None:
     """Write a result (.nc), or a vehicle, as the file that the suffix says.
 
-    source: a result, or for .xml also a preset's name or a .toml file. model, run: which flight of
-    a result that holds several. Raises InputError.
+    source: a result, or for .xml also a preset's name or a .toml file. model, run, letter: which
+    flight of a result that holds several. Raises InputError.
     """
     suffix = Path(to).suffix
     if suffix not in (*_WRITERS, _VEHICLES):
@@ -40,7 +42,7 @@ def export(
         raise InputError(f"to is {printed(to)}; name a file that ends in one of {known}.")
     new_file("to", to)
     if suffix == _VEHICLES:
-        _refuse(suffix, model=model, run=run)
+        _refuse(suffix, model=model, run=run, letter=letter)
         to_mjcf(_vehicle(source), to, **({} if links is None else {"links": links}))
         return
     _refuse(suffix, links=links)
@@ -49,7 +51,8 @@ def export(
             f"source is {printed(source)}, which does not end in {_RESULTS}; give a result for "
             f"{suffix}, as only {_VEHICLES} is of a vehicle."
         )
-    _WRITERS[suffix](_one_flight(read_result(source), model, run), to)
+    chosen = {"model": model, "run": run, "letter": letter}
+    _WRITERS[suffix](_one_flight(read_result(source), chosen), to)
 
 
 def to_netcdf(dataset: xr.Dataset, path: str) -> None:
@@ -78,8 +81,8 @@ def _vehicle(source: str) -> Vehicle:
     )
 
 
-def _one_flight(dataset: xr.Dataset, model: str | None, run: int | None) -> xr.Dataset:
-    for name, value in (("model", model), ("run", run)):
+def _one_flight(dataset: xr.Dataset, chosen: dict[str, Any]) -> xr.Dataset:
+    for name, value in chosen.items():
         if name not in dataset.dims:
             if value is not None:
                 raise InputError(f"{name} is {value}, but the result holds one; leave it out.")

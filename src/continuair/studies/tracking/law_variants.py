@@ -49,7 +49,8 @@ class Variant:
 def law_variants(
     vehicle: Vehicle, gains: Gains, letter: str = "M", *, progress: Progress | None = None
 ) -> list[dict[str, Any]]:
-    """RMS and largest feature error, bend, tilt and DS of each variant. Raises InputError."""
+    """RMS and largest feature error, bend, tilt, DS and step_error (the larger of both plants) of
+    each variant. Raises InputError."""
     setting = SETTINGS["nominal"]
     damped = equipped(vehicle, setting)
     given = "damping" if damped.arm.damping_ratio is None else "damping_ratio"
@@ -139,6 +140,7 @@ def _fly(
     worst = np.abs(settled["feature_error"].to_numpy()).max(axis=(1, 2))
     upright = np.cos(coupled["q"].sel(coordinate=["roll", "pitch"]).to_numpy()).prod(axis=2)
     tilt = np.arccos(np.clip(upright, -1.0, 1.0))
+    step_error = np.max([each["step_error"] for each in (coupled, decoupled)], axis=0)
     return [
         {
             "variant": variant.name,
@@ -150,6 +152,7 @@ def _fly(
             "largest_bend_1_m": float(np.nanmax(bend[row])),
             "largest_tilt_rad": float(np.nanmax(tilt[row])),
             "ds_max_px_after_2s": float(ds[row].max()),
+            "step_error": float(step_error[row]),
         }
         for row, variant in enumerate(variants)
     ]
