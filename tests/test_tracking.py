@@ -203,6 +203,7 @@ def test_the_study_says_which_conditions_of_stability_its_gains_break(study: Tra
     assert "K_p C_p symmetric positive definite" not in table
 
 
+@pytest.mark.slow
 def test_cancelling_the_spring_lets_the_arm_wind_up(vehicle: ca.Vehicle) -> None:
     rows = {row["variant"]: row for row in law_variants(vehicle, load_gains("paper"))}
     assert all(row["step_error"] > 0.0 for row in rows.values())
@@ -231,6 +232,7 @@ def test_a_vehicle_with_drag_is_tracked_without_a_proof_that_knows_none(
     assert found.results["letters"]["L"]["coupled"]["status"] == 0
 
 
+@pytest.mark.slow
 def test_variants_fly_what_they_are_called_whatever_the_file_chooses(vehicle: ca.Vehicle) -> None:
     plain = load_gains("paper")
     chosen = {"compensation": "literal", "posture_damping": 0.3, "feed_forward": False}

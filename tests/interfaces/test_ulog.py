@@ -153,6 +153,7 @@ def test_rows_between_which_nothing_was_recorded_are_refused() -> None:
         read(topics, rate=100.0)
 
 
+@pytest.mark.slow
 def test_commands_that_the_vehicles_limits_cut_off_are_in_doubt() -> None:
     start = rotorcraft().replace(WRONG)
     assert start.uav.rotors is not None

@@ -268,6 +268,7 @@ def branching(code: LawCode) -> Any:
     return SimpleNamespace(Gains=Gains, control=control)
 
 
+@pytest.mark.slow
 def test_a_law_that_branches_on_numbers_flies_run_by_run(capfd: pytest.CaptureFixture[str]) -> None:
     law = ca.Controller("branching", branching, {"height": 1.0}, looks=False)
     q = np.array([[0, 0, z, 0, 0, 0, 0.1, 0] for z in np.linspace(0.5, 1.5, RUNS)])
