@@ -1,5 +1,8 @@
 """Laws that compute with another vehicle than the one that flies."""
 
+import dataclasses
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -88,7 +91,8 @@ def test_a_flight_controller_feeds_forward_the_arm_that_it_believes_in() -> None
     law = ca.flight_controller(vehicle)
     heavier = vehicle.replace({"arm.density": 1.3 * vehicle.arm.density, "arm.length": 1.1})
     q, found = np.array([[0, 0, 1, 0, 0, 0, 0.4, 0.9]]), []
-    for each in (law, law.believing(heavier)):
+    # Of the same gains, which `believing` refuses for such a vehicle.
+    for each in (law, dataclasses.replace(law, believes=heavier)):
         start = ca.Scenario("hover", q[0], controller=each, duration=0.01)
         flight = ca.simulate(vehicle, start, sample=0.01, variables=["command"])
         found.append(flight["command"].isel(time=0).to_numpy()[None])
@@ -97,6 +101,29 @@ def test_a_flight_controller_feeds_forward_the_arm_that_it_believes_in() -> None
     assert abs(more[6]) > 0.1
     np.testing.assert_allclose(more[3:], (believed - true)[3:], rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(more[:3], 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("feedforward", ["none", "weight", "reaction"])
+def test_a_flight_controller_believes_in_the_mass_that_it_was_made_for(feedforward: str) -> None:
+    """Without an integral, too much of a weight lifts by Δm g / (m k_p k_v)."""
+    vehicle = ca.load_vehicle("slender").replace({"arm.damping_ratio": 0.1})
+    heavy = vehicle.replace({"uav.mass": 1.2 * vehicle.uav.mass})
+    choices: dict[str, Any] = {
+        "integral_share": 0.0,
+        "position_bandwidth": 1.5,
+        "bend_bandwidth": 0.0,
+    }
+    law = ca.flight_controller(heavy, feedforward=feedforward, **choices).believing(heavy)
+    start = ca.Scenario("hover", np.zeros(8), controller=law, duration=15.0)
+    flight = ca.simulate(vehicle, start, sample=0.1, variables=["position"])
+    stiffness = law.gains["mass"] * law.gains["position"][2] * law.gains["velocity"][2]
+    expected = 9.81 * (heavy.mass - vehicle.mass) / stiffness
+    assert float(flight["position"][-1, 2]) == pytest.approx(expected, rel=1e-3)
+    slim = heavy.replace({"uav.inertia.2.2": 0.9 * heavy.uav.inertia[2][2]})
+    for other, told in ((vehicle, "mass"), (slim, "inertia")):
+        with pytest.raises(ca.InputError, match=f"vehicle has {told} .* make it for the vehicle"):
+            law.believing(other)
+    law.believing(heavy.replace({"camera.noise": 2.0}))
 
 
 def test_what_cannot_be_believed_in_is_refused() -> None:

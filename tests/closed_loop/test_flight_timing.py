@@ -41,6 +41,84 @@ def test_a_flight_goes_unstable_at_the_latency_that_is_told(
         assert (not after <= before) == grows, share
 
 
+SIDEWAYS = ca.Vehicle(
+    name="sideways",
+    uav={
+        "mass": 3.4,
+        "inertia": [0.05, 0.05, 0.09],
+        "rotors": {
+            "layout": "quad_x",
+            "lever": 0.25,
+            "thrust_limits": [0.2, 35.0],
+            "torque_per_thrust": 0.015,
+            "lag": 0.02,
+        },
+    },
+    arm=[
+        {
+            "name": "arm",
+            "mount": [0.0, 0.0, -0.05],
+            "attitude": [0.0, -np.sqrt(0.5), 0.0, np.sqrt(0.5)],
+            "section": 2
+            * [
+                {
+                    "length": 0.2,
+                    "bending_stiffness": 0.2,
+                    "mass_per_length": 0.2,
+                    "damping_ratio": 0.02,
+                }
+            ],
+            "tip": {"mass": 0.7, "inertia": [1e-4, 1e-4, 1e-4]},
+        }
+    ],
+)
+"""Two sections to the side, with as much at their end as a fifth of the UAV."""
+
+
+def spun(law: ca.Controller, bend: float) -> tuple[float, float]:
+    """Largest spin [rad/s] of SIDEWAYS from 2 to 4 s, and in the last 2 of 10 s, with its arm held
+    at a bend [1/m]."""
+    start = [0.0, 0.0, 3.0, 1e-4, 0.0, 0.0, bend, 0.0, bend, 0.0]
+    run = fly(SIDEWAYS, law, start, duration=10.0, setpoints=ca.Setpoints(yaw=0.0))
+    spin = np.linalg.norm(run["angular_velocity"].to_numpy(), axis=1)
+    count = len(spin) // 10
+    return float(spin[2 * count : 4 * count].max()), float(spin[8 * count :].max())
+
+
+@pytest.mark.filterwarnings("ignore::continuair.ContinuairWarning")
+def test_an_arm_that_is_held_bent_bears_less_and_its_margin_is_found_too() -> None:
+    bend = 0.5 / 0.4
+    straight = ca.flight_controller(SIDEWAYS, latency=0.01)
+    assert straight.settings["latency_margin"] > 5e-3
+    early, late = spun(straight, bend)
+    assert not late < early
+    held = [bend, 0.0, bend, 0.0]
+    with pytest.raises(ca.InputError, match="its arms held straight and bent, is stable up to"):
+        ca.flight_controller(SIDEWAYS, latency=0.01, bend=held)
+    law = ca.flight_controller(SIDEWAYS, latency=0.005, bend=held)
+    assert law.settings["latency_margin"] > 0.0
+    early, late = spun(law, bend)
+    assert late < 0.5 * early
+    asked = {
+        f"{name}_bandwidth": straight.settings[f"{name}_bandwidth"]
+        for name in ("position", "attitude", "yaw", "bend")
+    }
+    # Where the told latency ends, so do flights, with the arm bent as it was told.
+    quick = ca.flight_controller(SIDEWAYS, **asked, bend=[held, [0.0, 0.0, 0.0, 0.0]])
+    most = quick.settings["latency_margin"]
+    for share, grows in ((0.9, False), (1.1, True)):
+        early, late = spun(dataclasses.replace(quick, latency=share * most), bend)
+        assert (not late <= early) == grows, share
+
+
+@pytest.mark.parametrize(
+    ("bend", "told"), [([1.0], "bend is "), ([40.0, 0.0, 0.0, 0.0], "bend is .* full circle")]
+)
+def test_a_posture_that_no_arm_has_is_refused(bend: list[float], told: str) -> None:
+    with pytest.raises(ca.InputError, match=told):
+        ca.flight_controller(SIDEWAYS, bend=bend)
+
+
 def test_a_margin_ends_where_the_loop_is_first_unstable_though_it_is_stable_again_beyond() -> None:
     vehicle = ca.load_vehicle("dual_arm")
     free: dict[str, Any] = {"feedforward": "reaction", "bend_bandwidth": 0.0}

@@ -211,6 +211,11 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "position is rounded so coarsely that its acceleration is wrong by",
         "compute it in double precision",
     ),
+    "masked times": (
+        lambda: paths.circle()(np.ma.array([0.0, 1.0], mask=[False, True])),
+        "times is ",
+        "none of them masked",
+    ),
     "no function": (lambda: paths.from_function(3, 1.0), "position is 3", "function of the time"),  # type: ignore[arg-type]
     "function of two": (
         lambda: paths.from_function(lambda t: [t, t], 1.0),

@@ -252,12 +252,25 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     ),
     "vehicles": (
         lambda: simulation(vehicle=VEHICLE.replace({"uav.mass": [2.0, 2.1]})),
-        "vehicle holds 2 runs",
+        "vehicle and scenario hold 2 runs",
         "give one run",
     ),
     "starts": (
         lambda: simulation(scenario=scenario(q=[scenario().q, scenario().q])),
-        "scenario holds 2 runs",
+        "vehicle and scenario hold 2 runs",
+        "give one run",
+    ),
+    "functions": (
+        lambda: simulation(scenario=scenario(force=lambda t: [[1.0, 0.0, 0.0], [0.0, t, 0.0]])),
+        "vehicle and scenario hold 2 runs",
+        "give one run",
+    ),
+    "winds": (
+        lambda: simulation(
+            vehicle=VEHICLE.replace({"uav.drag": {"linear": [0.1, 0.1, 0.1]}}),
+            scenario=scenario(wind=ca.dryden(5.0, 10.0, 5.0, seed=[1, 2, 3])),
+        ),
+        "vehicle and scenario hold 3 runs",
         "give one run",
     ),
 }

@@ -178,6 +178,13 @@ def test_the_coordinates_of_another_vehicle_are_refused(name: str, given: np.nda
         OF_Q[name](given)
 
 
+@pytest.mark.parametrize("name", OF_Q)
+@pytest.mark.parametrize("given", [np.ma.array(np.full(8, 0.1), mask=np.eye(8)[3]), [True] * 8])
+def test_coordinates_that_are_no_numbers_are_refused(name: str, given: Any) -> None:
+    with pytest.raises(ca.InputError, match=r"^q is .*(masked|but must be numbers)"):
+        OF_Q[name](given)
+
+
 @pytest.mark.parametrize("function", [eq.coriolis_matrix, eq.damping_vector])
 def test_one_rate_does_not_stand_for_eight(function: Any) -> None:
     with pytest.raises(ca.InputError, match="^qd has shape .*; give an array of shape [(]8,[)]"):

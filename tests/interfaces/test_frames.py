@@ -70,7 +70,10 @@ def test_rows_of_a_flight_that_ended_stay_nan() -> None:
     assert np.isnan(frames.to_ned([[1.0, 2.0, 3.0], [np.nan] * 3])[1]).all()
 
 
-@pytest.mark.parametrize("wrong", [3.0, [1.0, 2.0], "up", None])
+MASKED = np.ma.array([[1.0, 2.0, 3.0]], mask=[[False, True, False]])
+
+
+@pytest.mark.parametrize("wrong", [3.0, [1.0, 2.0], "up", None, [True, 2.0, 3.0], MASKED])
 def test_what_is_no_vector_is_refused(wrong: object) -> None:
     with pytest.raises(InputError, match="vectors is"):
         frames.to_ned(wrong)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -36,7 +37,8 @@ _BELOW_ATTITUDE = {"position": 1.0 / 8.0, "yaw": 1.0 / 2.5}
 
 
 class Design:
-    """Gains of given bandwidths, or of the fastest that the hovering vehicle bears."""
+    """Gains of given bandwidths, or of the fastest that the hovering vehicle bears, with straight
+    arms and with those that are held at bends (postures, 2 per section) [1/m]."""
 
     def __init__(
         self,
@@ -46,10 +48,12 @@ class Design:
         limits: dict[str, Any],
         feedforward: str,
         timing: tuple[float, float, float],
+        bends: np.ndarray,
     ) -> None:
         self.vehicle, self.given, self.shape, self.limits = vehicle, given, shape, limits
         self.feedforward, self.hover = feedforward, hover(vehicle, GRAVITY)
         self.period, self.latency, self.lag = timing
+        self.postures = [self.hover, *(hover(vehicle, GRAVITY, tuple(each)) for each in bends)]
 
     def found(self) -> tuple[dict[str, Any], dict[str, Any], float]:
         """Bandwidths, gains, and the latency that they bear; raises InputError if that is less than
@@ -63,28 +67,37 @@ class Design:
         ]
         for bandwidths, ratio in tried:
             gains = self.gains(bandwidths, ratio)
-            loop = self.loop(gains)
-            if not (loop.stable(self.latency) and self.bears_more(gains)):
+            if not (self.stable(gains) and self.bears_more(gains)):
                 continue
-            longest = loop.longest_latency(self.latency)
+            longest = self.longest_latency(gains)
             if longest >= self.latency:
                 return bandwidths, gains, longest
-        borne = [self.loop(self.gains(*each)).longest_latency(self.latency) for each in tried]
+        borne = [self.longest_latency(self.gains(*each)) for each in tried]
         most = max(borne)
         if most < self.latency:
             at = tried[borne.index(most)][0]
-            raise InputError(_unstable(at, most, self.latency, self.lag))
+            raise InputError(_unstable(at, most, self.latency, self.lag, len(self.postures) > 1))
         # Slower ones bear little more than the fastest that bear half of what is possible.
         first = next(i for i, each in enumerate(borne) if each >= 0.5 * (self.latency + most))
         return tried[first][0], self.gains(*tried[first]), borne[first]
 
-    def loop(self, gains: dict[str, Any], lag: float = 1.0) -> LinearLoop:
-        """The loop with these gains, and so many times the rotors' lag."""
-        return LinearLoop(self.hover, gains, self.feedforward, lag * self.lag)
+    def loops(self, gains: dict[str, Any], lag: float = 1.0) -> Iterator[LinearLoop]:
+        """The loop in every posture with these gains, and so many times the rotors' lag."""
+        for each in self.postures:
+            yield LinearLoop(each, gains, self.feedforward, lag * self.lag)
+
+    def stable(self, gains: dict[str, Any]) -> bool:
+        """Whether the loop is stable with the latency that there is."""
+        return all(loop.stable(self.latency) for loop in self.loops(gains))
 
     def bears_more(self, gains: dict[str, Any]) -> bool:
         """Whether the loop is stable with half as much delay again, the hold's included."""
-        return self.loop(gains, 1.5).stable(1.5 * self.latency + 0.5 * self.period)
+        late = 1.5 * self.latency + 0.5 * self.period
+        return all(loop.stable(late) for loop in self.loops(gains, 1.5))
+
+    def longest_latency(self, gains: dict[str, Any]) -> float:
+        """The latency up to which the loop is stable in every posture [s]."""
+        return min(loop.longest_latency(self.latency) for loop in self.loops(gains))
 
     def bandwidths(self, share: float) -> dict[str, Any]:
         """All bandwidths [rad/s], those that are not given as a share of the fastest."""
@@ -126,15 +139,18 @@ class Design:
         }
 
 
-def _unstable(bandwidths: dict[str, Any], bears: float, latency: float, lag: float) -> str:
-    """The sentence of a loop that is not stable with its delays."""
+def _unstable(
+    bandwidths: dict[str, Any], bears: float, latency: float, lag: float, bent: bool
+) -> str:
+    """The sentence of a loop that is not stable with its delays; bent: in one of its postures."""
     at = f"attitude_bandwidth is {bandwidths['attitude']:.3g} rad/s"
     with_lag = f" with a rotor lag of {lag:.3g} s" if lag else ""
+    vehicle = "the hovering vehicle" + (", its arms held straight and bent," if bent else "")
     margin = (
-        f"the hovering vehicle is stable up to a latency of {bears:.2g} s{with_lag}, which "
+        f"{vehicle} is stable up to a latency of {bears:.2g} s{with_lag}, which "
         f"{latency:.2g} s exceeds by {latency - bears:.2g} s"
         if bears >= 0.0
-        else f"the hovering vehicle is unstable{with_lag} at any latency"
+        else f"{vehicle} is unstable{with_lag} at any latency"
     )
     return (
         f"{at}, position_bandwidth {bandwidths['position']:.3g} and bend_bandwidth "

@@ -35,7 +35,8 @@ class Controller:
     rate [1/s] at which the error of the image, summed up over time, adds to it, for laws that look.
     believes: the vehicle that the law computes with, the one that flies where it is None; see
     `believing`. at_limits: tells, of gains of one run or (runs, …) and pushes (runs, samples,
-    numbers), which parts of these, by name (runs, samples), are at a limit.
+    numbers), which parts of these, by name (runs, samples), are at a limit. known: those gains of
+    a vehicle of one run, by name, that say what vehicle it is; the law can believe in no other.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Controller:
     asks: int = 4
     believes: Vehicle | None = None
     at_limits: Callable[[Mapping[str, Any], np.ndarray], dict[str, np.ndarray]] | None = None
+    known: Callable[[Vehicle], Mapping[str, np.ndarray]] | None = None
 
     def __post_init__(self) -> None:
         if not callable(self.law):
@@ -96,10 +98,27 @@ class Controller:
 
         vehicle: one, or one per run, that `replace` made of the one that flies. What is measured
         stays true: the state, the depths, and images in pixels, that of the goal among them. Gains
-        are those that the controller was made with. Raises InputError.
+        are those that the controller was made with. Raises InputError, also of a flight controller
+        that was made for another mass or inertia, which are among its gains.
         """
         check_vehicle(vehicle)
+        if self.known is not None:
+            for run in range(max(vehicle.runs or 1, self.runs or 1)):
+                self._check_known(vehicle.select(min(run, (vehicle.runs or 1) - 1)), run)
         return replace(self, believes=vehicle)
+
+    def _check_known(self, vehicle: Vehicle, run: int) -> None:
+        """Raise InputError where a vehicle of one run is not what the gains of this run say."""
+        assert self.known is not None
+        for name, value in self.known(vehicle).items():
+            gain = self.gains[name]
+            gain = gain if self.runs is None else gain[min(run, self.runs - 1)]
+            if not np.allclose(gain, value, rtol=1e-6, atol=1e-6 * np.abs(value).max()):
+                raise InputError(
+                    f"vehicle has {name} {shown(_plain(value))}, but the controller {self.name} "
+                    f"was made for {shown(_plain(gain))}, which it keeps; make it for the vehicle "
+                    "that it is to believe in."
+                )
 
     def describe(self) -> dict[str, Any]:
         """Name and settings as JSON can hold them."""

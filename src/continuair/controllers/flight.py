@@ -11,9 +11,11 @@ from continuair import checks
 from continuair.controllers.cascade_design import GRAVITY, Design
 from continuair.controllers.cascade_gains import real_gains
 from continuair.controllers.controller import REACHED, Controller
+from continuair.controllers.hover import hover
 from continuair.errors import InputError, nearest, shown
 from continuair.kernels.laws.feeding import FEEDFORWARD
 from continuair.kernels.laws.flight import LAWS
+from continuair.vehicle.bending import check_bend
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 _NOISE = ("position", "velocity", "attitude", "gyro")
@@ -35,6 +37,7 @@ def flight_controller(
     rate: float = 250.0,
     latency: float = 0.0,
     rotor_lag: float | None = None,
+    bend: Any = None,
     tilt: float = 0.7,
     thrust: Any = None,
     moment: Any = None,
@@ -52,8 +55,11 @@ def flight_controller(
     integral_share: of the integral's pole in the position's, 0 for none. feedforward: of the arms,
     "none", "weight" or "reaction". rate: how often it acts [Hz]; latency: how long after it sensed
     its push acts [s]; rotor_lag: of first order, which its gains must bear [s], the rotors' by
-    default; noise: standard deviations per axis of "position" [m], "velocity" [m/s], "attitude"
-    [rad] and "gyro" [rad/s].
+    default; bend: vectors (2 per section) [1/m] at which the arms are held besides straight, or
+    rows of them, which the gains must bear, too; noise: standard deviations per axis of "position"
+    [m], "velocity" [m/s], "attitude" [rad] and "gyro" [rad/s].
+
+    Without `bend` gains and latency_margin are of straight arms; held bent they may bear less.
 
     Limits: tilt [rad], thrust (least, most) [N], by default the rotors', or 0.1 and 2 times the
     weight, moment (3,) [N m], speed of approach [m/s], and of each component of a bend bend_moment
@@ -72,6 +78,7 @@ def flight_controller(
     lag = _lag(vehicle, rotor_lag)
     ratio = checks.positive("damping_ratio", damping_ratio)
     share = checks.number("integral_share", integral_share, least=0.0)
+    bends = np.empty((0, 2 * vehicle.sections)) if bend is None else _bends(vehicle, bend)
     if not real_gains(ratio, share):
         raise InputError(
             f"integral_share is {shown(integral_share)}, with which damping_ratio {ratio:g} has no "
@@ -84,7 +91,7 @@ def flight_controller(
         "bend": _bend_bandwidth(bend_bandwidth, vehicle.sections),
     }
     limits = _limits(vehicle, tilt, thrust, moment, speed, bend_moment, bend_speed)
-    design = Design(vehicle, given, (ratio, share), limits, feedforward, (period, late, lag))
+    design = Design(vehicle, given, (ratio, share), limits, feedforward, (period, late, lag), bends)
     bandwidths, gains, margin = design.found()
     settings = {
         **{f"{name}_bandwidth": value for name, value in bandwidths.items()},
@@ -94,6 +101,7 @@ def flight_controller(
         "rate": 1.0 / period,
         "latency": late,
         "rotor_lag": lag,
+        "bend": bends,
         "latency_margin": margin - late,
         **{name: gains[name] for name in ("position", "velocity", "integral", "attitude", "spin")},
         **limits,
@@ -111,7 +119,14 @@ def flight_controller(
         latency=late,
         guided=True,
         at_limits=_at_limits,
+        known=_known,
     )
+
+
+def _known(vehicle: Vehicle) -> dict[str, np.ndarray]:
+    """Mass [kg] and inertia (3, 3) [kg m²] that are among the gains for a vehicle."""
+    found = hover(vehicle, GRAVITY)
+    return {"mass": np.array(found.mass), "inertia": found.inertia}
 
 
 def _at_limits(gains: Mapping[str, Any], push: np.ndarray) -> dict[str, np.ndarray]:
@@ -185,6 +200,14 @@ def _bend_bandwidth(value: Any, sections: int) -> np.ndarray | None:
     found = checks.row("bend_bandwidth", value, sections)
     if not (found >= 0.0).all():
         raise InputError(f"bend_bandwidth is {shown(value)}; give 0 or more [rad/s].")
+    return found
+
+
+def _bends(vehicle: Vehicle, value: Any) -> np.ndarray:
+    """Rows (postures, 2 per section) of bends that the arms can have [1/m]."""
+    found = checks.rows("bend", value, 2 * vehicle.sections)
+    for each in found:
+        check_bend("bend", value, np.hypot(each[::2], each[1::2]), vehicle)
     return found
 
 

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from continuair.controllers.inertias import straight_inertia, unbounded
+from continuair.controllers.inertias import held_inertia, unbounded
 from continuair.equations.kinematics import skew
 from continuair.equations.masses import mass_times_height
 from continuair.vehicle.vehicle import Vehicle
@@ -25,7 +25,7 @@ _STRAIGHT = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Hover:
-    """A vehicle that hovers level with straight arms.
+    """A vehicle that hovers level with straight arms, or with arms that are held bent.
 
     mass [kg]; inertia (3, 3) about the common centre of mass, and moment (3,), its place times the
     mass, body axes; M (6 + bends, 6 + bends) of velocity, angular velocity and bend rates, about B;
@@ -59,16 +59,18 @@ class Hover:
 
 # Many controllers are made for one vehicle.
 @lru_cache(maxsize=64)
-def hover(vehicle: Vehicle, gravity: float) -> Hover:
-    """The linear system of a vehicle of one run."""
-    M = straight_inertia(vehicle)
+def hover(vehicle: Vehicle, gravity: float, bend: tuple[float, ...] | None = None) -> Hover:
+    """The linear system of a vehicle of one run, its arms held at bends (2 per section) [1/m],
+    straight by default."""
+    held = np.zeros(2 * vehicle.sections) if bend is None else np.array(bend)
+    M = held_inertia(vehicle, held.reshape(-1, 2))
     n, mass = len(M) - 6, float(M[0, 0])
     off = -M[:3, 3:6]
     H = np.array([off[2, 1], off[0, 2], off[1, 0]])
     sections = [each for arm in vehicle.arms for each in arm.section]
     stiffness = np.repeat([each.bending_stiffness * each.length for each in sections], 2)
     damping = np.repeat([each.structural_damping * each.length for each in sections], 2)
-    weight = gravity * _height_slopes(vehicle)
+    weight = gravity * _height_slopes(vehicle, held)
     K = np.zeros((6 + n, 6 + n))
     # A bend moves the centre of mass by F b, on which the thrust turns the vehicle.
     K[3:6, 6:] = -gravity * skew(_UP) @ M[:3, 6:]
@@ -87,8 +89,8 @@ def hover(vehicle: Vehicle, gravity: float) -> Hover:
     return Hover(mass, gravity, inertia, H, M, stiffness, damping, weight, A, B)
 
 
-def _height_slopes(vehicle: Vehicle) -> Array:
-    """Second slopes (bends, bends) of Σ m z by the bend vectors, at straight arms."""
+def _height_slopes(vehicle: Vehicle, bend: Array) -> Array:
+    """Second slopes (bends, bends) of Σ m z by the bend vectors, at bends (bends,)."""
     level = vehicle.model_copy(update={"arm_tables": unbounded(vehicle)})
     lengths = np.repeat([each.length for arm in vehicle.arms for each in arm.section], 2)
     n = len(lengths)
@@ -104,6 +106,7 @@ def _height_slopes(vehicle: Vehicle) -> Array:
     for i in range(n):
         for j in range(n):
             one, two = steps[i], steps[j]
-            both = height(one + two) + height(-one - two) - height(one - two) - height(two - one)
+            both = height(bend + one + two) + height(bend - one - two)
+            both -= height(bend + one - two) + height(bend + two - one)
             found[i, j] = both / (4.0 * one[i] * two[j])
     return found

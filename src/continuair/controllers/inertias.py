@@ -1,4 +1,4 @@
-"""Inertias that controllers are tuned by, of vehicles whose arms are straight."""
+"""Inertias that controllers are tuned by, of vehicles whose arms are straight or held bent."""
 
 from __future__ import annotations
 
@@ -22,18 +22,19 @@ def rigid_inertia(vehicle: Vehicle) -> np.ndarray:
 
 def _rigid_inertia(vehicle: Vehicle) -> np.ndarray:
     # Polar coordinates have no straight arm: this bend moves the tip by 5e-7 of its length.
-    return _nearly_straight(vehicle, 1e-6)[0][:6, :6]
+    return _of_polar(vehicle, np.outer(1e-6 / _lengths(vehicle), [1.0, 0.0]))[:6, :6]
 
 
-def _nearly_straight(
-    vehicle: Vehicle, angle: float, towards: float = 0.0
-) -> tuple[np.ndarray, np.ndarray]:
-    """M (coordinates, coordinates) with every section bent by an angle [rad] towards ψa [rad],
-    κ_s off, and the bends κ (sections,) [1/m]."""
-    kappa = np.array([angle / each.length for arm in vehicle.arms for each in arm.section])
+def _lengths(vehicle: Vehicle) -> np.ndarray:
+    return np.array([each.length for arm in vehicle.arms for each in arm.section])
+
+
+def _of_polar(vehicle: Vehicle, bend: np.ndarray) -> np.ndarray:
+    """M (coordinates, coordinates) of the level vehicle with bends (sections, 2) [1/m] of which
+    none is 0, κ_s off."""
     q = np.zeros(6 + 2 * vehicle.sections)
-    q[6::2], q[7::2] = kappa, towards
-    return mass_matrix(vehicle.model_copy(update={"arm_tables": unbounded(vehicle)}), q), kappa
+    q[6::2], q[7::2] = np.hypot(*bend.T), np.arctan2(*bend.T[::-1])
+    return mass_matrix(vehicle.model_copy(update={"arm_tables": unbounded(vehicle)}), q)
 
 
 def unbounded(vehicle: Vehicle) -> Section | tuple[ArmChain, ...]:
@@ -58,15 +59,24 @@ def bend_inertia(vehicle: Vehicle) -> np.ndarray:
 def straight_inertia(vehicle: Vehicle) -> np.ndarray:
     """M (coordinates, coordinates) of the level vehicle with straight arms, about B's origin: for
     velocity, angular velocity and the rates of the bend vectors."""
+    return held_inertia(vehicle, np.zeros((vehicle.sections, 2)))
+
+
+def held_inertia(vehicle: Vehicle, bend: np.ndarray) -> np.ndarray:
+    """`straight_inertia` of arms that are held at bends (sections, 2) [1/m]."""
     # As much to both sides, as what is linear in the angle is opposite there: straight to 1e-8,
     # and with as many digits of 1 - cos.
+    aside = np.outer(1e-4 / _lengths(vehicle), [1.0, 0.0])
+    straight = np.hypot(*bend.T)[:, None] < np.hypot(*aside.T)[:, None]
     found = []
-    for towards, sign in ((0.0, 1.0), (np.pi, -1.0)):
-        M, kappa = _nearly_straight(vehicle, 1e-4, towards)
-        # Bent along x, a section's k̇ is (κ̇, κ ψ̇a), or the opposite.
-        scale = np.stack([np.ones_like(kappa), 1.0 / kappa], axis=-1).ravel()
-        scale = np.concatenate([np.ones(6), sign * scale])
-        found.append(scale[:, None] * M * scale)
+    for side in (aside, -aside):
+        at = np.where(straight, side, bend)
+        rates = np.eye(6 + bend.size)
+        for section, (x, y) in enumerate(at):
+            # The rates of κ and ψa by those of the bend vector.
+            kappa, own = np.hypot(x, y), slice(6 + 2 * section, 8 + 2 * section)
+            rates[own, own] = [[x / kappa, y / kappa], [-y / kappa**2, x / kappa**2]]
+        found.append(rates.T @ _of_polar(vehicle, at) @ rates)
     return np.asarray(np.mean(found, axis=0))
 
 

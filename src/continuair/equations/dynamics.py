@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from continuair import checks
 from continuair.equations.kinematics import Array, check_coordinates, columns_of, jacobian, tip_of
 from continuair.equations.masses import mass_matrix, mass_times_height, weight_vector
 from continuair.errors import InputError, shown
@@ -45,6 +46,7 @@ def coriolis_matrix(vehicle: Vehicle, q: Array, qd: Array, nodes: int = 24) -> A
     The paper does not print its C; this one makes Ṁ - 2C skew. Where |κ| <= κ_s, M does not change
     with κ, and its slopes by κ are 0: switch Remark 1 off (kappa_s = 0) for a C near straight.
     """
+    check_coordinates("q", q, vehicle)
     check_coordinates("qd", qd, vehicle)
     dM = _mass_slopes(vehicle, np.asarray(q, float), nodes)
     return 0.5 * (
@@ -181,8 +183,10 @@ def of_shape(name: str, value: Any, shape: tuple[int, ...], *, or_zero: bool = F
     try:
         array = np.asarray(value, float)
     except (TypeError, ValueError):
+        array = None
+    if array is None or not checks.means_numbers(value):
         text = f"{name} is {shown(value)}, but must be numbers"
-        raise InputError(f"{text}; give an array of shape {shape}.") from None
+        raise InputError(f"{text}; give an array of shape {shape}.")
     if or_zero and array.shape == () and array == 0.0:
         return np.zeros(shape)
     if array.shape != shape:

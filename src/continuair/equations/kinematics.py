@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from continuair import checks
 from continuair.equations.arc import arc_jacobian, arc_position, arc_rotation, arc_tangent
 from continuair.equations.turns import Array as Array
 from continuair.equations.turns import about_x, about_y, about_z, by_rows, of_quaternion
@@ -68,6 +69,10 @@ def check_coordinates(name: str, value: Any, vehicle: Vehicle) -> None:
     expected = (6 + 2 * vehicle.sections,)
     if np.shape(value) != expected:
         raise InputError(f"{name} has shape {np.shape(value)}; give an array of shape {expected}.")
+    if not checks.means_numbers(value):
+        raise InputError(
+            f"{name} is {shown(value)}, which holds a truth value or a masked entry; give numbers."
+        )
 
 
 def tip_of(vehicle: Vehicle, arm: int = 0) -> dict[str, Any]:

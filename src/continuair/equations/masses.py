@@ -14,6 +14,7 @@ import numpy as np
 
 from continuair.equations.kinematics import (
     Array,
+    check_coordinates,
     euler_rate_matrix,
     jacobian,
     position,
@@ -36,6 +37,7 @@ def mass_matrix(vehicle: Vehicle, q: Array, nodes: int = 24) -> Array:
 
     nodes: Gauss-Legendre nodes on each section's backbone.
     """
+    check_coordinates("q", q, vehicle)
     q = np.asarray(q)
     uav = vehicle.uav
     R, T = rotation(q), euler_rate_matrix(q)
@@ -59,6 +61,7 @@ def mass_matrix(vehicle: Vehicle, q: Array, nodes: int = 24) -> Array:
 
 def weight_vector(vehicle: Vehicle, q: Array, gravity: float = 9.81, nodes: int = 24) -> Array:
     """The part of G (6 + 2N,) that the paper names, by gravity [m/s²], which acts downwards."""
+    check_coordinates("q", q, vehicle)
     G = np.zeros(len(q), dtype=np.result_type(q, float))
     for arm, index, section in _sections(vehicle):
         s, mass, _, _ = _slices(section, nodes)

@@ -78,7 +78,7 @@ class Simulation:
         control_period: float = 1e-3,
     ) -> None:
         checks.choice("model", model, MODELS)
-        _check_alone(vehicle, scenario)
+        _check_pushed(vehicle, scenario)
         period = checks.positive("control_period", control_period, " [s]")
         if not (isinstance(step, str) and step == "auto"):
             check_divides(period, checked_step(step))
@@ -92,6 +92,11 @@ class Simulation:
             horizon=scenario.duration,
             stacklevel=3,
         )
+        if self._flight.batched:
+            raise InputError(
+                f"vehicle and scenario hold {self._flight.runs} runs, but a Simulation is of one; "
+                "give one run, or use continuair.simulate for a batch."
+            )
         self._vehicle, self._scenario, self._model = vehicle, scenario, model
         self._engine, self._step = self._flight.engine(model), float(self._flight.steps[0])
         self._period, self._status, self._ended = period, OK, 0.0
@@ -306,8 +311,8 @@ class Simulation:
         return watch(self._engine, np.stack(rows)[None], self._scenario.targets[0].points, motion)
 
 
-def _check_alone(vehicle: Any, scenario: Any) -> None:
-    """Raise InputError for a controller or a batch."""
+def _check_pushed(vehicle: Any, scenario: Any) -> None:
+    """Raise InputError for a controller."""
     check_vehicle(vehicle)
     check_scenario(scenario)
     if scenario.controller is not None:
@@ -315,17 +320,6 @@ def _check_alone(vehicle: Any, scenario: Any) -> None:
             f"controller of the scenario is {scenario.controller.name}, but a Simulation is pushed "
             "by step(…); leave the controller out, or use continuair.simulate."
         )
-    runs = {
-        "vehicle": vehicle.runs,
-        "scenario": scenario.runs,
-        "target": len(scenario.targets) if isinstance(scenario.target, (list, tuple)) else None,
-    }
-    for name, count in runs.items():
-        if count is not None:
-            raise InputError(
-                f"{name} holds {count} runs, but a Simulation is of one; give one run, or use "
-                "continuair.simulate for a batch."
-            )
 
 
 def _numbers(name: str, value: Any, size: int) -> Array:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from continuair import checks
 from continuair.errors import InputError, shown
 
 Array = np.ndarray
@@ -78,7 +79,10 @@ def _numbers(name: str, value: Any, widths: tuple[int, ...]) -> Array:
         found = np.asarray(value, float)
     except (TypeError, ValueError):
         found = np.empty(0)
-    if found.ndim == 0 or found.shape[-1] not in widths:
+    if found.ndim == 0 or found.shape[-1] not in widths or not checks.means_numbers(value):
         wanted = " or ".join(map(str, widths))
-        raise InputError(f"{name} is {shown(value)}; give rows of {wanted} numbers.")
+        raise InputError(
+            f"{name} is {shown(value)}; give rows of {wanted} numbers, none of them masked or a "
+            "truth value."
+        )
     return found

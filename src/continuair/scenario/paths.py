@@ -43,6 +43,8 @@ class Path:
         object.__setattr__(self, "duration", checks.positive("duration", self.duration, " [s]"))
 
     def __call__(self, times: Any) -> tuple[Array, Array, Array]:
+        if not checks.means_numbers(times):
+            raise InputError(f"times is {shown(times)}; give times [s], none of them masked.")
         # A copy, as a motion may change its times in place.
         found = self.motion(np.array(times, float, ndmin=1))
         if isinstance(found, tuple) and any(np.ma.is_masked(part) for part in found):
