@@ -63,7 +63,8 @@ def test_slower_targets_are_within_the_limit_and_faster_ones_are_not() -> None:
 
 def results(limit: float, tolerable: bool = True) -> dict[str, Any]:
     once = {"models": {"decoupled": {"limit_hz": None, "tolerable": tolerable}}}
-    periodic = {"models": {"decoupled": {"limit_hz": limit, "tolerable": True}}}
+    hz = [0.5, 3.17]
+    periodic = {"models": {"decoupled": {"limit_hz": limit, "tolerable": True, "hz": hz}}}
     return {
         "tracking": {},
         "excitations": {
@@ -76,15 +77,15 @@ def results(limit: float, tolerable: bool = True) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("limit", "tolerable", "scope", "text"),
     [
-        (math.inf, True, "all", "decouple for motion at every frequency tried"),
+        (math.inf, True, "all", "decouple for motion at every frequency tried, up to 3.1 Hz"),
         (2.5, True, "below", "decouple for motion below 2.5 Hz (what is missed: inertia)"),
         (math.nan, True, "none", "do not decouple (what is missed: inertia)"),
         (
             math.inf,
             False,
             "all",
-            "decouple for motion at every frequency tried, but not in free fall (what is missed: "
-            "carriage)",
+            "decouple for motion at every frequency tried, up to 3.1 Hz, but not in free fall "
+            "(what is missed: carriage)",
         ),
     ],
 )

@@ -161,7 +161,8 @@ def test_printed_limits_are_never_beyond_those_that_were_found() -> None:
 
 def results(decoupled: dict[str, float], independent: dict[str, float]) -> dict[str, Any]:
     def entry(limit: float) -> dict[str, Any]:
-        return {"limit_hz": limit, "tolerable": True, "settled": True, "limit_settled": True}
+        settled = {"settled": True, "limit_settled": True}
+        return {"limit_hz": limit, "tolerable": True, "hz": [0.1, 3.0], **settled}
 
     parts = {
         name: {
@@ -177,6 +178,7 @@ def results(decoupled: dict[str, float], independent: dict[str, float]) -> dict[
         "vehicle": vehicle.describe(),
         "loop": {"name": "none", "controller": None},
         "least_settled_hz": 0.3,
+        "hovering_hz": [1.0, 9.0],
         "groups": dict.fromkeys(
             ("mass_ratio", "inertia_ratio", "gravity_number", "slenderness", "damping_ratio"), 0.06
         ),
@@ -198,6 +200,16 @@ def test_notes_tell_where_independent_is_better_and_whose_limit_it_is() -> None:
     assert found[1] == "hover: the limit is that of moment alone; bend allows 2 [Hz]."
     quiet = notes(results({"bend": 0.6, "moment": 0.5}, {"bend": 0.5, "moment": 0.4}))
     assert len(quiet) == 1 and "fewer than three cycles below 0.3 Hz" in quiet[0]
+
+
+def test_a_note_tells_that_gravity_swings_an_arm_faster_than_anything_that_was_tried() -> None:
+    """A limp arm: what is tried ends at three times the frequency of its clamped stiffness."""
+    case = results({"bend": 0.6, "moment": 0.5}, {"bend": 0.5, "moment": 0.4})
+    case["hovering_hz"] = [3.94, 9.0]
+    assert (
+        "The hovering vehicle swings at 3.9 Hz, and what was tried ends at 3 Hz: beyond it nothing "
+        "is said."
+    ) in notes(case)
 
 
 def test_notes_tell_what_the_atlas_does_not_hold_and_what_has_not_settled() -> None:

@@ -26,6 +26,7 @@ def notes(results: dict[str, Any]) -> list[str]:
         *_better(results),
         *(note for task in results["verdicts"] for note in _alone(results, task)),
         *_unsettled(results),
+        *_slower(results),
         *_outside(results),
         *_ruled(results),
         *results["tracking_notes"],
@@ -107,6 +108,23 @@ def _unsettled(results: dict[str, Any]) -> list[str]:
                     f"loop does, it is {' and '.join(longer)}."
                 )
     return found
+
+
+def _slower(results: dict[str, Any]) -> list[str]:
+    """Where gravity swings the arm faster than anything that was tried."""
+    tried = [
+        max(of["hz"])
+        for part in results["excitations"].values()
+        for of in part["models"].values()
+        if "hz" in of
+    ]
+    swing = min(results["hovering_hz"], default=0.0)
+    if not tried or swing <= min(tried):
+        return []
+    return [
+        f"The hovering vehicle swings at {number(swing, 2)} Hz, and what was tried ends at "
+        f"{number_below(min(tried))} Hz: beyond it nothing is said."
+    ]
 
 
 def _outside(results: dict[str, Any]) -> list[str]:

@@ -49,7 +49,9 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
     }
     worst = min(limits, key=lambda name: _rank(limits[name]))
     limit = limits[worst]
-    text = _sentence(limit, "motion below {} Hz", "motion at every frequency tried")
+    highest = min(max(parts[name]["models"][model]["hz"]) for name in limits)
+    tried = f"motion at every frequency tried, up to {number_below(highest)} Hz"
+    text = _sentence(limit, "motion below {} Hz", tried)
     if bad and not np.isnan(limit):
         text += ", but not " + " or ".join(_ONCE[name] for name in bad)
     if bad or not np.isinf(limit):
