@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -83,3 +84,35 @@ def test_recorded_thrusts_of_rotors_fly_with_their_limits_and_lag(tmp_path: Path
     recording = load_recording(tmp_path / "flight.csv", flying)
     left = Replay(flying, recording, None).residuals(flying, np.zeros((1, START)), 1)
     assert np.abs(left).max() < 1e-8
+
+
+def still(**changes: Any) -> Recording:
+    """Three rows of a vehicle at rest."""
+    fields: dict[str, Any] = {
+        "time": [0.0, 0.1, 0.2],
+        "position": np.zeros((3, 3)),
+        "attitude": [[0.0, 0.0, 0.0, 1.0]] * 3,
+        "bend": np.zeros((3, 2)),
+        "inputs": None,
+    }
+    return Recording("still", **(fields | changes))
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"time": [5.0, 5.1, 5.2]}, "time of the recording is .*; give times .* begin with 0"),
+        ({"time": [0.0, 0.2, 0.1]}, "time of the recording is .* and increase"),
+        ({"position": [[0.0] * 3, [np.nan] * 3, [0.0] * 3]}, "position of the recording is"),
+        ({"position": np.ma.masked_equal(np.zeros((3, 3)), 0.0)}, "position of the recording is"),
+        ({"position": np.zeros((2, 3))}, "position of the recording is .* a row for each time"),
+        ({"attitude": [[0.0, 0.0, 0.0, 1.1]] * 3}, "attitude .* off a unit quaternion by 0.1 in"),
+        ({"bend": np.zeros(3)}, "bend of the recording is"),
+        ({"inputs": np.zeros((3, 6))}, "inputs of the recording has 6 columns; give 8"),
+        ({"rotor_command": np.zeros((2, 4))}, "rotor_command of the recording is"),
+    ],
+)
+def test_a_recording_that_no_file_could_hold_is_refused(changes: dict[str, Any], told: str) -> None:
+    assert still().position.shape == (3, 3)
+    with pytest.raises(ca.InputError, match=told):
+        still(**changes)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from continuair import checks
 from continuair.errors import InputError, shortened, shown
 from continuair.files import check_regular, printed, reason, user_path
 from continuair.vehicle.layout import ACTUATORS, numbered
@@ -40,7 +41,8 @@ class Recording:
     time: from 0 [s] (n,). position (n, 3), attitude (n, 4), bend (n, bends), inputs (n, 6 + bends)
     as in MEASURED and ACTUATORS; inputs is None if the file has no such column. rotor_command:
     thrusts (n, rotors) that the vehicle's rotors are to give [N], held as inputs are, or None: they
-    are at rest. sampling: a sentence on how a log became rows, if it did.
+    are at rest. sampling: a sentence on how a log became rows, if it did. Raises InputError for
+    what is no such table of finite numbers.
     """
 
     name: str
@@ -51,6 +53,38 @@ class Recording:
     inputs: Array | None
     rotor_command: Array | None = None
     sampling: str = ""
+
+    def __post_init__(self) -> None:
+        bends = np.shape(self.bend)[1] if np.ndim(self.bend) == 2 else 0
+        widths = {"position": 3, "attitude": 4, "bend": bends, "inputs": 6 + bends}
+        for name in ("time", *widths, "rotor_command"):
+            value = getattr(self, name)
+            if value is not None or name not in ("inputs", "rotor_command"):
+                object.__setattr__(self, name, self._table(name, value, widths.get(name)))
+        if self.time[0] != 0.0 or not (np.diff(self.time) > 0.0).all():
+            raise InputError(
+                f"time of the recording is {shown(self.time.tolist())}; give times [s] that begin "
+                "with 0 and increase."
+            )
+        off = np.abs(np.linalg.norm(self.attitude, axis=1) - 1.0)
+        if off.max() > _UNIT_NORM_TOLERANCE:
+            raise InputError(
+                f"attitude of the recording is off a unit quaternion by {off.max():.2g} in row "
+                f"{int(off.argmax())}; give unit quaternions x y z w."
+            )
+
+    def _table(self, name: str, value: object, width: int | None) -> Array:
+        """A field as finite numbers, a row for each time."""
+        found, rows = checks.finite_array(value), np.shape(self.time)[:1]
+        expected = 1 if name == "time" else 2
+        if found is None or found.ndim != expected or found.shape[:1] != rows or not found.size:
+            raise InputError(
+                f"{name} of the recording is {shown(value)}; give finite numbers, a row for each "
+                "time."
+            )
+        if expected == 2 and width is not None and found.shape[1] != width:
+            raise InputError(f"{name} of the recording has {found.shape[1]} columns; give {width}.")
+        return found
 
 
 @dataclass(frozen=True)
