@@ -246,13 +246,15 @@ def test_a_slow_flight_lasts_three_cycles_that_count() -> None:
 
 def advice(**changes: Any) -> dict[str, Any]:
     """What `advise` knows of a vehicle in a position loop when it writes its notes."""
-    entry = {"limit_hz": 1.0, "tolerable": True, "settled": True, "limit_settled": True}
+    entry: dict[str, Any] = {"limit_hz": 1.0, "tolerable": True, "hz": [0.1, 3.0]}
+    entry |= {"settled": True, "limit_settled": True}
     part = {"models": dict.fromkeys(SIMPLER, entry), "responsible": "inertia"}
     groups = {name: float(np.sqrt(a * b)) for name, (a, b) in CONTROLLED_RANGES.items()}
     return {
         "vehicle": ca.load_vehicle("slender").describe(),
         "loop": {"name": "position", "controller": {}},
         "clamped_hz": 1.0,
+        "hovering_hz": [1.2],
         "tolerance": 0.02,
         "groups": groups | {"coupling": 0.3},
         "excitations": {"tip": part},

@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import solve_discrete_lyapunov
 
 import continuair as ca
-from continuair.controllers.hover import hover
+from continuair.controllers.hover import hover, resting
 from continuair.controllers.margins import LinearLoop
 from tests.closed_loop.test_flight_controller import HOME, PAPER, RIGID, ROTORS, fly
 
@@ -109,6 +109,48 @@ def test_an_arm_that_is_held_bent_bears_less_and_its_margin_is_found_too() -> No
     for share, grows in ((0.9, False), (1.1, True)):
         early, late = spun(dataclasses.replace(quick, latency=share * most), bend)
         assert (not late <= early) == grows, share
+
+
+def slanted(stiffness: float, sections: int) -> ca.Vehicle:
+    """A quadrotor whose arm leaves it 45 degrees forward."""
+    part = {"length": 0.9 / sections, "bending_stiffness": stiffness, "mass_per_length": 0.2}
+    changes = {"mass": 2.5, "inertia": [0.02, 0.02, 0.036]}
+    uav = SIDEWAYS.uav.model_dump() | changes
+    half = np.pi / 8.0
+    arm = {
+        "name": "arm",
+        "mount": [0.1, 0.0, 0.0],
+        "attitude": [0.0, -np.sin(half), 0.0, np.cos(half)],
+        "section": sections * [part | {"damping_ratio": 0.02}],
+        "tip": {"mass": 0.3, "inertia": [1e-4, 1e-4, 1e-4]},
+    }
+    return ca.Vehicle(name="slanted", uav=uav, arm=[arm])
+
+
+@pytest.mark.parametrize(("stiffness", "sections"), [(0.45, 2), (2.0, 1), (0.6, 3)])
+def test_free_sections_rest_where_trim_has_them(stiffness: float, sections: int) -> None:
+    vehicle = slanted(stiffness, sections)
+    found = np.array(resting(vehicle, 9.81, np.ones(sections, bool))).reshape(-1, 2)
+    q = ca.trim(vehicle).q
+    assert np.abs(found).max() > 0.2
+    np.testing.assert_allclose(np.hypot(*found.T), q[6::2], rtol=1e-4, atol=1e-5)
+    np.testing.assert_allclose(found[:, 1], 0.0, atol=1e-6)
+    assert not np.any(resting(vehicle, 9.81, np.zeros(sections, bool)))
+
+
+def test_an_arm_that_hangs_free_is_held_steady_where_it_rests() -> None:
+    vehicle = slanted(0.45, 2)
+    law = ca.flight_controller(vehicle, bend_bandwidth=0.0, rotor_lag=0.03)
+    start = ca.trim(vehicle).q.copy()
+    start[2:4] = 3.0, 3e-3
+    run = fly(vehicle, law, start, duration=12.0, setpoints=ca.Setpoints(yaw=0.0))
+    spin = np.linalg.norm(run["angular_velocity"].to_numpy(), axis=1)
+    count = len(spin) // 12
+    assert spin[10 * count :].max() < 0.6 * spin[2 * count : 4 * count].max()
+    rest = hover(vehicle, 9.81, resting(vehicle, 9.81, np.ones(2, bool)))
+    assert LinearLoop(rest, law.gains, "weight", 0.03).growth(0.0) < -0.05
+    with pytest.raises(ca.InputError, match="unstable with a rotor lag of 0.03 s at any latency"):
+        ca.flight_controller(vehicle, attitude_bandwidth=6.83, bend_bandwidth=0.0, rotor_lag=0.03)
 
 
 @pytest.mark.parametrize(

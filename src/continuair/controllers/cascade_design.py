@@ -13,7 +13,7 @@ from continuair.controllers.cascade_gains import (
     per_period,
     position_gains,
 )
-from continuair.controllers.hover import hover
+from continuair.controllers.hover import hover, resting
 from continuair.controllers.margins import LinearLoop
 from continuair.errors import InputError
 from continuair.vehicle.vehicle import Vehicle
@@ -53,7 +53,9 @@ class Design:
         self.vehicle, self.given, self.shape, self.limits = vehicle, given, shape, limits
         self.feedforward, self.hover = feedforward, hover(vehicle, GRAVITY)
         self.period, self.latency, self.lag = timing
-        self.postures = [self.hover, *(hover(vehicle, GRAVITY, tuple(each)) for each in bends)]
+        free = np.zeros(vehicle.sections, bool) if given["bend"] is None else given["bend"] == 0.0
+        held = [resting(vehicle, GRAVITY, free), *(tuple(each) for each in bends.tolist())]
+        self.postures = [hover(vehicle, GRAVITY, each) for each in held]
 
     def found(self) -> tuple[dict[str, Any], dict[str, Any], float]:
         """Bandwidths, gains, and the latency that they bear; raises InputError if that is less than

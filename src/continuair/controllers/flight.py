@@ -59,7 +59,8 @@ def flight_controller(
     rows of them, which the gains must bear, too; noise: standard deviations per axis of "position"
     [m], "velocity" [m/s], "attitude" [rad] and "gyro" [rad/s].
 
-    Without `bend` gains and latency_margin are of straight arms; held bent they may bear less.
+    Without `bend` gains and latency_margin are of straight arms, free sections where they rest
+    under their weight; held bent they may bear less.
 
     Limits: tilt [rad], thrust (least, most) [N], by default the rotors', or 0.1 and 2 times the
     weight, moment (3,) [N m], speed of approach [m/s], and of each component of a bend bend_moment

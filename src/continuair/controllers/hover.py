@@ -19,6 +19,13 @@ _UP = np.array([0.0, 0.0, 1.0])
 _TURN = 0.05
 """Bend times length [rad] over which slopes of the arms' weight are taken."""
 
+_SMALL_TURN = 1e-3
+"""Bend times length [rad] over which its slope is taken."""
+
+_MOST_TRIES, _AT_REST, _LONGEST_STEP = 60, 1e-6, 0.3
+"""Of the search for rest: steps, what pulls there over the stiffness [1/m], a step's bend times
+length at most [rad]."""
+
 _STRAIGHT = 1e-6
 """Bend times length [rad] of a section that is not bent, which polar coordinates cannot be."""
 
@@ -89,17 +96,52 @@ def hover(vehicle: Vehicle, gravity: float, bend: tuple[float, ...] | None = Non
     return Hover(mass, gravity, inertia, H, M, stiffness, damping, weight, A, B)
 
 
+def resting(vehicle: Vehicle, gravity: float, free: Array) -> tuple[float, ...]:
+    """Bends (2 per section) [1/m] at which the sections that are free (sections,) rest under
+    their weight, the others held straight; straight where none is found."""
+    sections = [each for arm in vehicle.arms for each in arm.section]
+    stiffness = np.repeat([each.bending_stiffness * each.length for each in sections], 2)
+    lengths, moving = _lengths(vehicle), np.repeat(free, 2)
+    bend = np.zeros(len(lengths))
+    for _ in range(_MOST_TRIES if free.any() else 0):
+        pull = (stiffness * bend + gravity * _height_slope(vehicle, bend))[moving]
+        if np.abs(pull).max() <= _AT_REST * stiffness.max():
+            return tuple(bend)
+        stiff = np.diag(stiffness) + gravity * _height_slopes(vehicle, bend)
+        step = np.zeros(len(bend))
+        step[moving] = np.linalg.solve(stiff[np.ix_(moving, moving)], -pull)
+        bend = bend + step / max(1.0, np.abs(step * lengths).max() / _LONGEST_STEP)
+    return (0.0,) * len(lengths)
+
+
+def _lengths(vehicle: Vehicle) -> Array:
+    """Of the section of each bend coordinate [m]."""
+    return np.repeat([each.length for arm in vehicle.arms for each in arm.section], 2)
+
+
+def _height(vehicle: Vehicle, bend: Array) -> float:
+    """Σ m z of the level vehicle at bends (bends,)."""
+    level = vehicle.model_copy(update={"arm_tables": unbounded(vehicle)})
+    pairs = bend.reshape(-1, 2)
+    kappa = np.maximum(np.hypot(*pairs.T), _STRAIGHT / _lengths(vehicle)[::2])
+    polar = np.column_stack([kappa, np.arctan2(pairs[:, 1], pairs[:, 0])])
+    return float(mass_times_height(level, np.concatenate([np.zeros(6), polar.ravel()])))
+
+
+def _height_slope(vehicle: Vehicle, bend: Array) -> Array:
+    """Slopes (bends,) of Σ m z by the bend vectors, at bends (bends,)."""
+    steps = np.diag(_SMALL_TURN / _lengths(vehicle))
+    both = [_height(vehicle, bend + each) - _height(vehicle, bend - each) for each in steps]
+    return np.array(both) / (2.0 * np.diag(steps))
+
+
 def _height_slopes(vehicle: Vehicle, bend: Array) -> Array:
     """Second slopes (bends, bends) of Σ m z by the bend vectors, at bends (bends,)."""
-    level = vehicle.model_copy(update={"arm_tables": unbounded(vehicle)})
-    lengths = np.repeat([each.length for arm in vehicle.arms for each in arm.section], 2)
+    lengths = _lengths(vehicle)
     n = len(lengths)
 
     def height(b: Array) -> float:
-        pairs = b.reshape(-1, 2)
-        kappa = np.maximum(np.hypot(*pairs.T), _STRAIGHT / lengths[::2])
-        polar = np.column_stack([kappa, np.arctan2(pairs[:, 1], pairs[:, 0])])
-        return float(mass_times_height(level, np.concatenate([np.zeros(6), polar.ravel()])))
+        return _height(vehicle, b)
 
     steps = np.diag(_TURN / lengths)
     found = np.empty((n, n))
