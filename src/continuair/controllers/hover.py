@@ -22,9 +22,9 @@ _TURN = 0.05
 _SMALL_TURN = 1e-3
 """Bend times length [rad] over which its slope is taken."""
 
-_MOST_TRIES, _AT_REST, _LONGEST_STEP = 60, 1e-6, 0.3
-"""Of the search for rest: steps, what pulls there over the stiffness [1/m], a step's bend times
-length at most [rad]."""
+_MOST_TRIES, _AT_REST, _LONGEST_STEP = 60, 1e-5, 0.3
+"""Of the search for rest: steps, and the bend times length [rad] of the step that is left there,
+and of any step at most."""
 
 _STRAIGHT = 1e-6
 """Bend times length [rad] of a section that is not bent, which polar coordinates cannot be."""
@@ -98,20 +98,23 @@ def hover(vehicle: Vehicle, gravity: float, bend: tuple[float, ...] | None = Non
 
 def resting(vehicle: Vehicle, gravity: float, free: Array) -> tuple[float, ...]:
     """Bends (2 per section) [1/m] at which the sections that are free (sections,) rest under
-    their weight, the others held straight; straight where none is found."""
+    their weight, the others held straight; straight where no stable rest is found."""
     sections = [each for arm in vehicle.arms for each in arm.section]
     stiffness = np.repeat([each.bending_stiffness * each.length for each in sections], 2)
     lengths, moving = _lengths(vehicle), np.repeat(free, 2)
     bend = np.zeros(len(lengths))
     for _ in range(_MOST_TRIES if free.any() else 0):
-        pull = (stiffness * bend + gravity * _height_slope(vehicle, bend))[moving]
-        if np.abs(pull).max() <= _AT_REST * stiffness.max():
-            return tuple(bend)
+        pull = stiffness * bend + gravity * _height_slope(vehicle, bend)
         stiff = np.diag(stiffness) + gravity * _height_slopes(vehicle, bend)
+        own = stiff[np.ix_(moving, moving)]
         step = np.zeros(len(bend))
-        step[moving] = np.linalg.solve(stiff[np.ix_(moving, moving)], -pull)
-        bend = bend + step / max(1.0, np.abs(step * lengths).max() / _LONGEST_STEP)
-    return (0.0,) * len(lengths)
+        step[moving] = np.linalg.lstsq(own, -pull[moving])[0]
+        longest = float(np.abs(step * lengths).max())
+        if longest <= _AT_REST:
+            stable = np.linalg.eigvalsh(own)[0] > 0.0 and np.abs(bend * lengths).max() < 2.0 * np.pi
+            return tuple(bend) if stable else (0.0,) * len(bend)
+        bend = bend + step / max(1.0, longest / _LONGEST_STEP)
+    return (0.0,) * len(bend)
 
 
 def _lengths(vehicle: Vehicle) -> Array:
