@@ -163,6 +163,12 @@ def steep(t: float) -> list[float]:
     return [abs(t - 3.3) ** 1.5, 0.0, 0.0]
 
 
+def eased(t: float) -> list[float]:
+    """From rest to rest over 1 m in 3 s."""
+    u = min(t / 3.0, 1.0)
+    return [10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5, 0.0, 1.0]
+
+
 REFUSED: dict[str, tuple[Any, str, str]] = {
     "unknown letter": (lambda: paths.letter("Q"), "letter is 'Q'", "M, R, A, L"),
     "two letters": (lambda: paths.letter("MR"), "letter is 'MR'", "paths.word"),
@@ -211,6 +217,11 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "position is rounded so coarsely that its acceleration is wrong by",
         "compute it in double precision",
     ),
+    "single precision and rest": (
+        lambda: paths.from_function(lambda t: np.array(eased(t), np.float32), 10.0),
+        "position is rounded so coarsely that its acceleration is wrong by",
+        "compute it in double precision",
+    ),
     "masked times": (
         lambda: paths.circle()(np.ma.array([0.0, 1.0], mask=[False, True])),
         "times is ",
@@ -239,6 +250,10 @@ def test_an_unusable_path_is_refused_in_one_sentence(case: str) -> None:
     assert text.startswith(start)
     assert remedy in text
     assert_one_plain_sentence(text)
+
+
+def test_a_path_that_rests_after_its_motion_is_no_rounding() -> None:
+    assert paths.from_function(eased, 10.0)([3.0, 9.0])[0].tolist() == [eased(3.0), eased(9.0)]
 
 
 def inside(t: float) -> float:
