@@ -111,12 +111,12 @@ def test_an_arm_that_is_held_bent_bears_less_and_its_margin_is_found_too() -> No
         assert (not late <= early) == grows, share
 
 
-def slanted(stiffness: float, sections: int) -> ca.Vehicle:
-    """A quadrotor whose arm leaves it 45 degrees forward."""
+def slanted(stiffness: float, sections: int, angle: float = np.pi / 4.0) -> ca.Vehicle:
+    """A quadrotor whose arm leaves it forward, by an angle from hanging."""
     part = {"length": 0.9 / sections, "bending_stiffness": stiffness, "mass_per_length": 0.2}
     changes = {"mass": 2.5, "inertia": [0.02, 0.02, 0.036]}
     uav = SIDEWAYS.uav.model_dump() | changes
-    half = np.pi / 8.0
+    half = angle / 2.0
     arm = {
         "name": "arm",
         "mount": [0.1, 0.0, 0.0],
@@ -127,9 +127,15 @@ def slanted(stiffness: float, sections: int) -> ca.Vehicle:
     return ca.Vehicle(name="slanted", uav=uav, arm=[arm])
 
 
-@pytest.mark.parametrize(("stiffness", "sections"), [(0.45, 2), (2.0, 1), (0.6, 3)])
-def test_free_sections_rest_where_trim_has_them(stiffness: float, sections: int) -> None:
-    vehicle = slanted(stiffness, sections)
+# The last two leave the vehicle upwards and hang over.
+@pytest.mark.parametrize(
+    ("stiffness", "sections", "angle"),
+    [(0.45, 2, 0.8), (2.0, 1, 0.8), (0.6, 3, 0.8), (0.6, 1, 2.4), (0.3, 2, 1.9)],
+)
+def test_free_sections_rest_where_trim_has_them(
+    stiffness: float, sections: int, angle: float
+) -> None:
+    vehicle = slanted(stiffness, sections, angle)
     found = np.array(resting(vehicle, 9.81, np.ones(sections, bool))).reshape(-1, 2)
     q = ca.trim(vehicle).q
     assert np.abs(found).max() > 0.2

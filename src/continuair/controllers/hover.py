@@ -106,12 +106,14 @@ def resting(vehicle: Vehicle, gravity: float, free: Array) -> tuple[float, ...]:
     for _ in range(_MOST_TRIES if free.any() else 0):
         pull = stiffness * bend + gravity * _height_slope(vehicle, bend)
         stiff = np.diag(stiffness) + gravity * _height_slopes(vehicle, bend)
-        own = stiff[np.ix_(moving, moving)]
+        curvatures, axes = np.linalg.eigh(stiff[np.ix_(moving, moving)])
+        # Downhill where the weight overcomes the stiffness, too.
+        along = axes.T @ pull[moving] / np.maximum(np.abs(curvatures), 1e-9 * stiffness.max())
         step = np.zeros(len(bend))
-        step[moving] = np.linalg.lstsq(own, -pull[moving])[0]
+        step[moving] = -axes @ along
         longest = float(np.abs(step * lengths).max())
         if longest <= _AT_REST:
-            stable = np.linalg.eigvalsh(own)[0] > 0.0 and np.abs(bend * lengths).max() < 2.0 * np.pi
+            stable = curvatures[0] > 0.0 and np.abs(bend * lengths).max() < 2.0 * np.pi
             return tuple(bend) if stable else (0.0,) * len(bend)
         bend = bend + step / max(1.0, longest / _LONGEST_STEP)
     return (0.0,) * len(bend)
