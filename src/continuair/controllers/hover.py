@@ -75,9 +75,9 @@ def hover(vehicle: Vehicle, gravity: float, bend: tuple[float, ...] | None = Non
     off = -M[:3, 3:6]
     H = np.array([off[2, 1], off[0, 2], off[1, 0]])
     sections = [each for arm in vehicle.arms for each in arm.section]
-    stiffness = np.repeat([each.bending_stiffness * each.length for each in sections], 2)
+    stiffness = _stiffness(vehicle)
     damping = np.repeat([each.structural_damping * each.length for each in sections], 2)
-    weight = gravity * _height_slopes(vehicle, held)
+    weight = gravity * _height_slopes(_level(vehicle), held)
     K = np.zeros((6 + n, 6 + n))
     # A bend moves the centre of mass by F b, on which the thrust turns the vehicle.
     K[3:6, 6:] = -gravity * skew(_UP) @ M[:3, 6:]
@@ -99,13 +99,12 @@ def hover(vehicle: Vehicle, gravity: float, bend: tuple[float, ...] | None = Non
 def resting(vehicle: Vehicle, gravity: float, free: Array) -> tuple[float, ...]:
     """Bends (2 per section) [1/m] at which the sections that are free (sections,) rest under
     their weight, the others held straight; straight where no stable rest is found."""
-    sections = [each for arm in vehicle.arms for each in arm.section]
-    stiffness = np.repeat([each.bending_stiffness * each.length for each in sections], 2)
+    level, stiffness = _level(vehicle), _stiffness(vehicle)
     lengths, moving = _lengths(vehicle), np.repeat(free, 2)
     bend = np.zeros(len(lengths))
     for _ in range(_MOST_TRIES if free.any() else 0):
-        pull = stiffness * bend + gravity * _height_slope(vehicle, bend)
-        stiff = np.diag(stiffness) + gravity * _height_slopes(vehicle, bend)
+        pull = stiffness * bend + gravity * _height_slope(level, bend)
+        stiff = np.diag(stiffness) + gravity * _height_slopes(level, bend)
         curvatures, axes = np.linalg.eigh(stiff[np.ix_(moving, moving)])
         # Downhill where the weight overcomes the stiffness, too.
         along = axes.T @ pull[moving] / np.maximum(np.abs(curvatures), 1e-9 * stiffness.max())
@@ -124,29 +123,39 @@ def _lengths(vehicle: Vehicle) -> Array:
     return np.repeat([each.length for arm in vehicle.arms for each in arm.section], 2)
 
 
-def _height(vehicle: Vehicle, bend: Array) -> float:
+def _stiffness(vehicle: Vehicle) -> Array:
+    """Of each bend coordinate [N m³]."""
+    sections = (each for arm in vehicle.arms for each in arm.section)
+    return np.repeat([each.bending_stiffness * each.length for each in sections], 2)
+
+
+def _level(vehicle: Vehicle) -> Vehicle:
+    """The vehicle whose arms have every bend as it is, with κ_s = 0."""
+    return vehicle.model_copy(update={"arm_tables": unbounded(vehicle)})
+
+
+def _height(level: Vehicle, bend: Array) -> float:
     """Σ m z of the level vehicle at bends (bends,)."""
-    level = vehicle.model_copy(update={"arm_tables": unbounded(vehicle)})
     pairs = bend.reshape(-1, 2)
-    kappa = np.maximum(np.hypot(*pairs.T), _STRAIGHT / _lengths(vehicle)[::2])
+    kappa = np.maximum(np.hypot(*pairs.T), _STRAIGHT / _lengths(level)[::2])
     polar = np.column_stack([kappa, np.arctan2(pairs[:, 1], pairs[:, 0])])
     return float(mass_times_height(level, np.concatenate([np.zeros(6), polar.ravel()])))
 
 
-def _height_slope(vehicle: Vehicle, bend: Array) -> Array:
+def _height_slope(level: Vehicle, bend: Array) -> Array:
     """Slopes (bends,) of Σ m z by the bend vectors, at bends (bends,)."""
-    steps = np.diag(_SMALL_TURN / _lengths(vehicle))
-    both = [_height(vehicle, bend + each) - _height(vehicle, bend - each) for each in steps]
+    steps = np.diag(_SMALL_TURN / _lengths(level))
+    both = [_height(level, bend + each) - _height(level, bend - each) for each in steps]
     return np.array(both) / (2.0 * np.diag(steps))
 
 
-def _height_slopes(vehicle: Vehicle, bend: Array) -> Array:
+def _height_slopes(level: Vehicle, bend: Array) -> Array:
     """Second slopes (bends, bends) of Σ m z by the bend vectors, at bends (bends,)."""
-    lengths = _lengths(vehicle)
+    lengths = _lengths(level)
     n = len(lengths)
 
     def height(b: Array) -> float:
-        return _height(vehicle, b)
+        return _height(level, b)
 
     steps = np.diag(_TURN / lengths)
     found = np.empty((n, n))
