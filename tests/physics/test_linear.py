@@ -309,6 +309,28 @@ def test_the_bend_that_an_arm_takes_by_itself_is_one_that_it_comes_back_to() -> 
     assert np.linalg.eigvals(A[14:, 6:8]).real.max() < 0.0, "on a held base it swings back"
 
 
+def two_sections(**arm: object) -> ca.Vehicle:
+    """The vehicle with the slender arm in two halves."""
+    half = {"length": 0.5, "radius": 0.0025, "density": 7850.0, "youngs_modulus": 207e9}
+    uav = {"mass": 2.0, "inertia": [0.024, 0.024, 0.047]}
+    return ca.Vehicle(name="halves", uav=uav, arm=[{"section": [half, half], **arm}])
+
+
+def test_an_arm_that_buckles_upright_falls_to_a_side_that_nothing_chooses() -> None:
+    """As far as with a push of nearly nothing, and a turn around the load is no mode about it."""
+    for vehicle in (ca.load_vehicle("slender"), two_sections()):
+        pushed, free = (
+            ca.trim(vehicle, tip_wrench=[side, 0, 30, 0, 0, 0]).q for side in (1e-5, 0.0)
+        )
+        np.testing.assert_allclose(free[6::2], pushed[6::2], rtol=1e-5)
+        assert free[6] > 1.0, "it has buckled"
+    upright = two_sections(attitude=[1.0, 0.0, 0.0, 0.0])
+    upright = upright.replace({f"arm.0.section.{i}.youngs_modulus": 1e9 for i in range(2)})
+    rest = ca.trim(upright).q
+    assert rest[6] > 1.0
+    assert len(ca.modes(upright, rest, base="clamped").frequencies) == 3
+
+
 def test_trim_resolves_the_load_of_a_tiny_vehicle() -> None:
     """All moments in proportion: the same bend angle as at full size."""
     scale = 1e-2

@@ -14,6 +14,9 @@ _DIFFERENCE, _LONGEST, _PUSH, _BALANCED = 1e-5, 0.1, 1e-2, 1e-10
 shares of the largest coordinates."""
 _FLATTEST = 1e-3
 """Least curvature that a step reckons with; that of the springs is 1."""
+_NEUTRAL = 1e-6
+"""Curvature, of springs of 1, that is none, as around the balances of an arm that buckles upright:
+it may fall to any side."""
 _FALLS = 0.9
 """Share of a step's first slope that its last may have, with the other sign: not uphill again."""
 
@@ -26,15 +29,24 @@ def balance(slope: Slope, largest: np.ndarray) -> np.ndarray | None:
     stands upright, it goes on to both sides, where it falls most; the nearer to 0 counts.
     """
     ways = [np.zeros(2 * len(largest))]
-    for _ in largest:
+    for _ in range(1 + 2 * len(largest)):
         ends = [end for way in ways if (end := _downhill(slope, way, largest)) is not None]
-        for end in sorted(ends, key=np.linalg.norm):
+        for end in sorted(ends, key=lambda end: np.round(np.linalg.norm(end / largest.max()), 6)):
             curvatures, axes = np.linalg.eigh(_curvature(slope, end, largest))
-            if curvatures[0] > 0.0:
+            if curvatures[0] > -_NEUTRAL:
                 return end
-            tip_over = _PUSH * largest.min() * axes[:, 0]
+            tip_over = _PUSH * largest.min() * _steepest(curvatures, axes)
             ways = [end + tip_over, end - tip_over]
     return None
+
+
+def _steepest(curvatures: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """The axis (2 n,) of the least curvature: of equal ones, what the first coordinate has most of
+    them, as their own axes are of any direction."""
+    least = axes[:, curvatures < curvatures[0] + _NEUTRAL]
+    shares = least @ least.T
+    axis = shares[np.argmax(np.round(np.diag(shares), 6))]
+    return np.asarray(axis / np.linalg.norm(axis))
 
 
 def _downhill(slope: Slope, x: np.ndarray, largest: np.ndarray) -> np.ndarray | None:

@@ -91,7 +91,11 @@ def _bending(
     base_rate, bend, rate = slice(n, n + 6), slice(6, n), slice(n + 6, 2 * n)
     compliance = bend_compliance(Engine(vehicle, model), at)[0]
     squares, shapes = _eigenmodes(-A[rate, bend], n - 6, at)
-    damping = _dampings(np.linalg.inv(shapes), compliance @ _damped(vehicle, shapes))
+    # Nothing resists a turn, about the vertical, of an upright arm that leans over.
+    vibrates = squares > 0.0
+    to_modes = np.linalg.inv(shapes)[vibrates]
+    squares, shapes = squares[vibrates], shapes[:, vibrates]
+    damping = _dampings(to_modes, compliance @ _damped(vehicle, shapes))
     if free:
         # The base follows the bend: its accelerations per acceleration of the bend.
         base_rows = A[base_rate, bend] @ np.linalg.solve(A[rate, bend], shapes)
@@ -112,7 +116,7 @@ def _hovering(
     # of K, 0 but for rounding, would mix them into the shapes.
     adrift, resisted = _split(_attitude(at), n)
     K = -A[n:, :n] @ resisted
-    squares, along = _eigenmodes(resisted.T @ K, n - 6, at, _NOTHING)
+    squares, along = _eigenmodes(resisted.T @ K, n - 6, at)
     # Nor, of some vehicles, a turn about a level arm through the centre of mass.
     vibrates = squares > 0.0
     squares, to_modes, along = squares[vibrates], np.linalg.inv(along)[vibrates], along[:, vibrates]
@@ -169,17 +173,14 @@ def _check_vibrates(squares: np.ndarray, at: np.ndarray) -> None:
         )
 
 
-def _eigenmodes(
-    stiffness: np.ndarray, bends: int, at: np.ndarray, nothing: float = 0.0
-) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues ascending and eigenvectors in columns, whose last rows are the bends.
-
-    nothing: share of the largest eigenvalue up to which one is 0, of what nothing resists.
+def _eigenmodes(stiffness: np.ndarray, bends: int, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues ascending, 0 where nothing resists, and eigenvectors in columns, whose last rows
+    are the bends.
 
     A solver leaves signs, and the vectors of equal eigenvalues, to rounding: they are chosen here.
     """
     values, vectors = np.linalg.eig(stiffness)
-    resisted = np.abs(values) > nothing * np.abs(values).max()
+    resisted = np.abs(values) > _NOTHING * np.abs(values).max()
     _check_vibrates(values[resisted], at)
     values = np.where(resisted, values, 0.0)
     order = np.argsort(values.real)
