@@ -269,6 +269,17 @@ def test_a_flight_of_another_scenario_is_refused(
         ca.lyapunov(flights.VEHICLE, other, settling)
 
 
+def test_a_flight_after_another_target_of_the_same_name_is_refused() -> None:
+    slow, fast = (
+        loop().replace(target=ca.Target(paths.line([0, 0, 0], [far, 0, 0], 0.1, 0.5)))
+        for far in (0.01, 0.02)
+    )
+    flight = ca.simulate(flights.VEHICLE, slow)
+    ca.lyapunov(flights.VEHICLE, slow, flight)
+    with pytest.raises(ca.InputError, match="a target whose velocity is up to 0.2 m"):
+        ca.lyapunov(flights.VEHICLE, fast, flight)
+
+
 def test_a_flight_of_another_vehicle_is_refused(settling: xr.Dataset) -> None:
     heavier = flights.VEHICLE.replace({"uav.mass": 4.0})
     with pytest.raises(ca.InputError, match="flight is of another vehicle"):

@@ -69,7 +69,8 @@ def test_a_seed_makes_the_same_start_and_another_another() -> None:
     np.testing.assert_array_equal(first, same)
     assert not np.array_equal(first, other)
     # A vector's environments are seeded one after the other.
-    np.testing.assert_array_equal(vector(2).reset(seed=7)[0], [first, other])
+    for seven in (7, np.int64(7)):
+        np.testing.assert_array_equal(vector(2).reset(seed=seven)[0], [first, other])
 
 
 def test_an_undisturbed_hover_stays_at_its_goal() -> None:

@@ -39,6 +39,9 @@ NEEDED = (
 )
 """Variables of a flight that `lyapunov` reads."""
 
+_SAME_VELOCITY = 1e-6
+"""Share of the largest to which velocities of a target are the same."""
+
 VARIABLES = {
     "lyapunov_paper": ("J", "½ q̇ᵀM q̇ + ½ e_aᵀK_p e_a"),
     "lyapunov_sound": ("J", "kinetic and elastic energy and the potential of the image's springs"),
@@ -218,6 +221,19 @@ def _check_flight(vehicle: Vehicle, scenario: Scenario, flight: Any) -> None:
     given = flight.attrs.get("scenario")
     if given is not None:
         _check_scenario(json.loads(given), json.loads(json.dumps(scenario.describe())))
+    _check_targets(scenario, flight)
+
+
+def _check_targets(scenario: Scenario, flight: xr.Dataset) -> None:
+    """Raise InputError where targets flew otherwise, whose paths' names may be the same."""
+    time, flown = flight["time"].to_numpy(), samples(flight, "target_velocity", "axis")
+    given = np.squeeze([target.path(time)[1] for target in scenario.targets])
+    apart = np.abs(flown - given).max()
+    if not apart <= _SAME_VELOCITY * np.abs([flown, np.broadcast_to(given, flown.shape)]).max():
+        raise InputError(
+            f"flight is after a target whose velocity is up to {apart:.3g} m/s off that of "
+            "scenario; give the scenario that was flown."
+        )
 
 
 def _check_scenario(flown: dict[str, Any], given: dict[str, Any]) -> None:

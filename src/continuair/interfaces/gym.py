@@ -94,9 +94,13 @@ class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
         options: dict[str, Any] | None = None,
     ) -> tuple[Array, dict[str, Any]]:
         """Begin all episodes; a whole number seeds them with itself and those that follow."""
-        super().reset(seed=seed if isinstance(seed, int) else None)
         count = self.num_envs
-        seeds = [seed + i for i in range(count)] if isinstance(seed, int) else seed
+        if isinstance(seed, int | np.integer):
+            super().reset(seed=int(seed))
+            seeds: Sequence[int | None] | None = [int(seed) + i for i in range(count)]
+        else:
+            super().reset()
+            seeds = seed
         if seeds is not None and len(seeds) != count:
             raise InputError(f"seed holds {len(seeds)} seeds; give {count}, or one for all.")
         if seeds is not None or not self._randoms:
