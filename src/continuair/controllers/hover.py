@@ -160,9 +160,9 @@ def _height_slopes(level: Vehicle, bend: Array) -> Array:
     steps = np.diag(_TURN / lengths)
     found = np.empty((n, n))
     for i in range(n):
-        for j in range(n):
+        for j in range(i, n):
             one, two = steps[i], steps[j]
             both = height(bend + one + two) + height(bend - one - two)
             both -= height(bend + one - two) + height(bend + two - one)
-            found[i, j] = both / (4.0 * one[i] * two[j])
+            found[i, j] = found[j, i] = both / (4.0 * one[i] * two[j])
     return found

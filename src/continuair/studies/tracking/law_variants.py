@@ -95,9 +95,10 @@ def _variants(vehicle: Vehicle, gains: Gains, scalar: dict[str, dict[str, Any]])
         told = f"scalar gains, K_p {chosen['Kp']:.3g}, C_d {chosen['Cd']:.3g} s, {name}"
         return Variant(told, servoing(**chosen, compensation=compensation), damped)
 
-    kind = "scalar" if np.ndim(gains.settings.get("Kp", ())) == 0 else "matrix"
     return [
-        Variant(f"as flown: {kind} gains, {_told(gains.settings)}", gains.controller(vehicle)),
+        Variant(
+            f"as flown: {_kind(gains)} gains, {_told(gains.settings)}", gains.controller(vehicle)
+        ),
         designed(feed_forward=False),
         designed(damping="feature"),
         designed(compensation="literal"),
@@ -108,6 +109,13 @@ def _variants(vehicle: Vehicle, gains: Gains, scalar: dict[str, dict[str, Any]])
         of_scalars("literal"),
         of_scalars("literal", damped=False),
     ]
+
+
+def _kind(gains: Gains) -> str:
+    """The kind of gains in a word."""
+    if not gains.constant:
+        return "current"
+    return "scalar" if np.ndim(gains.settings.get("Kp", ())) == 0 else "matrix"
 
 
 def _told(changed: Mapping[str, Any], damped: bool = True) -> str:
