@@ -176,7 +176,7 @@ def results(decoupled: dict[str, float], independent: dict[str, float]) -> dict[
     vehicle = ca.load_vehicle("slender")
     found: dict[str, Any] = {
         "vehicle": vehicle.describe(),
-        "loop": {"name": "none", "controller": None},
+        "loop": {"name": "none", "controller": None, "growth_1_s": None},
         "least_settled_hz": 0.3,
         "hovering_hz": [1.0, 9.0],
         "groups": dict.fromkeys(
@@ -210,6 +210,15 @@ def test_a_note_tells_that_gravity_swings_an_arm_faster_than_anything_that_was_t
         "The hovering vehicle swings at 3.9 Hz, and what was tried ends at 3 Hz: beyond it nothing "
         "is said."
     ) in notes(case)
+
+
+def test_a_note_tells_that_a_loop_is_unstable_with_the_arm_bent() -> None:
+    case = results({"bend": 0.6, "moment": 0.5}, {"bend": 0.5, "moment": 0.4})
+    told = []
+    for growth in (-0.2, 0.18):
+        case["loop"] = {"name": "attitude", "controller": None, "growth_1_s": growth}
+        told.append([each for each in notes(case) if "the loop is unstable" in each])
+    assert not told[0] and "a small tilt grows by 0.18 1/s" in told[1][0]
 
 
 def test_notes_tell_what_the_atlas_does_not_hold_and_what_has_not_settled() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 import continuair as ca
 from continuair.studies.standard_excitations import standard_scenario
-from continuair.studies.standard_loops import LOOPS, hover_loop
+from continuair.studies.standard_loops import LOOPS, bent_growth, hover_loop
 
 VEHICLE = ca.load_vehicle("slender")
 ROTORS = {
@@ -46,6 +46,26 @@ def test_a_place_is_held_by_the_position_loop_alone() -> None:
     # which lags, tilts it forward meanwhile.
     assert 9.3 < offset_after_a_push("attitude", 8.0) < 12.0
     assert abs(offset_after_a_push("position", 20.0)) < 0.05
+
+
+def test_a_loop_with_its_arm_bent_grows_as_its_flights_do() -> None:
+    """An arm that leaves upwards: a tilt of 1e-6 rad, from the second four seconds to the third."""
+    arm = {
+        "section": [{"length": 0.6, "bending_stiffness": 0.4, "mass_per_length": 0.1,
+                     "damping_ratio": 0.05}],
+        "attitude": [0.0, -np.sin(np.pi / 3.0), 0.0, np.cos(np.pi / 3.0)],
+        "tip": {"mass": 0.1, "inertia": [1e-4, 1e-4, 1e-4]},
+    }  # fmt: skip
+    vehicle = ca.Vehicle(name="up", uav={"mass": 2.0, "inertia": [0.02, 0.02, 0.04]}, arm=[arm])
+    held = cast(ca.Controller, hover_loop(vehicle, "position"))
+    scenario = standard_scenario("force", vehicle, load=0.0, loop=held)
+    q = np.array(scenario.q)
+    tilted = scenario.replace(q=q + 1e-6 * np.eye(len(q))[3:5].sum(0), duration=12.0)
+    turning = np.linalg.norm(ca.simulate(vehicle, tilted, sample=0.01)["angular_velocity"], axis=1)
+    before, after = turning[400:800].max(), turning[800:].max()
+    growth = bent_growth(vehicle, held, q)
+    assert growth == pytest.approx(np.log(after / before) / 4.0, rel=0.05)
+    assert growth > 0.1
 
 
 def test_rotors_fly_the_loop_where_there_are_any() -> None:

@@ -17,7 +17,7 @@ from continuair.equations.kinematics import skew
 
 Array = np.ndarray
 
-_STEADY = 1e-3
+STEADY = 1e-3
 """Growth that counts as none, as that of an arm without damping [1/s]."""
 
 _LONGEST = 0.25
@@ -69,7 +69,7 @@ class LinearLoop:
 
     def stable(self, latency: float) -> bool:
         """Whether nothing grows."""
-        return self.growth(latency) <= _STEADY
+        return self.growth(latency) <= STEADY
 
     def longest_latency(self, latency: float = 0.0) -> float:
         """The latency up to which the loop is stable [s], from none on; negative where it is not

@@ -13,9 +13,14 @@ from dataclasses import replace
 import numpy as np
 
 from continuair import checks
+from continuair.controllers.cascade_design import GRAVITY
 from continuair.controllers.controller import Controller, stack
 from continuair.controllers.flight import flight_controller
+from continuair.controllers.hover import hover
+from continuair.controllers.margins import LinearLoop
 from continuair.errors import InputError, shown
+from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -46,6 +51,16 @@ def hover_loop(vehicle: Vehicle, loop: str, bandwidth: float | None = None) -> C
         )
     held = flight_controller(vehicle, attitude_bandwidth=bandwidth, bend_bandwidth=0.0)
     return held if loop == "position" else _free_sideways(held)
+
+
+def bent_growth(vehicle: Vehicle, held: Controller, q: Array) -> float:
+    """The rate [1/s] at which a small tilt grows in a loop, if above 0, while constant moments hold
+    the bends of q (coordinates,)."""
+    state = state_from_paper(q[None], np.zeros_like(q[None]))[0]
+    bent = hover(vehicle, GRAVITY, tuple(state[Layout(vehicle.shape).bend].tolist()))
+    chosen = held.settings
+    loop = LinearLoop(bent, held.gains, chosen["feedforward"], chosen["rotor_lag"])
+    return loop.growth(chosen["latency"])
 
 
 def hover_loops(vehicle: Vehicle, bandwidths: Array) -> tuple[Controller | None, Array]:

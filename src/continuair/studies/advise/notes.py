@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from continuair.analysis.decoupling_rule import allowed
+from continuair.controllers.margins import STEADY
 from continuair.kernels.dynamics import SIMPLER
 from continuair.studies.atlas.controlled import CONTROLLED_RANGES
 from continuair.studies.atlas.flights import RANGES
@@ -25,6 +26,7 @@ def notes(results: dict[str, Any]) -> list[str]:
     return [
         *_better(results),
         *(note for task in results["verdicts"] for note in _alone(results, task)),
+        *_unstable(results),
         *_unsettled(results),
         *_slower(results),
         *_outside(results),
@@ -80,6 +82,21 @@ def _up_to(limit: float) -> str:
     if math.isinf(limit):
         return "allows all that was tried"
     return f"allows {number_below(limit)}"
+
+
+def _unstable(results: dict[str, Any]) -> list[str]:
+    """Where the bent arm makes a loop unstable that is stable with the arm as it hangs."""
+    growth = results["loop"]["growth_1_s"]
+    oscillating = any(
+        "hz" in of for part in results["excitations"].values() for of in part["models"].values()
+    )
+    if growth is None or growth <= STEADY or not oscillating:
+        return []
+    return [
+        "With the arm bent and held by a constant moment, as loads find it, the loop is unstable: "
+        f"a small tilt grows by {number(growth, 2)} 1/s, which limits of oscillating loads rest on; "
+        "give a stiffer arm, or fly it with a servo that holds it (flight_controller)."
+    ]
 
 
 def _unsettled(results: dict[str, Any]) -> list[str]:

@@ -34,7 +34,7 @@ from continuair.studies.advise.tracking import tracking_limit
 from continuair.studies.advise.verdicts import TASKS, verdict
 from continuair.studies.excited_flights import CYCLES, Loop
 from continuair.studies.standard_excitations import PERIODS, standard_scenario
-from continuair.studies.standard_loops import hover_loop
+from continuair.studies.standard_loops import bent_growth, hover_loop
 from continuair.studies.timing import median_ratios
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
@@ -101,6 +101,7 @@ def advise(
         "loop": {
             "name": loop,
             "controller": None if controller is None else controller.describe(),
+            "growth_1_s": _growth(vehicle, controller),
         },
         "tolerance": tolerance.tip,
         "pixels": tolerance.pixels,
@@ -129,6 +130,14 @@ def _groups(vehicle: Vehicle, controller: Controller | None) -> dict[str, float]
         attitude = controller.settings["attitude_bandwidth"]
         found["bandwidth"] = float(attitude) / float(excited_arm(vehicle).frequency)
     return found
+
+
+def _growth(vehicle: Vehicle, controller: Controller | None) -> float | None:
+    """The rate [1/s] at which a small tilt grows or decays as loads find the vehicle, its arm bent
+    and held by a constant moment."""
+    if controller is None:
+        return None
+    return bent_growth(vehicle, controller, np.asarray(standard_scenario("release", vehicle).q))
 
 
 def hovering(vehicle: Vehicle) -> list[float]:
