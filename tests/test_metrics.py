@@ -75,6 +75,10 @@ def test_nrmse_against_a_motionless_reference_is_infinite_unless_both_agree() ->
     still = np.ones((4, 3))
     assert nrmse(still, still) == 0
     assert nrmse(still, still + 1) == math.inf
+    # What rounding moves is still.
+    shaken = still + 1.0 + 1e-15 * np.arange(still.size).reshape(still.shape)
+    assert nrmse(shaken, shaken + 1) == math.inf
+    assert nrmse(shaken, shaken[::-1]) == 0
 
 
 @given(seeds)

@@ -26,6 +26,9 @@ Array = NDArray[np.float64]
 
 _TIP = ("tip_position", "tip_attitude")
 
+_ROUNDING = 1e-12
+"""Share of the largest number of a flight that is rounding, in its motion and in a difference."""
+
 _RATES = (("velocity", "axis"), ("angular_velocity", "axis"), ("bend_rate", "bend_axis"))
 """Rates that have no singularity, and the dimension of each."""
 
@@ -95,15 +98,15 @@ def nrmse(reference: ArrayLike, other: ArrayLike) -> Any:
 
     reference, other: (..., samples, components), same unit in both. Both sums run over components
     and samples; the range of each component is that of the reference. 0 if the two agree, inf if
-    they differ and the reference does not move. "NRMSE_W", Amiri et al.
+    they differ and the reference does not move, but for rounding. "NRMSE_W", Amiri et al.
     """
     reference, other = np.asarray(reference, float), np.asarray(other, float)
-    squares = np.sum((reference - other) ** 2, axis=(-2, -1))
-    ranges = np.ptp(reference, axis=-2)
-    normal = reference.shape[-2] * np.sum(ranges**2, axis=-1)
+    unsure = _ROUNDING * np.max(np.abs(reference), axis=(-2, -1))
+    error = np.sqrt(np.sum((reference - other) ** 2, axis=(-2, -1)) / reference.shape[-2])
+    moved = np.sqrt(np.sum(np.ptp(reference, axis=-2) ** 2, axis=-1))
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.sqrt(squares / normal)
-    return _per_run(np.where(squares == 0, 0.0, ratio))
+        ratio = error / np.where(moved <= unsure, 0.0, moved)
+    return _per_run(np.where(error <= unsure, 0.0, ratio))
 
 
 def rmse(reference: ArrayLike, other: ArrayLike) -> Any:

@@ -94,8 +94,8 @@ def _unstable(results: dict[str, Any]) -> list[str]:
         return []
     return [
         "With the arm bent and held by a constant moment, as loads find it, the loop is unstable: "
-        f"a small tilt grows by {number(growth, 2)} 1/s, which limits of oscillating loads rest on; "
-        "give a stiffer arm, or fly it with a servo that holds it (flight_controller)."
+        f"a small tilt grows by {number(growth, 2)} 1/s, which limits of oscillating loads rest "
+        "on; give a stiffer arm, or fly it with a servo that holds it (flight_controller)."
     ]
 
 

@@ -16,7 +16,7 @@ from continuair.studies.tracking.study import SAMPLE, Tracking
 COLUMNS = {
     "rms_px": "RMS [px]",
     "max_px": "max [px]",
-    "tip_rms_m": "tip RMS [m]",
+    "tip_rms_m": "off target [m]",
     "ds_max_px_before_2s": "DS < 2 s [px]",
     "ds_max_px_after_2s": "DS > 2 s [px]",
     "converged_s": "converged [s]",
