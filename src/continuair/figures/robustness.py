@@ -15,6 +15,8 @@ from continuair.figures.laws import LAWS
 from continuair.kernels.step import OK
 
 _COLUMNS = 4
+_ABOVE, _HIGHEST = 1.4, 1.8
+"""Where crosses stand, above all errors, and axes end, over the largest error."""
 _CROSS: dict[str, Any] = {"marker": "x", "ls": "", "mew": 1.2}
 
 
@@ -32,12 +34,13 @@ def errors(results: dict[str, Any], model: str) -> Figure:
         panels = figure.subplots(rows, _COLUMNS, sharey=True, squeeze=False).ravel()
         top = _top(cases)
         for axes, name in zip(panels, names, strict=False):
-            for law in laws:
-                _line(axes, law, cases[law], name, top)
+            for place, law in enumerate(laws):
+                beside = 0.02 * (place - 0.5 * (len(laws) - 1))
+                _line(axes, law, cases[law], name, top, beside)
             unit = cases[laws[0]]["mistakes"][name]["unit"].strip()
             axes.set_title(f"{name} [{unit}]", loc="left")
             axes.set_yscale("log")
-            axes.set_ylim(top=1.6 * top)
+            axes.set_ylim(top=_HIGHEST * top)
         for axes in panels[len(names) :]:
             axes.remove()
         for axes in panels[::_COLUMNS]:
@@ -59,17 +62,16 @@ def write(results: dict[str, Any], file: Callable[[str], Path]) -> None:
         style.save(errors(results, model), f"errors_{model}", file)
 
 
-def _line(axes: Any, law: str, case: dict[str, Any], name: str, top: float) -> None:
+def _line(axes: Any, law: str, case: dict[str, Any], name: str, top: float, beside: float) -> None:
+    """The line of a law, and its crosses, moved by a share of the values beside those of others."""
     values = case["mistakes"][name]["values"]
     at = np.array([0.0, *(each["value"] for each in values)])
     rms = np.array([case["without"]["rms_px"], *(each["rms_px"] for each in values)])
     ended = np.array([case["without"]["status"], *(each["status"] for each in values)]) != OK
     look = LAWS[law]
     axes.plot(at, rms, marker=look["marker"], ms=2.5, lw=0.9, color=look["color"])
-    # Beside one another, where flights of several laws end.
-    shift = (list(LAWS).index(law) - 1) * 0.02 * at[-1]
-    tops = np.full(ended.sum(), top)
-    axes.plot(at[ended] + shift, tops, ms=4, gid="failed", color=look["color"], **_CROSS)
+    tops = np.full(ended.sum(), _ABOVE * top)
+    axes.plot(at[ended] + beside * at[-1], tops, ms=4, gid="failed", color=look["color"], **_CROSS)
 
 
 def _top(cases: dict[str, Any]) -> float:
@@ -98,4 +100,4 @@ def _key(laws: list[str]) -> list[Any]:
         Line2D([], [], marker=LAWS[law]["marker"], ms=3, color=LAWS[law]["color"], label=law)
         for law in laws
     ]
-    return [*lines, Line2D([], [], ms=4, color="#333333", label="ended early", **_CROSS)]
+    return [*lines, Line2D([], [], ms=4, color="#333333", label="ended early, no RMS", **_CROSS)]

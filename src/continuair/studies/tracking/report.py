@@ -68,8 +68,8 @@ def as_table(results: dict[str, Any]) -> str:
         f"One law (gains {results['gains']['name']}) on each plant; structural damping of the arm",
         f"{damping}. Errors count from 5 s on. DS is the difference of the norms of the feature",
         "error from the coupled plant; the paper prints |DS| below "
-        f"{results['printed']['ds_max_px']:g} px. Forces are the RMS beyond their mean of samples "
-        f"{1e3 * SAMPLE:g} ms apart,",
+        f"{results['printed']['ds_max_px']:g} px. Forces are the RMS, beyond the mean thrust, of "
+        f"samples {1e3 * SAMPLE:g} ms apart,",
         "of which the first push, far from the target, is one. A camera's noise is one draw of it.",
     ]
     settings = {results["setting"]: results, **results["settings"]}
