@@ -20,6 +20,7 @@ from continuair.analysis.mass import centre_of_mass, mass_distribution, straight
 from continuair.cli import app
 from continuair.errors import InputError
 from continuair.figures import sensitivity as figures
+from continuair.figures.style import short
 from continuair.flight.simulate import simulate
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.results import ResultFolder, as_json
@@ -237,6 +238,18 @@ def test_figures_draw_the_tips_and_the_errors(flown: study.Sensitivity) -> None:
     line = next(item for item in axes.get_lines() if item.get_label() == "decoupled")
     np.testing.assert_allclose(line.get_xdata(), np.degrees(between["value"]), rtol=1e-14)
     np.testing.assert_array_equal(line.get_ydata(), between["rmse_xy_m"]["decoupled"])
+
+
+def test_the_title_of_the_paths_tells_the_largest_error_between_them(
+    flown: study.Sensitivity,
+) -> None:
+    figure: Any = figures.paths(flown.results, flown.datasets)
+    title = " ".join(" ".join(each.get_text() for each in figure.texts).split())
+    largest = max(
+        max(sweep["between"]["rmse_xy_m"]["decoupled"])
+        for sweep in flown.results["sweeps"].values()
+    )
+    assert f"errs by up to {short(largest)} m RMS" in title
 
 
 def test_stored_results_hold_every_sentence_row_and_trajectory(

@@ -59,7 +59,7 @@ def paths(results: dict[str, Any], datasets: dict[str, xr.Dataset]) -> Figure:
         for axes in distances:
             axes.set_ylim(low, high)
         text = f"{_subtitle(results)} Apart: RMS distance of the tips, windows of {_WINDOW:g} s."
-        style.head(figure, _farthest(largest), text, failed, _key())
+        style.head(figure, _farthest(results, largest), text, failed, _key())
     return figure
 
 
@@ -208,15 +208,26 @@ def _subtitle(results: dict[str, Any]) -> str:
     )
 
 
-def _farthest(largest: dict[str, tuple[float, str]]) -> str:
-    """Which value of which parameter sets the two models farthest apart, and which least."""
-    most, least = (f(largest, key=lambda name: largest[name][0]) for f in (max, min))
-    far = (
-        f"The decoupled tip gets up to {short(largest[most][0])} m off ({most} {largest[most][1]})"
+def _farthest(results: dict[str, Any], largest: dict[str, tuple[float, str]]) -> str:
+    """How far off the decoupled tip gets at values that are drawn, and between them."""
+    most = max(largest, key=lambda name: largest[name][0])
+    drawn = f"{short(largest[most][0])} m off where it is drawn ({most} {largest[most][1]})"
+    rms = {
+        (name, sweep["scale"] * value): float("nan" if error is None else error)
+        for name, sweep in results["sweeps"].items()
+        for value, error in zip(
+            sweep["between"]["value"], sweep["between"]["rmse_xy_m"][_SHOWN], strict=True
+        )
+    }
+    finite = {at: error for at, error in rms.items() if np.isfinite(error)}
+    if not finite:
+        return f"The decoupled tip gets up to {drawn}"
+    (name, value), error = max(finite.items(), key=lambda item: item[1])
+    units = results["sweeps"][name]["units"]
+    return (
+        f"The decoupled tip gets up to {drawn}; between those values it errs by up to "
+        f"{short(error)} m RMS ({name} {short(value)} {units})"
     )
-    if most == least:
-        return far
-    return f"{far}; over {least} never more than {short(largest[least][0])} m"
 
 
 def _scatter(results: dict[str, Any]) -> str:
