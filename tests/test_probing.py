@@ -11,7 +11,7 @@ import continuair as ca
 from continuair.flight.prepare import prepare
 from continuair.scenario.excitations import Wave, plus
 
-VEHICLE = ca.load_vehicle("paper")
+VEHICLE, SLENDER = ca.load_vehicle("paper"), ca.load_vehicle("slender")
 unseen = pytest.mark.filterwarnings("ignore:.*jumps within a step")
 
 
@@ -214,3 +214,93 @@ def test_a_function_that_masks_an_entry_or_gives_a_truth_value_is_refused(odd: A
         ca.InputError, match="force holds a truth value or a masked entry at t = 0.1"
     ):
         ca.simulate(VEHICLE, push(lambda t: odd if t >= 0.1 else [0.0, 0.0, 0.0], jumps=[0.1]))
+
+
+def tap(length: float, begins: float = 0.3) -> Callable[[float], list[float]]:
+    """Half a sine of 60 N in a flight that lasts forty times as long, or more."""
+
+    def force(t: float) -> list[float]:
+        within = begins < t < begins + length
+        return [60.0 * np.sin(np.pi * (t - begins) / length) * within, 0.0, 0.0]
+
+    return force
+
+
+def tapped(length: float = 0.025, **fields: Any) -> ca.Scenario:
+    return ca.Scenario("tap", np.zeros(8), force=tap(length), duration=4.0, gravity=0.0, **fields)
+
+
+@pytest.mark.parametrize("step", ["auto", 3e-3, 2e-3, 1e-3])
+@pytest.mark.filterwarnings("ignore:step_error reaches")
+def test_a_tap_between_the_probed_steps_is_in_step_error(step: Any) -> None:
+    """It begins and ends within steps, which makes its impulse wrong."""
+    flight = ca.simulate(SLENDER, tapped(), step=step, sample=0.02)
+    exact = ca.simulate(SLENDER, tapped(jumps=[0.3, 0.325]), step=1e-4, sample=0.02)
+    off = float(np.linalg.norm(flight.tip_position - exact.tip_position, axis=-1).max())
+    assert off / SLENDER.arm.length < 1.2 * float(flight.step_error)
+    assert float(flight.step_error) < 0.02
+
+
+def test_taps_whose_ends_are_named_cost_nothing_and_are_not_told_of() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        flight = ca.simulate(SLENDER, tapped(jumps=[0.3, 0.325]), sample=0.01)
+    assert flight.attrs["flown_again"] == 0 and float(flight.step_error) < 1e-3
+
+
+@pytest.mark.parametrize("hertz", [495.0, 500.0])
+def test_a_burst_that_stages_see_as_a_swell_is_told_of(hertz: float) -> None:
+    def burst(t: float) -> list[float]:
+        swell = np.sin(np.pi * (t - 5.3) / 0.1) ** 2 * (5.3 < t < 5.4)
+        return [6.0 * np.cos(2.0 * np.pi * hertz * t) * swell, 0.0, 0.0]
+
+    scenario = ca.Scenario("burst", np.zeros(8), force=burst, duration=20.0, gravity=0.0)
+    with pytest.warns(ca.ContinuairWarning, match="force changes within steps of 0.004 s"):
+        flight = ca.simulate(SLENDER, scenario, step=4e-3, sample=0.02)
+    assert np.isinf(flight.step_error)
+
+
+@pytest.mark.filterwarnings("ignore:step_error reaches")
+def test_taps_of_a_batch_are_judged_run_by_run() -> None:
+    def forces(t: float) -> list[list[float]]:
+        return [tap(0.025, begins)(t) for begins in (0.3, 1.7)] + [sine(0.5, 1.0)(t)]
+
+    scenario = ca.Scenario("taps", np.zeros((3, 8)), force=forces, duration=4.0, gravity=0.0)
+    together = ca.simulate(SLENDER, scenario, sample=0.02)
+    for run in (0, 2):
+        alone = ca.simulate(
+            SLENDER,
+            scenario.replace(q=np.zeros(8), force=lambda t, run=run: forces(t)[run]),
+            sample=0.02,
+        )
+        assert float(alone.step_error) == float(together.step_error[run])
+        np.testing.assert_array_equal(alone.tip_position, together.tip_position[run])
+    assert float(together.step_error[2]) < 1e-6 < 1e-3 < float(together.step_error[0])
+    pairs = ca.run_pairs(SLENDER, scenario, sample=0.02)
+    np.testing.assert_allclose(
+        pairs.step_error.sel(model="coupled"), together.step_error, rtol=1e-3
+    )
+
+
+def test_a_simulation_tells_of_taps_too() -> None:
+    sim = ca.Simulation(SLENDER, tapped(), control_period=0.01, step=2e-3)
+    while sim.time < 0.5:
+        sim.step()
+    assert float(sim.trajectory().step_error) > 1e-3
+
+
+@pytest.mark.filterwarnings("ignore:step_error reaches")
+@pytest.mark.filterwarnings("ignore:rotors saturate")
+def test_commands_that_limits_cut_off_within_steps_are_in_step_error() -> None:
+    rotors = {"layout": "quad_x", "lever": 0.24, "thrust_limits": [0.5, 9.0]}
+    vehicle = SLENDER.replace({"uav.rotors": {**rotors, "torque_per_thrust": 0.015}})
+    hover = 9.81 * vehicle.mass / 4.0
+
+    def command(t: float) -> Any:
+        swing = np.sin([30.0 * t, -30.0 * t, 17.0 * t, -17.0 * t])
+        return hover * (1.0 + 1.5 * swing)
+
+    scenario = ca.Scenario("cut", (0, 0, 3, 0, 0, 0, 0.2, 0), rotor_command=command, duration=1.0)
+    found, exact = (ca.simulate(vehicle, scenario, sample=0.02, step=h) for h in (2e-3, 1e-4))
+    off = float(np.linalg.norm(found.tip_position - exact.tip_position, axis=-1).max())
+    assert 1e-5 < off / vehicle.arm.length < float(found.step_error) < 0.01

@@ -196,6 +196,37 @@ def test_an_arm_that_swings_through_the_edge_of_a_wash_is_followed_by_the_automa
     assert off < 1e-3 * light.arm.length
 
 
+@pytest.mark.parametrize("step", ["auto", 2e-3])
+@pytest.mark.filterwarnings("ignore:step_error reaches")
+def test_what_the_edges_of_a_wash_cost_is_in_step_error(step: Any) -> None:
+    """A light arm that is let go crosses the wash of small rotors at 10 m/s."""
+    rotors = {"layout": "quad_x", "lever": 0.15, "thrust_limits": [0.1, 14.0], "lag": 0.03}
+    light = ca.Vehicle(
+        name="light",
+        uav={
+            "mass": 1.6,
+            "inertia": [0.015, 0.016, 0.03],
+            "rotors": {**rotors, "torque_per_thrust": 0.015, "radius": 0.04},
+        },
+        arm={
+            "length": 0.7,
+            "radius": 0.03,
+            "mass_per_length": 0.012,
+            "bending_stiffness": 0.1,
+            "damping_ratio": 0.01,
+            "drag_coefficient": 1.2,
+        },
+    )
+    command = [9.81 * light.mass / 4.0] * 4
+    start = ca.Scenario("edges", (0, 0, 3, 0, 0, 0, 4, 0.75), rotor_command=command, duration=0.6)
+    fine, found = (
+        ca.simulate(light, start, sample=0.02, step=each, variables=["tip_position"])
+        for each in (1e-4, step)
+    )
+    off = float(np.linalg.norm(found.tip_position - fine.tip_position, axis=1).max())
+    assert 1e-5 < off / 0.7 < float(found.step_error) < 0.1
+
+
 def swinging(t: float) -> list[float]:
     return [0.02 * np.sin(7.0 * t), 0.02 * np.cos(5.8 * t)]
 

@@ -14,7 +14,9 @@ from continuair.engine.loop import Loop
 from continuair.flight.camera_timing import loop_over
 from continuair.flight.inputs import groups_in_use, sample_inputs
 from continuair.flight.probing import warn_of_jumps
+from continuair.flight.pulses import Pulses
 from continuair.flight.resolution import RESOLVED, step_error, unresolved
+from continuair.flight.rotors import within_limits
 from continuair.flight.time_grid import Grid, Marks, seen_at, shared_grids, stage_times
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.scenario.scenarios import Scenario
@@ -22,6 +24,9 @@ from continuair.vehicle.layout import COMMAND, FIELDS
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
+
+_UNRESOLVED = 1.01 * RESOLVED
+"""What abrupt inputs add to step_error, until halving the step tells what they cost."""
 
 # What the inputs of one part of a batch take at most, where every run has its own over time.
 _INPUT_BYTES = {"cpu": 1e8, "cuda": 2e9}
@@ -77,11 +82,13 @@ class Flight:
 
     runs: how many; batched: whether results have a dimension for them. start: of all runs; steps:
     of each run (runs,) [s]; missed: whether its steps miss what its inputs do (runs,); abrupt:
-    whether rotors of it are commanded as no step follows at full order (runs,); marks: times that
-    steps end at. coupled: an engine of that model, which others share what they can with.
-    automatic: whether the steps may be made finer; integrator: "rk4", "implicit", or "dop853",
-    which takes steps of its own; told: inputs whose jumps have been told of; lost: times near which
-    samples did not follow the Euler angles of q [s].
+    the share of what half the step changes that counts, where it is more than the integrator's, as
+    inputs move or arms cross a wash as no step follows at full order, or 0 (runs,); both as far as
+    has been seen; marks: times that steps end at. coupled: an engine of that model, which
+    others share what they can with. automatic: whether the steps may be made finer; integrator:
+    "rk4", "implicit", or "dop853", which takes steps of its own; told: inputs whose jumps have been
+    told of, unseen: that swing between stages; lost: times near which samples did not follow the
+    Euler angles of q [s].
     """
 
     vehicle: Vehicle
@@ -99,6 +106,7 @@ class Flight:
     automatic: bool
     integrator: str
     told: set[str] = field(default_factory=set)
+    unseen: set[str] = field(default_factory=set)
     lost: list[float] = field(default_factory=list)
     _sampled: dict[tuple[bytes, bytes], Drive] = field(default_factory=dict)
     _engines: dict[tuple[str, str], Engine] = field(default_factory=dict)
@@ -127,7 +135,7 @@ class Flight:
         tells what they cost.
         """
         found = step_error(sums, looking=self.looks)
-        found[self.abrupt[chosen]] += 1.01 * RESOLVED
+        found[self.abrupt[chosen] > 0.0] += _UNRESOLVED
         found[self.missed[chosen]] += np.inf
         return found
 
@@ -138,6 +146,14 @@ class Flight:
             if self.automatic
             else np.zeros(0, int)
         )
+
+    def unmeasured(self, errors: Array) -> Array:
+        """Runs of given steps whose inputs are abrupt, which only halving the step measures: all
+        that it changes is theirs, and errors (runs, …) lose what stood for it."""
+        runs = np.flatnonzero((self.abrupt > 0.0) & ~self.missed & (not self.automatic))
+        self.abrupt[runs] = 1.0
+        errors[runs] -= _UNRESOLVED
+        return runs
 
     def halved(self, runs: Array) -> Flight:
         """The same flight, but some runs, by their indices, take half the step."""
@@ -205,9 +221,18 @@ class Flight:
             drive = self.drive(times, runs)
             if not self.adaptive:
                 warn_of_jumps(drive, grid.starts, self.coupled.layout, self.told, stacklevel=3)
+                self.look_for_pulses(drive, grid, runs, stacklevel=4)
             self._sampled.clear()
             self._sampled[key] = drive
         return self._sampled[key]
+
+    def look_for_pulses(self, drive: Drive, grid: Grid, runs: Array, stacklevel: int) -> None:
+        """Mark runs of which inputs move roughly or unseen in some steps; warn of the latter."""
+        scenario, rotors = within_limits(self.vehicle, self.scenario), self.vehicle.uav.rotors
+        highest = np.reshape(np.inf if rotors is None else rotors.highest, (-1, 1))
+        pulses = Pulses(scenario, highest, self.coupled.layout, drive, grid, runs)
+        self.abrupt[runs] = np.maximum(self.abrupt[runs], pulses.rough())
+        self.missed[runs] |= pulses.unseen(self.unseen, stacklevel + 1)
 
     def drive(self, times: Array, runs: Array) -> Drive:
         """What acts on some runs at some times."""

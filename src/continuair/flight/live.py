@@ -97,6 +97,8 @@ class Simulation:
                 f"vehicle and scenario hold {self._flight.runs} runs, but a Simulation is of one; "
                 "give one run, or use continuair.simulate for a batch."
             )
+        # What a program steps cannot be flown again: of a wash its steps tell what they measure.
+        self._flight.abrupt[self._flight.abrupt < 1.0] = 0.0
         self._vehicle, self._scenario, self._model = vehicle, scenario, model
         self._engine, self._step = self._flight.engine(model), float(self._flight.steps[0])
         self._period, self._status, self._ended = period, OK, 0.0
@@ -254,21 +256,23 @@ class Simulation:
         flight = dataclasses.replace(self._flight, marks=Marks(times, times, times[:0]))
         recorder = Recorder(flight, self._model, names, "float64")
         logs = Logs(log, status, last, self._errors[None], observed, watched, scene)
+        self._look_at_inputs(times)
         recorder.keep(Cohort(flight, _ONE, grid, acting, None), logs)
         warn_of_saturation(recorder.saturation, stacklevel=3)
-        self._warn_of_jumps(times)
         found = recorder.dataset({"step": self._step})
         given = dict.fromkeys(sorted(self._given), GIVEN_TO_STEPS)
         told = json.loads(found.attrs["scenario"]) | given
         return found.assign_attrs(scenario=json.dumps(told))
 
-    def _warn_of_jumps(self, times: Array) -> None:
-        """Warn, as `simulate` does, of the scenario's inputs that jump within the steps taken."""
+    def _look_at_inputs(self, times: Array) -> None:
+        """Warn, as `simulate` does, of the scenario's inputs that jump or swing within the steps
+        taken, and mark what is rough in them."""
         if len(times) > 1:
             marks = marks_at(times, self._scenario.jumps, knots=self._scenario.knots)
             grid = grid_of(marks, self._step * (1.0 + _ROUNDING))
             drive = self._flight.drive(stage_times(grid), _ONE)
             warn_of_jumps(drive, grid.starts, self._engine.layout, set(), stacklevel=4)
+            self._flight.look_for_pulses(drive, grid, _ONE, stacklevel=4)
 
     def _grid(self) -> Grid:
         """The steps of the next control period, between the same jumps as in `simulate`."""

@@ -37,6 +37,10 @@ from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
 Array = np.ndarray
 
+_OF_WASH = 1.0 / 3.0
+"""Share of what half the step changes that it errs by, where arms cross the edge of a wash; it was
+a fortieth to a ninth of it."""
+
 
 def prepare(
     vehicle: Any,
@@ -83,12 +87,13 @@ def prepare(
     distorts = not adaptive and not INTEGRATORS[integrator].stiff
     steps = steps_of(scenario, asked, fine, sample, stacklevel + 1 if distorts else None)
     check_steps(duration, min(float(steps.min()), sample))
-    missed = abrupt = np.zeros(runs, bool)
+    missed, abrupt = np.zeros(runs, bool), np.zeros(runs)
     if not adaptive:
         probe.warn_of_blur(steps, stacklevel + 1)
         missed = probe.missed(steps) | (driven * steps > UNSEEN)
         speeds = Probe(as_speeds(vehicle, scenario), coupled.layout, max(duration, horizon))
-        abrupt = speeds.felt("rotor_command", steps, lag_rate(vehicle))
+        abrupt = 1.0 * speeds.felt("rotor_command", steps, lag_rate(vehicle))
+        abrupt = np.maximum(abrupt, _OF_WASH * coupled.tree.wash)
         if not distorts:
             warn_of_fast_inputs(steps, driven, stacklevel + 1)
     states = state_from_paper(*np.broadcast_arrays(q, qd))

@@ -40,14 +40,14 @@ _HALVINGS = 8
 _COARSEST = 8
 """The coarsest steps of a batch are looked at, where its runs take many."""
 
-_INSIDE = 1e-9
+INSIDE = 1e-9
 """Share of a step that is left out at both of its ends where it is looked into."""
 
-_STAGES = np.array([0.0, 0.5, 1.0])
+STAGES = np.array([0.0, 0.5, 1.0])
 # Between the stages, and not placed evenly, so that no sine is zero at both of them and at stages.
-_PROBES = np.array([0.211, 0.727])
+PROBES = np.array([0.211, 0.727])
 # Of the golden section: starts that no period of an input falls in step with.
-_SPREAD = 0.6180339887498949
+GOLDEN = 0.6180339887498949
 
 
 @dataclass(frozen=True)
@@ -117,12 +117,7 @@ class Probe:
                     worst = float(shares[at]), blur.field, float(step), float(blur.times[at])
         if worst is not None:
             share, name, step, time = worst
-            warn(
-                f"{name} changes within steps of {step:.3g} s: near t = {time:.4g} s it is "
-                f"{100.0 * share:.2g} % of its largest value off what the steps see of it; give a "
-                "shorter step, or name the times at which it jumps in jumps.",
-                stacklevel=stacklevel,
-            )
+            warn_of_unseen(name, share, step, time, stacklevel + 1)
 
     def blurs(self, step: float) -> list[Blur]:
         """The blur of every input that does not tell how fast it is, in steps spread over time."""
@@ -148,15 +143,25 @@ class Probe:
 
     def _windows(self, width: float) -> tuple[Array, Array]:
         """Starts and widths of the steps that are looked into; none reaches over a jump."""
-        starts = (self.duration - width) * (_SPREAD * np.arange(1, _WINDOWS + 1) % 1.0)
+        starts = (self.duration - width) * (GOLDEN * np.arange(1, _WINDOWS + 1) % 1.0)
         breaks = np.union1d(self.scenario.jumps, self.scenario.knots)
         edges = np.concatenate([[0.0], breaks[breaks < self.duration], [self.duration]])
         piece = np.clip(np.searchsorted(edges, starts, side="right"), 1, len(edges) - 1)
         ends = np.minimum(starts + width, edges[piece])
         begins = np.maximum(ends - width, edges[piece - 1])
         # Just inside: at a jump itself the input is that of one side or the other.
-        inside = _INSIDE * (ends - begins)
+        inside = INSIDE * (ends - begins)
         return begins + inside, ends - begins - 2.0 * inside
+
+
+def warn_of_unseen(name: str, share: float, step: float, time: float, stacklevel: int) -> None:
+    """Warn of an input that is a share of its largest value off what steps [s] see near a time."""
+    warn(
+        f"{name} changes within steps of {step:.3g} s: near t = {time:.4g} s it is "
+        f"{100.0 * share:.2g} % of its largest value off what the steps see of it; give a "
+        "shorter step, or name the times at which it jumps in jumps.",
+        stacklevel=stacklevel,
+    )
 
 
 def warn_of_jumps(
@@ -175,7 +180,7 @@ def warn_of_jumps(
             continue
         own = stages[..., where]
         curved = np.abs(own[:, 0] - 2.0 * own[:, 1] + own[:, 2])
-        share = (curved / _largest(np.abs(own).max(axis=(0, 1)))).max(axis=(1, 2))
+        share = (curved / largest(np.abs(own).max(axis=(0, 1)))).max(axis=(1, 2))
         at = int(np.argmax(share))
         if share[at] > JUMP and name not in told:
             told.add(name)
@@ -191,17 +196,17 @@ def _blur_of(name: str, value: Any, size: int, starts: Array, widths: Array) -> 
     """Share (starts, runs or 1) that an input is off the parabola through the stages of steps."""
     stages, probes = (
         evaluated(name, value, (starts[:, None] + widths[:, None] * at).ravel(), size)
-        for at in (_STAGES, _PROBES)
+        for at in (STAGES, PROBES)
     )
     stages, probes = (x.reshape(len(starts), -1, *x.shape[1:]) for x in (stages, probes))
-    s = _PROBES
+    s = PROBES
     weights = np.stack([(2 * s - 1) * (s - 1), 4 * s * (1 - s), s * (2 * s - 1)], axis=-1)
     off = np.abs(probes - np.einsum("ps,nsrk->nprk", weights, stages)).max(axis=1)
-    largest = np.maximum(*(np.abs(x).max(axis=(0, 1)) for x in (stages, probes)))
-    return np.asarray((off / _largest(largest)).max(axis=-1))
+    whole = np.maximum(*(np.abs(x).max(axis=(0, 1)) for x in (stages, probes)))
+    return np.asarray((off / largest(whole)).max(axis=-1))
 
 
-def _largest(of_components: Array) -> Array:
+def largest(of_components: Array) -> Array:
     """The largest value of each component (runs or 1, components), inf for one that is too small.
 
     Each by itself: a fast moment is not hidden by a steady force beside it.

@@ -102,6 +102,9 @@ def simulate(
         recorder.flight = flight.halved(flown_again)
         record(recorder, flown_again)
         recorder.step_error[flown_again] = error_by_halving(flight, model, flown_again)
+    if len(abrupt := flight.unmeasured(recorder.step_error)):
+        measured = error_by_halving(flight, model, abrupt)
+        recorder.step_error[abrupt] = np.fmax(recorder.step_error[abrupt], measured)
     warn_of_coarse_steps(recorder.step_error, recorder.flight.steps, stacklevel=3)
     warn_of_saturation(recorder.saturation, stacklevel=3)
     warn_of_limits(recorder, stacklevel=3)
@@ -155,7 +158,7 @@ def _halved_error(flight: Flight, model: str, runs: Array) -> Array:
         tips = [recorder.values("tip_position") for recorder in flown]
         # What a run that ended has not reached is NaN in one or both.
         apart = np.nanmax(np.linalg.norm(tips[1] - tips[0], axis=-1), axis=-1)
-        part_of = np.where(flight.abrupt[part], 1.0, share)
+        part_of = np.maximum(flight.abrupt[part], share)
         estimate = np.fmax(part_of * apart / length[part], flown[1].doubt)
         otherwise = flown[0].status != flown[1].status
         estimate = np.where(otherwise, np.fmax(estimate, 1.0), estimate)

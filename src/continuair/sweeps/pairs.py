@@ -102,6 +102,10 @@ def run_pairs(
         for column, model in enumerate(names):
             found.step_error[coarse, column] = error_by_halving(flight, model, coarse)
         flight = finer
+    if len(abrupt := flight.unmeasured(found.step_error)):
+        for column, model in enumerate(names):
+            measured = error_by_halving(flight, model, abrupt)
+            found.step_error[abrupt, column] = np.fmax(found.step_error[abrupt, column], measured)
     warn_of_coarse_steps(found.step_error, flight.steps, stacklevel=3)
     warn_of_saturation(found.saturation, stacklevel=3)
     warn_of_runs_at_limits(found.at_limits, scenario, stacklevel=3)
