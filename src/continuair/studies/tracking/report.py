@@ -19,7 +19,7 @@ COLUMNS = {
     "tip_rms_m": "off target [m]",
     "ds_max_px_before_2s": "DS < 2 s [px]",
     "ds_max_px_after_2s": "DS > 2 s [px]",
-    "converged_s": "converged [s]",
+    "converged_s": "below 5 px from [s]",
     "force_rms_n": "force [N]",
     "out_of_view_samples": "out of view",
     "step_halving_error": "step error",
