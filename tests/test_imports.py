@@ -77,6 +77,7 @@ ROOMS = {
         {"time_grid", "inputs", "resolution", "turns", "reading", "labels"},
         {"steps", "guiding", "holding"},
         {"camera_timing", "probing", "rotors"},
+        {"pulses"},
         {"cohorts"},
         {"prepare"},
         {"dop853", "trajectory"},

@@ -14,7 +14,7 @@ import numpy as np
 from continuair.engine.engine import Drive
 from continuair.errors import InputError
 from continuair.flight.inputs import evaluated, field_width
-from continuair.flight.probing import GOLDEN, INSIDE, JUMP, PROBES, STAGES, largest, warn_of_unseen
+from continuair.flight.probing import GOLDEN, JUMP, PROBES, largest, warn_of_unseen
 from continuair.flight.steps import told_rate
 from continuair.flight.time_grid import Grid
 from continuair.scenario.scenarios import Scenario
@@ -28,6 +28,9 @@ ends and the middle alone; that of a sine reaches it at seven steps per period."
 
 _LIVELIEST = _SPREAD = 8
 """Steps that are looked into: of those in which an input moves most, and spread over the flight."""
+
+_TOGETHER = ("tau", "force")
+"""Fields that add up in one column of what acts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,12 +52,12 @@ class Pulses:
         """Whether inputs move as no step follows at full order (n,), as where a pulse begins."""
         found = np.zeros(len(self.runs), bool)
         for name in self._untold():
-            start, middle, end = self._stages(name)
+            start, middle, end = stages = self._stages(name)
             means = (start + 4.0 * middle + end) / 6.0
             doubled = (start[:-1] + 4.0 * end[:-1] + end[1:]) / 6.0
             steps, opens = self.grid.steps, self.grid.opens
             alike = np.isclose(steps[1:], steps[:-1], rtol=1e-6, atol=0.0) & ~opens[1:]
-            whole = largest(np.abs([start, middle, end]).max(axis=(0, 1)))
+            whole = largest(np.abs(stages).max(axis=(0, 1)))
             off = np.abs(0.5 * (means[:-1] + means[1:]) - doubled) / whole > _ROUGH
             # A bend in an input costs nothing where a step ends.
             curved = np.abs(start - 2.0 * middle + end) / whole > _ROUGH
@@ -68,22 +71,18 @@ class Pulses:
         """
         found = np.zeros(len(self.runs), bool)
         for name in self._untold():
-            start, middle, end = self._stages(name)
-            moved = np.abs(middle - start) + np.abs(end - middle)
-            moved = (moved / largest(moved.max(axis=0))).max(axis=-1)
-            spread = np.arange(_SPREAD) * GOLDEN % 1.0 * len(moved)
-            for row in range(moved.shape[1]):
-                liveliest = np.argsort(-moved[:, row], kind="stable")[:_LIVELIEST]
-                looked = np.union1d(liveliest, spread.astype(int))
-                shares = self._beyond(name, looked, row)
-                if shares.max() <= JUMP:
-                    continue
-                found[row if moved.shape[1] > 1 else slice(None)] = True
-                if name not in told:
-                    told.add(name)
-                    at = looked[int(np.argmax(shares))]
-                    step, time = float(self.grid.steps[at]), float(self.grid.starts[at])
-                    warn_of_unseen(name, float(shares.max()), step, time, stacklevel + 1)
+            stages = self._stages(name)
+            whole = np.abs(stages).max(axis=(0, 1))
+            moved = np.abs(np.diff(stages, axis=0)).sum(axis=0) / largest(whole)
+            own = _looked_into(moved.max(axis=-1))
+            steps = np.flatnonzero(own.any(axis=1))
+            shares = np.where(own[steps], self._beyond(name, stages[:, steps], steps, whole), 0.0)
+            found |= (shares > JUMP).any(axis=0)
+            if shares.max() > JUMP and name not in told:
+                told.add(name)
+                at = steps[int(np.argmax(shares.max(axis=1)))]
+                step, time = float(self.grid.steps[at]), float(self.grid.starts[at])
+                warn_of_unseen(name, float(shares.max()), step, time, stacklevel + 1)
         return found
 
     def _untold(self) -> list[str]:
@@ -106,22 +105,36 @@ class Pulses:
         highest = self.highest if len(self.highest) == 1 else self.highest[self.runs]
         return np.clip(found, 0.0, highest)
 
-    def _beyond(self, name: str, steps: Array, row: int) -> Array:
-        """By which share of the largest value an input goes beyond its stages (steps,) in them."""
-        widths = self.grid.steps[steps] * (1.0 - 2.0 * INSIDE)
-        starts = self.grid.starts[steps] + INSIDE * self.grid.steps[steps]
-        width = field_width(name, self.layout)
+    def _beyond(self, name: str, stages: Array, steps: Array, whole: Array) -> Array:
+        """By which share of the largest value an input goes beyond its stages (steps, n or 1).
+
+        stages: of these steps (3, steps, n or 1, columns); whole: the largest of all steps.
+        """
+        if name in _TOGETHER and all(
+            getattr(self.scenario, each) is not None for each in _TOGETHER
+        ):
+            # Their stages hold the sum of both.
+            return np.zeros((len(steps), 1))
+        times = self.grid.starts[steps, None] + self.grid.steps[steps, None] * PROBES
         value: Any = getattr(self.scenario, name)
         try:
-            stages, probes = (
-                evaluated(name, value, (starts[:, None] + widths[:, None] * at).ravel(), width)
-                for at in (STAGES, PROBES)
-            )
+            found = evaluated(name, value, times.ravel(), field_width(name, self.layout))
         except InputError:
             # A function that fails off its stages alone is not one that can be looked at.
-            return np.zeros(len(steps))
-        run = self.runs[row] if stages.shape[1] > 1 else 0
-        stages, probes = (x[:, run].reshape(len(steps), -1, width) for x in (stages, probes))
-        over = np.maximum(probes.max(1) - stages.max(1), stages.min(1) - probes.min(1))
-        whole = np.maximum(*(np.abs(x).max(axis=(0, 1)) for x in (stages, probes)))
-        return np.asarray((over / largest(whole)).max(axis=-1))
+            return np.zeros((len(steps), 1))
+        if name == "tip_wrench":
+            found = self.scenario.tip_wrench_sign * found
+        found = found if found.shape[1] == 1 else found[:, self.runs]
+        probes = found.reshape(len(steps), len(PROBES), *found.shape[1:])
+        over = np.maximum(probes.max(1) - stages.max(0), stages.min(0) - probes.min(1))
+        return np.asarray((over / largest(np.maximum(whole, np.abs(probes).max(1)))).max(axis=-1))
+
+
+def _looked_into(moved: Array) -> Array:
+    """Which steps are looked into, by how much an input moves in them; both (steps, n or 1)."""
+    found = np.zeros(moved.shape, bool)
+    found[(np.arange(_SPREAD) * GOLDEN % 1.0 * len(moved)).astype(int)] = True
+    most = min(_LIVELIEST, len(moved))
+    liveliest = np.argpartition(moved, len(moved) - most, axis=0)[len(moved) - most :]
+    np.put_along_axis(found, liveliest, True, axis=0)
+    return found
