@@ -82,6 +82,7 @@ ROOMS = {
         {"prepare"},
         {"dop853", "trajectory"},
         {"limits"},
+        {"growing"},
         {"simulate", "live", "fleet"},
     ],
     "studies": [

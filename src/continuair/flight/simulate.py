@@ -14,6 +14,7 @@ from continuair.engine.lanes import packs_of
 from continuair.engine.pack import per_run
 from continuair.errors import InputError, nearest, shown
 from continuair.flight.cohorts import Cohort, Flight
+from continuair.flight.growing import coarser, growing, grown
 from continuair.flight.limits import warn_of_limits, with_limited_command
 from continuair.flight.prepare import check_scenario, prepare
 from continuair.flight.resolution import RESOLVED, warn_of_coarse_steps, warn_of_saturation
@@ -95,8 +96,12 @@ def simulate(
     )
     if flight.adaptive:
         return _fly_adaptive(flight, model, names, tolerance)
-    recorder = Recorder(flight, model, with_limited_command(names, scenario), dtype)
+    kept = with_limited_command(names, scenario)
+    if scenario.controller is None and "tip_position" not in kept:
+        kept = (*kept, "tip_position")
+    recorder = Recorder(flight, model, kept, dtype)
     record(recorder)
+    _count_growth(recorder)
     flown_again = flight.improvable(recorder.step_error)
     if len(flown_again):
         recorder.flight = flight.halved(flown_again)
@@ -110,6 +115,21 @@ def simulate(
     warn_of_limits(recorder, stacklevel=3)
     recorder.names = names
     return recorder.dataset(recorder.step | {"flown_again": len(flown_again)})
+
+
+def _count_growth(recorder: Recorder) -> None:
+    """Count errors that grow with the flight in the step_error of its runs."""
+    flight = recorder.flight
+    runs = growing(flight, recorder.step_error)
+    if not len(runs):
+        return
+    other, places = coarser(flight)
+    twin = Recorder(other, recorder.model, ("tip_position",), recorder.dtype, runs)
+    record(twin, runs)
+    tips = recorder.values("tip_position")[runs][:, places], twin.values("tip_position")
+    distances = np.linalg.norm(tips[1] - tips[0], axis=-1)
+    apart = np.fmax.reduce(distances, axis=-1) / per_run(flight.vehicle.reach, flight.runs)[runs]
+    recorder.step_error[runs] = np.fmax(recorder.step_error[runs], grown(flight, apart))
 
 
 def fly(

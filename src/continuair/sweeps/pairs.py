@@ -9,9 +9,11 @@ import numpy as np
 import xarray as xr
 
 from continuair import checks
+from continuair.engine.pack import per_run
 from continuair.engine.pairs import Pairs
 from continuair.errors import InputError, shown
 from continuair.flight.cohorts import Flight
+from continuair.flight.growing import coarser, growing, grown
 from continuair.flight.limits import warn_of_runs_at_limits
 from continuair.flight.prepare import prepare
 from continuair.flight.resolution import (
@@ -95,6 +97,7 @@ def run_pairs(
     )
     settle = _checked_settle(settle, flight)
     found = _fly(flight, names, settle)
+    _count_growth(flight, names, found)
     coarse = flight.improvable(found.step_error)
     if len(coarse):
         finer = flight.halved(coarse)
@@ -118,6 +121,18 @@ def run_pairs(
     coordinates = {"run": np.arange(flight.runs), "model": list(names)}
     coordinates |= {"axis": list("xyz"), "quaternion": list("xyzw")}
     return xr.Dataset(data, coordinates)
+
+
+def _count_growth(flight: Flight, models: tuple[str, ...], found: Reduced) -> None:
+    """Count errors that grow with the flight in the step_error of its runs, by the tips' ends."""
+    runs = growing(flight, found.step_error)
+    if not len(runs):
+        return
+    other, _ = coarser(flight)
+    ends = _fly(other, models, 0.0, runs).tip[..., :3], found.tip[runs][..., :3]
+    length = per_run(flight.vehicle.reach, flight.runs)[runs]
+    apart = np.linalg.norm(ends[0] - ends[1], axis=-1) / length[:, None]
+    found.step_error[runs] = np.fmax(found.step_error[runs], grown(flight, apart))
 
 
 def check_pairs(

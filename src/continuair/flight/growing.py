@@ -1,0 +1,71 @@
+"""Errors of steps that grow with the flight: those of velocities drift, and unstable ones multiply.
+
+`step_error` adds up what single steps err by, and counts errors of velocities for the time of the
+fastest motion. In a flight without a controller they last, where they could move the tip it is
+flown once more, at several times the step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from continuair.flight.cohorts import Flight
+from continuair.flight.resolution import RESOLVED
+from continuair.flight.time_grid import marks_at
+from continuair.kernels.integrators import INTEGRATORS
+from continuair.vehicle.layout import FIELDS
+
+Array = np.ndarray
+
+_COARSER = 4
+"""Steps of the other flight, in those of the first."""
+
+_SURE = 4.0
+"""By which its errors were too small at most, as so long steps are of no full order."""
+
+
+def growing(flight: Flight, errors: Array) -> Array:
+    """Runs (n,) whose errors of velocity could move the tip by more than RESOLVED by their end.
+
+    errors: step_error (runs,) or (runs, models). None at given steps, which may bear no longer
+    ones, nor under polar torques, whose direction hangs on the step.
+    """
+    scenario = flight.scenario
+    if scenario.controller is not None or scenario.tau is not None or not flight.automatic:
+        return np.zeros(0, int)
+    largest = np.where(np.isfinite(errors), errors, 0.0).reshape(flight.runs, -1).max(axis=1)
+    steps = flight.duration / flight.steps
+    moved = INTEGRATORS[flight.integrator].phase * largest * steps
+    return np.flatnonzero((moved > RESOLVED) & (largest <= RESOLVED))
+
+
+def coarser(flight: Flight) -> tuple[Flight, Array]:
+    """The same flight at longer steps, with fewer samples, and the places of these (m,) among
+    those of the first."""
+    steps, samples = _COARSER * flight.steps, flight.marks.samples
+    apart = max(1, int(np.ceil(steps.max() / flight.sample - 1e-9)))
+    places = np.unique(np.append(np.arange(0, len(samples), apart), len(samples) - 1))
+    scenario = flight.scenario
+    jumps = np.append(scenario.jumps, flight.duration)
+    marks = marks_at(samples[places], jumps, knots=scenario.knots)
+    names = {*FIELDS, *flight.coupled.layout.of_input}
+    other = replace(
+        flight,
+        steps=steps,
+        marks=marks,
+        missed=np.zeros(flight.runs, bool),
+        abrupt=np.zeros(flight.runs),
+        # What such steps miss of inputs is no word about the flight.
+        told=set(names),
+        unseen=set(names),
+        _sampled={},
+    )
+    return other, places
+
+
+def grown(flight: Flight, apart: Array) -> Array:
+    """step_error (n, …) of what a coarser flight's tip is apart by [arm lengths]."""
+    order = INTEGRATORS[flight.integrator].order
+    return np.asarray(_SURE * apart / (float(_COARSER) ** order - 1.0))
