@@ -185,3 +185,79 @@ def test_polar_torques_past_a_straight_arm_are_told_of_where_they_hang_on_the_st
         flight = ca.simulate(VEHICLE, beside, step=1e-3, sample=0.01)
         assert error(VEHICLE, beside, 1e-3) > 1e-3
     assert float(flight.step_error) > 1e-2
+
+
+def on_top() -> ca.Vehicle:
+    """An arm that stands on its UAV, which so falls over slowly under a force that carries it."""
+    section = {
+        "length": 0.6,
+        "mass_per_length": 0.1,
+        "bending_stiffness": 3.0,
+        "damping_ratio": 0.1,
+    }
+    return ca.Vehicle(
+        name="on top",
+        uav={"mass": 1.8, "inertia": [0.02, 0.022, 0.035]},
+        arm=[
+            {
+                "mount": [0.0, 0.0, 0.05],
+                "attitude": [1.0, 0.0, 0.0, 0.0],
+                "section": [section | {"radius": 0.004}],
+                "tip": {"mass": 0.2, "inertia": [2e-5] * 3},
+            }
+        ],
+    )
+
+
+def falling_over() -> tuple[ca.Vehicle, Scenario]:
+    vehicle = on_top()
+    lift = [0.0, 0.0, 9.81 * vehicle.mass]
+    return vehicle, Scenario("lift", [0, 0, 3, 0.05, 0, 0, 0.5, 0.4], force=lift, duration=20.0)
+
+
+def drifting(kappa: float, duration: float) -> tuple[ca.Vehicle, Scenario]:
+    """Rotors in open loop, whose thrust turns with what the arm that is let go leaves of spin."""
+    rotors = {"layout": "quad_x", "lever": 0.25, "thrust_limits": [0.0, 15.0], "lag": 0.04}
+    vehicle = VEHICLE.replace(
+        {"arm.damping_ratio": 0.1, "uav.rotors": {**rotors, "torque_per_thrust": 0.02}}
+    )
+    command = [9.81 * vehicle.mass / 4.0] * 4
+    q = [0, 0, 3, 0, 0, 0, kappa, 0.4]
+    return vehicle, Scenario("let go", q, rotor_command=command, duration=duration)
+
+
+@pytest.mark.parametrize(
+    ("flown", "integrator"),
+    [(falling_over(), "rk4"), (drifting(1.0, 5.0), "rk4"), (drifting(0.1, 5.0), "implicit")],
+)
+@pytest.mark.filterwarnings("ignore:step_error reaches", "ignore:nrmse_r and rmse_r_rad are NaN")
+def test_it_knows_errors_that_grow_with_the_flight(
+    flown: tuple[ca.Vehicle, Scenario], integrator: str
+) -> None:
+    """As drift, or where it is unstable, and not those of single steps alone."""
+    vehicle, scenario = flown
+    found = ca.simulate(vehicle, scenario, sample=0.05, integrator=integrator)
+    fine = ca.simulate(vehicle, scenario, sample=0.05, step=2.5e-4)
+    off = np.linalg.norm(found.tip_position - fine.tip_position, axis=-1).max()
+    off = float(off / np.max(vehicle.reach))
+    assert 0.3 * off < float(found.step_error) < 30.0 * off
+    pairs = ca.run_pairs(vehicle, scenario, ["decoupled"], sample=0.05, integrator=integrator)
+    told = float(pairs.step_error.sel(model="coupled")[0])
+    assert told == pytest.approx(float(found.step_error), rel=0.3)
+
+
+def test_flights_whose_errors_cannot_grow_so_far_are_flown_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """So are those of loops, which decay."""
+    flown: list[float] = []
+    kept = halving.record
+    monkeypatch.setattr(
+        halving, "record", lambda recorder, *runs: (flown.append(0.0), kept(recorder, *runs))
+    )
+    ca.simulate(VEHICLE, released(0.01, 0.2), sample=0.01)
+    loop = Scenario("hold", released(0.2).q, controller=ca.hold(VEHICLE, [0, 0, 0]), duration=2.0)
+    ca.simulate(VEHICLE, loop, sample=0.01)
+    assert len(flown) == 2
+    ca.simulate(VEHICLE, released(0.2, 2.0), sample=0.01)
+    assert len(flown) == 4
