@@ -41,9 +41,8 @@ def growing(flight: Flight, errors: Array) -> Array:
     return np.flatnonzero((moved > RESOLVED) & (largest <= RESOLVED))
 
 
-def coarser(flight: Flight) -> tuple[Flight, Array]:
-    """The same flight at longer steps, with fewer samples, and the places of these (m,) among
-    those of the first."""
+def coarser(flight: Flight) -> Flight:
+    """The same flight at longer steps, with fewer samples; it ends as the first does."""
     steps, samples = _COARSER * flight.steps, flight.marks.samples
     apart = max(1, int(np.ceil(steps.max() / flight.sample - 1e-9)))
     places = np.unique(np.append(np.arange(0, len(samples), apart), len(samples) - 1))
@@ -51,7 +50,7 @@ def coarser(flight: Flight) -> tuple[Flight, Array]:
     jumps = np.append(scenario.jumps, flight.duration)
     marks = marks_at(samples[places], jumps, knots=scenario.knots)
     names = {*FIELDS, *flight.coupled.layout.of_input}
-    other = replace(
+    return replace(
         flight,
         steps=steps,
         marks=marks,
@@ -62,7 +61,6 @@ def coarser(flight: Flight) -> tuple[Flight, Array]:
         unseen=set(names),
         _sampled={},
     )
-    return other, places
 
 
 def grown(flight: Flight, apart: Array) -> Array:

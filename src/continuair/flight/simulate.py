@@ -123,12 +123,14 @@ def _count_growth(recorder: Recorder) -> None:
     runs = growing(flight, recorder.step_error)
     if not len(runs):
         return
-    other, places = coarser(flight)
+    other = coarser(flight)
     twin = Recorder(other, recorder.model, ("tip_position",), recorder.dtype, runs)
     record(twin, runs)
-    tips = recorder.values("tip_position")[runs][:, places], twin.values("tip_position")
-    distances = np.linalg.norm(tips[1] - tips[0], axis=-1)
-    apart = np.fmax.reduce(distances, axis=-1) / per_run(flight.vehicle.reach, flight.runs)[runs]
+    # As pairs have it: of the arm with the camera, at the end, and NaN of a run that ended early.
+    first = 3 * flight.vehicle.camera_arm
+    ends = recorder.values("tip_position")[runs, -1], twin.values("tip_position")[:, -1]
+    distances = np.linalg.norm((ends[0] - ends[1])[:, first : first + 3], axis=-1)
+    apart = distances / per_run(flight.vehicle.reach, flight.runs)[runs]
     recorder.step_error[runs] = np.fmax(recorder.step_error[runs], grown(flight, apart))
 
 

@@ -128,8 +128,7 @@ def _count_growth(flight: Flight, models: tuple[str, ...], found: Reduced) -> No
     runs = growing(flight, found.step_error)
     if not len(runs):
         return
-    other, _ = coarser(flight)
-    ends = _fly(other, models, 0.0, runs).tip[..., :3], found.tip[runs][..., :3]
+    ends = _fly(coarser(flight), models, 0.0, runs).tip[..., :3], found.tip[runs][..., :3]
     length = per_run(flight.vehicle.reach, flight.runs)[runs]
     apart = np.linalg.norm(ends[0] - ends[1], axis=-1) / length[:, None]
     found.step_error[runs] = np.fmax(found.step_error[runs], grown(flight, apart))
