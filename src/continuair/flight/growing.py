@@ -27,18 +27,18 @@ _SURE = 4.0
 
 
 def growing(flight: Flight, errors: Array) -> Array:
-    """Runs (n,) whose errors of velocity could move the tip by more than RESOLVED by their end.
+    """Which errors, step_error (runs,) or (runs, models), may have grown beyond RESOLVED, as errors
+    of velocity move the tip until the end.
 
-    errors: step_error (runs,) or (runs, models). None at given steps, which may bear no longer
-    ones, nor under polar torques, whose direction hangs on the step.
+    None at given steps, which may bear no longer ones, nor under polar torques, whose direction
+    hangs on the step.
     """
     scenario = flight.scenario
     if scenario.controller is not None or scenario.tau is not None or not flight.automatic:
-        return np.zeros(0, int)
-    largest = np.where(np.isfinite(errors), errors, 0.0).reshape(flight.runs, -1).max(axis=1)
-    steps = flight.duration / flight.steps
-    moved = INTEGRATORS[flight.integrator].phase * largest * steps
-    return np.flatnonzero((moved > RESOLVED) & (largest <= RESOLVED))
+        return np.zeros(errors.shape, bool)
+    steps = (flight.duration / flight.steps).reshape(-1, *(1,) * (errors.ndim - 1))
+    moved = INTEGRATORS[flight.integrator].phase * errors * steps
+    return np.asarray((moved > RESOLVED) & (errors <= RESOLVED))
 
 
 def coarser(flight: Flight) -> Flight:

@@ -120,7 +120,7 @@ def simulate(
 def _count_growth(recorder: Recorder) -> None:
     """Count errors that grow with the flight in the step_error of its runs."""
     flight = recorder.flight
-    runs = growing(flight, recorder.step_error)
+    runs = np.flatnonzero(growing(flight, recorder.step_error))
     if not len(runs):
         return
     other = coarser(flight)

@@ -125,13 +125,15 @@ def run_pairs(
 
 def _count_growth(flight: Flight, models: tuple[str, ...], found: Reduced) -> None:
     """Count errors that grow with the flight in the step_error of its runs, by the tips' ends."""
-    runs = growing(flight, found.step_error)
+    may_grow = growing(flight, found.step_error)
+    runs = np.flatnonzero(may_grow.any(axis=1))
     if not len(runs):
         return
     ends = _fly(coarser(flight), models, 0.0, runs).tip[..., :3], found.tip[runs][..., :3]
     length = per_run(flight.vehicle.reach, flight.runs)[runs]
     apart = np.linalg.norm(ends[0] - ends[1], axis=-1) / length[:, None]
-    found.step_error[runs] = np.fmax(found.step_error[runs], grown(flight, apart))
+    told = np.where(may_grow[runs], grown(flight, apart), 0.0)
+    found.step_error[runs] = np.fmax(found.step_error[runs], told)
 
 
 def check_pairs(
