@@ -261,3 +261,17 @@ def test_flights_whose_errors_cannot_grow_so_far_are_flown_once(
     assert len(flown) == 2
     ca.simulate(VEHICLE, released(0.2, 2.0), sample=0.01)
     assert len(flown) == 4
+
+
+@pytest.mark.filterwarnings("ignore:step_error reaches")
+def test_what_a_run_is_told_to_grow_by_hangs_on_no_other_run_of_its_batch() -> None:
+    """Of vehicles with steps of their own."""
+    light, lift = VEHICLE.replace({"uav.mass": [1.0, 3.0]}), np.zeros((2, 3))
+    lift[:, 2] = 9.81 * np.asarray(light.mass)
+    together = Scenario("lift", [0, 0, 3, 0.05, 0, 0, 0.5, 0.4], force=lift, duration=4.0)
+    found = ca.simulate(light, together, sample=0.02)
+    assert found["step"][0] != found["step"][1]
+    for run in (0, 1):
+        alone = ca.simulate(light.select(run), together.replace(force=lift[run]), sample=0.02)
+        assert float(alone.step_error) == float(found.step_error[run])
+        np.testing.assert_array_equal(alone.tip_position, found.tip_position[run])

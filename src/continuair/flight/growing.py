@@ -42,17 +42,13 @@ def growing(flight: Flight, errors: Array) -> Array:
 
 
 def coarser(flight: Flight) -> Flight:
-    """The same flight at longer steps, with fewer samples; it ends as the first does."""
-    steps, samples = _COARSER * flight.steps, flight.marks.samples
-    apart = max(1, int(np.ceil(steps.max() / flight.sample - 1e-9)))
-    places = np.unique(np.append(np.arange(0, len(samples), apart), len(samples) - 1))
-    scenario = flight.scenario
-    jumps = np.append(scenario.jumps, flight.duration)
-    marks = marks_at(samples[places], jumps, knots=scenario.knots)
+    """The same flight at longer steps, with a sample at its start and its end alone."""
+    ends, scenario = flight.marks.samples[[0, -1]], flight.scenario
+    marks = marks_at(ends, np.append(scenario.jumps, flight.duration), knots=scenario.knots)
     names = {*FIELDS, *flight.coupled.layout.of_input}
     return replace(
         flight,
-        steps=steps,
+        steps=_COARSER * flight.steps,
         marks=marks,
         missed=np.zeros(flight.runs, bool),
         abrupt=np.zeros(flight.runs),
