@@ -8,6 +8,7 @@ import pytest
 import continuair as ca
 from continuair.scenario import paths
 from continuair.scenario.paths import Path
+from tests.closed_loop.flights import VEHICLE, designed, scenario
 from tests.test_errors import assert_one_plain_sentence
 
 ZIGZAG = [[0.0, 0.0, 0.0], [0.5, 0.2, 0.1], [0.3, 0.6, 0.1], [0.9, 0.6, -0.2]]
@@ -278,3 +279,15 @@ def test_a_function_is_asked_inside_its_duration_only() -> None:
     assert np.isfinite(np.hstack([position, velocity, acceleration])).all()
     expected = (1.0 - t) / np.sqrt(t * (2.0 - t) + 1.0)
     np.testing.assert_allclose(velocity[:, 0], expected, rtol=0, atol=1e-6)
+
+
+def test_a_path_that_jumps_beyond_its_duration_is_refused_where_it_is_followed_so_far() -> None:
+    late = paths.from_function(lambda t: [0.1 * np.sin(t), 0.0, 0.1 * (t > 0.35)], 0.2, "late")
+    flown = scenario(designed(), target=ca.Target(late))
+    ca.simulate(VEHICLE, flown, duration=0.3)
+    with pytest.raises(ca.InputError, match=r"path late jumps, .* near t = 0\.35 s"):
+        ca.simulate(VEHICLE, flown, duration=0.5)
+
+
+def test_a_fast_motion_is_no_jump_however_far_beyond_its_duration_it_is_followed() -> None:
+    ca.Target(paths.circle(0.4, period=0.5, duration=1.0)).check_until(100.0)

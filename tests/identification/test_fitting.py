@@ -85,6 +85,14 @@ def test_a_fit_whose_steps_never_follow_the_vehicle_says_so(
     assert any("moves faster than the fit's steps of" in doubt for doubt in found.doubts)
 
 
+def test_a_fit_that_stops_before_its_minimum_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("continuair.identification.problem._MOST", 2)
+    found = fitted()
+    assert not found.converged
+    assert (np.abs(found.values - TRUTH) > 3.0 * found.errors).any()
+    assert any("the fit has not converged" in doubt for doubt in found.doubts)
+
+
 def test_standard_errors_are_the_spread_of_repeated_flights() -> None:
     fields = FIELDS[:2]
     fits = [fitted(fields, "D", seed, {k: WRONG[k] for k in fields}) for seed in range(12)]

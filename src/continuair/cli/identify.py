@@ -102,7 +102,5 @@ def _show(found: Fit) -> None:
     typer.echo(
         f"Left over (standard deviation): {left}; condition {found.condition:.3g}.", err=True
     )
-    if not found.converged:
-        typer.echo("warning: the fit has not converged; start nearer, or fit fewer.", err=True)
     for doubt in found.doubts:
         typer.echo(f"warning: {doubt}", err=True)

@@ -70,6 +70,8 @@ def prepare(
     coupled = _engine(vehicle, device, threads)
     check_fits(scenario, coupled.layout)
     check_air_and_rotors(vehicle, scenario, coupled.layout)
+    for target in {id(each): each for each in scenario.targets}.values():
+        target.check_until(duration)
     q, qd = np.atleast_2d(scenario.q), np.atleast_2d(scenario.qd)
     runs, batched = _runs(vehicle, scenario, coupled)
     scenario = with_rotors_running(coupled, scenario)

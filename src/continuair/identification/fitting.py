@@ -90,6 +90,11 @@ def fit(
     errors, condition, doubts = confidence(problem, where, deviations, left)
     doubts += (*of_what_is_left(left, recording), *replay.cut_off(found))
     doubts += of_fast_swings(vehicle, found, recording.time)
+    if not converged:
+        doubts += (
+            "the fit has not converged, so that its estimates are no best ones and may be off by "
+            "more than their standard errors; start nearer, or fit fewer.",
+        )
     if not resolved:
         doubts += (
             f"the fitted vehicle moves faster than the fit's steps of {replay.step:.2g} s follow; "

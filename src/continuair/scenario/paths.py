@@ -182,9 +182,10 @@ def from_function(
 ) -> Path:
     """Follow a function of time [s] that returns a position (3,) [m]; slopes by differences.
 
-    It is followed beyond the duration, too. Raises InputError if the acceleration has no bound:
-    where second differences grow as they become finer, the path has a corner or a jump; and for
-    positions that are rounded to single precision, of which no acceleration is left.
+    It is followed beyond the duration, too, where a flight looks for jumps alone. Raises InputError
+    if the acceleration has no bound: where second differences grow as they become finer, the path
+    has a corner or a jump; and for positions that are rounded to single precision, of which no
+    acceleration is left.
     """
     duration = checks.positive("duration", duration)
     if not callable(position):

@@ -12,7 +12,8 @@ from continuair.errors import InputError, shown
 from continuair.scenario.paths import Path
 from continuair.scenario.records import with_known_fields
 
-_CHECKED = 4001
+_CHECKED, _MOST_CHECKED = 4001, 1_000_000
+"""Times of a path that are checked within its duration, and at most beyond it."""
 
 DISTANCE = 2.0
 """Distance Z_d at which the camera is to stay [m]: our choice, as the paper prints none."""
@@ -37,7 +38,7 @@ class Target:
     def __post_init__(self) -> None:
         if not isinstance(self.path, Path):
             raise InputError(f"path is {shown(self.path)}; give one, such as paths.letter('M').")
-        _check_motion(self.path)
+        _check_motion(self.path, self.path.duration)
         points = square() if self.points is None else self.points
         rows = checks.finite_array(points)
         if rows is None or rows.ndim != 2 or rows.shape[1] != 3 or len(rows) < 3:
@@ -58,6 +59,12 @@ class Target:
         seen = (self.points - [0.0, 0.0, self.distance]) @ _DOWN
         return (seen[:, :2] / seen[:, 2:]).ravel()
 
+    def check_until(self, end: float) -> None:
+        """Raise InputError unless the path, where it is followed beyond its duration until that
+        time [s], moves there as within."""
+        if end > self.path.duration:
+            _check_motion(self.path, end)
+
     def describe(self) -> dict[str, Any]:
         """The target as JSON can hold it."""
         return {
@@ -68,15 +75,16 @@ class Target:
         }
 
 
-def _check_motion(path: Path) -> None:
-    """Raise InputError unless the path moves on without jumps, as fast as it says."""
-    times = np.linspace(0.0, path.duration, _CHECKED)
+def _check_motion(path: Path, end: float) -> None:
+    """Raise InputError unless the path moves on until then without jumps, as fast as it says."""
+    count = int(min(_CHECKED * max(end / path.duration, 1.0), _MOST_CHECKED))
+    times = np.linspace(0.0, end, count)
     try:
         position, velocity, acceleration = (np.asarray(a, float) for a in path(times))
         shapes = {position.shape, velocity.shape, acceleration.shape}
     except (TypeError, ValueError):
         shapes = set()
-    if shapes != {(_CHECKED, 3)}:
+    if shapes != {(count, 3)}:
         raise InputError(
             f"path {path.name} does not return three arrays (n, 3) for n times; let its motion "
             "return position, velocity and acceleration."
