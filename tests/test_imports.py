@@ -81,8 +81,8 @@ ROOMS = {
         {"cohorts"},
         {"prepare"},
         {"dop853", "trajectory"},
-        {"limits"},
-        {"growing"},
+        {"limits", "rollout"},
+        {"growing", "halving"},
         {"simulate", "live", "fleet"},
     ],
     "studies": [

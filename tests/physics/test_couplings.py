@@ -9,7 +9,7 @@ import continuair as ca
 from continuair import equations
 from continuair.analysis.couplings import attribution
 from continuair.flight.prepare import prepare
-from continuair.flight.simulate import fly
+from continuair.flight.rollout import fly
 from continuair.kernels.dynamics import COUPLINGS
 
 pytestmark = pytest.mark.targets

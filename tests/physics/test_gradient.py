@@ -19,7 +19,7 @@ from continuair.engine.pack import pack_table
 from continuair.engine.slopes import Slopes
 from continuair.engine.tangents import tangents_of
 from continuair.flight.prepare import prepare
-from continuair.flight.simulate import fly
+from continuair.flight.rollout import fly
 from continuair.vehicle.layout import GENERAL, TIP, Layout
 
 Array = np.ndarray

@@ -21,7 +21,7 @@ from continuair.engine.engine import Logs
 from continuair.engine.slopes import Slopes
 from continuair.engine.tangents import Tangents
 from continuair.flight.cohorts import Cohort, Flight
-from continuair.flight.simulate import error_by_halving
+from continuair.flight.halving import error_by_halving
 from continuair.flight.trajectory import Recorder
 from continuair.kernels.slopes import tip_columns
 from continuair.vehicle.layout import GENERAL, TIP, Layout, width_of

@@ -23,7 +23,7 @@ from continuair.analysis.metrics import at_camera, differences
 from continuair.errors import InputError
 from continuair.flight.cohorts import Flight
 from continuair.flight.prepare import check_scenario, prepare
-from continuair.flight.simulate import fly
+from continuair.flight.rollout import fly
 from continuair.kernels.dynamics import COUPLINGS
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.vehicle import Vehicle

@@ -9,17 +9,16 @@ import numpy as np
 import xarray as xr
 
 from continuair import checks
-from continuair.engine.engine import Engine
-from continuair.engine.lanes import packs_of
 from continuair.engine.pack import per_run
 from continuair.errors import InputError, nearest, shown
-from continuair.flight.cohorts import Cohort, Flight
+from continuair.flight.cohorts import Flight
 from continuair.flight.growing import coarser, growing, grown
+from continuair.flight.halving import error_by_halving
 from continuair.flight.limits import warn_of_limits, with_limited_command
 from continuair.flight.prepare import check_scenario, prepare
-from continuair.flight.resolution import RESOLVED, warn_of_coarse_steps, warn_of_saturation
+from continuair.flight.resolution import warn_of_coarse_steps, warn_of_saturation
+from continuair.flight.rollout import record
 from continuair.flight.trajectory import (
-    OBSERVED_VARIABLES,
     OF_ROTORS,
     VARIABLES,
     WATCHED_VARIABLES,
@@ -35,14 +34,6 @@ Array = np.ndarray
 
 _FINEST_TOLERANCE = 1e-13
 """Relative tolerance below which rounding errors of float64 would steer DOP853's steps."""
-
-# Numbers that are logged at once before they are kept: on the CPU they stay near the core.
-_LOGGED_AT_ONCE = {"cpu": 1.0e6, "cuda": 2.0e7}
-_HALVED_AT_ONCE = 2.0e7
-_NUMBERS_PER_SAMPLE = 50
-
-# Of second order a quarter is left at half the step, of fourth a sixteenth.
-_ORDERED = 0.35
 
 
 def simulate(
@@ -134,85 +125,6 @@ def _count_growth(recorder: Recorder) -> None:
     recorder.step_error[runs] = np.fmax(recorder.step_error[runs], grown(flight, apart))
 
 
-def fly(
-    flight: Flight, model: str, names: tuple[str, ...], runs: Array | None = None
-) -> xr.Dataset:
-    """Trajectories of one model of a prepared flight, or of some of its runs, by their indices."""
-    recorder = Recorder(flight, model, names, "float64", runs)
-    record(recorder, runs)
-    return recorder.dataset(recorder.step)
-
-
-def error_by_halving(flight: Flight, model: str, runs: Array) -> Array:
-    """step_error (runs,) of half the step: of RK4 a fifteenth of what halving changes, of the
-    implicit step a third.
-
-    Under polar torques all of it: their direction where the arm passes straight hangs on the step,
-    and what does not fall with the step has no order; no more have abrupt commands of rotors, whose
-    speeds start from 0 as a square root does, nor a loop around a camera that chatters. Where
-    torques are in doubt at half the step too, both flights may have gone the wrong way, and the
-    doubt stays. A run that ends otherwise at half the step is off by an arm length at least, as far
-    as anyone can tell.
-    """
-    errors = _halved_error(flight, model, runs)
-    share = INTEGRATORS[flight.integrator].share
-    doubtful = np.flatnonzero((share * RESOLVED < errors) & (errors <= RESOLVED))
-    if flight.looks and len(doubtful):
-        finer = _halved_error(flight.halved(runs[doubtful]), model, runs[doubtful])
-        ordered = finer <= _ORDERED * errors[doubtful]
-        errors[doubtful] = np.where(ordered, errors[doubtful], errors[doubtful] / share)
-    return errors
-
-
-def _halved_error(flight: Flight, model: str, runs: Array) -> Array:
-    """As error_by_halving, of loops whose errors fall with the step."""
-    taken = INTEGRATORS[flight.integrator]
-    share = 1.0 if flight.scenario.tau is not None else taken.share
-    finer, length = flight.halved(runs), per_run(flight.vehicle.reach, flight.runs)
-    found = []
-    most = _most_runs(flight.marks.samples, _HALVED_AT_ONCE)
-    for part in np.array_split(runs, -(-len(runs) // most)):
-        flown = [
-            Recorder(each, model, ("tip_position",), "float64", part) for each in (flight, finer)
-        ]
-        for recorder in flown:
-            record(recorder, part)
-        tips = [recorder.values("tip_position") for recorder in flown]
-        # What a run that ended has not reached is NaN in one or both.
-        apart = np.nanmax(np.linalg.norm(tips[1] - tips[0], axis=-1), axis=-1)
-        part_of = np.maximum(flight.abrupt[part], share)
-        estimate = np.fmax(part_of * apart / length[part], flown[1].doubt)
-        otherwise = flown[0].status != flown[1].status
-        estimate = np.where(otherwise, np.fmax(estimate, 1.0), estimate)
-        found.append(estimate if not taken.stiff else _of_stiff_steps(estimate, *flown))
-    return np.concatenate(found)
-
-
-def _of_stiff_steps(estimate: Array, coarse: Recorder, fine: Recorder) -> Array:
-    """Errors (runs,) by halving, or those of the steps themselves where these have no order yet.
-
-    Modes that neither step resolves are lost by both alike, and halving changes little.
-    """
-    ordered = fine.step_error <= _ORDERED * coarse.step_error
-    return np.where(ordered, estimate, np.fmax(estimate, fine.step_error))
-
-
-def record(recorder: Recorder, runs: Array | None = None) -> None:
-    """Fly what a recorder keeps, or some of its runs."""
-    flight = recorder.flight
-    engine = flight.engine(recorder.model, recorder.dtype)
-    observe = any(name in OBSERVED_VARIABLES for name in recorder.names)
-    alone = engine.on_one_thread()
-    for cohort in flight.parts(runs):
-        size = _runs_at_once(cohort, engine)
-        alone.load_rollout(cohort.loop, observe, size)
-        parts = (
-            cohort.part(slice(first, first + size), observe)
-            for first in range(0, len(cohort.runs), size)
-        )
-        engine.side_by_side(lambda part: recorder.keep(part, part.fly(alone, observe)), parts)
-
-
 def _fly_adaptive(flight: Flight, model: str, names: tuple[str, ...], tolerance: float) -> Any:
     """The trajectory by the reference integrator, one run."""
     if flight.runs > 1:
@@ -228,21 +140,6 @@ def _fly_adaptive(flight: Flight, model: str, names: tuple[str, ...], tolerance:
     recorder.keep(cohort, integrate_reference(flight, flight.engine(model), cohort, tolerance))
     warn_of_saturation(recorder.saturation, stacklevel=4)
     return recorder.dataset({"step": "adaptive", "tolerance": tolerance})
-
-
-def _runs_at_once(cohort: Cohort, engine: Engine) -> int:
-    """How many runs of a cohort fit into memory, in whole packs."""
-    kind, runs = engine.device.split(":")[0], len(cohort.runs)
-    size = _most_runs(cohort.grid.samples, _LOGGED_AT_ONCE[kind])
-    if kind == "cpu":
-        size = min(size, -(-runs // engine.threads))
-    lanes = engine.kernels_for(size).lanes
-    return lanes * packs_of(size, lanes)
-
-
-def _most_runs(samples: Array, numbers: float) -> int:
-    """How many runs of some samples make that many numbers."""
-    return max(1, int(numbers / (len(samples) * _NUMBERS_PER_SAMPLE)))
 
 
 def _check_integrator(scenario: Any, integrator: Any, tolerance: Any, dtype: Any) -> None:

@@ -10,7 +10,7 @@ import xarray as xr
 from continuair.analysis.metrics import at_camera, differences, feature_rms, norm_difference
 from continuair.flight.cohorts import Flight
 from continuair.flight.limits import share_at_limits, with_limited_command
-from continuair.flight.simulate import fly
+from continuair.flight.rollout import fly
 from continuair.vehicle.layout import DEVIATIONS
 
 Array = np.ndarray

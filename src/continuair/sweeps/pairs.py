@@ -14,6 +14,7 @@ from continuair.engine.pairs import Pairs
 from continuair.errors import InputError, shown
 from continuair.flight.cohorts import Flight
 from continuair.flight.growing import coarser, growing, grown
+from continuair.flight.halving import error_by_halving
 from continuair.flight.limits import warn_of_runs_at_limits
 from continuair.flight.prepare import prepare
 from continuair.flight.resolution import (
@@ -22,7 +23,6 @@ from continuair.flight.resolution import (
     warn_of_lost_angles,
     warn_of_saturation,
 )
-from continuair.flight.simulate import error_by_halving
 from continuair.flight.trajectory import LARGEST_SATURATION, STEP_ERROR
 from continuair.kernels.dynamics import MODELS, REFERENCE, SIMPLER
 from continuair.kernels.integrators import INTEGRATORS

@@ -26,8 +26,8 @@ from continuair.analysis.convergence import (
 )
 from continuair.analysis.mass import straight_arm_inertia
 from continuair.flight.prepare import prepare
+from continuair.flight.rollout import fly
 from continuair.flight.rotors import still
-from continuair.flight.simulate import fly
 from continuair.kernels.dynamics import MODELS, REFERENCE, SIMPLER
 from continuair.progress import Progress, Steps
 from continuair.scenario.scenarios import Scenario
