@@ -19,6 +19,9 @@ _HALVED_AT_ONCE = 2.0e7
 # Of second order a quarter is left at half the step, of fourth a sixteenth.
 _ORDERED = 0.35
 
+# Of a step, by which times that are sums of steps are off at most.
+_ROUNDING = 1e-6
+
 
 def error_by_halving(flight: Flight, model: str, runs: Array) -> Array:
     """step_error (runs,) of half the step: of RK4 a fifteenth of what halving changes, of the
@@ -59,10 +62,20 @@ def _halved_error(flight: Flight, model: str, runs: Array) -> Array:
         apart = np.nanmax(np.linalg.norm(tips[1] - tips[0], axis=-1), axis=-1)
         part_of = np.maximum(flight.abrupt[part], share)
         estimate = np.fmax(part_of * apart / length[part], flown[1].doubt)
-        otherwise = flown[0].status != flown[1].status
+        otherwise = (flown[0].status != flown[1].status) | _end_apart(*flown)
         estimate = np.where(otherwise, np.fmax(estimate, 1.0), estimate)
         found.append(estimate if not taken.stiff else _of_stiff_steps(estimate, *flown))
     return np.concatenate(found)
+
+
+def _end_apart(coarse: Recorder, fine: Recorder) -> Array:
+    """Which runs end early at both steps, but not in the same step of the coarse ones.
+
+    What brings them down there may be the steps themselves, after tips that are still close.
+    """
+    later, step = fine.end_time - coarse.end_time, coarse.flight.steps[coarse.runs]
+    together = (-0.5 * step < later) & (later < step * (1.0 - _ROUNDING))
+    return np.asarray((coarse.status != 0) & ~together)
 
 
 def _of_stiff_steps(estimate: Array, coarse: Recorder, fine: Recorder) -> Array:

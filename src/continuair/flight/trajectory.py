@@ -127,7 +127,7 @@ class Recorder:
         self._row[self.runs] = np.arange(len(self.runs))
         self._values: dict[str, Array] = {}
         self.status = np.zeros(len(self.runs), np.int8)
-        self._end_time = np.zeros(len(self.runs))
+        self.end_time = np.zeros(len(self.runs))
         self.step_error = np.full(len(self.runs), np.nan)
         self.doubt = np.zeros(len(self.runs))
         self.saturation = np.zeros(len(self.runs))
@@ -147,7 +147,7 @@ class Recorder:
         self.doubt[at] = doubt(logs.errors)
         self.saturation[at] = saturation(logs.errors)
         times = np.append(cohort.grid.starts, cohort.grid.samples[-1])
-        self._end_time[at] = times[logs.last_step]
+        self.end_time[at] = times[logs.last_step]
 
     def _put(self, at: Array | slice, name: str, parts: tuple[Array, ...]) -> None:
         """Keep a variable of some runs, whose columns come in parts."""
@@ -176,7 +176,7 @@ class Recorder:
         codes = ", ".join(f"{code} {text}" for code, text in STATUS.items())
         kept["status"] = ("run",), self.status, {"long_name": f"how the run ended: {codes}"}
         until = {"units": "s", "long_name": "time up to which the run is valid"}
-        kept["end_time"] = ("run",), self._end_time, until
+        kept["end_time"] = ("run",), self.end_time, until
         kept["step_error"] = ("run",), self.step_error, STEP_ERROR
         if self.flight.vehicle.uav.rotors is not None:
             kept["largest_saturation"] = ("run",), self.saturation, LARGEST_SATURATION
