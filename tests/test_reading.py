@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import continuair as ca
-from continuair.flight.reading import vehicle_of
+from continuair.flight.reading import scenario_of, vehicle_of
 
 BATCHES: dict[str, dict[str, Any]] = {
     "paper": {"arm.length": [0.5, 1.0, 1.5], "uav.inertia": np.tile(0.05 * np.eye(3), (3, 1, 1))},
@@ -34,3 +34,10 @@ def test_a_run_of_a_batch_was_flown_by_its_own_vehicle_wherever_it_stands_in_a_f
     ]
     with pytest.raises(ca.InputError, match=r"choose a run, as in flight.isel\(run=0\)"):
         vehicle_of(found)
+
+
+def test_a_flight_tells_the_duration_that_it_was_given() -> None:
+    scenario = ca.open_loop_test("A")
+    for duration in (None, 0.25):
+        found = ca.simulate(ca.load_vehicle("paper"), scenario, duration=duration, sample=0.05)
+        assert scenario_of(found)["duration"] == found.time[-1]

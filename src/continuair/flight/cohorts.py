@@ -176,8 +176,9 @@ class Flight:
 
     @cached_property
     def provenance(self) -> dict[str, str]:
-        """Vehicle and scenario as JSON."""
-        described = {"vehicle": self.vehicle.describe(), "scenario": self.scenario.describe()}
+        """Vehicle and scenario as JSON, the scenario with the duration that is flown."""
+        flown = self.scenario.describe() | {"duration": self.duration}
+        described = {"vehicle": self.vehicle.describe(), "scenario": flown}
         return {name: json.dumps(value) for name, value in described.items()}
 
     def grids(self, chosen: Array | None = None) -> Iterator[tuple[Array, Grid]]:
