@@ -1,5 +1,6 @@
 """Set-points: numbers, functions of time and arrays over time, for one run or each."""
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -171,3 +172,15 @@ def test_a_vehicle_stays_where_its_positions_end_whatever_its_velocity_is_given_
     )
     np.testing.assert_array_equal(function.position, array.position)
     assert float(function.position[-1, 0]) == pytest.approx(0.5, abs=2e-3)
+
+
+def test_set_points_are_made_again_of_what_they_hold() -> None:
+    """As `dataclasses.replace` does."""
+    constant = ca.Setpoints(position=[1.0, 2.0, 3.0], yaw=[0.1, 0.2], bend=[0.3, 0.4])
+    over_time = ca.Setpoints(yaw=np.zeros((4, 3)) + np.arange(3.0), times=[0.0, 1.0, 2.0])
+    for made, name, value in ((constant, "yaw", [[[0.1]] * 2, [[0.2]] * 2]), (over_time, "yaw", 0)):
+        again = dataclasses.replace(made)
+        found = again.at(name, np.array([0.0, 0.5]))
+        assert again.runs == made.runs
+        np.testing.assert_array_equal(found, made.at(name, np.array([0.0, 0.5])))
+        np.testing.assert_array_equal(found, value if value else [[[0.0], [0.5]]] * 4)

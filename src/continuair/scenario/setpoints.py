@@ -131,9 +131,17 @@ class Setpoints:
 
 
 def _rows(name: str, value: Any, times: int | None) -> Array:
-    """Numbers (runs or 1, times or 1, width) from what was given."""
+    """Numbers (runs or 1, times or 1, width) from what was given, which may be such already."""
     found = checks.finite_array(value)
     width = WIDTHS[name]
+    if found is not None and found.ndim == 3 and found.shape[1] == 1 and times is None:
+        found = found[:, 0]
+    if (
+        found is not None
+        and found.ndim == 2 + (times is not None)
+        and width == found.shape[-1] == 1
+    ):
+        found = found[..., 0]
     wanted = f"{width or 'two per section'}" + (f" at each of {times} times" if times else "")
     if found is not None and width == 1:
         found = found[..., None]
