@@ -117,11 +117,10 @@ def _count_growth(recorder: Recorder) -> None:
     other = coarser(flight)
     twin = Recorder(other, recorder.model, ("tip_position",), recorder.dtype, runs)
     record(twin, runs)
-    # As pairs have it: of the arm with the camera, at the end, and NaN of a run that ended early.
-    first = 3 * flight.vehicle.camera_arm
+    # As pairs have it, but of all arms: at the end, and NaN of a run that ended early.
     ends = recorder.values("tip_position")[runs, -1], twin.values("tip_position")[:, -1]
-    distances = np.linalg.norm((ends[0] - ends[1])[:, first : first + 3], axis=-1)
-    apart = distances / per_run(flight.vehicle.reach, flight.runs)[runs]
+    distances = np.linalg.norm((ends[0] - ends[1]).reshape(len(runs), -1, 3), axis=-1)
+    apart = distances.max(axis=1) / per_run(flight.vehicle.reach, flight.runs)[runs]
     recorder.step_error[runs] = np.fmax(recorder.step_error[runs], grown(flight, apart))
 
 
