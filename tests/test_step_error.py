@@ -247,6 +247,57 @@ def test_it_knows_errors_that_grow_with_the_flight(
     assert told == pytest.approx(float(found.step_error), rel=0.3)
 
 
+def tumbling() -> tuple[ca.Vehicle, Scenario]:
+    """An arm on top of a UAV that a force carries: chaotic once it has fallen over."""
+    section = {"length": 0.5, "mass_per_length": 0.06, "bending_stiffness": 0.5}
+    arm = {
+        "mount": [0.0, 0.0, 0.05],
+        "attitude": [1.0, 0.0, 0.0, 0.0],
+        "section": [section | {"damping_ratio": 0.02}],
+        "tip": {"mass": 0.1, "centre": [0.0, 0.0, 0.02], "inertia": [2e-5, 2e-5, 1e-5]},
+    }
+    uav = {"mass": 1.5, "inertia": [0.015, 0.018, 0.027]}
+    vehicle = ca.Vehicle(name="on top", uav=uav, arm=[arm])
+    q, spin = [0, 0, 5, 0.02, 0, 0, 0.2, 0.3], [0, 0, 0, 0.1, 0.05, 0, 0, 0]
+    lift = [0.0, 0.0, 9.81 * vehicle.mass]
+    return vehicle, Scenario("lift", q, spin, force=lift, duration=60.0)
+
+
+def limp(controlled: bool) -> tuple[ca.Vehicle, Scenario]:
+    """Two sections that swing far, as a double pendulum does, the UAV held or carried."""
+    sections = [(0.25, 0.08, 0.161, 0.005), (0.29, 0.113, 0.0198, 0.0)]
+    q, duration = [0, 0, 5, 0, 0, 0, 5.76, -2.2, 3.332, -0.85], 10.0
+    mass, tip = 4.0, 0.1
+    if not controlled:
+        sections = [(0.37, 0.074, 0.4015, 0.005), (0.48, 0.078, 0.0282, 0.0)]
+        q, duration = [0, 0, 5, 0, 0, 0, 1.264, 2.42, 1.166, 2.88], 40.0
+        mass, tip = 0.5, 0.3
+    names = ("name", "length", "mass_per_length", "bending_stiffness", "damping_ratio")
+    chain = [dict(zip(names, (f"s{i}", *each), strict=True)) for i, each in enumerate(sections)]
+    body = {"mass": tip, "centre": [0.0, 0.0, 0.02], "inertia": [2e-5, 2e-5, 1e-5]}
+    arm = {"mount": [0.0, 0.0, -0.05], "section": chain, "tip": body}
+    inertia = [0.01 * mass, 0.012 * mass, 0.018 * mass]
+    vehicle = ca.Vehicle(name="limp", uav={"mass": mass, "inertia": inertia}, arm=[arm])
+    if controlled:
+        law = ca.flight_controller(vehicle, bend_bandwidth=0.0)
+        return vehicle, Scenario("swing", q, controller=law, duration=duration)
+    rates, lift = [0, 0, 0, -0.02, -0.01, -0.04, 0, 0, 0, 0], [0, 0, 9.81 * vehicle.mass]
+    return vehicle, Scenario("swing", q, rates, force=lift, duration=duration)
+
+
+@pytest.mark.parametrize("flown", [tumbling(), limp(controlled=False), limp(controlled=True)])
+@pytest.mark.filterwarnings("ignore:step_error reaches")
+def test_it_knows_errors_that_multiply(flown: tuple[ca.Vehicle, Scenario]) -> None:
+    """By thousands and more, in flights that single steps would call exact."""
+    vehicle, scenario = flown
+    found = ca.simulate(vehicle, scenario, variables=["tip_position"])
+    fine = ca.simulate(vehicle, scenario, step=1.25e-4, variables=["tip_position"])
+    off = float(np.linalg.norm(found.tip_position - fine.tip_position, axis=-1).max())
+    off /= float(np.max(vehicle.reach))
+    assert off > 1e-3
+    assert off / 20.0 < float(found.step_error) < 20.0 * off
+
+
 def test_flights_whose_errors_cannot_grow_so_far_are_flown_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

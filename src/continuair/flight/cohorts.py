@@ -15,7 +15,7 @@ from continuair.flight.camera_timing import loop_over
 from continuair.flight.inputs import groups_in_use, sample_inputs
 from continuair.flight.probing import warn_of_jumps
 from continuair.flight.pulses import Pulses
-from continuair.flight.resolution import RESOLVED, step_error, unresolved
+from continuair.flight.resolution import RESOLVED, may_multiply, step_error, unresolved
 from continuair.flight.rotors import within_limits
 from continuair.flight.time_grid import Grid, Marks, seen_at, shared_grids, stage_times
 from continuair.kernels.integrators import INTEGRATORS
@@ -81,14 +81,16 @@ class Flight:
     """A vehicle in a scenario, ready to be flown with any model.
 
     runs: how many; batched: whether results have a dimension for them. start: of all runs; steps:
-    of each run (runs,) [s]; missed: whether its steps miss what its inputs do (runs,); abrupt:
+    of each run (runs,) [s]; longest: those that vehicle, start and inputs bear, however close the
+    samples are (runs,) [s]; missed: whether its steps miss what its inputs do (runs,); abrupt:
     the share of what half the step changes that counts, where it is more than the integrator's, as
     inputs move or arms cross a wash as no step follows at full order, or 0 (runs,); both as far as
-    has been seen; marks: times that steps end at. coupled: an engine of that model, which
-    others share what they can with. automatic: whether the steps may be made finer; integrator:
-    "rk4", "implicit", or "dop853", which takes steps of its own; told: inputs whose jumps have been
-    told of, unseen: that swing between stages; lost: times near which samples did not follow the
-    Euler angles of q [s].
+    has been seen; swung: whether arms of several sections swing so far that errors may multiply,
+    once it has been flown (runs,); marks: times that steps end at. coupled: an engine of that
+    model, which others share what they can with. automatic: whether the steps may be made finer;
+    integrator: "rk4", "implicit", or "dop853", which takes steps of its own; told: inputs whose
+    jumps have been told of, unseen: that swing between stages; lost: times near which samples did
+    not follow the Euler angles of q [s].
     """
 
     vehicle: Vehicle
@@ -99,8 +101,10 @@ class Flight:
     batched: bool
     start: Start
     steps: Array
+    longest: Array
     missed: Array
     abrupt: Array
+    swung: Array
     marks: Marks
     coupled: Engine
     automatic: bool
@@ -135,6 +139,8 @@ class Flight:
         tells what they cost.
         """
         found = step_error(sums, looking=self.looks)
+        if max(self.coupled.layout.shape) > 1:
+            self.swung[chosen] |= may_multiply(sums).reshape(len(chosen), -1).any(axis=1)
         found[self.abrupt[chosen] > 0.0] += _UNRESOLVED
         found[self.missed[chosen]] += np.inf
         return found

@@ -1,8 +1,9 @@
 """Errors of steps that grow with the flight: those of velocities drift, and unstable ones multiply.
 
 `step_error` adds up what single steps err by, and counts errors of velocities for the time of the
-fastest motion. In a flight without a controller they last, where they could move the tip it is
-flown once more, at several times the step.
+fastest motion. In a flight without a controller they last, and where it is unstable they multiply:
+where either could move the tip it is flown once more, at several times the step. Arms that swing
+far multiply them in loops, too, and most: there half the step tells what comes of it.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from continuair.engine.pack import per_run
 from continuair.flight.cohorts import Flight
 from continuair.flight.resolution import RESOLVED
 from continuair.flight.time_grid import marks_at
@@ -19,26 +21,49 @@ from continuair.vehicle.layout import FIELDS
 
 Array = np.ndarray
 
-_COARSER = 4
-"""Steps of the other flight, in those of the first."""
+_COARSER, _OF_LONGEST = 4, 2
+"""Steps of the other flight, at least: in those of the first, and in the longest that it allows."""
 
 _SURE = 4.0
 """By which its errors were too small at most, as so long steps are of no full order."""
 
+_FALL = 0.25
+"""Share of the rate at which an arm falls over with which errors multiply in a long flight."""
+
+_FAR = 0.15
+"""Arm lengths apart from which the other flight has no order left: it went elsewhere."""
+
+_TURNED = 0.5
+"""Angle [rad] from which tips that are close have gone elsewhere."""
+
+_MOST = 700.0
+"""The largest exponent of a finite number."""
+
 
 def growing(flight: Flight, errors: Array) -> Array:
-    """Which errors, step_error (runs,) or (runs, models), may have grown beyond RESOLVED, as errors
-    of velocity move the tip until the end.
+    """Which errors, step_error (runs,) or (runs, models), may have grown beyond RESOLVED until the
+    end: where arms have swung far, and, without a controller, as errors last or multiply.
 
     None at given steps, which may bear no longer ones, nor under polar torques, whose direction
     hangs on the step.
     """
-    scenario = flight.scenario
-    if scenario.controller is not None or scenario.tau is not None or not flight.automatic:
+    if flight.scenario.tau is not None or not flight.automatic:
         return np.zeros(errors.shape, bool)
-    steps = (flight.duration / flight.steps).reshape(-1, *(1,) * (errors.ndim - 1))
-    moved = INTEGRATORS[flight.integrator].phase * errors * steps
-    return np.asarray((moved > RESOLVED) & (errors <= RESOLVED))
+    shape = (-1, *(1,) * (errors.ndim - 1))
+    may_grow = flight.swung.reshape(shape)
+    if flight.scenario.controller is None:
+        lasting = INTEGRATORS[flight.integrator].phase * flight.duration / flight.steps
+        multiplied = np.exp(np.minimum(_FALL * _fall_rate(flight) * flight.duration, _MOST))
+        most = np.maximum(lasting, multiplied).reshape(shape)
+        may_grow = may_grow | (errors * most > RESOLVED)
+    return np.asarray(may_grow & (errors <= RESOLVED))
+
+
+def _fall_rate(flight: Flight) -> Array:
+    """How fast (runs,) [1/s] what is as long as the arms' reach falls over, or turns at first."""
+    spin = flight.start.states[:, flight.coupled.layout.angular_velocity]
+    reach = per_run(flight.vehicle.reach, flight.runs)
+    return np.asarray(np.sqrt(flight.scenario.gravity / reach) + np.linalg.norm(spin, axis=1))
 
 
 def coarser(flight: Flight) -> Flight:
@@ -46,9 +71,10 @@ def coarser(flight: Flight) -> Flight:
     ends, scenario = flight.marks.samples[[0, -1]], flight.scenario
     marks = marks_at(ends, np.append(scenario.jumps, flight.duration), knots=scenario.knots)
     names = {*FIELDS, *flight.coupled.layout.of_input}
+    longest = np.minimum(_OF_LONGEST * flight.longest, flight.duration)
     return replace(
         flight,
-        steps=_COARSER * flight.steps,
+        steps=np.maximum(_COARSER * flight.steps, longest),
         marks=marks,
         missed=np.zeros(flight.runs, bool),
         abrupt=np.zeros(flight.runs),
@@ -59,7 +85,26 @@ def coarser(flight: Flight) -> Flight:
     )
 
 
-def grown(flight: Flight, apart: Array) -> Array:
-    """step_error (n, …) of what a coarser flight's tip is apart by [arm lengths]."""
-    order = INTEGRATORS[flight.integrator].order
-    return np.asarray(_SURE * apart / (float(_COARSER) ** order - 1.0))
+def parted(poses: Array, others: Array) -> Array:
+    """How far apart tips (..., 7) are [m], inf where they are turned otherwise: flights that went
+    elsewhere may pass by one another."""
+    between = np.abs(np.sum(poses[..., 3:] * others[..., 3:], axis=-1))
+    elsewhere = 2.0 * np.arccos(np.minimum(between, 1.0)) > _TURNED
+    off = np.linalg.norm(poses[..., :3] - others[..., :3], axis=-1)
+    return np.where(elsewhere, np.inf, off)
+
+
+def grown(flight: Flight, other: Flight, runs: Array, apart: Array, late: Array) -> Array:
+    """step_error (n, …) of runs, by their indices, by what a coarser flight's tips are `parted` at
+    the end (n, …) [m], NaN where one did not get there.
+
+    late: what their ends are apart in time (n, …) [s]. NaN where errors have multiplied so far that
+    no order is left: half the step tells more.
+    """
+    shape = (-1, *(1,) * (apart.ndim - 1))
+    step, coarse = (each.steps[runs].reshape(shape) for each in (flight, other))
+    apart = apart / per_run(flight.vehicle.reach, flight.runs)[runs].reshape(shape)
+    apart = np.where(late > coarse, np.inf, np.nan_to_num(apart, posinf=np.inf))
+    told = _SURE * apart / ((coarse / step) ** INTEGRATORS[flight.integrator].order - 1.0)
+    lost = (apart > _FAR) & ((told <= RESOLVED) | np.isinf(told))
+    return np.where(lost, np.nan, told)

@@ -31,11 +31,21 @@ def error_by_halving(flight: Flight, model: str, runs: Array) -> Array:
     and what does not fall with the step has no order; no more have abrupt commands of rotors, whose
     speeds start from 0 as a square root does, nor a loop around a camera that chatters. Where
     torques are in doubt at half the step too, both flights may have gone the wrong way, and the
-    doubt stays. A run that ends otherwise at half the step is off by an arm length at least, as far
-    as anyone can tell.
+    doubt stays. Where arms have swung so far that errors multiply, halving once more tells them. A
+    run that ends otherwise at half the step is off by an arm length at least, as far as anyone can
+    tell.
     """
-    errors = _halved_error(flight, model, runs)
-    share = INTEGRATORS[flight.integrator].share
+    errors, swung = np.empty(len(runs)), flight.swung[runs] & flight.automatic
+    if swung.any():
+        errors[swung] = error_here(flight.halved(runs[swung]), model, runs[swung])
+    if not swung.all():
+        errors[~swung] = _of_order(flight, model, runs[~swung])
+    return errors
+
+
+def _of_order(flight: Flight, model: str, runs: Array) -> Array:
+    """As error_by_halving, of flights whose errors fall as their order says, unless it is tried."""
+    errors, share = _halved_error(flight, model, runs), INTEGRATORS[flight.integrator].share
     doubtful = np.flatnonzero((share * RESOLVED < errors) & (errors <= RESOLVED))
     if flight.looks and len(doubtful):
         finer = _halved_error(flight.halved(runs[doubtful]), model, runs[doubtful])
@@ -44,10 +54,20 @@ def error_by_halving(flight: Flight, model: str, runs: Array) -> Array:
     return errors
 
 
+def error_here(flight: Flight, model: str, runs: Array) -> Array:
+    """step_error (runs,) of the step itself: all that halving it changes, and what that leaves."""
+    share = _share(flight)
+    return (1.0 + share) / share * _halved_error(flight, model, runs)
+
+
+def _share(flight: Flight) -> float:
+    """The error of half the step, as a share of what halving changes."""
+    return 1.0 if flight.scenario.tau is not None else INTEGRATORS[flight.integrator].share
+
+
 def _halved_error(flight: Flight, model: str, runs: Array) -> Array:
     """As error_by_halving, of loops whose errors fall with the step."""
     taken = INTEGRATORS[flight.integrator]
-    share = 1.0 if flight.scenario.tau is not None else taken.share
     finer, length = flight.halved(runs), per_run(flight.vehicle.reach, flight.runs)
     found = []
     most = most_runs(flight.marks.samples, _HALVED_AT_ONCE)
@@ -60,7 +80,7 @@ def _halved_error(flight: Flight, model: str, runs: Array) -> Array:
         tips = [recorder.values("tip_position") for recorder in flown]
         # What a run that ended has not reached is NaN in one or both.
         apart = np.nanmax(np.linalg.norm(tips[1] - tips[0], axis=-1), axis=-1)
-        part_of = np.maximum(flight.abrupt[part], share)
+        part_of = np.maximum(flight.abrupt[part], _share(flight))
         estimate = np.fmax(part_of * apart / length[part], flown[1].doubt)
         otherwise = (flown[0].status != flown[1].status) | _end_apart(*flown)
         estimate = np.where(otherwise, np.fmax(estimate, 1.0), estimate)

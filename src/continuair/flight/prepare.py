@@ -83,8 +83,10 @@ def prepare(
     fine = np.broadcast_to(automatic_step(coupled, q, qd, driven, by_default), runs)
     probed = within_limits(vehicle, scenario)
     probe = Probe(probed, coupled.layout, max(duration, horizon))
+    longest = fine
     if asked is None:
         fine = np.minimum(fine, probe.following_step(sample))
+        longest = fine if probe.blurs(sample) else longest
     # What an implicit step does to modes that it does not resolve, its step_error tells.
     distorts = not adaptive and not INTEGRATORS[integrator].stiff
     steps = steps_of(scenario, asked, fine, sample, stacklevel + 1 if distorts else None)
@@ -114,8 +116,10 @@ def prepare(
         batched,
         start,
         steps,
+        longest,
         missed,
         abrupt,
+        np.zeros(runs, bool),
         marks,
         coupled,
         automatic=asked is None and not adaptive,

@@ -9,11 +9,10 @@ import numpy as np
 import xarray as xr
 
 from continuair import checks
-from continuair.engine.pack import per_run
 from continuair.errors import InputError, nearest, shown
 from continuair.flight.cohorts import Flight
-from continuair.flight.growing import coarser, growing, grown
-from continuair.flight.halving import error_by_halving
+from continuair.flight.growing import coarser, growing, grown, parted
+from continuair.flight.halving import error_by_halving, error_here
 from continuair.flight.limits import warn_of_limits, with_limited_command
 from continuair.flight.prepare import check_scenario, prepare
 from continuair.flight.resolution import warn_of_coarse_steps, warn_of_saturation
@@ -31,6 +30,8 @@ from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
 Array = np.ndarray
+
+_POSE = ("tip_position", "tip_attitude")
 
 _FINEST_TOLERANCE = 1e-13
 """Relative tolerance below which rounding errors of float64 would steer DOP853's steps."""
@@ -88,8 +89,8 @@ def simulate(
     if flight.adaptive:
         return _fly_adaptive(flight, model, names, tolerance)
     kept = with_limited_command(names, scenario)
-    if scenario.controller is None and "tip_position" not in kept:
-        kept = (*kept, "tip_position")
+    if scenario.controller is None:
+        kept = tuple(dict.fromkeys((*kept, *_POSE)))
     recorder = Recorder(flight, model, kept, dtype)
     record(recorder)
     _count_growth(recorder)
@@ -114,14 +115,29 @@ def _count_growth(recorder: Recorder) -> None:
     runs = np.flatnonzero(growing(flight, recorder.step_error))
     if not len(runs):
         return
-    other = coarser(flight)
-    twin = Recorder(other, recorder.model, ("tip_position",), recorder.dtype, runs)
+    told = np.full(len(runs), np.nan)
+    if len(calm := np.flatnonzero(~flight.swung[runs])):
+        told[calm] = _by_coarser_steps(recorder, runs[calm])
+    if (lost := np.isnan(told)).any():
+        told[lost] = error_here(flight, recorder.model, runs[lost])
+    recorder.step_error[runs] = np.fmax(recorder.step_error[runs], told)
+
+
+def _by_coarser_steps(recorder: Recorder, runs: Array) -> Array:
+    """step_error of runs, by their indices, as `grown` tells it of a coarser flight."""
+    flight, other = recorder.flight, coarser(recorder.flight)
+    twin = Recorder(other, recorder.model, _POSE, recorder.dtype, runs)
     record(twin, runs)
-    # As pairs have it, but of all arms: at the end, and NaN of a run that ended early.
-    ends = recorder.values("tip_position")[runs, -1], twin.values("tip_position")[:, -1]
-    distances = np.linalg.norm((ends[0] - ends[1]).reshape(len(runs), -1, 3), axis=-1)
-    apart = distances.max(axis=1) / per_run(flight.vehicle.reach, flight.runs)[runs]
-    recorder.step_error[runs] = np.fmax(recorder.step_error[runs], grown(flight, apart))
+    apart = parted(_ends(recorder)[runs], _ends(twin)).max(axis=-1)
+    late = np.abs(recorder.end_time[runs] - twin.end_time)
+    return grown(flight, other, runs, apart, late)
+
+
+def _ends(recorder: Recorder) -> Array:
+    """Poses of the tips at the end (runs, arms, 7)."""
+    parts = [recorder.values(name)[:, -1] for name in _POSE]
+    place, turn = (each.reshape(len(each), -1, n) for each, n in zip(parts, (3, 4), strict=True))
+    return np.concatenate([place, turn], axis=-1)
 
 
 def _fly_adaptive(flight: Flight, model: str, names: tuple[str, ...], tolerance: float) -> Any:

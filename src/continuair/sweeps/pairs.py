@@ -9,12 +9,11 @@ import numpy as np
 import xarray as xr
 
 from continuair import checks
-from continuair.engine.pack import per_run
 from continuair.engine.pairs import Pairs
 from continuair.errors import InputError, shown
 from continuair.flight.cohorts import Flight
-from continuair.flight.growing import coarser, growing, grown
-from continuair.flight.halving import error_by_halving
+from continuair.flight.growing import coarser, growing, grown, parted
+from continuair.flight.halving import error_by_halving, error_here
 from continuair.flight.limits import warn_of_runs_at_limits
 from continuair.flight.prepare import prepare
 from continuair.flight.resolution import (
@@ -129,11 +128,24 @@ def _count_growth(flight: Flight, models: tuple[str, ...], found: Reduced) -> No
     runs = np.flatnonzero(may_grow.any(axis=1))
     if not len(runs):
         return
-    ends = _fly(coarser(flight), models, 0.0, runs).tip[..., :3], found.tip[runs][..., :3]
-    length = per_run(flight.vehicle.reach, flight.runs)[runs]
-    apart = np.linalg.norm(ends[0] - ends[1], axis=-1) / length[:, None]
-    told = np.where(may_grow[runs], grown(flight, apart), 0.0)
+    told = np.full((len(runs), len(models)), np.nan)
+    if len(calm := np.flatnonzero(~flight.swung[runs])):
+        told[calm] = _by_coarser_steps(flight, models, found, runs[calm])
+    told[~may_grow[runs]] = 0.0
+    for column, model in enumerate(models):
+        if (lost := np.isnan(told[:, column])).any():
+            told[lost, column] = error_here(flight, model, runs[lost])
     found.step_error[runs] = np.fmax(found.step_error[runs], told)
+
+
+def _by_coarser_steps(
+    flight: Flight, models: tuple[str, ...], found: Reduced, runs: Array
+) -> Array:
+    """step_error (n, models) of runs, by their indices, as `grown` tells it of a coarser flight."""
+    other = coarser(flight)
+    twin = _fly(other, models, 0.0, runs)
+    late = np.abs(twin.end_time - found.end_time[runs])
+    return grown(flight, other, runs, parted(twin.tip, found.tip[runs]), late)
 
 
 def check_pairs(
