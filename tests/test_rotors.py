@@ -236,3 +236,31 @@ def test_unusable_drag_is_refused_in_one_sentence() -> None:
         SLENDER.replace({"uav.drag": {"linear": [0.1, 0.1, -0.1]}})
     assert str(caught.value).startswith("uav.drag.linear is [0.1, 0.1, -0.1]")
     assert_one_plain_sentence(str(caught.value))
+
+
+@pytest.mark.parametrize("lean", [1e-7, 1e-3, 0.05])
+@pytest.mark.parametrize("inwards", [True, False])
+def test_rotors_that_lean_by_little_share_a_lift_as_upright_ones_do(
+    lean: float, inwards: bool
+) -> None:
+    """No side force would cost hundreds of newtons where it rests on their drag torques alone."""
+    ways = np.random.default_rng(3).normal(size=(6, 2))
+
+    def leaning(by: float) -> Rotors:
+        angles = np.pi / 3.0 * (np.arange(6) + 0.5)
+        out = np.stack([np.cos(angles), np.sin(angles), np.zeros(6)], axis=1)
+        sideways = -by * out[:, :2] if inwards else 0.4 * by * ways
+        entries = [
+            {"position": 0.3 * at, "axis": [*way, 1.0], "spin": spin}
+            for at, way, spin in zip(out, sideways, [1, -1] * 3, strict=True)
+        ]
+        return Rotors(rotor=entries, thrust_limits=[0.0, 12.0], torque_per_thrust=0.016)
+
+    wrench = np.array([0.0, 0.0, 25.0, 0.3, -0.2, 0.05])
+    found = leaning(lean)
+    thrusts = found.thrusts_for(wrench)
+    assert found.rank < 6
+    shared = np.linalg.pinv(found.allocation[2:]) @ wrench[2:]
+    np.testing.assert_allclose(thrusts, shared, rtol=0, atol=1e-11)
+    if inwards:
+        np.testing.assert_allclose(thrusts, leaning(0.0).thrusts_for(wrench), rtol=0.01)

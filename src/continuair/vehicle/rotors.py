@@ -33,6 +33,10 @@ Array = np.ndarray
 AIR_DENSITY = 1.225
 """Of the standard atmosphere at sea level [kg/m³]."""
 
+_DEAREST = 40.0
+"""Thrust that a side force may cost, in that of as much lift: of six rotors that lean by 3 degrees
+in turn. From there on it counts as none that they give."""
+
 MOST_ROTORS = 16
 """Rotors of a vehicle at most: device code is compiled for each number."""
 
@@ -183,13 +187,25 @@ class Rotors(Part):
     @property
     def inverse(self) -> Array:
         """Wrenches to thrusts (rotors, 6), or (runs, rotors, 6): the pseudo-inverse of the
-        allocation, or where its rank is below 6 that of its rows for lift and moments, which side
-        forces that cannot be given would spoil else."""
-        whole, vertical = self.allocation, self.allocation[..., 2:, :]
-        found, values = pseudo_inverse(whole)
-        upright = np.zeros_like(found)
-        upright[..., 2:] = pseudo_inverse(vertical)[0]
-        return np.where(_ranks(values)[..., None, None] == values.shape[-1], found, upright)
+        allocation, or where side forces are not to be had that of its rows for lift and moments,
+        which they would spoil else."""
+        whole, upright, free = self._inverses
+        return np.where(free[..., None, None], whole, upright)
+
+    @property
+    def _inverses(self) -> tuple[Array, Array, Array]:
+        """The two of `inverse`, and whether side forces are to be had, of all runs.
+
+        Rotors that lean by little, or whose side forces rest on their drag torques alone, would
+        spend many times their lift on them, and as much on having none.
+        """
+        allocation = self.allocation
+        whole, values = pseudo_inverse(allocation)
+        upright = np.zeros_like(whole)
+        upright[..., 2:] = pseudo_inverse(allocation[..., 2:, :])[0]
+        cost = np.abs(whole[..., :2]).max(axis=(-2, -1))
+        cheap = cost <= _DEAREST * np.abs(upright[..., 2]).max(axis=-1)
+        return whole, upright, (_ranks(values) == values.shape[-1]) & cheap
 
     def thrusts_for(self, wrench: Array) -> Array:
         """Thrusts (..., rotors) [N] that make a force [N] and a moment about B's origin [N m], body
@@ -205,11 +221,12 @@ class Rotors(Part):
 
     @property
     def rank(self) -> int:
-        """How many of lift, the moments and the side forces are free of each other, the fewest of
-        all runs; 0 where lift and the three moments are not."""
+        """How many of lift, the moments and the side forces are to be had, each by itself, the
+        fewest of all runs; 0 where lift and the three moments are not."""
         whole, vertical = self.allocation, self.allocation[..., 2:, :]
         ranks = [int(_ranks(pseudo_inverse(each)[1]).min()) for each in (whole, vertical)]
-        return ranks[0] if ranks[1] == 4 else 0
+        most = 6 if self._inverses[2].all() else 5
+        return min(ranks[0], most) if ranks[1] == 4 else 0
 
     @property
     def highest(self) -> Any:
