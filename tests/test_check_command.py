@@ -13,6 +13,7 @@ import continuair.cli as cli
 from continuair.analysis.linear import bending_frequencies
 from continuair.analysis.modes import modes
 from continuair.vehicle.vehicle import load_vehicle, preset_text
+from continuair.vehicle.vehicle_file import as_toml
 
 PAPER_TOML = preset_text("paper")
 
@@ -180,3 +181,13 @@ def test_check_shows_what_constant_curvature_costs_beside_the_beam() -> None:
     assert errors["tip deflection under a tip force"] == "(-25.0%)"
     # sqrt(20) / 3.516 - 1
     assert errors["first frequency, UAV clamped"] == "(+27.2%)"
+
+
+def test_check_shows_a_vehicle_that_is_too_stiff_beside_its_softness_for_a_flight() -> None:
+    """A link that is meant rigid, after a soft one."""
+    vehicle = load_vehicle("two_section").replace({"arm.arm.section.tip.bending_stiffness": 1e9})
+    Path("rigid.toml").write_text(as_toml(vehicle))
+    result = run("check", "rigid.toml")
+    assert result.exit_code == 0, result.output
+    assert re.search(r"step taken, arm let go\W+none: too many for a flight", result.stdout)
+    assert "free fall" in result.stdout

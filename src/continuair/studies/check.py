@@ -148,13 +148,22 @@ def _of_steps(vehicle: Vehicle) -> Lines:
     engine = Engine(vehicle, "coupled")
     step = float(automatic_step(engine, straight, driven=driven)[0])
     fastest = np.fmax(fastest_rate(engine, straight), driven)[0]
-    with untold():
-        flight = simulate(vehicle, standard_scenario("release", vehicle), variables=["position"])
     return [
         ("fastest rate, with damping", f"{fastest:.4g} 1/s"),
         ("automatic step, at rest", f"{1e3 * step:.3g} ms"),
-        ("step taken, arm let go", f"{1e3 * flight.attrs['step']:.3g} ms"),
+        ("step taken, arm let go", _step_taken(vehicle)),
     ]
+
+
+def _step_taken(vehicle: Vehicle) -> str:
+    """The step at which a flight of the arm that is let go is resolved, or why there is none."""
+    try:
+        with untold():
+            flown = standard_scenario("release", vehicle)
+            flight = simulate(vehicle, flown, variables=["position"])
+    except InputError:
+        return "none: too many for a flight"
+    return f"{1e3 * flight.attrs['step']:.3g} ms"
 
 
 def _beside_a_beam(vehicle: Vehicle) -> Lines:
