@@ -89,6 +89,15 @@ def test_a_flight_of_two_sections_gives_back_each_sections_stiffness_and_the_gri
     assert found.vehicle.arms[0].section[1].youngs_modulus == pytest.approx(54e9, rel=1e-5)
 
 
+@pytest.mark.parametrize("name", ["mount", "centre"])
+def test_names_of_arms_and_sections_are_no_places(name: str) -> None:
+    """A modulus is fitted as a factor, a coordinate by its metres."""
+    vehicle = ca.load_vehicle("two_section").replace({"arm.arm.section.tip.name": name})
+    vehicle = vehicle.replace({"arm.arm.name": name, "camera.arm": name})
+    fields = [f"arm.{name}.section.{name}.youngs_modulus", f"arm.{name}.mount.2", "uav.mass"]
+    assert fitted_fields(vehicle, fields).linear.tolist() == [False, True, False]
+
+
 def test_a_noisy_flight_of_two_sections_is_fitted_within_its_standard_errors() -> None:
     found = fitted("two_section", TWO_SECTION, seed=2)
     off = (found.values - TRUE_TWO_SECTION) / found.errors

@@ -112,7 +112,9 @@ def fitted_fields(vehicle: Vehicle, names: Sequence[str] | None) -> Fitted:
 
 
 def _is_place(name: str) -> bool:
-    return any(part in ("mount", "centre") for part in name.split("."))
+    """Whether a field is a coordinate of a place; arms and sections may have any names."""
+    *_, of, last = name.split(".")
+    return last.isdecimal() and of in ("mount", "centre")
 
 
 def _sections(vehicle: Vehicle) -> dict[str, Section]:
