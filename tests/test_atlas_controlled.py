@@ -270,6 +270,9 @@ def test_advise_tells_what_the_rule_says_where_it_holds(summary: xr.Dataset) -> 
     fast = advice()["groups"] | {"bandwidth": 9.5}
     [outside] = notes(advice(groups=fast))
     assert "bandwidth 9.5 (0.2 to 4 there)" in outside
+    # As the map of the same advice says.
+    [outside] = notes(advice(groups=advice()["groups"] | {"coupling": 0.92}))
+    assert "coupling 0.92 (0.015 to 0.88 there)" in outside
     assert not notes(advice(tolerance=0.2))
 
 

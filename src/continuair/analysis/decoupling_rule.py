@@ -61,6 +61,18 @@ def crossing(frequencies: Array, errors: Array, tolerance: float) -> Array:
     return np.where(beyond.any(axis=0), found, np.inf)
 
 
+def beyond(
+    rule: xr.Dataset, groups: Mapping[str, float]
+) -> list[tuple[str, float, tuple[float, float]]]:
+    """Numbers of a vehicle that a rule was not made of: name, value, and the rule's ends."""
+    ends = {str(each): rule["ends"].sel(number=each).to_numpy() for each in rule["number"].values}
+    return [
+        (name, groups[name], (float(low), float(high)))
+        for name, (low, high) in ends.items()
+        if name in groups and not low <= groups[name] <= high
+    ]
+
+
 def allowed(rule: xr.Dataset, loop: str, groups: Mapping[str, Any], tolerance: float) -> Array:
     """Frequencies (excitation, runs) over the clamped one up to which a rule allows decoupling.
 

@@ -12,7 +12,7 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
 
-from continuair.analysis.decoupling_rule import allowed
+from continuair.analysis.decoupling_rule import allowed, beyond
 from continuair.figures import style
 from continuair.figures.atlas import DRIVEN, logit
 
@@ -195,18 +195,15 @@ def _map(axes: Any, summary: xr.Dataset, name: str, row: dict[str, float], toler
 
 def _guessed(summary: xr.Dataset, groups: Mapping[str, float], tolerance: float) -> str:
     """What to say of a vehicle's numbers, or of a tolerance, that are beyond those of the atlas."""
-    ends = summary["ends"]
-    beyond = [
-        f"{name.replace('_', ' ')} of {groups[name]:.2g} (atlas: {low:.2g} to {high:.2g})"
-        for name in ends["number"].to_numpy()
-        for low, high in [ends.sel(number=name).to_numpy()]
-        if name in groups and not low <= groups[name] <= high
+    said = [
+        f"{name.replace('_', ' ')} of {value:.2g} (atlas: {low:.2g} to {high:.2g})"
+        for name, value, (low, high) in beyond(summary, groups)
     ]
     least, most = float(summary["accepted"].min()), float(summary["accepted"].max())
     if not least <= tolerance <= most:
         kept = f"{_percent(least)} to {_percent(most)}"
-        beyond.append(f"tolerance of {_percent(tolerance)} (atlas: {kept})")
-    return f" A guess, with a {' and a '.join(beyond)}." if beyond else ""
+        said.append(f"tolerance of {_percent(tolerance)} (atlas: {kept})")
+    return f" A guess, with a {' and a '.join(said)}." if said else ""
 
 
 def _percent(share: float) -> str:

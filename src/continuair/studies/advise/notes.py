@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from continuair.analysis.decoupling_rule import allowed
+from continuair.analysis.decoupling_rule import allowed, beyond
 from continuair.controllers.margins import STEADY
 from continuair.kernels.dynamics import SIMPLER
 from continuair.studies.atlas.controlled import CONTROLLED_RANGES
@@ -162,14 +162,19 @@ def _outside(results: dict[str, Any]) -> list[str]:
 
 def _beyond(results: dict[str, Any]) -> list[tuple[str, float, tuple[float, float]]]:
     """Groups of the vehicle beyond the ranges that the atlas holds, of its loop or of none."""
-    ranges = CONTROLLED_RANGES if results["loop"]["name"] == "position" else RANGES
-    groups = results["groups"]
-    return [
+    controlled = results["loop"]["name"] == "position"
+    ranges, groups = CONTROLLED_RANGES if controlled else RANGES, results["groups"]
+    found = [
         (name, groups[name], ranges[name])
         for name in (*_GROUPS, "bandwidth")
         if name in ranges and name in groups  # an arm by its stiffness has no slenderness
         if not ranges[name][0] <= groups[name] <= ranges[name][1]
     ]
+    if controlled:
+        told = {name for name, *_ in found}
+        rule = load(shipped=CONTROLLED_SUMMARY)
+        found += [each for each in beyond(rule, groups) if each[0] not in told]
+    return found
 
 
 def _ruled(results: dict[str, Any]) -> list[str]:
