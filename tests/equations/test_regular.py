@@ -61,6 +61,25 @@ def test_kernels_are_the_readable_equations_at_a_thousand_states(model: str) -> 
     assert max(gaps) < 1e-10
 
 
+@MODELS
+@pytest.mark.parametrize("name", ["paper", "two_section"])
+def test_below_kappa_s_they_are_those_of_the_bend_that_is_given(name: str, model: str) -> None:
+    """Bend vectors need no Remark 1, by which half of κ_s would count as κ_s."""
+    vehicle = ca.load_vehicle(name)
+    bend = np.array([[4e-4, 3e-4], [0.3, 0.1]])[: vehicle.sections]
+    bend_rate = np.array([[0.1, 0.3], [0.2, -0.1]])[: vehicle.sections]
+    spin, lift = np.array([0.2, 0.1, 0.3]), np.array([0.0, 0.0, 25.0])
+    given: dict[str, Any] = {
+        "bend": bend,
+        "bend_rate": bend_rate,
+        "angular_velocity": spin,
+        "force": lift,
+    }
+    found = eq.accelerations(vehicle, **given, mask=MASKS[model])
+    expected = ca.accelerations(vehicle, **given, model=model)
+    assert gap(found, expected) < 1e-6
+
+
 def test_what_is_missing_is_zero() -> None:
     vehicle = TREES["2+1"]
     bend = np.full((3, 2), 0.7)

@@ -7,8 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from continuair.controllers.inertias import held_inertia, unbounded
-from continuair.equations.kinematics import skew
+from continuair.controllers.inertias import held_inertia
+from continuair.equations.kinematics import skew, unbounded
 from continuair.equations.masses import mass_times_height
 from continuair.vehicle.vehicle import Vehicle
 
@@ -77,7 +77,7 @@ def hover(vehicle: Vehicle, gravity: float, bend: tuple[float, ...] | None = Non
     sections = [each for arm in vehicle.arms for each in arm.section]
     stiffness = _stiffness(vehicle)
     damping = np.repeat([each.structural_damping * each.length for each in sections], 2)
-    weight = gravity * _height_slopes(_level(vehicle), held)
+    weight = gravity * _height_slopes(unbounded(vehicle), held)
     K = np.zeros((6 + n, 6 + n))
     # A bend moves the centre of mass by F b, on which the thrust turns the vehicle.
     K[3:6, 6:] = -gravity * skew(_UP) @ M[:3, 6:]
@@ -99,7 +99,7 @@ def hover(vehicle: Vehicle, gravity: float, bend: tuple[float, ...] | None = Non
 def resting(vehicle: Vehicle, gravity: float, free: Array) -> tuple[float, ...]:
     """Bends (2 per section) [1/m] at which the sections that are free (sections,) rest under
     their weight, the others held straight; straight where no stable rest is found."""
-    level, stiffness = _level(vehicle), _stiffness(vehicle)
+    level, stiffness = unbounded(vehicle), _stiffness(vehicle)
     lengths, moving = _lengths(vehicle), np.repeat(free, 2)
     bend = np.zeros(len(lengths))
     for _ in range(_MOST_TRIES if free.any() else 0):
@@ -127,11 +127,6 @@ def _stiffness(vehicle: Vehicle) -> Array:
     """Of each bend coordinate [N m³]."""
     sections = (each for arm in vehicle.arms for each in arm.section)
     return np.repeat([each.bending_stiffness * each.length for each in sections], 2)
-
-
-def _level(vehicle: Vehicle) -> Vehicle:
-    """The vehicle whose arms have every bend as it is, with κ_s = 0."""
-    return vehicle.model_copy(update={"arm_tables": unbounded(vehicle)})
 
 
 def _height(level: Vehicle, bend: Array) -> float:

@@ -9,9 +9,7 @@ import numpy as np
 from continuair import checks
 from continuair.equations import mass_matrix
 from continuair.equations.camera import axes_on_body, on_body
-from continuair.equations.kinematics import skew
-from continuair.vehicle.arms import ArmChain
-from continuair.vehicle.section import Section
+from continuair.equations.kinematics import skew, unbounded
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 
@@ -34,18 +32,7 @@ def _of_polar(vehicle: Vehicle, bend: np.ndarray) -> np.ndarray:
     none is 0, κ_s off."""
     q = np.zeros(6 + 2 * vehicle.sections)
     q[6::2], q[7::2] = np.hypot(*bend.T), np.arctan2(*bend.T[::-1])
-    return mass_matrix(vehicle.model_copy(update={"arm_tables": unbounded(vehicle)}), q)
-
-
-def unbounded(vehicle: Vehicle) -> Section | tuple[ArmChain, ...]:
-    """The arms with κ_s = 0."""
-    off = {"kappa_s": 0.0}
-    if not vehicle.has_arm_list:
-        return vehicle.arm.model_copy(update=off)
-    return tuple(
-        arm.model_copy(update={"section": tuple(s.model_copy(update=off) for s in arm.section)})
-        for arm in vehicle.arms
-    )
+    return mass_matrix(unbounded(vehicle), q)
 
 
 def bend_inertia(vehicle: Vehicle) -> np.ndarray:

@@ -21,6 +21,7 @@ from continuair.equations.turns import Array as Array
 from continuair.equations.turns import about_x, about_y, about_z, by_rows, of_quaternion
 from continuair.errors import InputError, shown
 from continuair.vehicle.arms import ArmChain
+from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle
 
 Pose = tuple[Array, Array]
@@ -62,6 +63,20 @@ def bend_of(vehicle: Vehicle, q: Array, arm: int = 0, section: int = 0) -> tuple
     threshold = chain.section[section].kappa_s
     κ, ψ = q[where]
     return (threshold + 0.0 * κ if abs(κ.real) <= threshold else κ), ψ
+
+
+def unbounded(vehicle: Vehicle) -> Vehicle:
+    """The vehicle with Remark 1 switched off: κ_s = 0 in every section."""
+    off = {"kappa_s": 0.0}
+    arms: Section | tuple[ArmChain, ...]
+    if not vehicle.has_arm_list:
+        arms = vehicle.arm.model_copy(update=off)
+    else:
+        arms = tuple(
+            arm.model_copy(update={"section": tuple(s.model_copy(update=off) for s in arm.section)})
+            for arm in vehicle.arms
+        )
+    return vehicle.model_copy(update={"arm_tables": arms})
 
 
 def check_coordinates(name: str, value: Any, vehicle: Vehicle) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from continuair.equations.dynamics import forward_dynamics, of_shape
-from continuair.equations.kinematics import Array, euler_rate_matrix, rotation
+from continuair.equations.kinematics import Array, euler_rate_matrix, rotation, unbounded
 from continuair.equations.turns import of_quaternion
 from continuair.errors import InputError
 from continuair.vehicle.vehicle import Vehicle
@@ -59,6 +59,8 @@ def accelerations(
     if not turned.any():
         raise InputError("attitude has length 0; give a quaternion x y z w.")
     R = of_quaternion(turned)
+    # Bend vectors need no Remark 1, whose κ_s in M, C and G contradicts the κ that q and q̇ are of.
+    vehicle = unbounded(vehicle)
     q, qd = _paper_motion(R, v, ω, k, k_rate)
     tau = np.concatenate([F, euler_rate_matrix(q).T @ R @ M, _polar_forces(q, Q)])
     qdd = forward_dynamics(vehicle, q, qd, tau, wrenches, mask=mask, gravity=gravity, nodes=nodes)
