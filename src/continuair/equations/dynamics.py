@@ -91,7 +91,11 @@ def damping_vector(vehicle: Vehicle, q: Array, qd: Array) -> Array:
 def kinetic_energy(
     vehicle: Vehicle, q: Array, qd: Array, mask: Any = "coupled", nodes: int = 24
 ) -> float:
-    """½ q̇ᵀ M q̇ [J], Eq. (8), of the masked M (masks as in `forward_dynamics`)."""
+    """½ q̇ᵀ M q̇ [J], Eq. (8), of the masked M (masks as in `forward_dynamics`).
+
+    Where |κ| <= κ_s, M is that of κ_s, as Remark 1 is printed, which ψ̇a knows nothing of: of
+    motions that close to straight the energy is another; kappa_s = 0 switches it off.
+    """
     M = _mask(mask, len(q)) * mass_matrix(vehicle, q, nodes)
     return float(0.5 * np.asarray(qd) @ M @ qd)
 
@@ -125,7 +129,9 @@ def forward_dynamics(
     tip_wrench_sign 1 lets it act on the tip, -1 is the paper's -J_tᵀ F_e.
     mask: "coupled"; "block", the paper's decoupled model: "off-diagonal elements" set to zero, read
     as the blocks between UAV (6) and arms (2N); "diagonal", the same read element by element; or
-    any array of factors. Raises InputError for a wrong mask or shape, and for a vehicle with drag,
+    any array of factors. Where |κ| <= κ_s, M, C and J_t are those of κ_s, as Remark 1 is printed,
+    which q̇ knows nothing of: switch it off (kappa_s = 0), or use `accelerations`, for motions that
+    close to straight. Raises InputError for a wrong mask or shape, and for a vehicle with drag,
     which Eq. (10) lacks.
     """
     _check_without_drag(vehicle)
