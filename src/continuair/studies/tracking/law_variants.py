@@ -15,6 +15,7 @@ from continuair.controllers.classic import classic
 from continuair.controllers.controller import Controller, stack
 from continuair.controllers.gain_files import Gains
 from continuair.controllers.servoing import servoing
+from continuair.flight.resolution import steps_told_of, unresolved
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import PLANTS
 from continuair.progress import Progress, Steps
@@ -72,7 +73,7 @@ def law_variants(
 
 
 def best_scalar(vehicle: Vehicle, letter: str, compensation: str) -> dict[str, Any]:
-    """Scalar gains with the least RMS error of a grid on the coupled plant."""
+    """Scalar gains with the least RMS error of a grid on the coupled plant, of resolved flights."""
     grid: list[dict[str, Any]] = [
         {"Kp": float(k), "Kd": 1e-3 * float(k), "Cd": float(lead)}
         for k in STIFFNESS
@@ -80,8 +81,11 @@ def best_scalar(vehicle: Vehicle, letter: str, compensation: str) -> dict[str, A
     ]
     laws = stack([servoing(**gains, compensation=compensation) for gains in grid])
     scenario = task(vehicle, [letter], laws, SETTINGS["nominal"].duration)
-    data = simulate(vehicle, scenario, sample=5e-2, variables=["feature_error"])
-    return grid[int(np.argmin(np.nan_to_num(feature_rms(_settled(data)), nan=np.inf)))]
+    with steps_told_of():
+        data = simulate(vehicle, scenario, sample=5e-2, variables=["feature_error"])
+    rms = np.nan_to_num(feature_rms(_settled(data)), nan=np.inf)
+    rms[unresolved(data.step_error.to_numpy())] = np.inf
+    return grid[int(np.argmin(rms))]
 
 
 def _variants(vehicle: Vehicle, gains: Gains, scalar: dict[str, dict[str, Any]]) -> list[Variant]:
