@@ -25,7 +25,7 @@ def as_list(vehicle: ca.Vehicle) -> ca.Vehicle:
     """The same vehicle, its [arm] written as [[arm]]."""
     section = {name: value for name, value in vehicle.arm if name != "name"}
     arm = {"name": "only", "mount": vehicle.uav.mount, "section": [section]}
-    uav = vehicle.uav.model_copy(update={"mount": (0.0, 0.0, 0.0)})
+    uav = vehicle.uav.having(mount=(0.0, 0.0, 0.0))
     return ca.Vehicle(name=vehicle.name, uav=uav, arm=[arm], camera=vehicle.camera)
 
 

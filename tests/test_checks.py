@@ -1,6 +1,9 @@
 """Arguments are checked alike everywhere: NumPy's numbers count, truth values and text do not."""
 
+import copy
 import json
+import pickle
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -8,7 +11,7 @@ import pytest
 
 import continuair as ca
 from continuair import checks
-from continuair.errors import shown
+from continuair.errors import InputError, shown
 from continuair.vehicle import runs
 
 VEHICLE = ca.load_vehicle("paper")
@@ -84,6 +87,26 @@ def test_what_a_mask_hides_is_no_number(name: str) -> None:
     ARRAYS[name](np.ma.array([0.1, 0.1, 0.1]))
 
 
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy])
+def test_copies_of_what_was_checked_cannot_be_changed_either(copied: Callable[[Any], Any]) -> None:
+    batch = copied(VEHICLE.replace({"arm.radius": [0.005, 0.004]}))
+    controller = ca.Controller("c", LAW, {"k": np.eye(2)})
+    made = ca.Scenario("s", np.zeros(8), controller=controller, target=[ca.Target(HERE)])
+    scenario = copied(made)
+    law = copied(scenario.controller)
+    points, wind = copied(scenario.targets[0]).points, copied(ca.dryden(5.0, 10.0, 2.0)).knots
+    for array in (batch.arm.radius, scenario.q, law.gains["k"], points, wind):
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = -1.0
+    assert pickle.loads(pickle.dumps(law.gains)).keys() == {"k"}
+
+
+def test_copies_of_models_change_nothing_that_would_go_unchecked() -> None:
+    assert VEHICLE.model_copy(deep=True) == VEHICLE
+    with pytest.raises(InputError, match=r"to change mass, .*; use vehicle.replace\("):
+        VEHICLE.uav.model_copy(update={"mass": -3.0})
+
+
 def test_checked_arrays_can_no_longer_be_changed_nor_by_what_they_were_made_of() -> None:
     radii, points, gain, targets = np.full(2, 0.005), ca.square(), np.eye(2), [ca.Target(HERE)]
     controller = ca.Controller("c", LAW, {"k": gain})
@@ -101,6 +124,8 @@ def test_checked_arrays_can_no_longer_be_changed_nor_by_what_they_were_made_of()
     for array in arrays:
         with pytest.raises(ValueError, match="read-only"):
             array[...] = -1.0
+    with pytest.raises(InputError, match="k cannot be changed here"):
+        controller.gains["k"] = np.zeros((2, 2))  # type: ignore[index]
     for given in (radii, points, gain):
         given[...] = -1.0
     targets.clear()

@@ -15,7 +15,7 @@ PACKAGE = Path(continuair.errors.__file__).parent
 ROOMS = {
     "": [
         {"errors"},
-        {"files", "checks", "progress", "warning"},
+        {"files", "checks", "progress", "warning", "immutable"},
         {"vehicle"},
         {"equations"},
         {"kernels"},

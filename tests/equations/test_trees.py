@@ -132,7 +132,7 @@ def test_an_arm_of_a_list_with_one_level_section_is_the_papers_arm() -> None:
         given[name] = getattr(FURNISHED.arm, name)
     listed = ca.Vehicle(
         name="listed",
-        uav=FURNISHED.uav.model_copy(update={"mount": (0.0, 0.0, 0.0)}),
+        uav=FURNISHED.uav.having(mount=(0.0, 0.0, 0.0)),
         arm=[{"mount": FURNISHED.uav.mount, "section": [given]}],
     )
     for q, qd in states_of_one(3, seed=77):
@@ -151,14 +151,14 @@ def in_halves(vehicle: ca.Vehicle) -> ca.Vehicle:
     half, parts = arm.length / 2, []
     for first in (0.0, half):
         disks = [
-            disk.model_copy(update={"position": disk.position - first})
+            disk.having(position=disk.position - first)
             for disk in arm.disks
             if first < disk.position <= first + half
         ]
         part = {"length": half, "radius": arm.radius, "density": arm.density, "disks": disks}
         part |= {"youngs_modulus": arm.youngs_modulus, "damping": arm.damping}
         parts.append(part | {"kappa_s": arm.kappa_s})
-    uav = vehicle.uav.model_copy(update={"mount": (0.0, 0.0, 0.0)})
+    uav = vehicle.uav.having(mount=(0.0, 0.0, 0.0))
     arms = [{"mount": vehicle.uav.mount, "section": parts}]
     return ca.Vehicle(name="halves", uav=uav, arm=arms)
 

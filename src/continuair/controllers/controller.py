@@ -11,6 +11,7 @@ import numpy as np
 
 from continuair import checks
 from continuair.errors import InputError, shown
+from continuair.immutable import FixedDict, Immutable
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
 REACHED = 1.0 - 1e-6
@@ -21,7 +22,7 @@ _TOLD_APART = 16
 
 
 @dataclass(frozen=True, eq=False)
-class Controller:
+class Controller(Immutable):
     """A control law for `Scenario(controller=…)`.
 
     law: a function of a `LawCode` (kernels/sensing/sense.py) that returns a namespace with
@@ -62,7 +63,8 @@ class Controller:
                 f"gains is {shown(self.gains)}; give a value by name for every field of Gains."
             )
         gains = {name: self._gain(name, value) for name, value in self.gains.items()}
-        object.__setattr__(self, "gains", gains)
+        object.__setattr__(self, "gains", FixedDict(gains))
+        object.__setattr__(self, "settings", FixedDict(self.settings))
         self._check_timing()
 
     def _check_timing(self) -> None:

@@ -70,13 +70,12 @@ def unbounded(vehicle: Vehicle) -> Vehicle:
     off = {"kappa_s": 0.0}
     arms: Section | tuple[ArmChain, ...]
     if not vehicle.has_arm_list:
-        arms = vehicle.arm.model_copy(update=off)
+        arms = vehicle.arm.having(**off)
     else:
         arms = tuple(
-            arm.model_copy(update={"section": tuple(s.model_copy(update=off) for s in arm.section)})
-            for arm in vehicle.arms
+            arm.having(section=tuple(s.having(**off) for s in arm.section)) for arm in vehicle.arms
         )
-    return vehicle.model_copy(update={"arm_tables": arms})
+    return vehicle.having(arm=arms)
 
 
 def check_coordinates(name: str, value: Any, vehicle: Vehicle) -> None:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from continuair import checks
 from continuair.errors import InputError, shown
+from continuair.immutable import Immutable
 from continuair.scenario.letters import LETTERS, strokes
 from continuair.vehicle.fields import is_title
 
@@ -23,7 +24,7 @@ _CORNERS_PER_ARC = 48
 
 
 @dataclass(frozen=True)
-class Path:
+class Path(Immutable):
     """A motion over `duration` [s]; calling it with times (n,) gives three arrays (n, 3).
 
     They are position [m], velocity [m/s] and acceleration [m/s²] in world axes. Beyond the duration

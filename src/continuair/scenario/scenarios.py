@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from continuair import checks
 from continuair.controllers.controller import Controller
 from continuair.errors import InputError, shown
+from continuair.immutable import Immutable
 from continuair.scenario.records import with_known_fields
 from continuair.scenario.setpoints import Setpoints
 from continuair.scenario.targets import Target
@@ -42,7 +43,7 @@ _INPUTS = {
 
 @with_known_fields("a scenario", "give a name, q and fields by name")
 @dataclass(frozen=True, eq=False)
-class Scenario:
+class Scenario(Immutable):
     """The initial state, the inputs and the duration of a flight; all are immutable.
 
     Raises InputError, in one sentence, if a field cannot be used. Functions of time are evaluated

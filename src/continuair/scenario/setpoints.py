@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from continuair import checks
 from continuair.errors import InputError, shown
+from continuair.immutable import Immutable
 from continuair.scenario.records import with_known_fields
 
 Array = NDArray[np.float64]
@@ -25,7 +26,7 @@ _GOES_WITH = {"velocity": "position", "yaw_rate": "yaw"}
 
 @with_known_fields("the setpoints", "give fields by name")
 @dataclass(frozen=True, eq=False)
-class Setpoints:
+class Setpoints(Immutable):
     """What a flight controller follows; what is None stays as the flight starts, velocities are 0.
 
     Each is constant, a function of the time [s], or, where `times` are given, an array over them

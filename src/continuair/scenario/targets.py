@@ -9,6 +9,7 @@ import numpy as np
 
 from continuair import checks
 from continuair.errors import InputError, shown
+from continuair.immutable import Immutable
 from continuair.scenario.paths import Path
 from continuair.scenario.records import with_known_fields
 
@@ -24,7 +25,7 @@ _DOWN = np.diag([1.0, -1.0, -1.0])
 
 @with_known_fields("a target", "give a path and fields by name")
 @dataclass(frozen=True)
-class Target:
+class Target(Immutable):
     """Feature points about the centroid (n, 3) [m, world axes], and the centroid's path.
 
     distance: where the camera is to be, above the centroid [m]; from it follows the desired image.

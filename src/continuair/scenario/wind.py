@@ -11,6 +11,7 @@ import numpy as np
 
 from continuair import checks
 from continuair.errors import InputError, shown
+from continuair.immutable import Immutable
 
 Array = np.ndarray
 
@@ -22,7 +23,7 @@ _MOST_KNOTS = 10_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class Gust:
+class Gust(Immutable):
     """Wind that rises and falls as 1 - cos."""
 
     velocity: Array
@@ -76,7 +77,7 @@ def low_altitude(w20: float, altitude: float) -> Scales:
 
 
 @dataclass(frozen=True, eq=False)
-class Dryden:
+class Dryden(Immutable):
     """Turbulence at knots (runs or 1, n, 3) a step apart [s], and straight between them."""
 
     knots: Array

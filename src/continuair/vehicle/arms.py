@@ -120,7 +120,7 @@ def _member(kind: type[Member], entry: object, index: int, noun: str) -> Member:
         except InputError as error:
             raise error.within(f"{label(entry, index)}.") from None
     elif isinstance(entry, kind):
-        built = entry if entry.name else entry.model_copy(update={"name": str(index)})
+        built = entry if entry.name else entry.having(name=str(index))
     else:
         raise InputError(
             f"{index} is {shown(entry)}, but must be a table of fields; give the fields of one "

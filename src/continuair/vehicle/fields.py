@@ -10,13 +10,14 @@ import re
 from collections.abc import Callable, Generator, Iterator, Mapping
 from functools import cache
 from types import UnionType
-from typing import Annotated, Any, ClassVar, TypeGuard, Union, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Self, TypeGuard, Union, cast, get_args, get_origin
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
 from continuair import checks
 from continuair.errors import InputError, input_error, named_fields, nearest, shown
+from continuair.immutable import Immutable
 
 ROUNDING = 1e-9
 """Share by which numbers that are meant to be equal may differ."""
@@ -187,7 +188,7 @@ def _check_names(part: type[Part], fields: Mapping[str, Any], path: str) -> None
                     _check_names(of_entries, entry, f"{path}{name}.{label(entry, index)}.")
 
 
-class Part(BaseModel):
+class Part(Immutable, BaseModel):
     """Immutable parameters; an unknown, missing or unusable field is an InputError.
 
     Iterating gives pairs of a field's name, as files have it, and its value.
@@ -216,6 +217,19 @@ class Part(BaseModel):
             f"{name} cannot be deleted because a {type(self).__name__} is immutable; "
             "use vehicle.replace({...}), which returns a changed copy."
         )
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Itself; InputError for updates, which pydantic would not check."""
+        if update:
+            raise InputError(
+                f"model_copy is asked to change {', '.join(map(str, update))}, which nothing would "
+                "check; use vehicle.replace({...}), which returns a changed copy."
+            )
+        return self
+
+    def having(self, **fields: Any) -> Self:
+        """Itself with other fields that are known to be usable, as nothing checks them."""
+        return cast(Self, type(self).model_construct(**(dict(self) | fields)))
 
     def __iter__(self) -> Generator[tuple[str, Any], None, None]:
         for name, field in type(self).model_fields.items():

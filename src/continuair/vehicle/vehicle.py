@@ -130,7 +130,7 @@ class Vehicle(Part):
         """The arms; that of an [arm] table is "arm", at uav.mount, and its section is "0"."""
         if isinstance(self.arm_tables, tuple):
             return self.arm_tables
-        section = self.arm_tables.model_copy(update={"name": "0"})
+        section = self.arm_tables.having(name="0")
         return (ArmChain.model_construct(name="arm", mount=self.uav.mount, section=(section,)),)
 
     @property
