@@ -105,6 +105,15 @@ def test_a_count_of_disks_puts_them_at_even_distances_up_to_the_end() -> None:
     assert [disk.position for disk in single.arm.disks] == [0.5, 1.0]
 
 
+def test_disks_keep_their_share_of_a_section_that_is_renamed_and_lengthened_at_once() -> None:
+    changed = VEHICLE.replace({"arm.left.name": "port", "arm.left.section.base.length": 0.6})
+    assert changed.arms[0].name == "port"
+    disks = changed.arms[0].section[0].disks
+    np.testing.assert_allclose([disk.position for disk in disks], [0.2, 0.4, 0.6], rtol=1e-15)
+    with pytest.raises(InputError, match="port"):
+        VEHICLE.replace({"arm.left.name": "port", "arm.port.section.base.length": 0.6})
+
+
 def test_counted_disks_of_a_batch_are_at_even_distances_in_every_run() -> None:
     changes = {"arm.length": [1.0, 0.5], "arm.disks": {"count": 2, "mass": np.array([0.1, 0.1])}}
     batch = PAPER.replace(changes)

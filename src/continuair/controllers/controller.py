@@ -155,7 +155,7 @@ def stack(controllers: Sequence[Controller]) -> Controller:
                 f"controllers have integral {first.integral:g} and {other.integral:g}; give all of "
                 "them the same."
             )
-        for name in ("looks", "guided", "asks"):
+        for name in ("looks", "guided", "asks", "at_limits"):
             one, two = (getattr(each, name) for each in (first, other))
             if one != two:
                 raise InputError(

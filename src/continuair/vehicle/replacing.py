@@ -39,7 +39,8 @@ def replace(model: Model, changes: Mapping[str, Any], implied: Mapping[str, Any]
     for path, value in implied.items():
         _set(tree, path, value)
     places: dict[tuple[str | int, ...], str] = {}
-    for path, value in changes.items():
+    # Names last: paths are those of the parts before.
+    for path, value in sorted(changes.items(), key=lambda each: str(each[0]).endswith(".name")):
         place = _set(tree, path, value)
         _check_once(place, path, places)
         places[place] = path
