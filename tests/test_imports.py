@@ -74,7 +74,8 @@ ROOMS = {
         {"pairs"},
     ],
     "flight": [
-        {"time_grid", "inputs", "resolution", "turns", "reading", "labels"},
+        {"time_grid", "inputs", "resolution", "turns", "provenance", "labels"},
+        {"reading"},
         {"steps", "guiding", "holding"},
         {"camera_timing", "probing", "rotors"},
         {"pulses"},

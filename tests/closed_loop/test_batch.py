@@ -68,18 +68,18 @@ def test_noisy_runs_do_not_depend_on_threads_or_on_how_the_batch_is_cut(
     assert_equal(fly(NOISY, scenario, threads=threads), whole)
 
 
-def test_runs_of_a_noisy_batch_have_noise_of_their_own_and_the_seed_repeats_it() -> None:
+def test_one_seed_is_one_noise_in_all_runs_and_seeds_of_their_own_are_others() -> None:
     starts = np.tile(flights.start(), (3, 1))
 
-    def commands(seed: int) -> np.ndarray:
-        scenario = flights.scenario(flights.designed(1.0), 0.05, q=starts, seed=seed)
+    def commands(q: np.ndarray, seed: object) -> np.ndarray:
+        scenario = flights.scenario(flights.designed(1.0), 0.05, q=q, seed=seed)
         return np.asarray(fly(NOISY, scenario).command)
 
-    first = commands(seed=1)
-    assert np.abs(first[0] - first[1]).max() > 1e-3
-    assert np.abs(first[1] - first[2]).max() > 1e-3
-    np.testing.assert_array_equal(first, commands(seed=1))
-    assert np.abs(first - commands(seed=2)).max() > 1e-3
+    same, own = commands(starts, 1), commands(starts, [1, 2, 3])
+    np.testing.assert_array_equal(same[1:], same[:2])
+    np.testing.assert_array_equal(same[0], commands(starts[0], 1))
+    np.testing.assert_array_equal(same[0], own[0])
+    assert np.abs(own[1:] - own[:2]).max(axis=(1, 2)).min() > 1e-3
 
 
 def test_a_run_with_a_seed_of_its_own_has_the_same_noise_in_any_batch() -> None:

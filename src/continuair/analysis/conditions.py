@@ -19,6 +19,7 @@ import numpy as np
 import xarray as xr
 
 from continuair.analysis.metrics import samples
+from continuair.flight.provenance import model_of
 from continuair.kernels.dynamics import PLANTS
 from continuair.kernels.step import UNSEEN
 from continuair.scenario.scenarios import Scenario
@@ -188,10 +189,9 @@ def _of_flight(flight: xr.Dataset | None) -> tuple[Condition, ...]:
     # NaN after the end of a run, which then says nothing more, but if it ended without a point.
     lost = bool((flight["status"] == UNSEEN).any())
     fewest, points = 0 if lost else int(np.nanmin(seen)), flight.sizes["point"]
-    model = flight.attrs.get("model", "")
     return (
         Condition("every point in view", f"fewest of {points}", fewest, fewest == points),
-        _equal("plant coupled or decoupled", "1 if so", float(model in PLANTS), 1.0),
+        _equal("plant coupled or decoupled", "1 if so", float(model_of(flight) in PLANTS), 1.0),
     )
 
 

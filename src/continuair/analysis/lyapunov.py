@@ -23,6 +23,7 @@ from continuair.engine.pack import tree_of
 from continuair.equations.camera import interaction_matrix, to_normalised
 from continuair.errors import InputError, shown
 from continuair.flight.labels import in_order
+from continuair.flight.provenance import model_of
 from continuair.flight.reading import BATCH_ROW
 from continuair.kernels.laws.servoing import law
 from continuair.scenario.scenarios import Scenario
@@ -312,7 +313,7 @@ def _lifting(scenario: Scenario, flight: xr.Dataset) -> Array:
 
     Of the independent model, whose arm hangs on a base of its own, by differences of samples.
     """
-    if flight.attrs.get("model") == "independent":
+    if model_of(flight) == "independent":
         energy = flight["gravity_energy"].transpose(..., "time").to_numpy()
         return np.gradient(energy, flight["time"].to_numpy(), axis=-1)
     return scenario.gravity * samples(flight, "linear_momentum", "axis")[..., 2]

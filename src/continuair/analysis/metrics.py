@@ -184,11 +184,12 @@ def compare(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
     nrmse_t, nrmse_r: as printed, of tip position and continuous Euler angles [-]; rmse_t_m [m] and
     rmse_r_rad [rad]: the same differences, not normalised; angle_rad: RMS of the geodesic angle,
     the one rotational reading that needs no choice of angles [rad]; rmse_x_m ... rmse_yaw_rad.
-    Numbers, or arrays over runs; NaN, with a warning, for a run that ended early, and those of
-    Euler angles where these cannot be followed: from sample to sample, or at the first from one
-    flight to the other, an angle changes by more than 1 rad, or the tip passes a pitch of ±π/2 on a
-    side that samples do not tell. Raises InputError if the two are not flights of the same runs
-    sampled at the same times.
+    Numbers, or arrays over runs, arms, and what else both were joined along, in this order; NaN,
+    with a warning, for a run that ended early, and those of Euler angles where these cannot be
+    followed: from sample to sample, or at the first from one flight to the other, an angle changes
+    by more than 1 rad, or the tip passes a pitch of ±π/2 on a side that samples do not tell. Raises
+    InputError if the two are not flights of the same runs sampled at the same times, or one alone
+    holds several along another dimension.
     """
     flights = {"coupled": coupled, "other": other}
     for name, flight in flights.items():
@@ -196,6 +197,8 @@ def compare(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
     coupled, other = (_in_order(flight) for flight in flights.values())
     other = _with_arms_of(coupled, other)
     _check_alike(coupled, other)
+    along = _flights_along(coupled)
+    coupled, other = (each.transpose(*along, ...) for each in (coupled, other))
     for name, flight in flights.items():
         _warn_of_ended(name, flight)
     found = differences(coupled, other)
@@ -223,6 +226,11 @@ def _in_order(flight: xr.Dataset) -> xr.Dataset:
     return found.transpose("run", "arm", ..., missing_dims="ignore")
 
 
+def _flights_along(flight: xr.Dataset) -> list[str]:
+    """Dimensions along which a Dataset holds tips: run, arm, and those that it was joined along."""
+    return [str(dim) for dim in flight["tip_position"].dims if dim not in ("time", "axis")]
+
+
 def _with_arms_of(coupled: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
     """The other flight with its arms in the order of the first, if both have the same."""
     if not all("arm" in flight.indexes for flight in (coupled, other)):
@@ -240,25 +248,28 @@ def _check_alike(coupled: xr.Dataset, other: xr.Dataset) -> None:
             f"other has {len(given)} samples that are not those of coupled ({len(wanted)}){off}; "
             "simulate both with the same sample and duration."
         )
-    for name in ("run", "arm"):
+    for name in dict.fromkeys((*_flights_along(coupled), *_flights_along(other))):
         _check_same_labels(name, coupled, other)
 
 
 def _check_same_labels(name: str, coupled: xr.Dataset, other: xr.Dataset) -> None:
-    """That both flights hold the same runs, or arms, in the same order."""
+    """That both hold the same runs, arms or whatever else they were joined along, in one order."""
     sizes = [flight["tip_position"].sizes.get(name) for flight in (coupled, other)]
+    of = f"{name}s" if name in ("run", "arm") else f"flights along {name}"
     if sizes[0] != sizes[1]:
-        held = [f"a single {name}" if size is None else f"{size} {name}s" for size in sizes]
+        held = [f"a single {of.replace('s', '', 1)}" if size is None else f"{size} {of}"
+                for size in sizes]  # fmt: skip
+        many = "coupled" if sizes[0] is not None else "other"
         raise InputError(
-            f"other holds {held[1]}, but coupled {held[0]}; give the same {name}s, as in "
-            f"coupled.isel({name}=0)."
+            f"other holds {held[1]}, but coupled {held[0]}; give the same {of}, as in "
+            f"{many}.isel({name}=0)."
         )
     if all(name in flight.coords for flight in (coupled, other)):
         given, wanted = (np.ravel(flight[name]) for flight in (other, coupled))
         if not np.array_equal(given, wanted):
             raise InputError(
-                f"other holds the {name}s {shown(given.tolist())}, but coupled "
-                f"{shown(wanted.tolist())}; give the same {name}s in the same order."
+                f"other holds the {of} {shown(given.tolist())}, but coupled "
+                f"{shown(wanted.tolist())}; give the same {of} in the same order."
             )
 
 

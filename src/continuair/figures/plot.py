@@ -20,7 +20,9 @@ from continuair.errors import InputError, shown
 from continuair.figures import curves, pictogram, style
 from continuair.figures.tracking import feature_paths
 from continuair.flight.labels import FIXED, in_order, ordered
+from continuair.flight.provenance import model_of
 from continuair.flight.reading import vehicle_of
+from continuair.flight.trajectory import VARIABLES
 from continuair.kernels.dynamics import REFERENCE
 from continuair.vehicle.vehicle import Vehicle
 
@@ -156,25 +158,27 @@ def _flights(flight: Any, *names: str) -> dict[str, xr.Dataset]:
     for name in names:
         if name not in flight:
             raise InputError(f"flight has no {name}; simulate it with this variable.")
-        extra = set(flight[name].dims) & {"run", "letter"}
-        if extra:
-            dim = extra.pop()
-            raise InputError(f"flight holds {flight.sizes[dim]} runs; choose one, as in "
-                             f"flight.isel({dim}=0).")  # fmt: skip
+        own = {"model", "time", "arm", "section", VARIABLES[name][0]}
+        for dim in sorted(set(map(str, flight[name].dims)) - own):
+            raise InputError(
+                f"flight holds {flight.sizes[dim]} flights along {dim}; choose one, as in "
+                f"flight.isel({dim}=0)."
+            )
     if "model" in flight.dims:
-        _check_models(flight)
-        return {str(model): flight.sel(model=model) for model in flight["model"].to_numpy()}
-    return {str(flight.attrs.get("model", REFERENCE)): flight}
+        return {
+            _checked_model(str(each)): flight.sel(model=each) for each in flight["model"].values
+        }
+    return {_checked_model(model_of(flight)): flight}
 
 
-def _check_models(flight: xr.Dataset) -> None:
-    """Raise InputError unless models are named."""
-    named = [str(each) for each in flight["model"].to_numpy()]
-    if not set(named) <= set(style.MODELS):
+def _checked_model(name: str) -> str:
+    """The name of a model; InputError for any other."""
+    if name not in style.MODELS:
         raise InputError(
-            f"flight holds the models {shown(named)}; name them, as in xr.concat([a, b], "
+            f"flight holds the model {shown(name)}; name it, as in xr.concat([a, b], "
             "xr.Variable('model', ['coupled', 'decoupled']))."
         )
+    return name
 
 
 def _parts(flight: xr.Dataset, name: str, part: str) -> dict[str, dict[str, int]]:

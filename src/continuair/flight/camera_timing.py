@@ -45,10 +45,9 @@ def _blind(grid: Grid) -> Timing:
 
 
 def _seeds(given: int | Sequence[int], runs: int) -> Array:
-    """One stream of noise per run, whatever the batch is split into."""
-    if isinstance(given, int):
-        return np.random.SeedSequence(given).generate_state(runs).view(np.int32)
-    own = [np.random.SeedSequence(seed).generate_state(1)[0] for seed in given]
+    """The streams of noise of the runs, which hang on their seeds alone: one seed, one noise."""
+    each = [given] if isinstance(given, int) else given
+    own = [np.random.SeedSequence(seed).generate_state(1)[0] for seed in each]
     return np.broadcast_to(np.array(own, np.uint32).view(np.int32), runs)
 
 

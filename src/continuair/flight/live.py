@@ -259,10 +259,9 @@ class Simulation:
         self._look_at_inputs(times)
         recorder.keep(Cohort(flight, _ONE, grid, acting, None), logs)
         warn_of_saturation(recorder.saturation, stacklevel=3)
-        found = recorder.dataset({"step": self._step})
         given = dict.fromkeys(sorted(self._given), GIVEN_TO_STEPS)
-        told = json.loads(found.attrs["scenario"]) | given
-        return found.assign_attrs(scenario=json.dumps(told))
+        told = json.loads(flight.provenance["scenario"]) | given
+        return recorder.dataset({"step": self._step, "scenario": json.dumps(told)})
 
     def _look_at_inputs(self, times: Array) -> None:
         """Warn, as `simulate` does, of the scenario's inputs that jump or swing within the steps

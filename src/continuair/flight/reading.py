@@ -12,6 +12,7 @@ import xarray as xr
 
 from continuair.errors import InputError
 from continuair.files import DAMAGE, check_regular, check_version, printed, reason, user_path
+from continuair.flight.provenance import is_joined
 from continuair.vehicle.vehicle import Vehicle, vehicle_of_run
 
 GIVEN_TO_STEPS = "given to Simulation.step"
@@ -74,12 +75,12 @@ def vehicle_of(flight: Any) -> Vehicle:
 
     Raises InputError where it says none, or many.
     """
-    said = flight.attrs.get("vehicle") if isinstance(flight, xr.Dataset) else None
-    if said is None:
+    if not isinstance(flight, xr.Dataset) or "vehicle" not in flight.attrs or is_joined(flight):
         raise InputError(
-            "flight does not say which vehicle flew it; give a result of continuair.simulate as it "
-            "is, or the vehicle."
+            "flight does not say which vehicle flew it, as flights that were joined do not; give a "
+            "result of continuair.simulate as it is, or the vehicle."
         )
+    said = flight.attrs["vehicle"]
     try:
         return vehicle_of_run(json.loads(said), run_of(flight))
     except DAMAGE as error:
@@ -99,10 +100,13 @@ def run_of(flight: xr.Dataset) -> int | None:
 
 
 def scenario_of(flight: xr.Dataset) -> dict[str, Any]:
-    """What a result says of its scenario: functions of time by their names alone.
+    """What a result says of its scenario: functions of time by their names alone; nothing where
+    flights were joined.
 
     Raises InputError where that cannot be read.
     """
+    if is_joined(flight):
+        return {}
     try:
         return dict(json.loads(flight.attrs.get("scenario", "{}")))
     except DAMAGE as error:

@@ -209,4 +209,6 @@ def beside(jumps: ArrayLike, steps: ArrayLike, side: float) -> np.ndarray:
     start and step ends there.
     """
     off = np.minimum(_LAST_DIGITS * np.abs(jumps), _WITHIN * np.asarray(steps))
-    return np.nextafter(jumps + np.copysign(off, side), side)
+    # Beside 0 lie numbers that are too small to be normal, of which NumPy may be set to tell.
+    with np.errstate(under="ignore"):
+        return np.nextafter(jumps + np.copysign(off, side), side)

@@ -15,6 +15,7 @@ from continuair.engine.engine import Logs
 from continuair.engine.rows import adjacent
 from continuair.flight.cohorts import Cohort, Flight
 from continuair.flight.labels import labels_of
+from continuair.flight.provenance import provenance_of
 from continuair.flight.reading import BATCH_ROW
 from continuair.flight.resolution import doubt, saturation, warn_of_lost_coordinates
 from continuair.flight.turns import followed_euler, in_body_axes, on_triple
@@ -180,12 +181,14 @@ class Recorder:
         kept["step_error"] = ("run",), self.step_error, STEP_ERROR
         if self.flight.vehicle.uav.rotors is not None:
             kept["largest_saturation"] = ("run",), self.saturation, LARGEST_SATURATION
+        attributes = self._attributes() | provenance
+        kept |= provenance_of(attributes, len(self.runs))
         if self.flight.batched:
             taken = {"units": "s", "long_name": "integration step"}
             kept["step"] = ("run",), self.flight.steps[self.runs], taken
         else:
             kept = {name: (dims[1:], of[0], told) for name, (dims, of, told) in kept.items()}
-        return xr.Dataset(kept, self._coordinates(), self._attributes() | provenance)
+        return xr.Dataset(kept, self._coordinates(), attributes)
 
     def _coordinates(self) -> xr.Coordinates:
         """Coordinates with their indexes, as xarray takes longer to make them than to fly a run."""

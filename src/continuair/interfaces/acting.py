@@ -65,6 +65,8 @@ def untold_of(
         found.append("rotor_thrust")
     elif told.get("controller") is not None and "command" not in flight:
         found.append("command")
+    if not told:
+        found.append("the scenario's inputs, if it had any")
     return found + [name for name in fields if isinstance(told.get(name), str)]
 
 

@@ -16,6 +16,7 @@ from continuair import checks
 from continuair.analysis.backbone import TIP, along, parts, quaternions
 from continuair.analysis.motion import Motion, motion_of
 from continuair.files import new_file, save
+from continuair.flight.provenance import model_of
 from continuair.interfaces import foxglove
 from continuair.interfaces.acting import Acting, acting_on, warn_of_lacking
 from continuair.interfaces.logged import Column, columns_of
@@ -67,6 +68,7 @@ def _log(motion: Motion, acting: Acting) -> bytes:
     writer = Writer(content)
     writer.start(profile="", library="continuair")
     told = {name: str(motion.dataset.attrs.get(name, "")) for name in _KEPT}
+    told["model"] = model_of(motion.dataset)
     told["vehicle"] = json.dumps(motion.vehicle.describe())
     writer.add_metadata("continuair", told)
     streams = [

@@ -110,7 +110,8 @@ class Scenario(Immutable):
     """what the camera looks at: a Target, or one per run with as many points"""
 
     seed: int | Sequence[int] = 0
-    """seed of the noise of camera and sensors, one for all runs or one per run"""
+    """seed of the noise of camera and sensors: one number, the same noise in all runs, or one per
+    run"""
 
     setpoints: Setpoints | None = None
     """what a flight controller follows: continuair.Setpoints; the start by default"""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from continuair.analysis.motion import Motion, evenly, motion_of
 from continuair.errors import InputError
 from continuair.flight.labels import in_order
+from continuair.flight.provenance import model_of
 from continuair.interfaces.acting import told_of, untold_of, warn_of_lacking
 from continuair.kernels.step import OK, STATUS
 from continuair.vehicle.vehicle import Vehicle
@@ -124,24 +125,24 @@ def scene(
     flight = in_order(flight, flown)
     chosen = evenly(times, rate, LEAST)
     placed, flying = _placed(motion, chosen), chosen < len(motion.time)
-    others, both, notes = None, flying, [early_end(flight, motion, _model(flight))]
+    others, both, notes = None, flying, [early_end(flight, motion, model_of(flight))]
     if ghost is not None:
         other = motion_of(ghost, flown)
         if not np.array_equal(ghost["time"], times):
             raise InputError("ghost has other times than flight; give flights over equal times.")
         others, both = _placed(other, chosen), flying & (chosen < len(other.time))
-        notes.append(early_end(ghost, other, _model(ghost)))
+        notes.append(early_end(ghost, other, model_of(ghost)))
     told, shown = told_of(flight, scenario), flight.isel(time=chosen)
     warn_of_lacking(untold_of(told, flight, flown, _DRAWN), 3, "the picture")
     for note in filter(None, notes):
         warn(note, stacklevel=3)
     return Scene(
         flown,
-        _model(flight),
+        model_of(flight),
         times[chosen],
         placed,
         others,
-        "" if ghost is None else _model(ghost),
+        "" if ghost is None else model_of(ghost),
         eye_of(shown, flown, placed),
         aim_of(shown),
         forces_of(shown, flown, placed, told, flying),
@@ -159,12 +160,6 @@ def early_end(flight: xr.Dataset, motion: Motion, model: str) -> str:
         return ""
     why = "its numbers are not finite from then on" if status == OK else STATUS[status]
     return f"the {model} flight ended at {until:.2f} s: {why}".replace("  ", " ")
-
-
-def _model(flight: xr.Dataset) -> str:
-    if "model" in flight.coords:
-        return str(flight["model"].item())
-    return str(flight.attrs.get("model", ""))
 
 
 def _placed(motion: Motion, chosen: NDArray[np.int64]) -> Bodies:

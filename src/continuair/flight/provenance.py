@@ -1,0 +1,65 @@
+"""What flew, told by variables of a result: joined flights keep the attributes of the first alone.
+
+xarray joins variables, but of attributes takes the first flight's, or none; so each flight has a
+digest of the vehicle and the scenario that its attributes tell, and the number of its model.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from continuair.kernels.dynamics import MODELS
+
+PROVENANCE, FLOWN_MODEL = "provenance", "flown_model"
+
+_BITS = 52
+"""Of a digest: a float, which xarray makes of numbers beside missing ones, holds it."""
+
+_OF_DIGEST = {"units": "1", "long_name": "digest of the attributes vehicle and scenario"}
+_OF_MODEL = {
+    "units": "1",
+    "long_name": "model that flew",
+    "flag_values": np.arange(len(MODELS), dtype=np.int8),
+    "flag_meanings": " ".join(MODELS),
+}
+
+
+def provenance_of(attributes: Mapping[Any, Any], runs: int) -> dict[str, Any]:
+    """Variables (runs,) that tell of each run which vehicle, scenario and model flew."""
+    model = np.full(runs, MODELS.index(attributes["model"]), np.int8)
+    return {
+        PROVENANCE: (("run",), np.full(runs, _digest_of(attributes)), _OF_DIGEST),
+        FLOWN_MODEL: (("run",), model, _OF_MODEL),
+    }
+
+
+def _digest_of(attributes: Mapping[Any, Any]) -> int:
+    """Of the vehicle and the scenario that attributes of a result tell."""
+    told = "\n".join(str(attributes.get(name)) for name in ("vehicle", "scenario"))
+    return int.from_bytes(hashlib.sha256(told.encode()).digest()[:8], "big") >> (64 - _BITS)
+
+
+def is_joined(flight: xr.Dataset) -> bool:
+    """Whether the attributes of a result are not those of its flights, of one at least."""
+    return PROVENANCE in flight and _held(flight[PROVENANCE]) != {_digest_of(flight.attrs)}
+
+
+def model_of(flight: xr.Dataset) -> str:
+    """The name of the model that flew; empty where a result tells none, or several."""
+    if "model" in flight.coords and flight["model"].ndim == 0:
+        return str(flight["model"].item())
+    if FLOWN_MODEL not in flight:
+        return str(flight.attrs.get("model", ""))
+    held = _held(flight[FLOWN_MODEL])
+    return MODELS[int(held.pop())] if len(held) == 1 and held <= set(range(len(MODELS))) else ""
+
+
+def _held(numbers: xr.DataArray) -> set[float]:
+    """The different numbers, but for what is missing."""
+    values = np.ravel(numbers.to_numpy())
+    return set(values[np.isfinite(values)].tolist())
