@@ -307,3 +307,27 @@ def test_the_papers_speed_grows_without_bound_where_the_bend_passes_zero(offset:
     # There the bend turns by 0.5 / offset [rad/s], and every other rate stays.
     assert joint_speed(flown).max() == pytest.approx(0.5 / offset, rel=0.01)
     np.testing.assert_allclose(regular_speed(flown), math.sqrt(5.0 + 0.04 + 0.25), rtol=1e-12)
+
+
+def test_flights_that_one_alone_was_joined_from_are_not_paired_by_place() -> None:
+    vehicle = ca.load_vehicle("paper").replace({"arm.radius": [0.004, 0.005]})
+    names, scenario = ["coupled", "decoupled"], ca.open_loop_test("A").replace(duration=0.1)
+    both = xr.concat(
+        [ca.simulate(vehicle, scenario, model=name, sample=0.01) for name in names],
+        xr.Variable("model", names),
+    )
+    first, second = (both.sel(model=name) for name in names)
+    with pytest.raises(ca.InputError, match=r"other holds 2 flights along model.*other.isel"):
+        ca.compare(first, both)
+    with pytest.raises(ca.InputError, match=r"coupled 2 flights along model.*coupled.isel"):
+        ca.compare(both, first)
+    apart = ca.compare(first, second)["rmse_t_m"]
+    twice = ca.compare(both.sel(model=names[:1]), both.sel(model=names[:1]).transpose("time", ...))
+    assert (twice["rmse_t_m"] == 0.0).all() and twice["rmse_t_m"].shape == (2, 1)
+    joined = ca.compare(
+        both.isel(model=[0, 0]).drop_vars("model").transpose("model", ...), both.drop_vars("model")
+    )
+    np.testing.assert_array_equal(joined["rmse_t_m"], np.transpose([np.zeros(2), apart]))
+    named = first.rename(run="radius")
+    with pytest.raises(ca.InputError, match="the same flights along radius in the same order"):
+        ca.compare(named.assign_coords(radius=[4, 5]), named.assign_coords(radius=[5, 6]))

@@ -58,7 +58,7 @@ def test_snapshots_of_an_arm_to_the_side_do_not_meet() -> None:
 
 def test_models_without_names_are_told() -> None:
     both = xr.concat([swing(), swing()], "model")
-    with pytest.raises(ca.InputError, match="name them"):
+    with pytest.raises(ca.InputError, match="name it"):
         ca.plot.bend(both)
 
 
@@ -89,5 +89,5 @@ def test_the_image_shows_the_feature_points() -> None:
 def test_what_is_missing_is_told() -> None:
     with pytest.raises(ca.InputError, match="flight has no tip_position"):
         ca.plot.tip_path(swing())
-    with pytest.raises(ca.InputError, match="flight holds 2 runs"):
+    with pytest.raises(ca.InputError, match="flight holds 2 flights along run"):
         ca.plot.bend(swing().expand_dims(run=[0, 1]))

@@ -60,9 +60,28 @@ def test_one_fast_run_of_a_batch_is_told_of() -> None:
 
 @unseen
 def test_what_no_step_follows_is_told_of_at_an_automatic_step() -> None:
-    rng = np.random.default_rng(1)
+    noise = np.random.default_rng(1).normal(size=(300_000, 3))
     with pytest.warns(ca.ContinuairWarning, match="force changes within steps"):
-        ca.simulate(VEHICLE, push(lambda t: rng.normal(size=3)))
+        ca.simulate(VEHICLE, push(lambda t: noise[int(1e6 * t)]))
+
+
+class Lag:
+    """A lag of 0.2 s that keeps its state, as if it were asked for one time after the other."""
+
+    def __init__(self) -> None:
+        self.time, self.value = 0.0, np.zeros(3)
+
+    def __call__(self, t: float) -> np.ndarray:
+        self.time, passed = t, max(t - self.time, 0.0)
+        self.value = self.value + (1.0 - np.exp(-passed / 0.2)) * (np.ones(3) - self.value)
+        return self.value
+
+
+def test_functions_that_keep_a_state_or_draw_noise_are_refused() -> None:
+    rng = np.random.default_rng(1)
+    for force in (Lag(), lambda t: rng.normal(size=3)):
+        with pytest.raises(ca.InputError, match="force gives other values when it is asked"):
+            ca.simulate(VEHICLE, push(force))
 
 
 def test_slow_inputs_and_declared_jumps_cost_nothing_and_are_not_told_of() -> None:

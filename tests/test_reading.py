@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import continuair as ca
+from continuair.flight.provenance import model_of
 from continuair.flight.reading import scenario_of, vehicle_of
 
 BATCHES: dict[str, dict[str, Any]] = {
@@ -41,3 +43,44 @@ def test_a_flight_tells_the_duration_that_it_was_given() -> None:
     for duration in (None, 0.25):
         found = ca.simulate(ca.load_vehicle("paper"), scenario, duration=duration, sample=0.05)
         assert scenario_of(found)["duration"] == found.time[-1]
+
+
+PAPER = ca.load_vehicle("paper")
+START = [0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.2, 0.0]
+
+
+def pushed(newtons: float, vehicle: ca.Vehicle = PAPER, **options: Any) -> xr.Dataset:
+    scenario = ca.Scenario("pushed", START, force=[newtons, 0.0, 25.0], duration=0.03)
+    return ca.simulate(vehicle, scenario, sample=0.01, **options)
+
+
+def test_a_joined_flight_is_not_told_by_the_attributes_of_another(tmp_path: Path) -> None:
+    both = xr.concat([pushed(1.0), pushed(5.0)], "push")
+    batches = [PAPER.replace({"uav.mass": masses}) for masses in ([1.8, 2.0], [2.2, 2.4])]
+    chunks = xr.concat([pushed(1.0, each) for each in batches], "run")
+    for flight in (both.isel(push=1), chunks.isel(run=3), pushed(1.0).drop_attrs(deep=False)):
+        with pytest.raises(ca.InputError, match="does not say which vehicle flew it, as flights"):
+            vehicle_of(flight)
+        assert scenario_of(flight) == {}
+    kept = {"first": both.isel(push=0), "cut": pushed(1.0).isel(time=slice(2))}
+    kept |= {"masked": pushed(1.0).where(pushed(1.0).time < 0.015), "alike": both.isel(push=[0, 0])}
+    for name, flight in kept.items():
+        assert vehicle_of(flight) == PAPER, name
+        assert scenario_of(flight)["force"] == [1.0, 0.0, 25.0], name
+    with pytest.warns(ca.ContinuairWarning, match="lacks the scenario's inputs, if it had any"):
+        ca.to_csv(both.isel(push=1), tmp_path / "untold.csv", vehicle=PAPER)
+    told = ca.Scenario("pushed", START, force=[5.0, 0.0, 25.0], duration=0.03)
+    ca.to_csv(both.isel(push=1), tmp_path / "told.csv", vehicle=PAPER, scenario=told)
+    header, row = (tmp_path / "told.csv").read_text().splitlines()[:2]
+    assert float(row.split(",")[header.split(",").index("force_x")]) == 5.0
+
+
+def test_a_joined_flight_is_that_of_its_own_model() -> None:
+    models = ["coupled", "decoupled", "independent"]
+    flights = [pushed(1.0, model=model) for model in models]
+    for joined in (xr.concat(flights, xr.Variable("model", models)), xr.concat(flights, "case")):
+        (dim,) = set(joined.sizes) - set(flights[0].sizes)
+        assert [model_of(joined.isel({dim: i})) for i in range(3)] == models
+    assert model_of(xr.concat(flights, "case")) == ""
+    figure = ca.plot.bend(xr.concat(flights, "case").isel(case=1))
+    assert [text.get_text() for each in figure.legends for text in each.get_texts()] == models[1:2]

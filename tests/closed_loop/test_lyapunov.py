@@ -9,6 +9,7 @@ import xarray as xr
 
 import continuair as ca
 from continuair.controllers.gain_files import load_gains
+from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import UNSEEN
 from continuair.scenario import paths
 from continuair.scenario.tracking_task import SETTINGS, equipped, task
@@ -120,8 +121,7 @@ def settling() -> xr.Dataset:
 def test_conditions_of_a_flight_break_alone(settling: xr.Dataset) -> None:
     lost = settling.in_view.copy()
     lost[7, 2] = 0.0
-    free = settling.copy()
-    free.attrs["model"] = "independent"
+    free = settling.assign(flown_model=settling.flown_model * 0 + MODELS.index("independent"))
     for statement in ("theorem", "sound"):
         assert not broken(loop(), statement, settling)
         found = broken(loop(), statement, settling.assign(in_view=lost))

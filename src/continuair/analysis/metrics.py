@@ -248,7 +248,7 @@ def _check_alike(coupled: xr.Dataset, other: xr.Dataset) -> None:
             f"other has {len(given)} samples that are not those of coupled ({len(wanted)}){off}; "
             "simulate both with the same sample and duration."
         )
-    for name in dict.fromkeys((*_flights_along(coupled), *_flights_along(other))):
+    for name in dict.fromkeys(("run", "arm", *_flights_along(coupled), *_flights_along(other))):
         _check_same_labels(name, coupled, other)
 
 

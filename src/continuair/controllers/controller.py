@@ -38,6 +38,8 @@ class Controller(Immutable):
     `believing`. at_limits: tells, of gains of one run or (runs, …) and pushes (runs, samples,
     numbers), which parts of these, by name (runs, samples), are at a limit. known: those gains of
     a vehicle of one run, by name, that say what vehicle it is; the law can believe in no other.
+    bandwidths: tells, of gains of one run or (runs, …), those of position and attitude
+    (..., 2) [rad/s], for a law that tilts to move.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Controller(Immutable):
     believes: Vehicle | None = None
     at_limits: Callable[[Mapping[str, Any], np.ndarray], dict[str, np.ndarray]] | None = None
     known: Callable[[Vehicle], Mapping[str, np.ndarray]] | None = None
+    bandwidths: Callable[[Mapping[str, Any]], np.ndarray] | None = None
 
     def __post_init__(self) -> None:
         if not callable(self.law):
@@ -155,7 +158,7 @@ def stack(controllers: Sequence[Controller]) -> Controller:
                 f"controllers have integral {first.integral:g} and {other.integral:g}; give all of "
                 "them the same."
             )
-        for name in ("looks", "guided", "asks", "at_limits"):
+        for name in ("looks", "guided", "asks", "at_limits", "bandwidths"):
             one, two = (getattr(each, name) for each in (first, other))
             if one != two:
                 raise InputError(

@@ -121,6 +121,7 @@ def flight_controller(
         guided=True,
         at_limits=_at_limits,
         known=_known,
+        bandwidths=_bandwidths,
     )
 
 
@@ -128,6 +129,13 @@ def _known(vehicle: Vehicle) -> dict[str, np.ndarray]:
     """Mass [kg] and inertia (3, 3) [kg m²] that are among the gains for a vehicle."""
     found = hover(vehicle, GRAVITY)
     return {"mass": np.array(found.mass), "inertia": found.inertia}
+
+
+def _bandwidths(gains: Mapping[str, Any]) -> np.ndarray:
+    """The slowest of position, and of roll and pitch (..., 2) [rad/s], but for their integrals."""
+    position = np.sqrt(np.asarray(gains["position"]) * np.asarray(gains["velocity"]))
+    attitude = np.sqrt(np.asarray(gains["attitude"])[..., :2])
+    return np.stack([position.min(axis=-1), attitude.min(axis=-1)], axis=-1)
 
 
 def _at_limits(gains: Mapping[str, Any], push: np.ndarray) -> dict[str, np.ndarray]:

@@ -11,11 +11,18 @@ import numpy as np
 
 from continuair.engine.engine import Drive, Engine, Logs, Start
 from continuair.engine.loop import Loop
+from continuair.engine.pack import per_run
 from continuair.flight.camera_timing import loop_over
 from continuair.flight.inputs import groups_in_use, sample_inputs
 from continuair.flight.probing import warn_of_jumps
 from continuair.flight.pulses import Pulses
-from continuair.flight.resolution import RESOLVED, may_multiply, step_error, unresolved
+from continuair.flight.resolution import (
+    RESOLVED,
+    may_multiply,
+    most_in_loop,
+    step_error,
+    unresolved,
+)
 from continuair.flight.rotors import within_limits
 from continuair.flight.time_grid import Grid, Marks, seen_at, shared_grids, stage_times
 from continuair.kernels.integrators import INTEGRATORS
@@ -85,12 +92,12 @@ class Flight:
     samples are (runs,) [s]; missed: whether its steps miss what its inputs do (runs,); abrupt:
     the share of what half the step changes that counts, where it is more than the integrator's, as
     inputs move or arms cross a wash as no step follows at full order, or 0 (runs,); both as far as
-    has been seen; swung: whether arms of several sections swing so far that errors may multiply,
-    once it has been flown (runs,); marks: times that steps end at. coupled: an engine of that
-    model, which others share what they can with. automatic: whether the steps may be made finer;
-    integrator: "rk4", "implicit", or "dop853", which takes steps of its own; told: inputs whose
-    jumps have been told of, unseen: that swing between stages; lost: times near which samples did
-    not follow the Euler angles of q [s].
+    has been seen; sensitive: whether errors may multiply, as arms of several sections swing far or
+    a law answers to them, once it has been flown (runs,); marks: times that steps end at. coupled:
+    an engine of that model, which others share what they can with. automatic: whether the steps may
+    be made finer; integrator: "rk4", "implicit", or "dop853", which takes steps of its own; told:
+    inputs whose jumps have been told of, unseen: that swing between stages; lost: times near which
+    samples did not follow the Euler angles of q [s].
     """
 
     vehicle: Vehicle
@@ -104,7 +111,7 @@ class Flight:
     longest: Array
     missed: Array
     abrupt: Array
-    swung: Array
+    sensitive: Array
     marks: Marks
     coupled: Engine
     automatic: bool
@@ -131,6 +138,12 @@ class Flight:
         law = self.scenario.controller
         return law is not None and law.looks
 
+    @cached_property
+    def twists(self) -> bool:
+        """Whether torques along Euler angles or bends act, whose direction may hang on the step."""
+        tau = self.scenario.tau
+        return tau is not None and (callable(tau) or bool(np.any(np.asarray(tau)[..., 3:])))
+
     def step_error(self, sums: Array, chosen: Array) -> Array:
         """step_error (n,) or (n, models) of runs, by their indices, from a roll-out's sums.
 
@@ -139,11 +152,24 @@ class Flight:
         tells what they cost.
         """
         found = step_error(sums, looking=self.looks)
-        if max(self.coupled.layout.shape) > 1:
-            self.swung[chosen] |= may_multiply(sums).reshape(len(chosen), -1).any(axis=1)
+        chained, most = max(self.coupled.layout.shape) > 1, self._most_in_loop[chosen]
+        may = may_multiply(sums, most.reshape(-1, *(1,) * (sums.ndim - 2)), chained)
+        self.sensitive[chosen] |= may.reshape(len(chosen), -1).any(axis=1)
         found[self.abrupt[chosen] > 0.0] += _UNRESOLVED
         found[self.missed[chosen]] += np.inf
         return found
+
+    @cached_property
+    def _most_in_loop(self) -> Array:
+        """By which a loop without a camera multiplies errors of its runs (runs,), at the most."""
+        law = self.scenario.controller
+        if law is None or law.looks:
+            return np.ones(self.runs)
+        reach, h = per_run(self.vehicle.reach, self.runs), self.steps
+        slowest = np.inf if law.bandwidths is None else law.bandwidths(law.gains)
+        position, attitude = np.broadcast_to(slowest, (self.runs, 2)).T
+        phase = INTEGRATORS[self.integrator].phase
+        return most_in_loop(self.scenario.gravity / reach / position**2, phase / h / attitude)
 
     def improvable(self, errors: Array) -> Array:
         """Runs that half an automatic step may resolve, by step_error (runs,) or (runs, models)."""

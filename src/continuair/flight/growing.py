@@ -2,8 +2,9 @@
 
 `step_error` adds up what single steps err by, and counts errors of velocities for the time of the
 fastest motion. In a flight without a controller they last, and where it is unstable they multiply:
-where either could move the tip it is flown once more, at several times the step. Arms that swing
-far multiply them in loops, too, and most: there half the step tells what comes of it.
+where either could move the tip it is flown once more, at several times the step. Arms of several
+sections that swing far multiply them most, and a loop answers to them late, or at its limits: there
+half the step tells what comes of it.
 """
 
 from __future__ import annotations
@@ -42,15 +43,15 @@ _MOST = 700.0
 
 def growing(flight: Flight, errors: Array) -> Array:
     """Which errors, step_error (runs,) or (runs, models), may have grown beyond RESOLVED until the
-    end: where arms have swung far, and, without a controller, as errors last or multiply.
+    end: where it is sensitive, and, without a controller, as errors last or multiply.
 
     None at given steps, which may bear no longer ones, nor under polar torques, whose direction
     hangs on the step.
     """
-    if flight.scenario.tau is not None or not flight.automatic:
+    if flight.twists or not flight.automatic:
         return np.zeros(errors.shape, bool)
     shape = (-1, *(1,) * (errors.ndim - 1))
-    may_grow = flight.swung.reshape(shape)
+    may_grow = flight.sensitive.reshape(shape)
     if flight.scenario.controller is None:
         lasting = INTEGRATORS[flight.integrator].phase * flight.duration / flight.steps
         multiplied = np.exp(np.minimum(_FALL * _fall_rate(flight) * flight.duration, _MOST))

@@ -31,15 +31,15 @@ def error_by_halving(flight: Flight, model: str, runs: Array) -> Array:
     and what does not fall with the step has no order; no more have abrupt commands of rotors, whose
     speeds start from 0 as a square root does, nor a loop around a camera that chatters. Where
     torques are in doubt at half the step too, both flights may have gone the wrong way, and the
-    doubt stays. Where arms have swung so far that errors multiply, halving once more tells them. A
+    doubt stays. Where errors may have multiplied, halving once more tells them. A
     run that ends otherwise at half the step is off by an arm length at least, as far as anyone can
     tell.
     """
-    errors, swung = np.empty(len(runs)), flight.swung[runs] & flight.automatic
-    if swung.any():
-        errors[swung] = error_here(flight.halved(runs[swung]), model, runs[swung])
-    if not swung.all():
-        errors[~swung] = _of_order(flight, model, runs[~swung])
+    errors, sensitive = np.empty(len(runs)), flight.sensitive[runs] & flight.automatic
+    if sensitive.any():
+        errors[sensitive] = error_here(flight.halved(runs[sensitive]), model, runs[sensitive])
+    if not sensitive.all():
+        errors[~sensitive] = _of_order(flight, model, runs[~sensitive])
     return errors
 
 
@@ -62,7 +62,7 @@ def error_here(flight: Flight, model: str, runs: Array) -> Array:
 
 def _share(flight: Flight) -> float:
     """The error of half the step, as a share of what halving changes."""
-    return 1.0 if flight.scenario.tau is not None else INTEGRATORS[flight.integrator].share
+    return 1.0 if flight.twists else INTEGRATORS[flight.integrator].share
 
 
 def _halved_error(flight: Flight, model: str, runs: Array) -> Array:

@@ -116,7 +116,7 @@ def _count_growth(recorder: Recorder) -> None:
     if not len(runs):
         return
     told = np.full(len(runs), np.nan)
-    if len(calm := np.flatnonzero(~flight.swung[runs])):
+    if len(calm := np.flatnonzero(~flight.sensitive[runs])):
         told[calm] = _by_coarser_steps(recorder, runs[calm])
     if (lost := np.isnan(told)).any():
         told[lost] = error_here(flight, recorder.model, runs[lost])

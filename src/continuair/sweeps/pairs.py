@@ -129,7 +129,7 @@ def _count_growth(flight: Flight, models: tuple[str, ...], found: Reduced) -> No
     if not len(runs):
         return
     told = np.full((len(runs), len(models)), np.nan)
-    if len(calm := np.flatnonzero(~flight.swung[runs])):
+    if len(calm := np.flatnonzero(~flight.sensitive[runs])):
         told[calm] = _by_coarser_steps(flight, models, found, runs[calm])
     told[~may_grow[runs]] = 0.0
     for column, model in enumerate(models):

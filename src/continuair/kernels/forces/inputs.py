@@ -40,7 +40,7 @@ def input_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> InputCode:
     force_of, moment_of, bend_moment_of = types.force_of, types.moment_of, types.bend_moment_of
     Tip, Flight, pushes, sections = tips.Tip, flight.Flight, layout.push.stop, layout.sections
     euler, polar = layout.of_input["euler_torque"].start, layout.of_input["polar_torque"].start
-    zero, one, full = Real(0.0), Real(1.0), Real(FULL_LENGTH)
+    zero, one, two, full = Real(0.0), Real(1.0), Real(2.0), Real(FULL_LENGTH)
     # The bend's turn in a step that counts as followed, and the sine of one that is in a plane.
     clear, planar = Real(0.5), Real(1e-6)
     # Steps by which gimbal lock is passed count as near it: RK4 then follows 1/cos θ to 1e-3.
@@ -147,6 +147,27 @@ def input_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> InputCode:
         return wp.max(found, above(grows, zero, passed, zero))
 
     @wp.func
+    def leaves_straight(y: State, end: State, along: Along, flight: Flight, row: int, section: int):
+        """How far torques across a bend may move the tip too much or too little [arm lengths], from
+        a step that takes it from within the threshold to well beyond, or back.
+
+        They are divided by the bend from the threshold on, which the stages of such a step meet at
+        either end: at most what they bend a section by at rest there, which moves the tip by its
+        reach.
+        """
+        around = of_row(flight.inputs, row, flight.run, polar + 2 * section + 1)
+        threshold = flight.plant.threshold[section]
+        before = wp.length(bend_of(y, section))
+        after = wp.length(bend_of(end, section))
+        at_start = wp.length(polar_load(y, along, flight, row, section))
+        at_end = wp.length(polar_load(end, along, flight, row, section))
+        straight = above(before, after, at_end, at_start)
+        moved = flight.plant.reach[section] * full * straight / flight.plant.stiffness[section]
+        leaves = above(wp.max(before, after), two * threshold, wp.min(one, moved), zero)
+        leaves = above(wp.min(before, after), threshold, zero, leaves)
+        return above(wp.abs(around), zero, leaves, zero)
+
+    @wp.func
     def misdirected(y: State, end: State, along: Along, flight: Flight, row: int):
         """How far the paper's torques may move the tip the wrong way [arm lengths], from a step.
 
@@ -164,9 +185,10 @@ def input_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> InputCode:
             aside = wp.abs(branch[0] * b[1] - branch[1] * b[0])
             pushed = polar_load(y, along, flight, row, i)
             bent = wp.length(pushed) / flight.plant.stiffness[i]
-            moved = wp.min(one, flight.plant.reach[i] * Real(2.0) * full * bent)
+            moved = wp.min(one, flight.plant.reach[i] * two * full * bent)
             beside = above(zero, cosine, above(aside, planar * size, moved, zero), moved)
             beside = above(cosine, clear * size, zero, beside)
+            beside = wp.max(beside, leaves_straight(y, end, along, flight, row, i))
             worst = wp.max(worst, finite(cosine, beside, zero))
         return worst
 
