@@ -176,7 +176,7 @@ def results(decoupled: dict[str, float], independent: dict[str, float]) -> dict[
     vehicle = ca.load_vehicle("slender")
     found: dict[str, Any] = {
         "vehicle": vehicle.describe(),
-        "loop": {"name": "none", "controller": None, "growth_1_s": None},
+        "loop": {"name": "none", "controller": None, "growth_1_s": None, "drifting_s": None},
         "least_settled_hz": 0.3,
         "hovering_hz": [1.0, 9.0],
         "groups": dict.fromkeys(
@@ -216,7 +216,12 @@ def test_a_note_tells_that_a_loop_is_unstable_with_the_arm_bent() -> None:
     case = results({"bend": 0.6, "moment": 0.5}, {"bend": 0.5, "moment": 0.4})
     told = []
     for growth in (-0.2, 0.18):
-        case["loop"] = {"name": "attitude", "controller": None, "growth_1_s": growth}
+        case["loop"] = {
+            "name": "attitude",
+            "controller": None,
+            "growth_1_s": growth,
+            "drifting_s": None,
+        }
         told.append([each for each in notes(case) if "the loop is unstable" in each])
     assert not told[0] and "a small tilt grows by 0.18 1/s" in told[1][0]
 

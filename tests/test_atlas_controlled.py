@@ -252,7 +252,7 @@ def advice(**changes: Any) -> dict[str, Any]:
     groups = {name: float(np.sqrt(a * b)) for name, (a, b) in CONTROLLED_RANGES.items()}
     return {
         "vehicle": ca.load_vehicle("slender").describe(),
-        "loop": {"name": "position", "controller": {}, "growth_1_s": -0.5},
+        "loop": {"name": "position", "controller": {}, "growth_1_s": -0.5, "drifting_s": None},
         "clamped_hz": 1.0,
         "hovering_hz": [1.2],
         "tolerance": 0.02,

@@ -152,22 +152,27 @@ class Flight:
         tells what they cost.
         """
         found = step_error(sums, looking=self.looks)
-        chained, most = max(self.coupled.layout.shape) > 1, self._most_in_loop[chosen]
-        may = may_multiply(sums, most.reshape(-1, *(1,) * (sums.ndim - 2)), chained)
-        self.sensitive[chosen] |= may.reshape(len(chosen), -1).any(axis=1)
+        chained, most = max(self.coupled.layout.shape) > 1, self._most_in_loop
+        if chained or most is not None:
+            of = 1.0 if most is None else most[chosen].reshape(-1, *(1,) * (sums.ndim - 2))
+            may = may_multiply(sums, of, chained)
+            self.sensitive[chosen] |= may.reshape(len(chosen), -1).any(axis=1)
         found[self.abrupt[chosen] > 0.0] += _UNRESOLVED
         found[self.missed[chosen]] += np.inf
         return found
 
     @cached_property
-    def _most_in_loop(self) -> Array:
-        """By which a loop without a camera multiplies errors of its runs (runs,), at the most."""
+    def _most_in_loop(self) -> Array | None:
+        """By which a loop without a camera multiplies errors of its runs (runs,), at the most; None
+        where there is none."""
         law = self.scenario.controller
         if law is None or law.looks:
-            return np.ones(self.runs)
+            return None
         reach, h = per_run(self.vehicle.reach, self.runs), self.steps
         slowest = np.inf if law.bandwidths is None else law.bandwidths(law.gains)
-        position, attitude = np.broadcast_to(slowest, (self.runs, 2)).T
+        # What nothing brings back lasts until the end.
+        held = np.maximum(slowest, 1.0 / self.duration)
+        position, attitude = np.broadcast_to(held, (self.runs, 2)).T
         phase = INTEGRATORS[self.integrator].phase
         return most_in_loop(self.scenario.gravity / reach / position**2, phase / h / attitude)
 

@@ -31,7 +31,9 @@ _OF_MODEL = {
 
 def provenance_of(attributes: Mapping[Any, Any], runs: int) -> dict[str, Any]:
     """Variables (runs,) that tell of each run which vehicle, scenario and model flew."""
-    model = np.full(runs, MODELS.index(attributes["model"]), np.int8)
+    name = attributes["model"]
+    # Couplings are taken apart by models that have no name here.
+    model = np.full(runs, MODELS.index(name) if name in MODELS else -1, np.int8)
     return {
         PROVENANCE: (("run",), np.full(runs, _digest_of(attributes)), _OF_DIGEST),
         FLOWN_MODEL: (("run",), model, _OF_MODEL),

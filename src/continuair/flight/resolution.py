@@ -45,7 +45,7 @@ def step_error(errors: Array, looking: bool = False) -> Array:
     return np.asarray(errors[..., 0] * grown * (_LOOP if looking else 1.0) + doubt(errors), float)
 
 
-def may_multiply(errors: Array, in_loop: Array, chained: bool) -> Array:
+def may_multiply(errors: Array, in_loop: Array | float, chained: bool) -> Array:
     """Whether errors may have multiplied beyond RESOLVED (...), by sums of a roll-out: by a swing
     of several sections, chained, or in_loop (...), by as much at the most.
 

@@ -53,6 +53,11 @@ class Loop:
         """Whether anything holds the hover."""
         return self.name != "none"
 
+    @property
+    def settles(self) -> bool:
+        """Whether it holds the place, too, so that what a load does is the same after a while."""
+        return self.name == "position"
+
 
 NO_LOOP = Loop()
 """Nothing holds the hover."""

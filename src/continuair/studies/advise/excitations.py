@@ -35,6 +35,9 @@ SCAN = np.geomspace(0.05, 3.0, 20)
 REFINED = 8
 """Frequencies of the round that halves in on a limit."""
 
+LONGEST = float(least_periods(SCAN[0]))
+"""Clamped periods that a flight at the lowest of them lasts in a loop."""
+
 SETTLED, LASTING = 0.1, 8.0
 """Largest share by which a settled error differs from that of a longer flight: twice as long, and
 of so many times what the slowest motion of the loop takes."""
@@ -48,8 +51,8 @@ def excite(vehicle: Vehicle, name: str, tolerance: float, loop: Loop = NO_LOOP) 
 
     limit_hz: NaN where no frequency tried is, inf where all are, None for a release or a fall.
     settled, and limit_settled at the limit: whether a flight that is longer, by what its loop takes
-    to settle, says the same within a tenth, and what it says; None in open loop, where nothing
-    settles, and for what does not oscillate.
+    to settle, says the same within a tenth, and what it says; None where no loop holds the place,
+    so that nothing settles, and for what does not oscillate.
     """
     excitation = EXCITATIONS[name]
     errors = {model: float(e[0]) for model, e in _errors(vehicle, name, [MODERATE], loop).items()}
@@ -94,7 +97,7 @@ def _settled(
         }
         for model in limits
     }
-    if not loop.closed:
+    if not loop.settles:
         return found
     at = [each.last for each in limits.values() if np.isfinite(each.last)]
     places = np.array([MODERATE, *at])
@@ -111,8 +114,7 @@ def _settled(
 
 def _lasting(vehicle: Vehicle, loop: Loop) -> float:
     """Clamped periods in which the slowest motion of a loop settles."""
-    # A loop of the attitude holds the height as that of the position does.
-    held = hover_loop(vehicle, "position", loop.bandwidth)
+    held = hover_loop(vehicle, loop.name, loop.bandwidth)
     assert held is not None
     slowest = float(held.settings["position_bandwidth"]) * float(held.settings["integral_share"])
     return LASTING / slowest * float(excited_arm(vehicle).frequency) / (2.0 * np.pi)
@@ -145,6 +147,10 @@ def _together(name: str, frequencies: Array, loop: Loop) -> Iterator[tuple[Array
     """Indices of frequencies (n,) that fly as long, and how long [clamped periods]."""
     if EXCITATIONS[name].on is None or not loop.closed:
         yield np.arange(len(frequencies)), PERIODS
+        return
+    if not loop.settles:
+        # Sideways the models drift apart as long as they fly: all alike, as the slowest must.
+        yield np.arange(len(frequencies)), LONGEST
         return
     longer = least_periods(frequencies) / PERIODS
     steps = np.ceil(np.log(longer) / np.log(_LONGER) - 1e-9)

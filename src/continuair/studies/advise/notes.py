@@ -109,6 +109,12 @@ def _unsettled(results: dict[str, Any]) -> list[str]:
             "Without a loop nothing settles: flights last ten periods of the clamped arm, which "
             f"are fewer than three cycles below {number(least, 2)} Hz."
         ]
+    if (drifting := results["loop"]["drifting_s"]) is not None:
+        return [
+            "Nothing holds the place in this loop, so that sideways the models drift apart for as "
+            f"long as they fly: errors and limits are those of flights of {number(drifting, 2)} s, "
+            "at every frequency, and in shorter ones smaller."
+        ]
     found = []
     for name, part in results["excitations"].items():
         for model in SIMPLER:

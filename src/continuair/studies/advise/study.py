@@ -28,7 +28,7 @@ from continuair.kernels.dynamics import REFERENCE, SIMPLER
 from continuair.progress import Progress, Steps
 from continuair.scenario.letters import LETTERS
 from continuair.scenario.tracking_task import damping_notes, without_rotors
-from continuair.studies.advise.excitations import attribute, excite, missed
+from continuair.studies.advise.excitations import LONGEST, attribute, excite, missed
 from continuair.studies.advise.notes import notes
 from continuair.studies.advise.tracking import tracking_limit
 from continuair.studies.advise.verdicts import TASKS, verdict
@@ -85,7 +85,7 @@ def advise(
     names = list(dict.fromkeys(name for task in chosen for name in TASKS.get(task, ())))
     letters = {task: task.split(":")[1] for task in chosen if task not in TASKS}
     steps = Steps(progress, len(names) + bool(names) + len(letters) + 1)
-    flown = Loop(loop, bandwidth)
+    flown, clamped = Loop(loop, bandwidth), float(arm.frequency) / (2.0 * np.pi)
     excitations = _excitations(vehicle, names, tolerance.tip, flown, steps)
     tracked, law = {}, gains or load_gains("paper")
     wrench, told = without_rotors(vehicle)
@@ -102,14 +102,15 @@ def advise(
             "name": loop,
             "controller": None if controller is None else controller.describe(),
             "growth_1_s": _growth(vehicle, controller),
+            "drifting_s": LONGEST / clamped if flown.closed and not flown.settles else None,
         },
         "tolerance": tolerance.tip,
         "pixels": tolerance.pixels,
         "length_m": float(arm.length),
         "varied": varied(vehicle),
-        "clamped_hz": float(arm.frequency) / (2.0 * np.pi),
+        "clamped_hz": clamped,
         "hovering_hz": hovering(vehicle),
-        "least_settled_hz": CYCLES / PERIODS * float(arm.frequency) / (2.0 * np.pi),
+        "least_settled_hz": CYCLES / PERIODS * clamped,
         "groups": _groups(vehicle, controller),
         "excitations": excitations,
         "tracking": tracked,
