@@ -15,7 +15,7 @@ from continuair.studies.advise import excitations
 from continuair.studies.advise.excitations import excite
 from continuair.studies.advise.notes import notes
 from continuair.studies.advise.verdicts import verdict
-from continuair.studies.excited_flights import Loop
+from continuair.studies.excited_flights import Loop, flown_errors
 from continuair.studies.tables import number_below
 from continuair.studies.timing import median_ratios
 from tests.new_user import NEW_USER
@@ -127,12 +127,27 @@ def test_limits_of_random_vehicles_are_where_flights_beside_them_say(seed: int) 
     assert_flights_agree(vehicle, name, (4.0, 8.0, 20.0)[seed % 3])
 
 
+@pytest.mark.slow
 def test_an_attitude_loop_lets_the_decoupled_model_do_for_faster_motion() -> None:
     limits = [
         excite(NEW_USER, "bend", TOLERANCE, loop)["models"]["decoupled"]["limit_hz"]
         for loop in (Loop("none"), Loop("attitude", 8.0), Loop("attitude", 20.0))
     ]
     assert limits[0] < limits[1] < limits[2]
+
+
+def test_an_attitude_loop_flies_as_long_at_every_frequency_as_nothing_holds_the_place() -> None:
+    """Sideways the models drift apart with the square of the time: flights of other durations
+    beside each other would be of other errors."""
+    loop = Loop("attitude", 8.0)
+    beside = excitations._errors(NEW_USER, "tip", [0.155, 0.165], loop)["decoupled"]
+    assert abs(beside[1] / beside[0] - 1.0) < 0.3
+    shorter = flown_errors(NEW_USER, "tip", np.array([0.165]), loop, excitations.LONGEST / 3.0)
+    assert shorter["decoupled"][0] < 0.5 * beside[1]
+    case = results({"bend": 0.6, "moment": 0.5}, {"bend": 0.5, "moment": 0.4})
+    case["loop"] |= {"name": "attitude", "drifting_s": 86.2}
+    (told,) = (each for each in notes(case) if "Nothing holds the place in this loop" in each)
+    assert "are those of flights of 86 s, at every frequency" in told
 
 
 def test_errors_of_a_slow_loop_are_compared_with_flights_in_which_it_has_settled() -> None:

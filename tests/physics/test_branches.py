@@ -1,5 +1,7 @@
 """What only shows along a flight: unit attitudes, whole turns of the bend, an arm left alone."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -193,3 +195,40 @@ def test_doubts_of_control_periods_do_not_add_up() -> None:
         doubts.append(flight.step_error)
     jumps = np.diff([0.0, *doubts])
     assert 0.02 < doubts[-1] < 0.2 and (jumps > 0.02).sum() == 1
+
+
+def test_torques_across_a_bend_count_in_step_error_where_it_leaves_straight() -> None:
+    """Within κ_s they are divided by κ_s, and after a step by much more: half of what they did."""
+    vehicle = ca.load_vehicle("slender")
+    kick, rates = np.array([0, 0, 9.81 * vehicle.mass, 0, 0, 0, 0.02, -0.017]), 2.7 * np.eye(8)[6]
+    scenario = ca.Scenario("kick", [0, 0, 3, 0, 0, 0, 0, 0], rates, tau=kick, duration=0.5)
+    options: dict[str, Any] = {"model": "decoupled", "sample": 0.01, "variables": ["tip_position"]}
+
+    def flown(step: float | str) -> tuple[float, float]:
+        flight = ca.simulate(vehicle, scenario, step=step, **options)
+        apart = np.linalg.norm(flight.tip_position - exact.tip_position, axis=1).max()
+        return float(apart), float(flight.step_error)
+
+    exact = ca.simulate(vehicle, scenario, integrator="dop853", tolerance=1e-11, **options)
+    with pytest.warns(ca.ContinuairWarning, match="step_error reaches"):
+        off, told = flown("auto")
+    assert off > 5e-3 and told > off
+    # The bend leaves κ_s within four of these steps.
+    off, told = flown(1e-4)
+    assert off < 1e-4 and told < 1e-3
+
+
+def test_a_lift_in_tau_is_told_as_the_same_force_is() -> None:
+    vehicle = ca.load_vehicle("slender").replace(
+        {"arm.youngs_modulus": 207e9 / 400.0, "arm.damping_ratio": 0.02}
+    )
+    lift, start = 9.81 * vehicle.mass, [0, 0, 3, 0.5, -0.4, 0.3, 1.2, 0.7]
+    rates = [0, 0, 0, 1, 0.5, -1, 0, 0]
+    by_tau, by_force = (
+        ca.simulate(
+            vehicle, ca.Scenario("hover", start, rates, duration=60.0, **given), sample=0.02
+        )
+        for given in ({"tau": lift * np.eye(8)[2]}, {"force": [0.0, 0.0, lift]})
+    )
+    assert by_tau.attrs["flown_again"] == by_force.attrs["flown_again"]
+    assert float(by_tau.step_error) == pytest.approx(float(by_force.step_error), rel=1e-3)
