@@ -15,6 +15,9 @@ from continuair.errors import InputError, nearest, shown
 
 Array = NDArray[np.float64]
 
+_ASKED_AGAIN, _SAME = 5, 1e-9
+"""Times at which a function is asked once more, and by how much of its values these may differ."""
+
 
 def is_number(value: object) -> TypeGuard[float]:
     """Tell whether a value is one finite number; an array or a truth value is none."""
@@ -52,6 +55,25 @@ def frozen(array: Array) -> Array:
     """Return an array that can no longer be changed: what is in it has been checked."""
     array.flags.writeable = False
     return array
+
+
+class UnsteadyInput(InputError):
+    """A function that is not one of the time alone."""
+
+
+def asked_again(count: int) -> NDArray[np.intp]:
+    """Indices of some of so many times, from the last to the first, to ask a function for again."""
+    return np.unique(np.linspace(0, count - 1, _ASKED_AGAIN).astype(int))[::-1]
+
+
+def repeats(name: str, first: Array, again: Array) -> None:
+    """Raise UnsteadyInput for values of a function that are others when it is asked once more."""
+    if first.shape != again.shape or np.abs(again - first).max() > _SAME * np.abs(first).max():
+        raise UnsteadyInput(
+            f"{name} gives other values when it is asked for the same times again, as what keeps a "
+            "state or draws noise does; give a function of the time alone, such as np.interp over "
+            "values made beforehand, or step a Simulation."
+        )
 
 
 def means_numbers(value: object) -> bool:

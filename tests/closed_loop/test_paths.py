@@ -291,3 +291,14 @@ def test_a_path_that_jumps_beyond_its_duration_is_refused_where_it_is_followed_s
 
 def test_a_fast_motion_is_no_jump_however_far_beyond_its_duration_it_is_followed() -> None:
     ca.Target(paths.circle(0.4, period=0.5, duration=1.0)).check_until(100.0)
+
+
+def test_a_motion_that_adds_up_over_the_times_it_is_asked_for_is_refused() -> None:
+    """It is right on even times alone, and a flight asks for others."""
+
+    def summed(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        velocity = np.ones((len(t), 3))
+        return np.cumsum(velocity, axis=0) * 2.0 / len(t), velocity, np.zeros((len(t), 3))
+
+    with pytest.raises(ca.InputError, match="path summed gives other values when it is asked"):
+        ca.Target(paths.Path("summed", 2.0, summed))

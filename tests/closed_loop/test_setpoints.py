@@ -184,3 +184,13 @@ def test_set_points_are_made_again_of_what_they_hold() -> None:
         assert again.runs == made.runs
         np.testing.assert_array_equal(found, made.at(name, np.array([0.0, 0.5])))
         np.testing.assert_array_equal(found, value if value else [[[0.0], [0.5]]] * 4)
+
+
+def test_setpoints_that_draw_noise_or_keep_a_state_are_refused() -> None:
+    rng, vehicle = np.random.default_rng(1), ca.load_vehicle("paper")
+    scenario = ca.Scenario(
+        "noisy", [0, 0, 3, 0, 0, 0, 0, 0], controller=ca.flight_controller(vehicle), duration=0.1
+    )
+    noisy = ca.Setpoints(position=lambda t: rng.normal(size=3))
+    with pytest.raises(ca.InputError, match="position of the setpoints gives other values when"):
+        ca.simulate(vehicle, scenario.replace(setpoints=noisy))

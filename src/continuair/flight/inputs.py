@@ -17,13 +17,6 @@ Array = np.ndarray
 
 _TIMES_AT_ONCE = 256
 
-_ASKED_AGAIN, _SAME = 5, 1e-9
-"""Times at which a function is asked once more, and by how much of its values these may differ."""
-
-
-class UnsteadyInput(InputError):
-    """A function that is not one of the time alone."""
-
 
 def groups_in_use(scenario: Scenario) -> int:
     """Bits of the groups of inputs that a scenario uses."""
@@ -95,19 +88,9 @@ def evaluated(name: str, value: Any, times: Array, width: int) -> Array:
     these are others when it is asked again.
     """
     found = _asked(name, value, times, width)
-    again = np.unique(np.linspace(0, len(times) - 1, _ASKED_AGAIN).astype(int))[::-1]
-    _check_repeats(name, found[again], _asked(name, value, times[again], width))
+    again = checks.asked_again(len(times))
+    checks.repeats(name, found[again], _asked(name, value, times[again], width))
     return found
-
-
-def _check_repeats(name: str, first: Array, again: Array) -> None:
-    """Raise UnsteadyInput for values of a function that are others when it is asked once more."""
-    if first.shape != again.shape or np.abs(again - first).max() > _SAME * np.abs(first).max():
-        raise UnsteadyInput(
-            f"{name} gives other values when it is asked for the same times again, as what keeps a "
-            "state or draws noise does; give a function of the time alone, such as np.interp over "
-            "values made beforehand, or step a Simulation."
-        )
 
 
 def _asked(name: str, value: Any, times: Array, width: int) -> Array:

@@ -148,7 +148,8 @@ class Simulation:
 
     @property
     def step_error(self) -> float:
-        """Estimated largest error of the tip so far that the step made, in arm lengths."""
+        """Estimated largest error of the tip so far that single steps made, in arm lengths: what
+        such errors grow to in a long flight, which `simulate` measures, is not in it."""
         return float(self._flight.step_error(self._errors[None], np.zeros(1, int))[0])
 
     @property

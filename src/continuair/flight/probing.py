@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from continuair import checks
 from continuair.engine.engine import Drive
 from continuair.errors import InputError
-from continuair.flight.inputs import UnsteadyInput, evaluated, field_width
+from continuair.flight.inputs import evaluated, field_width
 from continuair.flight.steps import told_rate
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import FIELDS, Layout
@@ -135,7 +136,7 @@ class Probe:
                 continue
             try:
                 shares = _blur_of(name, value, field_width(name, self.layout), starts, widths)
-            except UnsteadyInput:
+            except checks.UnsteadyInput:
                 raise
             except InputError:
                 # The flight samples it in order, and tells where it fails first, if it does there.

@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from continuair import checks
 from continuair.engine.engine import Drive
 from continuair.errors import InputError
-from continuair.flight.inputs import UnsteadyInput, evaluated, field_width
+from continuair.flight.inputs import evaluated, field_width
 from continuair.flight.probing import GOLDEN, JUMP, PROBES, largest, warn_of_unseen
 from continuair.flight.steps import told_rate
 from continuair.flight.time_grid import Grid
@@ -119,7 +120,7 @@ class Pulses:
         value: Any = getattr(self.scenario, name)
         try:
             found = evaluated(name, value, times.ravel(), field_width(name, self.layout))
-        except UnsteadyInput:
+        except checks.UnsteadyInput:
             raise
         except InputError:
             # A function that fails off its stages alone is not one that can be looked at.

@@ -111,6 +111,9 @@ class Setpoints(Immutable):
             found = [_rows(name, _called(name, value, t), None) for t in instants.tolist()]
             if len({rows.shape for rows in found}) > 1:
                 raise InputError(f"{name} of the setpoints changes its shape over time; keep it.")
+            for i in checks.asked_again(len(instants)):
+                again = _rows(name, _called(name, value, float(instants[i])), None)
+                checks.repeats(f"{name} of the setpoints", found[i], again)
             return np.concatenate(found, axis=1)
         if self.times is None:
             return np.broadcast_to(value, (len(value), len(instants), value.shape[-1]))

@@ -92,6 +92,8 @@ def _check_motion(path: Path, end: float) -> None:
         )
     if not np.isfinite([position, velocity, acceleration]).all():
         raise InputError(f"path {path.name} is not finite; correct its motion.")
+    again = checks.asked_again(count)
+    checks.repeats(f"path {path.name}", position[again], np.asarray(path(times[again])[0], float))
     moved = np.diff(position, axis=0)
     meant = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(times)[:, None]
     off = np.linalg.norm(moved - meant, axis=1)
