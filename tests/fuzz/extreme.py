@@ -1,4 +1,5 @@
-"""Flights at the edge: light vehicles, large bends, fast spins, strong inputs, long tumbles."""
+"""Flights at the edge: light vehicles, large bends, fast spins, strong inputs, long tumbles, and
+slow loops around slung loads."""
 
 from pathlib import Path
 from typing import Any
@@ -13,13 +14,16 @@ Rng = np.random.Generator
 MOST_STEPS = 40_000
 """Longer flights are left out."""
 
-_LONG = 0.2
-"""Share of the flights that last for long."""
+_LONG, _LOOPED = 0.2, 0.15
+"""Shares of the flights that last for long, and in which a flight controller holds a load."""
 
 
 def extreme_flights(rng: Rng, folder: Path) -> None:
     """One whose step_error is below 1e-3 is off by no more than 1e-2 arm lengths."""
-    vehicle, scenario = _long(rng) if rng.random() < _LONG else _short(rng)
+    chance = rng.random()
+    if chance < _LOOPED:
+        return _try_loop(*_loop(rng))
+    vehicle, scenario = _long(rng) if chance < _LOOPED + _LONG else _short(rng)
     sample = scenario.duration / int(rng.choice([60, 1000, 10_000]))
     flight = ca.simulate(vehicle, scenario, sample=sample)
     check_flight(flight)
@@ -36,6 +40,45 @@ def extreme_flights(rng: Rng, folder: Path) -> None:
         )  # fmt: skip
         off = _apart(flight, exact, vehicle)
         require(off < 1e-2, f"off by {off:.2g}, told {float(flight['step_error']):.2g}")
+
+
+def _try_loop(vehicle: ca.Vehicle, scenario: ca.Scenario) -> None:
+    """As extreme_flights, of a loop, which DOP853 does not fly: two finer steps that agree do."""
+    flight = ca.simulate(vehicle, scenario, sample=0.02)
+    check_flight(flight)
+    step = float(flight.attrs["step"])
+    if float(flight["step_error"]) > 1e-3 or scenario.duration > MOST_STEPS * step:
+        return
+    finer, finest = (
+        ca.simulate(vehicle, scenario, sample=0.02, step=step / by, variables=["tip_position"])
+        for by in (4.0, 16.0)
+    )
+    if _apart(finer, finest, vehicle) < 1e-3:
+        off = _apart(flight, finest, vehicle)
+        require(off < 1e-2, f"off by {off:.2g}, told {float(flight['step_error']):.2g}")
+
+
+def _loop(rng: Rng) -> tuple[ca.Vehicle, ca.Scenario]:
+    """A load that hangs on a limp arm, under a flight controller that leaves the arm free."""
+    mass, length = _log(rng, 0.5, 2.0), float(rng.uniform(0.4, 1.5))
+    load = {"position": length, "mass": mass * float(rng.uniform(0.1, 1.0)), "inertia": [1e-4] * 2}
+    vehicle = ca.load_vehicle("slender").replace(
+        {
+            "uav.mass": mass,
+            "uav.inertia": [0.012 * mass, 0.012 * mass, 0.023 * mass],
+            "arm.length": length,
+            "arm.youngs_modulus": 207e9 / _log(rng, 20.0, 1000.0),
+            "arm.damping_ratio": float(rng.choice([0.0, 0.01, 0.05])),
+            "arm.disks": [load],
+        }
+    )
+    rate, latency = float(rng.choice([50.0, 100.0, 250.0])), float(rng.choice([0.0, 0.005, 0.02]))
+    law = ca.flight_controller(vehicle, bend_bandwidth=0.0, rate=rate, latency=latency)
+    tilt, spin, angle = [(0.4, 0.5, 0.8), (0.8, 1.0, 1.2)][rng.integers(2)]
+    q = [0, 0, 3, *rng.uniform(-tilt, tilt, 2), 0, rng.uniform(0, angle) / length, 0]
+    q[7] = rng.uniform(-3, 3)
+    rates = [0, 0, 0, *spin * rng.normal(size=3), 0, 0]
+    return vehicle, ca.Scenario("loop", q, rates, controller=law, duration=_log(rng, 5.0, 30.0))
 
 
 def _apart(flight: Any, other: Any, vehicle: ca.Vehicle) -> float:

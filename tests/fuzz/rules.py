@@ -47,7 +47,7 @@ def check_section(section: Section) -> None:
 
 def check_flight(flight: xr.Dataset) -> None:
     """Ended in a known way, finite up to there, attitudes of unit length, step_error told."""
-    require(set(np.ravel(flight["status"])) <= {0, 1, 2, 3}, "unknown status")
+    require(set(np.ravel(flight["status"])) <= {0, 1, 2, 3, 4}, "unknown status")
     valid = flight["time"].to_numpy() <= np.ravel(flight["end_time"])[0]
     for name in ("tip_position", "attitude", "bend"):
         values = flight[name].to_numpy()[valid]
