@@ -254,7 +254,8 @@ def test_noise_moves_the_yaw_as_much_as_the_loop_says_and_repeats_with_its_seed(
     runs = 64
 
     def flown(seed: int, start: np.ndarray) -> np.ndarray:
-        run = fly(RIGID, law, start, duration=6.0, seed=seed)
+        seeds = [runs * seed + run for run in range(runs)]
+        run = fly(RIGID, law, start, duration=6.0, seed=seeds)
         return np.asarray(run.q.sel(coordinate="yaw").to_numpy())
 
     yaw = flown(1, np.tile(HOME, (runs, 1)))
@@ -277,7 +278,8 @@ def test_noise_of_position_velocity_and_attitude_moves_what_it_should() -> None:
     for name, size in sizes.items():
         law = ca.flight_controller(RIGID, noise={name: size})
         k_p, k_v = law.settings["position"][2], law.settings["velocity"][2]
-        thrust = fly(RIGID, law, start, duration=2.0).command.to_numpy()[:, 1:-1, :3]
+        flown = fly(RIGID, law, start, duration=2.0, seed=list(range(16)))
+        thrust = flown.command.to_numpy()[:, 1:-1, :3]
         climb[name] = np.linalg.norm(thrust, axis=-1).std() / RIGID.mass
         # What is asked for at once, before anything has moved: k_v k_p n or k_v n.
         at_once = {"position": k_v * k_p * size, "velocity": k_v * size, "attitude": 0.0}[name]

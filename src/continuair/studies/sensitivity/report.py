@@ -176,7 +176,7 @@ def remarks(results: dict[str, Any]) -> list[str]:
     """Return what the step-halving errors say of every row."""
     lines = [
         f"Step error: what halving the step changes, as a share of the difference; up to "
-        f"{percent(CONVERGED)} counts as converged."
+        f"{percent(CONVERGED)} counts as converged, after larger ones twice in a row and falling."
     ]
     unsettled = []
     for name, sweep in results["sweeps"].items():
