@@ -15,7 +15,7 @@ from continuair.figures import robustness as figures
 from continuair.scenario.tracking_task import equipped
 from continuair.studies.robustness.flights import LETTER, SETTING, Wrong, fly, groups
 from continuair.studies.robustness.mistakes import MISTAKES
-from continuair.studies.robustness.study import BORNE, Robustness, robustness
+from continuair.studies.robustness.study import BORNE, Robustness, _worst, robustness
 
 CHOSEN = ("heavier", "camera tilted", "side force", "shorter", "latency")
 NOMINAL = equipped(ca.load_vehicle("paper"), SETTING)
@@ -162,3 +162,14 @@ def test_the_command_writes_tables_and_refuses_what_is_unknown(tmp_path: Path) -
     assert (tmp_path / "out" / "errors_coupled.png").exists()
     bad = run(cli.app, ["robustness", "--mistake", "bigger"])
     assert bad.exit_code == 2 and "mistakes holds 'bigger'" in bad.output
+
+
+def test_a_way_in_which_a_point_comes_behind_the_camera_is_worse_than_any_error() -> None:
+    there, back = Wrong("side force", 1.0, "+x"), Wrong("side force", 1.0, "-x")
+    borne = {"status": 0, "end_time_s": 50.0, "rms_px": 3.0}
+    behind = borne | {"rms_px": float("nan")}
+    for found in ({there: borne, back: behind}, {there: behind, back: borne}):
+        worst = _worst([there, back], found)
+        assert np.isnan(worst["rms_px"]) and found[Wrong("side force", 1.0, worst["way"])] is behind
+    lost = borne | {"status": 3, "end_time_s": 4.0}
+    assert _worst([there, back], {there: behind, back: lost})["way"] == "-x"

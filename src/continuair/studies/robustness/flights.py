@@ -80,7 +80,7 @@ def fly(nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong]) -> li
         flight = data.isel(run=run)
         late = flight.sel(time=slice(SETTING.settled, None))
         good = int(flight["status"]) == OK
-        largest = float(np.abs(late["feature_error"]).max()) if good else np.nan
+        largest = float(np.abs(late["feature_error"].to_numpy()).max()) if good else np.nan
         found.append(
             {
                 "status": int(flight["status"]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import product
@@ -87,8 +88,11 @@ def _worst(wrong: Iterable[Wrong], found: dict[Wrong, Any]) -> dict[str, Any]:
 
     def harm(each: Wrong) -> tuple[bool, float]:
         flight = found[each]
-        lost = flight["status"] != OK
-        return lost, -flight["end_time_s"] if lost else flight["rms_px"]
+        if flight["status"] != OK:
+            return True, -flight["end_time_s"]
+        # A point that has come behind the camera has no image, and its error no RMS.
+        rms = flight["rms_px"]
+        return False, math.inf if math.isnan(rms) else rms
 
     worst = max(wrong, key=harm)
     return {"value": worst.value, "way": worst.way, **found[worst]}
