@@ -21,7 +21,7 @@ from continuair.studies.atlas.collapse import inertia_for
 from continuair.studies.atlas.flights import RANGES, fly, load_angle, sample, varied
 from continuair.studies.atlas.report import as_table
 from continuair.studies.atlas.study import atlas
-from continuair.studies.atlas.summary import load, save
+from continuair.studies.atlas.summary import _explained_by, load, save
 from continuair.studies.standard_excitations import EXCITATIONS, standard_scenario
 
 MIDDLE = {name: float(np.sqrt(low * high)) for name, (low, high) in RANGES.items()}
@@ -241,3 +241,14 @@ def test_a_file_that_is_no_atlas_is_refused(tmp_path: Path) -> None:
         load(path)
     with pytest.raises(InputError, match="cannot be read"):
         load(tmp_path / "none.npz")
+
+
+def test_what_a_map_explains_of_chance_is_nothing_however_few_flights_there_are() -> None:
+    """In 72 cells a hundred random numbers lie close to the means of their cells."""
+    rng = np.random.default_rng(0)
+    cells, values = rng.integers(0, 72, (200, 100)), rng.normal(size=(200, 100))
+    found = [_explained_by(*each) for each in zip(cells, values, strict=True)]
+    # Each of a spread of √(2/28) or so, from some 28 degrees of freedom.
+    assert abs(np.mean(found)) < 0.05
+    assert _explained_by(np.repeat([0, 1], 50), np.repeat([1.0, 2.0], 50)) == 1.0
+    assert np.isnan(_explained_by(np.arange(5), np.arange(5.0)))

@@ -14,6 +14,7 @@ from continuair.studies.tables import as_markdown, number, percent
 def as_table(summary: xr.Dataset) -> str:
     """Return the summary in Markdown."""
     made = summary.attrs
+    each = round(made["attributed_runs"] / summary.sizes["excitation"])
     errors = ["NRMSE", "tip error / l", "angle [rad]", "lost", "steps", "map explains"]
     lines = [
         "# When may I decouple? The atlas",
@@ -30,8 +31,8 @@ def as_table(summary: xr.Dataset) -> str:
         "",
         *_by_excitation(summary, [str(g) for g in summary["group"].to_numpy()], _importance),
         "",
-        "Share of flights for which the loss of one coupling alone errs most (and its median error "
-        "over that of decoupling)",
+        f"Share of flights, of {each} each, for which the loss of one coupling alone errs most (and "
+        "its median error over that of decoupling)",
         "",
         *_by_excitation(summary, COUPLINGS, _couplings),
         "",
@@ -63,7 +64,10 @@ def _importance(one: xr.Dataset) -> list[str]:
 
 def _couplings(one: xr.Dataset) -> list[str]:
     pairs = zip(one["responsible"].to_numpy(), one["alone"].to_numpy(), strict=True)
-    return [f"{percent(share)} ({number(ratio, 2)})" for share, ratio in pairs]
+    return [
+        "-" if math.isnan(share) else f"{percent(share)} ({number(ratio, 2)})"
+        for share, ratio in pairs
+    ]
 
 
 def _loops(summary: xr.Dataset) -> list[str]:

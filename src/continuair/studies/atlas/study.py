@@ -111,10 +111,13 @@ def _attributed(name: str, runs: int, seed: int) -> dict[str, Any]:
     found = attribution(vehicle, scenario, round(sample_time(vehicle), 12))
     errors = {without: of_model["rmse_t_m"] for without, of_model in found.items()}
     names = responsible(errors)
-    known = max(1, int((names != "").sum()))
-    ratio = [np.nanmedian(errors[c] / errors["decoupled"]) for c in COUPLINGS]
+    # Where flights ended early nothing is known of them, nor of a share of none.
+    known = names[names != ""]
+    each = [errors[c] / errors["decoupled"] for c in COUPLINGS]
+    ratio = [np.nanmedian(of) if np.isfinite(of).any() else np.nan for of in each]
+    share = [np.mean(known == c) if len(known) else np.nan for c in COUPLINGS]
     return {
-        "responsible": ("coupling", [float((names == c).sum()) / known for c in COUPLINGS]),
+        "responsible": ("coupling", share),
         "alone": ("coupling", ratio),
         "coupling": list(COUPLINGS),
     }

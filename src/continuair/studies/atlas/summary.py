@@ -147,10 +147,15 @@ def _governed(name: str, flight: xr.Dataset, cell: Array, inside: Array) -> dict
 
 
 def _explained_by(cell: Array, values: Array) -> float:
-    """Share of the variance that goes from cell to cell."""
-    count = np.maximum(np.bincount(cell), 1)
-    mean = np.bincount(cell, values) / count
-    return 1.0 - float(np.mean((values - mean[cell]) ** 2) / np.var(values))
+    """Share of the variance that goes from cell to cell, of which each cell's mean takes one degree
+    of freedom; NaN where that leaves none."""
+    count = np.bincount(cell)
+    mean = np.bincount(cell, values) / np.maximum(count, 1)
+    free = len(values) - int(np.count_nonzero(count))
+    if free < 1:
+        return np.nan
+    within = float(np.sum((values - mean[cell]) ** 2)) / free
+    return 1.0 - within / float(np.var(values, ddof=1))
 
 
 def _unit(values: Array, ends: tuple[float, float]) -> Array:
