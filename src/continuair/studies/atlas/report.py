@@ -31,8 +31,8 @@ def as_table(summary: xr.Dataset) -> str:
         "",
         *_by_excitation(summary, [str(g) for g in summary["group"].to_numpy()], _importance),
         "",
-        f"Share of flights, of {each} each, for which the loss of one coupling alone errs most (and "
-        "its median error over that of decoupling)",
+        f"Share of flights, of {each} each, for which the loss of one coupling alone errs most "
+        "(and its median error over that of decoupling)",
         "",
         *_by_excitation(summary, COUPLINGS, _couplings),
         "",
