@@ -255,10 +255,10 @@ def _check_alike(coupled: xr.Dataset, other: xr.Dataset) -> None:
 def _check_same_labels(name: str, coupled: xr.Dataset, other: xr.Dataset) -> None:
     """That both hold the same runs, arms or whatever else they were joined along, in one order."""
     sizes = [flight["tip_position"].sizes.get(name) for flight in (coupled, other)]
-    of = f"{name}s" if name in ("run", "arm") else f"flights along {name}"
+    each, along = (name, "") if name in ("run", "arm") else ("flight", f" along {name}")
+    of = f"{each}s{along}"
     if sizes[0] != sizes[1]:
-        held = [f"a single {of.replace('s', '', 1)}" if size is None else f"{size} {of}"
-                for size in sizes]  # fmt: skip
+        held = [f"a single {each}{along}" if size is None else f"{size} {of}" for size in sizes]
         many = "coupled" if sizes[0] is not None else "other"
         raise InputError(
             f"other holds {held[1]}, but coupled {held[0]}; give the same {of}, as in "

@@ -17,6 +17,7 @@ from continuair.analysis.backbone import TIP, along, parts, quaternions
 from continuair.analysis.motion import Motion, motion_of
 from continuair.files import new_file, save
 from continuair.flight.provenance import model_of
+from continuair.flight.reading import scenario_of
 from continuair.interfaces import foxglove
 from continuair.interfaces.acting import Acting, acting_on, warn_of_lacking
 from continuair.interfaces.logged import Column, columns_of
@@ -36,7 +37,7 @@ PIECES = 16
 """Straight pieces of a section."""
 
 _GREY, _ORANGE = (0.25, 0.27, 0.3, 1.0), (0.85, 0.4, 0.1, 1.0)
-_KEPT = ("scenario", "model", "integrator", "versions")
+_KEPT = ("integrator", "versions")
 
 
 def to_mcap(
@@ -68,6 +69,7 @@ def _log(motion: Motion, acting: Acting) -> bytes:
     writer = Writer(content)
     writer.start(profile="", library="continuair")
     told = {name: str(motion.dataset.attrs.get(name, "")) for name in _KEPT}
+    told["scenario"] = json.dumps(scenario_of(motion.dataset))
     told["model"] = model_of(motion.dataset)
     told["vehicle"] = json.dumps(motion.vehicle.describe())
     writer.add_metadata("continuair", told)
