@@ -9,12 +9,14 @@ half the step tells what comes of it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from continuair.engine.pack import per_run
 from continuair.flight.cohorts import Flight
+from continuair.flight.halving import error_here
 from continuair.flight.resolution import RESOLVED
 from continuair.flight.time_grid import marks_at
 from continuair.kernels.integrators import INTEGRATORS
@@ -46,23 +48,49 @@ _MOST = 700.0
 """The largest exponent of a finite number."""
 
 
-def growing(flight: Flight, errors: Array) -> Array:
-    """Which errors, step_error (runs,) or (runs, models), may have grown beyond RESOLVED until the
-    end: where it is sensitive, and, without a controller, as errors last or multiply.
+def count_growth(
+    flight: Flight,
+    models: tuple[str, ...],
+    errors: Array,
+    fly_coarser: Callable[[Flight, Array], tuple[Array, Array]],
+) -> None:
+    """Count errors that grow with the flight in step_error (runs, models), in place.
+
+    fly_coarser(other, runs) flies runs of another Flight, by their indices, and returns how far
+    its tips at the end are `parted` from the flight's (n, models) [m], and the ends in time
+    (n, models) [s]. Errors that have multiplied beyond its order are told by half the step.
+    """
+    may_grow = _growing(flight, errors)
+    runs = np.flatnonzero(may_grow.any(axis=1))
+    if not len(runs):
+        return
+    told = np.full((len(runs), len(models)), np.nan)
+    if len(calm := np.flatnonzero(~flight.sensitive[runs])):
+        other = _coarser(flight)
+        told[calm] = _grown(flight, other, runs[calm], *fly_coarser(other, runs[calm]))
+    told[~may_grow[runs]] = 0.0
+    for column, model in enumerate(models):
+        if (lost := np.isnan(told[:, column])).any():
+            told[lost, column] = error_here(flight, model, runs[lost])
+    errors[runs] = np.fmax(errors[runs], told)
+
+
+def _growing(flight: Flight, errors: Array) -> Array:
+    """Which errors, step_error (runs, models), may have grown beyond RESOLVED until the end: where
+    the flight is sensitive, and, without a controller, as errors last or multiply.
 
     None at given steps, which may bear no longer ones, nor under polar torques, whose direction
     hangs on the step.
     """
     if flight.twists or not flight.automatic:
         return np.zeros(errors.shape, bool)
-    shape = (-1, *(1,) * (errors.ndim - 1))
-    may_grow = flight.sensitive.reshape(shape)
+    may_grow = flight.sensitive[:, None]
     if flight.scenario.controller is None:
         lasting = INTEGRATORS[flight.integrator].phase * flight.duration / flight.steps
         multiplied = np.exp(np.minimum(_FALL * _fall_rate(flight) * flight.duration, _MOST))
         turns = flight.vehicle.uav.rotors is not None
         alike, slack = (1.0, 1.0) if turns else (_ALIKE, _SLACK)
-        most = np.maximum(alike * lasting, multiplied).reshape(shape)
+        most = np.maximum(alike * lasting, multiplied)[:, None]
         may_grow = may_grow | (errors * most > slack * RESOLVED)
     return np.asarray(may_grow & (errors <= RESOLVED))
 
@@ -74,7 +102,7 @@ def _fall_rate(flight: Flight) -> Array:
     return np.asarray(np.sqrt(flight.scenario.gravity / reach) + np.linalg.norm(spin, axis=1))
 
 
-def coarser(flight: Flight) -> Flight:
+def _coarser(flight: Flight) -> Flight:
     """The same flight at longer steps, with a sample at its start and its end alone."""
     ends, scenario = flight.marks.samples[[0, -1]], flight.scenario
     marks = marks_at(ends, np.append(scenario.jumps, flight.duration), knots=scenario.knots)
@@ -102,16 +130,15 @@ def parted(poses: Array, others: Array) -> Array:
     return np.where(elsewhere, np.inf, off)
 
 
-def grown(flight: Flight, other: Flight, runs: Array, apart: Array, late: Array) -> Array:
-    """step_error (n, …) of runs, by their indices, by what a coarser flight's tips are `parted` at
-    the end (n, …) [m], NaN where one did not get there.
+def _grown(flight: Flight, other: Flight, runs: Array, apart: Array, late: Array) -> Array:
+    """step_error (n, models) of runs, by their indices, by what a coarser flight's tips are
+    `parted` at the end (n, models) [m], NaN where one did not get there.
 
-    late: what their ends are apart in time (n, …) [s]. NaN where errors have multiplied so far that
-    no order is left: half the step tells more.
+    late: what their ends are apart in time (n, models) [s]. NaN where errors have multiplied so far
+    that no order is left: half the step tells more.
     """
-    shape = (-1, *(1,) * (apart.ndim - 1))
-    step, coarse = (each.steps[runs].reshape(shape) for each in (flight, other))
-    apart = apart / per_run(flight.vehicle.reach, flight.runs)[runs].reshape(shape)
+    step, coarse = (each.steps[runs, None] for each in (flight, other))
+    apart = apart / per_run(flight.vehicle.reach, flight.runs)[runs, None]
     apart = np.where(late > coarse, np.inf, np.nan_to_num(apart, posinf=np.inf))
     told = _SURE * apart / ((coarse / step) ** INTEGRATORS[flight.integrator].order - 1.0)
     lost = (apart > _FAR) & ((told <= RESOLVED) | np.isinf(told))

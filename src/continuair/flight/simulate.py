@@ -11,8 +11,8 @@ import xarray as xr
 from continuair import checks
 from continuair.errors import InputError, nearest, shown
 from continuair.flight.cohorts import Flight
-from continuair.flight.growing import coarser, growing, grown, parted
-from continuair.flight.halving import error_by_halving, error_here
+from continuair.flight.growing import count_growth, parted
+from continuair.flight.halving import error_by_halving
 from continuair.flight.limits import warn_of_limits, with_limited_command
 from continuair.flight.prepare import check_scenario, prepare
 from continuair.flight.resolution import warn_of_coarse_steps, warn_of_saturation
@@ -111,26 +111,14 @@ def simulate(
 
 def _count_growth(recorder: Recorder) -> None:
     """Count errors that grow with the flight in the step_error of its runs."""
-    flight = recorder.flight
-    runs = np.flatnonzero(growing(flight, recorder.step_error))
-    if not len(runs):
-        return
-    told = np.full(len(runs), np.nan)
-    if len(calm := np.flatnonzero(~flight.sensitive[runs])):
-        told[calm] = _by_coarser_steps(recorder, runs[calm])
-    if (lost := np.isnan(told)).any():
-        told[lost] = error_here(flight, recorder.model, runs[lost])
-    recorder.step_error[runs] = np.fmax(recorder.step_error[runs], told)
 
+    def fly_coarser(other: Flight, runs: Array) -> tuple[Array, Array]:
+        twin = Recorder(other, recorder.model, _POSE, recorder.dtype, runs)
+        record(twin, runs)
+        apart = parted(_ends(recorder)[runs], _ends(twin)).max(axis=-1)
+        return apart[:, None], np.abs(recorder.end_time[runs] - twin.end_time)[:, None]
 
-def _by_coarser_steps(recorder: Recorder, runs: Array) -> Array:
-    """step_error of runs, by their indices, as `grown` tells it of a coarser flight."""
-    flight, other = recorder.flight, coarser(recorder.flight)
-    twin = Recorder(other, recorder.model, _POSE, recorder.dtype, runs)
-    record(twin, runs)
-    apart = parted(_ends(recorder)[runs], _ends(twin)).max(axis=-1)
-    late = np.abs(recorder.end_time[runs] - twin.end_time)
-    return grown(flight, other, runs, apart, late)
+    count_growth(recorder.flight, (recorder.model,), recorder.step_error[:, None], fly_coarser)
 
 
 def _ends(recorder: Recorder) -> Array:

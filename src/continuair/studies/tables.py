@@ -58,5 +58,7 @@ def number_below(value: float, digits: int = 2) -> str:
 
 
 def percent(share: float) -> str:
-    """Return a share as texts print it."""
+    """Return a share as texts print it; a part is never printed as all."""
+    if 0.995 <= share < 1.0:
+        return "above 99 %"
     return f"{100 * share:.0f} %" if share >= 0.1 else f"{100 * share:.2g} %"

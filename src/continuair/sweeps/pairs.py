@@ -12,8 +12,8 @@ from continuair import checks
 from continuair.engine.pairs import Pairs
 from continuair.errors import InputError, shown
 from continuair.flight.cohorts import Flight
-from continuair.flight.growing import coarser, growing, grown, parted
-from continuair.flight.halving import error_by_halving, error_here
+from continuair.flight.growing import count_growth, parted
+from continuair.flight.halving import error_by_halving
 from continuair.flight.limits import warn_of_runs_at_limits
 from continuair.flight.prepare import prepare
 from continuair.flight.resolution import (
@@ -124,28 +124,12 @@ def run_pairs(
 
 def _count_growth(flight: Flight, models: tuple[str, ...], found: Reduced) -> None:
     """Count errors that grow with the flight in the step_error of its runs, by the tips' ends."""
-    may_grow = growing(flight, found.step_error)
-    runs = np.flatnonzero(may_grow.any(axis=1))
-    if not len(runs):
-        return
-    told = np.full((len(runs), len(models)), np.nan)
-    if len(calm := np.flatnonzero(~flight.sensitive[runs])):
-        told[calm] = _by_coarser_steps(flight, models, found, runs[calm])
-    told[~may_grow[runs]] = 0.0
-    for column, model in enumerate(models):
-        if (lost := np.isnan(told[:, column])).any():
-            told[lost, column] = error_here(flight, model, runs[lost])
-    found.step_error[runs] = np.fmax(found.step_error[runs], told)
 
+    def fly_coarser(other: Flight, runs: Array) -> tuple[Array, Array]:
+        twin = _fly(other, models, 0.0, runs)
+        return parted(twin.tip, found.tip[runs]), np.abs(twin.end_time - found.end_time[runs])
 
-def _by_coarser_steps(
-    flight: Flight, models: tuple[str, ...], found: Reduced, runs: Array
-) -> Array:
-    """step_error (n, models) of runs, by their indices, as `grown` tells it of a coarser flight."""
-    other = coarser(flight)
-    twin = _fly(other, models, 0.0, runs)
-    late = np.abs(twin.end_time - found.end_time[runs])
-    return grown(flight, other, runs, parted(twin.tip, found.tip[runs]), late)
+    count_growth(flight, models, found.step_error, fly_coarser)
 
 
 def check_pairs(

@@ -29,6 +29,7 @@ def notes(results: dict[str, Any]) -> list[str]:
         *_unstable(results),
         *_unsettled(results),
         *_slower(results),
+        *_lost(results),
         *_outside(results),
         *_ruled(results),
         *results["tracking_notes"],
@@ -148,6 +149,26 @@ def _slower(results: dict[str, Any]) -> list[str]:
         f"The hovering vehicle swings at {number(swing, 2)} Hz, and what was tried ends at "
         f"{number_below(min(tried))} Hz: beyond it nothing is said."
     ]
+
+
+def _lost(results: dict[str, Any]) -> list[str]:
+    """Where a flight ended early."""
+    found = []
+    for name, part in results["excitations"].items():
+        for model, of in part["models"].items():
+            lost = [
+                hz
+                for hz, error in zip(of.get("hz", ()), of.get("errors", ()), strict=True)
+                if not math.isfinite(error)
+            ]
+            if lost:
+                span = " to ".join(dict.fromkeys(number(each, 2) for each in (lost[0], lost[-1])))
+                found.append(
+                    f"{name}, {model}: flights at {len(lost)} of {len(of['hz'])} frequencies "
+                    f"({span} Hz) ended early, which counts as beyond every tolerance; curves have "
+                    "a gap there."
+                )
+    return found
 
 
 def _outside(results: dict[str, Any]) -> list[str]:

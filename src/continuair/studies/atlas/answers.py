@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,8 @@ import xarray as xr
 from continuair.studies.atlas.explaining import DECIDES
 from continuair.studies.tables import number_below, percent
 
-YES, NO = "yes", "no"
+YES, NO, UNKNOWN = "yes", "no", "unknown"
+"""Unknown: where limits beyond the frequencies that were flown would decide."""
 
 HELD = ("moment", "bend", "tip")
 """Loads against which a loop holds the UAV."""
@@ -50,7 +51,7 @@ def _fast(summary: xr.Dataset) -> Answer:
     return Answer(
         "A fast loop on a soft arm at least doubles the frequency up to which decoupling is fine, "
         f"of {_loads(HELD)}",
-        _verdict(all(loop[name] >= 2.0 * none[name] for name in HELD)),
+        _together(_at_least(summary, loop[name], none[name], 2.0) for name in HELD),
         _compared(summary, "soft, fast", HELD),
     )
 
@@ -59,7 +60,7 @@ def _slow(summary: xr.Dataset) -> Answer:
     none, loop = medians(summary, "soft, slow")
     return Answer(
         f"A slow loop on a soft arm is worse than none, for {_loads(HELD)}",
-        _verdict(all(loop[name] < none[name] for name in HELD)),
+        _together(_not(_at_least(summary, loop[name], none[name])) for name in HELD),
         _compared(summary, "soft, slow", HELD),
     )
 
@@ -68,7 +69,7 @@ def _pushed(summary: xr.Dataset) -> Answer:
     both = {kind: medians(summary, kind) for kind in summary["kind"].to_numpy()}
     return Answer(
         "Where a force pushes the UAV sideways, a loop does not help",
-        _verdict(all(loop["force"] <= none["force"] for none, loop in both.values())),
+        _together(_at_least(summary, none["force"], loop["force"]) for none, loop in both.values()),
         "; ".join(_compared(summary, str(kind), ("force",)) for kind in both),
     )
 
@@ -98,6 +99,35 @@ def printed_limit(summary: xr.Dataset, limit: float) -> str:
 
 def _loads(names: Sequence[str]) -> str:
     return f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def _at_least(summary: xr.Dataset, limit: float, other: float, times: float = 1.0) -> bool | None:
+    """Whether a limit is at least so many times another one; None where what was flown does not
+    tell."""
+    (least, most), (fewest, largest) = _within(summary, limit), _within(summary, other)
+    if least >= times * largest:
+        return True
+    return False if most < times * fewest else None
+
+
+def _within(summary: xr.Dataset, limit: float) -> tuple[float, float]:
+    """Where a limit lies: 0 is anything below the frequencies, infinity anything above them."""
+    first, last = (float(summary["frequency"][place]) for place in (0, -1))
+    if limit < first:
+        return 0.0, first
+    return (last, np.inf) if limit > last else (limit, limit)
+
+
+def _not(held: bool | None) -> bool | None:
+    return None if held is None else not held
+
+
+def _together(held: Iterable[bool | None]) -> str:
+    """The verdict on a claim that says several things."""
+    found = list(held)
+    if False in found:
+        return NO
+    return UNKNOWN if None in found else YES
 
 
 def _two(summary: xr.Dataset) -> Answer:
