@@ -177,7 +177,13 @@ def test_printed_limits_are_never_beyond_those_that_were_found() -> None:
 def results(decoupled: dict[str, float], independent: dict[str, float]) -> dict[str, Any]:
     def entry(limit: float) -> dict[str, Any]:
         settled = {"settled": True, "limit_settled": True}
-        return {"limit_hz": limit, "tolerable": True, "hz": [0.1, 3.0], **settled}
+        return {
+            "limit_hz": limit,
+            "tolerable": True,
+            "hz": [0.1, 3.0],
+            "errors": [0.01, 0.03],
+            **settled,
+        }
 
     parts = {
         name: {
@@ -225,6 +231,18 @@ def test_a_note_tells_that_gravity_swings_an_arm_faster_than_anything_that_was_t
         "The hovering vehicle swings at 3.9 Hz, and what was tried ends at 3 Hz: beyond it nothing "
         "is said."
     ) in notes(case)
+
+
+def test_a_note_tells_of_flights_that_ended_early() -> None:
+    case = results({"bend": 0.6, "moment": 0.5}, {"bend": 0.5, "moment": 0.4})
+    entry = case["excitations"]["moment"]["models"]["decoupled"]
+    entry |= {"hz": [0.1, 0.5, 1.0, 3.0], "errors": [0.01, math.inf, math.inf, 0.02]}
+    assert (
+        "moment, decoupled: flights at 2 of 4 frequencies (0.5 to 1 Hz) ended early, which counts "
+        "as beyond every tolerance; curves have a gap there."
+    ) in notes(case)
+    entry["errors"] = [0.01, 0.02, 0.03, 0.02]
+    assert not [each for each in notes(case) if "ended early" in each]
 
 
 def test_a_note_tells_that_a_loop_is_unstable_with_the_arm_bent() -> None:

@@ -18,7 +18,7 @@ from continuair.figures import style
 from continuair.kernels.dynamics import SIMPLER
 from continuair.studies.advise.excitations import excite
 from continuair.studies.advise.notes import notes
-from continuair.studies.atlas.answers import NO, YES, answers
+from continuair.studies.atlas.answers import NO, UNKNOWN, YES, answers
 from continuair.studies.atlas.controlled import (
     CONTROLLED_RANGES,
     FREQUENCIES,
@@ -228,6 +228,27 @@ def test_verdicts_follow_from_the_numbers(summary: xr.Dataset) -> None:
     assert (found[true], turned[true]) == (YES, NO)
 
 
+@pytest.mark.parametrize(
+    ("none", "loop", "verdicts"),
+    [
+        (0.0, 0.0, [UNKNOWN, UNKNOWN, UNKNOWN]),
+        (np.inf, np.inf, [UNKNOWN, UNKNOWN, UNKNOWN]),
+        (0.0, np.inf, [YES, NO, NO]),
+        # Below 0.15 and at 0.2: more, but perhaps not twice as much.
+        (0.0, 0.2, [UNKNOWN, NO, NO]),
+        (0.2, 0.0, [NO, YES, YES]),
+    ],
+)
+def test_limits_beyond_what_was_flown_give_no_verdict_that_hangs_on_them(
+    summary: xr.Dataset, none: float, loop: float, verdicts: list[str]
+) -> None:
+    tied = summary.copy(deep=True)
+    tied["kind_limit"].loc[{"loop": "none"}] = none
+    tied["kind_limit"].loc[{"loop": "position"}] = loop
+    assert float(tied["frequency"][0]) == pytest.approx(0.15)
+    assert [each.verdict for each in answers(tied)[:3]] == verdicts
+
+
 def test_the_shipped_rule_is_true_of_new_flights(summary: xr.Dataset) -> None:
     """Limits of the two vehicles here, which a test of their own flights may not exceed."""
     both = {name: values[:2] for name, values in GROUPS.items()}
@@ -246,7 +267,12 @@ def test_a_slow_flight_lasts_three_cycles_that_count() -> None:
 
 def advice(**changes: Any) -> dict[str, Any]:
     """What `advise` knows of a vehicle in a position loop when it writes its notes."""
-    entry: dict[str, Any] = {"limit_hz": 1.0, "tolerable": True, "hz": [0.1, 3.0]}
+    entry: dict[str, Any] = {
+        "limit_hz": 1.0,
+        "tolerable": True,
+        "hz": [0.1, 3.0],
+        "errors": [0.01, 0.03],
+    }
     entry |= {"settled": True, "limit_settled": True}
     part = {"models": dict.fromkeys(SIMPLER, entry), "responsible": "inertia"}
     groups = {name: float(np.sqrt(a * b)) for name, (a, b) in CONTROLLED_RANGES.items()}

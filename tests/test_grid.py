@@ -31,6 +31,7 @@ def test_what_is_held_from_jump_to_jump_is_so_at_every_stage(period: float) -> N
     np.testing.assert_array_equal(held, np.repeat(middle[:, None], 3, axis=1))
 
 
+@pytest.mark.slow
 def test_what_is_held_flies_as_the_same_by_its_jumps() -> None:
     """In steps of either kind, and as DOP853: a force that int(t / period) looks up in a list."""
     vehicle, period = ca.load_vehicle("paper"), 0.07

@@ -33,6 +33,11 @@ def test_shares_are_percents() -> None:
     assert [percent(share) for share in (0.5, 0.1, 0.0123)] == ["50 %", "10 %", "1.2 %"]
 
 
+def test_a_part_is_not_printed_as_all() -> None:
+    told = [percent(share) for share in (0.994, 0.996, 1.0 - 1e-12, 1.0, 1.5)]
+    assert told == ["99 %", "above 99 %", "above 99 %", "100 %", "150 %"]
+
+
 def test_rows_of_a_csv_may_hold_different_columns() -> None:
     rows: list[dict[str, Any]] = [{"model": "coupled", "a": 1.5}, {"model": "other", "b": "x, y"}]
     found = list(csv.DictReader(as_csv(rows).splitlines()))

@@ -50,9 +50,9 @@ def flown(
 
 CASES = [
     ("paper", "coupled", "float64", "weight"),
-    ("paper", "decoupled", "float32", "none"),
 ]
 OTHERS = [
+    ("paper", "decoupled", "float32", "none"),
     ("two_section", "coupled", "float64", "reaction"),
     ("dual_arm", "coupled", "float64", "weight"),
     ("paper", "independent", "float64", "reaction"),

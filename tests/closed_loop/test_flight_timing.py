@@ -86,6 +86,7 @@ def spun(law: ca.Controller, bend: float) -> tuple[float, float]:
 
 
 @pytest.mark.filterwarnings("ignore::continuair.ContinuairWarning")
+@pytest.mark.slow
 def test_an_arm_that_is_held_bent_bears_less_and_its_margin_is_found_too() -> None:
     bend = 0.5 / 0.4
     straight = ca.flight_controller(SIDEWAYS, latency=0.01)

@@ -243,6 +243,7 @@ def test_a_flight_that_cannot_tell_is_refused(settling: xr.Dataset) -> None:
         ca.lyapunov(flights.VEHICLE, two, settling)
 
 
+@pytest.mark.slow
 def test_a_target_counts_for_as_long_as_the_flight_lasts() -> None:
     late = ca.paths.from_function(lambda t: [0.01 * max(t - 0.15, 0.0) ** 3, 0, 0], duration=1.0)
     scenario = loop().replace(target=ca.Target(late))

@@ -114,6 +114,7 @@ def test_held_inputs_keep_their_impulse_in_longer_rows(lag: float, power: float)
     np.testing.assert_allclose(impulse, expected, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_commands_that_jitter_within_rows_give_lagging_rotors_the_thrust_that_they_gave() -> None:
     """Commands at 400 Hz that scatter by a fifth; measured at 50 Hz: the mass comes out."""
     vehicle, time = rotorcraft(), np.arange(201) / 400.0

@@ -32,7 +32,7 @@ KERNELS: dict[str, Callable[[], Any]] = {
 }
 
 
-_LONG = ("two arms, one of two sections", "rotors, drag and wash")
+_LONG = ("two arms, one of two sections", "rotors, drag and wash", "closed loop")
 
 
 @pytest.mark.parametrize(

@@ -168,6 +168,7 @@ def test_a_step_resolves_a_flight_alike_on_either_branch(name: str) -> None:
     assert 0.3 < one.step_error < 1.5 if name in PASSES else one.step_error < 1e-6
 
 
+@pytest.mark.slow
 def test_torques_that_are_in_doubt_at_half_the_step_too_are_told() -> None:
     """Steps of 0.7 and of 0.35 ms both pass straight on the wrong side, 0.1 arm lengths apart from
     the flight that steps of 2 µs find, and DOP853."""

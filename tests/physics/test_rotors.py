@@ -287,7 +287,9 @@ def test_the_reference_integrator_sees_saturation_between_samples() -> None:
     assert float(exact["largest_saturation"]) == pytest.approx(8.0 / 12.0, rel=0.1)
 
 
-@pytest.mark.parametrize(("lag", "amplitude"), [(0.0, 60.0), (0.05, 600.0)])
+@pytest.mark.parametrize(
+    ("lag", "amplitude"), [(0.0, 60.0), pytest.param(0.05, 600.0, marks=pytest.mark.slow)]
+)
 def test_an_automatic_step_follows_commands_where_limits_cut_them_off(
     lag: float, amplitude: float
 ) -> None:

@@ -148,6 +148,7 @@ def test_the_image_plane_shows_a_point_on_the_way_to_it() -> None:
     np.testing.assert_allclose(shown, 0.3 / 1.7 * turn.apply(ahead), rtol=0, atol=1e-13)
 
 
+@pytest.mark.slow
 def test_a_camera_in_a_frenet_frame_is_where_the_flight_has_it() -> None:
     camera = {"camera.tip_frame": "frenet", "camera.position": [0.05, 0.02, 0.01]}
     vehicle = ca.load_vehicle("slender").replace(camera)
