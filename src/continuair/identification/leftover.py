@@ -89,4 +89,6 @@ def autocovariance(rest: Array) -> Array:
 
 def percent(share: float) -> str:
     """A share in words."""
-    return f"{100.0 * share:.2g} %" if share < 10.0 else "more than 1000 %"
+    if share >= 10.0:
+        return "more than 1000 %"
+    return f"{100.0 * share:.0f} %" if share >= 0.1 else f"{100.0 * share:.2g} %"
