@@ -69,7 +69,7 @@ def spoilt(file: Path, at: Path, what: str) -> Path:
 @pytest.mark.parametrize(
     ("what", "words"),
     [
-        ("not ours", "which continuair has not written"),
+        ("not ours", "which holds no flight of continuair"),
         ("text", "cannot be read as netCDF"),
         ("truncated", "cannot be read as netCDF"),
         ("newer", "which continuair 99.1 has written, and this is"),

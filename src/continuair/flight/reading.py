@@ -59,7 +59,7 @@ def _check_ours(path: str | os.PathLike[str], result: xr.Dataset) -> None:
     """Raise InputError for what no continuair, or one to come, has written of a vehicle."""
     if "versions" not in result.attrs:
         raise InputError(
-            f"result is {printed(path)}, which continuair has not written; give a result of "
+            f"result is {printed(path)}, which holds no flight of continuair; give a result of "
             "continuair.simulate, or of a study."
         )
     check_version("result", path, str(json.loads(result.attrs["versions"]).get("continuair", "0")))
