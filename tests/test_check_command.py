@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import continuair as ca
 import continuair.cli as cli
 from continuair.analysis.linear import bending_frequencies
 from continuair.analysis.modes import modes
+from continuair.studies.check import facts
 from continuair.vehicle.vehicle import load_vehicle, preset_text
 from continuair.vehicle.vehicle_file import as_toml
 
@@ -103,6 +105,45 @@ def test_check_says_that_leaning_rotors_do_not_hover() -> None:
     Path("lean.toml").write_text(PAPER_TOML.replace("[arm]", rotors + "]\n\n[arm]"))
     told = " ".join(run("check", "lean.toml").stdout.split())
     assert "push a level vehicle sideways by 12.8 N" in told
+
+
+def test_check_says_of_what_rotors_have_left_what_a_hover_says() -> None:
+    """Each rotor leans inwards: together they lift alone, but not where one side pushes more."""
+    turns = np.radians([45.0, 135.0, 225.0, 315.0])
+    rotor = [
+        {"position": [0.3 * c, 0.3 * s, 0.0], "axis": [-0.26 * c, -0.26 * s, 0.966], "spin": spin}
+        for c, s, spin in zip(np.cos(turns), np.sin(turns), [1, -1, 1, -1], strict=True)
+    ]
+    table = {"rotor": rotor, "thrust_limits": [0.1, 20.0], "torque_per_thrust": 0.02}
+    vehicle = load_vehicle("paper").replace({"uav.rotors": table})
+    told = {each[0]: each[1] for each in facts(vehicle, None)}
+    start = [0.0, 0.0, 2.0, 0.0, 0.0, 0.0]
+    straight = ca.Scenario("hover", [*start, 0.0, 0.0], duration=0.01)
+    thrusts = ca.simulate(vehicle, straight, sample=0.01)["rotor_thrust"].to_numpy()[0]
+    assert told["rotors' margin, arm straight"] == f"{1.0 - thrusts.max() / 20.0:.0%}"
+    bent = straight.replace(q=[*start, 1.0 / vehicle.arm.length, 0.0])
+    with pytest.raises(ca.InputError, match="push sideways by") as refused:
+        ca.simulate(vehicle, bent, sample=0.01)
+    (aside,) = re.findall(r"sideways by (\S+) N", str(refused.value))
+    assert told["rotors' margin, arm bent by 1 rad"].endswith(f"sideways by {aside} N")
+
+
+def test_check_says_that_a_hover_of_tilted_rotors_bears_the_wash() -> None:
+    """Rotors of any wrench that carry an arm in their wash push aside against it, as they may."""
+    rotors = {"layout": "hex_tilted", "lever": 0.3, "tilt": 0.4, "thrust_limits": [0.1, 14.0],
+              "torque_per_thrust": 0.02, "radius": 0.1}  # fmt: skip
+    section = {"length": 0.4, "radius": 0.005, "mass_per_length": 0.05, "bending_stiffness": 0.5,
+               "damping_ratio": 0.05, "drag_coefficient": 1.1}  # fmt: skip
+    aslant = [float(np.sin(np.pi / 8)), 0.0, 0.0, float(np.cos(np.pi / 8))]
+    vehicle = ca.Vehicle(
+        name="aslant",
+        uav={"mass": 2.0, "inertia": [0.03, 0.03, 0.05], "rotors": rotors},
+        arm=[{"name": "a", "mount": [0.0, 0.1, -0.02], "attitude": aslant, "section": [section]}],
+    )
+    start = ca.Scenario("hover", [0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0], duration=0.01)
+    thrusts = ca.simulate(vehicle, start, sample=0.01)["rotor_thrust"].to_numpy()[0]
+    told = {each[0]: each[1] for each in facts(vehicle, None)}
+    assert told["rotors' margin, arm straight"] == f"{1.0 - thrusts.max() / 14.0:.0%}"
 
 
 def test_check_says_that_rotors_cannot_hold_a_bent_arm() -> None:

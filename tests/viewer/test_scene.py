@@ -37,6 +37,26 @@ def test_segments_lie_along_the_backbone_and_their_frames_along_its_tangent() ->
     assert (np.einsum("ni,ni->n", z, chord) > 0.0).all()
 
 
+def test_the_largest_bend_is_also_that_of_a_section_too_short_to_be_drawn() -> None:
+    """A wrist of 5 mm at the end of half a metre lies between the middles of two segments."""
+    sections = [
+        {"length": 0.5, "mass_per_length": 0.1, "bending_stiffness": 5.0, "damping_ratio": 0.1},
+        {"length": 0.005, "mass_per_length": 0.1, "bending_stiffness": 2e-3, "damping_ratio": 0.1},
+    ]
+    uav = {"mass": 2.0, "inertia": [0.03, 0.03, 0.05]}
+    tip = {"mass": 0.05, "centre": [0.0, 0.0, 0.03], "inertia": [2e-5, 2e-5, 1e-5]}
+    vehicle = ca.Vehicle(
+        name="wrist", uav=uav, arm=[{"name": "a", "section": sections, "tip": tip}]
+    )
+    start = [0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.2 / 0.005, 0.0]
+    flight = ca.simulate(
+        vehicle, ca.Scenario("bent wrist", start, gravity=0.0, duration=0.02), sample=0.01
+    )
+    shown = scene(flight)
+    assert f"{np.degrees(1.2):.1f}°" in readings(shown, 0)
+    assert shown.largest_bend == pytest.approx(1.2, rel=1e-12)
+
+
 def test_the_drawn_tip_frame_is_that_of_the_flight() -> None:
     start = [0.1, 0.2, 3.0, -0.2, 0.4, 0.5, 4.0, 0.3, 6.0, -2.0]
     vehicle = ca.load_vehicle("two_section")

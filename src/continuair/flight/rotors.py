@@ -162,10 +162,13 @@ def _hover(engine: Engine, scenario: Scenario, alone: bool) -> Array:
     return rounded[0] if plain else rounded
 
 
-def hovering_thrusts(engine: Engine, rows: Array, gravity: float) -> Array:
+def hovering_thrusts(engine: Engine, rows: Array, gravity: float) -> tuple[Array, Array]:
     """Thrusts (runs, rotors) [N] that hold a level vehicle at q (runs, coordinates), whatever their
-    limits, although their wash pushes its arms, too."""
-    return _against_wash(engine, rows, gravity, _carrying(engine, rows, gravity))
+    limits, although their wash pushes its arms, too; and the force (runs,) [N] with which rotors
+    that lean would push it sideways, so that it does not hover as a flight begins."""
+    rotors, carrying = engine.vehicle.uav.rotors, _carrying(engine, rows, gravity)
+    assert rotors is not None
+    return _against_wash(engine, rows, gravity, carrying), rotors.sideways(carrying)
 
 
 def _carrying(engine: Engine, rows: Array, gravity: float, thrusts: Array | None = None) -> Array:

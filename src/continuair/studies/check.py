@@ -109,19 +109,18 @@ def _of_rotors(vehicle: Vehicle) -> Lines:
     kappas = 6 + 2 * np.array(arm.places)
     q[1:, kappas] = BENT / arm.length
     q[1:, kappas + 1] = 2.0 * pi / _SIDES * np.arange(_SIDES)[:, None]
-    straight, *ways = hovering_thrusts(Engine(vehicle, "decoupled"), q, GRAVITY)
-    aside = float(rotors.sideways(straight))
-    if aside > 0.0:
-        lean = f"none: rotors that lean push a level vehicle sideways by {aside:.3g} N"
-        return [("rotors' margin", lean)]
+    thrusts, aside = hovering_thrusts(Engine(vehicle, "decoupled"), q, GRAVITY)
     return [
-        ("rotors' margin, arm straight", _left(straight, rotors)),
-        (f"rotors' margin, arm bent by {BENT:g} rad", _left(np.array(ways), rotors)),
+        ("rotors' margin, arm straight", _left(thrusts[:1], aside[:1], rotors)),
+        (f"rotors' margin, arm bent by {BENT:g} rad", _left(thrusts[1:], aside[1:], rotors)),
     ]
 
 
-def _left(thrusts: np.ndarray, rotors: Rotors) -> str:
-    """What is left of the greatest of thrusts (..., rotors), or why they cannot be given."""
+def _left(thrusts: np.ndarray, aside: np.ndarray, rotors: Rotors) -> str:
+    """What is left of the greatest of thrusts (ways, rotors), or why they cannot be given, or hold
+    no level vehicle, as they push it aside (ways,) [N]."""
+    if aside.max() > 0.0:
+        return f"none: rotors that lean push a level vehicle sideways by {aside.max():.3g} N"
     least, most = thrusts.min(), thrusts.max()
     lowest, highest = (float(limit) for limit in rotors.thrust_limits)
     if least >= lowest and most <= highest:

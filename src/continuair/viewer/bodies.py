@@ -58,7 +58,8 @@ class Bodies:
 
     position (F, 3), attitude (F, 4), x y z w; lines: points along each arm (F, points, 3);
     segments: of all arms, middle (F, K, 3), attitude (F, K, 4), whose z is the tangent, length (K,)
-    and radius (K,) [m]; angle: the bend angle of the section that each is in (F, K) [rad]; tips:
+    and radius (K,) [m]; angle: the bend angle of the section that each is in (F, K) [rad]; largest:
+    bend angle of all sections (F,) [rad], also of one too short for a segment of its own; tips:
     position (F, arms, 3) and attitude (F, arms, 4).
     """
 
@@ -70,6 +71,7 @@ class Bodies:
     length: Array
     radius: Array
     angle: Array
+    largest: Array
     tip_position: Array
     tip_attitude: Array
 
@@ -86,7 +88,7 @@ class Bodies:
 def bodies(vehicle: Vehicle, position: Array, attitude: Array, bend: Array) -> Bodies:
     """Place a vehicle; position (F, 3), attitude (F, 4), bend (F, sections, 2)."""
     body = of_quaternion(attitude)[:, None]
-    lines, frames, lengths, radii, angles = [], [], [], [], []
+    lines, frames, lengths, radii, angles, largest = [], [], [], [], [], []
     for arm, own in parts(vehicle, bend):
         points, turns = along(arm, own, 2 * SEGMENTS + 1)
         lines.append(placed(position, attitude, points))
@@ -99,6 +101,7 @@ def bodies(vehicle: Vehicle, position: Array, attitude: Array, bend: Array) -> B
         radii.append(np.maximum(np.take(thick, inside), _THINNEST * total))
         turned = np.linalg.norm(own, axis=-1) * [section.length for section in arm.section]
         angles.append(turned[:, inside])
+        largest.append(turned.max(axis=1))
     return Bodies(
         position,
         attitude,
@@ -108,6 +111,7 @@ def bodies(vehicle: Vehicle, position: Array, attitude: Array, bend: Array) -> B
         np.concatenate(lengths),
         np.concatenate(radii),
         np.concatenate(angles, axis=1),
+        np.max(largest, axis=0),
         np.stack([line[:, -1] for line in lines], axis=1),
         quaternions(np.stack([frame[:, -1] for frame in frames], axis=1)),
     )

@@ -110,7 +110,7 @@ def readings(scene: Scene, frame: int) -> str:
     """Return the numbers of a frame, as HTML."""
     bodies = scene.bodies
     x, y, z = bodies.position[frame]
-    bend = np.degrees(bodies.angle[frame].max())
+    bend = np.degrees(bodies.largest[frame])
     rows = [
         ("time", f"{scene.times[frame]:.2f} s"),
         ("UAV", f"{x:z.2f}, {y:z.2f}, {z:z.2f} m"),

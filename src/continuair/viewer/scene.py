@@ -75,7 +75,7 @@ class Scene:
     @property
     def largest_bend(self) -> float:
         """Bend angle at the end of the scale of colours [rad]."""
-        return max(float(self.bodies.angle.max()), _SMALLEST)
+        return max(float(self.bodies.largest.max()), _SMALLEST)
 
     @property
     def scale(self) -> float:
