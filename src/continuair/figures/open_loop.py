@@ -126,9 +126,10 @@ def write(
 
 
 def ringing(peaks: dict[str, Peak | None]) -> str:
-    """Return at which frequency the arm of each model rings, in words; None is no clear one."""
+    """Return at which frequency the arm of each model rings, in words; None is no clear one, as of
+    less than two cycles."""
     words = {
-        model: f"at {short(peak.hz)} Hz" if peak else "at no one frequency"
+        model: f"at {short(peak.hz)} Hz" if peak else "at no frequency that shows clearly"
         for model, peak in peaks.items()
     }
     return f"the arm rings {grouped(words)}"
