@@ -76,6 +76,12 @@ def test_random_starts_are_off_from_where_the_camera_faces_the_target(
     assert 0.9 * TILT < lean.max() <= TILT + 1e-12
     for side in (-yaw, yaw):
         assert 0.9 * YAW < side.max() <= YAW + TILT**2
+    # As the figure draws them: by how much they were turned, whatever way the centre is tilted.
+    shown = figures.yaws_off(found["q"], found["centre"])
+    assert 0.9 * YAW < np.abs(shown[found["direction"] == RANDOM]).max() <= YAW * (1.0 + 1e-12)
+    ladder = found["direction"] == "yaw"
+    said = np.radians(found["off_by"].to_numpy()[ladder])
+    np.testing.assert_allclose(np.cos(shown[ladder] - said), 1.0, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("rolled", [np.pi / 2, np.pi, -2.0])

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from scipy.spatial.transform import Rotation
 
 from continuair.figures import style
 from continuair.figures.laws import LAWS
@@ -59,7 +60,7 @@ def random_starts(results: dict[str, Any], flights: xr.Dataset, model: str, rate
     laws = [name for name in LAWS if name in own["law"]]
     q = own["q"] - own["centre"]
     aside = np.hypot(*(q.sel(coordinate=name).to_numpy() for name in "xy"))
-    yaw = (np.rad2deg(q.sel(coordinate="yaw").to_numpy()) + 180.0) % 360.0 - 180.0
+    yaw = np.degrees(yaws_off(own["q"], own["centre"]))
     with style.applied():
         figure = style.new_figure(height=2.4)
         panels = figure.subplots(1, len(laws), sharex=True, sharey=True, squeeze=False)[0]
@@ -82,6 +83,17 @@ def random_starts(results: dict[str, Any], flights: xr.Dataset, model: str, rate
             handles=key,
         )
     return figure
+
+
+def yaws_off(q: xr.DataArray, centre: xr.DataArray) -> np.ndarray:
+    """By which starts q (start, coordinate) are turned about the vertical [rad], from a centre
+    (coordinate) that may be tilted, before they lean besides."""
+    at, to = (
+        Rotation.from_euler("ZYX", each.sel(coordinate=["yaw", "pitch", "roll"]).to_numpy())
+        for each in (q.transpose("start", "coordinate"), centre)
+    )
+    _, _, z, w = (at * to.inv()).as_quat().T
+    return np.asarray(np.arctan2(2.0 * z * w, w**2 - z**2))
 
 
 def write(results: dict[str, Any], flights: xr.Dataset, file: Callable[[str], Path]) -> None:
