@@ -30,7 +30,7 @@ def result(monkeypatch: pytest.MonkeyPatch) -> study.OpenLoop:
 
 
 def other_vehicle(results: dict[str, Any]) -> dict[str, Any]:
-    return results | {"vehicle": results["vehicle"] | {"name": "mine"}}
+    return results | {"vehicle": results["vehicle"] | {"name": "mine"}, "printed": {}}
 
 
 def failed(dataset: xr.Dataset, model: str, end: float, status: int = 1) -> xr.Dataset:
@@ -117,7 +117,8 @@ def loop(noise: float = 0.0, seed: int = 0) -> xr.Dataset:
 
 def loop_results(name: str = "paper") -> dict[str, Any]:
     part = {"setting_meaning": "10 s a letter", "ultimate_bound": {"radius_least": 0.3}}
-    vehicle = {"vehicle": {"name": name}, "printed": {"ds_max_px": 0.7}}
+    printed = {"ds_max_px": 0.7} if name == "paper" else {}
+    vehicle = {"vehicle": {"name": name}, "printed": printed}
     return {"setting": "nominal", "settings": {"camera": part}} | vehicle | part
 
 

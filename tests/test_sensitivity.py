@@ -240,6 +240,16 @@ def test_figures_draw_the_tips_and_the_errors(flown: study.Sensitivity) -> None:
     np.testing.assert_array_equal(line.get_ydata(), between["rmse_xy_m"]["decoupled"])
 
 
+def test_the_paths_name_a_failed_flight_by_its_value(flown: study.Sensitivity) -> None:
+    """The second of 1, 2 and 3 kg, not the run 1."""
+    dataset = flown.datasets["UAV mass"].copy(deep=True)
+    dataset["status"].loc[{"model": "decoupled", "run": 1}] = 1
+    dataset["end_time"].loc[{"model": "decoupled", "run": 1}] = 0.5
+    figure: Any = figures.paths(flown.results, flown.datasets | {"UAV mass": dataset})
+    said = " ".join(" ".join(each.get_text() for each in figure.texts).split())
+    assert "UAV mass: × Failed: decoupled 2 kg ended at 0.5 s, diverged." in said
+
+
 def test_the_title_of_the_paths_tells_the_largest_error_between_them(
     flown: study.Sensitivity,
 ) -> None:

@@ -38,7 +38,7 @@ def bars(results: dict[str, Any]) -> Figure:
     Beside vehicle `paper` only: the numbers that the paper prints, one per test and kind, in both
     readings. A flight that failed is a cross with a word.
     """
-    tests, printed = list(results["tests"]), style.paper_numbers(results)
+    tests, printed = list(results["tests"]), results["printed"]
     with style.applied():
         figure = style.new_figure(height=3.8)
         for axes, (key, of_paper, label) in zip(figure.subplots(2, 2).flat, _PANELS, strict=True):
@@ -63,7 +63,7 @@ def table(results: dict[str, Any]) -> Figure:
 
     Beside vehicle `paper` only: the paper's numbers above ours. Bold: the largest of a row.
     """
-    tests, printed = list(results["tests"]), style.paper_numbers(results)
+    tests, printed = list(results["tests"]), results["printed"]
     rows = []
     for key, of_paper, label in _PANELS:
         if printed and key == of_paper:

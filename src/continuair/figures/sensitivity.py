@@ -50,7 +50,10 @@ def paths(results: dict[str, Any], datasets: dict[str, xr.Dataset]) -> Figure:
             labels = [entry["label"] for entry in results["sweeps"][name]["rows"]]
             above, below = grid[2 * row : 2 * row + 2, column]
             largest[name] = _sweep(above, below, dataset, labels)
-            failed += [f"{name}: {text}" for text in curves.failures(dataset)]
+            # Of values, as the panel's legend has them, not of places in a row.
+            failed += [
+                f"{name}: {told}" for told in curves.failures(dataset.assign_coords(run=labels))
+            ]
             _title(above, index, name)
         for axes in grid.flat:
             axes.set_axis_on() if axes.has_data() else axes.set_axis_off()

@@ -13,8 +13,6 @@ from typing import Any
 import matplotlib
 from matplotlib.figure import Figure
 
-from continuair.vehicle.vehicle import PAPER_VEHICLE
-
 COLUMN_WIDTH, PAGE_WIDTH = 3.5, 7.16
 """Widths of one and of two columns of a journal page [inch]."""
 
@@ -127,12 +125,6 @@ def head(
 def model_handles(axes: Any) -> list[Any]:
     """Return what a legend shows of the given axes."""
     return list(axes.get_legend_handles_labels()[0])
-
-
-def paper_numbers(results: dict[str, Any]) -> dict[str, Any]:
-    """Return the numbers that the paper prints, for the vehicle `paper`; none for any other."""
-    printed: dict[str, Any] = results["printed"]
-    return printed if results["vehicle"]["name"] == PAPER_VEHICLE else {}
 
 
 def short(value: float) -> str:

@@ -156,7 +156,7 @@ def write(
     for setting, dataset in datasets.items():
         part = results if setting == results["setting"] else results["settings"][setting]
         text = f"Vehicle {name}, {setting}: {part['setting_meaning']}."
-        printed = style.paper_numbers(results) if setting == PAPER_SETTING else {}
+        printed = results["printed"] if setting == PAPER_SETTING else {}
         figures = {
             "traces": traces(dataset, text),
             "errors": errors(dataset, text),

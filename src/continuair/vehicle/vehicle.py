@@ -223,6 +223,13 @@ def preset_text(name: str) -> str:
     return (_PRESETS.folder / f"{name}.toml").read_text(encoding="utf-8")
 
 
+def is_paper(vehicle: Vehicle) -> bool:
+    """Whether a vehicle is the preset `paper`, beside which the paper's numbers stand: one of that
+    name that was changed is another."""
+    named = vehicle.name == PAPER_VEHICLE
+    return named and vehicle.describe() == load_vehicle(PAPER_VEHICLE).describe()
+
+
 def load_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
     """Return a preset by name, or the vehicle that a TOML file describes.
 

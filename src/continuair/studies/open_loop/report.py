@@ -8,10 +8,9 @@ from typing import Any
 
 from continuair.analysis.convergence import CONVERGED
 from continuair.kernels.dynamics import REFERENCE
-from continuair.studies.open_loop.study import PRINTED, OpenLoop
+from continuair.studies.open_loop.study import OpenLoop
 from continuair.studies.results import ResultFolder
 from continuair.studies.tables import as_markdown, number, percent
-from continuair.vehicle.vehicle import PAPER_VEHICLE
 
 METRICS = {
     "nrmse_t": "NRMSE_T",
@@ -68,12 +67,12 @@ def as_table(results: dict[str, Any]) -> str:
 
 
 def _errors_table(results: dict[str, Any]) -> list[str]:
-    beside = results["vehicle"]["name"] == PAPER_VEHICLE
+    beside = bool(results["printed"])
     columns = ["paper NRMSE_T", "paper NRMSE_R"] if beside else []
     headings = ["test", "model", *columns, *METRICS.values()]
     cells = []
     for letter, model, entry in rows(results):
-        printed = PRINTED[letter] if model == "decoupled" else {}
+        printed = results["printed"][letter] if beside and model == "decoupled" else {}
         paper = [f"{printed[key]:.4f}" if printed else "" for key in ("nrmse_t", "nrmse_r")]
         told = paper if beside else []
         cells.append([letter, model, *told, *(number(entry[key]) for key in METRICS)])

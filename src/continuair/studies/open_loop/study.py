@@ -33,7 +33,7 @@ from continuair.scenario.paper_tests import OPEN_LOOP_TESTS
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.results import by_model
 from continuair.studies.tables import percent
-from continuair.vehicle.vehicle import Vehicle, check_one_section
+from continuair.vehicle.vehicle import Vehicle, check_one_section, is_paper
 
 PRINTED = {
     "A": {"nrmse_t": 0.0124, "nrmse_r": 1.0404},
@@ -90,7 +90,7 @@ def open_loop(
         "vehicle": vehicle.describe(),
         "f1_hz": f1,
         "reference": REFERENCE,
-        "printed": PRINTED,
+        "printed": PRINTED if is_paper(vehicle) else {},
         "note": NOTE,
         "tests": {},
         "coarser_steps": {},

@@ -91,4 +91,4 @@ def _wind(results: dict[str, Any]) -> list[str]:
     blows = any("wind" in case["mistakes"] for case in results["cases"])
     if results["vehicle"]["uav"].get("drag") is not None or not blows:
         return []
-    return [f"The vehicle has no drag; in wind it flies with one of {LINEAR_DRAG:g} N s/m."]
+    return [f"The UAV has no [uav.drag]; in wind it flies with one of {LINEAR_DRAG:g} N s/m."]

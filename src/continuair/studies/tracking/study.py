@@ -28,7 +28,7 @@ from continuair.progress import Progress, Steps
 from continuair.scenario.letters import LETTERS
 from continuair.scenario.tracking_task import SETTINGS, chosen_letters, equipped, task
 from continuair.studies.results import by_model
-from continuair.vehicle.vehicle import Vehicle, check_one_section
+from continuair.vehicle.vehicle import Vehicle, check_one_section, is_paper
 
 PRINTED = {"ds_max_px": 0.7}
 """What Amiri et al. print of the closed loop: |DS| stays below it "across all four" letters."""
@@ -90,7 +90,7 @@ def tracking(
         "vehicle": vehicle.describe(),
         "gains": {"name": gains.name, **gains.settings},
         "reference": REFERENCE,
-        "printed": PRINTED,
+        "printed": PRINTED if is_paper(vehicle) else {},
         "setting": first,
         **found[first],
         "settings": {name: found[name] for name in names[1:]},
