@@ -240,6 +240,22 @@ def test_printed_numbers_stand_beside_the_papers_vehicle_only(
     assert "1.0404" not in said and "print" not in said.replace("as printed [-]", "")
 
 
+def test_the_table_marks_what_has_not_converged_and_leaves_digits_of_small_numbers(
+    result: study.OpenLoop,
+) -> None:
+    results = json.loads(json.dumps(other_vehicle(result.results)))
+    changes = {"nrmse_t": 2.7e-5, "rmse_t_m": 0.012, "converged": True}
+    results["tests"]["A"]["decoupled"] |= changes
+    results["tests"]["B"]["decoupled"] |= changes | {"converged": False}
+    figure = overview.table(results)
+    texts = [text.get_text() for axes in figure.axes for text in axes.texts]
+    for number in ("2.7e-05", "0.0120"):
+        assert {number, f"{number}*"} <= set(texts)
+    assert "* Not converged." in words(figure)
+    results["tests"]["B"]["decoupled"]["converged"] = True
+    assert "* Not converged." not in words(overview.table(results))
+
+
 def test_the_table_counts_the_printed_numbers_that_ours_come_near(result: study.OpenLoop) -> None:
     results = json.loads(json.dumps(result.results))
     for letter in "AB":

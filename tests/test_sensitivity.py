@@ -285,6 +285,9 @@ def test_a_row_that_has_not_converged_is_said_not_to_have(flown: study.Sensitivi
     entry |= {"converged": False, "step_halving_error": 0.3}
     said = sensitivity_output.remarks(changed)
     assert "* UAV mass 2 kg, decoupled, has not converged: step error 30 %." in said
+    entry["step_halving_error"] = math.inf
+    (told,) = (line for line in sensitivity_output.remarks(changed) if "2 kg" in line)
+    assert "there is no step error, as not every flight at half the step" in told
 
 
 def test_flights_that_end_early_are_said_to_and_leave_nothing_to_judge_by() -> None:

@@ -68,7 +68,7 @@ def test_the_scene_draws_arms_from_mount_to_tip_at_a_rate_that_is_seen(tmp_path:
     entities = {each["id"]: each for each in messages["/scene"][0][1]["entities"]}
     assert entities["uav"]["cubes"][0]["size"]["z"] > 0.0
     for index, arm in enumerate(vehicle.arms):
-        points = entities[arm.name]["lines"][0]["points"]
+        points = entities[f"{arm.name}.arm"]["lines"][0]["points"]
         np.testing.assert_allclose(vector(points[0]), arm.mount)
         tip = messages["/tf"][0][1]["transforms"][1 + index]["translation"]
         np.testing.assert_allclose(vector(points[-1]), vector(tip), rtol=0, atol=1e-12)

@@ -15,6 +15,7 @@ import continuair as ca
 import continuair.cli as cli
 from continuair.sweeps import checksums, cluster
 from continuair.sweeps.design import load_design
+from continuair.vehicle.vehicle_file import as_toml
 
 pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
 
@@ -241,6 +242,23 @@ def test_a_shard_does_its_part_and_the_command_says_what_is_left(tmp_path: Path)
     rest = run(tmp_path, text, "--shard", "2/2", "--metrics", "angle_rad")
     assert "3 of 3 runs are done" in rest.stdout
     assert isinstance(found, xr.Dataset)
+
+
+def test_the_command_tells_runs_that_were_refused_from_those_that_ended_early(
+    tmp_path: Path,
+) -> None:
+    """On a short lever no rotor can hold an arm that is bent; 1000 1/(m s) bend it to a circle."""
+    rotors = {"layout": "quad_x", "lever": 0.04, "thrust_limits": [0, 40]}
+    rotors["torque_per_thrust"] = 0.016
+    vehicle = ca.load_vehicle("paper").replace({"uav.rotors": rotors})
+    (tmp_path / "quad.toml").write_text(as_toml(vehicle))
+    text = f"vehicle = '{tmp_path / 'quad.toml'}'\n[scenario]\nduration = 0.1\n"
+    text += '[[vary]]\n"scenario.kappa" = [0.01, 1.0]\n'
+    said = "could not be flown, as parameters were refused (see status)"
+    assert f"2 of 2 runs are done, 1 of them {said}" in run(tmp_path, text).stdout
+    text += '[[vary]]\n"scenario.kappa_rate" = [0.0, 1000.0]\n'
+    shown = run(tmp_path, text, out="other.zarr").stdout
+    assert f"4 of 4 runs are done, 1 of them ended early and 2 of them {said}" in shown
 
 
 @pytest.mark.parametrize("metrics", [3, "rmse_t_m", [3], float("nan")])

@@ -136,6 +136,6 @@ def _of_sag(vehicle: Vehicle) -> list[str]:
         return []
     length = float(excited_arm(vehicle).length)
     return [
-        f"the arm, held level, would sag by at least {sag:.2g} times its length of {length:g} m; "
-        "is it so limp, or its radius in metres?"
+        f"the arm, held level, would sag by at least {sag:.2g} times its length of {length:g} m, "
+        "as small deflections go on; is it so limp, or its radius in metres?"
     ]

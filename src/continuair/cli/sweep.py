@@ -66,6 +66,7 @@ def _shard(text: str) -> tuple[int, int]:
 def _show(results: xr.Dataset, out: Path) -> None:
     """Show the spread of every metric over the runs that have it, and how the runs ended."""
     from continuair.sweeps import METRICS
+    from continuair.sweeps.units import REFUSED
 
     rows = []
     for model in results["model"].to_numpy()[1:]:
@@ -75,7 +76,14 @@ def _show(results: xr.Dataset, out: Path) -> None:
             rows.append([str(model), name, *spread, str(int(found.notnull().sum()))])
     print_table(["model", "metric", "median", "90 %", "largest", "of runs"], rows)
     done, runs = results.attrs["done"], results.attrs["runs"]
-    failed = int((results["status"] != 0).any("model").sum()) - (runs - done)
+    status = results["status"]
+    counts = {
+        "ended early": int((status > 0).any("model").sum()),
+        "could not be flown, as parameters were refused": int(
+            (status == REFUSED).any("model").sum()
+        ),
+    }
     left = "" if done == runs else f", {runs - done} are left"
-    ended = f"{failed} of them ended early (see status)" if failed else "all of them to the end"
+    told = [f"{count} of them {what}" for what, count in counts.items() if count]
+    ended = f"{' and '.join(told)} (see status)" if told else "all of them to the end"
     typer.echo(f"{done} of {runs} runs are done, {ended}{left}; the store is {out}.")

@@ -69,10 +69,12 @@ def table(results: dict[str, Any]) -> Figure:
         if printed and key == of_paper:
             unit = {"nrmse_t": "m", "nrmse_r": "rad"}[key]
             numbers = [printed[letter][key] for letter in tests]
-            rows.append((f"{label.split(' as')[0]} [{unit}], printed by the paper", numbers))
+            above = f"{label.split(' as')[0]} [{unit}], printed by the paper"
+            rows.append((above, numbers, [False] * len(tests)))
         name = f"{model}, {label}" if (model := _shown(results)) else label
         entries = [results["tests"][letter][model] for letter in tests]
-        rows.append((name, [_FAILED if _failed(each) else each[key] for each in entries]))
+        found = [_FAILED if _failed(each) else each[key] for each in entries]
+        rows.append((name, found, [not each["converged"] for each in entries]))
     with style.applied():
         figure = style.new_figure(height=0.22 * (len(rows) + 1.5))
         _draw_table(figure.subplots(), rows, tests, bool(printed))
@@ -81,6 +83,10 @@ def table(results: dict[str, Any]) -> Figure:
         )
         if printed:
             text += f" {style.UNNAMED}"
+        if any(
+            _finite(each) and loose for _, *row in rows for each, loose in zip(*row, strict=True)
+        ):
+            text += " * Not converged."
         text += _unfollowed(results)
         style.head(figure, _nearness(results, printed), text, _failures(results))
     return figure
@@ -117,17 +123,22 @@ def _draw_table(axes: Any, rows: list[Any], tests: list[str], printed: bool) -> 
     axes.text(0.01, -0.35, "Metric", weight="bold", va="center")
     for x, letter in zip(columns, tests, strict=True):
         axes.text(x, -0.35, f"Test {letter}", weight="bold", ha="center", va="center")
-    for y, (label, numbers) in enumerate(rows):
+    for y, (label, numbers, unsettled) in enumerate(rows):
         colour = "#666666" if "printed by" in label else "#000000"
         axes.text(0.01, y + 0.55, label, va="center", color=colour)
         finite = [number for number in numbers if _finite(number)]
-        for x, number in zip(columns, numbers, strict=True):
+        for x, number, loose in zip(columns, numbers, unsettled, strict=True):
             lost = _FAILED if number == _FAILED else _UNFOLLOWED
-            text = f"{number:.4f}" if _finite(number) else lost
+            text = f"{_digits(number)}{'*' * loose}" if _finite(number) else lost
             weight = "bold" if finite and number == max(finite) else "normal"
             axes.text(x, y + 0.55, text, ha="center", va="center", weight=weight, color=colour)
     for place, width in ((-0.85, 1.0), (0.0, 0.6), (len(rows) + 0.2, 1.0)):
         axes.axhline(place, color="#000000", lw=width)
+
+
+def _digits(number: float) -> str:
+    """With four decimals, as the paper prints them, unless these would leave nothing of it."""
+    return f"{number:.4f}" if number == 0.0 or number >= 1e-3 else f"{number:.1e}"
 
 
 def _models(results: dict[str, Any]) -> list[str]:

@@ -130,7 +130,7 @@ def _scene(motion: Motion) -> Iterator[tuple[int, Message]]:
         seen = [body] if i == 0 else []
         for arm, points in zip(motion.vehicle.arms, arms, strict=True):
             line = foxglove.line(points[i], 2.0 * radius_of(arm.section[0]), _ORANGE)
-            seen.append(foxglove.entity(at, "uav", arm.name, lines=[line]))
+            seen.append(foxglove.entity(at, "uav", f"{arm.name}.arm", lines=[line]))
         yield at, {"entities": seen}
 
 

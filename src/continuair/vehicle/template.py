@@ -21,6 +21,7 @@ LAYOUTS: tuple[str, ...] = get_args(LayoutName)
 # Of superelastic nitinol [kg/m³, Pa].
 _DENSITY, _MODULUS = 6450.0, 60e9
 _THRUST_TO_WEIGHT = 2.0
+_TILT = 0.35
 _COMMENT_COLUMN = 34
 
 
@@ -81,6 +82,7 @@ def _values(outline: Outline) -> dict[str, float | str]:
     per_length, second_moment = _DENSITY * math.pi * radius**2, math.pi / 4 * radius**4
     weight = 9.81 * (mass + per_length * outline.length + outline.load)
     rotors = len(layout_geometry(outline.layout, lever, 0.0, 0.0)[2])
+    upwards = math.cos(_TILT) if outline.layout == "hex_tilted" else 1.0
     return {
         "name": json.dumps(outline.name, ensure_ascii=False),
         "mass": mass,
@@ -89,8 +91,9 @@ def _values(outline: Outline) -> dict[str, float | str]:
         "mount": _MOUNT if outline.sections == 1 else "",
         "layout": outline.layout,
         "lever": lever,
+        "lean": _TILT,
         "tilt": "tilt" if outline.layout == "hex_tilted" else "# tilt",
-        "thrust": _rounded(_THRUST_TO_WEIGHT * weight / rotors),
+        "thrust": _rounded(_THRUST_TO_WEIGHT * weight / (rotors * upwards)),
         "length": outline.length / outline.sections,
         "radius": radius,
         "density": _DENSITY,
@@ -126,7 +129,7 @@ $mount
 layout = "$layout"  # quad_, hex_, octo_ with x or plus, hex_tilted, coaxial_x8
 lever = $lever  # m, from the z axis to each rotor
 height = 0.0  # m, of the rotors' plane above the centre of mass
-$tilt = 0.35  # rad, of hex_tilted alone: how far each rotor leans
+$tilt = $lean  # rad, of hex_tilted alone: how far each rotor leans
 thrust_limits = [0.0, $thrust]  # N, of one rotor; an estimate, which lifts twice the weight
 torque_per_thrust = 0.016  # m, drag torque over thrust
 lag = 0.04  # s, in which the speed follows its command; 0 for at once

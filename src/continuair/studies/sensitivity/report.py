@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -183,14 +184,20 @@ def remarks(results: dict[str, Any]) -> list[str]:
         for row in sweep["rows"]:
             for model, entry in row["models"].items():
                 if not entry["converged"]:
-                    share = percent(entry["step_halving_error"])
-                    why = f"status {entry['status']}" if entry["status"] else f"step error {share}"
+                    why = f"status {entry['status']}" if entry["status"] else _unsettled(entry)
                     unsettled.append(f"* {name} {row['label']}, {model}, has not converged: {why}.")
         if early := len(sweep["between"]["ended_early"]):
             unsettled.append(
                 f"* {name}: {early} of the values between are left out, as a flight ended early."
             )
     return [*lines, *(unsettled or ["Every row has converged."])]
+
+
+def _unsettled(entry: dict[str, Any]) -> str:
+    share = entry["step_halving_error"]
+    if not math.isfinite(share):
+        return "there is no step error, as not every flight at half the step can be compared"
+    return f"step error {percent(share)}"
 
 
 def _measures_table(results: dict[str, Any]) -> list[str]:
