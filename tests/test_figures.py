@@ -363,6 +363,9 @@ def test_the_papers_speed_stands_beside_a_regular_one_with_a_word_on_its_spikes(
     assert "‖q̇‖ with ψ̇a peaks at 200" in words(figure)
     assert "a regular norm of the same motion at 0.26" in words(figure)
     assert "grows without bound as the bend passes zero" in words(figure)
+    assert "which is rounding" not in words(figure)
+    dataset["bend"][:] = 1e-18
+    assert "which is rounding" in words(one_letter.speed_of(dataset.sel(letter="M")))
 
 
 @pytest.mark.parametrize("name", ["paper", "mine"])

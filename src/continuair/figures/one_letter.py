@@ -30,6 +30,9 @@ _SPIKES = (
     "zero. Mixed units."
 )
 
+_ROUNDING = 1e-12
+"""Bend [1/m] below which its direction is rounding."""
+
 
 def speed_of(flights: xr.Dataset, subtitle: str = "") -> Figure:
     """Return ‖q̇‖ as the paper defines it, and beside it a norm of regular rates, over time.
@@ -109,8 +112,9 @@ def _peaks(flights: xr.Dataset) -> str:
             bend = float(np.linalg.norm(samples(flight, "bend", "bend_axis")[top]))
     if highest == 0.0:
         return "Nothing moves before the flights fail"
+    rounded = ", which is rounding, as ψ̇a then is" if bend < _ROUNDING else ""
     return (
-        f"‖q̇‖ with ψ̇a peaks at {short(highest)}, at a bend of {bend:.1g} 1/m; "
+        f"‖q̇‖ with ψ̇a peaks at {short(highest)}, at a bend of {bend:.1g} 1/m{rounded}; "
         f"a regular norm of the same motion at {short(regular)}"
     )
 
