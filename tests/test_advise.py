@@ -62,14 +62,13 @@ def test_slower_targets_are_within_the_limit_and_faster_ones_are_not() -> None:
 
 
 def results(limit: float, tolerable: bool = True) -> dict[str, Any]:
-    once = {"models": {"decoupled": {"limit_hz": None, "tolerable": tolerable}}}
-    hz = [0.5, 3.17]
-    periodic = {"models": {"decoupled": {"limit_hz": limit, "tolerable": True, "hz": hz}}}
+    once = {"limit_hz": None, "tolerable": tolerable, "error": 0.01 if tolerable else 0.1}
+    hz = {"limit_hz": limit, "tolerable": True, "hz": [0.5, 3.17], "errors": [0.01, 0.03]}
     return {
         "tracking": {},
         "excitations": {
-            "force": periodic | {"responsible": "inertia"},
-            "fall": once | {"responsible": "carriage"},
+            "force": {"models": {"decoupled": hz}, "responsible": "inertia"},
+            "fall": {"models": {"decoupled": once}, "responsible": "carriage"},
         },
     }
 
@@ -94,6 +93,26 @@ def test_the_sentence_follows_from_limits(
 ) -> None:
     found = verdict(results(limit, tolerable), "fast-flight", "decoupled")
     assert (found["scope"], found["text"]) == (scope, text)
+
+
+@pytest.mark.parametrize(
+    ("name", "errors"),
+    [("force", {"errors": [math.nan, 0.03], "limit_hz": math.nan}), ("fall", {"error": math.nan})],
+)
+def test_where_the_coupled_model_is_lost_nothing_is_decided(
+    name: str, errors: dict[str, Any]
+) -> None:
+    case = results(2.5)
+    case["excitations"][name]["models"]["decoupled"] |= errors
+    found = verdict(case, "fast-flight", "decoupled")
+    assert found["scope"] == "undecided" and "missed" not in found["text"]
+    assert f"the coupled model itself does not fly {name} to the end" in found["text"]
+
+
+def test_no_coupling_is_blamed_where_flights_without_each_are_lost() -> None:
+    assert missed(dict.fromkeys(("carriage", "inertia", "coriolis"), math.inf), math.nan) == ""
+    alone = {"carriage": 0.01, "inertia": math.inf, "coriolis": 0.02}
+    assert missed(alone, math.inf) == "inertia"
 
 
 def test_advice_is_stored_as_strict_json_a_table_and_a_figure(

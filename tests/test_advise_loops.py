@@ -15,7 +15,7 @@ from continuair.studies.advise import excitations
 from continuair.studies.advise.excitations import excite
 from continuair.studies.advise.notes import notes
 from continuair.studies.advise.verdicts import verdict
-from continuair.studies.excited_flights import Loop, flown_errors
+from continuair.studies.excited_flights import Loop, excited, flown_errors
 from continuair.studies.tables import number_below
 from continuair.studies.timing import median_ratios
 from tests.new_user import NEW_USER
@@ -192,7 +192,7 @@ def results(decoupled: dict[str, float], independent: dict[str, float]) -> dict[
         }
         for name, limit in decoupled.items()
     }
-    once = {"limit_hz": None, "tolerable": True}
+    once = {"limit_hz": None, "tolerable": True, "error": 0.01}
     parts["release"] = {"models": {"decoupled": once, "independent": once}}
     vehicle = ca.load_vehicle("slender")
     found: dict[str, Any] = {
@@ -233,16 +233,41 @@ def test_a_note_tells_that_gravity_swings_an_arm_faster_than_anything_that_was_t
     ) in notes(case)
 
 
-def test_a_note_tells_of_flights_that_ended_early() -> None:
+def test_a_note_tells_whose_flights_ended_early() -> None:
     case = results({"bend": 0.6, "moment": 0.5}, {"bend": 0.5, "moment": 0.4})
     entry = case["excitations"]["moment"]["models"]["decoupled"]
     entry |= {"hz": [0.1, 0.5, 1.0, 3.0], "errors": [0.01, math.inf, math.inf, 0.02]}
-    assert (
-        "moment, decoupled: flights at 2 of 4 frequencies (0.5 to 1 Hz) ended early, which counts "
-        "as beyond every tolerance; curves have a gap there."
-    ) in notes(case)
+    for whose, error, so in (
+        ("decoupled", math.inf, "which counts as beyond every tolerance"),
+        ("the coupled model", math.nan, "where there is nothing to err from"),
+    ):
+        entry["errors"] = [0.01, error, error, 0.02]
+        (told,) = (each for each in notes(case) if "ended early" in each)
+        said = f"moment: flights of {whose} ended early at 2 of 4 frequencies tried for decoupled"
+        assert told == f"{said} (0.5 to 1 Hz), {so}; curves have a gap there."
     entry["errors"] = [0.01, 0.02, 0.03, 0.02]
     assert not [each for each in notes(case) if "ended early" in each]
+
+
+@pytest.mark.filterwarnings("ignore:controller flight controller", "ignore:step_error reaches")
+def test_a_loop_in_which_the_coupled_model_alone_is_lost_has_no_errors() -> None:
+    """A soft side arm with a load swings a tight loop up; the decoupled model knows none of it."""
+    section = {"length": 0.7, "mass_per_length": 0.05, "bending_stiffness": 2.1952}
+    turned = [0.0, -np.sqrt(0.5), 0.0, np.sqrt(0.5)]
+    tip = {"mass": 0.4, "inertia": [1e-4, 1e-4, 5e-5]}
+    arm = {"mount": [0.05, 0.0, 0.0], "attitude": turned, "tip": tip}
+    vehicle = ca.Vehicle(
+        name="side",
+        uav={"mass": 2.6, "inertia": [0.03, 0.03, 0.05]},
+        arm=[arm | {"section": [section | {"damping_ratio": 0.005}]}],
+    )
+    loop = Loop("position", 40.0)
+    found = ca.run_pairs(vehicle, excited(vehicle, "tip", 0.5, loop), sample=0.01)
+    assert found["status"].to_numpy().tolist() == [[2, 0]]
+    for errors in flown_errors(vehicle, "tip", np.array([0.5]), loop).values():
+        assert np.isnan(errors).all()
+    assert excitations._alike(math.nan, math.nan) is None
+    assert excitations._alike(0.02, math.inf) is False
 
 
 def test_a_note_tells_that_a_loop_is_unstable_with_the_arm_bent() -> None:

@@ -83,7 +83,8 @@ ROOMS = {
         {"prepare"},
         {"dop853", "trajectory"},
         {"limits", "rollout"},
-        {"growing", "halving"},
+        {"halving"},
+        {"growing"},
         {"simulate", "live", "fleet"},
     ],
     "studies": [

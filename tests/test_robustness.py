@@ -15,6 +15,7 @@ from continuair.figures import robustness as figures
 from continuair.scenario.tracking_task import equipped
 from continuair.studies.robustness.flights import LETTER, SETTING, Wrong, fly, groups
 from continuair.studies.robustness.mistakes import MISTAKES
+from continuair.studies.robustness.report import as_table
 from continuair.studies.robustness.study import BORNE, Robustness, _worst, robustness
 
 CHOSEN = ("heavier", "camera tilted", "side force", "shorter", "latency")
@@ -173,3 +174,20 @@ def test_a_way_in_which_a_point_comes_behind_the_camera_is_worse_than_any_error(
         assert np.isnan(worst["rms_px"]) and found[Wrong("side force", 1.0, worst["way"])] is behind
     lost = borne | {"status": 3, "end_time_s": 4.0}
     assert _worst([there, back], {there: behind, back: lost})["way"] == "-x"
+
+
+def test_of_a_law_that_loses_the_letter_without_a_mistake_nothing_follows_for_mistakes() -> None:
+    """The preset's constant gains lose this vehicle at once, and fly it with a longer arm."""
+    uav = {"mass": 2.0, "inertia": [0.02, 0.02, 0.035]}
+    arm = {"length": 0.6, "radius": 0.004, "density": 1900.0, "youngs_modulus": 30e9}
+    arm |= {"damping_ratio": 0.04, "drag_coefficient": 1.1}
+    vehicle = ca.Vehicle(name="lost", uav=uav, arm=arm)
+    found = robustness(vehicle, ["constant"], ["coupled"], ["longer"]).results
+    (case,) = found["cases"]
+    assert case["without"]["status"] != 0
+    assert any(each["status"] == 0 for each in case["mistakes"]["longer"]["values"])
+    table = as_table(found)
+    assert "| lost: " in table and "| undecided |" in table
+    assert "Without any mistake the letter is lost by constant" in table
+    said = " ".join(text.get_text() for text in figures.errors(found, "coupled").texts)
+    assert "constant is lost without any" in said

@@ -90,6 +90,9 @@ def _finding(cases: dict[str, Any], laws: list[str]) -> str:
     words = []
     for law in laws:
         mistakes = cases[law]["mistakes"].values()
+        if any(each["reached"] is None for each in mistakes):
+            words.append(f"{law} is lost without any")
+            continue
         borne = sum(each["failed_at"] is None for each in mistakes)
         words.append(f"{borne} of {len(mistakes)} {law}")
     return f"Kinds of mistakes that are borne in every size tried: {', '.join(words)}"

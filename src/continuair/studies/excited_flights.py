@@ -17,7 +17,8 @@ import numpy as np
 from continuair.analysis.excited import excited_arm
 from continuair.controllers.controller import Controller
 from continuair.flight.resolution import RESOLVED, angles_unread, steps_told_of
-from continuair.kernels.dynamics import SIMPLER
+from continuair.kernels.dynamics import REFERENCE, SIMPLER
+from continuair.kernels.step import OK
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.standard_excitations import (
     EXCITATIONS,
@@ -104,7 +105,8 @@ def flown_errors(
     periods: float = PERIODS,
     models: Sequence[str] = SIMPLER,
 ) -> dict[str, Array]:
-    """Error (runs,) of each model; infinite where a flight ended early.
+    """Error (runs,) of each model; infinite where its flight ended early, NaN where that of the
+    coupled one did, beside which there is none.
 
     vehicle: plain or batched; frequency: a number or (runs,), over the clamped one. Where steps do
     not resolve a flight, its error is at least what they err by.
@@ -115,7 +117,9 @@ def flown_errors(
         found = run_pairs(vehicle, scenario, models, sample=sample, settle=settle)
     by_steps = found["step_error"].max("model").to_numpy()
     least = np.where(by_steps > RESOLVED, by_steps, 0.0)
-    return {model: np.maximum(error_of(found.sel(model=model), vehicle), least) for model in models}
+    lost = found["status"].sel(model=REFERENCE).to_numpy() != OK
+    errors = {model: error_of(found.sel(model=model), vehicle) for model in models}
+    return {model: np.where(lost, np.nan, np.maximum(e, least)) for model, e in errors.items()}
 
 
 def error_of(found: Any, vehicle: Vehicle) -> Array:

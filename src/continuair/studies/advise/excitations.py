@@ -50,9 +50,10 @@ def excite(vehicle: Vehicle, name: str, tolerance: float, loop: Loop = NO_LOOP) 
     """Error of each model at the moderate load, and the frequency up to which it is tolerable.
 
     limit_hz: NaN where no frequency tried is, inf where all are, None for a release or a fall.
-    settled, and limit_settled at the limit: whether a flight that is longer, by what its loop takes
-    to settle, says the same within a tenth, and what it says; None where no loop holds the place,
-    so that nothing settles, and for what does not oscillate.
+    Errors are as `flown_errors` has them. settled, and limit_settled at the limit: whether a flight
+    that is longer, by what its loop takes to settle, says the same within a tenth, and what it
+    says; None where no loop holds the place, so that nothing settles, where there is no error, and
+    for what does not oscillate.
     """
     excitation = EXCITATIONS[name]
     errors = {model: float(e[0]) for model, e in _errors(vehicle, name, [MODERATE], loop).items()}
@@ -120,8 +121,9 @@ def _lasting(vehicle: Vehicle, loop: Loop) -> float:
     return LASTING / slowest * float(excited_arm(vehicle).frequency) / (2.0 * np.pi)
 
 
-def _alike(error: float, longer: float) -> bool:
-    return bool(abs(longer - error) <= SETTLED * error)
+def _alike(error: float, longer: float) -> bool | None:
+    """Whether an error is that of a longer flight; None where there is none."""
+    return bool(abs(longer - error) <= SETTLED * error) if np.isfinite(error) else None
 
 
 def _errors(
@@ -167,11 +169,14 @@ def attribute(vehicle: Vehicle, name: str, loop: Loop = NO_LOOP) -> dict[str, fl
 
 
 def missed(couplings: dict[str, float], error: float) -> str:
-    """The coupling whose loss errs most, or recoil where two of them cancel in part.
+    """The coupling whose loss errs most, or recoil where two of them cancel in part; nothing where
+    flights without each of them end early, as those of the coupled model then may.
 
     couplings: of `attribute`; error: without all of them. `responsible` of analysis/couplings.py
     knows one coupling only, whose shares of many flights it counts.
     """
+    if not np.isfinite(list(couplings.values())).any():
+        return ""
     if min(couplings["inertia"], couplings["coriolis"]) > error:
         return "recoil, inertial and Coriolis coupling together"
     return max(couplings, key=lambda key: couplings[key])

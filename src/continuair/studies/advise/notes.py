@@ -122,16 +122,20 @@ def _unsettled(results: dict[str, Any]) -> list[str]:
             entry = part["models"][model]
             at = {"": "half the clamped frequency", "limit_": "the limit"}
             longer = [
-                f"{number(entry[f'{key}longer_error'], 2)} at {where}"
+                f"{_error(entry[f'{key}longer_error'])} at {where}"
                 for key, where in at.items()
                 if entry.get(f"{key}settled") is False
             ]
             if longer:
                 found.append(
-                    f"{name}, {model}: the error has not settled: in a longer flight, in which the "
-                    f"loop does, it is {' and '.join(longer)}."
+                    f"{name}, {model}: the error has not settled: in a longer flight, as the loop "
+                    f"takes to settle, it is {' and '.join(longer)}."
                 )
     return found
+
+
+def _error(value: float) -> str:
+    return number(value, 2) if math.isfinite(value) else "lost, as the flight ends early,"
 
 
 def _slower(results: dict[str, Any]) -> list[str]:
@@ -152,22 +156,23 @@ def _slower(results: dict[str, Any]) -> list[str]:
 
 
 def _lost(results: dict[str, Any]) -> list[str]:
-    """Where a flight ended early."""
+    """Where flights ended early: the coupled model's, for which there are no errors, or others."""
     found = []
     for name, part in results["excitations"].items():
         for model, of in part["models"].items():
-            lost = [
-                hz
-                for hz, error in zip(of.get("hz", ()), of.get("errors", ()), strict=True)
-                if not math.isfinite(error)
-            ]
-            if lost:
-                span = " to ".join(dict.fromkeys(number(each, 2) for each in (lost[0], lost[-1])))
-                found.append(
-                    f"{name}, {model}: flights at {len(lost)} of {len(of['hz'])} frequencies "
-                    f"({span} Hz) ended early, which counts as beyond every tolerance; curves have "
-                    "a gap there."
-                )
+            errors = np.asarray(of.get("errors", ()), float)
+            for whose, lost, so in (
+                ("the coupled model", np.isnan(errors), "where there is nothing to err from"),
+                (model, np.isinf(errors), "which counts as beyond every tolerance"),
+            ):
+                if lost.any():
+                    hz = np.asarray(of["hz"])[lost]
+                    span = " to ".join(dict.fromkeys(number(each, 2) for each in (hz[0], hz[-1])))
+                    found.append(
+                        f"{name}: flights of {whose} ended early at {lost.sum()} of {len(lost)} "
+                        f"frequencies tried for {model} ({span} Hz), {so}; curves have a gap "
+                        "there."
+                    )
     return found
 
 

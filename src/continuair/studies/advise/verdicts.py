@@ -21,9 +21,9 @@ _ONCE = {"release": "when the bent arm is let go", "fall": "in free fall"}
 def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
     """What follows for a task and a model: a sentence, and its scope and exceptions.
 
-    scope: "all" frequencies or speeds tried, those "below" the limit, "none", or "undecided";
-    limits: of each excitation that oscillates [Hz]; except: excitations of the task, of no
-    frequency, for which it does not hold.
+    scope: "all" frequencies or speeds tried, those "below" the limit, "none", or "undecided", where
+    the coupled model itself is lost; limits: of each excitation that oscillates [Hz]; except:
+    excitations of the task, of no frequency, for which it does not hold.
     """
     if task in results["tracking"]:
         found = results["tracking"][task]
@@ -38,10 +38,17 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
             return {"scope": "undecided", "limit": limit, "unit": "m/s", "text": text}
         text = _sentence(limit, "a target slower than {} m/s", "a target as fast as was tried")
         if np.isfinite(found["lost_from_m_s"]) and not np.isnan(limit):
-            lost = number_below(found["lost_from_m_s"])
-            text += f" (from {lost} m/s on the coupled plant itself loses it, or chatters)"
+            fast = number_below(found["lost_from_m_s"])
+            text += f" (from {fast} m/s on the coupled plant itself loses it, or chatters)"
         return {"scope": _scope(limit), "limit": limit, "unit": "m/s", "text": text}
     parts = {name: results["excitations"][name] for name in TASKS[task]}
+    lost = " and ".join(name for name, part in parts.items() if _is_lost(part["models"][model]))
+    if lost:
+        text = (
+            f"undecided: the coupled model itself does not fly {lost} to the end; "
+            "give the vehicle a stiffer arm, or a loop that holds it"
+        )
+        return {"scope": "undecided", "except": [], "limit": np.nan, "unit": "Hz", "text": text}
     once = [name for name, part in parts.items() if part["models"][model]["limit_hz"] is None]
     bad = [name for name in once if not parts[name]["models"][model]["tolerable"]]
     limits = {
@@ -56,9 +63,15 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
         text += ", but not " + " or ".join(_ONCE[name] for name in bad)
     if bad or not np.isinf(limit):
         culprit = parts[bad[0] if bad and np.isinf(limit) else worst]["responsible"]
-        text += f" (what is missed: {culprit})"
+        text += f" (what is missed: {culprit})" if culprit else ""
     found = {"scope": _scope(limit), "except": bad, "limit": limit, "unit": "Hz", "text": text}
     return found | {"limits": limits}
+
+
+def _is_lost(entry: dict[str, Any]) -> bool:
+    """Whether there is no error, as the coupled model ended early: once, or at the lowest of the
+    frequencies."""
+    return bool(np.isnan(entry["error"] if entry["limit_hz"] is None else entry["errors"][0]))
 
 
 def _scope(limit: float) -> str:

@@ -142,7 +142,8 @@ def _flown(vehicle: Vehicle, bandwidths: Array, progress: Progress | None) -> tu
 
 def _error(vehicle: Vehicle, name: str, frequency: Any, loop: Loop, periods: float) -> Array:
     with limits_untold():
-        return flown_errors(vehicle, name, frequency, loop, periods, [_MODEL])[_MODEL]
+        found = flown_errors(vehicle, name, frequency, loop, periods, [_MODEL])[_MODEL]
+    return np.where(np.isnan(found), np.inf, found)
 
 
 def _told(progress: Progress | None, before: int, runs: int, total: int) -> Progress | None:

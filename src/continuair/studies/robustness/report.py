@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
 from continuair.flight.resolution import RESOLVED
+from continuair.kernels.step import OK
 from continuair.studies.ladder import in_words
 from continuair.studies.results import ResultFolder
 from continuair.studies.robustness.mistakes import LINEAR_DRAG
-from continuair.studies.robustness.study import Robustness
+from continuair.studies.robustness.study import Robustness, reason
 from continuair.studies.standard_laws import LAWS
 from continuair.studies.tables import as_markdown, number
 
@@ -54,6 +56,7 @@ def summary(results: dict[str, Any]) -> list[str]:
         "",
         *reaches(results),
         "",
+        *_lost(results),
         _resolved(results),
         *_wind(results),
     ]
@@ -63,16 +66,36 @@ def reaches(results: dict[str, Any]) -> list[str]:
     """Return the lines of a table, a row for each mistake."""
     cases = results["cases"]
     names = [f"{case['law']}, {case['model']}" for case in cases]
-    rows = [["none", *(f"{number(case['without']['rms_px'], 2)} px RMS" for case in cases)]]
+    rows = [["none", *(_without(case["without"]) for case in cases)]]
     for name, mistake in cases[0]["mistakes"].items():
         cells = [reach(case["mistakes"][name]) for case in cases]
         rows.append([mistake["meaning"], *cells])
     return as_markdown(["mistake", *names], rows, ["mistake", *names])
 
 
+def _without(flight: dict[str, Any]) -> str:
+    lost = flight["status"] != OK or not math.isfinite(flight["rms_px"])
+    return f"lost: {reason(flight)}" if lost else f"{number(flight['rms_px'], 2)} px RMS"
+
+
 def reach(entry: dict[str, Any]) -> str:
     """How large a mistake may be, and the first size that is not borne."""
-    return in_words(entry, " (all tried)", "not {}")
+    return "undecided" if entry["reached"] is None else in_words(entry, " (all tried)", "not {}")
+
+
+def _lost(results: dict[str, Any]) -> list[str]:
+    lost = {
+        case["law"]: case["law"]
+        for case in results["cases"]
+        if any(each["reached"] is None for each in case["mistakes"].values())
+    }
+    if not lost:
+        return []
+    return [
+        f"Without any mistake the letter is lost by {' and '.join(lost)}, of which nothing follows "
+        "for mistakes: find gains for this vehicle with `continuair tune`, and give them with "
+        "--gains.",
+    ]
 
 
 def _resolved(results: dict[str, Any]) -> str:

@@ -20,7 +20,7 @@ from continuair.studies.robustness.mistakes import MISTAKES
 from continuair.studies.standard_laws import LAWS, check_gains, law_of
 from continuair.vehicle.vehicle import Vehicle, check_one_section
 
-BORNE = 5.0
+BORNE, LOST = 5.0, "lost without a mistake"
 """What a mistake that is borne may add to the RMS of the feature error [px]."""
 
 
@@ -109,15 +109,17 @@ def _case(law: str, model: str, chosen: list[str], found: dict[Wrong, Any]) -> d
 
 
 def _reach(name: str, found: dict[Wrong, Any]) -> dict[str, Any]:
-    """The largest value up to which all are borne, the next one, and why that is not."""
+    """The largest value up to which all are borne, the next one, and why that is not; nothing of a
+    law that loses the letter without a mistake."""
     mistake, most = MISTAKES[name], found[Wrong(None)]["rms_px"] + BORNE
+    told = {"meaning": mistake.meaning, "unit": mistake.unit}
     ways = [[Wrong(name, value, way) for way in mistake.ways] for value in mistake.values]
     values = [_worst(each, found) for each in ways]
+    if math.isnan(most):
+        return told | {"values": values, "reached": None, "failed_at": None, "reason": LOST}
     count = climbed([each["status"] == OK and each["rms_px"] <= most for each in values])
     beyond = values[count] if count < len(values) else None
-    return {
-        "meaning": mistake.meaning,
-        "unit": mistake.unit,
+    return told | {
         "values": values,
         "reached": values[count - 1]["value"] if count else 0.0,
         "failed_at": None if beyond is None else beyond["value"],
@@ -127,7 +129,7 @@ def _reach(name: str, found: dict[Wrong, Any]) -> dict[str, Any]:
 
 def reason(flight: dict[str, Any]) -> str:
     """Why a mistake was not borne."""
-    way = f" ({flight['way']})" if flight["way"] else ""
+    way = f" ({flight['way']})" if flight.get("way") else ""
     if flight["status"] != OK:
         return f"{STATUS[flight['status']]} at {flight['end_time_s']:.3g} s{way}"
     return f"{flight['rms_px']:.3g} px RMS{way}"
