@@ -130,12 +130,11 @@ def _of_material(section: Section) -> list[str]:
 
 
 def _of_sag(vehicle: Vehicle) -> list[str]:
-    # The sag of a massless arm with a point at its tip; a bare rod's is 5/3 of it.
-    sag = float(place(vehicle)["gravity_number"])
-    if sag <= 1.0:
+    number = float(place(vehicle)["gravity_number"])
+    if number <= 1.0:
         return []
     length = float(excited_arm(vehicle).length)
     return [
-        f"the arm, held level, would sag by at least {sag:.2g} times its length of {length:g} m, "
-        "as small deflections go on; is it so limp, or its radius in metres?"
+        f"gravity number g / l ω² is {number:.2g}, above 1: held level, the arm of {length:g} m folds "
+        "under its weight; is it so limp, or its radius in metres?"
     ]
