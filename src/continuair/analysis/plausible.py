@@ -135,6 +135,6 @@ def _of_sag(vehicle: Vehicle) -> list[str]:
         return []
     length = float(excited_arm(vehicle).length)
     return [
-        f"gravity number g / l ω² is {number:.2g}, above 1: held level, the arm of {length:g} m folds "
-        "under its weight; is it so limp, or its radius in metres?"
+        f"gravity number g / l ω² is {number:.2g}, above 1: held level, the arm of {length:g} m "
+        "folds under its weight; is it so limp, or its radius in metres?"
     ]
