@@ -112,6 +112,35 @@ def test_an_arm_that_is_held_bent_bears_less_and_its_margin_is_found_too() -> No
         assert (not late <= early) == grows, share
 
 
+@pytest.mark.filterwarnings("ignore::continuair.ContinuairWarning")
+def test_what_leaning_rotors_push_sideways_as_they_turn_the_vehicle_counts_in_the_margin() -> None:
+    """They lean inwards by 0.35 rad: a moment comes with a force, which costs a quarter of it."""
+    turns = np.radians([45.0, 135.0, 225.0, 315.0])
+    c, s, lean = np.cos(turns), np.sin(turns), 0.35
+    rotor = [
+        {
+            "position": [0.2 * x, 0.2 * y, 0.0],
+            "axis": [-np.sin(lean) * x, -np.sin(lean) * y, np.cos(lean)],
+            "spin": spin,
+        }
+        for x, y, spin in zip(c, s, [1, -1, 1, -1], strict=True)
+    ]
+    table = {"rotor": rotor, "thrust_limits": [0.0, 25.0], "torque_per_thrust": 0.016}
+    vehicle = ca.load_vehicle("slender").replace({"uav.rotors": table})
+    asked: Any = {"attitude_bandwidth": 30.0, "position_bandwidth": 6.0, "rate": 1000.0}
+    law = ca.flight_controller(vehicle, **asked)
+    most = law.settings["latency_margin"]
+    upright = ca.flight_controller(vehicle.replace({"uav.rotors": None}), **asked)
+    assert most < 0.8 * upright.settings["latency_margin"]
+    start = [0.0, 0.0, 3.0, 1e-4, 1e-4, 0.0, 1e-6, 0.0]
+    for share, grows in ((0.9, False), (1.1, True)):
+        late = dataclasses.replace(law, latency=share * most)
+        run = fly(vehicle, late, start, duration=6.0, setpoints=ca.Setpoints(yaw=0.0))
+        spin = np.linalg.norm(run["angular_velocity"].to_numpy(), axis=1)
+        early, last = spin[: len(spin) // 3].max(), spin[-len(spin) // 3 :].max()
+        assert last > 0.1 if grows else last < 1e-2 * early, share
+
+
 def slanted(stiffness: float, sections: int, angle: float = np.pi / 4.0) -> ca.Vehicle:
     """A quadrotor whose arm leaves it forward, by an angle from hanging."""
     part = {"length": 0.9 / sections, "bending_stiffness": stiffness, "mass_per_length": 0.2}

@@ -38,7 +38,8 @@ class Hover:
     mass, body axes; M (6 + bends, 6 + bends) of velocity, angular velocity and bend rates, about B;
     stiffness, damping (bends,) of the arms; weight (bends, bends): what their weight adds to the
     stiffness; A (12 + 2 bends, …): of position, small turns, bends, and the rates of all of them;
-    B (…, 4 + bends): of thrust, moment and bend moments.
+    B (…, 4 + bends): of thrust, moment and bend moments, with what rotors that lean push sideways
+    as they give them.
     """
 
     mass: float
@@ -84,7 +85,7 @@ def hover(vehicle: Vehicle, gravity: float, bend: tuple[float, ...] | None = Non
     K[6:, 6:] = np.diag(stiffness) + weight
     D = np.diag(np.concatenate([np.zeros(6), damping]))
     pushed = np.zeros((6 + n, 4 + n))
-    pushed[2, 0] = 1.0
+    pushed[:2, :4], pushed[2, 0] = _sideways(vehicle), 1.0
     pushed[3:, 1:] = np.eye(3 + n)
     A, B = np.zeros((12 + 2 * n, 12 + 2 * n)), np.zeros((12 + 2 * n, 4 + n))
     A[: 6 + n, 6 + n :] = np.eye(6 + n)
@@ -94,6 +95,15 @@ def hover(vehicle: Vehicle, gravity: float, bend: tuple[float, ...] | None = Non
     B[6 + n :] = np.linalg.solve(M, pushed)
     inertia = M[3:6, 3:6] + skew(H) @ skew(H) / mass
     return Hover(mass, gravity, inertia, H, M, stiffness, damping, weight, A, B)
+
+
+def _sideways(vehicle: Vehicle) -> Array:
+    """Side forces (2, 4) of the rotors for a unit of thrust and of each moment; 0 of upright ones,
+    and of those that can hold a wrench without."""
+    rotors = vehicle.uav.rotors
+    if rotors is None:
+        return np.zeros((2, 4))
+    return np.asarray(rotors.allocation[:2] @ rotors.thrusts_for(np.eye(6)[2:]).T)
 
 
 def resting(vehicle: Vehicle, gravity: float, free: Array) -> tuple[float, ...]:
