@@ -163,13 +163,21 @@ def test_metrics_of_a_run_that_ended_early_are_not_finite_and_its_status_is_kept
     assert np.isnan(found["rms_px"]) and np.isnan(found["converged_s"])
 
 
-def test_the_study_is_stored_as_strict_json_csv_and_table(study: Tracking) -> None:
+def test_the_study_is_stored_as_strict_json_csv_and_table(
+    study: Tracking, vehicle: ca.Vehicle
+) -> None:
     text = as_json(study.results)
     stored = json.loads(text, parse_constant=lambda name: pytest.fail(name))
     assert {"rms_px", "max_px", "tip_rms_m"} <= set(stored["letters"]["L"]["coupled"])
     assert {"ds_max_px_before_2s", "ds_max_px_after_2s"} <= set(stored["letters"]["L"])
     assert len(list(tracking_output.records(study.results))) == 2 * 2
     assert "| L | decoupled |" in tracking_output.as_table(study.results)
+    # What the paper prints stands beside its vehicle, and other ones have a table, too.
+    assert "the paper prints |DS| below 0.7 px" in tracking_output.as_table(study.results)
+    own = tracking(
+        vehicle.replace({"uav.mass": 2.1}), "L", models=["decoupled"], settings=["nominal"]
+    ).results
+    assert "the paper prints" not in tracking_output.as_table(own)
 
 
 def test_figures_are_drawn_for_every_setting(study: Tracking, tmp_path: Path) -> None:

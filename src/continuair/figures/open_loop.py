@@ -126,13 +126,13 @@ def write(
 
 
 def ringing(peaks: dict[str, Peak | None]) -> str:
-    """Return at which frequency the arm of each model rings, in words; None is no clear one, as of
+    """Return where the spectrum of each model has a clear peak, in words; None is none, as of
     less than two cycles."""
     words = {
-        model: f"at {short(peak.hz)} Hz" if peak else "at no frequency that shows clearly"
+        model: f"at {short(peak.hz)} Hz" if peak else "nowhere clearly"
         for model, peak in peaks.items()
     }
-    return f"the arm rings {grouped(words)}"
+    return f"the bend's spectrum peaks {grouped(words)}"
 
 
 def _tip(dataset: xr.Dataset) -> dict[str, dict[str, Array]]:

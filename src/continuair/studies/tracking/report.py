@@ -58,6 +58,13 @@ def rows(results: dict[str, Any]) -> list[tuple[str, str, str, dict[str, Any]]]:
     ]
 
 
+def _printed(results: dict[str, Any]) -> str:
+    """What the paper prints, beside its vehicle."""
+    if not results["printed"]:
+        return ""
+    return f"; the paper prints |DS| below {results['printed']['ds_max_px']:g} px"
+
+
 def as_table(results: dict[str, Any]) -> str:
     """Return the results in Markdown, with what they rest on."""
     ratio = results["damping_ratio"]
@@ -67,9 +74,8 @@ def as_table(results: dict[str, Any]) -> str:
         "",
         f"One law (gains {results['gains']['name']}) on each plant; structural damping of the arm",
         f"{damping}. Errors count from 5 s on. DS is the difference of the norms of the feature",
-        "error from the coupled plant; the paper prints |DS| below "
-        f"{results['printed']['ds_max_px']:g} px. Forces are the RMS, beyond the mean thrust, of "
-        f"samples {1e3 * SAMPLE:g} ms apart,",
+        f"error from the coupled plant{_printed(results)}. Forces are the RMS, beyond the mean "
+        f"thrust, of samples {1e3 * SAMPLE:g} ms apart,",
         "of which the first push, far from the target, is one. A camera's noise is one draw of it.",
     ]
     settings = {results["setting"]: results, **results["settings"]}
