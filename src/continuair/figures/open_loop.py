@@ -77,7 +77,7 @@ def bending(dataset: xr.Dataset, name: str = "", subtitle: str = "") -> Figure:
         panels[-1].set(xlabel="frequency [Hz]", ylabel="amplitude of the bend [1/m]")
         panels[-1].set_xlim(0.0, _highest(panels[-1], found))
         panels[-1].set_ylim(0.0, 1.15 * panels[-1].get_ylim()[1])
-        _finish(figure, panels[-1], f"{name}: {ringing(found)}", dataset, subtitle, still)
+        _finish(figure, panels[-1], f"{name}: {spectral_peaks(found)}", dataset, subtitle, still)
     return figure
 
 
@@ -125,7 +125,7 @@ def write(
     style.save(frames(drawn), "frames", file)
 
 
-def ringing(peaks: dict[str, Peak | None]) -> str:
+def spectral_peaks(peaks: dict[str, Peak | None]) -> str:
     """Return where the spectrum of each model has a clear peak, in words; None is none, as of
     less than two cycles."""
     words = {

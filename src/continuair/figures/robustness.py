@@ -90,7 +90,7 @@ def _finding(cases: dict[str, Any], laws: list[str]) -> str:
     words = []
     for law in laws:
         mistakes = cases[law]["mistakes"].values()
-        if any(each["reached"] is None for each in mistakes):
+        if np.isnan(cases[law]["without"]["rms_px"]):
             words.append(f"{law} is lost without any")
             continue
         borne = sum(each["failed_at"] is None for each in mistakes)

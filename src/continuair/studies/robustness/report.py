@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from typing import Any
 
 from continuair.flight.resolution import RESOLVED
-from continuair.kernels.step import OK
 from continuair.studies.ladder import in_words
 from continuair.studies.results import ResultFolder
 from continuair.studies.robustness.mistakes import LINEAR_DRAG
@@ -74,7 +73,7 @@ def reaches(results: dict[str, Any]) -> list[str]:
 
 
 def _without(flight: dict[str, Any]) -> str:
-    lost = flight["status"] != OK or not math.isfinite(flight["rms_px"])
+    lost = math.isnan(flight["rms_px"])
     return f"lost: {reason(flight)}" if lost else f"{number(flight['rms_px'], 2)} px RMS"
 
 
@@ -84,11 +83,9 @@ def reach(entry: dict[str, Any]) -> str:
 
 
 def _lost(results: dict[str, Any]) -> list[str]:
-    lost = {
-        case["law"]: case["law"]
-        for case in results["cases"]
-        if any(each["reached"] is None for each in case["mistakes"].values())
-    }
+    lost = dict.fromkeys(
+        case["law"] for case in results["cases"] if math.isnan(case["without"]["rms_px"])
+    )
     if not lost:
         return []
     return [
