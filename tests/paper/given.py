@@ -28,7 +28,7 @@ def cost(coupled: tuple[float, ...], decoupled: tuple[float, ...]) -> dict[str, 
         parts = dict(zip(("dynamics_s", "camera_s", "control_s"), times, strict=True))
         models[model] = {name: 1e-6 * time for name, time in parts.items()}
         models[model]["total_s"] = 1e-6 * sum(times)
-    return {"models": models, "printed_ms": {"coupled": 32.0, "decoupled": 22.0}}
+    return {"models": models}
 
 
 def letters(ds: Any, apart: Any, error: float = 1.0) -> xr.Dataset:

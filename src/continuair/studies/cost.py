@@ -22,7 +22,7 @@ from continuair.scenario.tracking_task import SETTINGS, damping_notes, equipped,
 from continuair.studies.tables import as_markdown, number
 from continuair.studies.timing import median_times
 from continuair.sweeps.machine import machine
-from continuair.vehicle.vehicle import Vehicle, check_one_section
+from continuair.vehicle.vehicle import Vehicle, check_one_section, is_paper
 
 PRINTED_MS = {"coupled": 32.0, "decoupled": 22.0}
 """Time per sampling instant that Amiri et al. print, of Simulink's profiler [ms]."""
@@ -65,7 +65,7 @@ def cost(
         "study": "cost",
         "vehicle": vehicle.describe(),
         "notes": damping_notes(vehicle),
-        "printed_ms": PRINTED_MS,
+        "printed_ms": PRINTED_MS if is_paper(vehicle) else {},
         "machine": machine(),
         "dtype": "float64",
         "models": {model: _split(model, times) for model in plants},
@@ -87,41 +87,46 @@ def _scenarios(vehicle: Vehicle, law: Controller) -> dict[str, Scenario]:
 
 
 def as_table(results: dict[str, Any]) -> str:
-    """Return the results in Markdown, beside what the paper prints."""
-    parts = ("dynamics", "camera", "control", "total")
+    """Return the results in Markdown, the paper's vehicle beside what the paper prints."""
+    parts, printed = ("dynamics", "camera", "control", "total"), results["printed_ms"]
     cells = [
         [model, *(number(1e6 * entry[f"{part}_s"], 3) for part in parts)]
-        + [number(results["printed_ms"].get(model))]
+        + [number(printed.get(model))] * bool(printed)
         for model, entry in results["models"].items()
     ]
-    headings = ["model", *(f"{part} [µs]" for part in parts), "paper [ms]"]
+    headings = ["model", *(f"{part} [µs]" for part in parts)] + ["paper [ms]"] * bool(printed)
+    beside = "; the paper's are of Simulink" if printed else ""
     lines = [
         f"# Cost of a sample of control and dynamics, vehicle {results['vehicle']['name']}",
         "",
-        "One thread, float64, RK4 at 1 ms, medians of one run; the paper's are of Simulink.",
+        f"One thread, float64, RK4 at 1 ms, medians of one run{beside}.",
         f"Machine: {results['machine']}.",
         *results["notes"],
         "",
         *as_markdown(headings, cells, ("model",)),
     ]
-    ratio = ratios(results)
-    if ratio:
+    ours = ratio(results["models"])
+    if ours is not None:
+        paper = f", {ratio_printed():.2f} in the paper" if printed else ""
         lines += [
             "",
-            f"Decoupled over coupled: {ratio[0]:.2f} here, {ratio[1]:.2f} in the paper. Decoupling "
+            f"Decoupled over coupled: {ours:.2f} here{paper}. Decoupling "
             "can save dynamics alone: camera and control are the same code with every model, and "
             "what differs there is how steadily this machine runs.",
         ]
     return "\n".join(lines) + "\n"
 
 
-def ratios(results: dict[str, Any]) -> tuple[float, float] | None:
-    """Time of the decoupled over the coupled model, ours and as printed; None without both."""
-    models, printed = results["models"], results["printed_ms"]
+def ratio(models: dict[str, Any]) -> float | None:
+    """Time of the decoupled over the coupled model as measured; None without both."""
     if not set(PLANTS) <= set(models):
         return None
-    ours = models["decoupled"]["total_s"] / models["coupled"]["total_s"]
-    return ours, printed["decoupled"] / printed["coupled"]
+    return float(models["decoupled"]["total_s"] / models["coupled"]["total_s"])
+
+
+def ratio_printed() -> float:
+    """Time of the decoupled over the coupled model that the paper prints."""
+    return PRINTED_MS["decoupled"] / PRINTED_MS["coupled"]
 
 
 def _flight(vehicle: Vehicle, scenario: Scenario, model: str) -> Callable[[], None]:
