@@ -128,5 +128,5 @@ def _ds_finding(letter: str, model: str, ds: Array, early: NDArray[np.bool_]) ->
     if not rest.size:
         return text
     largest, mean = np.abs(rest).max(), rest.mean()
-    aside = f", on average {short(mean)} px" if abs(mean) > 0.1 * largest else ""
+    aside = f"; DS is {short(mean)} px on average" if abs(mean) > 0.1 * largest else ""
     return f"{text}, and {short(largest)} px after {TRANSIENT:g} s{aside}"
