@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 _BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
-SESSION = Path(__file__).parent / "docs" / "session.py"
+ALONE, SESSION = (Path(__file__).parent / "docs" / name for name in ("alone.py", "session.py"))
 _IN_TURN = "Each block goes on from the one before."
 PAGES = [
     ROOT / "README.md",
@@ -22,28 +22,26 @@ PAGES = [
     ),
 ]
 SESSIONS = [page for page in PAGES if _IN_TURN in " ".join(page.read_text("utf-8").split())]
-BLOCKS = [
-    pytest.param(block, id=f"{page.name}-{number}")
-    for page in PAGES
-    if page not in SESSIONS
-    for number, block in enumerate(_BLOCK.findall(page.read_text(encoding="utf-8")), start=1)
-]
+EXAMPLES = [page for page in PAGES if page not in SESSIONS and page.name != "README.md"]
 
 
-@pytest.mark.parametrize("block", BLOCKS)
-def test_a_printed_example_runs_on_its_own(block: str, tmp_path: Path) -> None:
-    # A fresh interpreter, as a reader has it: no imports or warning filters of other tests.
-    _run(["-c", block], tmp_path, timeout=300)
+def test_the_readmes_examples_run_on_their_own(tmp_path: Path) -> None:
+    # A fresh interpreter for each, as a reader has it: no imports or warning filters of others.
+    blocks = _BLOCK.findall((ROOT / "README.md").read_text(encoding="utf-8"))
+    assert blocks
+    for block in blocks:
+        _run(["-c", block], tmp_path, timeout=300)
+
+
+def test_every_example_of_a_page_runs_without_those_before_it(tmp_path: Path) -> None:
+    assert any(_BLOCK.search(page.read_text(encoding="utf-8")) for page in EXAMPLES)
+    _run([str(ALONE), *map(str, EXAMPLES)], tmp_path, timeout=600)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", SESSIONS, ids=lambda page: page.stem)
 def test_a_page_whose_blocks_go_on_runs_as_one_session(page: Path, tmp_path: Path) -> None:
     _run([str(SESSION), str(page)], tmp_path, timeout=1200)
-
-
-def test_the_readme_has_an_example() -> None:
-    assert _BLOCK.search((ROOT / "README.md").read_text(encoding="utf-8"))
 
 
 def test_every_local_link_leads_to_a_file() -> None:
