@@ -116,7 +116,10 @@ def loop(noise: float = 0.0, seed: int = 0) -> xr.Dataset:
 
 
 def loop_results(name: str = "paper") -> dict[str, Any]:
-    part = {"setting_meaning": "10 s a letter", "ultimate_bound": {"radius_least": 0.3}}
+    part = {
+        "setting_meaning": "10 s a letter",
+        "ultimate_bound": {"radius_least_of": {"M": 0.3, "L": 0.1}},
+    }
     printed = {"ds_max_px": 0.7} if name == "paper" else {}
     vehicle = {"vehicle": {"name": name}, "printed": printed}
     return {"setting": "nominal", "settings": {"camera": part}} | vehicle | part
@@ -377,6 +380,15 @@ def test_the_papers_largest_ds_is_told_of_its_vehicle_and_setting_only(
     told = [kind for kind, figure in found.items() if "0.7 px" in words(figure)]
     assert told == (["ds_nominal"] if name == "paper" else [])
     assert name == "mine" or style.UNNAMED in words(found["ds_nominal"]).replace("\n", " ")
+
+
+@pytest.mark.parametrize(("letter", "allowed"), [("M", 0.3), ("L", 0.1)])
+def test_the_error_of_a_letter_is_drawn_beside_its_own_bound(letter: str, allowed: float) -> None:
+    bounds = {"M": 0.3, "L": 0.1}
+    figure = tracking.stability(loop().sel(letter=[letter]), bounds)
+    assert f"where the proof allows {allowed}" in words(figure)
+    drawn: Any = figure.axes[1]
+    assert list(line(drawn, "least bound of the proof").get_ydata()) == [allowed, allowed]
 
 
 def test_no_legend_covers_a_curve(result: study.OpenLoop, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 import continuair as ca
+from continuair.analysis.lyapunov import ultimate_bound
 from continuair.analysis.metrics import norm_difference
 from continuair.controllers.gain_files import Gains, gain_presets, load_gains
 from continuair.controllers.gains import design
@@ -191,6 +192,19 @@ def test_figures_are_drawn_for_every_setting(study: Tracking, tmp_path: Path) ->
 def test_the_ultimate_bound_holds_but_says_little(study: Tracking) -> None:
     bound = study.results["ultimate_bound"]
     assert bound["reached"] < bound["radius_least"] <= bound["radius_provable"]
+    assert bound["radius_least_of"] == {"L": bound["radius_least"]}
+
+
+def test_the_proof_bounds_each_letter_by_its_own_motion(vehicle: ca.Vehicle) -> None:
+    law = load_gains("paper").controller(vehicle)
+    flown = ["L", "M"]
+    together = task(vehicle, flown, law, 20.0)
+    each = [ultimate_bound(together, run) for run in range(2)]
+    alone = [ultimate_bound(task(vehicle, [letter], law, 20.0)) for letter in flown]
+    assert each == alone
+    assert ultimate_bound(together)["radius_least"] == max(found["radius_least"] for found in each)
+    # M turns more sharply: its bound says nothing of L.
+    assert each[0]["radius_least"] < 0.5 * each[1]["radius_least"]
 
 
 def test_the_study_says_which_conditions_of_stability_its_gains_break(study: Tracking) -> None:

@@ -116,16 +116,17 @@ def errors(flight: xr.Dataset, vehicle: Vehicle, gains: Gains) -> tuple[Array, A
     return e, e_dot, e_dot @ gains["Cd"].T + e @ gains["Cp"].T + sliding @ gains["Cs"].T
 
 
-def ultimate_bound(scenario: Scenario) -> dict[str, float]:
+def ultimate_bound(scenario: Scenario, run: int | None = None) -> dict[str, float]:
     """The radius on ‖e_a‖ that the paper's proof ends with, ‖K_p‖ R_max / (√2 λ).
 
     The proof names no λ: `radius_least` takes the largest that it could be, ‖K_p‖, and
-    `radius_provable` λ_min(K_p). R_max adds terms of different units, as printed.
+    `radius_provable` λ_min(K_p). R_max adds terms of different units, as printed. run: of a batch
+    of targets, all together by default.
     """
     assert scenario.controller is not None
     gains = scenario.controller.gains
     _, norms = target_norms(scenario)
-    L1, L2, L3 = (float(each) for each in norms.max((0, 2)))
+    L1, L2, L3 = (float(each) for each in norms[slice(None) if run is None else [run]].max((0, 2)))
     r_max = float(_residual(gains, L2, L3))
     K_p, smallest = np.linalg.norm(gains["Kp"], 2), np.linalg.eigvalsh(gains["Kp"])[0]
     return {

@@ -112,9 +112,14 @@ def image(dataset: xr.Dataset, camera: Any, subtitle: str = "", model: str = REF
     return figure
 
 
-def stability(dataset: xr.Dataset, bound: dict[str, float], subtitle: str = "") -> Figure:
-    """Return the paper's V, the sound V [J] and ‖e_a‖ beside its ultimate bound, over time."""
+def stability(dataset: xr.Dataset, bounds: dict[str, float], subtitle: str = "") -> Figure:
+    """Return the paper's V, the sound V [J] and ‖e_a‖ beside its ultimate bound, over time.
+
+    Of the first letter; bounds: the least one of the proof, by letter.
+    """
     flight = dataset.isel(letter=0).sel(model=REFERENCE)
+    letter = str(flight["letter"].item())
+    bound = bounds[letter]
     with style.applied():
         figure = style.new_figure(height=2.3)
         left, right = figure.subplots(1, 2)
@@ -127,12 +132,11 @@ def stability(dataset: xr.Dataset, bound: dict[str, float], subtitle: str = "") 
         error = flight["servo_error"].to_numpy()
         draw(right, flight, error, REFERENCE, label="_error")
         least = {"color": "#0072B2", "lw": 1.2, "ls": "--", "label": "least bound of the proof"}
-        right.axhline(bound["radius_least"], **least)
+        right.axhline(bound, **least)
         left.set(xlabel="time [s]", ylabel="V [J]")
         right.set(xlabel="time [s]", ylabel=r"$\Vert e_a\Vert$")
         for axes in (left, right):
             curves.logarithmic([axes])
-        letter = str(flight["letter"].item())
         text = _text(dataset, f"{subtitle} Letter {letter}, coupled plant.")
         handles = style.model_handles(left) + style.model_handles(right)
         style.head(
@@ -164,7 +168,8 @@ def write(
             "speed": speed_of(_first(dataset), text),
         }
         if "ultimate_bound" in part:
-            figures["stability"] = stability(dataset, part["ultimate_bound"], text)
+            bounds = part["ultimate_bound"]["radius_least_of"]
+            figures["stability"] = stability(dataset, bounds, text)
         if _others(dataset):
             figures["ds"] = norm_difference_of(_first(dataset), text, printed)
         for kind, figure in figures.items():
@@ -326,7 +331,7 @@ def _seen(flights: xr.Dataset) -> str:
     return f"From {TRANSIENT:g} s on every point is within {short(near)} px of its place; {stay}"
 
 
-def _bounded(flight: xr.Dataset, bound: dict[str, float]) -> str:
+def _bounded(flight: xr.Dataset, bound: float) -> str:
     """How far below the proof's bound the error stays, and how often the paper's V rises."""
     reached = _late(flight, flight["servo_error"].to_numpy())
     steps = np.diff(flight["lyapunov_paper"].to_numpy())
@@ -335,5 +340,5 @@ def _bounded(flight: xr.Dataset, bound: dict[str, float]) -> str:
     rises = np.mean(steps[np.isfinite(steps)] > 0.0)
     return (
         f"From {TRANSIENT:g} s on ‖$e_a$‖ stays below {short(reached)}, where the proof allows "
-        f"{short(bound['radius_least'])}; the paper's V rises {rises:.0%} of the time"
+        f"{short(bound)}; the paper's V rises {rises:.0%} of the time"
     )

@@ -11,7 +11,13 @@ import xarray as xr
 
 from continuair import checks
 from continuair.analysis.convergence import Flown, compared_models
-from continuair.analysis.lyapunov import NEEDED, Lyapunov, lyapunov, other_powers
+from continuair.analysis.lyapunov import (
+    NEEDED,
+    Lyapunov,
+    lyapunov,
+    other_powers,
+    ultimate_bound,
+)
 from continuair.analysis.metrics import (
     TRANSIENT,
     feature_norm,
@@ -26,6 +32,7 @@ from continuair.kernels.dynamics import MODELS, REFERENCE
 from continuair.kernels.step import UNSEEN
 from continuair.progress import Progress, Steps
 from continuair.scenario.letters import LETTERS
+from continuair.scenario.scenarios import Scenario
 from continuair.scenario.tracking_task import SETTINGS, chosen_letters, equipped, task
 from continuair.studies.results import by_model
 from continuair.vehicle.vehicle import Vehicle, check_one_section, is_paper
@@ -129,15 +136,20 @@ def _fly(
         "duration_s": setting.duration,
         "damping_ratio": flown.arm.damping_ratio,
         "letters": {letter: _entry(letter, runs, finer, setting.settled) for letter in letters},
-        **(_stability(proofs[REFERENCE], runs, setting.settled) if proven else {}),
+        **(_stability(scenario, proofs[REFERENCE], runs, setting.settled) if proven else {}),
     }
 
 
-def _stability(proof: Lyapunov, runs: Flown, settled: float) -> dict[str, Any]:
-    """The bound of the paper's proof, which is of constant gains, and which conditions hold."""
+def _stability(scenario: Scenario, proof: Lyapunov, runs: Flown, settled: float) -> dict[str, Any]:
+    """The bound of the paper's proof, which is of constant gains, for all letters and for each,
+    and which conditions hold."""
+    letters = [str(letter) for letter in runs[REFERENCE]["letter"].to_numpy()]
+    each = {
+        letter: ultimate_bound(scenario, run)["radius_least"] for run, letter in enumerate(letters)
+    }
     reached = runs[REFERENCE]["servo_error"].sel(time=slice(settled, None)).max()
     return {
-        "ultimate_bound": proof.bound | {"reached": float(reached)},
+        "ultimate_bound": proof.bound | {"reached": float(reached), "radius_least_of": each},
         "conditions": {
             statement: [asdict(each) for each in conditions]
             for statement, conditions in proof.conditions.items()
