@@ -178,6 +178,27 @@ def test_motion_says_and_draws_how_far_the_models_are_apart(result: study.OpenLo
     assert line(below, "independent").get_ydata()[-1] == pytest.approx(0.4, rel=1e-12)
 
 
+def test_what_the_independent_model_changes_is_not_said_of_decoupling(
+    result: study.OpenLoop,
+) -> None:
+    alone = result.datasets["A"].sel(model=["coupled", "independent"])
+    said = figures.motion(alone, "Test A").figure.texts[0].get_text()
+    assert said.startswith("Test A: the independent model changes tip x by up to 0.4 m")
+
+
+def test_printed_numbers_stand_beside_flights_as_the_papers_only(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """They are of the decoupled model, and of a chirp up to 1 Hz."""
+    monkeypatch.setattr(study, "simulate", flight)
+    assert study.open_loop(PAPER, "AD", ["decoupled"]).results["printed"] == study.PRINTED
+    assert study.open_loop(PAPER, "A", ["decoupled"], f1=2.0).results["printed"] == study.PRINTED
+    assert not study.open_loop(PAPER, "AD", ["decoupled"], f1=2.0).results["printed"]
+    alone = study.open_loop(PAPER, "A", ["independent"])
+    assert not alone.results["printed"]
+    assert "paper" not in words(overview.table(alone.results)).replace("Vehicle paper", "")
+
+
 @pytest.mark.parametrize("hertz", [(23.0, 9.0), (12.0, 17.0)])
 def test_bending_titles_the_frequencies_of_the_samples(
     result: study.OpenLoop, hertz: tuple[float, float]

@@ -7,7 +7,8 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuair.studies.tables import as_csv, as_markdown, number, percent
+from continuair.analysis.shares import percent
+from continuair.studies.tables import as_csv, as_markdown, number
 
 
 @given(st.floats(0.0, 1e300))
@@ -34,8 +35,8 @@ def test_shares_are_percents() -> None:
 
 
 def test_a_part_is_not_printed_as_all() -> None:
-    told = [percent(share) for share in (0.994, 0.996, 1.0 - 1e-12, 1.0, 1.5)]
-    assert told == ["99 %", "above 99 %", "above 99 %", "100 %", "150 %"]
+    told = [percent(share) for share in (0.994, 0.996, 1.0 - 1e-12, 1.0, 1.5, 9.9, 12.0)]
+    assert told == ["99 %", "above 99 %", "above 99 %", "100 %", "150 %", "990 %", "over 1000 %"]
 
 
 def test_rows_of_a_csv_may_hold_different_columns() -> None:

@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from continuair.identification.confidence import spread
-from continuair.identification.leftover import of_what_is_left, percent
+from continuair.identification.leftover import of_what_is_left
 from continuair.identification.recording import Recording
 
 ROWS, SLOPES = 400, np.cos(2.0 * np.pi * 3.0 * np.arange(400) / 400.0)
@@ -62,8 +62,3 @@ def test_what_comes_again_is_found_beneath_noise() -> None:
         (doubt,) = of_what_is_left(left + wave * (np.arange(8) == 1), recording)
         assert "of the position, and not by noise" in doubt
     assert not of_what_is_left(1e-4 * wave * np.ones(8), recording)
-
-
-def test_shares_are_read_as_percents_of_any_size() -> None:
-    told = [percent(share) for share in (0.0123, 0.996, 1.5, 9.9, 12.0)]
-    assert told == ["1.2 %", "100 %", "150 %", "990 %", "more than 1000 %"]

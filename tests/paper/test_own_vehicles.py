@@ -30,11 +30,12 @@ def test_verdicts_on_the_radius_do_not_hang_on_how_a_vehicle_is_written() -> Non
         Evidence(whole.replace({"arm.radius": None}))
 
 
-def test_sentences_are_of_direct_forces_and_a_perfect_camera_and_say_so() -> None:
-    """Noise and rotors would make models differ on which the paper says nothing."""
+def test_sentences_are_of_direct_forces_without_drag_and_a_perfect_camera_and_say_so() -> None:
+    """Noise, rotors and air would make models differ on which the paper says nothing."""
     plain = ca.load_vehicle("paper")
     noisy = plain.replace({"camera.noise": 0.3, "camera.frame_rate": 60.0, "camera.latency": 0.01})
     rotors = {"layout": "quad_x", "lever": 0.3, "thrust_limits": [0, 30], "torque_per_thrust": 0.02}
-    with pytest.warns(ContinuairWarning, match="judged without uav.rotors, camera.noise, cam"):
-        taken = Evidence(noisy.replace({"uav.rotors": rotors})).vehicle
+    drag = {"uav.drag": {"linear": [0.2, 0.2, 0.4]}, "arm.drag_coefficient": 1.1}
+    with pytest.warns(ContinuairWarning, match="judged without uav.rotors, uav.drag, arm.drag_"):
+        taken = Evidence(noisy.replace({"uav.rotors": rotors} | drag)).vehicle
     assert taken.describe() == Evidence(plain).vehicle.describe()

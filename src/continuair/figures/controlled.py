@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
 
 from continuair.analysis.decoupling_rule import allowed, beyond
+from continuair.analysis.shares import percent
 from continuair.figures import style
 from continuair.figures.atlas import DRIVEN, logit
 
@@ -92,7 +93,7 @@ def limits_map(
         style.head(
             figure,
             "Up to which frequency decoupling errs by less than "
-            f"{_percent(tolerance)}, in a position loop",
+            f"{percent(tolerance)}, in a position loop",
             "What the rule says of the atlas's vehicles with a mass ratio of "
             f"{rows[0]['mass_ratio']:.2g}, over the bandwidth of the attitude and the coupling."
             + _guessed(summary, groups or {}, tolerance),
@@ -201,13 +202,9 @@ def _guessed(summary: xr.Dataset, groups: Mapping[str, float], tolerance: float)
     ]
     least, most = float(summary["accepted"].min()), float(summary["accepted"].max())
     if not least <= tolerance <= most:
-        kept = f"{_percent(least)} to {_percent(most)}"
-        said.append(f"tolerance of {_percent(tolerance)} (atlas: {kept})")
+        kept = f"{percent(least)} to {percent(most)}"
+        said.append(f"tolerance of {percent(tolerance)} (atlas: {kept})")
     return f" A guess, with a {' and a '.join(said)}." if said else ""
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.2g} %"
 
 
 def _mark(axes: Any, groups: Mapping[str, float], label: str) -> None:

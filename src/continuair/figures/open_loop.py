@@ -216,7 +216,7 @@ def _highest(axes: Any, peaks: dict[str, Peak | None]) -> float:
 
 
 def _moved(dataset: xr.Dataset, moving: dict[str, dict[str, Array]]) -> str:
-    """Where the decoupled tip differs most, or how far the only model's goes."""
+    """Where the decoupled tip, or another's, differs most, or how far the coupled one's goes."""
     others = _others(dataset)
     model = "decoupled" if "decoupled" in others else (others or [REFERENCE])[0]
     texts = []
@@ -235,7 +235,10 @@ def _moved(dataset: xr.Dataset, moving: dict[str, dict[str, Array]]) -> str:
             texts.append(f"{most} by up to {short(sizes[most])} {unit}")
     if not texts:
         return "the tip does not move beyond free fall"
-    return f"{'decoupling changes' if others else 'coupled,'} {' and '.join(texts)}"
+    if not others:
+        return f"coupled, {' and '.join(texts)}"
+    changed = "decoupling" if model == "decoupled" else f"the {model} model"
+    return f"{changed} changes {' and '.join(texts)}"
 
 
 def _followed(dataset: xr.Dataset, model: str) -> bool:

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from scipy.spatial.transform import Rotation
 
+from continuair.analysis.shares import percent
 from continuair.figures import style
 from continuair.figures.laws import LAWS
 
@@ -70,7 +71,7 @@ def random_starts(results: dict[str, Any], flights: xr.Dataset, model: str, rate
             axes.plot(yaw[well], aside[well], ms=2, color=LAWS[law]["color"], **_DOT)
             axes.plot(yaw[~well], aside[~well], ms=3, mew=0.8, gid="failed", **_CROSS)
             axes.set(title=f"{law}: {well.sum()} of {well.size}", xlabel="yaw [°]")
-            words.append(f"{well.mean():.1%} {law}")
+            words.append(f"{percent(well.mean())} {law}")
         panels[0].set_ylabel("to the side [m]")
         key = [
             Line2D([], [], ms=3, color="#333333", label="ended well", **_DOT),

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from continuair.analysis.metrics import TRANSIENT, feature_norm, samples
+from continuair.analysis.shares import percent
 from continuair.figures import curves, style
 from continuair.figures.one_letter import norm_difference_of, speed_of
 from continuair.figures.style import grouped, short
@@ -340,5 +341,5 @@ def _bounded(flight: xr.Dataset, bound: float) -> str:
     rises = np.mean(steps[np.isfinite(steps)] > 0.0)
     return (
         f"From {TRANSIENT:g} s on ‖$e_a$‖ stays below {short(reached)}, where the proof allows "
-        f"{short(bound)}; the paper's V rises {rises:.0%} of the time"
+        f"{short(bound)}; the paper's V rises {percent(float(rises))} of the time"
     )

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.linalg import matmul_toeplitz
 
-from continuair.identification.leftover import autocovariance, percent
+from continuair.analysis.shares import percent
+from continuair.identification.leftover import autocovariance
 from continuair.identification.problem import GROUPS, Problem
 
 Array = np.ndarray

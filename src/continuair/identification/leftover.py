@@ -7,6 +7,7 @@ from scipy.signal import correlate
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
+from continuair.analysis.shares import percent
 from continuair.identification.recording import Recording
 
 Array = np.ndarray
@@ -85,10 +86,3 @@ def autocovariance(rest: Array) -> Array:
     lags = slice(rows - 1, rows + int(MEMORY * rows))
     found = [correlate(column, column, method="fft")[lags] for column in rest.T]
     return np.transpose(found) / rows
-
-
-def percent(share: float) -> str:
-    """A share in words."""
-    if share >= 10.0:
-        return "more than 1000 %"
-    return f"{100.0 * share:.0f} %" if share >= 0.1 else f"{100.0 * share:.2g} %"

@@ -55,10 +55,3 @@ def number_below(value: float, digits: int = 2) -> str:
     unit = 10.0 ** (math.floor(math.log10(value)) - digits + 1)
     # What has so many digits keeps them, whatever the division's last bit.
     return f"{math.floor(value / unit * (1.0 + 1e-9)) * unit:.{digits}g}"
-
-
-def percent(share: float) -> str:
-    """Return a share as texts print it; a part is never printed as all."""
-    if 0.995 <= share < 1.0:
-        return "above 99 %"
-    return f"{100 * share:.0f} %" if share >= 0.1 else f"{100 * share:.2g} %"

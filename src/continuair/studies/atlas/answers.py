@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from continuair.analysis.shares import percent
 from continuair.studies.atlas.explaining import DECIDES
-from continuair.studies.tables import number_below, percent
+from continuair.studies.tables import number_below
 
 YES, NO, UNKNOWN = "yes", "no", "unknown"
 """Unknown: where limits beyond the frequencies that were flown would decide."""

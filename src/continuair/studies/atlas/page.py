@@ -6,11 +6,12 @@ import numpy as np
 import xarray as xr
 
 from continuair.analysis.decoupling_rule import allowed
+from continuair.analysis.shares import percent
 from continuair.studies.atlas.answers import answers, medians, printed_limit
 from continuair.studies.atlas.explaining import DECIDES
 from continuair.studies.atlas.judging import KINDS
 from continuair.studies.atlas.rule import LEVEL
-from continuair.studies.tables import as_markdown, percent
+from continuair.studies.tables import as_markdown
 
 EXAMPLES = [(gravity, bandwidth) for gravity in (0.02, 0.5) for bandwidth in (0.5, 1.0, 3.0)]
 """Gravity number and bandwidth of the vehicles whose limits are printed."""

@@ -7,8 +7,9 @@ from collections.abc import Callable, Sequence
 
 import xarray as xr
 
+from continuair.analysis.shares import percent
 from continuair.kernels.dynamics import COUPLINGS
-from continuair.studies.tables import as_markdown, number, percent
+from continuair.studies.tables import as_markdown, number
 
 
 def as_table(summary: xr.Dataset) -> str:

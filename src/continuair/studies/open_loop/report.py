@@ -7,10 +7,11 @@ from collections.abc import Iterator
 from typing import Any
 
 from continuair.analysis.convergence import CONVERGED
+from continuair.analysis.shares import percent
 from continuair.kernels.dynamics import REFERENCE
 from continuair.studies.open_loop.study import OpenLoop
 from continuair.studies.results import ResultFolder
-from continuair.studies.tables import as_markdown, number, percent
+from continuair.studies.tables import as_markdown, number
 
 METRICS = {
     "nrmse_t": "NRMSE_T",

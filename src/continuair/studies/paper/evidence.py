@@ -26,11 +26,14 @@ Keep = Callable[[str, Any], None]
 
 _IDEAL = {
     "uav.rotors": None,
+    "uav.drag": None,
+    "arm.drag_coefficient": None,
     "camera.noise": 0.0,
     "camera.frame_rate": 0.0,
     "camera.latency": 0.0,
 }
-"""The paper's vehicle, whose forces act directly and whose camera sees at once what is there."""
+"""The paper's vehicle, whose forces act directly, which no air drags, and whose camera sees at once
+what is there."""
 
 
 class NotFlown(Exception):
@@ -40,7 +43,8 @@ class NotFlown(Exception):
 class Evidence:
     """Studies of a vehicle; each runs once, when it is first read.
 
-    vehicle: taken as the paper has it, without rotors and with a perfect camera, and says so.
+    vehicle: taken as the paper has it, without rotors and drag and with a perfect camera, and says
+    so.
     quick: without the second reading of f, the settings but the nominal one and the letters but M;
     what is left out raises NotFlown. progress: called with (done, total, what) by each study. keep:
     called with its name and result when one has run. before_timing: called before times are taken,
@@ -127,7 +131,7 @@ def _as_in_the_paper(vehicle: Vehicle) -> Vehicle:
     if other:
         warn(
             f"sentences of the paper are judged without {', '.join(other)}: its forces act "
-            "directly, and its camera is perfect.",
+            "directly, air does not drag it, and its camera is perfect.",
             stacklevel=3,
         )
     return rod.replace(_IDEAL)

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from continuair.analysis.shares import percent
 from continuair.studies.ladder import in_words
 from continuair.studies.region.flights import DURATION
 from continuair.studies.region.starts import BEND, DIRECTIONS, HEIGHT, SIDEWAYS, TILT, YAW
 from continuair.studies.region.study import Region
 from continuair.studies.results import ResultFolder
 from continuair.studies.standard_laws import LAWS
-from continuair.studies.tables import as_markdown, percent
+from continuair.studies.tables import as_markdown
 from continuair.vehicle.layout import COORDINATES
 
 BOX = (

@@ -7,11 +7,12 @@ from collections.abc import Iterator
 from typing import Any
 
 from continuair.analysis.convergence import CONVERGED
+from continuair.analysis.shares import percent
 from continuair.kernels.dynamics import REFERENCE, SIMPLER
 from continuair.studies.results import ResultFolder
 from continuair.studies.sensitivity.measures import MEASURES
 from continuair.studies.sensitivity.study import Sensitivity
-from continuair.studies.tables import as_csv, as_markdown, number, percent
+from continuair.studies.tables import as_csv, as_markdown, number
 
 COLUMNS = {
     "nrmse_t": "NRMSE_T",

@@ -97,7 +97,7 @@ def tracking(
         "vehicle": vehicle.describe(),
         "gains": {"name": gains.name, **gains.settings},
         "reference": REFERENCE,
-        "printed": PRINTED if is_paper(vehicle) else {},
+        "printed": PRINTED if is_paper(vehicle) and "decoupled" in plants else {},
         "setting": first,
         **found[first],
         "settings": {name: found[name] for name in names[1:]},

@@ -13,6 +13,7 @@ from continuair.analysis.metrics import (
     norm_difference,
     samples,
 )
+from continuair.analysis.shares import percent
 from continuair.kernels.dynamics import PLANTS
 from continuair.kernels.step import OK
 from continuair.scenario.letters import LETTERS
@@ -24,7 +25,6 @@ from continuair.studies.paper.judges.strokes import kinds_of_stroke
 from continuair.studies.paper.judges.times import by_margin, cheaper, measured
 from continuair.studies.paper.judges.words import NEGLIGIBLE, PRONOUNCED, SAME
 from continuair.studies.sensitivity.findings import STRONG, listed, rank_correlation
-from continuair.studies.tables import percent
 from continuair.studies.tracking.study import CONVERGED, PRINTED, rms_by_corner
 from continuair.studies.verdicts import Judgement, all_of, judged
 

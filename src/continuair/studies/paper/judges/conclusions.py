@@ -7,6 +7,7 @@ import xarray as xr
 
 from continuair import equations
 from continuair.analysis.metrics import samples
+from continuair.analysis.shares import percent
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import PLANTS
 from continuair.scenario.paper_tests import open_loop_test
@@ -21,7 +22,6 @@ from continuair.studies.sensitivity.findings import column, converged, listed
 from continuair.studies.sensitivity.measures import apart
 from continuair.studies.sensitivity.study import Sensitivity
 from continuair.studies.sensitivity.task import PARAMETERS, batch, flight
-from continuair.studies.tables import percent
 from continuair.studies.verdicts import Judgement, all_of, judged
 from continuair.vehicle.vehicle import Vehicle
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from continuair import equations
+from continuair.analysis.shares import percent
 from continuair.scenario.paper_tests import open_loop_test
 from continuair.studies.extremes import largest
 from continuair.studies.paper.evidence import Evidence
@@ -33,7 +34,6 @@ from continuair.studies.paper.judges.disks import (
 )
 from continuair.studies.paper.judges.elementwise import Elementwise
 from continuair.studies.paper.judges.words import NEGLIGIBLE, SAME
-from continuair.studies.tables import percent
 from continuair.studies.verdicts import UNDECIDED, Judgement, all_of, judged
 from continuair.vehicle.vehicle import Vehicle
 

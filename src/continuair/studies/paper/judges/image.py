@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from continuair.analysis.shares import percent
 from continuair.equations import (
     camera_jacobian,
     camera_pose,
@@ -23,7 +24,6 @@ from continuair.scenario.letters import LETTERS, strokes
 from continuair.scenario.tracking_task import LETTER_HEIGHT, SETTINGS
 from continuair.studies.paper.evidence import Evidence
 from continuair.studies.paper.theorem import triangle
-from continuair.studies.tables import percent
 from continuair.studies.verdicts import Judgement, judged
 from continuair.vehicle.camera import Camera
 from continuair.vehicle.vehicle import Vehicle

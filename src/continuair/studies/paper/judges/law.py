@@ -9,6 +9,7 @@ import numpy as np
 
 from continuair.analysis.lyapunov import errors
 from continuair.analysis.metrics import samples
+from continuair.analysis.shares import percent
 from continuair.equations import image_jacobian, interaction_matrix
 from continuair.equations.camera import in_view, to_normalised
 from continuair.studies.paper import proof
@@ -26,7 +27,6 @@ from continuair.studies.paper.theorem import (
     offsets,
 )
 from continuair.studies.sensitivity.findings import rank_correlation
-from continuair.studies.tables import percent
 from continuair.studies.verdicts import REPRODUCED, UNDECIDED, Judgement, judged
 from continuair.vehicle.camera import Camera
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from continuair.analysis.mass import centre_of_mass, mass_distribution
 from continuair.analysis.metrics import nrmse, samples
+from continuair.analysis.shares import percent
 from continuair.equations.dynamics import elastic_vector
 from continuair.equations.kinematics import jacobian, rotation, section_rotation
 from continuair.kernels.dynamics import PLANTS, REFERENCE
@@ -19,7 +20,6 @@ from continuair.studies.paper.evidence import Evidence
 from continuair.studies.paper.judges.rotation import rotations
 from continuair.studies.paper.judges.words import NEGLIGIBLE, PRONOUNCED, SAME
 from continuair.studies.sensitivity.task import PARAMETERS
-from continuair.studies.tables import percent
 from continuair.studies.verdicts import Judgement, all_of, judged
 from continuair.vehicle.layout import FIELDS
 from continuair.vehicle.vehicle import Vehicle

@@ -7,6 +7,7 @@ import numpy as np
 from continuair import equations
 from continuair.analysis.accelerations import forward_dynamics
 from continuair.analysis.metrics import samples
+from continuair.analysis.shares import percent
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import PLANTS
 from continuair.scenario.scenarios import Scenario
@@ -24,7 +25,6 @@ from continuair.studies.paper.judges.times import (
 )
 from continuair.studies.paper.judges.words import NEGLIGIBLE, PRONOUNCED, SAME
 from continuair.studies.sensitivity.findings import column, listed
-from continuair.studies.tables import percent
 from continuair.studies.verdicts import Judgement, all_of, judged
 
 Array = np.ndarray

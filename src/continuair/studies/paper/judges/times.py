@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from continuair.analysis.shares import percent
 from continuair.kernels.dynamics import PLANTS
 from continuair.studies.paper.evidence import Evidence
-from continuair.studies.tables import percent
 from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED, UNDECIDED, Judgement
 
 NOISE = 0.05
