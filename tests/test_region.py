@@ -156,6 +156,12 @@ def test_a_study_writes_tables_flights_and_figures_with_failures_drawn_as_failed
     ]
     failed = {case["law"]: RUNS - case["random"]["well"] for case in results["cases"]}
     assert crosses == [failed[law] for law in STYLES]
+    # One start in a thousand that fails is not told as none.
+    own = study.flights.isel(start=np.flatnonzero(study.flights["direction"] == "random"))
+    well = own["well"].sel(model="coupled", rate=1000.0, law="constant").to_numpy()
+    starts = [np.argmin(well)] + 999 * [np.argmax(well)]
+    figure = figures.random_starts(results, own.isel(start=starts), "coupled", 1000.0)
+    assert "above 99 % constant" in figure.texts[0].get_text()
 
 
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
