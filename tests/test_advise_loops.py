@@ -299,9 +299,16 @@ def test_notes_tell_what_the_atlas_does_not_hold_and_what_has_not_settled() -> N
     for part in ("gravity number 2.5 (0.002 to 2 there)", "disks", "mount"):
         assert part in outside
     assert "loop" not in outside and "bandwidth" not in outside
+    assert not any(part in outside for part in ("rotors", "drag", "unequal"))
     case["loop"]["name"] = "attitude"
     *_, outside = notes(case)
     assert "gravity number 2.5 (0.001 to 0.3 there)" in outside and "loop attitude" in outside
+    rotors = {"layout": "quad_x", "lever": 0.25, "thrust_limits": [0.0, 15.0]}
+    changes = {"uav.rotors": rotors | {"torque_per_thrust": 0.02}, "arm.drag_coefficient": 1.1}
+    turning = NEW_USER.uav.inertia * np.diag([1.5, 1.0, 1.0])
+    case["vehicle"] = NEW_USER.replace(changes | {"uav.inertia": turning}).describe()
+    *_, outside = notes(case)
+    assert "rotors, drag, unequal inertia in roll and pitch" in outside
 
 
 def test_tracking_leaves_out_rotors_that_cannot_push_in_any_direction() -> None:

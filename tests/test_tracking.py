@@ -258,12 +258,13 @@ def test_a_vehicle_with_drag_is_tracked_without_a_proof_that_knows_none(
 def test_variants_fly_what_they_are_called_whatever_the_file_chooses(vehicle: ca.Vehicle) -> None:
     plain = load_gains("paper")
     chosen = {"compensation": "literal", "posture_damping": 0.3, "feed_forward": False}
+    chosen |= {"integral": 0.2}
     of_plain, of_chosen = (
         {row["variant"]: row for row in law_variants(vehicle, gains)}
         for gains in (plain, Gains("literal", {**plain.settings, **chosen}))
     )
     told = "as flown: matrix gains, literal G (elasticity cancelled), without target feed-forward"
-    assert f"{told}, posture damping 0.3 N m³ s" in of_chosen
+    assert f"{told}, posture damping 0.3 N m³ s, integral 0.2 1/s" in of_chosen
     both = of_plain.keys() & of_chosen.keys()
     assert len(both) == len(of_plain) - 1
     assert all(of_plain[name] == of_chosen[name] for name in both)

@@ -98,7 +98,8 @@ CLASSIC = 'law = "classic"\n'
 @pytest.mark.parametrize(
     ("chosen", "field", "values", "reader"),
     [
-        ("", "scenario.amplitude", [1.0, 2.0], "scenario.test 'A' or 'B' or 'C' or 'D' or"),
+        ("", "scenario.amplitude", [1.0, 2.0], "scenario.test 'A' or 'C' or 'D' or"),
+        ('test = "B"\n', "scenario.amplitude", [1.0, 2.0], "scenario.test 'A' or 'C' or 'D' or"),
         ("", "scenario.on", ["force_x", "force_y"], "scenario.excitation 'constant' or 'sine'"),
         ('test = "C"\n', "scenario.frequency", [1.0, 2.0], "scenario.excitation 'sine'"),
         (CONSTANT, "scenario.frequency", [1.0, 2.0], "scenario.excitation 'sine' or 'chirp'"),

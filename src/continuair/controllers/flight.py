@@ -60,12 +60,13 @@ def flight_controller(
     [m], "velocity" [m/s], "attitude" [rad] and "gyro" [rad/s].
 
     Without `bend` gains and latency_margin are of straight arms, free sections where they rest
-    under their weight; held bent they may bear less.
+    under their weight; held bent they may bear less. Latencies up to 0.25 s are looked at, or half
+    as much again as that there is: a longer margin is told as that.
 
-    Limits: tilt [rad], thrust (least, most) [N], by default the rotors', or 0.1 and 2 times the
-    weight, moment (3,) [N m], speed of approach [m/s], and of each component of a bend bend_moment
-    [N m²] and bend_speed [1/(m s)]. Raises InputError, also for gains that the delays make
-    unstable, at 9.81 m/s².
+    Limits: tilt [rad], thrust (least, most) [N], by default 0.1 times the weight, or the rotors'
+    least if that is more, and what the rotors have, or 2 times the weight; moment (3,) [N m], speed
+    of approach [m/s], and of each component of a bend bend_moment [N m²] and bend_speed
+    [1/(m s)]. Raises InputError, also for gains that the delays make unstable, at 9.81 m/s².
     """
     check_single_vehicle(vehicle)
     checks.choice("feedforward", feedforward, FEEDFORWARD)

@@ -155,7 +155,8 @@ def _of_steps(vehicle: Vehicle) -> Lines:
 
 
 def _step_taken(vehicle: Vehicle) -> str:
-    """The step at which a flight of the arm that is let go is resolved, or why there is none."""
+    """The step that `simulate` takes for the arm that is let go, at most the 1 ms between samples
+    that it has by default, or why there is none."""
     try:
         with untold():
             flown = standard_scenario("release", vehicle)

@@ -24,7 +24,7 @@ _CLASSIC: Readers = {_LAW: ("classic",)}
 READERS: dict[str, Readers] = {
     "scenario.f1": {_TEST: ("D",)},
     "scenario.on": _EXCITATIONS,
-    "scenario.amplitude": {_TEST: ("A", "B", "C", "D"), **_EXCITATIONS},
+    "scenario.amplitude": {_TEST: ("A", "C", "D"), **_EXCITATIONS},
     "scenario.frequency": _WAVES,
     "scenario.end_frequency": {_EXCITATION: ("chirp",)},
     "scenario.phase": _WAVES,

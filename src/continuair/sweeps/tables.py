@@ -56,7 +56,8 @@ class ScenarioTable(Part):
     """instead of a test, a named excitation on one channel"""
 
     on: Channel = "force_x"
-    """the excitation's channel: force and tip in world axes, moment and bend in body axes"""
+    """the excitation's channel: force and tip in world axes, moment in body axes, bend in those of
+    the section's base"""
 
     amplitude: Finite = 1.0
     """the excitation's amplitude [N, N m or N m²], or the factor on a test's inputs [-]"""
@@ -89,13 +90,13 @@ class ScenarioTable(Part):
     """the initial position, as x [m]"""
 
     roll: Finite = 0.0
-    """the initial roll [rad]"""
+    """the initial roll [rad]; with a target, beyond that which faces it"""
 
     pitch: Finite = 0.0
-    """the initial pitch [rad]"""
+    """the initial pitch, as roll [rad]"""
 
     yaw: Finite = 0.0
-    """the initial yaw [rad]"""
+    """the initial yaw, as roll [rad]"""
 
     kappa: Finite = 0.1
     """the initial bend [1/m]"""

@@ -18,6 +18,9 @@ from continuair.studies.tables import number, number_below
 _FURTHER = 1.5
 """A limit this many times another one is told of."""
 
+_UNEQUAL = 0.1
+"""Share by which the inertia in roll and pitch may differ without a word."""
+
 _GROUPS = ("mass_ratio", "inertia_ratio", "gravity_number", "slenderness", "damping_ratio")
 
 
@@ -185,8 +188,13 @@ def _outside(results: dict[str, Any]) -> list[str]:
         f"{name.replace('_', ' ')} {number(value, 2)} ({low:g} to {high:g} there)"
         for name, value, (low, high) in _beyond(results)
     ]
-    found += ["disks"] * bool(vehicle["arm"].get("disks"))
-    found += ["a mount off the centre"] * any(vehicle["uav"]["mount"])
+    uav, arm = vehicle["uav"], vehicle["arm"]
+    roll, pitch, _ = np.diagonal(uav["inertia"])
+    found += ["disks"] * bool(arm.get("disks"))
+    found += ["a mount off the centre"] * any(uav["mount"])
+    found += ["rotors"] * bool(uav.get("rotors"))
+    found += ["drag"] * bool(uav.get("drag") or arm.get("drag_coefficient"))
+    found += ["unequal inertia in roll and pitch"] * bool(abs(roll / pitch - 1.0) > _UNEQUAL)
     loop = results["loop"]["name"]
     found += [f"the loop {loop}"] * (loop == "attitude" and bool(results["excitations"]))
     return [f"Outside the atlas of other flights: {', '.join(found)}."] if found else []

@@ -74,9 +74,10 @@ def open_loop(
 ) -> OpenLoop:
     """Run open-loop tests with several models and compare them with the coupled one.
 
-    tests: letters A to D, e.g. "AC". models: names; `coupled` is added as the reference. f1: final
-    frequency of Test D's chirp [Hz]. progress: called with (done, total, what) before each flight.
-    Raises InputError for unknown tests or models, and for a batched vehicle.
+    tests: letters A to D, e.g. "AC". models: names; `coupled` is added as the reference. f1: what
+    Test D's chirp, of which 1 s is flown, would reach at 10 s [Hz]. progress: called with (done,
+    total, what) before each flight. Raises InputError for unknown tests or models, and for a
+    batched vehicle.
     """
     check_one_section(vehicle)
     given = [str(letter).strip().upper() for letter in tests]

@@ -34,6 +34,7 @@ PLAIN = {
     "feed_forward": True,
     "compensation": "gravity_only",
     "posture_damping": 0.0,
+    "integral": 0.0,
 }
 """The choices of the law that variants depart from, whatever the gains' file chooses."""
 
@@ -63,10 +64,15 @@ def law_variants(
     steps.begin("variants of the law")
     chosen = _variants(damped, gains, scalar)
     for of_damped, flown in ((True, damped), (False, bare)):
-        # Scalar gains fly another law than gains of the image of now.
-        for law in dict.fromkeys(v.controller.law for v in chosen):
-            same = [v for v in chosen if v.damped is of_damped and v.controller.law is law]
-            rows += _fly(flown, same, stack([v.controller for v in same]), letter)
+        # Scalar gains fly another law than gains of the image of now; a batch has one integral.
+        for kind in dict.fromkeys((v.controller.law, v.controller.integral) for v in chosen):
+            same = [
+                v
+                for v in chosen
+                if v.damped is of_damped and (v.controller.law, v.controller.integral) == kind
+            ]
+            if same:
+                rows += _fly(flown, same, stack([v.controller for v in same]), letter)
     steps.begin("classic image-based servoing")
     baseline = Variant("classic IBVS, v = λ L⁺ e, rate 1.5 /s", classic(damped, 1.5, 6.0))
     return rows + _fly(damped, [baseline], stack([baseline.controller]), letter)
@@ -131,6 +137,7 @@ def _told(changed: Mapping[str, Any], damped: bool = True) -> str:
         *([] if chosen["feed_forward"] else ["without target feed-forward"]),
         *(["damping on -ė instead of J_L q̇"] if chosen["damping"] == "feature" else []),
         *([f"posture damping {posture:g} N m³ s"] if posture else []),
+        *([f"integral {chosen['integral']:g} 1/s"] if chosen["integral"] else []),
         *([] if damped else ["no structural damping"]),
     ]
     return ", ".join(words)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from continuair.analysis.convergence import CONVERGED
+from continuair.kernels.dynamics import REFERENCE
 from continuair.kernels.step import STATUS
 from continuair.studies.results import ResultFolder
 from continuair.studies.tables import as_markdown, number
@@ -139,6 +140,8 @@ def _stability(results: dict[str, Any]) -> list[str]:
     if "ultimate_bound" not in results:
         return []
     bound = results["ultimate_bound"]
+    lost = any(entry[REFERENCE]["status"] for entry in results["letters"].values())
+    lasting = ", as long as flights last" if lost else ""
     cells = [
         [STATEMENTS[statement], each["name"], each["measure"], number(each["value"])]
         for statement, conditions in results["conditions"].items()
@@ -153,8 +156,8 @@ def _stability(results: dict[str, Any]) -> list[str]:
         f"The target moves with at most {bound['target_speed_m_s']:.3g} m/s, "
         f"{bound['target_acceleration_m_s2']:.3g} m/s² and {bound['target_jerk_m_s3']:.3g} m/s³.",
         f"The proof bounds ‖e_a‖ by {bound['radius_least']:.3g} with the largest λ that it could "
-        f"mean and by {bound['radius_provable']:.3g} with λ = λ_min(K_p); ‖e_a‖ after the "
-        f"transient stays below {bound['reached']:.3g}.",
+        f"mean and by {bound['radius_provable']:.3g} with λ = λ_min(K_p); ‖e_a‖ stays "
+        f"below {number(bound['reached'], 3)} once errors count{lasting}.",
         "",
         "These gains and flights break the following. (A C_d that is positive definite, which the "
         "theorem asks for, is not 0, which its proof needs.)",

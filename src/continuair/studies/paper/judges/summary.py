@@ -115,21 +115,32 @@ def cost_of_elasticity(evidence: Evidence) -> Judgement:
     )
 
 
+_KEPT = 1e-6
+"""A share by which energy and momenta may drift and count as kept."""
+
+_SHORTER = (1e-4, 2.5e-5, 6.25e-6, 1.5625e-6)
+"""Steps [s] that are flown until they are kept: the error of a step falls with the step, what a
+model loses stays."""
+
+
 def mutual_interactions(evidence: Evidence) -> Judgement:
     """V.2: does the coupled model keep energy and both momenta in free flight?"""
     q, qd = (0.0, 0.0, 5.0, 0.1, -0.2, 0.3, 0.5, 0.4), (0.5, -0.3, 0.2, 0.5, 0.4, -0.6, 1.0, 0.8)
     free = Scenario("free flight", q, qd, gravity=0.0)
     undamped = evidence.vehicle.replace({"arm.damping": 0.0, "arm.damping_ratio": None})
     kept = ("kinetic_energy", "elastic_energy", "linear_momentum", "angular_momentum")
-    data = simulate(undamped, free, step=1e-4, sample=1e-2, variables=kept)
-    drifts = {
-        "energy": _drift((data[kept[0]] + data[kept[1]]).to_numpy()[:, None]),
-        "linear momentum": _drift(samples(data, kept[2], "axis")),
-        "angular momentum": _drift(samples(data, kept[3], "axis")),
-    }
-    worst = largest(drifts.values())
+    for step in _SHORTER:
+        data = simulate(undamped, free, step=step, sample=1e-2, variables=kept)
+        drifts = {
+            "energy": _drift((data[kept[0]] + data[kept[1]]).to_numpy()[:, None]),
+            "linear momentum": _drift(samples(data, kept[2], "axis")),
+            "angular momentum": _drift(samples(data, kept[3], "axis")),
+        }
+        worst = largest(drifts.values())
+        if worst < _KEPT:
+            break
     return judged(
-        worst < 1e-6,
+        worst < _KEPT,
         "in 1 s of free flight without gravity and damping the coupled model keeps energy and the "
         f"six components of both momenta to {_bound(worst)} of their size",
         # Smaller ones are rounding.
@@ -143,7 +154,7 @@ def _drift(values: Array) -> float:
 
 
 def _bound(share: float) -> str:
-    return "better than 1e-6" if share < 1e-6 else f"{share:.1g}"
+    return "better than 1e-6" if share < _KEPT else f"{share:.1g}"
 
 
 def more_complex(evidence: Evidence) -> Judgement:
