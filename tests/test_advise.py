@@ -86,6 +86,13 @@ def results(limit: float, tolerable: bool = True) -> dict[str, Any]:
             "decouple for motion at every frequency tried, up to 3.1 Hz, but not in free fall "
             "(what is missed: carriage)",
         ),
+        (
+            2.5,
+            False,
+            "below",
+            "decouple for motion below 2.5 Hz (what is missed: inertia), but not in free fall "
+            "(what is missed: carriage)",
+        ),
     ],
 )
 def test_the_sentence_follows_from_limits(
@@ -93,6 +100,13 @@ def test_the_sentence_follows_from_limits(
 ) -> None:
     found = verdict(results(limit, tolerable), "fast-flight", "decoupled")
     assert (found["scope"], found["text"]) == (scope, text)
+
+
+def test_what_limit_and_exception_both_miss_is_told_once() -> None:
+    case = results(2.5, False)
+    case["excitations"]["fall"]["responsible"] = "inertia"
+    text = verdict(case, "fast-flight", "decoupled")["text"]
+    assert text.endswith("below 2.5 Hz, but not in free fall (what is missed: inertia)")
 
 
 @pytest.mark.parametrize(

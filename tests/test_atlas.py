@@ -213,6 +213,16 @@ def test_a_map_marks_a_vehicle_at_its_coupling() -> None:
     assert "mine" in [text.get_text() for text in axes.texts]
 
 
+@pytest.mark.parametrize(("frequency", "marker"), [(0.3, "D"), (0.06, "<"), (9.0, ">")])
+def test_a_limit_beyond_the_map_is_no_diamond_on_its_edge(frequency: float, marker: str) -> None:
+    groups = place(ca.load_vehicle("slender"))
+    axes = figures.validity_map(load(), {"mine": groups}, frequencies={"force": frequency}).axes[0]
+    (mark,) = [line for line in axes.lines if len(np.asarray(line.get_xdata())) == 1]
+    left, right = axes.get_xlim()
+    assert mark.get_marker() == marker
+    assert np.asarray(mark.get_xdata())[0] == np.clip(frequency, left, right)
+
+
 @pytest.mark.parametrize(
     "options",
     [

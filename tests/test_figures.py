@@ -169,6 +169,21 @@ def test_motion_draws_what_moves_and_names_what_does_not(result: study.OpenLoop)
     assert f"Stays at one value: {still}." in words(figure)
 
 
+def test_motion_draws_a_quantity_over_the_times_of_its_difference(result: study.OpenLoop) -> None:
+    """Whichever flight ends first."""
+    dataset = failed(result.datasets["A"], "coupled", 0.3)
+    figure = figures.motion(dataset)
+    panels = [axes for axes in figure.axes if axes.axison]
+    pairs = [axes for axes in panels if axes.get_ylabel() == "minus coupled"]
+    assert pairs
+    for lower in pairs:
+        box = lower.get_position()
+        (upper,) = [
+            axes for axes in panels if axes is not lower and axes.get_position().x0 == box.x0
+        ]
+        assert upper.get_xlim() == lower.get_xlim()
+
+
 def test_motion_says_and_draws_how_far_the_models_are_apart(result: study.OpenLoop) -> None:
     # The stand-in's decoupled model ends 0.2 m, and 0.2 rad, from the coupled one.
     figure = figures.motion(result.datasets["A"], "Test A")
@@ -401,6 +416,14 @@ def test_the_papers_largest_ds_is_told_of_its_vehicle_and_setting_only(
     told = [kind for kind, figure in found.items() if "0.7 px" in words(figure)]
     assert told == (["ds_nominal"] if name == "paper" else [])
     assert name == "mine" or style.UNNAMED in words(found["ds_nominal"]).replace("\n", " ")
+
+
+def test_of_a_start_alone_nothing_is_told_but_that() -> None:
+    dataset = loop().sel(letter="M")
+    for model in dataset["model"].to_numpy():
+        dataset = failed(dataset, model, 0.0)
+    for figure in (one_letter.speed_of(dataset), one_letter.norm_difference_of(dataset)):
+        assert "before a second sample" in figure.texts[0].get_text()
 
 
 @pytest.mark.parametrize(("letter", "allowed"), [("M", 0.3), ("L", 0.1)])

@@ -63,7 +63,7 @@ def halve(
     the last step whose error is known, and the entries of all steps from the coarsest, per step and
     run.
     """
-    coarse, levels = fly(None), list[list[Entries]]()
+    coarse, levels = _at_one_step(fly), list[list[Entries]]()
     while True:
         fine = fly(step_of(coarse[REFERENCE]) / 2)
         levels.append([_entries(*pair) for pair in zip(_runs(coarse), _runs(fine), strict=True)])
@@ -76,6 +76,15 @@ def halve(
         if done or len(levels) == MAX_HALVINGS:
             return coarse, levels
         coarse = fine
+
+
+def _at_one_step(fly: Callable[[Any], Flown]) -> Flown:
+    """Flights at the automatic step, all models at the least of theirs: one that is not resolved
+    is flown at shorter ones."""
+    flown = fly(None)
+    steps = np.array([step_of(each) for each in flown.values()])
+    least = steps.min(axis=0)
+    return flown if (steps == least).all() else fly(least)
 
 
 def _runs(flown: Flown) -> list[Flown]:

@@ -170,7 +170,7 @@ def _map(axes: Any, one: xr.Dataset, free: bool) -> Any:
 def _mark(
     axes: Any, groups: Mapping[str, float], name: str, label: str, place: int, at: float | None
 ) -> None:
-    """Draw a vehicle on a map; beyond the map's edge it stands on the edge."""
+    """Draw a vehicle on a map; where it lies beyond the map's edge, a triangle points there."""
     low, high = axes.get_ylim()
     y = float(np.clip(logit(groups["coupling"]), low, high))
     left, right = axes.get_xlim()
@@ -179,7 +179,8 @@ def _mark(
     else:
         axes.axhline(y, color=_VEHICLE, linewidth=1.2)
     if at is not None:
-        axes.plot(np.clip(at, left, right), y, "D", color=_VEHICLE, markersize=4, clip_on=False)
+        shape = "<" if at < left else ">" if at > right else "D"
+        axes.plot(np.clip(at, left, right), y, shape, color=_VEHICLE, markersize=4, clip_on=False)
     if name == "force":
         text = {"xytext": (2, 2 if place % 2 == 0 else -7), "textcoords": "offset points"}
         axes.annotate(label, (left, y), color=_VEHICLE, fontsize=6, **text)

@@ -102,6 +102,8 @@ def norm_difference_of(
 def _peaks(flights: xr.Dataset) -> str:
     """How far ‖q̇‖ rises, at which bend, and how far the regular norm does."""
     highest, bend, regular = 0.0, float("nan"), 0.0
+    if _only_the_start(flights):
+        return "The flights fail before a second sample"
     for model in flights["model"].to_numpy():
         flight = flights.sel(model=model)
         speed, rate = joint_speed(flight), regular_speed(flight)
@@ -119,8 +121,16 @@ def _peaks(flights: xr.Dataset) -> str:
     )
 
 
+def _only_the_start(flights: xr.Dataset) -> bool:
+    """Whether no flight has a sample after that of its start."""
+    seen = np.isfinite(flights["bend"].transpose("model", "time", ...).to_numpy()).all(-1)
+    return bool(seen.sum(-1).max() < 2)
+
+
 def _ds_finding(letter: str, model: str, ds: Array, early: NDArray[np.bool_]) -> str:
     """The largest |DS| before and after the end of the transient."""
+    if np.isfinite(ds).sum() < 2:
+        return f"Letter {letter}, {model} plant: a flight fails before a second sample"
     first, rest = ds[early], ds[~early]
     first, rest = first[np.isfinite(first)], rest[np.isfinite(rest)]
     begin = short(np.abs(first).max())

@@ -175,6 +175,8 @@ def _moving(
 
 def _curves(panels: Any, dataset: xr.Dataset, label: str, values: dict[str, Array]) -> None:
     """A quantity of all models in the first panel, and differences from coupled in the second."""
+    if len(panels) > 1:
+        panels[1].sharex(panels[0])  # whose times are those of the panel above, too
     for model, flight in _each(dataset):
         curves.line(panels[0], flight, values[model], model)
         if model != REFERENCE:

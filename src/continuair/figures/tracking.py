@@ -341,5 +341,5 @@ def _bounded(flight: xr.Dataset, bound: float) -> str:
     rises = np.mean(steps[np.isfinite(steps)] > 0.0)
     return (
         f"From {TRANSIENT:g} s on ‖$e_a$‖ stays below {short(reached)}, where the proof allows "
-        f"{short(bound)}; the paper's V rises {percent(float(rises))} of the time"
+        f"{short(bound)}; over all of it the paper's V rises {percent(float(rises))} of the time"
     )

@@ -192,14 +192,20 @@ def _camera(found: _Messages, vehicle: Vehicle) -> dict[str, Signal]:
     return {"tip": replace(place, values=place.values - turn.apply(camera.position))}
 
 
+def _of_body(frame: str) -> bool:
+    """Whether a frame may be the body's, forward-left-up, as names go in ROS (REP 103, REP 147)."""
+    name = frame.strip("/").rpartition("/")[2]
+    return name.partition("_")[0] not in _WORLD and not name.endswith(("_ned", "_frd"))
+
+
 def _wrench(found: _Messages, _: Vehicle) -> dict[str, Signal]:
     for each in found.messages:
         if not hasattr(each, "wrench"):
             raise _refused(found.topic, each, "WrenchStamped")
-        if each.header.frame_id.strip("/") in _WORLD:
+        if not _of_body(each.header.frame_id):
             raise InputError(
                 f"{found.topic} is in axes of {shown(each.header.frame_id)}; publish the wrench on "
-                "the UAV in its body axes, such as base_link."
+                "the UAV in its body axes, forward-left-up, such as base_link."
             )
     force = found.rows(lambda each: _xyz(each.wrench.force))
     torque = found.rows(lambda each: _xyz(each.wrench.torque))

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 REPRODUCED, NOT_REPRODUCED, UNDECIDED = "reproduced", "not reproduced", "cannot be decided"
 
 VERDICTS = (REPRODUCED, NOT_REPRODUCED, UNDECIDED)
+
+
+_NAN = re.compile(r"\bnan\b")
 
 
 @dataclass(frozen=True)
@@ -28,10 +32,11 @@ class Judgement:
 def judged(holds: bool, evidence: str, **numbers: float) -> Judgement:
     """Return the judgement of what is either so or not.
 
-    Where a number is NaN, as of flights that ended early, neither is known.
+    Where a number is NaN, or one that the evidence tells, as of flights that ended early, neither
+    is known.
     """
-    if any(math.isnan(number) for number in numbers.values()):
-        told = f"{evidence}; what is nan is of flights that ended early"
+    if any(math.isnan(number) for number in numbers.values()) or _NAN.search(evidence):
+        told = f"{evidence}; what is nan is of flights that ended early, or that no step resolved"
         return Judgement(UNDECIDED, told, numbers)
     return Judgement(REPRODUCED if holds else NOT_REPRODUCED, evidence, numbers)
 

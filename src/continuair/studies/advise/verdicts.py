@@ -59,13 +59,22 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
     highest = min(max(parts[name]["models"][model]["hz"]) for name in limits)
     tried = f"motion at every frequency tried, up to {number_below(highest)} Hz"
     text = _sentence(limit, "motion below {} Hz", tried)
+    missed = {name: _missed(part["responsible"]) for name, part in parts.items()}
+    bounded = missed[worst] if not np.isinf(limit) else ""
     if bad and not np.isnan(limit):
-        text += ", but not " + " or ".join(_ONCE[name] for name in bad)
-    if bad or not np.isinf(limit):
-        culprit = parts[bad[0] if bad and np.isinf(limit) else worst]["responsible"]
-        text += f" (what is missed: {culprit})" if culprit else ""
+        alike = len({bounded or missed[bad[0]], *(missed[name] for name in bad)}) == 1
+        each = [_ONCE[name] + missed[name] * (not alike) for name in bad]
+        text += bounded * (not alike) + ", but not " + " or ".join(each)
+        text += missed[bad[0]] * alike
+    else:
+        text += bounded
     found = {"scope": _scope(limit), "except": bad, "limit": limit, "unit": "Hz", "text": text}
     return found | {"limits": limits}
+
+
+def _missed(culprit: str) -> str:
+    """What a model misses, as a clause."""
+    return f" (what is missed: {culprit})" if culprit else ""
 
 
 def _is_lost(entry: dict[str, Any]) -> bool:

@@ -163,18 +163,25 @@ def _fly(
     return [
         {
             "variant": variant.name,
+            "letter": letter,
             "damping_ratio": float(excited_arm(vehicle).damping_ratio),
             "status": int(coupled["status"].to_numpy()[row]),
             "end_time_s": float(coupled["end_time"].to_numpy()[row]),
             "rms_px": float(rms[row]),
             "max_px": float(worst[row]),
-            "largest_bend_1_m": float(np.nanmax(bend[row])),
-            "largest_tilt_rad": float(np.nanmax(tilt[row])),
+            "largest_bend_1_m": _largest(bend[row]),
+            "largest_tilt_rad": _largest(tilt[row]),
             "ds_max_px_after_2s": float(ds[row].max()),
             "step_error": float(step_error[row]),
         }
         for row, variant in enumerate(variants)
     ]
+
+
+def _largest(over_time: np.ndarray) -> float:
+    """Of the samples of a flight; NaN where it ended before the second one."""
+    seen = over_time[np.isfinite(over_time)]
+    return float(seen.max()) if len(seen) > 1 else np.nan
 
 
 def _settled(data: xr.Dataset) -> xr.Dataset:

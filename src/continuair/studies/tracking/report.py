@@ -192,8 +192,10 @@ def _variants(results: dict[str, Any]) -> list[str]:
         "",
         "## Variants of the law",
         "",
-        "One letter on the coupled plant, nominal camera; DS against the decoupled plant. Where",
-        "step_error is above 1e-3, the numbers beside it hang on the step.",
+        f"Letter {results['variants'][0]['letter']} on the coupled plant, nominal camera; DS "
+        "against the decoupled plant. Bend and tilt are the",
+        f"largest of samples {1e3 * SAMPLE:g} ms apart. Where step_error is above 1e-3, the "
+        "numbers beside it hang on the step.",
         "",
         *as_markdown(headings, cells, ("variant", "ended")),
     ]

@@ -8,7 +8,9 @@ the numbers of the authors' code: a steel backbone 0.7144 m long, of 0.675 mm ra
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -18,6 +20,7 @@ from continuair import equations
 from continuair.flight.resolution import steps_told_of
 from continuair.flight.simulate import simulate
 from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, open_loop_test
+from continuair.studies.extremes import largest
 from continuair.sweeps.pairs import run_pairs
 from continuair.vehicle.coordinates import paper_rates
 from continuair.vehicle.vehicle import Vehicle
@@ -36,6 +39,9 @@ RADII = (0.001, 0.005, 0.010)
 """Of the backbone, that the paper sweeps [m]."""
 
 _GRAVITY, _BETWEEN_SAMPLES = 9.81, 0.05
+
+_STEPS, _SAME = (1e-4, 2.5e-5, 6.25e-6, 1.5625e-6), 0.01
+"""Steps [s], and the share within which what is found with two of them in turn is the same."""
 
 _STATE = ("position", "attitude", "bend", "velocity", "angular_velocity", "bend_rate")
 
@@ -67,31 +73,51 @@ class Shares:
     @property
     def larger(self) -> float:
         """The larger of the two."""
-        return max(self.kinetic, self.potential)
+        return largest([self.kinetic, self.potential])
 
 
 def shares_of_energy(vehicle: Vehicle, test: str) -> tuple[Shares, Shares]:
     """Shares of the disks in the energies of the arm, and in those of the whole vehicle.
 
     Along the coupled flight of a test with disks. Energies are summed over its samples, potential
-    energy as what it has changed since the start; up to its end, if it ends early.
+    energy as what it has changed since the start; up to its end, if it ends early. NaN where steps
+    that are ever shorter do not agree on them.
     """
     bare, full = without_disks(vehicle), with_disks(vehicle)
-    with steps_told_of():
-        flown = simulate(full, open_loop_test(test), sample=_BETWEEN_SAMPLES)
-    q, qd = _motion(full, flown)
-    whole = _energies(full, q, qd)
-    of_disks = np.abs(whole - _energies(bare, q, qd)).sum(axis=1)
-    of_arm = np.abs(whole - _energies_of_uav(full, q, qd)).sum(axis=1)
-    of_all = np.abs(whole).sum(axis=1)
-    return Shares(*(of_disks / of_arm).tolist()), Shares(*(of_disks / of_all).tolist())
+
+    def shares(step: float) -> Array:
+        flown = simulate(full, open_loop_test(test), step=step, sample=_BETWEEN_SAMPLES)
+        q, qd = _motion(full, flown)
+        whole = _energies(full, q, qd)
+        of_disks = np.abs(whole - _energies(bare, q, qd)).sum(axis=1)
+        of_arm = np.abs(whole - _energies_of_uav(full, q, qd)).sum(axis=1)
+        return np.array([of_disks / of_arm, of_disks / np.abs(whole).sum(axis=1)])
+
+    of_arm, of_all = _settled(shares).tolist()
+    return Shares(*of_arm), Shares(*of_all)
 
 
 def errors_of_tests(vehicle: Vehicle) -> dict[str, float]:
-    """RMSE of the tip between the decoupled and the coupled flight [m], by test."""
-    with steps_told_of():
-        found = {test: run_pairs(vehicle, open_loop_test(test)) for test in OPEN_LOOP_TESTS}
-    return {test: float(pair["rmse_t_m"].sel(model="decoupled")[0]) for test, pair in found.items()}
+    """RMSE of the tip between the decoupled and the coupled flight [m], by test; NaN where steps
+    that are ever shorter do not agree on it."""
+
+    def error(test: str, step: float) -> Array:
+        pair = run_pairs(vehicle, open_loop_test(test), ["decoupled"], step=step)
+        return pair["rmse_t_m"].sel(model="decoupled").to_numpy()
+
+    return {test: _settled(partial(error, test)).item() for test in OPEN_LOOP_TESTS}
+
+
+def _settled(found_with: Callable[[float], Array]) -> Array:
+    """What is found with a step, from the first one with which it is as with the one before."""
+    before: Array | None = None
+    for step in _STEPS:
+        with steps_told_of():
+            found = found_with(step)
+        if before is not None and (np.abs(found - before) <= _SAME * np.abs(found)).all():
+            return found
+        before = found
+    return np.full_like(found, np.nan)
 
 
 def _motion(vehicle: Vehicle, flown: xr.Dataset) -> tuple[Array, Array]:

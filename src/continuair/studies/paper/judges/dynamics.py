@@ -93,13 +93,16 @@ def readings_of_decoupled(evidence: Evidence) -> Judgement:
         element[test] = float(np.sqrt((gap**2).sum(axis=1).mean()))
         block[test] = float(evidence.open_loop.results["tests"][test]["decoupled"]["rmse_t_m"])
     ratios = {test: element[test] / block[test] for test in TESTS}
-    told = ", ".join(f"{test} {ratio:.2g}" for test, ratio in ratios.items())
+    # Where the arm passes straight, in C and D, ψa spins, and the digits hang on the step.
+    told = ", ".join(
+        f"{test} {ratio:.2g}" if test in "AB" else f"{test} about {ratio:.1g}"
+        for test, ratio in ratios.items()
+    )
     return judged(
         all(abs(ratio - 1.0) <= SAME for ratio in ratios.values()),
         "the tip's error with every off-diagonal element zeroed is, over that with only the "
         f"blocks between UAV and arm zeroed, {told}. With the elements between position and "
         "attitude zero, the 100 N of Test A do not turn the UAV",
-        # Where the arm passes straight, in C and D, ψa spins, and the digits hang on the step.
         **{f"error, elements over blocks, Test {test}": ratios[test] for test in "AB"},
     )
 

@@ -51,7 +51,10 @@ def identical_conditions(evidence: Evidence) -> Judgement:
     changes, steps = {}, {}
     for letter, entries in results["tests"].items():
         first = (results["coarser_steps"][letter] or [entries])[0]["decoupled"]
-        changes[letter], steps[letter] = first["step_halving_error"], first["step_s"]
+        # Of flights that ended early nothing is compared.
+        lost = np.isnan(entries["decoupled"]["rmse_t_m"])
+        changes[letter] = np.nan if lost else first["step_halving_error"]
+        steps[letter] = first["step_s"]
     worst = largest_of(changes)
     others = largest(changes[letter] for letter in changes if letter != worst)
     return judged(

@@ -1,0 +1,82 @@
+"""Of flights that ended early, or that no step resolves, sentences are not decided."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import continuair as ca
+from continuair.flight.resolution import steps_told_of
+from continuair.scenario.paper_tests import open_loop_test
+from continuair.studies.open_loop.study import OpenLoop
+from continuair.studies.paper.judges import disks, letter, open_loop
+from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED, UNDECIDED, judged
+from tests.paper import given
+
+VEHICLE = ca.load_vehicle("paper")
+
+
+def test_what_rests_on_a_number_that_is_told_as_nan_is_not_decided() -> None:
+    for holds in (True, False):
+        found = judged(holds, "up to nan % of an energy", another=1.0)
+        assert found.verdict == UNDECIDED and "flights that ended early" in found.evidence
+    assert judged(True, "a banana", one=1.0).verdict == REPRODUCED
+
+
+@pytest.mark.parametrize(
+    ("error", "change", "verdict"),
+    [(0.05, 0.01, REPRODUCED), (0.05, 0.3, NOT_REPRODUCED), (np.nan, np.inf, UNDECIDED)],
+)
+def test_halving_a_step_says_nothing_of_flights_that_ended_early(
+    error: float, change: float, verdict: str
+) -> None:
+    def entry(error: float, change: float) -> dict[str, Any]:
+        return {"decoupled": {"rmse_t_m": error, "step_halving_error": change, "step_s": 1e-3}}
+
+    tests = {name: entry(0.05, 1e-3) for name in "ABD"} | {"C": entry(error, change)}
+    results = {"tests": tests, "coarser_steps": dict.fromkeys(tests, [])}
+    study = OpenLoop(results, {})
+    assert open_loop.identical_conditions(given.evidence(open_loop=study)).verdict == verdict
+
+
+def test_the_images_slopes_end_with_the_flight() -> None:
+    camera = VEHICLE.camera
+    pixels = np.tile([300.0, 200.0, 340.0, 200.0, 340.0, 260.0, 300.0, 260.0], (4, 1))
+    attitude = np.tile([1.0, 0.0, 0.0, 0.0], (4, 1))
+    data = {
+        "features": (("time", "pixel"), pixels),
+        "depth": (("time", "point"), np.full((4, 4), 2.0)),
+        "camera_attitude": (("time", "quaternion"), attitude),
+    }
+    flight = xr.Dataset(data)
+    whole = letter.image_slopes(flight, VEHICLE)
+    assert camera is not None and np.isfinite(whole).all()
+    for ended in (0.0, np.nan):
+        lost = flight.copy(deep=True)
+        for name in data:
+            lost[name][2:] = ended
+        found = letter.image_slopes(lost, VEHICLE)
+        np.testing.assert_array_equal(found[:2], whole[:2])
+        assert np.isnan(found[2:]).all()
+
+
+def test_errors_with_disks_and_without_are_those_of_steps_that_resolve_them() -> None:
+    """In Test C the arm passes straight, where longer steps are off by more than 10 %."""
+    vehicle = VEHICLE.replace(
+        {"arm.radius": 3.5e-3, "arm.length": 0.8, "uav.mass": 1.2, "arm.youngs_modulus": 2e11}
+    )
+    full = disks.with_disks(vehicle)
+    with steps_told_of():
+        fine = ca.run_pairs(full, open_loop_test("C"), ["decoupled"], step=4e-6)
+    expected = float(fine["rmse_t_m"].sel(model="decoupled")[0])
+    assert disks.errors_of_tests(full)["C"] == pytest.approx(expected, rel=0.01)
+
+
+def test_shares_of_disks_are_not_known_where_steps_do_not_agree(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(disks, "_STEPS", (0.01, 5e-3))
+    assert np.isnan(disks.shares_of_energy(VEHICLE.replace({"arm.radius": 1e-3}), "C")[0].larger)
+    monkeypatch.setattr(disks, "_SAME", 1e-15)
+    assert np.isnan(list(disks.errors_of_tests(VEHICLE).values())).all()
