@@ -248,6 +248,14 @@ def test_the_paths_name_a_failed_flight_by_its_value(flown: study.Sensitivity) -
     figure: Any = figures.paths(flown.results, flown.datasets | {"UAV mass": dataset})
     said = " ".join(" ".join(each.get_text() for each in figure.texts).split())
     assert "UAV mass: × Failed: decoupled 2 kg ended at 0.5 s, diverged." in said
+    # Crosses have the colour of their value, whatever that of the model is.
+    crosses = [
+        line.get_color()
+        for axes in figure.axes
+        for line in axes.get_lines()
+        if line.get_gid() == "failed"
+    ]
+    assert crosses == [figures.VALUES[1]] * 2
 
 
 def test_the_title_of_the_paths_tells_the_largest_error_between_them(
@@ -259,7 +267,7 @@ def test_the_title_of_the_paths_tells_the_largest_error_between_them(
         max(sweep["between"]["rmse_xy_m"]["decoupled"])
         for sweep in flown.results["sweeps"].values()
     )
-    assert f"errs by up to {short(largest)} m RMS" in title
+    assert f"over all values it errs by up to {short(largest)} m RMS" in title
 
 
 def test_stored_results_hold_every_sentence_row_and_trajectory(

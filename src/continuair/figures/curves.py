@@ -79,9 +79,10 @@ def line(axes: Any, flight: xr.Dataset, values: Any, model: str, **changes: Any)
     A cross marks where a flight that failed ends. changes: of the line's properties.
     """
     time, values = flight["time"].to_numpy(), np.asarray(values)
-    axes.plot(time, values, **{"label": model} | style.MODELS[model] | changes)
+    properties = {"label": model} | style.MODELS[model] | changes
+    axes.plot(time, values, **properties)
     if _ends(flight, values):
-        cross(axes, time, values, model)
+        cross(axes, time, values, properties["color"])
 
 
 def _ends(flight: xr.Dataset, values: Array) -> bool:
@@ -90,13 +91,13 @@ def _ends(flight: xr.Dataset, values: Array) -> bool:
     return early or not bool(np.isfinite(values).all())
 
 
-def cross(axes: Any, x: Array, y: Array, model: str) -> None:
+def cross(axes: Any, x: Array, y: Array, colour: str) -> None:
     """Mark the last place at which a curve is finite, if there is one."""
     last = np.flatnonzero(np.isfinite(x) & np.isfinite(y))[-1:]
     if not last.size:
         return
     properties = {"ms": 7, "mew": 2, "zorder": 6, "clip_on": False, "gid": "failed"}
-    axes.plot(x[last], y[last], "x", color=style.MODELS[model]["color"], **properties)
+    axes.plot(x[last], y[last], "x", color=colour, **properties)
 
 
 def band(axes: Any, flight: xr.Dataset, values: Any, model: str, **changes: Any) -> None:
@@ -114,7 +115,7 @@ def band(axes: Any, flight: xr.Dataset, values: Any, model: str, **changes: Any)
     axes.fill_between(middle, low, high, color=properties["color"], alpha=0.25, lw=0)
     axes.plot(middle, centre, **properties)
     if ending(flight):
-        cross(axes, middle, centre, model)
+        cross(axes, middle, centre, properties["color"])
 
 
 def tell_empty(panels: Any) -> None:

@@ -147,7 +147,7 @@ def _paths(axes: Any, flights: dict[str, xr.Dataset], chosen: Any, plane: tuple[
         x, y = (one["tip_position"].isel(chosen).sel(axis=letter).to_numpy() for letter in plane)
         axes.plot(x, y, label=model, **style.MODELS[model])
         if curves.ending(one):
-            curves.cross(axes, x, y, model)
+            curves.cross(axes, x, y, style.MODELS[model]["color"])
     axes.set_aspect("equal", adjustable="datalim")
 
 

@@ -108,13 +108,13 @@ def _sweep(above: Any, below: Any, dataset: xr.Dataset, labels: list[str]) -> tu
             text = label if model == REFERENCE else f"_{label}"
             above.plot(*tips[model].T, color=VALUES[run], ls=dashes, lw=0.9, label=text)
             if curves.ending(flights[model]):
-                curves.cross(above, tips[model][:, 0], tips[model][:, 1], model)
+                curves.cross(above, tips[model][:, 0], tips[model][:, 1], VALUES[run])
         above.plot(*tips[REFERENCE][0], "o", ms=3.5, color="#333333", zorder=4)
         distance = np.linalg.norm(tips[_SHOWN] - tips[REFERENCE], axis=1)
         middle, (_, _, rms, _) = curves.windows(dataset["time"].to_numpy(), distance, _WINDOW)
         below.plot(middle, rms, color=VALUES[run], lw=1.1)
         if any(curves.ending(flight) for flight in flights.values()):
-            curves.cross(below, middle, rms, _SHOWN)
+            curves.cross(below, middle, rms, VALUES[run])
         reached = float(np.nanmax(distance))
         farthest = max(farthest, (reached, label))
     above.set_aspect("equal", adjustable="datalim")
@@ -228,7 +228,7 @@ def _farthest(results: dict[str, Any], largest: dict[str, tuple[float, str]]) ->
     (name, value), error = max(finite.items(), key=lambda item: item[1])
     units = results["sweeps"][name]["units"]
     return (
-        f"The decoupled tip gets up to {drawn}; between those values it errs by up to "
+        f"The decoupled tip gets up to {drawn}; over all values it errs by up to "
         f"{short(error)} m RMS ({name} {short(value)} {units})"
     )
 

@@ -231,7 +231,7 @@ def _trace(axes: Any, flights: xr.Dataset) -> None:
         x, y = samples(flight, "camera_position", "axis")[:, :2].T
         axes.plot(x, y, label=model, **style.MODELS[model])
         if curves.ending(flight):
-            curves.cross(axes, x, y, model)
+            curves.cross(axes, x, y, style.MODELS[model]["color"])
     start = {"color": "#333333", "ls": "", "zorder": 5, "label": "start of the camera"}
     axes.plot(x[0], y[0], marker="o", ms=3.5, **start)
     axes.set(aspect="equal", xlabel="x [m]")
@@ -267,7 +267,7 @@ def feature_paths(axes: Any, flight: xr.Dataset) -> None:
         axes.plot(u[0], v[0], marker="o", ms=3, color=colour)
         axes.plot(*wanted[2 * point : 2 * point + 2], marker="+", ms=7, color="#333333")
         if failed:
-            curves.cross(axes, u, v, REFERENCE)
+            curves.cross(axes, u, v, style.MODELS[REFERENCE]["color"])
 
 
 def _late(dataset: xr.Dataset, values: Array) -> float:
