@@ -208,9 +208,10 @@ def _sentences(search: _Search, whole: dict[Run, Outcomes]) -> list[str]:
         for letter, why in zip(search.letters, flown.why[0], strict=True):
             if why:
                 held, tried = search.held.get(run, (0, 0))
+                kept = "all letters" if len(search.letters) > 1 else "it"
                 told.append(
                     f"{', '.join(run)}, letter {letter} is lost: {why}; {held} of {tried} "
-                    f"candidates keep it for {min(HORIZON, SETTINGS[run[0]].duration):g} s."
+                    f"candidates keep {kept} for {min(HORIZON, SETTINGS[run[0]].duration):g} s."
                 )
     if not any(flown.held.all() for flown in whole.values()):
         told.append(
