@@ -258,6 +258,23 @@ def test_the_paths_name_a_failed_flight_by_its_value(flown: study.Sensitivity) -
     assert crosses == [figures.VALUES[1]] * 2
 
 
+def test_values_beside_one_that_was_left_out_are_not_neighbours(flown: study.Sensitivity) -> None:
+    results = json.loads(json.dumps(flown.results))
+    sweep = next(iter(results["sweeps"].values()))
+    between, count = sweep["between"], len(sweep["between"]["value"])
+    assert between["follows"] == [True] * (count - 1)
+
+    def lines() -> int:
+        return len(figures.errors(results).axes[0].get_lines())
+
+    between["rmse_xy_m"]["decoupled"] = [0.1] * 3 + [0.12] * (count - 3)
+    joined = lines()
+    assert sensitivity_output.neighbour_ratio(sweep) == pytest.approx(1.2)
+    between["follows"][2] = False
+    assert sensitivity_output.neighbour_ratio(sweep) == 1.0
+    assert lines() in (joined - 1, joined - 2)  # of one model or of both, as the other one's go
+
+
 def test_the_title_of_the_paths_tells_the_largest_error_between_them(
     flown: study.Sensitivity,
 ) -> None:

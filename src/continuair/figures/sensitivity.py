@@ -69,7 +69,8 @@ def paths(results: dict[str, Any], datasets: dict[str, xr.Dataset]) -> Figure:
 def errors(results: dict[str, Any]) -> Figure:
     """Return each model's horizontal error [m] over the parameters; rings: the values compared.
 
-    Values between are joined by a line only where neighbours are within a factor of WILD.
+    Values between are joined by a line only where neighbours are within a factor of WILD, and no
+    value between them was left out.
     """
     rows = -(-len(results["sweeps"]) // 3)
     with style.applied():
@@ -139,6 +140,7 @@ def _errors(axes: Any, sweep: dict[str, Any], model: str) -> None:
     colour = style.MODELS[model]["color"]
     with np.errstate(divide="ignore", invalid="ignore"):
         near = np.abs(np.log(y[1:] / y[:-1])) <= np.log(WILD)
+    near &= np.array(sweep["between"]["follows"], bool)
     for first in np.flatnonzero(near):
         axes.plot(x[first : first + 2], y[first : first + 2], color=colour, lw=0.7, alpha=0.6)
     marker = {"decoupled": "o", "independent": "s"}[model]
@@ -240,7 +242,7 @@ def _scatter(results: dict[str, Any]) -> str:
         error = np.array(sweep["between"]["rmse_xy_m"][_SHOWN], float)
         with np.errstate(divide="ignore", invalid="ignore"):
             ratios = np.exp(np.abs(np.log(error[1:] / error[:-1])))
-        finite = ratios[np.isfinite(ratios)]
+        finite = ratios[np.isfinite(ratios) & np.array(sweep["between"]["follows"], bool)]
         if finite.size:
             factors[name] = float(finite.max())
     if not factors:

@@ -69,7 +69,7 @@ def between(results: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """Yield a row per parameter and value between, with measures and differences."""
     for name, sweep in results["sweeps"].items():
         columns = dict(sweep["between"])
-        del columns["ended_early"]
+        del columns["ended_early"], columns["follows"]
         for model, errors in columns.pop("rmse_xy_m").items():
             columns[f"rmse_xy_m_{model}"] = errors
         for row in zip(*columns.values(), strict=True):
@@ -162,8 +162,9 @@ def _spread(results: dict[str, Any]) -> list[str]:
 
 def neighbour_ratio(sweep: dict[str, Any]) -> float:
     """Return the largest factor between the errors at neighbouring values of a parameter."""
-    errors = sweep["between"]["rmse_xy_m"]["decoupled"]
-    ratios = [b / a for a, b in zip(errors, errors[1:], strict=False) if a > 0 and b > 0]
+    errors, follows = sweep["between"]["rmse_xy_m"]["decoupled"], sweep["between"]["follows"]
+    pairs = zip(errors, errors[1:], follows, strict=False)
+    ratios = [b / a for a, b, next_one in pairs if next_one and a > 0 and b > 0]
     return max((max(ratio, 1 / ratio) for ratio in ratios), default=1.0)
 
 

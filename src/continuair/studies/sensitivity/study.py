@@ -179,7 +179,8 @@ def _rows(
 def _between(
     vehicle: Vehicle, scenario: Scenario, parameter: Parameter, step: float
 ) -> dict[str, Any]:
-    """Measures and horizontal differences of many values, as lists over those flown to the end."""
+    """Measures and horizontal differences of many values, as lists over those flown to the end, and
+    of each but the first whether the one before it was flown to the end."""
     values = parameter.between()
     vehicles, _ = batch(vehicle, scenario, parameter, values)
     flown = _fly(vehicle, scenario, parameter, values, step)
@@ -194,6 +195,7 @@ def _between(
     }
     return {
         "ended_early": values[ended].tolist(),
+        "follows": (np.diff(kept) == 1).tolist(),
         **{name: column[kept].tolist() for name, column in columns.items()},
         "rmse_xy_m": {model: column[kept].tolist() for model, column in errors.items()},
     }
