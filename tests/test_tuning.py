@@ -18,6 +18,7 @@ from continuair.scenario.tracking_task import START_BEND, START_OFFSET, damping_
 from continuair.studies.tracking import tuning
 from continuair.studies.tracking.candidates import LOST, fly, fly_whole
 from continuair.studies.tracking.tuning import as_toml, tune
+from continuair.vehicle import vehicle_file
 from tests.new_user import NEW_USER
 
 PAPER = ca.load_vehicle("paper")
@@ -180,3 +181,21 @@ def test_the_command_writes_the_gains_tells_what_they_lose_and_ends_with_its_cod
     assert "letter L is lost" in result.stderr and "# fast, decoupled" in out.read_text("utf-8")
     assert "continuair advise two_section --task track:M --gains" in result.stderr
     assert json.dumps(found["gains"]["gains"]) in out.read_text("utf-8")
+
+
+def test_the_command_names_one_that_flies_the_vehicle(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`tracking` refuses rotors that cannot push in any direction; `advise` leaves them out."""
+    found = {
+        "gains": {"gains": "current", "bandwidth": 5.0}, "interrupted": False, "flies": True,
+        "record": {"rms_px": {}, "lost": {}, "seed": 0}, "remarks": [],
+    }  # fmt: skip
+    monkeypatch.setattr(tuning, "tune", lambda *_, **__: found)
+    rotors = {"layout": "quad_x", "lever": 0.25, "thrust_limits": [0.0, 15.0]}
+    flat = NEW_USER.replace({"uav.rotors": rotors | {"torque_per_thrust": 0.02}})
+    for vehicle, command in ((flat, "advise"), (NEW_USER, "tracking")):
+        file, out = tmp_path / f"{command}.toml", tmp_path / f"{command}_gains.toml"
+        file.write_text(vehicle_file.as_toml(vehicle), encoding="utf-8")
+        result = CliRunner().invoke(app, ["tune", "--vehicle", str(file), "--out", str(out)])
+        assert f"fly them with: continuair {command} " in result.stderr

@@ -73,6 +73,7 @@ def tune(
     with 1 if they fly no setting.
     """
     from continuair.files import new_file, reason, write_new
+    from continuair.scenario.tracking_task import without_rotors
     from continuair.studies.tracking.tuning import as_toml
     from continuair.studies.tracking.tuning import tune as search
     from continuair.vehicle.vehicle import load_vehicle
@@ -91,7 +92,7 @@ def tune(
         ) from None
     _show_found(found)
     command = f"tracking --vehicle {vehicle}"
-    if flown.has_arm_list:
+    if flown.has_arm_list or without_rotors(flown)[1]:  # which tracking refuses
         command = f"advise {vehicle} --task track:M"
     typer.echo(f"Gains are in {out}; fly them with: continuair {command} --gains {out}", err=True)
     if found["interrupted"] or not found["flies"]:
