@@ -66,13 +66,13 @@ def first_acceleration(vehicle: Vehicle, start: xr.Dataset, plant: str) -> Array
 def image_slopes(flight: xr.Dataset, vehicle: Vehicle) -> Array:
     """J_L's columns of the UAV's translation (time, 2n, 3): the image's rate per speed [1/m]; NaN
     after the end of a flight."""
-    seen = to_normalised(vehicle.camera, samples(flight, "features", "pixel"))
-    L = interaction_matrix(seen, samples(flight, "depth", "point"))
     attitude = samples(flight, "camera_attitude", "quaternion")
     flying = np.linalg.norm(attitude, axis=-1) > 0.0
-    slopes: Array = np.full((*L.shape[:-1], 3), np.nan)
+    seen = to_normalised(vehicle.camera, samples(flight, "features", "pixel")[flying])
+    L = interaction_matrix(seen, samples(flight, "depth", "point")[flying])
     axes = Rotation.from_quat(attitude[flying]).as_matrix()
-    slopes[flying] = L[flying][..., :3] @ np.swapaxes(axes, -1, -2)
+    slopes: Array = np.full((len(attitude), L.shape[-2], 3), np.nan)
+    slopes[flying] = L[..., :3] @ np.swapaxes(axes, -1, -2)
     return slopes
 
 
