@@ -102,6 +102,14 @@ def test_the_sentence_follows_from_limits(
     assert (found["scope"], found["text"]) == (scope, text)
 
 
+def test_what_is_missed_is_found_and_told_of_the_decoupled_model_alone() -> None:
+    case = results(2.5, False)
+    for part in case["excitations"].values():
+        part["models"]["independent"] = part["models"]["decoupled"]
+    text = verdict(case, "fast-flight", "independent")["text"]
+    assert text == "decouple for motion below 2.5 Hz, but not in free fall"
+
+
 def test_what_limit_and_exception_both_miss_is_told_once() -> None:
     case = results(2.5, False)
     case["excitations"]["fall"]["responsible"] = "inertia"

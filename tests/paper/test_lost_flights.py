@@ -10,7 +10,9 @@ import continuair as ca
 from continuair.flight.resolution import steps_told_of
 from continuair.scenario.paper_tests import open_loop_test
 from continuair.studies.open_loop.study import OpenLoop
+from continuair.studies.paper.evidence import Evidence
 from continuair.studies.paper.judges import disks, letter, open_loop
+from continuair.studies.paper.judging import judge
 from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED, UNDECIDED, judged
 from tests.paper import given
 
@@ -80,3 +82,9 @@ def test_shares_of_disks_are_not_known_where_steps_do_not_agree(
     monkeypatch.setattr(disks, "_SAME", 1e-15)
     assert np.isnan(disks.shares_of_energy(VEHICLE, "C")[0].larger)
     assert np.isnan(list(disks.errors_of_tests(VEHICLE).values())).all()
+
+
+def test_times_of_a_vehicle_that_loses_its_target_are_not_decided_and_end_nothing() -> None:
+    (found,) = judge(["IV-C.16"], Evidence(ca.load_vehicle("table1"), quick=True))
+    assert found["verdict"] == UNDECIDED
+    assert "does not fly 5 s" in found["evidence"] and not found["evidence"].endswith(".")

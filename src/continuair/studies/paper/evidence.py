@@ -8,6 +8,7 @@ from operator import attrgetter
 from typing import Any
 
 from continuair.controllers.gain_files import load_gains
+from continuair.errors import InputError
 from continuair.kernels.dynamics import PLANTS
 from continuair.progress import Progress
 from continuair.studies.cost import cost
@@ -38,6 +39,10 @@ what is there."""
 
 class NotFlown(Exception):
     """What a sentence asks for is left out of a quick run."""
+
+
+class NotTimed(Exception):
+    """The vehicle does not fly what would be timed, for a reason in a sentence."""
 
 
 class Evidence:
@@ -106,7 +111,11 @@ class Evidence:
         if self._before_timing is not None:
             self._before_timing()
         # The paper times these two alone, and each model takes seconds to compile.
-        return self._kept("cost", cost(self.vehicle, models=PLANTS, progress=self._progress))
+        try:
+            found = cost(self.vehicle, models=PLANTS, progress=self._progress)
+        except InputError as error:
+            raise NotTimed(str(error).rstrip(".")) from None
+        return self._kept("cost", found)
 
     @cached_property
     def drawn(self) -> Drawn:

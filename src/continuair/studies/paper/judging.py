@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from continuair import checks
-from continuair.studies.paper.evidence import Evidence, NotFlown
+from continuair.studies.paper.evidence import Evidence, NotFlown, NotTimed
 from continuair.studies.paper.judges import (
     closed_loop,
     dynamics,
@@ -18,7 +18,7 @@ from continuair.studies.paper.judges import (
     summary,
 )
 from continuair.studies.sentences import PARTS, sentences
-from continuair.studies.verdicts import Judgement, sentence_case
+from continuair.studies.verdicts import UNDECIDED, Judgement, sentence_case
 
 NOT_JUDGED = "not judged"
 """Verdict on a sentence whose evidence a quick run leaves out."""
@@ -61,4 +61,6 @@ def judge(names: Iterable[str], evidence: Evidence) -> Iterator[dict[str, Any]]:
             found = JUDGES[name](evidence)
         except NotFlown as missing:
             found = Judgement(NOT_JUDGED, f"a quick run leaves out {missing}")
+        except NotTimed as reason:
+            found = Judgement(UNDECIDED, str(reason))
         yield vars(sentence) | vars(found) | {"evidence": sentence_case(found.evidence)}
