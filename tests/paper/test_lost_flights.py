@@ -78,7 +78,7 @@ def test_errors_with_disks_and_without_are_those_of_steps_that_resolve_them() ->
 def test_shares_of_disks_are_not_known_where_steps_do_not_agree(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(disks, "_STEPS", (1e-3, 5e-4))
+    monkeypatch.setattr(disks, "SHORTER", (1e-3, 5e-4))
     monkeypatch.setattr(disks, "_SAME", 1e-15)
     assert np.isnan(disks.shares_of_energy(VEHICLE, "C")[0].larger)
     assert np.isnan(list(disks.errors_of_tests(VEHICLE).values())).all()

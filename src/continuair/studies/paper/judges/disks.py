@@ -21,6 +21,7 @@ from continuair.flight.resolution import steps_told_of
 from continuair.flight.simulate import simulate
 from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, open_loop_test
 from continuair.studies.extremes import largest
+from continuair.studies.paper.judges.words import SHORTER
 from continuair.sweeps.pairs import run_pairs
 from continuair.vehicle.coordinates import paper_rates
 from continuair.vehicle.vehicle import Vehicle
@@ -40,8 +41,8 @@ RADII = (0.001, 0.005, 0.010)
 
 _GRAVITY, _BETWEEN_SAMPLES = 9.81, 0.05
 
-_STEPS, _SAME = (1e-4, 2.5e-5, 6.25e-6, 1.5625e-6), 0.01
-"""Steps [s], and the share within which what is found with two of them in turn is the same."""
+_SAME = 0.01
+"""The share within which what is found with two steps in turn is the same."""
 
 _STATE = ("position", "attitude", "bend", "velocity", "angular_velocity", "bend_rate")
 
@@ -111,7 +112,7 @@ def errors_of_tests(vehicle: Vehicle) -> dict[str, float]:
 def _settled(found_with: Callable[[float], Array]) -> Array:
     """What is found with a step, from the first one with which it is as with the one before."""
     before: Array | None = None
-    for step in _STEPS:
+    for step in SHORTER:
         with steps_told_of():
             found = found_with(step)
         if before is not None and (np.abs(found - before) <= _SAME * np.abs(found)).all():

@@ -23,7 +23,7 @@ from continuair.studies.paper.judges.times import (
     seconds,
     unexplained,
 )
-from continuair.studies.paper.judges.words import NEGLIGIBLE, PRONOUNCED, SAME
+from continuair.studies.paper.judges.words import NEGLIGIBLE, PRONOUNCED, SAME, SHORTER
 from continuair.studies.sensitivity.findings import column, listed
 from continuair.studies.verdicts import Judgement, all_of, judged
 
@@ -118,10 +118,6 @@ def cost_of_elasticity(evidence: Evidence) -> Judgement:
 _KEPT = 1e-6
 """A share by which energy and momenta may drift and count as kept."""
 
-_SHORTER = (1e-4, 2.5e-5, 6.25e-6, 1.5625e-6)
-"""Steps [s] that are flown until they are kept: the error of a step falls with the step, what a
-model loses stays."""
-
 
 def mutual_interactions(evidence: Evidence) -> Judgement:
     """V.2: does the coupled model keep energy and both momenta in free flight?"""
@@ -129,7 +125,8 @@ def mutual_interactions(evidence: Evidence) -> Judgement:
     free = Scenario("free flight", q, qd, gravity=0.0)
     undamped = evidence.vehicle.replace({"arm.damping": 0.0, "arm.damping_ratio": None})
     kept = ("kinetic_energy", "elastic_energy", "linear_momentum", "angular_momentum")
-    for step in _SHORTER:
+    # The error of a step falls with the step; what a model loses stays.
+    for step in SHORTER:
         data = simulate(undamped, free, step=step, sample=1e-2, variables=kept)
         drifts = {
             "energy": _drift((data[kept[0]] + data[kept[1]]).to_numpy()[:, None]),
