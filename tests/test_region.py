@@ -18,6 +18,7 @@ from continuair.figures import region as figures
 from continuair.figures.laws import LAWS as STYLES
 from continuair.flight.resolution import RESOLVED
 from continuair.studies.region.flights import TARGET
+from continuair.studies.region.report import summary
 from continuair.studies.region.starts import BEND, HEIGHT, RANDOM, SIDEWAYS, TILT, YAW, starts
 from continuair.studies.region.study import Region, region
 from continuair.studies.standard_laws import LAWS
@@ -146,7 +147,11 @@ def test_a_study_writes_tables_flights_and_figures_with_failures_drawn_as_failed
     assert {"region.json", "region.csv", "table.md", "region_flights.nc"} <= written
     assert {"reach_coupled_1000_hz.png", "random_coupled_1000_hz.svg"} <= written
     results = json.loads((tmp_path / "out" / "region.json").read_text("utf-8"))
-    assert "Failed: constant" in (tmp_path / "out" / "table.md").read_text("utf-8")
+    table = (tmp_path / "out" / "table.md").read_text("utf-8")
+    assert "Failed: constant" in table
+    for case in results["cases"]:
+        for entry in case["directions"]:
+            assert not entry["reason"] or not entry["in_view"] or entry["reason"] in table
     figure = figures.random_starts(results, study.flights, "coupled", 1000.0)
     crosses = [
         len(line.get_xdata())  # type: ignore[arg-type]
@@ -169,6 +174,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "law": ({"laws": ["now"]}, "laws holds 'now'"),
     "model": ({"models": ["rigid"]}, "models holds 'rigid'"),
     "rate": ({"rates": [0.0]}, "rates holds 0.0; give control rates above 0"),
+    "alike": ({"rates": [100.0, 100.00001]}, "of which some are written alike"),
     "no rate": ({"rates": []}, "rates is empty"),
     "runs": ({"runs": 0}, "runs is 0"),
     "gains for another law": (
@@ -201,3 +207,18 @@ def test_the_command_refuses_in_one_sentence(tmp_path: Path) -> None:
 def test_the_command_shows_its_laws() -> None:
     help_text = CliRunner().invoke(cli.app, ["region", "--help"]).stdout
     assert all(law in help_text for law in LAWS)
+
+
+def test_flights_whose_rotors_saturate_are_counted_and_told(vehicle: ca.Vehicle) -> None:
+    weight = 9.81 * (vehicle.uav.mass + vehicle.arm.mass)
+    rotors = {
+        "layout": "hex_tilted", "lever": 0.3, "tilt": 0.5, "torque_per_thrust": 0.02,
+        "thrust_limits": [0.0, 0.25 * weight],
+    }  # fmt: skip
+    tilted = vehicle.replace({"uav.rotors": rotors})
+    with pytest.warns(ca.ContinuairWarning, match="rotors saturate"):
+        found = region(tilted, laws=["constant"], models=["coupled"], runs=3)
+    (case,) = found.results["cases"]
+    assert case["saturated"] == int((found.flights["largest_saturation"] > 1e-9).sum()) > 0
+    told = f"Rotors saturate in {case['saturated']} flights of constant, coupled, 1000 Hz."
+    assert told in summary(found.results)

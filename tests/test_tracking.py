@@ -388,3 +388,21 @@ def test_studies_tell_of_the_damping_that_they_give_an_undamped_arm() -> None:
     two = ca.load_vehicle("two_section").replace({"arm.arm.section.0.damping": 0.0})
     name = two.arms[0].section[0].name
     assert f"of arm.arm.section.{name}, which" in damping_notes(two)[0]
+
+
+def test_rotors_that_saturate_are_told_in_the_results_and_in_a_sentence(
+    vehicle: ca.Vehicle,
+) -> None:
+    # Rotors that just carry the vehicle, and cannot push as the law asks for at the start.
+    weight = 9.81 * (vehicle.uav.mass + vehicle.arm.mass)
+    rotors = {
+        "layout": "hex_tilted", "lever": 0.3, "tilt": 0.5, "torque_per_thrust": 0.02,
+        "thrust_limits": [0.0, 0.25 * weight],
+    }  # fmt: skip
+    tilted = vehicle.replace({"uav.rotors": rotors})
+    with pytest.warns(ca.ContinuairWarning, match="rotors saturate"):
+        results = tracking(tilted, "M", models=["coupled"], settings=["fast"]).results
+    beyond = results["letters"]["M"]["coupled"]["largest_saturation"]
+    assert beyond > 0.0
+    (told,) = [line for line in tracking_output.remarks(results) if "rotors saturate" in line]
+    assert f"asked for up to {beyond:.1%} of their range beyond it" in told

@@ -78,6 +78,11 @@ def saturation(errors: Array) -> Array:
     return errors[..., 3]
 
 
+def is_beyond_limits(largest: Array | float) -> Array:
+    """Whether rotors were asked for more than rounding beyond their limits, by the saturation."""
+    return np.asarray(largest) > _ROUNDING
+
+
 def summed(errors: Sequence[Array]) -> Array:
     """The sums (..., SUMS) of a roll-out, of those of its parts in turn."""
     parts = np.array(errors)
@@ -128,7 +133,7 @@ def warn_of_missed_inputs(errors: Array, steps: Array, stacklevel: int) -> None:
 
 def warn_of_saturation(largest: Array, stacklevel: int) -> None:
     """Warn if rotors were asked for thrusts beyond their limits, (runs,) or (runs, models)."""
-    wrong = np.asarray(largest.reshape(len(largest), -1).max(axis=1) > _ROUNDING)
+    wrong = is_beyond_limits(largest.reshape(len(largest), -1).max(axis=1))
     if wrong.any():
         warn(
             f"rotors saturate{in_runs(wrong.sum(), len(wrong))}: they are asked for up to "

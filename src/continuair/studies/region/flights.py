@@ -38,9 +38,12 @@ class Case:
         return f"{self.law}, {self.model}, {self.rate:g} Hz"
 
 
-ENDED = ("status", "end_time", "error", "step_error")
-"""What is kept of a flight: its status, when it ended [s], its largest feature error at the end
-[px], NaN of one that ended early, and how well its steps resolved it."""
+def kept_of(vehicle: Vehicle) -> tuple[str, ...]:
+    """What is kept of a flight: its status, when it ended [s], its largest feature error at the end
+    [px], NaN of one that ended early, how well its steps resolved it, and the most that rotors, if
+    there are any, were asked for beyond their limits."""
+    saturation = () if vehicle.uav.rotors is None else ("largest_saturation",)
+    return ("status", "end_time", "error", "step_error", *saturation)
 
 
 def batches(runs: int) -> list[slice]:
@@ -49,7 +52,7 @@ def batches(runs: int) -> list[slice]:
 
 
 def fly(vehicle: Vehicle, case: Case, law: Controller, q: Array, steps: Steps) -> Array:
-    """Fly a law from starts q (runs, 8) at rest; ENDED of each flight (4, runs)."""
+    """Fly a law from starts q (runs, 8) at rest; what is kept of each flight (kept, runs)."""
     found = []
     for batch in batches(len(q)):
         steps.begin(str(case))
@@ -62,6 +65,6 @@ def fly(vehicle: Vehicle, case: Case, law: Controller, q: Array, steps: Steps) -
                 vehicle, scenario, model=case.model, sample=_SAMPLE, variables=["feature_error"]
             )
         late = abs(data["feature_error"]).sel(time=slice(DURATION - JUDGED, None))
-        error = late.max(("time", "pixel"), skipna=False)
-        found.append([data["status"], data["end_time"], error, data["step_error"]])
+        data["error"] = late.max(("time", "pixel"), skipna=False)
+        found.append([data[name] for name in kept_of(vehicle)])
     return np.concatenate(found, axis=1).astype(float)

@@ -87,6 +87,7 @@ def summary(results: dict[str, Any]) -> list[str]:
         f"All points in view, {BOX}; seed {results['seed']}.",
         "",
         *_shares(results),
+        *_saturated(results),
     ]
 
 
@@ -111,15 +112,31 @@ def _shares(results: dict[str, Any]) -> list[str]:
     return as_markdown(headings, cells, headings[:1])
 
 
+def _saturated(results: dict[str, Any]) -> list[str]:
+    """A sentence about the cases in which rotors are asked for more than they give."""
+    cases = [
+        f"{each['saturated']} flights of {name_of(each)}"
+        for each in results["cases"]
+        if each.get("saturated")
+    ]
+    return ["", f"Rotors saturate in {'; '.join(cases)}."] if cases else []
+
+
 def _listed(case: dict[str, Any]) -> list[str]:
     """The first failures of a case, with their reasons."""
     failures = case["random"]["failures"]
-    if not failures:
-        return []
-    lines = ["", f"## Failed: {name_of(case)}", ""]
+    lines = [f"* {each}." for each in _first_failures(case["directions"])]
     for each in failures[:_LISTED]:
         start = ", ".join(f"{each[name]:.3g}" for name in COORDINATES)
         lines.append(f"* [{start}]: {each['reason']}.")
     if len(failures) > _LISTED:
         lines.append(f"* and {len(failures) - _LISTED} more, in region.csv.")
-    return lines
+    return ["", f"## Failed: {name_of(case)}", "", *lines] if lines else []
+
+
+def _first_failures(directions: list[dict[str, Any]]) -> Iterator[str]:
+    """Yield where a case first fails in each direction, and why."""
+    for each in directions:
+        if each["failed_at"] is not None and each["in_view"]:
+            off = f"{each['direction']} off by {each['failed_at']:g}{each['unit']}"
+            yield f"{off}, bent by {each['bend_1_m']:g} 1/m: {each['reason']}"

@@ -13,7 +13,7 @@ import xarray as xr
 from continuair import checks
 from continuair.controllers.gain_files import Gains
 from continuair.errors import InputError, shown
-from continuair.flight.resolution import RESOLVED
+from continuair.flight.resolution import RESOLVED, is_beyond_limits
 from continuair.kernels.dynamics import MODELS, PLANTS
 from continuair.kernels.step import OK, STATUS
 from continuair.progress import Progress, Steps
@@ -21,11 +21,11 @@ from continuair.scenario.tracking_task import SETTINGS, damping_notes, equipped
 from continuair.studies.ladder import climbed
 from continuair.studies.region.flights import (
     DURATION,
-    ENDED,
     TARGET,
     Case,
     batches,
     fly,
+    kept_of,
 )
 from continuair.studies.region.starts import BENDS, DIRECTIONS, RANDOM, starts
 from continuair.studies.standard_laws import LAWS, check_gains, law_of
@@ -83,12 +83,13 @@ def region(
     seen = begun["visible"].to_numpy()
     q = begun["q"].to_numpy()[seen]
     steps = Steps(progress, len(cases) * len(batches(len(q))))
-    flown_all = np.full((len(ENDED), len(cases), len(seen)), np.nan)
+    kept = kept_of(flown)
+    flown_all = np.full((len(kept), len(cases), len(seen)), np.nan)
     for place, case in enumerate(cases):
         flown_all[:, place, seen] = fly(flown, case, controllers[case.law], q, steps)
     flights = begun.assign_coords(law=names, model=plants, rate=hertz)
     shape = (len(names), len(plants), len(hertz), len(seen))
-    for name, values in zip(ENDED, flown_all, strict=True):
+    for name, values in zip(kept, flown_all, strict=True):
         flights[name] = (("law", "model", "rate", "start"), values.reshape(shape))
     flights["well"] = (flights["status"] == OK) & (flights["error"] < WELL)
     results = {
@@ -114,6 +115,11 @@ def _checked_rates(rates: Any) -> list[float]:
                 f"rates holds {shown(rate)}; give control rates above 0 and up to "
                 f"{_FASTEST:g} [Hz]."
             )
+    if len({f"{rate:g}" for rate in found}) < len(found):
+        raise InputError(
+            f"rates holds {shown(found)}, of which some are written alike; give control rates "
+            "that differ in six digits."
+        )
     return [float(rate) for rate in found]
 
 
@@ -126,6 +132,7 @@ def _found(case: Case, flights: xr.Dataset) -> dict[str, Any]:
         "law": case.law,
         "model": case.model,
         "rate_hz": case.rate,
+        **_saturated(own),
         "directions": [
             {"direction": name, "bend_1_m": bend, **_reach(own, name, bend)}
             for name in DIRECTIONS
@@ -139,6 +146,13 @@ def _found(case: Case, flights: xr.Dataset) -> dict[str, Any]:
             "failures": [_failure(drawn.isel(start=run)) for run in np.flatnonzero(~well)],
         },
     }
+
+
+def _saturated(own: xr.Dataset) -> dict[str, int]:
+    """In how many of a case's flights rotors, if there are any, are asked for too much."""
+    if "largest_saturation" not in own:
+        return {}
+    return {"saturated": int(is_beyond_limits(own["largest_saturation"].to_numpy()).sum())}
 
 
 def _reach(own: xr.Dataset, direction: str, bend: float) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from continuair.analysis.convergence import CONVERGED
+from continuair.flight.resolution import is_beyond_limits
 from continuair.kernels.dynamics import REFERENCE
 from continuair.kernels.step import STATUS
 from continuair.studies.results import ResultFolder
@@ -94,7 +95,7 @@ def as_table(results: dict[str, Any]) -> str:
 
 def remarks(results: dict[str, Any]) -> list[str]:
     """Return a sentence for the flights of a setting that ended early alike, about the first, and
-    one for those that the step has not settled, about the worst."""
+    one for those that the step has not settled and those whose rotors saturate, about the worst."""
     lines = []
     for setting in (results["setting"], *results["settings"]):
         flights = {
@@ -102,7 +103,7 @@ def remarks(results: dict[str, Any]) -> list[str]:
             for name, letter, model, entry in rows(results)
             if name == setting
         }
-        lines += [*_ended_early(flights), *_unsettled(flights)]
+        lines += [*_ended_early(flights), *_unsettled(flights), *_saturated(flights)]
     return lines
 
 
@@ -114,8 +115,7 @@ def _ended_early(flights: dict[str, dict[str, Any]]) -> Iterator[str]:
             if entry["status"] == status
         }
         first = min(ends, key=lambda flight: ends[flight])
-        others = f"; likewise {len(ends) - 1} more of {len(flights)}" if len(ends) > 1 else ""
-        yield f"* {first}: ended at {ends[first]:.3g} s, {STATUS[status]}{others}."
+        yield f"* {first}: ended at {ends[first]:.3g} s, {STATUS[status]}{_more(ends, flights)}."
 
 
 def _unsettled(flights: dict[str, dict[str, Any]]) -> Iterator[str]:
@@ -130,8 +130,24 @@ def _unsettled(flights: dict[str, dict[str, Any]]) -> Iterator[str]:
         changes = f"changes the error by {shares[worst]:.1%} of its RMS"
         if np.isinf(shares[worst]):
             changes = "leaves no error to compare"
-        others = f"; likewise {len(shares) - 1} more of {len(flights)}" if len(shares) > 1 else ""
-        yield f"* {worst}: not converged, half the step {changes}{others}."
+        yield f"* {worst}: not converged, half the step {changes}{_more(shares, flights)}."
+
+
+def _saturated(flights: dict[str, dict[str, Any]]) -> Iterator[str]:
+    beyond = {
+        flight: entry["largest_saturation"]
+        for flight, entry in flights.items()
+        if is_beyond_limits(entry.get("largest_saturation", 0.0))
+    }
+    if beyond:
+        worst = max(beyond, key=lambda flight: beyond[flight])
+        asked = f"rotors saturate, asked for up to {beyond[worst]:.1%} of their range beyond it"
+        yield f"* {worst}: {asked}{_more(beyond, flights)}."
+
+
+def _more(alike: dict[str, float], flights: dict[str, dict[str, Any]]) -> str:
+    """How many flights besides the one that a sentence is about are alike."""
+    return f"; likewise {len(alike) - 1} more of {len(flights)}" if len(alike) > 1 else ""
 
 
 def _stability(results: dict[str, Any]) -> list[str]:

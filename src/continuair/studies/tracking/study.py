@@ -238,6 +238,7 @@ def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
         "status": int(flight["status"]),
         "end_time_s": float(flight["end_time"]),
         "step_error": float(flight["step_error"]),
+        **_saturated(flight),
         "rms_px": feature_rms(late),
         "max_px": float(np.abs(error).max()),
         "tip_rms_m": float(np.sqrt(np.mean(np.sum(off**2, axis=1)))),
@@ -249,6 +250,12 @@ def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
         "out_of_view_samples": _out_of_view(flight),
         "largest_bend_1_m": float(np.nanmax(np.linalg.norm(flight["bend"].to_numpy(), axis=1))),
     }
+
+
+def _saturated(flight: xr.Dataset) -> dict[str, float]:
+    """The most that rotors were asked for beyond their limits, of vehicles that have some."""
+    name = "largest_saturation"
+    return {name: float(flight[name])} if name in flight else {}
 
 
 def _out_of_view(flight: xr.Dataset) -> int:
