@@ -295,6 +295,16 @@ def test_the_table_marks_what_has_not_converged_and_leaves_digits_of_small_numbe
     assert "* Not converged." not in words(overview.table(results))
 
 
+def test_figures_of_flights_that_hang_on_the_step_say_so(
+    result: study.OpenLoop, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    results = json.loads(json.dumps(result.results))
+    results["tests"]["B"]["decoupled"] |= {"converged": False, "status": 0}
+    found = written(monkeypatch, figures.write, results, result.datasets)
+    marked = {name for name, figure in found.items() if "hang on the step: dec" in words(figure)}
+    assert marked == {f"test_B_{kind}" for kind in ("motion", "bending", "differences")}
+
+
 def test_the_table_counts_the_printed_numbers_that_ours_come_near(result: study.OpenLoop) -> None:
     results = json.loads(json.dumps(result.results))
     for letter in "AB":

@@ -112,7 +112,8 @@ def write(
     """Write all figures of the study as PNG, SVG and PDF; `file` gives the path of a name."""
     vehicle = style.plain(results["vehicle"]["name"])
     for letter, dataset in datasets.items():
-        name, subtitle = f"Test {letter}", f"Vehicle {vehicle}, Test {letter}: {ACTS[letter]}."
+        name, acts = f"Test {letter}", f"Vehicle {vehicle}, Test {letter}: {ACTS[letter]}."
+        subtitle = " ".join([acts, *_unconverged(results["tests"][letter])])
         style.save(motion(dataset, name, subtitle), f"test_{letter}_motion", file)
         style.save(bending(dataset, name, subtitle), f"test_{letter}_bending", file)
         if _others(dataset):
@@ -133,6 +134,12 @@ def spectral_peaks(peaks: dict[str, Peak | None]) -> str:
         for model, peak in peaks.items()
     }
     return f"the bend's spectrum peaks {grouped(words)}"
+
+
+def _unconverged(entries: dict[str, dict[str, Any]]) -> list[str]:
+    """A sentence on models whose flights hang on the step; those that ended early are told of."""
+    names = [name for name, each in entries.items() if not each["converged"] and not each["status"]]
+    return [f"Not converged, so that curves hang on the step: {', '.join(names)}."] if names else []
 
 
 def _tip(dataset: xr.Dataset) -> dict[str, dict[str, Array]]:
