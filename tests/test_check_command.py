@@ -178,7 +178,7 @@ def rotors(lever: float = 0.2, most: float = 20, lag: float = 0.03, torque: floa
 @pytest.mark.parametrize(
     ("text", "other", "doubt"),
     [
-        ("density = 7850.0", "density = 1e9", "arm.density is 1e+09 kg/m³, more than any"),
+        ("density = 7850.0", "density = 2e5", "arm.density is 2e+05 kg/m³, more than any"),
         ("radius = 0.005", "radius = 0.0002", "above 1: held level, the arm of 1 m folds"),
         (
             "damping = 0.0",

@@ -18,6 +18,7 @@ import continuair as ca
 import continuair.cli as cli
 import continuair.studies.open_loop.study as study
 from continuair import files, identification
+from continuair.figures.style import pictures_only
 from continuair.studies.results import UNFINISHED, ResultFolder
 from continuair.studies.tracking import tuning
 from continuair.vehicle.vehicle_file import write_vehicle
@@ -183,13 +184,17 @@ def test_an_unlisted_link_for_the_word_of_incompleteness_is_refused_before_work(
     assert not Path("victim").exists()
 
 
-def test_what_has_another_name_elsewhere_is_not_written_through(tmp_path: Path) -> None:
-    assert run("open-loop", "--tests", "B", "--out", "out").exit_code == 0
-    victims = {}
-    for path in [*Path("out").iterdir()]:
-        os.link(path, f"victim{path.name}")
-        victims[path.name] = path.read_bytes()
-    assert run("open-loop", "--tests", "B", "--out", "out").exit_code == 0
+def test_what_has_another_name_elsewhere_is_not_written_through(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(study, "simulate", flight)
+    with pictures_only():
+        assert run("open-loop", "--tests", "B", "--out", "out").exit_code == 0
+        victims = {}
+        for path in [*Path("out").iterdir()]:
+            os.link(path, f"victim{path.name}")
+            victims[path.name] = path.read_bytes()
+        assert run("open-loop", "--tests", "B", "--out", "out").exit_code == 0
     assert {name: Path(f"victim{name}").read_bytes() for name in victims} == victims
     assert all(os.stat(f"victim{name}").st_nlink == 1 for name in victims)
 
