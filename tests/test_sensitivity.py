@@ -315,6 +315,43 @@ def test_a_row_that_has_not_converged_is_said_not_to_have(flown: study.Sensitivi
     assert "there is no step error, as not every flight at half the step" in told
 
 
+def test_values_between_whose_steps_make_their_differences_are_left_out_and_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    whole = study._between
+    at = PARAMETERS["UAV mass"]
+    before = whole(PAPER, flight(), at, 1e-3)
+    assert before["unresolved"] == []
+    # As if a difference had to be a million times what the step makes.
+    monkeypatch.setattr(study, "STEP_SHARE", 1e-6)
+    after = whole(PAPER, flight(), at, 1e-3)
+    assert sorted([*after["value"], *after["unresolved"]]) == before["value"]
+    assert len(after["unresolved"]) > 5
+    sweep = {"rows": [], "between": after}
+    said = sensitivity_output.remarks({"sweeps": {"UAV mass": sweep}})
+    assert f"UAV mass: {len(after['unresolved'])} of the values between are left out" in said[1]
+
+
+def test_euler_angles_that_samples_do_not_follow_are_said_to_have_no_error(
+    flown: study.Sensitivity,
+) -> None:
+    changed = json.loads(json.dumps(flown.results))
+    assert "- of a flight to its end" not in " ".join(sensitivity_output.remarks(changed))
+    changed["sweeps"]["UAV mass"]["rows"][1]["models"]["decoupled"]["nrmse_r"] = math.nan
+    assert "- of a flight to its end" in " ".join(sensitivity_output.remarks(changed))
+
+
+def test_figures_name_values_that_hang_on_the_step(flown: study.Sensitivity) -> None:
+    changed = json.loads(json.dumps(flown.results))
+    changed["sweeps"]["UAV mass"]["rows"][1]["models"]["decoupled"]["converged"] = False
+    changed["sweeps"]["UAV mass"]["between"]["unresolved"] = [1.5]
+    for figure in (figures.errors(changed), figures.paths(changed, flown.datasets)):
+        told = " ".join(text.get_text() for text in figure.texts).replace("\n", " ")
+        assert "hang on the step: UAV mass 2 kg." in told
+    told = " ".join(text.get_text() for text in figures.errors(changed).texts)
+    assert "do not resolve them: 1 of UAV mass" in told.replace("\n", " ")
+
+
 def test_flights_that_end_early_are_said_to_and_leave_nothing_to_judge_by() -> None:
     """The nominal bend of 0.1 1/m is more than a full circle of an arm of 70 m."""
     long = PAPER.replace({"arm.length": 70.0})
@@ -325,6 +362,8 @@ def test_flights_that_end_early_are_said_to_and_leave_nothing_to_judge_by() -> N
     said = "\n".join(sensitivity_output.remarks(found.results))
     assert "UAV mass 1 kg, coupled, has not converged: status 2." in said
     assert "41 of the values between are left out" in said
+    assert math.isnan(sensitivity_output.neighbour_ratio(part))
+    assert math.isnan(sensitivity_output.closer_share(part))
     claims = [c for c in found.results["claims"] if c["about"] == "UAV mass"]
     assert {c["verdict"] for c in claims} == {UNDECIDED}
     sensitivity_output.as_table(found.results)

@@ -224,6 +224,24 @@ def test_a_flight_that_ended_early_is_no_success_whichever_it_is(letter: str, pl
     assert summary.on_par(found).verdict == UNDECIDED
 
 
+def test_a_lost_payload_says_nothing_of_the_two_plants() -> None:
+    letters = {
+        name: dict.fromkeys(("coupled", "decoupled"), GOOD) | {"independent": {"rms_px": np.nan}}
+        for name in given.LETTERS
+    }
+    found = closed_loop.robust_law(given.evidence(tracking=Tracking({"letters": letters}, {})))
+    assert found.verdict == REPRODUCED and "loses its target" in found.evidence
+
+
+@pytest.mark.parametrize(("change", "verdict"), [(0.05, REPRODUCED), (0.2, UNDECIDED)])
+def test_what_hangs_on_the_step_of_a_letter_is_not_known(change: float, verdict: str) -> None:
+    letters = results(GOOD | {"step_halving_error": 0.01}, GOOD | {"step_halving_error": change})
+    study = Tracking({"letters": letters}, {})
+    found = closed_loop.JUDGES["V.13"](given.evidence(tracking=study, letter=study))
+    assert found.verdict == verdict
+    assert ("hangs on the step of M, decoupled" in found.evidence) == (verdict == UNDECIDED)
+
+
 def test_a_lost_point_is_no_success() -> None:
     letters = results(GOOD, GOOD | {"out_of_view_samples": 3})
     found = closed_loop.tasks_done(given.evidence(tracking=Tracking({"letters": letters}, {})))

@@ -222,6 +222,16 @@ def test_disks_are_spread_to_the_tip_and_weigh_what_the_published_arm_leaves_the
     assert full.arm.mass - VEHICLE.arm.mass == pytest.approx(10 * disks.MASS)
 
 
+def test_a_vehicle_keeps_its_own_disks_beside_the_published_ones() -> None:
+    own = VEHICLE.replace({"arm.disks": [{"position": 0.5, "mass": 0.2, "inertia": (1e-5, 2e-5)}]})
+    full = disks.with_disks(own)
+    assert full.arm.mass - VEHICLE.arm.mass == pytest.approx(0.2 + 10 * disks.MASS)
+    bare = disks.errors_of_tests(own)
+    assert bare != disks.errors_of_tests(VEHICLE)
+    told = dynamics.effect_of_disks(Evidence(own)).evidence
+    assert f"error: {''.join(sorted('ABCD', key=bare.__getitem__))}, then" in told
+
+
 def test_energies_are_those_of_the_flight() -> None:
     """Kinetic energy and the change of potential energy, as the kernels log them."""
     full = disks.with_disks(VEHICLE)

@@ -1,5 +1,6 @@
 """Judges of abstract and conclusions: other physics, and other results, turn their verdicts."""
 
+import copy
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 import continuair as ca
 from continuair import equations
 from continuair.studies.open_loop.study import OpenLoop
-from continuair.studies.paper.drawn import Drawn, _rotation
+from continuair.studies.paper.drawn import MOMENT_ON_UAV, Drawn, _rotation
 from continuair.studies.paper.evidence import Evidence
 from continuair.studies.paper.judges import (
     complexity,
@@ -20,7 +21,7 @@ from continuair.studies.paper.judges import (
 )
 from continuair.studies.sensitivity.study import Sensitivity
 from continuair.studies.tracking.study import Tracking
-from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED
+from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED, UNDECIDED
 from tests.paper import given
 
 Array = np.ndarray
@@ -49,13 +50,32 @@ def swept(**errors: tuple[float, ...]) -> Sensitivity:
     return Sensitivity({"sweeps": sweeps}, {})
 
 
+def unsettled(study: Sensitivity, name: str) -> Sensitivity:
+    """The study with a row of a sweep that has not converged."""
+    results = copy.deepcopy(study.results)
+    results["sweeps"][name]["rows"][0]["models"]["decoupled"]["converged"] = False
+    return Sensitivity(results, {})
+
+
 def open_loop_of(position: dict[str, float], rotation: dict[str, float] | None = None) -> OpenLoop:
     turned = rotation or position
     tests = {
-        test: {"decoupled": {"rmse_t_m": error, "rmse_r_rad": turned[test]}}
+        test: {
+            "coupled": {"converged": True},
+            "decoupled": {"rmse_t_m": error, "rmse_r_rad": turned[test], "converged": True},
+        }
         for test, error in position.items()
     }
-    return OpenLoop({"tests": tests}, {})
+    return OpenLoop({"tests": tests, "coarser_steps": {test: [] for test in tests}}, {})
+
+
+def hanging(study: OpenLoop, test: str, **coarser: float) -> OpenLoop:
+    """The study with a test that has not converged, and its metrics at a coarser step."""
+    results = copy.deepcopy(study.results)
+    entries = results["tests"][test]
+    entries["decoupled"]["converged"] = False
+    results["coarser_steps"][test] = [{"decoupled": entries["decoupled"] | coarser}]
+    return OpenLoop(results, {})
 
 
 def test_one_threshold_has_to_keep_the_straight_arm_right_and_finite(
@@ -100,6 +120,10 @@ def test_discrepancies_are_pronounced_only_if_torques_and_arm_tell_most() -> Non
 
     assert judged(torques, of_arm) == REPRODUCED
     assert judged(force, of_arm) == judged(torques, of_uav) == NOT_REPRODUCED
+    # Where a coarser step says otherwise of what has not converged, nothing is known.
+    assert judged(hanging(torques, "C", rmse_t_m=0.25), of_arm) == REPRODUCED
+    assert judged(hanging(torques, "C", rmse_t_m=0.15), of_arm) == UNDECIDED
+    assert judged(torques, unsettled(of_arm, "arm length")) == UNDECIDED
 
 
 def test_errors_a_pixel_apart_are_not_on_par() -> None:
@@ -177,9 +201,10 @@ def test_two_strong_parameters_make_a_structure_that_matters() -> None:
     two = swept(arm_radius=(1.0, 1.0, 3.0), arm_length=(1.0, 2.5))
     assert judged(two) == REPRODUCED
     assert judged(one) == NOT_REPRODUCED
-    for row in two.results["sweeps"]["arm radius"]["rows"]:
-        row["models"]["decoupled"]["converged"] = False
-    assert judged(two) == NOT_REPRODUCED
+    # One that hangs on the step may be strong or not.
+    assert judged(unsettled(two, "arm radius")) == judged(unsettled(one, "UAV mass")) == UNDECIDED
+    assert judged(unsettled(two, "UAV mass")) == REPRODUCED
+    assert judged(unsettled(swept(), "UAV mass")) == NOT_REPRODUCED
 
 
 def test_an_appendix_of_an_arm_that_points_up_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -218,8 +243,14 @@ def test_the_oscillation_is_missed_only_if_off_by_a_tenth_and_more_than_if_short
 ) -> None:
     off = {"frequency": (0.0, 0.0), "amplitude": (0.0, 0.0), "phase": (short, long)}
     monkeypatch.setattr(conclusions, "_oscillation", lambda vehicle, study: off)
-    found = given.evidence(sensitivity=None, sensitivity_hertz=None)
+    study = swept()
+    found = given.evidence(sensitivity=study, sensitivity_hertz=study)
     assert conclusions.long_arms(found).verdict == verdict
+    found = given.evidence(sensitivity=unsettled(study, "arm length"), sensitivity_hertz=study)
+    assert conclusions.long_arms(found).verdict == UNDECIDED
+    off["phase"] = (short, np.nan)
+    lost = given.evidence(sensitivity=study, sensitivity_hertz=study)
+    assert "sin(2π f t): cannot be decided" in conclusions.long_arms(lost).evidence
 
 
 def test_a_share_of_the_range_is_that_of_the_horizontal_plane() -> None:
@@ -235,14 +266,15 @@ def test_a_share_of_the_range_is_that_of_the_horizontal_plane() -> None:
 
 
 def test_an_arm_that_is_far_off_at_one_modulus_is_not_passive_enough() -> None:
-    def judged(distance: float) -> str:
+    def judged(distance: float, sweeps: Sensitivity) -> str:
         flights = given.letters(lambda t, _: 0 * t, lambda t, _: distance + 0 * t)
         runs = flights.isel(letter=slice(0, 3)).rename(letter="run")
-        study = Sensitivity({}, {"Young's modulus": runs})
+        study = Sensitivity(sweeps.results, {"Young's modulus": runs})
         return conclusions.passive_arm(given.evidence(sensitivity=study)).verdict
 
-    assert judged(0.01) == REPRODUCED
-    assert judged(0.2) == NOT_REPRODUCED
+    assert judged(0.01, swept()) == REPRODUCED
+    assert judged(0.2, swept()) == NOT_REPRODUCED
+    assert judged(0.01, unsettled(swept(), "Young's modulus")) == UNDECIDED
 
 
 def test_both_named_conditions_have_to_be_good() -> None:
@@ -281,6 +313,37 @@ def test_actuation_is_judged_by_the_preset_and_by_most_vehicles() -> None:
     assert judged(1.5, 3.0, 3.0) == REPRODUCED
     assert judged(0.9, 3.0, 3.0) == judged(1.5, 1.5, 3.0) == judged(1.5, 3.0, 0.5)
     assert judged(1.5, 3.0, 0.5) == NOT_REPRODUCED
+
+
+def test_what_hangs_on_the_step_of_a_test_is_not_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    """IV-A.9 to 13 and V.12 with a Test C that has not converged."""
+    one = np.ones(10)
+    position = {"A": 0.1 * one, "B": one, "C": 3.0 * one, "D": 2.0 * one}
+    turned = position | {"A": 9.0 * one}
+    drawn = Drawn(position | {MOMENT_ON_UAV: 0.05 * one}, turned, 10.0 * one)
+    study = open_loop_of(
+        {"A": 0.01, "B": 0.1, "C": 0.36, "D": 0.2}, {"A": 1.04, "B": 0.1, "C": 0.9, "D": 0.1}
+    )
+
+    def judged(judge: Any, **coarser: float) -> str:
+        flown = hanging(study, "C", **coarser)
+        return str(judge(given.evidence(open_loop=flown, drawn=drawn)).verdict)
+
+    for judge, other in (
+        (open_loop.largest_errors, {"rmse_t_m": 0.5}),
+        (open_loop.position_by_test, {"rmse_t_m": 0.15}),
+        (open_loop.rotation_by_test, {"rmse_r_rad": 1.1}),
+        (conclusions.modes_of_actuation, {"rmse_r_rad": 1.1}),
+    ):
+        assert (judged(judge), judged(judge, **other)) == (REPRODUCED, UNDECIDED)
+    # What does not ask for Test C is known.
+    assert judged(open_loop.actuated_uav, rmse_t_m=9.0) == REPRODUCED
+    # A is not last, a moment on the vehicle itself is not harmless.
+    study = open_loop_of({"A": 0.03, "B": 0.01, "C": 0.36, "D": 0.2})
+    found = given.evidence(open_loop=study, drawn=drawn)
+    assert open_loop.position_by_test(found).verdict == NOT_REPRODUCED
+    monkeypatch.setattr(open_loop, "error_under_a_moment", lambda vehicle: 0.5)
+    assert open_loop.actuated_uav(found).verdict == NOT_REPRODUCED
 
 
 def test_turns_whose_angles_are_lost_are_judged_by_the_angle_between_tips() -> None:

@@ -62,7 +62,8 @@ def paths(results: dict[str, Any], datasets: dict[str, xr.Dataset]) -> Figure:
         for axes in distances:
             axes.set_ylim(low, high)
         text = f"{_subtitle(results)} Apart: RMS distance of the tips, windows of {_WINDOW:g} s."
-        style.head(figure, _farthest(results, largest), text, failed, _key())
+        told = [*failed, *_unconverged(results)]
+        style.head(figure, _farthest(results, largest), text, told, _key())
     return figure
 
 
@@ -87,7 +88,8 @@ def errors(results: dict[str, Any]) -> Figure:
         curves.logarithmic(figure.axes)
         handles = [handle for axes in figure.axes for handle in style.model_handles(axes)]
         text = f"{_subtitle(results)} Rings: values whose paths are drawn."
-        style.head(figure, _scatter(results), text, _failures(results), handles)
+        told = [*_failures(results), *_unconverged(results), *_left_out(results)]
+        style.head(figure, _scatter(results), text, told, handles)
     return figure
 
 
@@ -177,6 +179,27 @@ def _failures(results: dict[str, Any]) -> list[str]:
             values = ", ".join(f"{sweep['scale'] * value:.3g}" for value in sorted(ended))
             named.append(f"{name} {values} {sweep['units']}")
     return [f"× A flight ended early at {'; '.join(named)}."] if named else []
+
+
+def _unconverged(results: dict[str, Any]) -> list[str]:
+    """A sentence on the values compared with flights that hang on the step."""
+    named = [
+        f"{name} {row['label']}"
+        for name, sweep in results["sweeps"].items()
+        for row in sweep["rows"]
+        if any(not e["converged"] and not e["status"] for e in row["models"].values())
+    ]
+    return [f"Not converged, so that they hang on the step: {', '.join(named)}."] if named else []
+
+
+def _left_out(results: dict[str, Any]) -> list[str]:
+    """A sentence on the values between that are left out, as their steps do not resolve them."""
+    named = [
+        f"{len(sweep['between']['unresolved'])} of {name}"
+        for name, sweep in results["sweeps"].items()
+        if sweep["between"]["unresolved"]
+    ]
+    return [f"Left out, as steps do not resolve them: {', '.join(named)}."] if named else []
 
 
 def _panels(figure: Figure, names: Any) -> list[tuple[Any, str]]:

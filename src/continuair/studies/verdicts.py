@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 REPRODUCED, NOT_REPRODUCED, UNDECIDED = "reproduced", "not reproduced", "cannot be decided"
@@ -39,6 +39,15 @@ def judged(holds: bool, evidence: str, **numbers: float) -> Judgement:
         told = f"{evidence}; what is nan is of flights that ended early, or that no step resolved"
         return Judgement(UNDECIDED, told, numbers)
     return Judgement(REPRODUCED if holds else NOT_REPRODUCED, evidence, numbers)
+
+
+def judged_alike(holds: Iterable[bool], evidence: str, **numbers: float) -> Judgement:
+    """Return the judgement of what is so or not with each of the values that it may have."""
+    every = list(holds)
+    if any(every) == all(every):
+        return judged(all(every), evidence, **numbers)
+    told = f"{evidence}; that hangs on the step of flights that have not converged"
+    return Judgement(UNDECIDED, told, numbers)
 
 
 def all_of(parts: Sequence[Judgement], note: str = "") -> Judgement:

@@ -6,7 +6,7 @@ correlation over many values between them, because a few values may show a trend
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -149,12 +149,13 @@ def goes_with(measure: str) -> Check:
         y = [value for between in every for value in column_between(between, "error")]
         rho = rank_correlation(x, y)
         verdict = REPRODUCED if rho >= STRONG else NOT_REPRODUCED if rho <= WEAK else UNDECIDED
-        return Judgement(
+        found = Judgement(
             verdict,
             f"rank correlation of the error with the {NAMES[measure]} {rho:+.2f} over {len(x)} "
             "flights of all sweeps",
             {f"rank correlation with the {NAMES[measure]}": rho},
         )
+        return if_converged([sweeps[name] for name in PARAMETERS], found)
 
     return check
 
@@ -182,6 +183,14 @@ def rank_correlation(x: ArrayLike, y: ArrayLike) -> float:
 def converged(sweep: dict[str, Any]) -> bool:
     """Tell whether no row of a sweep is an error of the integration."""
     return all(row["models"][model]["converged"] for row in sweep["rows"] for model in PLANTS)
+
+
+def if_converged(sweeps: Iterable[dict[str, Any]], found: Judgement) -> Judgement:
+    """Return a judgement that rests on sweeps, undecided if a row has not converged."""
+    if all(converged(sweep) for sweep in sweeps):
+        return found
+    told = f"{found.evidence}; that rests on flights that have not converged"
+    return Judgement(UNDECIDED, told, found.numbers)
 
 
 def column(rows: list[dict[str, Any]], measure: str) -> list[float]:

@@ -11,7 +11,7 @@ from continuair.analysis.shares import percent
 from continuair.kernels.dynamics import REFERENCE, SIMPLER
 from continuair.studies.results import ResultFolder
 from continuair.studies.sensitivity.measures import MEASURES
-from continuair.studies.sensitivity.study import Sensitivity
+from continuair.studies.sensitivity.study import STEP_SHARE, Sensitivity
 from continuair.studies.tables import as_csv, as_markdown, number
 
 COLUMNS = {
@@ -69,7 +69,7 @@ def between(results: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """Yield a row per parameter and value between, with measures and differences."""
     for name, sweep in results["sweeps"].items():
         columns = dict(sweep["between"])
-        del columns["ended_early"], columns["follows"]
+        del columns["ended_early"], columns["unresolved"], columns["follows"]
         for model, errors in columns.pop("rmse_xy_m").items():
             columns[f"rmse_xy_m_{model}"] = errors
         for row in zip(*columns.values(), strict=True):
@@ -123,10 +123,12 @@ def verdict_table(results: dict[str, Any]) -> list[str]:
 def reading(results: dict[str, Any]) -> list[str]:
     """Return how to read the verdicts, with how far the error scatters between the values."""
     ratios = ", ".join(
-        f"{name} {neighbour_ratio(sweep):.2g}" for name, sweep in results["sweeps"].items()
+        f"{name} {number(neighbour_ratio(sweep), 2)}" for name, sweep in results["sweeps"].items()
     )
+    closer = {name: closer_share(sweep) for name, sweep in results["sweeps"].items()}
     shares = ", ".join(
-        f"{name} {percent(closer_share(sweep))}" for name, sweep in results["sweeps"].items()
+        f"{name} {percent(share) if math.isfinite(share) else '-'}"
+        for name, share in closer.items()
     )
     trends = [
         "A trend counts if the values compared show it and the rank correlation over many values",
@@ -161,18 +163,22 @@ def _spread(results: dict[str, Any]) -> list[str]:
 
 
 def neighbour_ratio(sweep: dict[str, Any]) -> float:
-    """Return the largest factor between the errors at neighbouring values of a parameter."""
+    """Return the largest factor between the errors at neighbouring values of a parameter, NaN where
+    no two were flown."""
     errors, follows = sweep["between"]["rmse_xy_m"]["decoupled"], sweep["between"]["follows"]
     pairs = zip(errors, errors[1:], follows, strict=False)
     ratios = [b / a for a, b, next_one in pairs if next_one and a > 0 and b > 0]
-    return max((max(ratio, 1 / ratio) for ratio in ratios), default=1.0)
+    return max((max(ratio, 1 / ratio) for ratio in ratios), default=math.nan)
 
 
 def closer_share(sweep: dict[str, Any]) -> float:
-    """Return the share of values at which `independent` is closer to coupled than `decoupled`."""
+    """Return the share of values at which `independent` is closer to coupled than `decoupled`, NaN
+    where none was flown."""
     errors = sweep["between"]["rmse_xy_m"]
     pairs = list(zip(errors["independent"], errors["decoupled"], strict=True))
-    return sum(independent < decoupled for independent, decoupled in pairs) / max(len(pairs), 1)
+    if not pairs:
+        return math.nan
+    return sum(independent < decoupled for independent, decoupled in pairs) / len(pairs)
 
 
 def remarks(results: dict[str, Any]) -> list[str]:
@@ -192,7 +198,21 @@ def remarks(results: dict[str, Any]) -> list[str]:
             unsettled.append(
                 f"* {name}: {early} of the values between are left out, as a flight ended early."
             )
-    return [*lines, *(unsettled or ["Every row has converged."])]
+        if coarse := len(sweep["between"]["unresolved"]):
+            unsettled.append(
+                f"* {name}: {coarse} of the values between are left out, as steps may make more "
+                f"than {percent(STEP_SHARE)} of their differences."
+            )
+    return [*lines, *(unsettled or ["Every row has converged."]), *_unfollowed(results)]
+
+
+def _unfollowed(results: dict[str, Any]) -> list[str]:
+    """A sentence where flights to the end have no error in Euler angles."""
+    lost = any(
+        not entry["status"] and math.isnan(entry["nrmse_r"]) for *_, entry in rows(results)
+    )  # fmt: skip
+    told = "of a flight to its end is none where samples do not follow roll, pitch and yaw"
+    return [f"NRMSE_R and RMSE_R: - {told}."] if lost else []
 
 
 def _unsettled(entry: dict[str, Any]) -> str:

@@ -39,6 +39,9 @@ from continuair.vehicle.vehicle import Vehicle, as_rod, check_one_section
 
 Array = NDArray[np.float64]
 
+STEP_SHARE = 0.1
+"""A value between is left out if its steps may make more than this share of its differences."""
+
 
 @dataclass(frozen=True)
 class Sensitivity:
@@ -179,13 +182,11 @@ def _rows(
 def _between(
     vehicle: Vehicle, scenario: Scenario, parameter: Parameter, step: float
 ) -> dict[str, Any]:
-    """Measures and horizontal differences of many values, as lists over those flown to the end, and
-    of each but the first whether the one before it was flown to the end."""
+    """Measures and horizontal differences of many values, as lists over those flown to the end and
+    resolved, and of each but the first whether the one before it is among them."""
     values = parameter.between()
     vehicles, _ = batch(vehicle, scenario, parameter, values)
     flown = _fly(vehicle, scenario, parameter, values, step)
-    ended = [int(run) for run in np.flatnonzero(sum(flown[model]["status"] for model in MODELS))]
-    kept = np.setdiff1d(np.arange(len(values)), ended)
     inertia = np.array([straight_arm_inertia(vehicles.select(run)) for run in range(len(values))])
     columns = {"value": values, "arm_inertia_kg_m2": inertia}
     columns |= measures(vehicles, flown[REFERENCE])
@@ -193,12 +194,25 @@ def _between(
         model: np.array([_rms(distance) for distance in apart(flown[REFERENCE], flown[model])])
         for model in SIMPLER
     }
+    ended = np.any([flown[model]["status"] != 0 for model in MODELS], axis=0)
+    coarse = ~ended & _hangs_on_the_step(vehicles, flown, errors)
+    kept = np.flatnonzero(~ended & ~coarse)
     return {
         "ended_early": values[ended].tolist(),
+        "unresolved": values[coarse].tolist(),
         "follows": (np.diff(kept) == 1).tolist(),
         **{name: column[kept].tolist() for name, column in columns.items()},
         "rmse_xy_m": {model: column[kept].tolist() for model, column in errors.items()},
     }
+
+
+def _hangs_on_the_step(vehicles: Vehicle, flown: Flown, errors: dict[str, Array]) -> Array:
+    """Whether steps may make more than STEP_SHARE of some model's difference, of each value."""
+    length = np.asarray(vehicles.arm.length)
+    of_step = {model: length * flown[model]["step_error"].to_numpy() for model in MODELS}
+    return np.any(
+        [of_step[REFERENCE] + of_step[each] > STEP_SHARE * errors[each] for each in SIMPLER], axis=0
+    )
 
 
 def _rms(distance: Array) -> float:

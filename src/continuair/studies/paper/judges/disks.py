@@ -47,13 +47,8 @@ _SAME = 0.01
 _STATE = ("position", "attitude", "bend", "velocity", "angular_velocity", "bend_rate")
 
 
-def without_disks(vehicle: Vehicle) -> Vehicle:
-    """The vehicle with a bare backbone."""
-    return vehicle.replace({"arm.disks": ()})
-
-
 def with_disks(vehicle: Vehicle) -> Vehicle:
-    """The vehicle with the published disks, thin ones as wide as their tendons, and no others."""
+    """The vehicle with the published disks, thin ones as wide as their tendons, beside its own."""
     length = vehicle.arm.length
     count = max(1, round(length / SPACING))
     inertia = (MASS * _TENDONS**2 / 4, MASS * _TENDONS**2 / 2)
@@ -61,7 +56,7 @@ def with_disks(vehicle: Vehicle) -> Vehicle:
         {"position": length * (index + 1) / count, "mass": MASS, "inertia": inertia}
         for index in range(count)
     ]
-    return vehicle.replace({"arm.disks": disks})
+    return vehicle.replace({"arm.disks": [*vehicle.arm.disks, *disks]})
 
 
 @dataclass(frozen=True)
@@ -84,13 +79,13 @@ def shares_of_energy(vehicle: Vehicle, test: str) -> tuple[Shares, Shares]:
     energy as what it has changed since the start; up to its end, if it ends early. NaN where steps
     that are ever shorter do not agree on them.
     """
-    bare, full = without_disks(vehicle), with_disks(vehicle)
+    full = with_disks(vehicle)
 
     def shares(step: float) -> Array:
         flown = simulate(full, open_loop_test(test), step=step, sample=_BETWEEN_SAMPLES)
         q, qd = _motion(full, flown)
         whole = _energies(full, q, qd)
-        of_disks = np.abs(whole - _energies(bare, q, qd)).sum(axis=1)
+        of_disks = np.abs(whole - _energies(vehicle, q, qd)).sum(axis=1)
         of_arm = np.abs(whole - _energies_of_uav(full, q, qd)).sum(axis=1)
         return np.array([of_disks / of_arm, of_disks / np.abs(whole).sum(axis=1)])
 

@@ -30,7 +30,6 @@ from continuair.studies.paper.judges.disks import (
     errors_of_tests,
     shares_of_energy,
     with_disks,
-    without_disks,
 )
 from continuair.studies.paper.judges.elementwise import Elementwise
 from continuair.studies.paper.judges.words import NEGLIGIBLE, SAME
@@ -157,7 +156,7 @@ def assumption_on_disks(evidence: Evidence) -> Judgement:
                 **{f"share of the arm's kinetic energy in Test B, {name}": of_arm},
             )
         )
-    bare, full = (errors_of_tests(each(vehicle)) for each in (without_disks, with_disks))
+    bare, full = (errors_of_tests(each) for each in (vehicle, with_disks(vehicle)))
     change = largest(abs(full[test] / bare[test] - 1.0) for test in TESTS)
     parts.append(
         judged(
@@ -177,7 +176,7 @@ def assumption_on_disks(evidence: Evidence) -> Judgement:
 def effect_of_disks(evidence: Evidence) -> Judgement:
     """III-C.16: do disks only amplify the coupling, and leave the order of the errors?"""
     least, most, middle, bends = factors_of_disks(evidence.vehicle)
-    errors = [errors_of_tests(each(evidence.vehicle)) for each in (without_disks, with_disks)]
+    errors = [errors_of_tests(each) for each in (evidence.vehicle, with_disks(evidence.vehicle))]
     smaller = least <= 1.0
     told = "at every state"
     if smaller.any():
@@ -216,9 +215,8 @@ def factors_of_disks(vehicle: Vehicle) -> tuple[Array, Array, Array, Array]:
 
     Each (states,), of the elements that are above 1 % of the largest; the bend as |κ| l [rad].
     """
-    bare, full = (
-        each(vehicle.replace({"arm.kappa_s": 0.0})) for each in (without_disks, with_disks)
-    )
+    bare = vehicle.replace({"arm.kappa_s": 0.0})
+    full = with_disks(bare)
     rows = []
     for q, _ in random_states():
         before, after = uav_arm_block(bare, q), uav_arm_block(full, q)

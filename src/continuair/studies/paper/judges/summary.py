@@ -14,7 +14,9 @@ from continuair.scenario.scenarios import Scenario
 from continuair.studies.extremes import largest, largest_of, least
 from continuair.studies.paper.evidence import Evidence
 from continuair.studies.paper.judges import complexity, conclusions, straight
+from continuair.studies.paper.judges.closed_loop import if_settled
 from continuair.studies.paper.judges.conclusions import ARM, UAV, share_of_range
+from continuair.studies.paper.judges.errors import errors, possible
 from continuair.studies.paper.judges.times import (
     by_margin,
     cheaper,
@@ -24,8 +26,8 @@ from continuair.studies.paper.judges.times import (
     unexplained,
 )
 from continuair.studies.paper.judges.words import NEGLIGIBLE, PRONOUNCED, SAME, SHORTER
-from continuair.studies.sensitivity.findings import column, listed
-from continuair.studies.verdicts import Judgement, all_of, judged
+from continuair.studies.sensitivity.findings import column, if_converged, listed
+from continuair.studies.verdicts import Judgement, all_of, judged, judged_alike
 
 Array = np.ndarray
 
@@ -53,30 +55,29 @@ def singularity(evidence: Evidence) -> Judgement:
 
 def discrepancies(evidence: Evidence) -> Judgement:
     """Abstract.8: are errors pronounced, most of all with torques on the arm and its parameters?"""
-    tests = evidence.open_loop.results["tests"]
-    share = {
-        test: entry["decoupled"]["rmse_t_m"] / evidence.vehicle.arm.length
-        for test, entry in tests.items()
-    }
-    first = largest_of(share)
-    spread = {
-        name: float(np.ptp(column(sweep["rows"], "error")))
-        for name, sweep in evidence.sensitivity.results["sweeps"].items()
-    }
+    length, sweeps = evidence.vehicle.arm.length, evidence.sensitivity.results["sweeps"]
+    share = {test: error / length for test, error in errors(evidence).items()}
+    spread = {name: float(np.ptp(column(sweep["rows"], "error"))) for name, sweep in sweeps.items()}
     most, other = (largest_of({name: spread[name] for name in part}) for part in (ARM, UAV))
     return all_of(
         [
-            judged(
-                share[first] > NEGLIGIBLE and first == "C",
+            judged_alike(
+                (
+                    each["C"] > NEGLIGIBLE * length and largest_of(each) == "C"
+                    for each in possible(evidence)
+                ),
                 f"the tip's error is {listed(list(share.values()))} of the arm's length in Tests "
-                f"{', '.join(share)}, largest in {first}",
+                f"{', '.join(share)}, largest in {largest_of(share)}",
                 **{f"error over length, Test {test}": value for test, value in share.items()},
             ),
-            judged(
-                spread[most] > spread[other],
-                f"the horizontal error varies by {spread[most]:.2g} m over the sweep of {most}, "
-                f"and by {spread[other]:.2g} m over that of {other}",
-                **{f"spread over {name} [m]": spread[name] for name in (most, other)},
+            if_converged(
+                sweeps.values(),
+                judged(
+                    spread[most] > spread[other],
+                    f"the horizontal error varies by {spread[most]:.2g} m over the sweep of "
+                    f"{most}, and by {spread[other]:.2g} m over that of {other}",
+                    **{f"spread over {name} [m]": spread[name] for name in (most, other)},
+                ),
             ),
         ],
         "The paper prints no vehicle",
@@ -253,7 +254,7 @@ def what_is_saved(evidence: Evidence) -> Judgement:
 JUDGES = {
     "Abstract.4": singularity,
     "Abstract.8": discrepancies,
-    "Abstract.9": on_par,
+    "Abstract.9": if_settled(on_par),
     "V.1": cost_of_elasticity,
     "V.2": mutual_interactions,
     "V.3": more_complex,
