@@ -219,7 +219,7 @@ def test_check_warns_of_what_is_hardly_meant_and_cannot_be_flown() -> None:
 def test_check_shows_what_constant_curvature_costs_beside_the_beam() -> None:
     result = run("check", "paper")
     lines = [line.split() for line in result.stdout.splitlines()]
-    errors = {" ".join(line[1:-3]): line[-1] for line in lines if line[:1] == ["beam:"]}
+    errors = {" ".join(line[2:-3]): line[-1] for line in lines if line[1:2] == ["beam:"]}
     assert errors["tip deflection under a tip force"] == "(-25.0%)"
     # sqrt(20) / 3.516 - 1
     assert errors["first frequency, UAV clamped"] == "(+27.2%)"
@@ -233,3 +233,12 @@ def test_check_shows_a_vehicle_that_is_too_stiff_beside_its_softness_for_a_fligh
     assert result.exit_code == 0, result.output
     assert re.search(r"step taken, arm let go\W+none: too many for a flight", result.stdout)
     assert "free fall" in result.stdout
+
+
+def test_check_says_which_of_several_arms_it_tells_of() -> None:
+    result = run("check", "dual_arm")
+    assert result.exit_code == 0, result.output
+    vehicle = load_vehicle("dual_arm")
+    name = vehicle.arms[vehicle.camera_arm].name
+    assert re.search(rf"gravity number g / l ω², arm {name}\b", result.stdout)
+    assert "gravity number g / l ω² " in run("check", "paper").stdout

@@ -53,9 +53,10 @@ def linearize(
     velocity 3 (body), bend rate 2; inputs: world force 3, body moment 3, bend moment 2. Of several
     sections each has its 2, arm by arm from the base out, and each arm a tip_wrench. The four
     inputs given, a hover's from `trim`, hold at the operating point. Central differences of fourth
-    order: about 1e-9 relative for arms of a metre, 1e-3 for arms of millimetres; quadratic drag at
-    rest, where it is not smooth, comes out as a linear one of 1.3 mm/s of it in place of none. The
-    bend must leave room for them below a full circle, 0.005 1/m. Raises InputError.
+    order: about 1e-9 relative for arms of a metre, 1e-3 for arms of millimetres, up to 3e-5 for
+    arms of 50 m; quadratic drag at rest, where it is not smooth, comes out as a linear one of 1.3
+    mm/s of it in place of none. The bend must leave room for them below a full circle, 0.005 1/m.
+    Raises InputError.
     """
     check_single_vehicle(vehicle)
     checks.choice("model", model, MODELS)

@@ -133,8 +133,10 @@ def _of_sag(vehicle: Vehicle) -> list[str]:
     number = float(place(vehicle)["gravity_number"])
     if number <= 1.0:
         return []
-    length = float(excited_arm(vehicle).length)
+    arm = excited_arm(vehicle)
+    name = f" {vehicle.arms[arm.index].name}" if len(vehicle.arms) > 1 else ""
     return [
-        f"gravity number g / l ω² is {number:.2g}, above 1: held level, the arm of {length:g} m "
+        f"gravity number g / l ω² is {number:.2g}, above 1: held level, the arm{name} of "
+        f"{float(arm.length):g} m "
         "folds under its weight; is it so limp, or its radius in metres?"
     ]

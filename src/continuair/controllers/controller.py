@@ -171,8 +171,9 @@ def stack(controllers: Sequence[Controller]) -> Controller:
             )
         if (other.period, other.latency) != (first.period, first.latency):
             raise InputError(
-                f"controllers act every {first.period} and {other.period} s, {first.latency} and "
-                f"{other.latency} s late; give all of them the same rate and latency."
+                f"controllers act every {first.period} s, {first.latency} s late, and every "
+                f"{other.period} s, {other.latency} s late; give all of them the same rate and "
+                "latency."
             )
     gains = {
         name: np.stack([np.asarray(c.gains[name]) for c in controllers]) for name in first.gains

@@ -55,13 +55,20 @@ def facts(vehicle: Vehicle, rest: Trim | None) -> Lines:
         ("arm mass", f"{mass:.4g} kg"),
         ("arm mass / UAV mass", f"{mass / vehicle.uav.mass:.4g}"),
         ("coupling, 0 to 1", f"{groups['coupling']:.3g}"),
-        ("gravity number g / l ω²", f"{groups['gravity_number']:.3g}"),
+        (f"gravity number g / l ω²{_of_camera(vehicle)}", f"{groups['gravity_number']:.3g}"),
         *_of_sections(vehicle),
         *_angles(vehicle, rest),
         *_of_rotors(vehicle),
         *_of_steps(vehicle),
         *([] if vehicle.has_arm_list else _beside_a_beam(vehicle)),
     ]
+
+
+def _of_camera(vehicle: Vehicle) -> str:
+    """Which of several arms a line is about: the one that carries the camera."""
+    if len(vehicle.arms) == 1:
+        return ""
+    return f", arm {vehicle.arms[vehicle.camera_arm].name}"
 
 
 def modes_of(vehicle: Vehicle, rest: Trim | None) -> Lines:
@@ -110,9 +117,10 @@ def _of_rotors(vehicle: Vehicle) -> Lines:
     q[1:, kappas] = BENT / arm.length
     q[1:, kappas + 1] = 2.0 * pi / _SIDES * np.arange(_SIDES)[:, None]
     thrusts, aside = hovering_thrusts(Engine(vehicle, "decoupled"), q, GRAVITY)
+    name = f" {vehicle.arms[arm.index].name}" if len(vehicle.arms) > 1 else ""
     return [
         ("rotors' margin, arm straight", _left(thrusts[:1], aside[:1], rotors)),
-        (f"rotors' margin, arm bent by {BENT:g} rad", _left(thrusts[1:], aside[1:], rotors)),
+        (f"rotors' margin, arm{name} bent by {BENT:g} rad", _left(thrusts[1:], aside[1:], rotors)),
     ]
 
 
@@ -168,7 +176,10 @@ def _step_taken(vehicle: Vehicle) -> str:
 
 def _beside_a_beam(vehicle: Vehicle) -> Lines:
     return [
-        (f"beam: {name}", f"{entry['reference']:.4g} {entry['units']} ({entry['error']:+.1%})")
+        (
+            f"linear beam: {name}",
+            f"{entry['reference']:.4g} {entry['units']} ({entry['error']:+.1%})",
+        )
         for name, entry in curvature_error(vehicle).items()
         if entry["error"] and "decoupled" not in name
     ]

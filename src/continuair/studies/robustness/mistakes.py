@@ -183,7 +183,7 @@ MISTAKES = {
         alone=True,
     ),
     "frames": Mistake(
-        "there is an image only so often",
+        "there is an image only so often, or as rarely as its camera has one",
         " ms",
         (10.0, 20.0, 40.0, 80.0),
         _rarely,

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from continuair.analysis.convergence import CONVERGED
+from continuair.analysis.metrics import TRANSIENT
 from continuair.flight.resolution import is_beyond_limits
 from continuair.kernels.dynamics import REFERENCE
 from continuair.kernels.step import STATUS
@@ -79,6 +80,8 @@ def as_table(results: dict[str, Any]) -> str:
         f"error from the coupled plant{_printed(results)}. Forces are the RMS, beyond the mean "
         f"thrust, of samples {1e3 * SAMPLE:g} ms apart,",
         "of which the first push, far from the target, is one. A camera's noise is one draw of it.",
+        f"Step error: the largest change from {TRANSIENT:g} s on that half the step makes, over "
+        "the RMS.",
     ]
     settings = {results["setting"]: results, **results["settings"]}
     for setting, part in settings.items():
