@@ -121,7 +121,10 @@ def test_rows_in_bursts_follow_no_swing_better_than_bursts() -> None:
     vehicle, even = true_vehicle(), 0.05 * np.arange(20)
     assert of_fast_swings(vehicle, vehicle, np.arange(200) / 200.0) == ()
     (told,) = of_fast_swings(vehicle, vehicle, np.sort(np.concatenate([even, even + 1e-3])))
-    assert "7.84 Hz, which 20.8 rows a second" in told
+    assert "7.84 Hz, which 20.8 rows a second, gaps counted, cannot" in told
+    gap = np.concatenate([np.arange(35), np.arange(65, 101)]) / 100.0
+    (told,) = of_fast_swings(vehicle, vehicle, gap)
+    assert "rows a second, gaps counted, cannot tell" in told
 
 
 def test_parameters_that_only_act_together_are_reported_as_such() -> None:

@@ -50,9 +50,7 @@ def paper(
         str | None,
         typer.Option(help="Sentences or parts, with commas, such as IV-B,III-C.8. Default: all."),
     ] = None,
-    quick: Annotated[
-        bool, typer.Option("--quick", help="Leave out what takes long.")
-    ] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Leave out what takes long.")] = False,
     check: Annotated[
         bool, typer.Option("--check", help="Exit with 1 unless the recorded verdicts come out.")
     ] = False,

@@ -11,6 +11,9 @@ ROWS = 3
 """Rows of a swing from which on its aliases are more than twice as fast, and no start as far off.
 """
 
+_GAP = 1.5
+"""Time between rows, over the usual one, from which on it is a gap."""
+
 # No swing is left of a mode that is damped as much.
 _SWINGS = 0.7
 
@@ -21,14 +24,15 @@ def of_fast_swings(start: Vehicle, found: Vehicle, time: np.ndarray) -> tuple[st
     gaps = np.diff(time)
     # Of the gaps around an instant: rows in bursts follow no better than bursts.
     rate = float(gaps.sum() / np.square(gaps).sum())
+    uneven = ", gaps counted," if gaps.max() > _GAP * np.median(gaps) else ""
     swings = {"fitted vehicle": _fastest(found), "vehicle to start from": _fastest(start)}
     for name, fastest in swings.items():
         if ROWS * fastest > rate:
             other = abs(fastest - rate * max(round(fastest / rate), 1))
             return (
-                f"an arm of the {name} swings at {fastest:.3g} Hz, which {rate:.3g} rows a second "
-                f"cannot tell from {other:.3g} Hz: the fit may have taken the one for the other; "
-                f"record more than {ROWS} rows a swing.",
+                f"an arm of the {name} swings at {fastest:.3g} Hz, which {rate:.3g} rows a second"
+                f"{uneven} cannot tell from {other:.3g} Hz: the fit may have taken the one for the "
+                f"other; record more than {ROWS} rows a swing.",
             )
     return ()
 
