@@ -1,6 +1,7 @@
 """Metrics: the printed formula, readings with a unit, and rotations of known angle."""
 
 import math
+import warnings
 from typing import Any
 
 import numpy as np
@@ -331,3 +332,15 @@ def test_flights_that_one_alone_was_joined_from_are_not_paired_by_place() -> Non
     named = first.rename(run="radius")
     with pytest.raises(ca.InputError, match="the same flights along radius in the same order"):
         ca.compare(named.assign_coords(radius=[4, 5]), named.assign_coords(radius=[5, 6]))
+
+
+def test_flights_that_are_given_the_wrong_way_round_are_told_of() -> None:
+    vehicle, test = ca.load_vehicle("paper"), ca.open_loop_test("B")
+    coupled, other = (ca.simulate(vehicle, test, model=name) for name in ("coupled", "decoupled"))
+    with pytest.warns(ca.ContinuairWarning, match="give the coupled flight first"):
+        ca.compare(other, coupled)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ca.compare(coupled, other)
+        ca.compare(coupled, coupled)
+        ca.compare(other, other)

@@ -328,7 +328,7 @@ def test_values_between_whose_steps_make_their_differences_are_left_out_and_told
     assert sorted([*after["value"], *after["unresolved"]]) == before["value"]
     assert len(after["unresolved"]) > 5
     sweep = {"rows": [], "between": after}
-    said = sensitivity_output.remarks({"sweeps": {"UAV mass": sweep}})
+    said = sensitivity_output.remarks({"vehicle": PAPER.describe(), "sweeps": {"UAV mass": sweep}})
     assert f"UAV mass: {len(after['unresolved'])} of the values between are left out" in said[1]
 
 

@@ -15,7 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from continuair.errors import InputError, shown
 from continuair.flight.labels import FIXED, ordered
+from continuair.flight.provenance import model_of
 from continuair.flight.resolution import warn_of_lost_angles
+from continuair.kernels.dynamics import REFERENCE
 from continuair.vehicle.coordinates import continuous_euler, paper_rates
 from continuair.vehicle.following import CHANGE, unfollowed
 from continuair.vehicle.layout import ONE_SECTION
@@ -202,6 +204,7 @@ def compare(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
     for name, flight in flights.items():
         _warn_of_ended(name, flight)
     found = differences(coupled, other)
+    _warn_of_swapped(coupled, other)
     lost = np.isnan(found["nrmse_r"]) & np.isfinite(found["angle_rad"])
     warn_of_lost_angles(lost, float(np.diff(coupled["time"]).max(initial=0.0)), stacklevel=3)
     return found
@@ -285,6 +288,16 @@ def _warn_of_ended(name: str, flight: xr.Dataset) -> None:
         "runs that reach their end.",
         stacklevel=3,
     )
+
+
+def _warn_of_swapped(coupled: xr.Dataset, other: xr.Dataset) -> None:
+    first, second = model_of(coupled), model_of(other)
+    if second == REFERENCE and first not in ("", REFERENCE):
+        warn(
+            f"coupled is a flight of the model {first}, and other one of {second}: shares are of "
+            "the range of the first; give the coupled flight first.",
+            stacklevel=3,
+        )
 
 
 def at_camera(flight: xr.Dataset, vehicle: Vehicle) -> xr.Dataset:

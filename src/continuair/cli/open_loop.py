@@ -69,6 +69,7 @@ def run_open_loop(vehicle: str, tests: str, models: list[str] | None, out: str |
 def _show(study: OpenLoop) -> None:
     """Show the table on standard error: standard output is for the JSON alone."""
     from continuair.studies.open_loop.report import METRICS, remarks, rows
+    from continuair.studies.still_rotors import of_still_rotors
     from continuair.studies.tables import number
 
     columns = ["test", "model", "NRMSE\nT", "NRMSE\nR", "RMSE T\n[m]", "RMSE R\n[rad]"]
@@ -78,5 +79,6 @@ def _show(study: OpenLoop) -> None:
         for test, model, entry in rows(study.results)
     ]
     print_table(columns, table, err=True)
-    for line in [*remarks(study.results), study.results["note"]]:
+    told = [*remarks(study.results), *of_still_rotors(study.results), study.results["note"]]
+    for line in told:
         typer.echo(line, err=True)

@@ -11,6 +11,7 @@ from continuair.analysis.shares import percent
 from continuair.kernels.dynamics import REFERENCE
 from continuair.studies.open_loop.study import OpenLoop
 from continuair.studies.results import ResultFolder
+from continuair.studies.still_rotors import of_still_rotors
 from continuair.studies.tables import as_markdown, number
 
 METRICS = {
@@ -63,6 +64,7 @@ def as_table(results: dict[str, Any]) -> str:
         "the step.",
         "",
         *(remarks(results) or ["Every flight has converged at the automatic step."]),
+        *of_still_rotors(results),
     ]
     return "\n".join([*lines, *_kappa_s_table(results)]) + "\n"
 

@@ -12,6 +12,7 @@ from continuair.kernels.dynamics import REFERENCE, SIMPLER
 from continuair.studies.results import ResultFolder
 from continuair.studies.sensitivity.measures import MEASURES
 from continuair.studies.sensitivity.study import STEP_SHARE, Sensitivity
+from continuair.studies.still_rotors import of_still_rotors
 from continuair.studies.tables import as_csv, as_markdown, number
 
 COLUMNS = {
@@ -203,7 +204,12 @@ def remarks(results: dict[str, Any]) -> list[str]:
                 f"* {name}: {coarse} of the values between are left out, as steps may make more "
                 f"than {percent(STEP_SHARE)} of their differences."
             )
-    return [*lines, *(unsettled or ["Every row has converged."]), *_unfollowed(results)]
+    return [
+        *lines,
+        *(unsettled or ["Every row has converged."]),
+        *_unfollowed(results),
+        *of_still_rotors(results),
+    ]
 
 
 def _unfollowed(results: dict[str, Any]) -> list[str]:

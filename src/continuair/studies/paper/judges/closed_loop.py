@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -23,12 +22,13 @@ from continuair.studies.cost import ratio, ratio_printed
 from continuair.studies.extremes import largest, least
 from continuair.studies.paper.evidence import Evidence
 from continuair.studies.paper.judges import letter
+from continuair.studies.paper.judges.settled import if_settled
 from continuair.studies.paper.judges.strokes import kinds_of_stroke
 from continuair.studies.paper.judges.times import by_margin, cheaper, measured
 from continuair.studies.paper.judges.words import NEGLIGIBLE, PRONOUNCED, SAME
 from continuair.studies.sensitivity.findings import STRONG, listed, rank_correlation
 from continuair.studies.tracking.study import CONVERGED, PRINTED, rms_by_corner
-from continuair.studies.verdicts import UNDECIDED, Judgement, all_of, judged
+from continuair.studies.verdicts import Judgement, all_of, judged
 
 Array = np.ndarray
 
@@ -374,26 +374,6 @@ def _rates(flight: xr.Dataset) -> list[Array]:
     """Norms over time of velocity [m/s], angular velocity [rad/s] and bend rate [1/(m s)]."""
     axes = {"velocity": "axis", "angular_velocity": "axis", "bend_rate": "bend_axis"}
     return [np.linalg.norm(samples(flight, name, axis), axis=1) for name, axis in axes.items()]
-
-
-def if_settled(judge: Callable[[Evidence], Judgement]) -> Callable[[Evidence], Judgement]:
-    """The judge of what rests on the letters: undecided where half the step changes the error of a
-    flight that came to its end by a tenth."""
-
-    def judged_of(evidence: Evidence) -> Judgement:
-        found = judge(evidence)
-        hang = [
-            f"{name}, {plant}"
-            for name, entry in evidence.letter.results["letters"].items()
-            for plant in PLANTS
-            if entry[plant]["status"] == OK and not entry[plant]["step_halving_error"] < NEGLIGIBLE
-        ]
-        if not hang:
-            return found
-        told = f"{found.evidence}; that hangs on the step of {'; '.join(hang)}"
-        return Judgement(UNDECIDED, told, found.numbers, found.times)
-
-    return judged_of
 
 
 JUDGES = {

@@ -14,9 +14,9 @@ from continuair.scenario.scenarios import Scenario
 from continuair.studies.extremes import largest, largest_of, least
 from continuair.studies.paper.evidence import Evidence
 from continuair.studies.paper.judges import complexity, conclusions, straight
-from continuair.studies.paper.judges.closed_loop import if_settled
 from continuair.studies.paper.judges.conclusions import ARM, UAV, share_of_range
 from continuair.studies.paper.judges.errors import errors, possible
+from continuair.studies.paper.judges.settled import if_settled
 from continuair.studies.paper.judges.times import (
     by_margin,
     cheaper,
