@@ -336,6 +336,10 @@ def test_what_hangs_on_the_step_of_a_test_is_not_known(monkeypatch: pytest.Monke
         (conclusions.modes_of_actuation, {"rmse_r_rad": 1.1}),
     ):
         assert (judged(judge), judged(judge, **other)) == (REPRODUCED, UNDECIDED)
+        # A coarser step that ends the flight early tells nothing.
+        assert judged(judge, **dict.fromkeys(other, np.nan)) == UNDECIDED
+    study.results["tests"]["C"]["decoupled"] |= {"rmse_t_m": 0.5}
+    assert judged(open_loop.position_by_test, rmse_t_m=np.nan) == UNDECIDED
     # What does not ask for Test C is known.
     assert judged(open_loop.actuated_uav, rmse_t_m=9.0) == REPRODUCED
     # A is not last, a moment on the vehicle itself is not harmless.

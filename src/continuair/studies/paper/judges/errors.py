@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from itertools import product
 from typing import Any
 
 from continuair.analysis.metrics import rotation_metric
 from continuair.kernels.dynamics import REFERENCE
-from continuair.studies.extremes import largest, least
 from continuair.studies.paper.evidence import Evidence
 
 Errors = dict[str, float]
@@ -29,16 +29,18 @@ def rotations(evidence: Evidence) -> tuple[Errors, str]:
 
 
 def possible(evidence: Evidence, key: str = "rmse_t_m") -> Iterator[Errors]:
-    """Yield all that `errors` may be: where flights have not converged, the least and the largest
-    that any of the steps gives."""
+    """Yield all that `errors` may be: where flights have not converged, what any of the steps
+    gives, and anything where one of them ends a flight early."""
     ours = errors(evidence, key)
     results = evidence.open_loop.results
     ranges = []
     for letter, entries in results["tests"].items():
-        found = [ours[letter]]
+        found = {ours[letter]}
         if not all(entries[model]["converged"] for model in (REFERENCE, "decoupled")):
-            found += [level["decoupled"][key] for level in results["coarser_steps"][letter]]
-        ranges.append({least(found), largest(found)})
+            found |= {level["decoupled"][key] for level in results["coarser_steps"][letter]}
+        if not math.isnan(ours[letter]) and any(map(math.isnan, found)):
+            found = {ours[letter], 0.0, math.inf}
+        ranges.append(found)
     for values in product(*ranges):
         yield dict(zip(ours, values, strict=True))
 
