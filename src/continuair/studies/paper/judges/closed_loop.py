@@ -10,6 +10,7 @@ import xarray as xr
 
 from continuair.analysis.metrics import (
     TRANSIENT,
+    feature_norm,
     feature_rms,
     norm_difference,
     samples,
@@ -127,14 +128,15 @@ def norm_of_rates(evidence: Evidence) -> Judgement:
 def turns_and_lines(evidence: Evidence) -> Judgement:
     """IV-C.13: do the plants differ at turns, and hardly along straight parts?"""
     flights, ds, tips, later, share = evidence.tracking.datasets["nominal"], {}, {}, {}, {}
-    for name, entry in _letters(evidence).items():
+    late = slice(TRANSIENT, None)
+    for name in _letters(evidence):
         pair = [flights.sel(letter=name, model=plant) for plant in PLANTS]
         places = [samples(flight, "tip_position", "axis") for flight in pair]
         distance = np.linalg.norm(places[0] - places[1], axis=1)
         ds[name] = rms_by_corner(pair[0], norm_difference(*pair))
         tips[name] = rms_by_corner(pair[0], distance)
         later[name] = rms_by_corner(pair[0], distance, since=5.0)
-        share[name] = ds[name][1] / entry["coupled"]["rms_px"]
+        share[name] = ds[name][1] / rms(feature_norm(pair[0].sel(time=late)))
     image, space, settled = (
         {name: bent / straight for name, (bent, straight) in found.items()}
         for found in (ds, tips, later)
@@ -145,7 +147,7 @@ def turns_and_lines(evidence: Evidence) -> Judgement:
                 least(image.values()) >= PRONOUNCED and largest(share.values()) < NEGLIGIBLE,
                 f"without the first 2 s, of which V.14 speaks, DS is {_each(image)} times as large "
                 f"in turns as on straight parts of {', '.join(image)}, where it is at most "
-                f"{percent(largest(share.values()))} of the feature error (RMS)",
+                f"{percent(largest(share.values()))} of the norm of the feature error (RMS)",
                 **{f"RMS of DS in turns, {name} [px]": each for name, (each, _) in ds.items()},
                 **{f"RMS of DS on straight parts, {name} [px]": x for name, (_, x) in ds.items()},
             ),
