@@ -105,6 +105,7 @@ def loop(noise: float = 0.0, seed: int = 0) -> xr.Dataset:
             "servo_error": ("time", 0.01 + decay),
             "status": ((), np.int8(0)),
             "end_time": ((), 10.0),
+            "step_error": ((), 1e-5),
         }
         return xr.Dataset(data, {"time": time, "axis": list("xyz")})
 
@@ -426,6 +427,17 @@ def test_the_papers_largest_ds_is_told_of_its_vehicle_and_setting_only(
     told = [kind for kind, figure in found.items() if "0.7 px" in words(figure)]
     assert told == (["ds_nominal"] if name == "paper" else [])
     assert name == "mine" or style.UNNAMED in words(found["ds_nominal"]).replace("\n", " ")
+
+
+def test_letters_that_steps_do_not_resolve_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    flights = loop()
+    flights["step_error"].loc[{"model": "decoupled", "letter": "L"}] = 9e-3
+    given = {"nominal": loop(), "camera": flights}
+    found = written(monkeypatch, tracking.write, loop_results(), given, Camera())
+    named = {kind for kind, figure in found.items() if "Not resolved" in words(figure)}
+    assert "traces_camera" in named and not any("nominal" in kind for kind in named)
+    told = words(found["traces_camera"]).replace("\n", " ")
+    assert "Not resolved, so that curves hang on the step: decoupled L." in told
 
 
 def test_of_a_start_alone_nothing_is_told_but_that() -> None:

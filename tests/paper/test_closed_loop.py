@@ -236,9 +236,15 @@ def test_a_lost_payload_says_nothing_of_the_two_plants() -> None:
     assert found.verdict == REPRODUCED and "loses its target" in found.evidence
 
 
-@pytest.mark.parametrize(("change", "verdict"), [(0.05, REPRODUCED), (0.2, UNDECIDED)])
-def test_what_hangs_on_the_step_of_a_letter_is_not_known(change: float, verdict: str) -> None:
-    letters = results(GOOD | {"step_halving_error": 0.01}, GOOD | {"step_halving_error": change})
+@pytest.mark.parametrize(
+    ("change", "step_error", "verdict"),
+    [(0.05, 1e-5, REPRODUCED), (0.2, 1e-5, UNDECIDED), (0.05, 9e-3, UNDECIDED)],
+)
+def test_what_hangs_on_the_step_of_a_letter_is_not_known(
+    change: float, step_error: float, verdict: str
+) -> None:
+    well = GOOD | {"step_halving_error": 0.01, "step_error": 1e-5}
+    letters = results(well, well | {"step_halving_error": change, "step_error": step_error})
     study = Tracking({"letters": letters}, {})
     found = closed_loop.JUDGES["V.13"](given.evidence(tracking=study, letter=study))
     assert found.verdict == verdict

@@ -14,6 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from continuair.figures import style
+from continuair.flight.resolution import RESOLVED
 from continuair.kernels.step import NOT_FINITE, STATUS, UNSEEN
 
 Array = NDArray[np.float64]
@@ -53,6 +54,17 @@ def failures(dataset: xr.Dataset) -> list[str]:
         if (end := ending(flight))
     ]
     return [f"× Failed: {'; '.join(named)}."] if named else []
+
+
+def doubts(dataset: xr.Dataset) -> list[str]:
+    """Return `failures`, and a sentence on flights that their steps do not resolve."""
+    named = [
+        " ".join(names)
+        for names, flight in _flights(dataset, [])
+        if float(flight["step_error"]) > RESOLVED
+    ]
+    told = f"Not resolved, so that curves hang on the step: {'; '.join(named)}."
+    return [*failures(dataset), *([told] if named else [])]
 
 
 def _flights(dataset: xr.Dataset, names: list[str]) -> Iterator[tuple[list[str], xr.Dataset]]:

@@ -58,7 +58,7 @@ def speed_of(flights: xr.Dataset, subtitle: str = "") -> Figure:
         if curves.noisy(flights):
             text += f" {curves.BAND}"
         handles = style.model_handles(left)
-        style.head(figure, _peaks(flights), text, curves.failures(flights), handles)
+        style.head(figure, _peaks(flights), text, curves.doubts(flights), handles)
     return figure
 
 
@@ -94,7 +94,7 @@ def norm_difference_of(
         if printed:
             text += f" The paper prints |DS| below {printed['ds_max_px']:g} px. {style.UNNAMED}"
         finding = _ds_finding(letter, model, ds, early)
-        failed = curves.failures(flights)
+        failed = curves.doubts(flights)
         style.head(figure, finding, text, failed, style.model_handles(left))
     return figure
 

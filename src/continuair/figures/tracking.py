@@ -59,7 +59,7 @@ def traces(dataset: xr.Dataset, subtitle: str = "") -> Figure:
         for axes in grid[1:, 0]:
             axes.set_ylim(bottom=max(_LEAST, axes.get_ylim()[0]))
         grid[0, 0].set_ylabel("y [m]")
-        style.head(figure, _traced(dataset), _text(dataset, subtitle), curves.failures(dataset),
+        style.head(figure, _traced(dataset), _text(dataset, subtitle), curves.doubts(dataset),
                    style.model_handles(grid[0, 0]))  # fmt: skip
     return figure
 
@@ -84,7 +84,7 @@ def errors(dataset: xr.Dataset, subtitle: str = "") -> Figure:
         labels = ("‖e‖ [px]", f"DS up to {TRANSIENT:g} s\n[px]", late)
         for axes, label in zip(grid[:, 0], labels, strict=False):
             axes.set_ylabel(label)
-        style.head(figure, _erred(dataset), _text(dataset, subtitle), curves.failures(dataset),
+        style.head(figure, _erred(dataset), _text(dataset, subtitle), curves.doubts(dataset),
                    style.model_handles(grid[0, 0]))  # fmt: skip
     return figure
 
@@ -109,7 +109,7 @@ def image(dataset: xr.Dataset, camera: Any, subtitle: str = "", model: str = REF
             Line2D([], [], color=grey, ls="", marker="+", ms=7, label="where it belongs"),
         ]
         style.head(figure, _seen(flights), f"{subtitle} {model.capitalize()} plant.",
-                   curves.failures(flights), key)  # fmt: skip
+                   curves.doubts(flights), key)  # fmt: skip
     return figure
 
 
@@ -144,7 +144,7 @@ def stability(dataset: xr.Dataset, bounds: dict[str, float], subtitle: str = "")
             figure,
             _bounded(flight, bound),
             text,
-            curves.failures(dataset.isel(letter=[0]).sel(model=[REFERENCE])),
+            curves.doubts(dataset.isel(letter=[0]).sel(model=[REFERENCE])),
             handles,
         )
     return figure

@@ -9,7 +9,7 @@ import numpy as np
 
 from continuair.analysis.convergence import CONVERGED
 from continuair.analysis.metrics import TRANSIENT
-from continuair.flight.resolution import is_beyond_limits
+from continuair.flight.resolution import RESOLVED, is_beyond_limits
 from continuair.kernels.dynamics import REFERENCE
 from continuair.kernels.step import STATUS
 from continuair.studies.results import ResultFolder
@@ -98,7 +98,8 @@ def as_table(results: dict[str, Any]) -> str:
 
 def remarks(results: dict[str, Any]) -> list[str]:
     """Return a sentence for the flights of a setting that ended early alike, about the first, and
-    one for those that the step has not settled and those whose rotors saturate, about the worst."""
+    one each for those that the step has not settled, that it does not resolve, and whose rotors
+    saturate, about the worst."""
     lines = []
     for setting in (results["setting"], *results["settings"]):
         flights = {
@@ -106,7 +107,12 @@ def remarks(results: dict[str, Any]) -> list[str]:
             for name, letter, model, entry in rows(results)
             if name == setting
         }
-        lines += [*_ended_early(flights), *_unsettled(flights), *_saturated(flights)]
+        lines += [
+            *_ended_early(flights),
+            *_unsettled(flights),
+            *_unresolved(flights),
+            *_saturated(flights),
+        ]
     return lines
 
 
@@ -134,6 +140,18 @@ def _unsettled(flights: dict[str, dict[str, Any]]) -> Iterator[str]:
         if np.isinf(shares[worst]):
             changes = "leaves no error to compare"
         yield f"* {worst}: not converged, half the step {changes}{_more(shares, flights)}."
+
+
+def _unresolved(flights: dict[str, dict[str, Any]]) -> Iterator[str]:
+    errors = {
+        flight: entry["step_error"]
+        for flight, entry in flights.items()
+        if entry["step_error"] > RESOLVED
+    }
+    if errors:
+        worst = max(errors, key=lambda flight: errors[flight])
+        told = f"not resolved, its step_error is {errors[worst]:.2g} arm lengths"
+        yield f"* {worst}: {told}, and where it goes hangs on the step{_more(errors, flights)}."
 
 
 def _saturated(flights: dict[str, dict[str, Any]]) -> Iterator[str]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
+from continuair.flight.resolution import RESOLVED
 from continuair.kernels.dynamics import PLANTS
 from continuair.kernels.step import OK
 from continuair.studies.paper.evidence import Evidence
@@ -12,8 +14,8 @@ from continuair.studies.verdicts import UNDECIDED, Judgement
 
 
 def if_settled(judge: Callable[[Evidence], Judgement]) -> Callable[[Evidence], Judgement]:
-    """The judge of what rests on the letters: undecided where half the step changes the error of a
-    flight that came to its end by a tenth."""
+    """The judge of what rests on the letters: undecided where steps do not resolve a flight, or
+    half of them change the error of one that came to its end by a tenth."""
 
     def judged_of(evidence: Evidence) -> Judgement:
         found = judge(evidence)
@@ -21,7 +23,7 @@ def if_settled(judge: Callable[[Evidence], Judgement]) -> Callable[[Evidence], J
             f"{name}, {plant}"
             for name, entry in evidence.letter.results["letters"].items()
             for plant in PLANTS
-            if entry[plant]["status"] == OK and not entry[plant]["step_halving_error"] < NEGLIGIBLE
+            if _hangs(entry[plant])
         ]
         if not hang:
             return found
@@ -29,3 +31,9 @@ def if_settled(judge: Callable[[Evidence], Judgement]) -> Callable[[Evidence], J
         return Judgement(UNDECIDED, told, found.numbers, found.times)
 
     return judged_of
+
+
+def _hangs(flight: dict[str, Any]) -> bool:
+    if flight["step_error"] > RESOLVED:
+        return True
+    return flight["status"] == OK and not flight["step_halving_error"] < NEGLIGIBLE
