@@ -49,14 +49,13 @@ def trend(sweep: str, measure: str, sense: int) -> Check:
         )
         numbers = {_name(measure, label): x for label, x in zip(labels, few, strict=True)}
         numbers[f"rank correlation of the {NAMES[measure]}"] = rho
-        return Judgement(_trend_verdict(sweeps[sweep], holds, sense * rho), evidence, numbers)
+        found = Judgement(_trend_verdict(holds, sense * rho), evidence, numbers)
+        return if_converged([sweeps[sweep]], found)
 
     return check
 
 
-def _trend_verdict(sweep: dict[str, Any], holds: bool, rho: float) -> str:
-    if not converged(sweep):
-        return UNDECIDED
+def _trend_verdict(holds: bool, rho: float) -> str:
     if holds and rho >= STRONG:
         return REPRODUCED
     return NOT_REPRODUCED if not holds and rho <= WEAK else UNDECIDED
@@ -72,7 +71,10 @@ def largest_above_the_middle(sweep: str) -> Check:
         many = column_between(between, "error")
         where = rows[int(np.argmax(few))]["label"]
         peak = sweeps[sweep]["scale"] * between["value"][int(np.argmax(many))]
-        ends = (np.argmax(few) >= (len(few) - 1) / 2, np.argmax(many) >= (len(many) - 1) / 2)
+        # Of all values tried: those that are left out may be on one side.
+        tried = sorted([*between["value"], *between["ended_early"], *between["unresolved"]])
+        place = tried.index(between["value"][int(np.argmax(many))])
+        ends = (np.argmax(few) >= (len(few) - 1) / 2, place >= (len(tried) - 1) / 2)
         evidence = (
             f"error {listed(few)} m at {', '.join(row['label'] for row in rows)}, the largest at "
             f"{where}; over {len(many)} values the largest, "
@@ -80,7 +82,7 @@ def largest_above_the_middle(sweep: str) -> Check:
         )
         numbers = {_name("error", row["label"]): x for row, x in zip(rows, few, strict=True)}
         numbers |= {f"largest error is at [{sweeps[sweep]['units']}]": peak}
-        return Judgement(_agreed(converged(sweeps[sweep]), ends), evidence, numbers)
+        return if_converged([sweeps[sweep]], Judgement(_agreed(ends), evidence, numbers))
 
     return check
 
@@ -106,12 +108,13 @@ def at_least(
 def _bounded(value: Any, holds: Callable[[float], bool], text: str) -> Check:
     def check(sweeps: dict[str, Any]) -> Judgement:
         numbers, usable = value(sweeps)
-        verdict = _agreed(usable, [all(holds(number) for number in numbers)])
+        verdict = _agreed([all(holds(number) for number in numbers)])
         name = text.partition(" (limit")[0].format("…")
         named = {f"{name} ({i + 1})": number for i, number in enumerate(numbers)}
         if len(numbers) == 1:
             named = {name: numbers[0]}
-        return Judgement(verdict, text.format(listed(numbers)), named)
+        found = Judgement(verdict, text.format(listed(numbers)), named)
+        return found if usable else _hanging(found)
 
     return check
 
@@ -133,9 +136,9 @@ def least_spread(sweep: str) -> Check:
             f"the 90th percentile, by {many[sweep]:.3g} m, rank {ranks[1]} "
             f"(least: {min(many, key=lambda name: many[name])})"
         )
-        usable = all(converged(part) for part in every.values())
         numbers = {f"spread of the error over the {name} [m]": few[name] for name in few}
-        return Judgement(_agreed(usable, [rank == 1 for rank in ranks]), evidence, numbers)
+        found = Judgement(_agreed([rank == 1 for rank in ranks]), evidence, numbers)
+        return if_converged(every.values(), found)
 
     return check
 
@@ -160,9 +163,9 @@ def goes_with(measure: str) -> Check:
     return check
 
 
-def _agreed(usable: bool, holds: Sequence[Any]) -> str:
+def _agreed(holds: Sequence[Any]) -> str:
     """Verdict of several views of one claim, which may disagree."""
-    if not usable or any(holds) != all(holds):
+    if any(holds) != all(holds):
         return UNDECIDED
     return REPRODUCED if all(holds) else NOT_REPRODUCED
 
@@ -187,8 +190,10 @@ def converged(sweep: dict[str, Any]) -> bool:
 
 def if_converged(sweeps: Iterable[dict[str, Any]], found: Judgement) -> Judgement:
     """Return a judgement that rests on sweeps, undecided if a row has not converged."""
-    if all(converged(sweep) for sweep in sweeps):
-        return found
+    return found if all(converged(sweep) for sweep in sweeps) else _hanging(found)
+
+
+def _hanging(found: Judgement) -> Judgement:
     told = f"{found.evidence}; that rests on flights that have not converged"
     return Judgement(UNDECIDED, told, found.numbers)
 

@@ -334,7 +334,7 @@ def robust_law(evidence: Evidence) -> Judgement:
     worst = {model: _worst(evidence, model) for model in (*PLANTS, "independent")}
     frozen = f"keeps {worst['independent']:.2g} px"
     if math.isnan(worst["independent"]):
-        frozen = "loses its target"
+        frozen = "does not come to the end of all letters"
         del worst["independent"]
     return judged(
         largest(worst[plant] for plant in PLANTS) < SUBPIXEL,

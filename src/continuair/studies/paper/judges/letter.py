@@ -9,6 +9,7 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 from continuair.analysis.accelerations import accelerations
+from continuair.analysis.linear import bending_frequencies
 from continuair.analysis.mass import mass_distribution
 from continuair.analysis.metrics import samples
 from continuair.controllers.gain_files import load_gains
@@ -23,8 +24,9 @@ Array = np.ndarray
 
 NOMINAL = SETTINGS["nominal"]
 
-_FINE = 1e-3
-"""Time between samples whose slopes are taken [s]: the arm's fastest mode has tens of them."""
+_LONGEST, _PER_SWING = 1e-3, 20
+"""Time between samples whose slopes are taken [s], at most, and samples per swing of the arm, of
+which central differences twice lose 3 %, at least."""
 
 
 def flown(evidence: Evidence, model: str) -> xr.Dataset:
@@ -83,20 +85,18 @@ def forces_on_uav(evidence: Evidence) -> tuple[Array, Array]:
     m (a + ω̇×c + ω×(ω×c) + ω×ċ). The blocks that decoupling zeroes add m (c̈ + ω×ċ).
     """
     names = ("velocity", "angular_velocity", "bend")
-    flight = fly(evidence, "coupled", sample=_FINE, variables=names)
+    period = 2.0 * np.pi / max(bending_frequencies(evidence.vehicle))
+    every = int(np.ceil(SAMPLE / min(_LONGEST, period / _PER_SWING) - 1e-9))
+    fine = SAMPLE / every
+    flight = fly(evidence, "coupled", sample=fine, variables=names)
     v, w = (samples(flight, name, "axis") for name in names[:2])
     bend = samples(flight, "bend", "bend_axis")
     c = mass_distribution(evidence.vehicle, bend[None])[0][0]
-    moved, turned = _slope(c), _slope(w)
-    a = _slope(v) + np.cross(w, v)
+    moved, turned, slowing = (np.gradient(each, fine, axis=0) for each in (c, w, v))
+    a = slowing + np.cross(w, v)
     drift = np.cross(w, moved)
-    coupling = _slope(moved) + drift
+    coupling = np.gradient(moved, fine, axis=0) + drift
     own = a + np.cross(turned, c) + np.cross(w, np.cross(w, c)) + drift
-    every = round(SAMPLE / _FINE)
     mass = float(evidence.vehicle.mass)
     first, second = (mass * np.linalg.norm(x, axis=1)[::every] for x in (coupling, own))
     return first, second
-
-
-def _slope(values: Array) -> Array:
-    return np.gradient(values, _FINE, axis=0)
