@@ -341,6 +341,27 @@ def test_euler_angles_that_samples_do_not_follow_are_said_to_have_no_error(
     assert "- of a flight to its end" in " ".join(sensitivity_output.remarks(changed))
 
 
+def test_an_upper_half_is_that_of_all_values_tried() -> None:
+    """Of the values 1 to 20 those above 10 are lost, all but 11; the largest error is at 8."""
+    kept = [float(value) for value in range(1, 12)]
+    rows = [
+        {"label": f"{value}", "models": dict.fromkeys(("coupled", "decoupled"), entry)}
+        for value in (1, 2, 3)
+        for entry in [{"converged": True, "rmse_xy_m": 4.0 - value}]
+    ]
+    between = {
+        "value": kept,
+        "rmse_xy_m": {"decoupled": [float(value == 8.0) for value in kept]},
+        "ended_early": [float(value) for value in range(12, 21)],
+        "unresolved": [],
+    }
+    sweep = {"rows": rows, "between": between, "scale": 1.0, "units": "rad"}
+    check = findings.largest_above_the_middle("initial roll")
+    assert check({"initial roll": sweep}).verdict == NOT_REPRODUCED
+    sweep["between"] = between | {"ended_early": []}
+    assert check({"initial roll": sweep}).verdict == UNDECIDED
+
+
 def test_figures_name_values_that_hang_on_the_step(flown: study.Sensitivity) -> None:
     changed = json.loads(json.dumps(flown.results))
     changed["sweeps"]["UAV mass"]["rows"][1]["models"]["decoupled"]["converged"] = False
