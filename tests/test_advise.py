@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import continuair as ca
 import continuair.cli as cli
-from continuair.controllers.gain_files import load_gains
+from continuair.controllers.gain_files import Gains, load_gains
 from continuair.figures import advise as figures
 from continuair.studies.advise import study as advise
 from continuair.studies.advise.excitations import attribute, excite, missed
@@ -59,6 +59,17 @@ def test_slower_targets_are_within_the_limit_and_faster_ones_are_not() -> None:
     assert found["rms_px"] < 1.0
     assert (ds[speed <= entry["limit_m_s"]] <= 0.7).all()
     assert ds[speed > entry["limit_m_s"]][0] > 0.7
+
+
+def test_what_a_slow_law_leaves_of_a_start_is_not_taken_for_the_targets_speed() -> None:
+    """An integral brings a start that is off home slowly, and changes the limit by little."""
+
+    def limit(**more: Any) -> float:
+        slow = Gains("slow", {"bandwidth": 6.0, "conditioning": 0.002, "gains": "current", **more})
+        found = tracking_limit(VEHICLE, "R", slow, ("decoupled",), 0.7)
+        return float(found["models"]["decoupled"]["limit_m_s"])
+
+    assert limit(integral=0.4) == pytest.approx(limit(), rel=0.15)
 
 
 def results(limit: float, tolerable: bool = True) -> dict[str, Any]:
