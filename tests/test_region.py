@@ -22,6 +22,7 @@ from continuair.studies.region.report import summary
 from continuair.studies.region.starts import BEND, HEIGHT, RANDOM, SIDEWAYS, TILT, YAW, starts
 from continuair.studies.region.study import Region, region
 from continuair.studies.standard_laws import LAWS
+from tests.weak_rotors import with_weak_rotors
 
 RUNS = 40
 
@@ -210,12 +211,7 @@ def test_the_command_shows_its_laws() -> None:
 
 
 def test_flights_whose_rotors_saturate_are_counted_and_told(vehicle: ca.Vehicle) -> None:
-    weight = 9.81 * (vehicle.uav.mass + vehicle.arm.mass)
-    rotors = {
-        "layout": "hex_tilted", "lever": 0.3, "tilt": 0.5, "torque_per_thrust": 0.02,
-        "thrust_limits": [0.0, 0.25 * weight],
-    }  # fmt: skip
-    tilted = vehicle.replace({"uav.rotors": rotors})
+    tilted = with_weak_rotors(vehicle)
     with pytest.warns(ca.ContinuairWarning, match="rotors saturate"):
         found = region(tilted, laws=["constant"], models=["coupled"], runs=3)
     (case,) = found.results["cases"]

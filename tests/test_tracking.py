@@ -30,6 +30,7 @@ from continuair.studies.tracking.candidates import fly, fly_whole
 from continuair.studies.tracking.law_variants import law_variants
 from continuair.studies.tracking.study import Tracking, ds_extremes, tracking
 from continuair.studies.tracking.tuning import as_toml, tune
+from tests.weak_rotors import with_weak_rotors
 
 IMAGE = np.array([1, -1, -1, -1, -1, 1, 1, 1]) * 0.125
 
@@ -396,13 +397,7 @@ def test_studies_tell_of_the_damping_that_they_give_an_undamped_arm() -> None:
 def test_rotors_that_saturate_are_told_in_the_results_and_in_a_sentence(
     vehicle: ca.Vehicle,
 ) -> None:
-    # Rotors that just carry the vehicle, and cannot push as the law asks for at the start.
-    weight = 9.81 * (vehicle.uav.mass + vehicle.arm.mass)
-    rotors = {
-        "layout": "hex_tilted", "lever": 0.3, "tilt": 0.5, "torque_per_thrust": 0.02,
-        "thrust_limits": [0.0, 0.25 * weight],
-    }  # fmt: skip
-    tilted = vehicle.replace({"uav.rotors": rotors})
+    tilted = with_weak_rotors(vehicle)
     with pytest.warns(ca.ContinuairWarning, match="rotors saturate"):
         results = tracking(tilted, "M", models=["coupled"], settings=["fast"]).results
     beyond = results["letters"]["M"]["coupled"]["largest_saturation"]

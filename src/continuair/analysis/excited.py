@@ -42,6 +42,12 @@ class ExcitedArm:
     axes: Array
 
 
+def name_of_excited_arm(vehicle: Vehicle) -> str:
+    """The excited arm in words: "arm", of several with its name."""
+    arms = vehicle.arms
+    return "arm" if len(arms) == 1 else f"arm {arms[vehicle.camera_arm].name}"
+
+
 def excited_arm(vehicle: Vehicle) -> ExcitedArm:
     """The arm that carries the camera of a vehicle, plain or batched."""
     if not vehicle.has_arm_list:

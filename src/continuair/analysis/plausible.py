@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from continuair.analysis.excited import excited_arm
+from continuair.analysis.excited import excited_arm, name_of_excited_arm
 from continuair.analysis.groups import GRAVITY, place
 from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle
@@ -133,10 +133,8 @@ def _of_sag(vehicle: Vehicle) -> list[str]:
     number = float(place(vehicle)["gravity_number"])
     if number <= 1.0:
         return []
-    arm = excited_arm(vehicle)
-    name = f" {vehicle.arms[arm.index].name}" if len(vehicle.arms) > 1 else ""
+    length, name = float(excited_arm(vehicle).length), name_of_excited_arm(vehicle)
     return [
-        f"gravity number g / l ω² is {number:.2g}, above 1: held level, the arm{name} of "
-        f"{float(arm.length):g} m "
+        f"gravity number g / l ω² is {number:.2g}, above 1: held level, the {name} of {length:g} m "
         "folds under its weight; is it so limp, or its radius in metres?"
     ]

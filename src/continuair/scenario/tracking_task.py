@@ -138,10 +138,13 @@ def task(
     letters: Sequence[str],
     controller: Controller,
     duration: float | Sequence[float],
+    *,
+    off: bool = True,
 ) -> Scenario:
     """A batch that flies each letter once with its own row of the controller's gains, or one.
 
-    duration: of a letter [s], one for all or one each; the target rests at the end of its own.
+    duration: of a letter [s], one for all or one each; the target rests at the end of its own. off:
+    whether it starts START_OFFSET and START_BEND off, and not where the image is the desired one.
     Raises InputError.
     """
     durations = np.broadcast_to(duration, len(letters)).tolist()
@@ -153,6 +156,8 @@ def task(
     for row, target in zip(q, targets, strict=True):
         centroid = target.path([0.0])[0][0]
         row[:3], row[3:6] = facing(vehicle, centroid, target.distance)
+        if not off:
+            continue
         row[:3] += START_OFFSET
         first = sum(vehicle.shape[: vehicle.camera_arm])
         bends = row[6:].reshape(-1, 2)[first : first + vehicle.shape[vehicle.camera_arm]]

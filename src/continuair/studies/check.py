@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 
 from continuair.analysis.beam import curvature_error
-from continuair.analysis.excited import excited_arm
+from continuair.analysis.excited import excited_arm, name_of_excited_arm
 from continuair.analysis.groups import GRAVITY, place
 from continuair.analysis.modes import modes
 from continuair.analysis.trim import Trim, trim
@@ -51,24 +51,18 @@ def facts(vehicle: Vehicle, rest: Trim | None) -> Lines:
     rest: of `at_rest`.
     """
     mass, groups = sum(arm.mass for arm in vehicle.arms), place(vehicle)
+    which = f", {name_of_excited_arm(vehicle)}" if len(vehicle.arms) > 1 else ""
     return [
         ("arm mass", f"{mass:.4g} kg"),
         ("arm mass / UAV mass", f"{mass / vehicle.uav.mass:.4g}"),
         ("coupling, 0 to 1", f"{groups['coupling']:.3g}"),
-        (f"gravity number g / l ω²{_of_camera(vehicle)}", f"{groups['gravity_number']:.3g}"),
+        (f"gravity number g / l ω²{which}", f"{groups['gravity_number']:.3g}"),
         *_of_sections(vehicle),
         *_angles(vehicle, rest),
         *_of_rotors(vehicle),
         *_of_steps(vehicle),
         *([] if vehicle.has_arm_list else _beside_a_beam(vehicle)),
     ]
-
-
-def _of_camera(vehicle: Vehicle) -> str:
-    """Which of several arms a line is about: the one that carries the camera."""
-    if len(vehicle.arms) == 1:
-        return ""
-    return f", arm {vehicle.arms[vehicle.camera_arm].name}"
 
 
 def modes_of(vehicle: Vehicle, rest: Trim | None) -> Lines:
@@ -117,10 +111,10 @@ def _of_rotors(vehicle: Vehicle) -> Lines:
     q[1:, kappas] = BENT / arm.length
     q[1:, kappas + 1] = 2.0 * pi / _SIDES * np.arange(_SIDES)[:, None]
     thrusts, aside = hovering_thrusts(Engine(vehicle, "decoupled"), q, GRAVITY)
-    name = f" {vehicle.arms[arm.index].name}" if len(vehicle.arms) > 1 else ""
+    bent = f"{name_of_excited_arm(vehicle)} bent by {BENT:g} rad"
     return [
         ("rotors' margin, arm straight", _left(thrusts[:1], aside[:1], rotors)),
-        (f"rotors' margin, arm{name} bent by {BENT:g} rad", _left(thrusts[1:], aside[1:], rotors)),
+        (f"rotors' margin, {bent}", _left(thrusts[1:], aside[1:], rotors)),
     ]
 
 

@@ -55,14 +55,14 @@ def _strong(evidence: Evidence, names: tuple[str, ...], of: str) -> Judgement:
     known = [name for name in names if converged(sweeps[name])]
     strong = [name for name in known if factors[name] >= PRONOUNCED]
     # Sweeps that hang on the step may turn out either way.
-    possible = len(strong), len(strong) + len(names) - len(known)
+    counts = len(strong), len(strong) + len(names) - len(known)
     told = ", ".join(
         f"{factor:.2g} ({name if name in known else f'{name}, not converged'})"
         for name, factor in factors.items()
     )
     return judged_alike(
-        (count >= 2 for count in possible),
-        f"largest over least horizontal error of a sweep: {told}; {_from_to(*possible)} of these "
+        (count >= 2 for count in counts),
+        f"largest over least horizontal error of a sweep: {told}; {_from_to(*counts)} of these "
         f"{len(names)} parameters {of} change it at least twofold. The error depends finely on "
         "each of them, and the paper prints neither vehicle nor all values",
         **{f"largest over least error, {name}": factor for name, factor in factors.items()},

@@ -85,8 +85,7 @@ def forces_on_uav(evidence: Evidence) -> tuple[Array, Array]:
     m (a + ω̇×c + ω×(ω×c) + ω×ċ). The blocks that decoupling zeroes add m (c̈ + ω×ċ).
     """
     names = ("velocity", "angular_velocity", "bend")
-    period = 2.0 * np.pi / max(bending_frequencies(evidence.vehicle))
-    every = int(np.ceil(SAMPLE / min(_LONGEST, period / _PER_SWING) - 1e-9))
+    every = _finer(evidence.vehicle)
     fine = SAMPLE / every
     flight = fly(evidence, "coupled", sample=fine, variables=names)
     v, w = (samples(flight, name, "axis") for name in names[:2])
@@ -100,3 +99,9 @@ def forces_on_uav(evidence: Evidence) -> tuple[Array, Array]:
     mass = float(evidence.vehicle.mass)
     first, second = (mass * np.linalg.norm(x, axis=1)[::every] for x in (coupling, own))
     return first, second
+
+
+def _finer(vehicle: Vehicle) -> int:
+    """How many times as many samples as the study's follow the swings of the arm."""
+    swing = 2.0 * np.pi / max(bending_frequencies(vehicle))
+    return int(np.ceil(SAMPLE / min(_LONGEST, swing / _PER_SWING) - 1e-9))
