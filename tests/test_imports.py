@@ -149,7 +149,16 @@ ROOMS = {
         },
         {"letter", "coupling_elements", "complexity"},
         {"conclusions"},
-        {"kinematics", "dynamics", "law", "open_loop", "parameters", "closed_loop", "summary"},
+        {
+            "kinematics",
+            "dynamics",
+            "law",
+            "open_loop",
+            "open_loop_errors",
+            "parameters",
+            "closed_loop",
+            "summary",
+        },
     ],
     "interfaces": [
         {"chain", "outline", "meshes", "foxglove", "frames", "wash"},

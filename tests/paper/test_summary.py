@@ -14,7 +14,7 @@ from continuair.studies.paper.evidence import Evidence
 from continuair.studies.paper.judges import (
     complexity,
     conclusions,
-    open_loop,
+    open_loop_errors,
     straight,
     summary,
     swing,
@@ -330,24 +330,24 @@ def test_what_hangs_on_the_step_of_a_test_is_not_known(monkeypatch: pytest.Monke
         return str(judge(given.evidence(open_loop=flown, drawn=drawn)).verdict)
 
     for judge, other in (
-        (open_loop.largest_errors, {"rmse_t_m": 0.5}),
-        (open_loop.position_by_test, {"rmse_t_m": 0.15}),
-        (open_loop.rotation_by_test, {"rmse_r_rad": 1.1}),
+        (open_loop_errors.largest_errors, {"rmse_t_m": 0.5}),
+        (open_loop_errors.position_by_test, {"rmse_t_m": 0.15}),
+        (open_loop_errors.rotation_by_test, {"rmse_r_rad": 1.1}),
         (conclusions.modes_of_actuation, {"rmse_r_rad": 1.1}),
     ):
         assert (judged(judge), judged(judge, **other)) == (REPRODUCED, UNDECIDED)
         # A coarser step that ends the flight early tells nothing.
         assert judged(judge, **dict.fromkeys(other, np.nan)) == UNDECIDED
     study.results["tests"]["C"]["decoupled"] |= {"rmse_t_m": 0.5}
-    assert judged(open_loop.position_by_test, rmse_t_m=np.nan) == UNDECIDED
+    assert judged(open_loop_errors.position_by_test, rmse_t_m=np.nan) == UNDECIDED
     # What does not ask for Test C is known.
-    assert judged(open_loop.actuated_uav, rmse_t_m=9.0) == REPRODUCED
+    assert judged(open_loop_errors.actuated_uav, rmse_t_m=9.0) == REPRODUCED
     # A is not last, a moment on the vehicle itself is not harmless.
     study = open_loop_of({"A": 0.03, "B": 0.01, "C": 0.36, "D": 0.2})
     found = given.evidence(open_loop=study, drawn=drawn)
-    assert open_loop.position_by_test(found).verdict == NOT_REPRODUCED
-    monkeypatch.setattr(open_loop, "error_under_a_moment", lambda vehicle: 0.5)
-    assert open_loop.actuated_uav(found).verdict == NOT_REPRODUCED
+    assert open_loop_errors.position_by_test(found).verdict == NOT_REPRODUCED
+    monkeypatch.setattr(open_loop_errors, "error_under_a_moment", lambda vehicle: 0.5)
+    assert open_loop_errors.actuated_uav(found).verdict == NOT_REPRODUCED
 
 
 def test_turns_whose_angles_are_lost_are_judged_by_the_angle_between_tips() -> None:
@@ -362,6 +362,6 @@ def test_turns_whose_angles_are_lost_are_judged_by_the_angle_between_tips() -> N
     for name, value in zip("ABCD", (0.05, 0.2, 0.3, 0.4), strict=True):
         study.results["tests"][name]["decoupled"]["angle_rad"] = value
     drawn = Drawn(whole, _rotation(euler, angle), few)
-    found = open_loop.rotation_by_test(given.evidence(open_loop=study, drawn=drawn))
+    found = open_loop_errors.rotation_by_test(given.evidence(open_loop=study, drawn=drawn))
     assert found.verdict == NOT_REPRODUCED
     assert "(as the angle between the tips) is 0.05, 0.2, 0.3, 0.4 rad" in found.evidence

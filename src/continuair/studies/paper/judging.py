@@ -14,6 +14,7 @@ from continuair.studies.paper.judges import (
     kinematics,
     law,
     open_loop,
+    open_loop_errors,
     parameters,
     summary,
 )
@@ -31,6 +32,7 @@ JUDGES: dict[str, Judge] = {
     **image.JUDGES,
     **law.JUDGES,
     **open_loop.JUDGES,
+    **open_loop_errors.JUDGES,
     **parameters.JUDGES,
     **closed_loop.JUDGES,
     **summary.JUDGES,

@@ -8,7 +8,7 @@ import numpy as np
 
 from continuair import equations
 from continuair.analysis.shares import percent
-from continuair.scenario.paper_tests import open_loop_test
+from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, open_loop_test
 from continuair.studies.extremes import largest
 from continuair.studies.paper.evidence import Evidence
 from continuair.studies.paper.judges import coupling_elements
@@ -37,8 +37,6 @@ from continuair.studies.verdicts import UNDECIDED, Judgement, all_of, judged
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
-
-TESTS = "ABCD"
 
 _BALANCES = 25
 """States at which the balance of power is taken."""
@@ -91,7 +89,7 @@ def readings_of_decoupled(evidence: Evidence) -> Judgement:
         gap = path - coupled.to_numpy()
         element[test] = float(np.sqrt((gap**2).sum(axis=1).mean()))
         block[test] = float(evidence.open_loop.results["tests"][test]["decoupled"]["rmse_t_m"])
-    ratios = {test: element[test] / block[test] for test in TESTS}
+    ratios = {test: element[test] / block[test] for test in OPEN_LOOP_TESTS}
     # Where the arm passes straight, in C and D, ψa spins, and the digits hang on the step.
     told = ", ".join(
         f"{test} {ratio:.2g}" if test in "AB" else f"{test} about {ratio:.1g}"
@@ -144,7 +142,7 @@ def assumption_on_disks(evidence: Evidence) -> Judgement:
     parts = []
     for radius in RADII:
         thick = vehicle.replace({"arm.radius": radius})
-        shares = {test: shares_of_energy(thick, test) for test in TESTS}
+        shares = {test: shares_of_energy(thick, test) for test in OPEN_LOOP_TESTS}
         worst = largest(of_arm.larger for of_arm, _ in shares.values())
         of_arm, of_all = (each.kinetic for each in shares["B"])
         name = f"radius {1e3 * radius:g} mm"
@@ -157,7 +155,7 @@ def assumption_on_disks(evidence: Evidence) -> Judgement:
             )
         )
     bare, full = (errors_of_tests(each) for each in (vehicle, with_disks(vehicle)))
-    change = largest(abs(full[test] / bare[test] - 1.0) for test in TESTS)
+    change = largest(abs(full[test] / bare[test] - 1.0) for test in OPEN_LOOP_TESTS)
     parts.append(
         judged(
             change < NEGLIGIBLE,
@@ -202,11 +200,11 @@ def effect_of_disks(evidence: Evidence) -> Judgement:
 
 def order_by_error(bare: dict[str, float], full: dict[str, float]) -> Judgement:
     """Whether errors of tests without and with disks have one order."""
-    ended = [test for test in TESTS if math.isnan(bare[test] + full[test])]
+    ended = [test for test in OPEN_LOOP_TESTS if math.isnan(bare[test] + full[test])]
     if ended:
         told = f"flights of Test {', '.join(ended)} end early and have no place in an order"
         return Judgement(UNDECIDED, told)
-    before, after = ("".join(sorted(TESTS, key=of.__getitem__)) for of in (bare, full))
+    before, after = ("".join(sorted(OPEN_LOOP_TESTS, key=of.__getitem__)) for of in (bare, full))
     return judged(before == after, f"order of Tests A to D by error: {before}, then {after}")
 
 
