@@ -14,6 +14,7 @@ import continuair.cli as cli
 from continuair.controllers.gain_files import Gains, load_gains
 from continuair.figures import advise as figures
 from continuair.studies.advise import study as advise
+from continuair.studies.advise import tracking
 from continuair.studies.advise.excitations import attribute, excite, missed
 from continuair.studies.advise.report import as_table
 from continuair.studies.advise.tracking import tracking_limit
@@ -219,3 +220,22 @@ def test_couplings_that_cancel_are_named_together() -> None:
     parts = {"carriage": 0.0, "inertia": 0.4, "coriolis": 0.7}
     assert missed(parts, 0.18).startswith("recoil")
     assert missed(parts, 0.5) == "coriolis"
+
+
+def test_the_speed_of_a_target_is_that_of_no_draw_of_noise(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With noise |DS| was 0.69 to 0.78 px by the seed, of a vehicle that has 0.32 px without."""
+    monkeypatch.setattr(tracking, "SCANNED", 2)
+    monkeypatch.setattr(tracking, "REFINED", 1)
+    clear = ca.load_vehicle("paper")
+    noisy = clear.replace({"camera.noise": 0.5})
+    gains = load_gains("paper")
+    found, of_noisy = (
+        tracking.tracking_limit(each, "L", gains, ("decoupled",), 0.7) for each in (clear, noisy)
+    )
+    assert of_noisy == found
+    assert any(
+        "without the camera's noise of 0.5 px" in each for each in tracking.tracking_notes(noisy)
+    )
+    assert not any("noise" in each for each in tracking.tracking_notes(clear))

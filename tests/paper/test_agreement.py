@@ -7,15 +7,17 @@ from continuair.studies.paper.judges import agreement
 
 
 def test_states_have_bends_of_both_signs_and_no_pitch_near_upright() -> None:
-    q = np.array([at for at, _ in agreement.random_states()])
+    length = 0.05
+    q = np.array([at for at, _ in agreement.random_states(length)])
     assert len(q) == 100
-    assert np.abs(q[:, 6]).min() >= 0.1 and np.abs(q[:, 6]).max() <= 3.0
+    angle = np.abs(q[:, 6]) * length
+    assert angle.min() >= 0.1 and angle.max() <= 3.0
     assert 30 < (q[:, 6] < 0).sum() < 70
     assert np.abs(q[:, 4]).max() <= 1.2
 
 
 def test_fewer_states_are_others_but_as_random() -> None:
-    assert len(agreement.random_states(6)) == 6
+    assert len(agreement.random_states(1.0, 6)) == 6
 
 
 @pytest.mark.parametrize(

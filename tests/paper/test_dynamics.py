@@ -78,13 +78,15 @@ def test_a_balance_without_the_elastic_force_does_not_close(
 
 
 def test_element_by_element_every_coordinate_moves_as_with_the_diagonal_mask() -> None:
-    model = Elementwise(DAMPED)
+    # A disk as wide as a plate, whose own inertia counts.
+    plate = {"position": 1.0, "mass": 0.1, "inertia": [5e-3, 1e-2]}
+    vehicle = DAMPED.replace({"arm.disks": [plate]})
+    model = Elementwise(vehicle)
     tau, wrench = np.arange(8.0), np.arange(6.0)
-    for q, qd in random_states(10):
+    for q, qd in random_states(DAMPED.arm.length, 10):
         found = model.accelerations(q, qd, tau, wrench)
-        exact = equations.forward_dynamics(DAMPED, q, qd, tau, wrench, mask="diagonal")
-        # The sections' own inertia, which is left out: (radius/length)² of the arm's, a few times.
-        np.testing.assert_allclose(found, exact, rtol=5e-4)
+        exact = equations.forward_dynamics(vehicle, q, qd, tau, wrench, mask="diagonal")
+        np.testing.assert_allclose(found, exact, rtol=1e-7)
 
 
 def test_element_by_element_a_force_only_pushes_the_uav() -> None:
@@ -144,13 +146,15 @@ def test_an_expression_that_is_off_by_two_percent_is_no_element(
 
 
 def test_what_is_linear_stays_on_its_chords() -> None:
-    found = coupling_elements.distances_from_chords(lambda q: np.array([q[3:].sum(), q[6] ** 2]))
+    found = coupling_elements.distances_from_chords(
+        lambda q: np.array([q[3:].sum(), q[6] ** 2]), 1.0
+    )
     assert found[:, 0].max() < 1e-12
     assert found[3, 1] > 0.01 and found[[0, 1, 2, 4], 1].max() == 0.0
 
 
 def test_at_a_length_of_one_metre_curvature_and_angle_are_one_reading() -> None:
-    for q, _ in random_states(3):
+    for q, _ in random_states(VEHICLE.arm.length, 3):
         curvature, angle = (
             coupling_elements.printed_elements(DAMPED, q, κ, "integrated")
             for κ in ("a curvature", "the total angle")

@@ -1,14 +1,23 @@
 """Sentences of the paper judged of vehicles of one's own."""
 
+from typing import Any
+
 import pytest
 
 import continuair as ca
 from continuair.errors import ContinuairWarning
 from continuair.studies.paper.evidence import Evidence
-from continuair.studies.paper.judges import coupling_elements
+from continuair.studies.paper.judges import (
+    coupling_elements,
+    dynamics,
+    image,
+    kinematics,
+    summary,
+)
+from continuair.studies.paper.judging import judge
 from continuair.studies.sensitivity.study import sensitivity
 from continuair.studies.sensitivity.task import about
-from continuair.studies.verdicts import REPRODUCED
+from continuair.studies.verdicts import REPRODUCED, UNDECIDED
 
 
 def test_verdicts_on_the_radius_do_not_hang_on_how_a_vehicle_is_written() -> None:
@@ -39,3 +48,38 @@ def test_sentences_are_of_direct_forces_without_drag_and_a_perfect_camera_and_sa
     with pytest.warns(ContinuairWarning, match="judged without uav.rotors, uav.drag, arm.drag_"):
         taken = Evidence(noisy.replace({"uav.rotors": rotors} | drag)).vehicle
     assert taken.describe() == Evidence(plain).vehicle.describe()
+
+
+SIMILAR: dict[str, dict[str, Any]] = {
+    "gram": {
+        "arm.length": 0.01, "arm.radius": 5e-5, "uav.mass": 2e-6,
+        "uav.inertia": [2.4e-12, 2.4e-12, 4.7e-12], "arm.youngs_modulus": 2e9,
+    },
+    "long": {"arm.length": 12.0, "arm.radius": 0.03},
+    "thick": {"arm.length": 0.05, "arm.radius": 0.01},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SIMILAR)
+def test_verdicts_on_formulas_do_not_hang_on_how_long_the_arm_is(name: str) -> None:
+    paper = ca.load_vehicle("paper")
+    judges = kinematics.JUDGES | coupling_elements.JUDGES
+    for key in ("III-C.3", "III-C.6"):
+        judges[key] = dynamics.JUDGES[key]
+    judges["III-D.12"] = image.JUDGES["III-D.12"]
+    of_paper, of_other = (Evidence(each) for each in (paper, paper.replace(SIMILAR[name])))
+    for key, of in judges.items():
+        assert of(of_other).verdict == of(of_paper).verdict, key
+
+
+def test_what_no_step_resolves_is_no_loss_of_the_model() -> None:
+    thick = ca.load_vehicle("paper").replace(SIMILAR["thick"])
+    assert summary.mutual_interactions(Evidence(thick)).verdict == UNDECIDED
+
+
+def test_a_camera_that_looks_sideways_has_no_theorem_and_says_so() -> None:
+    """Where the UAV pitches by a quarter turn, Euler angles have no rates, and M is singular."""
+    sideways = ca.load_vehicle("paper").replace({"camera.attitude": [0.0, 0.5**0.5, 0.0, 0.5**0.5]})
+    (found,) = judge(["III-D.17"], Evidence(sideways))
+    assert found["verdict"] == UNDECIDED
+    assert "amera.attitude is" in found["evidence"] and "quarter turn" in found["evidence"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -47,7 +48,11 @@ def facing(vehicle: Vehicle, point: Any, distance: Any) -> tuple[Array, Array]:
     turn = Rotation.from_matrix(TIP_OF_STRAIGHT_ARM @ np.swapaxes(axes, -1, -2))
     above = np.multiply.outer(distance, [0.0, 0.0, 1.0])
     at = np.asarray(point) + above - turn.apply(on_body(vehicle))
-    return np.asarray(at), np.asarray(turn.as_euler("ZYX")[..., ::-1])
+    with warnings.catch_warnings():
+        # Upright, roll and yaw are one turn: any two do.
+        warnings.filterwarnings("ignore", "Gimbal lock", UserWarning)
+        angles = turn.as_euler("ZYX")[..., ::-1]
+    return np.asarray(at), np.asarray(angles)
 
 
 def project(points: Any) -> Array:

@@ -45,7 +45,7 @@ def mass_matrix(vehicle: Vehicle, q: Array, nodes: int = 24) -> Array:
     M[:3, :3] = uav.mass * np.eye(3)
     M[3:6, 3:6] = T.T @ R @ np.asarray(uav.inertia) @ R.T @ T
     for arm, index, section in _sections(vehicle):
-        s, mass, transverse, axial = _slices(section, nodes)
+        s, mass, transverse, axial = slices(section, nodes)
         J = jacobian(vehicle, q, s, arm=arm, section=index)
         linear, angular = J[:, :3], J[:, 3:]
         M += np.einsum("n,nij,nik->jk", mass, linear, linear)
@@ -64,7 +64,7 @@ def weight_vector(vehicle: Vehicle, q: Array, gravity: float = 9.81, nodes: int 
     check_coordinates("q", q, vehicle)
     G = np.zeros(len(q), dtype=np.result_type(q, float))
     for arm, index, section in _sections(vehicle):
-        s, mass, _, _ = _slices(section, nodes)
+        s, mass, _, _ = slices(section, nodes)
         J = jacobian(vehicle, q, s, arm=arm, section=index)
         G += gravity * np.einsum("n,nj->j", mass, J[:, 2])
     for arm, body in _tip_bodies(vehicle):
@@ -77,7 +77,7 @@ def mass_times_height(vehicle: Vehicle, q: Array, nodes: int = 24) -> Array:
     """Σ m z of the whole vehicle [kg m], in Eq. (9); z is the world's."""
     total = vehicle.uav.mass * q[2]
     for arm, index, section in _sections(vehicle):
-        s, mass, _, _ = _slices(section, nodes)
+        s, mass, _, _ = slices(section, nodes)
         total = total + mass @ position(vehicle, q, s, arm, index)[:, 2]
     for arm, body in _tip_bodies(vehicle):
         at = position(vehicle, q, **tip_of(vehicle, arm))
@@ -111,7 +111,7 @@ def _body_jacobian(vehicle: Vehicle, q: Array, arm: int, body: TipBody) -> Array
     return np.vstack([J[:3] - skew(off_tip) @ J[3:], J[3:]])
 
 
-def _slices(section: Section, nodes: int) -> tuple[Array, Array, Array, Array]:
+def slices(section: Section, nodes: int) -> tuple[Array, Array, Array, Array]:
     """Arc length, mass, transverse and axial inertia of every backbone node and disk."""
     x, weight = _gauss_nodes(nodes)
     ds = 0.5 * section.length * weight

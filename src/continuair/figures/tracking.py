@@ -291,14 +291,19 @@ def _largest(
 
 def _traced(dataset: xr.Dataset) -> str:
     """How far, after the transient, the plants are apart and off the target."""
-    models = [model for model, _ in _each(dataset)]
-    off = _largest(dataset, lambda flights, model: off_target(flights.sel(model=model)), models)
-    if not np.isfinite(off):
-        return f"No flight lasts {TRANSIENT:g} s"
-    text = f"From {TRANSIENT:g} s on the camera strays by {short(1e3 * off)} mm from its target"
+    off = {
+        m: _largest(dataset, lambda flights, model: off_target(flights.sel(model=model)), [m])
+        for m, _ in _each(dataset)
+    }
     apart = {m: _largest(dataset, _between, [m]) for m in _others(dataset)}
-    words = {m: f"{short(1e3 * far)} mm" for m, far in apart.items() if np.isfinite(far)}
-    return f"{text}, and from the coupled plant's by {grouped(words)}" if words else text
+    strays, words = (
+        grouped({m: f"{short(1e3 * far)} mm" for m, far in found.items() if np.isfinite(far)})
+        for found in (off, apart)
+    )
+    if not strays:
+        return f"No flight lasts {TRANSIENT:g} s"
+    text = f"From {TRANSIENT:g} s on the camera strays from its target by {strays}"
+    return f"{text}; from the coupled plant's by {words}" if words else text
 
 
 def _erred(dataset: xr.Dataset) -> str:

@@ -131,6 +131,17 @@ def warn_of_missed_inputs(errors: Array, steps: Array, stacklevel: int) -> None:
         )
 
 
+def warn_of_rounded_places(places: Array, reach: Array, stacklevel: int) -> None:
+    """Warn if float32 rounds places (..., 3) [m] of runs by more than RESOLVED of reaches (...)."""
+    rounding = 0.5 * np.finfo(np.float32).eps * np.abs(places).max(axis=-1)
+    if (rounding > RESOLVED * reach).any():
+        warn(
+            f"dtype is 'float32', which rounds places here by up to {rounding.max():.2g} m, so far "
+            "from the origin; start nearer to it, or give dtype = 'float64'.",
+            stacklevel=stacklevel,
+        )
+
+
 def warn_of_saturation(largest: Array, stacklevel: int) -> None:
     """Warn if rotors were asked for thrusts beyond their limits, (runs,) or (runs, models)."""
     wrong = is_beyond_limits(largest.reshape(len(largest), -1).max(axis=1))
@@ -166,7 +177,7 @@ def warn_of_lost_coordinates(sample: float, time: float, stacklevel: int) -> Non
 
 def steps_told_of() -> AbstractContextManager[None]:
     """For a study that looks at step_error itself: no warnings of coarse steps."""
-    return untold("step_error reaches")
+    return untold("step_error reaches", "step is .* s, which is too coarse")
 
 
 def angles_unread() -> AbstractContextManager[None]:

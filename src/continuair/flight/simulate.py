@@ -15,7 +15,11 @@ from continuair.flight.growing import count_growth, parted
 from continuair.flight.halving import error_by_halving
 from continuair.flight.limits import warn_of_limits, with_limited_command
 from continuair.flight.prepare import check_scenario, prepare
-from continuair.flight.resolution import warn_of_coarse_steps, warn_of_saturation
+from continuair.flight.resolution import (
+    warn_of_coarse_steps,
+    warn_of_rounded_places,
+    warn_of_saturation,
+)
 from continuair.flight.rollout import record
 from continuair.flight.trajectory import (
     OF_ROTORS,
@@ -62,8 +66,9 @@ def simulate(
     "rk4"; "implicit", of second order, for arms of several sections whose stiffest modes make RK4's
     steps short: its automatic step makes 0.05 of the arms' first modes and the initial motion; or
     "dop853" with relative `tolerance` (single runs, float64; `step` then only times the end of a
-    run that ends early). dtype: "float64" or "float32". device: "cpu" or a CUDA device. threads:
-    CPU threads for a batch. Returns a Dataset over time (and run, for a batch) with `status`,
+    run that ends early). dtype: "float64" or "float32", which rounds places to 6e-8 of their
+    distance from the origin. device: "cpu" or a CUDA device. threads: CPU threads for a batch.
+    Returns a Dataset over time (and run, for a batch) with `status`,
     `end_time` and `step_error` per run, and for a batch `step` and the coordinate `batch_row`; the
     variables, their axes and units are in its attributes. step_error estimates the largest error of
     the tip that the step makes, in arm lengths: above 1e-3 it warns, but at an automatic step flies
@@ -75,6 +80,8 @@ def simulate(
     checks.choice("model", model, MODELS)
     names = _checked_names(vehicle, scenario, variables)
     _check_integrator(scenario, integrator, tolerance, dtype)
+    if dtype == "float32":
+        warn_of_rounded_places(np.asarray(scenario.q)[..., :3], vehicle.reach, stacklevel=3)
     flight = prepare(
         vehicle,
         scenario,

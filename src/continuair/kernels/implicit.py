@@ -100,7 +100,7 @@ def implicit_step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: 
     """The function `step` as kernels/step.py has it, of the linearly implicit step.
 
     A step that is measured is also taken in two halves: its error is 4/3 of the difference. Along
-    what swings, errors of places and of velocities count alike. It returns, third, what those of
+    what swings, errors of places and of velocities count alike. It returns, fourth, what those of
     velocities become in the time of the slowest bend: they add up where something is pushed to and
     fro faster than it swings.
     """
@@ -110,19 +110,20 @@ def implicit_step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: 
     )
     Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
     Flight, Pilot, push_at = flight_code(numbers, tree).Flight, pilot.Pilot, pilot.push_at
-    unit_attitude = stepping_code(numbers, tree).unit_attitude
+    added = stepping_code(numbers, tree).added
     moved = resolution_code(numbers, tree).moved
     half, zero, share, swings = Real(0.5), Real(0.0), Real(4.0 / 3.0), Real(np.sqrt(2.0))
 
     @wp.func
     def step(
-        i: int, time: Real, h: Real, y: State, along: Along, flight: Flight, pilot: Pilot,
-        held: Push, measured: wp.bool,
+        i: int, time: Real, h: Real, y: State, lost: State, along: Along, flight: Flight,
+        pilot: Pilot, held: Push, measured: wp.bool,
     ):  # fmt: skip
         """The state at the end of step i, which starts at a time and lasts h."""
         k = State()
         begun = y
-        whole = State()
+        change = State()
+        halves = State()
         drift = State()
         slowest = zero
         # The whole step, then its first and its second half: two stages each.
@@ -144,15 +145,18 @@ def implicit_step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: 
             row = i * flight.stride + wp.min(flight.stride, ahead)
             k, slowest = stage_of(at, along, flight, row, push, before, span)
             if later == 1:
-                reached = begun + half * span * (before + k)
+                by = half * span * (before + k)
                 if part == 0:
-                    whole = reached
+                    change = by
                 else:
-                    begun = reached
+                    halves += by
+                    begun = y + halves
         error = zero
         if measured:
-            error = swings * share * wp.sqrt(moved(begun - whole, flight.plant))
-            drift = share * (begun - whole) / wp.sqrt(slowest)
-        return unit_attitude(whole), error, drift
+            # Of changes, not of states, in whose last digits they would be lost.
+            error = swings * share * wp.sqrt(moved(halves - change, flight.plant))
+            drift = share * (halves - change) / wp.sqrt(slowest)
+        end, lost_now = added(y, lost, change)
+        return end, lost_now, error, drift
 
     return step

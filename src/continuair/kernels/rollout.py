@@ -86,6 +86,7 @@ def rollout_kernel(
         if wp.static(dynamics.freezes):
             flight.frozen = freeze(flight, load_state(start.frozen, run, 0, flight.plant.unit))
         y = load_state(start.states, run, 0, flight.plant.unit)
+        lost_digits = State()
         branch = branch_at(start.angle, run)
         pilot = pilot_of(loop, run)
         push = Push()
@@ -128,8 +129,8 @@ def rollout_kernel(
             measured = i % every == 0
             begun = y
             if wp.static(taken.stiff):
-                y, left_out, added = step(
-                    i, time, h, y, branch.direction, flight, pilot, push, measured
+                y, lost_digits, left_out, added = step(
+                    i, time, h, y, lost_digits, branch.direction, flight, pilot, push, measured
                 )
                 if measured:
                     several = Real(wp.min(every, count - i))
@@ -138,7 +139,9 @@ def rollout_kernel(
                     strayed = several * h * wp.sqrt(carried(drift, plant))
                     drifted += above(ended, zero, zero, strayed)
             else:
-                y, left_out = step(i, time, h, y, branch.direction, flight, pilot, push, measured)
+                y, lost_digits, left_out = step(
+                    i, time, h, y, lost_digits, branch.direction, flight, pilot, push, measured
+                )
             if measured:
                 stands_for = Real(wp.min(every, count - i))
                 swing += above(ended, zero, zero, stands_for * h * swing_of(begun))

@@ -85,6 +85,7 @@ def step_slopes_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
     code, begins, pilot = number_code(numbers), arguments("float64"), no_pilot(numbers, tree)
     Cell, Real, Along, Push = types.Cell, types.Real, types.Along, types.Push
     Vehicles, Drive, Steps, Pilot = structs.Vehicles, begins.Drive, begins.Steps, pilot.Pilot
+    State = types.State
     flight_of, freeze, keep, lanes = structs.flight_of, structs.freeze, code.keep, code.lanes
     seeded_state = _seeded_state(numbers, tree)
     step = step_code(numbers, tree, dynamics, pilot)
@@ -111,7 +112,7 @@ def step_slopes_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
         y = seeded_state(log, i, state, run, unit)
         time = Real(steps.starts[i])
         h = Real(steps.lengths[i])
-        end, error = step(i, time, h, y, Along(), flight, Pilot(), Push(), False)
+        end, lost, error = step(i, time, h, y, State(), Along(), flight, Pilot(), Push(), False)
         for j in range(bends):
             end[B + j] = end[B + j] / unit[j // 2]
             end[DB + j] = end[DB + j] / unit[j // 2]

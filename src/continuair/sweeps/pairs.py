@@ -218,4 +218,9 @@ def _checked_settle(settle: Any, flight: Flight) -> float:
             f"settle is {shown(settle)}; give a time from 0 to below the duration "
             f"{flight.duration:g} s."
         )
+    if settle and flight.scenario.controller is None:
+        raise InputError(
+            f"settle is {shown(settle)}, but no controller makes the flight settle; leave it out, "
+            "or use `compare` of two flights from that time on."
+        )
     return float(settle)

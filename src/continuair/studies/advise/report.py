@@ -95,6 +95,8 @@ def _modes(results: dict[str, Any]) -> str:
 def loop_of(results: dict[str, Any]) -> str:
     """Return the sentence about the loop that holds the hover."""
     law = results["loop"]["controller"]
+    if not results["excitations"]:
+        return "Loop: that of the camera; no other has a part in tracking."
     if law is None:
         return "Loop: none; nothing holds the hover but constant forces."
     place = law.get("position_bandwidth", law.get("height_bandwidth"))

@@ -27,10 +27,10 @@ from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import REFERENCE, SIMPLER
 from continuair.progress import Progress, Steps
 from continuair.scenario.letters import LETTERS
-from continuair.scenario.tracking_task import damping_notes, without_rotors
+from continuair.scenario.tracking_task import without_rotors
 from continuair.studies.advise.excitations import LONGEST, attribute, excite, missed
 from continuair.studies.advise.notes import notes
-from continuair.studies.advise.tracking import tracking_limit
+from continuair.studies.advise.tracking import tracking_limit, tracking_notes
 from continuair.studies.advise.verdicts import TASKS, verdict
 from continuair.studies.excited_flights import CYCLES, Loop
 from continuair.studies.standard_excitations import PERIODS, standard_scenario
@@ -89,7 +89,7 @@ def advise(
     excitations = _excitations(vehicle, names, tolerance.tip, flown, steps)
     tracked, law = {}, gains or load_gains("paper")
     wrench, told = without_rotors(vehicle)
-    told = [*told, *damping_notes(vehicle)]
+    told = [*told, *tracking_notes(vehicle)]
     for task, letter in letters.items():
         steps.begin(task)
         tracked[task] = tracking_limit(wrench, letter, law, SIMPLER, tolerance.pixels)

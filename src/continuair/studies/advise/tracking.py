@@ -12,7 +12,7 @@ from continuair.analysis.metrics import TRANSIENT, feature_rms, norm_difference
 from continuair.controllers.gain_files import Gains
 from continuair.kernels.dynamics import REFERENCE
 from continuair.scenario import paths
-from continuair.scenario.tracking_task import LETTER_HEIGHT, SETTINGS, equipped, task
+from continuair.scenario.tracking_task import LETTER_HEIGHT, SETTINGS, damping_notes, equipped, task
 from continuair.vehicle.vehicle import Vehicle
 
 SLOWEST, FASTEST = 50.0, 5.0
@@ -25,14 +25,16 @@ SCANNED, REFINED = 10, 6
 def tracking_limit(
     vehicle: Vehicle, letter: str, gains: Gains, models: tuple[str, ...], pixels: float
 ) -> dict[str, Any]:
-    """Target speed up to which each model's plant stays within `pixels` of the coupled one.
+    """Target speed up to which each model's plant stays within `pixels` of the coupled one, behind
+    a camera without noise.
 
     Returns by model: ds_max_px at the slowest letter, limit_m_s (NaN: none of those tried, inf:
     all), and the scan: speeds [m/s] and the largest |DS| [px] after the transient (NaN where a run
     ended early, or rounding decides where it goes); and rms_px of the coupled plant. Raises
     InputError.
     """
-    flown = equipped(vehicle, SETTINGS["nominal"])
+    # Of one draw of noise, limits would be that draw's.
+    flown = equipped(vehicle, SETTINGS["nominal"]).replace({"camera.noise": 0.0})
     law = gains.controller(flown)
 
     def fly(durations: np.ndarray, *models: str) -> dict[str, np.ndarray]:
@@ -58,6 +60,13 @@ def tracking_limit(
         "rms_px": float(rms[0]),
         "lost_from_m_s": _speed(letter, durations[np.argmax(lost)]) if lost.any() else np.inf,
     }
+
+
+def tracking_notes(vehicle: Vehicle) -> list[str]:
+    """Return sentences on how the vehicle is flown in tracking otherwise than it is."""
+    noise = vehicle.camera.noise
+    without = f"Tracking is flown without the camera's noise of {noise:g} px, which is that of no "
+    return [*damping_notes(vehicle), *([f"{without}model and no speed."] if noise else [])]
 
 
 def _fly(

@@ -41,8 +41,8 @@ class NotFlown(Exception):
     """What a sentence asks for is left out of a quick run."""
 
 
-class NotTimed(Exception):
-    """The vehicle does not fly what would be timed, for a reason in a sentence."""
+class CannotBeFlown(Exception):
+    """The vehicle does not fly what a sentence asks for, for a reason in a sentence."""
 
 
 class Evidence:
@@ -111,11 +111,9 @@ class Evidence:
         if self._before_timing is not None:
             self._before_timing()
         # The paper times these two alone, and each model takes seconds to compile.
-        try:
-            found = cost(self.vehicle, models=PLANTS, progress=self._progress)
-        except InputError as error:
-            raise NotTimed(str(error).rstrip(".")) from None
-        return self._kept("cost", found)
+        return self._kept(
+            "cost", _flown(cost, self.vehicle, models=PLANTS, progress=self._progress)
+        )
 
     @cached_property
     def drawn(self) -> Drawn:
@@ -125,12 +123,20 @@ class Evidence:
     @cached_property
     def theorem(self) -> Theorem:
         """Flights with gains that fulfil Theorem 1."""
-        return fly_theorem(self.vehicle)
+        return _flown(fly_theorem, self.vehicle)
 
     def _kept(self, name: str, found: Any) -> Any:
         if self._keep is not None:
             self._keep(name, found)
         return found
+
+
+def _flown(fly: Callable[..., Any], *of: Any, **how: Any) -> Any:
+    """What a study gives; raises CannotBeFlown where it refuses the vehicle."""
+    try:
+        return fly(*of, **how)
+    except InputError as error:
+        raise CannotBeFlown(str(error).rstrip(".")) from None
 
 
 def _as_in_the_paper(vehicle: Vehicle) -> Vehicle:

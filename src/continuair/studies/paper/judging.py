@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from continuair import checks
-from continuair.studies.paper.evidence import Evidence, NotFlown, NotTimed
+from continuair.studies.paper.evidence import CannotBeFlown, Evidence, NotFlown
 from continuair.studies.paper.judges import (
     closed_loop,
     dynamics,
@@ -63,6 +63,6 @@ def judge(names: Iterable[str], evidence: Evidence) -> Iterator[dict[str, Any]]:
             found = JUDGES[name](evidence)
         except NotFlown as missing:
             found = Judgement(NOT_JUDGED, f"a quick run leaves out {missing}")
-        except NotTimed as reason:
+        except CannotBeFlown as reason:
             found = Judgement(UNDECIDED, str(reason))
         yield vars(sentence) | vars(found) | {"evidence": sentence_case(found.evidence)}

@@ -18,6 +18,7 @@ from continuair.controllers.gains import design
 from continuair.controllers.servoing import servoing
 from continuair.equations import image_jacobian, mass_matrix
 from continuair.equations.camera import facing
+from continuair.errors import InputError, shown
 from continuair.flight.resolution import RESOLVED, steps_told_of
 from continuair.flight.simulate import simulate
 from continuair.scenario import paths
@@ -76,6 +77,9 @@ LEAST_BEND = 0.02
 
 LAST = 0.2
 """Share of a flight in which what remains is read."""
+
+_UPRIGHT = 1e-3
+"""Cosine of the pitch below which the matrices of the paper's coordinates are singular."""
 
 _EDGELESS = {"camera.image_size": [1_000_000, 1_000_000], "camera.principal_point": [5e5, 5e5]}
 _UNDAMPED = {"arm.damping": 0.0, "arm.damping_ratio": None}
@@ -144,9 +148,18 @@ class Theorem:
 
 
 def fly_theorem(vehicle: Vehicle) -> Theorem:
-    """Fly one set of gains made for the image, target at rest and moving, and four drawn sets."""
+    """Fly one set of gains made for the image, target at rest and moving, and four drawn sets.
+
+    Raises InputError for a camera that has the UAV upright where it sees the desired image.
+    """
     vehicle = vehicle.replace(_UNDAMPED | _EDGELESS)
     still, moving = Target(paths.hold(), triangle()), Target(paths.circle(0.1, 10.0), triangle())
+    if abs(np.cos(desired_pose(vehicle, still)[4])) < _UPRIGHT:
+        raise InputError(
+            f"camera.attitude is {shown(vehicle.camera.attitude)}, with which the UAV pitches by a "
+            "quarter turn to see the target of Theorem 1, where its Euler angles have no rates; "
+            "give a camera that looks along the arm."
+        )
     rng = np.random.default_rng(SEED)
     drawn = [draw_gains(rng) for _ in range(DRAWS)]
     rates = np.array([growth(vehicle, still, gains) for gains in drawn])

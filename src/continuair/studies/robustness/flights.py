@@ -10,6 +10,7 @@ import numpy as np
 
 from continuair.analysis.metrics import feature_rms
 from continuair.controllers.controller import Controller
+from continuair.errors import InputError
 from continuair.flight.resolution import steps_told_of
 from continuair.flight.simulate import simulate
 from continuair.kernels.step import OK
@@ -20,6 +21,9 @@ from continuair.vehicle.vehicle import Vehicle
 Array = np.ndarray
 
 LETTER, SETTING = "M", SETTINGS["nominal"]
+
+GROUNDED = -1
+"""Status of a vehicle that cannot fly, such as one that its rotors do not lift."""
 
 _SAMPLE = 0.01
 
@@ -60,7 +64,24 @@ def groups(wrong: list[Wrong]) -> list[list[Wrong]]:
 
 def fly(nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong]) -> list[dict[str, Any]]:
     """Status, end [s], step_error, and RMS and largest feature error [px] of the letter under each
-    mistake of a batch, NaN of a flight that ended early."""
+    mistake of a batch, NaN of a flight that ended early.
+
+    Raises InputError for a vehicle that does not fly without a mistake either.
+    """
+    try:
+        return _fly_together(nominal, law, model, wrong)
+    except InputError:
+        if wrong[0].name is None and len(wrong) == 1:
+            raise
+        if len(wrong) > 1:
+            return [fly(nominal, law, model, [each])[0] for each in wrong]
+    lost = {"rms_px": np.nan, "max_px": np.nan}
+    return [{"status": GROUNDED, "end_time_s": 0.0, "step_error": 0.0, **lost}]
+
+
+def _fly_together(
+    nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong]
+) -> list[dict[str, Any]]:
     flown = _vehicles(nominal, wrong)
     believed = nominal
     if nominal.uav.drag is None and flown.uav.drag is not None:

@@ -15,7 +15,7 @@ from continuair.kernels.step import OK, STATUS
 from continuair.progress import Progress, Steps
 from continuair.scenario.tracking_task import damping_notes, equipped
 from continuair.studies.ladder import climbed
-from continuair.studies.robustness.flights import LETTER, SETTING, Wrong, fly, groups
+from continuair.studies.robustness.flights import GROUNDED, LETTER, SETTING, Wrong, fly, groups
 from continuair.studies.robustness.mistakes import MISTAKES
 from continuair.studies.standard_laws import LAWS, check_gains, law_of
 from continuair.vehicle.vehicle import Vehicle, check_one_section
@@ -130,6 +130,8 @@ def _reach(name: str, found: dict[Wrong, Any]) -> dict[str, Any]:
 def reason(flight: dict[str, Any]) -> str:
     """Why a mistake was not borne."""
     way = f" ({flight['way']})" if flight.get("way") else ""
+    if flight["status"] == GROUNDED:
+        return f"such a vehicle cannot fly{way}"
     if flight["status"] != OK:
         return f"{STATUS[flight['status']]} at {flight['end_time_s']:.3g} s{way}"
     return f"{flight['rms_px']:.3g} px RMS{way}"

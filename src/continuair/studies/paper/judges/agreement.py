@@ -26,8 +26,12 @@ _TIME_STEP = 1e-5
 _POINTS, _LOWEST, _HIGHEST = 32, -4, 8
 
 
-def random_states(count: int = STATES) -> list[tuple[Array, Array]]:
-    """Pairs (q, q̇) of the paper's coordinates: |κ| from 0.1 to 3 1/m in both signs, |θ| <= 1.2."""
+def random_states(length: float, count: int = STATES) -> list[tuple[Array, Array]]:
+    """Pairs (q, q̇) of the paper's coordinates, for an arm of a length [m].
+
+    |κ| l from 0.1 to 3 in both signs, |θ| <= 1.2: in arm lengths and radians they are the same for
+    every arm, so that no formula holds of one length alone.
+    """
     rng = np.random.default_rng(SEED)
     angles = rng.uniform(-np.pi, np.pi, (count, 4))
     q = np.empty((count, 8))
@@ -35,7 +39,13 @@ def random_states(count: int = STATES) -> list[tuple[Array, Array]]:
     q[:, 3], q[:, 5], q[:, 7] = angles[:, :3].T
     q[:, 4] = angles[:, 3] * (1.2 / np.pi)
     q[:, 6] = rng.uniform(0.1, 3.0, count) * rng.choice([-1.0, 1.0], count)
-    return list(zip(q, rng.normal(size=(count, 8)), strict=True))
+    units = natural_units(length)
+    return list(zip(units * q, units * rng.normal(size=(count, 8)), strict=True))
+
+
+def natural_units(length: float) -> Array:
+    """What turns coordinates (8,) in arm lengths and radians into the paper's: m, rad and 1/m."""
+    return np.array([length] * 3 + [1.0] * 3 + [1.0 / length, 1.0])
 
 
 def apart(found: Any, right: Any) -> float:

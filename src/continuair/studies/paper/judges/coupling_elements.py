@@ -18,6 +18,7 @@ from continuair.studies.paper.judges.agreement import (
     SLOPES_AGREE,
     largest_gap,
     lowest_powers,
+    natural_units,
     powers,
     random_states,
 )
@@ -75,7 +76,7 @@ def gaps(vehicle: Vehicle, κ: str, s: str) -> Array:
     found = [
         [
             np.abs(printed_elements(arm, q, κ, s) / elements(arm, q, κ) - 1.0)
-            for q, _ in random_states()
+            for q, _ in random_states(arm.arm.length)
         ]
         for arm in arms
     ]
@@ -89,30 +90,32 @@ def both_elements(evidence: Evidence) -> Judgement:
     fits = [reading for reading, gap in worst.items() if gap <= ELEMENT]
     κ, s = min(worst, key=lambda reading: worst[reading])
     bare = _regular(vehicle)
-    least = distances_from_chords(lambda q: printed_elements(bare, q, κ, s)).min()
+    length = vehicle.arm.length
+    least = distances_from_chords(lambda q: printed_elements(bare, q, κ, s), length).min()
     return judged(
         bool(fits) and least > LINEAR,
         f"{len(fits)} of four readings gives both elements, to {max(worst[κ, s], AGREES):.0e} for "
         f"two lengths of the arm: κ as {κ} of the bend, s {s} along the arm, which the paper does "
-        f"not say. Over ±0.5 of κ or an angle each element leaves its chord by at least "
+        f"not say. Over ±0.5 of κ l or an angle each element leaves its chord by at least "
         f"{least:.2g} of its largest value",
         readings_that_fit=float(len(fits)),
         least_distance_from_a_chord=float(least),
     )
 
 
-def distances_from_chords(function: Callable[[Array], Array]) -> Array:
+def distances_from_chords(function: Callable[[Array], Array], length: float) -> Array:
     """Largest distance of a function of q from its chords over ±0.5, by variable and component.
 
-    Variables: the angles φ, θ, ψ, the bend κ [1/m] and ψa; as shares of the largest value.
+    Variables: the angles φ, θ, ψ, the bend κ l of an arm of that length [m], and ψa; as shares of
+    the largest value.
     """
     found, top = np.zeros((5, 2)), np.zeros(2)
-    for q, _ in random_states():
+    steps = 0.5 * np.diag(natural_units(length))
+    for q, _ in random_states(length):
         middle = function(q)
         top = np.maximum(top, np.abs(middle))
         for row, index in enumerate(range(3, 8)):
-            shift = 0.5 * np.eye(8)[index]
-            chord = 0.5 * (function(q + shift) + function(q - shift))
+            chord = 0.5 * (function(q + steps[index]) + function(q - steps[index]))
             found[row] = np.maximum(found[row], np.abs(middle - chord))
     return found / top
 
@@ -144,10 +147,13 @@ def _one_element(column: int, name: str) -> Callable[[Evidence], Judgement]:
 def scaling(evidence: Evidence) -> Judgement:
     """III-C.8: do the coupling elements grow as radius squared and as density?"""
     vehicle = _regular(evidence.vehicle)
-    thin, thick = (vehicle.replace({"arm.radius": radius}) for radius in (0.001, 0.010))
+    length = vehicle.arm.length
+    # From 1 to 10 mm, as the paper, of an arm of 1 m; no arm may be thicker than long.
+    radii = (0.001 * length, 0.010 * length)
+    thin, thick = (vehicle.replace({"arm.radius": radius}) for radius in radii)
     heavy = thin.replace({"arm.density": 2.0 * thin.arm.density})
     of_two, by_radius = [], []
-    for q, _ in random_states():
+    for q, _ in random_states(length):
         first, larger, denser = (uav_arm_block(each, q) for each in (thin, thick, heavy))
         by_radius.append(np.log10((larger / first)[significant(first)]))
         radius, density = np.log10(larger[0] / first[0]), np.log2(denser[0] / first[0])
@@ -156,9 +162,10 @@ def scaling(evidence: Evidence) -> Judgement:
     every = np.concatenate(by_radius)
     return judged(
         worst <= SLOPES_AGREE,
-        f"M17 and M18 have the exponents 2 in r_a and 1 in ρ to {worst:.0e}. From 1 to 10 mm the "
-        f"other UAV-arm elements have {every.min():.4f} to {every.max():.4f} in r_a: those of the "
-        "UAV's rotation also hold the rotary inertia of the sections, which goes with r_a⁴",
+        f"M17 and M18 have the exponents 2 in r_a and 1 in ρ to {worst:.0e}. From "
+        f"{1e3 * radii[0]:g} to {1e3 * radii[1]:g} mm the other UAV-arm elements have "
+        f"{every.min():.4f} to {every.max():.4f} in r_a: those of the UAV's rotation also hold the "
+        "rotary inertia of the sections, which goes with r_a⁴",
         largest_difference_of_an_exponent_of_M17_and_M18=worst,
         smallest_exponent_of_radius=float(every.min()),
         largest_exponent_of_radius=float(every.max()),
@@ -170,7 +177,10 @@ def near_the_base(evidence: Evidence) -> Judgement:
     vehicle = _regular(evidence.vehicle)
     radius = 0.1 * vehicle.arm.length
     lowest = np.array(
-        [lowest_powers(partial(_printed_at, vehicle, q), radius) for q, _ in random_states()]
+        [
+            lowest_powers(partial(_printed_at, vehicle, q), radius)
+            for q, _ in random_states(vehicle.arm.length)
+        ]
     )
     return judged(
         bool(np.nanmin(lowest) >= 2),
@@ -191,7 +201,7 @@ def limit_of_m17(evidence: Evidence) -> Judgement:
     ratios = np.array(
         [
             [_limit(other, q) / _limit(vehicle, q) for other in (wider, denser)]
-            for q, _ in random_states(ATTITUDES)
+            for q, _ in random_states(vehicle.arm.length, ATTITUDES)
         ]
     )
     gap = largest_gap(np.abs(ratios / [0.25, 2.0] - 1.0).ravel(), SLOPES_AGREE)
@@ -227,7 +237,7 @@ def order_of_m18(evidence: Evidence) -> Judgement:
     lowest = _lowest_powers_of_kappa(vehicle, 1)
     angles = np.geomspace(1e-3, 1e-1, 9)
     slopes = np.concatenate(
-        [slopes_of_m18(vehicle, q, angles) for q, _ in random_states(ATTITUDES)]
+        [slopes_of_m18(vehicle, q, angles) for q, _ in random_states(vehicle.arm.length, ATTITUDES)]
     )
     gap = float(np.abs(slopes - 1.0).max())
     return judged(
@@ -251,7 +261,7 @@ def entry_dependence(evidence: Evidence) -> Judgement:
     """III-C.14: do the coupling elements have different leading powers of κ?"""
     vehicle = _regular(evidence.vehicle)
     found: set[float] = set()
-    for q, _ in random_states(ATTITUDES):
+    for q, _ in random_states(vehicle.arm.length, ATTITUDES):
         lowest = lowest_powers(partial(_block_at, vehicle, q), 0.5 / vehicle.arm.length)
         found |= set(lowest[np.isfinite(lowest)].tolist())
     told = " and ".join(f"{power:g}" for power in sorted(found))
@@ -268,7 +278,7 @@ def _lowest_powers_of_kappa(vehicle: Vehicle, column: int) -> Array:
     return np.array(
         [
             lowest_powers(partial(_both_at, vehicle, q, column), radius)
-            for q, _ in random_states(ATTITUDES)
+            for q, _ in random_states(vehicle.arm.length, ATTITUDES)
         ]
     )
 
@@ -292,8 +302,7 @@ def _block_at(vehicle: Vehicle, q: Array, κ: Any) -> Array:
 
 def uav_arm_block(vehicle: Vehicle, q: Array) -> Array:
     """UAV-arm elements (6, 2) of M in multiples of the arm's length, all in kg m²."""
-    length = vehicle.arm.length
-    units = np.array([length] * 3 + [1.0] * 3 + [1.0 / length, 1.0])
+    units = natural_units(vehicle.arm.length)
     return (units[:, None] * equations.mass_matrix(vehicle, q) * units)[:6, 6:]
 
 

@@ -49,7 +49,7 @@ def power_balance(evidence: Evidence) -> Judgement:
     )
     rng = np.random.default_rng(0)
     gaps: dict[int, list[float]] = {-1: [], 1: []}
-    for q, qd in random_states(_BALANCES):
+    for q, qd in random_states(vehicle.arm.length, _BALANCES):
         tau, wrench = rng.normal(size=8), rng.normal(size=6)
         by_torque = float(tau @ qd)
         by_wrench = float(wrench @ equations.jacobian(vehicle, q, vehicle.arm.length) @ qd)
@@ -111,7 +111,7 @@ def axes_of_the_tip(evidence: Evidence) -> Judgement:
     found = {
         frame: [
             apart(equations.jacobian(vehicle, q, s, frame) @ qd, twist(vehicle, q, qd, frame))
-            for q, qd in random_states()
+            for q, qd in random_states(s)
         ]
         for frame in ("untwisted", "frenet")
     }
@@ -216,7 +216,7 @@ def factors_of_disks(vehicle: Vehicle) -> tuple[Array, Array, Array, Array]:
     bare = vehicle.replace({"arm.kappa_s": 0.0})
     full = with_disks(bare)
     rows = []
-    for q, _ in random_states():
+    for q, _ in random_states(vehicle.arm.length):
         before, after = uav_arm_block(bare, q), uav_arm_block(full, q)
         factors = (after / before)[significant(before)]
         rows.append([factors.min(), factors.max(), np.median(factors),

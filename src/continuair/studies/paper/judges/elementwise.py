@@ -2,7 +2,6 @@
 
 With all off-diagonal elements of M and C zero, what is left of the Christoffel matrix is
 C_ii = ½ Ṁ_ii, and each coordinate moves alone: M_ii q̈_i + ½ Ṁ_ii q̇_i + G_i = τ_i − (J_tᵀ F_e)_i.
-Sections count as points: their own inertia is of the order of the arm's (radius/length)².
 """
 
 from __future__ import annotations
@@ -12,11 +11,13 @@ from typing import Any
 import numpy as np
 
 from continuair import equations
-from continuair.equations.kinematics import Array
+from continuair.equations.kinematics import Array, tangents
+from continuair.equations.masses import slices
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.vehicle import Vehicle
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+_NODES = 8
+"""On the backbone."""
 
 _COMPLEX_STEP = 1e-30
 
@@ -28,13 +29,12 @@ class Elementwise:
     """The model of a vehicle."""
 
     def __init__(self, vehicle: Vehicle) -> None:
-        arm = vehicle.arm
-        nodes = 0.5 * arm.length * (1.0 + _NODES)
-        masses = 0.5 * arm.backbone_mass * _WEIGHTS
         self.vehicle = vehicle
-        # The tip, where the wrench acts, is the last of the points.
-        self._s = np.array([*nodes, *(disk.position for disk in arm.disks), arm.length])
-        self._mass = np.array([*masses, *(disk.mass for disk in arm.disks), 0.0])
+        # The tip, where the wrench acts, is the last of the places.
+        self._s, *inertias = np.hstack(
+            [slices(vehicle.arm, _NODES), [[vehicle.arm.length], [0.0], [0.0], [0.0]]]
+        )
+        self._mass, self._transverse, self._axial = inertias
 
     def accelerations(
         self, q: Array, qd: Array, tau: Any = 0.0, wrench: Any = 0.0, gravity: float = 9.81
@@ -43,7 +43,10 @@ class Elementwise:
         # One complex step along q̇ gives M and its rate.
         ahead = q + 1j * _COMPLEX_STEP * qd
         J = equations.jacobian(self.vehicle, ahead, self._s)
+        along = np.einsum("ni,nij->nj", tangents(self.vehicle, ahead, self._s), J[:, 3:])
         M = self._mass @ (J[:, :3] ** 2).sum(axis=1)
+        M += self._transverse @ (J[:, 3:] ** 2).sum(axis=1)
+        M += (self._axial - self._transverse) @ along**2
         turn = equations.rotation(ahead).T @ equations.euler_rate_matrix(ahead)
         M[3:6] += (turn * (np.asarray(self.vehicle.uav.inertia) @ turn)).sum(axis=0)
         M[:3] += self.vehicle.uav.mass

@@ -23,6 +23,7 @@ from continuair.scenario import paths
 from continuair.scenario.letters import LETTERS, strokes
 from continuair.scenario.tracking_task import LETTER_HEIGHT, SETTINGS
 from continuair.studies.paper.evidence import Evidence
+from continuair.studies.paper.judges.agreement import natural_units
 from continuair.studies.paper.theorem import triangle
 from continuair.studies.verdicts import Judgement, judged
 from continuair.vehicle.camera import Camera
@@ -266,15 +267,19 @@ def printed_errors(
 ) -> dict[tuple[str, str, str], list[float]]:
     """Relative errors of J_L q̇ as printed at random states, by its reading and what it is to be.
 
-    level: with the UAV level and without yaw.
+    States and points are the same for every arm, in arm lengths. level: with the UAV level and
+    without yaw.
     """
     errors: dict[tuple[str, str, str], list[float]] = {}
+    length = vehicle.arm.length
+    units = natural_units(length)
     for _ in range(DRAWS):
         angles = rng.uniform(-1.0, 1.0, 3) * [0.5, 0.5, np.pi] * (not level)
-        q = np.array([0.0, 0.0, 3.0, *angles, rng.uniform(0.1, 2.0), rng.uniform(-np.pi, np.pi)])
-        qd = rng.normal(size=8)
+        bend, direction = rng.uniform(0.1, 2.0), rng.uniform(-np.pi, np.pi)
+        q = units * np.array([0.0, 0.0, 3.0, *angles, bend, direction])
+        qd = units * rng.normal(size=8)
         at, axes = camera_pose(vehicle, q)
-        points = at + (triangle() + [0.0, 0.0, 2.0]) @ axes.T
+        points = at + length * (triangle() + [0.0, 0.0, 2.0]) @ axes.T
         image, depth = look(vehicle, q, points)
         ahead, behind = (look(vehicle, q + t * qd, points)[0] for t in (APART, -APART))
         meant = {

@@ -30,19 +30,20 @@ from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 
-OFFSET = (0.03, -0.05, 0.04)
-"""Where the arm's base sits on the UAV here [m]."""
+OFFSET = np.array([0.03, -0.05, 0.04])
+"""Where the arm's base sits on the UAV here [arm lengths]."""
 
 _STEPS = 500
 
 
 def arc_of_constant_curvature(evidence: Evidence) -> Judgement:
     """III-A.4: are Eqs. (1) and (2) the points of a circular arc?"""
-    s, at = evidence.vehicle.arm.length, np.array([q[6:] for q, _ in random_states()])
+    s = evidence.vehicle.arm.length
+    at = np.array([q[6:] for q, _ in random_states(s)])
     arcs = integrated_arcs(s, *at.T)
     worst = largest_gap(
         (
-            apart(as_printed.position(OFFSET, s, *bend), arc)
+            apart(as_printed.position(s * OFFSET, s, *bend), arc)
             for bend, arc in zip(at, arcs, strict=True)
         ),
         AGREES,
@@ -60,7 +61,7 @@ def integrated_arcs(s: float, κ: Array, ψa: Array) -> Array:
     nil, one = np.zeros_like(κ), np.ones_like(κ)
     along = np.moveaxis(np.array([[nil, one, nil], [nil, nil, κ], [nil, -κ, nil]]), -1, 0)
     y = np.empty((len(κ), 3, 3))
-    y[:, 0], y[:, 1] = OFFSET, [0.0, 0.0, 1.0]
+    y[:, 0], y[:, 1] = s * OFFSET, [0.0, 0.0, 1.0]
     y[:, 2] = np.column_stack([np.cos(ψa), np.sin(ψa), nil])
     h = s / _STEPS
     for _ in range(_STEPS):
@@ -73,11 +74,12 @@ def integrated_arcs(s: float, κ: Array, ψa: Array) -> Array:
 
 def velocity_of_a_point(evidence: Evidence) -> Judgement:
     """III-A.6: is the rate of Eq. (1) what Eq. (3) says?"""
-    at = _printed_point(evidence.vehicle.arm.length)
+    s = evidence.vehicle.arm.length
+    at = _printed_point(s)
     worst = largest_gap(
         (
             apart(partial(at, q, 6) * qd[6] + partial(at, q, 7) * qd[7], rate(at, q, qd))
-            for q, qd in random_states()
+            for q, qd in random_states(s)
         ),
         SLOPES_AGREE,
     )
@@ -106,7 +108,7 @@ def _entries_that_agree(vehicle: Vehicle, s: float, sign: float) -> int:
     """How many entries of Appendix A are slopes of Eq. (2), its z times a sign, at every state."""
     vehicle, at = _regular(vehicle), _printed_point(s)
     agree = np.ones((3, 2), bool)
-    for q, _ in random_states():
+    for q, _ in random_states(s):
         printed, _ = equations.arm_jacobian(vehicle, q, s)
         slopes = np.column_stack([partial(at, q, index) for index in (6, 7)])
         slopes *= np.array([[1.0], [1.0], [sign]])
@@ -119,7 +121,7 @@ def rate_of_a_section(evidence: Evidence) -> Judgement:
     s = evidence.vehicle.arm.length
     sums, rates, products = [], [], []
     for section in (_section(s, frame) for frame in ("frenet", "untwisted")):
-        for q, qd in random_states():
+        for q, qd in random_states(s):
             found = rate(section, q, qd)
             summed = sum(partial(section, q, index) * qd[index] for index in (6, 7))
             sums.append(apart(summed, found))
@@ -152,7 +154,7 @@ def rotational_jacobian(evidence: Evidence) -> Judgement:
         (frame, sign): largest_gap(
             (
                 apart(as_printed.rotational_columns(s, q[7]), _spin(_section(s, frame, sign), q))
-                for q, _ in random_states()
+                for q, _ in random_states(s)
             ),
             AGREES,
         )
@@ -184,40 +186,44 @@ def linear_jacobian(evidence: Evidence) -> Judgement:
     def columns(q: Array) -> Array:
         return equations.jacobian(vehicle, q, s)[:3]
 
-    return _with_printed_inverse("J_p", columns, lambda q, qd: rate(point, q, qd))
+    return _with_printed_inverse("J_p", s, columns, lambda q, qd: rate(point, q, qd))
 
 
 def angular_jacobian(evidence: Evidence) -> Judgement:
     """III-B.4: does J_o as printed give the angular velocity of a section?"""
-    vehicle = evidence.vehicle
-    section = _section(vehicle.arm.length, "frenet")
+    s = evidence.vehicle.arm.length
+    section = _section(s, "frenet")
 
     def turned(q: Array) -> Array:
         return equations.rotation(q) @ section(q)
 
     def columns(q: Array) -> Array:
-        of_arm = as_printed.rotational_columns(vehicle.arm.length, q[7])
+        of_arm = as_printed.rotational_columns(s, q[7])
         R, T = equations.rotation(q), equations.euler_rate_matrix(q)
         return np.hstack([np.zeros((3, 3)), T, R @ of_arm])
 
     def spin(q: Array, qd: Array) -> Array:
         return spin_of(rate(turned, q, qd) @ turned(q).T)
 
-    return _with_printed_inverse("J_o (the second J_p3 read as J_o3)", columns, spin)
+    return _with_printed_inverse("J_o (the second J_p3 read as J_o3)", s, columns, spin)
 
 
 def _with_printed_inverse(
-    name: str, columns: Callable[[Array], Array], right: Callable[[Array, Array], Array]
+    name: str,
+    s: float,
+    columns: Callable[[Array], Array],
+    right: Callable[[Array, Array], Array],
 ) -> Judgement:
     """Hold a Jacobian with the printed T_e⁻¹ against a rate: T_e in axes of the world or the UAV.
 
-    columns: the Jacobian with T_e itself, in axes of the world, in its place.
+    s: the arm's length [m]. columns: the Jacobian with T_e itself, in axes of the world, in its
+    place.
     """
     worst, medians = {}, {}
     for reading, matrix in READINGS_OF_T_E.items():
         differences = [
             apart(replaced(columns(q), q, matrix(q)) @ qd, right(q, qd))
-            for q, qd in random_states()
+            for q, qd in random_states(s)
         ]
         worst[reading], medians[reading] = max(differences), float(np.median(differences))
     printed = ("T_e⁻¹ in axes of the world", "T_e⁻¹ in axes of the UAV")
@@ -258,7 +264,7 @@ def euler_rate_mapping(evidence: Evidence) -> Judgement:
     vehicle = _regular(evidence.vehicle)
     s = vehicle.arm.length
     errors: dict[str, list[float]] = {"world": [], "UAV": []}
-    for q, qd in random_states():
+    for q, qd in random_states(s):
         turning = np.concatenate([np.zeros(3), qd[3:6], np.zeros(2)])
         velocity = rate(lambda q: equations.position(vehicle, q, s), q, turning)
         spin = spin_of(rate(equations.rotation, q, turning) @ equations.rotation(q).T)
@@ -285,7 +291,7 @@ def appendix_a(evidence: Evidence) -> Judgement:
     worst = {}
     for arm, sign in (("hangs", -1.0), ("points up", 1.0)):
         at = _printed_point(s, sign)
-        worst[arm] = max(_entry_error(vehicle, q, at) for q, _ in random_states())
+        worst[arm] = max(_entry_error(vehicle, q, at) for q, _ in random_states(s))
     lowest = lowest_powers(
         lambda κ: equations.arm_jacobian(vehicle, np.array([0] * 6 + [κ, 0.4]), s)[0], 0.5 / s
     )
@@ -311,14 +317,14 @@ def _entry_error(vehicle: Vehicle, q: Array, at: Callable[[Array], Array]) -> fl
 
 def _regular(vehicle: Vehicle) -> Vehicle:
     """The vehicle without Remark 1, the arm's base beside the UAV's centre."""
-    return vehicle.replace({"arm.kappa_s": 0.0, "uav.mount": OFFSET})
+    return vehicle.replace({"arm.kappa_s": 0.0, "uav.mount": vehicle.arm.length * OFFSET})
 
 
 def _printed_point(s: float, sign: float = 1.0) -> Callable[[Array], Array]:
     """Eqs. (1) and (2) as a function of q; sign -1 lets the arm hang."""
 
     def at(q: Array) -> Array:
-        return as_printed.position(OFFSET, s, q[6], q[7]) * [1.0, 1.0, sign]
+        return as_printed.position(s * OFFSET, s, q[6], q[7]) * [1.0, 1.0, sign]
 
     return at
 

@@ -64,13 +64,17 @@ def theorem(evidence: Evidence) -> Judgement:
     unstable = float(np.mean(found.growth > 0.0))
     lost, _ = count(made, lambda flown: leaving(flown, found, evidence.vehicle.camera))
     still, moving = (_most_left(flown) for flown in made)
+    related = (
+        f"rank correlation with the start at most {max(grows):.2g}"
+        if grows
+        else "with no set did all flights come to their end resolved, to compare with the start"
+    )
     return of_resolved(
         list(found.sets),
         not bad + diverged and all(rho < GROWS for rho in grows),
         f"with N = {POINTS} points, as 6×6 gains ask for, and gains made for the image, {bad} of "
         f"{of_made} flights diverge, and at most {_px(still, 2)} are left before a target at "
-        f"rest, {_px(moving, 3)} before a moving one (rank correlation with the start at most "
-        f"{max(grows, default=0.0):.2g}). But of "
+        f"rest, {_px(moving, 3)} before a moving one ({related}). But of "
         f"{len(found.drawn)} sets drawn at random, all symmetric positive definite, "
         f"{percent(unstable)} make the desired image unstable, and with the first {len(drawn)} "
         f"whose error grows there by more than {FAST:g} 1/s {diverged} of {of_drawn} flights "
@@ -79,7 +83,7 @@ def theorem(evidence: Evidence) -> Judgement:
         diverging_flights_gains_made=float(bad),
         sets_drawn_with_flights_that_diverge=sets_with(drawn, lambda flown: flown.diverged),
         share_of_drawn_gains_unstable=unstable,
-        largest_rank_correlation_with_start=max(grows, default=0.0),
+        largest_rank_correlation_with_start=max(grows, default=np.nan),
         error_left_gains_made_target_moving_px=moving,
         flights_that_leave_the_image=float(lost),
     )
@@ -296,7 +300,8 @@ def bound_of_error(evidence: Evidence) -> Judgement:
     found = evidence.theorem
     flown = [share_in_flight(each, found) for each in found.sets if each.made]
     last = f"{np.nanmax(flown):.2f}" if np.isfinite(flown).any() else "none that came to its end"
-    return judged(
+    return of_resolved(
+        [each for each in found.sets if each.made],
         max(trials) <= 1.0 and not (np.array(flown) > 1.0).any(),
         "with W = ½ eᵀC_d e, Eq. (16) gives ‖e‖ ≤ √cond(C_d) (‖e_a‖ + ‖C_s‖ √(2N)) / λ_min(C_p) "
         "in the end, whatever e(0), v_c and L are; the paper's own reason, a bounded ė, would "

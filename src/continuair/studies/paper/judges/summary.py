@@ -8,6 +8,7 @@ from continuair import equations
 from continuair.analysis.accelerations import forward_dynamics
 from continuair.analysis.metrics import samples
 from continuair.analysis.shares import percent
+from continuair.flight.resolution import steps_told_of
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import PLANTS
 from continuair.scenario.scenarios import Scenario
@@ -27,7 +28,7 @@ from continuair.studies.paper.judges.times import (
 )
 from continuair.studies.paper.judges.words import NEGLIGIBLE, PRONOUNCED, SAME, SHORTER
 from continuair.studies.sensitivity.findings import column, if_converged, listed
-from continuair.studies.verdicts import Judgement, all_of, judged, judged_alike
+from continuair.studies.verdicts import UNDECIDED, Judgement, all_of, judged, judged_alike
 
 Array = np.ndarray
 
@@ -127,8 +128,11 @@ def mutual_interactions(evidence: Evidence) -> Judgement:
     undamped = evidence.vehicle.replace({"arm.damping": 0.0, "arm.damping_ratio": None})
     kept = ("kinetic_energy", "elastic_energy", "linear_momentum", "angular_momentum")
     # The error of a step falls with the step; what a model loses stays.
+    worst = np.inf
     for step in SHORTER:
-        data = simulate(undamped, free, step=step, sample=1e-2, variables=kept)
+        before = worst
+        with steps_told_of():
+            data = simulate(undamped, free, step=step, sample=1e-2, variables=kept)
         drifts = {
             "energy": _drift((data[kept[0]] + data[kept[1]]).to_numpy()[:, None]),
             "linear momentum": _drift(samples(data, kept[2], "axis")),
@@ -137,6 +141,9 @@ def mutual_interactions(evidence: Evidence) -> Judgement:
         worst = largest(drifts.values())
         if worst < _KEPT:
             break
+    if _KEPT <= worst < 0.5 * before:
+        told = f"steps of {1e6 * step:g} µs do not resolve 1 s of free flight of this vehicle yet"
+        return Judgement(UNDECIDED, told)
     return judged(
         worst < _KEPT,
         "in 1 s of free flight without gravity and damping the coupled model keeps energy and the "
