@@ -373,8 +373,9 @@ def test_a_failed_flight_is_a_cross_among_the_bars_and_no_number(result: study.O
 def test_traces_say_and_draw_the_distances_that_the_eye_cannot_see() -> None:
     figure = tracking.traces(loop(), "Vehicle mine.")
     assert (
-        "From 2 s on the camera strays from its target by 4 mm coupled, decoupled and independent; "
-        "from the coupled plant's by 1 mm decoupled, 3 mm independent" in words(figure)
+        "From 2 s on the camera strays from its target by 1 mm coupled, 2 mm decoupled, "
+        "4 mm independent; from the coupled plant's by 1 mm decoupled, 3 mm independent"
+        in words(figure)
     )
     off, apart = figure.axes[2], figure.axes[4]
     np.testing.assert_allclose(line(off, "independent").get_ydata(), 4.0, rtol=1e-9)
