@@ -13,10 +13,10 @@ import continuair.cli as cli
 from continuair.controllers.gain_files import load_gains
 from continuair.figures import robustness as figures
 from continuair.scenario.tracking_task import equipped
-from continuair.studies.robustness.flights import LETTER, SETTING, Wrong, fly, groups
+from continuair.studies.robustness.flights import GROUNDED, LETTER, SETTING, Wrong, fly, groups
 from continuair.studies.robustness.mistakes import MISTAKES
 from continuair.studies.robustness.report import as_table
-from continuair.studies.robustness.study import BORNE, Robustness, _worst, robustness
+from continuair.studies.robustness.study import BORNE, Robustness, _worst, reason, robustness
 
 CHOSEN = ("heavier", "camera tilted", "side force", "shorter", "latency")
 NOMINAL = equipped(ca.load_vehicle("paper"), SETTING)
@@ -191,3 +191,27 @@ def test_of_a_law_that_loses_the_letter_without_a_mistake_nothing_follows_for_mi
     assert "Without any mistake the letter is lost by constant" in table
     said = " ".join(text.get_text() for text in figures.errors(found, "coupled").texts)
     assert "constant is lost without any" in said
+
+
+def test_a_vehicle_that_its_rotors_do_not_lift_is_not_borne_and_saturation_is_told() -> None:
+    """Refused, it would take the whole study with it."""
+    weight = 9.81 * (NOMINAL.mass + 0.1)
+    rotors = {
+        "layout": "hex_tilted", "lever": 0.3, "tilt": 0.5, "torque_per_thrust": 0.02,
+        "thrust_limits": [0.0, 1.3 * weight / 6.0 / np.cos(0.5)],
+    }  # fmt: skip
+    heavy = NOMINAL.replace({"uav.rotors": rotors})
+    law = load_gains("current").controller(heavy)
+    with pytest.warns(ca.ContinuairWarning, match="rotors saturate"):
+        lifted, grounded = fly(heavy, law, "coupled", [Wrong(None), Wrong("heavier", 80.0)])
+    assert lifted["status"] == 0 and grounded["status"] == GROUNDED
+    assert reason(grounded | {"way": ""}) == "such a vehicle cannot fly"
+    assert _worst([Wrong("heavier", 80.0)], {Wrong("heavier", 80.0): grounded})["status"] < 0
+    assert set(lifted) == set(grounded)
+    with pytest.warns(ca.ContinuairWarning, match="rotors saturate"):
+        told = robustness(heavy, ["current"], ["coupled"], ["heavier"]).results
+    (case,) = told["cases"]
+    assert case["mistakes"]["heavier"]["failed_at"] in (10.0, 20.0, 40.0)
+    asked = [each["largest_saturation"] for each in case["mistakes"]["heavier"]["values"]]
+    beyond = np.nanmax([case["without"]["largest_saturation"], *asked])
+    assert beyond > 0.0 and f"asked for up to {beyond:.1%} of their range" in as_table(told)

@@ -34,8 +34,8 @@ def hold(
 
     bend: two numbers per section, arm by arm from the base out, below a full circle; 0 by default.
     rate, attitude_rate, bend_rate: of the critically damped loops [rad/s], bend_rate one for all
-    sections or one each; 0 leaves a section free, as open-loop users want who look at what it does
-    to the base.
+    sections or one each: beside it the arm's own spring acts, so that a stiff arm overshoots; 0
+    leaves a section free, as open-loop users want who look at what it does to the base.
 
     Limits, of what is pushed to either side: force (3,) in world axes [N], moment (3,) in body axes
     [N m], one number for all three or one each, and bend_moment [N m²]; none by default. `simulate`

@@ -149,7 +149,7 @@ def warn_of_saturation(largest: Array, stacklevel: int) -> None:
         warn(
             f"rotors saturate{in_runs(wrong.sum(), len(wrong))}: they are asked for up to "
             f"{100.0 * np.nanmax(largest):.3g} % of their range beyond it; see the result's "
-            "saturation, or give thrust_limits that leave room.",
+            "largest_saturation, or give thrust_limits that leave room.",
             stacklevel=stacklevel,
         )
 

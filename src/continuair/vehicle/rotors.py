@@ -100,7 +100,7 @@ class Rotors(Part):
     """the time in which a rotor's speed follows its command, of first order; 0 for at once [s]"""
 
     radius: Positive | None = None
-    """the radius of a rotor's disk, from which its power follows [m]"""
+    """the radius of a rotor's disk, from which its power and its wash follow [m]"""
 
     rotor: tuple[Rotor, ...] | None = None
     """the rotors, a list of tables ([[uav.rotors.rotor]])"""

@@ -133,7 +133,7 @@ $tilt = $lean  # rad, of hex_tilted alone: how far each rotor leans
 thrust_limits = [0.0, $thrust]  # N, of one rotor; an estimate, which lifts twice the weight
 torque_per_thrust = 0.016  # m, drag torque over thrust
 lag = 0.04  # s, in which the speed follows its command; 0 for at once
-# radius = 0.12  # m, of a rotor's disk, from which its power follows
+# radius = 0.12  # m, of a rotor's disk, from which its power and its wash follow
 # In place of layout, lever, height and tilt, rotors one by one:
 # [[uav.rotors.rotor]]
 # position = [0.14, 0.14, 0.0]  # m, body axes

@@ -26,6 +26,7 @@ GROUNDED = -1
 """Status of a vehicle that cannot fly, such as one that its rotors do not lift."""
 
 _SAMPLE = 0.01
+_SATURATION = "largest_saturation"
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ def groups(wrong: list[Wrong]) -> list[list[Wrong]]:
 
 def fly(nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong]) -> list[dict[str, Any]]:
     """Status, end [s], step_error, and RMS and largest feature error [px] of the letter under each
-    mistake of a batch, NaN of a flight that ended early.
+    mistake of a batch, NaN of a flight that ended early; of rotors, the largest saturation.
 
     Raises InputError for a vehicle that does not fly without a mistake either.
     """
@@ -76,6 +77,8 @@ def fly(nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong]) -> li
         if len(wrong) > 1:
             return [fly(nominal, law, model, [each])[0] for each in wrong]
     lost = {"rms_px": np.nan, "max_px": np.nan}
+    if nominal.uav.rotors is not None:
+        lost[_SATURATION] = np.nan
     return [{"status": GROUNDED, "end_time_s": 0.0, "step_error": 0.0, **lost}]
 
 
@@ -109,6 +112,7 @@ def _fly_together(
                 "step_error": float(flight["step_error"]),
                 "rms_px": feature_rms(late) if good else np.nan,
                 "max_px": largest,
+                **({_SATURATION: float(flight[_SATURATION])} if _SATURATION in flight else {}),
             }
         )
     return found

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from continuair.flight.resolution import RESOLVED
+from continuair.flight.resolution import RESOLVED, is_beyond_limits
 from continuair.studies.ladder import in_words
 from continuair.studies.results import ResultFolder
 from continuair.studies.robustness.mistakes import LINEAR_DRAG
@@ -57,6 +57,7 @@ def summary(results: dict[str, Any]) -> list[str]:
         "",
         *_lost(results),
         _resolved(results),
+        *_saturated(results),
         *_wind(results),
     ]
 
@@ -96,15 +97,32 @@ def _lost(results: dict[str, Any]) -> list[str]:
 
 
 def _resolved(results: dict[str, Any]) -> str:
-    """How well steps resolved the flights, of a mistake's ways the one that decides."""
-    found = [
-        each["step_error"] > RESOLVED
+    """How well steps resolved the flights that decide."""
+    flights = _deciding(results)
+    coarse = sum(each["step_error"] > RESOLVED for each in flights)
+    return (
+        f"Of the {len(flights)} flights that decide {coarse} have a step_error above {RESOLVED:g}."
+    )
+
+
+def _saturated(results: dict[str, Any]) -> list[str]:
+    """How far rotors were asked for beyond their limits in these flights."""
+    asked = [each.get("largest_saturation", 0.0) for each in _deciding(results)]
+    beyond = [most for most in asked if is_beyond_limits(most)]
+    if not beyond:
+        return []
+    told = f"asked for up to {max(beyond):.1%} of their range beyond it"
+    return [f"In {len(beyond)} of them rotors saturate, {told}."]
+
+
+def _deciding(results: dict[str, Any]) -> list[dict[str, Any]]:
+    """The flights without a mistake, and of every value of one the worst of its ways."""
+    return [
+        each
         for case in results["cases"]
         for flights in ([case["without"]], *(m["values"] for m in case["mistakes"].values()))
         for each in flights
     ]
-    coarse = f"{sum(found)} have a step_error above {RESOLVED:g}"
-    return f"Of the {len(found)} flights that decide {coarse}."
 
 
 def _wind(results: dict[str, Any]) -> list[str]:

@@ -40,7 +40,7 @@ from continuair.vehicle.vehicle import Vehicle, check_one_section, is_paper
 PRINTED = {"ds_max_px": 0.7}
 """What Amiri et al. print of the closed loop: |DS| stays below it "across all four" letters."""
 
-CONVERGED = 5.0
+CONVERGED, FIFTIETH = 5.0, 0.02
 """A run has converged once the norm of its feature error stays below this [px]."""
 
 _TURNING = 0.05
@@ -272,8 +272,9 @@ def tip_error(flight: xr.Dataset) -> np.ndarray:
 
 
 def _converged(time: np.ndarray, norm: np.ndarray) -> float:
-    """First time after which the norm of the feature error stays below CONVERGED, or NaN."""
+    """First time after which the norm of the feature error stays below CONVERGED, or NaN: for the
+    last FIFTIETH of the flight at the least, as one that swings through it ends below by chance."""
     above = np.flatnonzero(~(norm < CONVERGED))
-    if not above.size:
-        return float(time[0])
-    return float(time[above[-1] + 1]) if above[-1] + 1 < len(time) else float("nan")
+    first = above[-1] + 1 if above.size else 0
+    lasts = first < len(time) and time[-1] - time[first] >= FIFTIETH * (time[-1] - time[0])
+    return float(time[first]) if lasts else float("nan")
