@@ -13,7 +13,6 @@ from continuair.kernels.forces.rotors import rotor_code
 from continuair.kernels.numbers import Numbers
 from continuair.kernels.resolution import resolution_code
 from continuair.kernels.sensing.pilot import PilotCode
-from continuair.kernels.step import stepping_code
 from continuair.kernels.types import Tree, device_types, holding
 
 GAMMA = 1.0 - np.sqrt(0.5)
@@ -100,7 +99,7 @@ def implicit_step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: 
     """The function `step` as kernels/step.py has it, of the linearly implicit step.
 
     A step that is measured is also taken in two halves: its error is 4/3 of the difference. Along
-    what swings, errors of places and of velocities count alike. It returns, fourth, what those of
+    what swings, errors of places and of velocities count alike. It returns, third, what those of
     velocities become in the time of the slowest bend: they add up where something is pushed to and
     fro faster than it swings.
     """
@@ -110,16 +109,15 @@ def implicit_step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: 
     )
     Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
     Flight, Pilot, push_at = flight_code(numbers, tree).Flight, pilot.Pilot, pilot.push_at
-    added = stepping_code(numbers, tree).added
     moved = resolution_code(numbers, tree).moved
     half, zero, share, swings = Real(0.5), Real(0.0), Real(4.0 / 3.0), Real(np.sqrt(2.0))
 
     @wp.func
     def step(
-        i: int, time: Real, h: Real, y: State, lost: State, along: Along, flight: Flight,
-        pilot: Pilot, held: Push, measured: wp.bool,
+        i: int, time: Real, h: Real, y: State, along: Along, flight: Flight, pilot: Pilot,
+        held: Push, measured: wp.bool,
     ):  # fmt: skip
-        """The state at the end of step i, which starts at a time and lasts h."""
+        """The change of the state in step i, which starts at a time and lasts h."""
         k = State()
         begun = y
         change = State()
@@ -156,7 +154,6 @@ def implicit_step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: 
             # Of changes, not of states, in whose last digits they would be lost.
             error = swings * share * wp.sqrt(moved(halves - change, flight.plant))
             drift = share * (halves - change) / wp.sqrt(slowest)
-        end, lost_now = added(y, lost, change)
-        return end, lost_now, error, drift
+        return change, error, drift
 
     return step

@@ -47,6 +47,8 @@ def rollout_kernel(
     Vehicles, Drive, Start, Steps = structs.Vehicles, begins.Drive, begins.Start, begins.Steps
     flight_of, freeze, load_state = structs.flight_of, structs.freeze, types.load_state
     branch_at, followed, end_of = stepping.branch_at, stepping.followed, stepping.end_of
+    after, compensated = stepping.added, stepping.compensated
+    coarse = numbers.precision == "float32"
     Loop, pilot_of, decide, push_at = pilot.Loop, pilot.pilot_of, pilot.decide, pilot.push_at
     taken = INTEGRATORS[integrator]
     step = taken.step_code(numbers, tree, dynamics, pilot)
@@ -86,7 +88,8 @@ def rollout_kernel(
         if wp.static(dynamics.freezes):
             flight.frozen = freeze(flight, load_state(start.frozen, run, 0, flight.plant.unit))
         y = load_state(start.states, run, 0, flight.plant.unit)
-        lost_digits = State()
+        if wp.static(coarse):
+            rest = State()
         branch = branch_at(start.angle, run)
         pilot = pilot_of(loop, run)
         push = Push()
@@ -129,8 +132,8 @@ def rollout_kernel(
             measured = i % every == 0
             begun = y
             if wp.static(taken.stiff):
-                y, lost_digits, left_out, added = step(
-                    i, time, h, y, lost_digits, branch.direction, flight, pilot, push, measured
+                change, left_out, added = step(
+                    i, time, h, y, branch.direction, flight, pilot, push, measured
                 )
                 if measured:
                     several = Real(wp.min(every, count - i))
@@ -139,9 +142,13 @@ def rollout_kernel(
                     strayed = several * h * wp.sqrt(carried(drift, plant))
                     drifted += above(ended, zero, zero, strayed)
             else:
-                y, lost_digits, left_out = step(
-                    i, time, h, y, lost_digits, branch.direction, flight, pilot, push, measured
+                change, left_out = step(
+                    i, time, h, y, branch.direction, flight, pilot, push, measured
                 )
+            if wp.static(coarse):
+                y, rest = compensated(y, rest, change)
+            else:
+                y = after(y, change)
             if measured:
                 stands_for = Real(wp.min(every, count - i))
                 swing += above(ended, zero, zero, stands_for * h * swing_of(begun))

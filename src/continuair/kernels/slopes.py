@@ -18,7 +18,7 @@ from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.flight import flight_code
 from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.pilot import no_pilot
-from continuair.kernels.step import step_code
+from continuair.kernels.step import step_code, stepping_code
 from continuair.kernels.types import Tree, device_types
 from continuair.vehicle.layout import Layout, columns
 
@@ -85,10 +85,9 @@ def step_slopes_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
     code, begins, pilot = number_code(numbers), arguments("float64"), no_pilot(numbers, tree)
     Cell, Real, Along, Push = types.Cell, types.Real, types.Along, types.Push
     Vehicles, Drive, Steps, Pilot = structs.Vehicles, begins.Drive, begins.Steps, pilot.Pilot
-    State = types.State
     flight_of, freeze, keep, lanes = structs.flight_of, structs.freeze, code.keep, code.lanes
     seeded_state = _seeded_state(numbers, tree)
-    step = step_code(numbers, tree, dynamics, pilot)
+    step, added = step_code(numbers, tree, dynamics, pilot), stepping_code(numbers, tree).added
     layout, where = types.layout, Directions(types.layout, dynamics.freezes)
     state, start = where.state.start, where.start.start
     width, bends, B, DB = layout.state, layout.bends, layout.bend.start, layout.bend_rate.start
@@ -112,7 +111,8 @@ def step_slopes_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
         y = seeded_state(log, i, state, run, unit)
         time = Real(steps.starts[i])
         h = Real(steps.lengths[i])
-        end, lost, error = step(i, time, h, y, State(), Along(), flight, Pilot(), Push(), False)
+        change, error = step(i, time, h, y, Along(), flight, Pilot(), Push(), False)
+        end = added(y, change)
         for j in range(bends):
             end[B + j] = end[B + j] / unit[j // 2]
             end[DB + j] = end[DB + j] / unit[j // 2]

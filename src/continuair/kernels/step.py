@@ -32,8 +32,9 @@ STATUS = {
 class Stepping:
     """Branch, a struct, and how it and a state go on; end_of gives the status of a state.
 
-    signed_of(branch, y) is κ and ψa of each section on its branch. added(y, lost, change) is a
-    state with a change, of unit attitude, and what rounding has lost of it; lost: of those before.
+    signed_of(branch, y) is κ and ψa of each section on its branch. added(y, change) is a state
+    after a change, of unit attitude; compensated(y, rest, change) is that and what rounding has
+    added to it, which the next change takes back; rest: from the change before.
     """
 
     Branch: Any
@@ -41,6 +42,7 @@ class Stepping:
     signed_of: Any
     followed: Any
     added: Any
+    compensated: Any
     end_of: Any
 
 
@@ -120,30 +122,26 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
         return branch
 
     @wp.func
-    def added(y: State, lost: State, change: State):
+    def added(y: State, change: State):
         out = y + change
         q = attitude_of(out)
         n = one / wp.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
         for j in range(4):
             out[Q + j] = out[Q + j] * n
-        return out, lost
+        return out
 
-    if numbers.precision == "float32":
-
-        @wp.func
-        def added_and_compensated(y: State, lost: State, change: State):
-            """Kahan's sum: places far from the origin change by less in a step than their last
-            digit, and so do velocities and attitudes."""
-            whole = change - lost
-            out = y + whole
-            rest = (out - y) - whole
-            q = attitude_of(out)
-            long = half * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - one)
-            for j in range(4):
-                rest[Q + j] = rest[Q + j] + long * q[j]
-            return out, rest
-
-        added = added_and_compensated
+    @wp.func
+    def compensated(y: State, rest: State, change: State):
+        """Kahan's sum: places far from the origin change by less in a step than their last digit,
+        and so do velocities and attitudes."""
+        whole = change - rest
+        out = y + whole
+        left = (out - y) - whole
+        q = attitude_of(out)
+        long = half * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - one)
+        for j in range(4):
+            left[Q + j] = left[Q + j] + long * q[j]
+        return out, left
 
     @wp.func
     def end_of(y: State):
@@ -159,22 +157,22 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
 def step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: PilotCode) -> Any:
     """The function `step`: one step of RK4 of a model under a pilot.
 
-    It returns the state at the step's end; what rounding has lost of it, by what it had lost
-    before; and the error of the step in arm lengths, 0 for a step that is not measured.
+    It returns what the step adds to the state, and the error of the step in arm lengths; 0 for a
+    step that is not measured.
     """
-    types, stepping = device_types(numbers, tree), stepping_code(numbers, tree)
+    types = device_types(numbers, tree)
     Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
     Flight, Pilot, push_at = flight_code(numbers, tree).Flight, pilot.Pilot, pilot.push_at
-    added, resolution = stepping.added, resolution_code(numbers, tree)
+    resolution = resolution_code(numbers, tree)
     squared_size, unresolved = resolution.squared_size, resolution.unresolved
     rate_of, half, sixth, zero = dynamics.rate_of, Real(0.5), Real(1.0 / 6.0), Real(0.0)
 
     @wp.func
     def step(
-        i: int, time: Real, h: Real, y: State, lost: State, along: Along, flight: Flight,
-        pilot: Pilot, held: Push, measured: wp.bool,
+        i: int, time: Real, h: Real, y: State, along: Along, flight: Flight, pilot: Pilot,
+        held: Push, measured: wp.bool,
     ):  # fmt: skip
-        """The state at the end of step i, which starts at a time and lasts h."""
+        """The change of the state in step i, which starts at a time and lasts h."""
         k = State()
         total = State()
         first = zero
@@ -197,7 +195,6 @@ def step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: PilotCode
         error = zero
         if measured:
             error = unresolved(first, second, h)
-        end, lost_now = added(y, lost, (h * sixth) * total)
-        return end, lost_now, error
+        return (h * sixth) * total, error
 
     return step

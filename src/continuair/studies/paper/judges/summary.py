@@ -8,7 +8,7 @@ from continuair import equations
 from continuair.analysis.accelerations import forward_dynamics
 from continuair.analysis.metrics import samples
 from continuair.analysis.shares import percent
-from continuair.flight.resolution import steps_told_of
+from continuair.flight.resolution import RESOLVED, steps_told_of
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import PLANTS
 from continuair.scenario.scenarios import Scenario
@@ -141,7 +141,7 @@ def mutual_interactions(evidence: Evidence) -> Judgement:
         worst = largest(drifts.values())
         if worst < _KEPT:
             break
-    if _KEPT <= worst < 0.5 * before:
+    if worst >= _KEPT and (worst < 0.5 * before or not data["step_error"] <= RESOLVED):
         told = f"steps of {1e6 * step:g} µs do not resolve 1 s of free flight of this vehicle yet"
         return Judgement(UNDECIDED, told)
     return judged(
