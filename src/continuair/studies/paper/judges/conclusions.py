@@ -16,6 +16,7 @@ from continuair.studies.extremes import largest, least
 from continuair.studies.paper.drawn import MOST
 from continuair.studies.paper.evidence import Evidence, NotFlown
 from continuair.studies.paper.judges import swing
+from continuair.studies.paper.judges.agreement import natural_units
 from continuair.studies.paper.judges.errors import (
     errors,
     possible,
@@ -80,7 +81,7 @@ def downward(evidence: Evidence) -> Judgement:
     height = _height_of_straight_tip(plain) / length
     generator = np.random.default_rng(0)
     errors = {"below": 0.0, "above": 0.0}
-    for q in generator.uniform(0.2, 1.2, (20, 8)):
+    for q in natural_units(length) * generator.uniform(0.2, 1.2, (20, 8)):
         printed = length * equations.appendix_b(plain, q, length)[0]
         slope = equations.arm_jacobian(plain, q, length)[0][:, 0]
         for side, sign in (("below", 1.0), ("above", -1.0)):

@@ -12,6 +12,7 @@ from continuair.analysis.metrics import samples
 from continuair.analysis.shares import percent
 from continuair.equations import image_jacobian, interaction_matrix
 from continuair.equations.camera import in_view, to_normalised
+from continuair.flight.resolution import RESOLVED
 from continuair.studies.paper import proof
 from continuair.studies.paper.evidence import Evidence
 from continuair.studies.paper.theorem import (
@@ -239,7 +240,7 @@ def compact_set(evidence: Evidence) -> Judgement:
 def rises(flown: Flown) -> Array:
     """In which flights (starts,) V of the paper gets above its start."""
     V = flown.found.over_time["lyapunov_paper"].to_numpy()
-    return np.asarray(np.nanmax(V, axis=-1) > (1.0 + 1e-6) * V[:, 0])
+    return np.asarray(np.nanmax(V, axis=-1) > (1.0 + RESOLVED) * V[:, 0])
 
 
 def convergence(evidence: Evidence) -> Judgement:
