@@ -1,5 +1,6 @@
 """Sentences of the paper judged of vehicles of one's own."""
 
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -98,7 +99,10 @@ def test_a_fall_that_the_automatic_step_resolves_roughly_is_a_fall(
 ) -> None:
     """Of a heavy arm below a light UAV that step leaves 2 µm, and steps of 10 µs 6e-11 m."""
     light = {"arm.radius": 0.02, "uav.mass": 0.5, "uav.inertia": [0.002, 0.002, 0.003]}
-    evidence = Evidence(ca.load_vehicle("paper").replace(light))
+    vehicle = ca.load_vehicle("paper").replace(light)
+    flown = ca.simulate(vehicle, ca.open_loop_test("B")).expand_dims(model=["coupled"])
+    test_b = SimpleNamespace(datasets={"B": flown})
+    evidence: Any = SimpleNamespace(vehicle=vehicle, open_loop=test_b)
     fall = open_loop.JUDGES["IV-A.4"]
     assert fall(evidence).verdict == REPRODUCED
     monkeypatch.setattr(open_loop, "GRAVITY", 9.8)
