@@ -12,7 +12,7 @@ import continuair as ca
 import continuair.cli as cli
 from continuair.controllers.gain_files import load_gains
 from continuair.figures import robustness as figures
-from continuair.scenario.tracking_task import equipped
+from continuair.scenario.tracking_task import equipped, noise_notes, task
 from continuair.studies.robustness.flights import GROUNDED, LETTER, SETTING, Wrong, fly, groups
 from continuair.studies.robustness.mistakes import MISTAKES
 from continuair.studies.robustness.report import as_table
@@ -215,3 +215,20 @@ def test_a_vehicle_that_its_rotors_do_not_lift_is_not_borne_and_saturation_is_to
     asked = [each["largest_saturation"] for each in case["mistakes"]["heavier"]["values"]]
     beyond = np.nanmax([case["without"]["largest_saturation"], *asked])
     assert beyond > 0.0 and f"asked for up to {beyond:.1%} of their range" in as_table(told)
+
+
+def test_of_the_noise_of_a_camera_no_single_draw_decides() -> None:
+    noisy = NOMINAL.replace({"camera.noise": 0.4})
+    law = load_gains("current").controller(noisy)
+    (found,) = fly(noisy, law, "coupled", [Wrong(None)])
+    start = task(noisy, [LETTER], law, SETTING.duration)
+    own = []
+    for seed in range(4):
+        flight = ca.simulate(
+            noisy, start.replace(seed=seed), sample=0.01, variables=["feature_error"]
+        )
+        late = flight.sel(time=slice(SETTING.settled, None))["feature_error"]
+        own.append(float(np.sqrt((late**2).mean())))
+    assert max(own) > min(own)
+    assert found["rms_px"] == pytest.approx(max(own), rel=1e-6)
+    assert noise_notes(noisy) and not noise_notes(NOMINAL)

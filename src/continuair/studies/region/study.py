@@ -17,7 +17,7 @@ from continuair.flight.resolution import RESOLVED, is_beyond_limits
 from continuair.kernels.dynamics import MODELS, PLANTS
 from continuair.kernels.step import OK, STATUS
 from continuair.progress import Progress, Steps
-from continuair.scenario.tracking_task import SETTINGS, damping_notes, equipped
+from continuair.scenario.tracking_task import SETTINGS, damping_notes, equipped, noise_notes
 from continuair.studies.ladder import climbed
 from continuair.studies.region.flights import (
     DURATION,
@@ -95,7 +95,7 @@ def region(
     results = {
         "study": "region",
         "vehicle": vehicle.describe(),
-        "notes": damping_notes(vehicle),
+        "notes": [*damping_notes(vehicle), *noise_notes(vehicle)],
         "laws": {name: controllers[name].describe() for name in names},
         "duration_s": DURATION,
         "well_px": WELL,

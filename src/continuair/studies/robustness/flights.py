@@ -22,6 +22,9 @@ Array = np.ndarray
 
 LETTER, SETTING = "M", SETTINGS["nominal"]
 
+DRAWS = 4
+"""Of a camera's noise, of which the worst counts."""
+
 GROUNDED = -1
 """Status of a vehicle that cannot fly, such as one that its rotors do not lift."""
 
@@ -65,12 +68,13 @@ def groups(wrong: list[Wrong]) -> list[list[Wrong]]:
 
 def fly(nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong]) -> list[dict[str, Any]]:
     """Status, end [s], step_error, and RMS and largest feature error [px] of the letter under each
-    mistake of a batch, NaN of a flight that ended early; of rotors, the largest saturation.
+    mistake of a batch, NaN of a flight that ended early; of rotors, the largest saturation. Behind
+    a camera with noise that of the worst of DRAWS.
 
     Raises InputError for a vehicle that does not fly without a mistake either.
     """
     try:
-        return _fly_together(nominal, law, model, wrong)
+        return _worst_draws(nominal, law, model, wrong)
     except InputError:
         if wrong[0].name is None and len(wrong) == 1:
             raise
@@ -82,8 +86,26 @@ def fly(nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong]) -> li
     return [{"status": GROUNDED, "end_time_s": 0.0, "step_error": 0.0, **lost}]
 
 
-def _fly_together(
+def harm(flight: dict[str, Any]) -> tuple[bool, float]:
+    """How bad a flight is: one that is lost by when, and then by its error."""
+    if flight["status"] != OK:
+        return True, -flight["end_time_s"]
+    # A point that has come behind the camera has no image, and its error no RMS.
+    return False, np.inf if np.isnan(flight["rms_px"]) else flight["rms_px"]
+
+
+def _worst_draws(
     nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong]
+) -> list[dict[str, Any]]:
+    draws = [DRAWS if np.any(vehicle.camera.noise) else 1 for vehicle in _single(nominal, wrong)]
+    each = [one for one, many in zip(wrong, draws, strict=True) for _ in range(many)]
+    seeds = [seed for many in draws for seed in range(many)]
+    flights = iter(_fly_together(nominal, law, model, each, seeds))
+    return [max((next(flights) for _ in range(many)), key=harm) for many in draws]
+
+
+def _fly_together(
+    nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong], seeds: list[int]
 ) -> list[dict[str, Any]]:
     flown = _vehicles(nominal, wrong)
     believed = nominal
@@ -95,6 +117,7 @@ def _fly_together(
         q=np.concatenate([each.q for each in scenarios]),
         controller=law.believing(believed),
         target=scenarios[0].targets[0],
+        seed=seeds,
         **acting,
     )
     with steps_told_of():
@@ -124,8 +147,8 @@ def _single(nominal: Vehicle, wrong: list[Wrong]) -> list[Vehicle]:
 
 
 def _vehicles(nominal: Vehicle, wrong: list[Wrong]) -> Vehicle:
-    """The vehicles that fly, one batch."""
-    if len(wrong) == 1:
+    """The vehicles that fly, one batch; one, where all are alike."""
+    if len(set(wrong)) == 1:
         return _single(nominal, wrong)[0]
     changes = [each.changes(nominal) for each in wrong]
     paths = dict.fromkeys(path for each in changes for path in each)
@@ -137,8 +160,8 @@ def _vehicles(nominal: Vehicle, wrong: list[Wrong]) -> Vehicle:
 
 
 def _acting(wrong: list[Wrong]) -> dict[str, Any]:
-    """What acts in a batch: forces, a row for each."""
-    if len(wrong) == 1:
+    """What acts in a batch: forces, a row for each; or what acts on all, where they are alike."""
+    if len(set(wrong)) == 1:
         return wrong[0].acting()
     given = [each.acting() for each in wrong]
     return {"force": np.array([each.get("force", np.zeros(3)) for each in given])}

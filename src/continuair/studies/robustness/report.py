@@ -9,6 +9,7 @@ from typing import Any
 from continuair.flight.resolution import RESOLVED, is_beyond_limits
 from continuair.studies.ladder import in_words
 from continuair.studies.results import ResultFolder
+from continuair.studies.robustness.flights import DRAWS
 from continuair.studies.robustness.mistakes import LINEAR_DRAG
 from continuair.studies.robustness.study import Robustness, reason
 from continuair.studies.standard_laws import LAWS
@@ -45,8 +46,8 @@ def summary(results: dict[str, Any]) -> list[str]:
         "and believe in it, on others that differ by one mistake at a time. It is borne if it adds",
         f"at most {results['borne_px']:g} px to the RMS of the feature error after "
         f"{results['settled_s']:g} s. What has a direction is tried in four (along x and y, to",
-        "either side; wind with another draw of turbulence in each), a turn in two, and counts as",
-        "the worst of them.",
+        "either side; wind with another draw of turbulence in each), a turn in two, noise of a",
+        f"camera in {DRAWS} draws, and counts as the worst of them.",
         "",
         *(f"* {name}: {meaning}." for name, meaning in LAWS.items() if name in results["laws"]),
         *(f"* {note}" for note in results["notes"]),

@@ -15,7 +15,15 @@ from continuair.kernels.step import OK, STATUS
 from continuair.progress import Progress, Steps
 from continuair.scenario.tracking_task import damping_notes, equipped
 from continuair.studies.ladder import climbed
-from continuair.studies.robustness.flights import GROUNDED, LETTER, SETTING, Wrong, fly, groups
+from continuair.studies.robustness.flights import (
+    GROUNDED,
+    LETTER,
+    SETTING,
+    Wrong,
+    fly,
+    groups,
+    harm,
+)
 from continuair.studies.robustness.mistakes import MISTAKES
 from continuair.studies.standard_laws import LAWS, check_gains, law_of
 from continuair.vehicle.vehicle import Vehicle, check_one_section
@@ -85,16 +93,7 @@ def _tried(name: str) -> list[Wrong]:
 
 def _worst(wrong: Iterable[Wrong], found: dict[Wrong, Any]) -> dict[str, Any]:
     """Of ways to make a mistake, the one that is lost first, or else errs most."""
-
-    def harm(each: Wrong) -> tuple[bool, float]:
-        flight = found[each]
-        if flight["status"] != OK:
-            return True, -flight["end_time_s"]
-        # A point that has come behind the camera has no image, and its error no RMS.
-        rms = flight["rms_px"]
-        return False, math.inf if math.isnan(rms) else rms
-
-    worst = max(wrong, key=harm)
+    worst = max(wrong, key=lambda each: harm(found[each]))
     return {"value": worst.value, "way": worst.way, **found[worst]}
 
 

@@ -25,7 +25,7 @@ from continuair.controllers.gains import GAINS
 from continuair.errors import InputError
 from continuair.kernels.dynamics import PLANTS
 from continuair.progress import Progress, Steps
-from continuair.scenario.tracking_task import SETTINGS, damping_notes, without_rotors
+from continuair.scenario.tracking_task import SETTINGS, damping_notes, noise_notes, without_rotors
 from continuair.studies.tracking.candidates import HORIZON, Outcomes, fly, fly_whole
 from continuair.sweeps.sampling import sobol
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
@@ -142,7 +142,7 @@ def tune(
     check_single_vehicle(vehicle)
     _check_size(candidates, rounds, seed)
     flown, remarks = without_rotors(vehicle)
-    remarks = [*remarks, *damping_notes(vehicle)]
+    remarks = [*remarks, *damping_notes(vehicle), *noise_notes(vehicle)]
     # Gains on the brink for one plant are lost on the other.
     runs = list(product(settings, PLANTS))
     search = _Search(flown, letters, runs, Steps(progress, rounds * len(runs)))
