@@ -164,8 +164,8 @@ def excitation_of_the_arm(evidence: Evidence) -> Judgement:
             judged(
                 abs(metres_in_the_force_on_bend(evidence.vehicle) - 1.0) < 1e-6,
                 "the rate of κ is in 1/(m s), so what is conjugate to κ is in N m², not in N m; "
-                f"read so, the amplitude of 0.1 bends this arm by {static:.2g} 1/m at rest, without "
-                "its weight",
+                f"read so, the amplitude of 0.1 bends this arm by {static:.2g} 1/m at rest, "
+                "without weight",
             ),
         ]
     )
