@@ -64,7 +64,7 @@ ROOMS = {
         {"rollout", "observe", "deviations", "turning", "slopes", "thrusts"},
     ],
     "engine": [
-        {"moments", "compiling", "lanes", "rows", "law_names", "law_reading"},
+        {"moments", "compiling", "lanes", "rows", "law_names", "law_reading", "law_outside"},
         {"law_numbers"},
         {"law_parts"},
         {"factory", "packs"},

@@ -205,7 +205,7 @@ def test_a_vehicle_that_its_rotors_do_not_lift_is_not_borne_and_saturation_is_to
     with pytest.warns(ca.ContinuairWarning, match="rotors saturate"):
         lifted, grounded = fly(heavy, law, "coupled", [Wrong(None), Wrong("heavier", 80.0)])
     assert lifted["status"] == 0 and grounded["status"] == GROUNDED
-    assert reason(grounded | {"way": ""}) == "such a vehicle cannot fly"
+    assert reason(grounded | {"way": ""}) == "the rotors do not lift it"
     assert _worst([Wrong("heavier", 80.0)], {Wrong("heavier", 80.0): grounded})["status"] < 0
     assert set(lifted) == set(grounded)
     with pytest.warns(ca.ContinuairWarning, match="rotors saturate"):
@@ -232,3 +232,12 @@ def test_of_the_noise_of_a_camera_no_single_draw_decides() -> None:
     assert max(own) > min(own)
     assert found["rms_px"] == pytest.approx(max(own), rel=1e-6)
     assert noise_notes(noisy) and not noise_notes(NOMINAL)
+
+
+def test_a_mistake_that_starts_out_of_view_is_named_and_does_not_count_as_lost() -> None:
+    """From where letters start a lens so long does not see them; that tells nothing of the law."""
+    lens = {"camera.focal_length": [1000.0, 1000.0], "camera.image_size": [640, 480]}
+    narrow = NOMINAL.replace(lens | {"camera.principal_point": [320.0, 240.0]})
+    law = load_gains("current").controller(narrow)
+    with pytest.raises(ca.InputError, match="mistakes holds focal length.*out of view"):
+        fly(narrow, law, "coupled", [Wrong("focal length", 40.0)])

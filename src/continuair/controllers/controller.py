@@ -25,21 +25,21 @@ _TOLD_APART = 16
 class Controller(Immutable):
     """A control law for `Scenario(controller=…)`.
 
-    law: a function of a `LawCode` (kernels/sensing/sense.py) that returns a namespace with
-    `Gains`, a Warp struct, and `control(sense, gains) -> Push`, a Warp function; the same function
-    object is compiled once. gains: the value of every field of `Gains`, for one run; `stack` makes
-    a batch. looks: whether it needs the camera and a target. settings: kept as provenance. period:
-    how often it acts [s], the scenario's control_period where it is None. guided: whether its law
-    follows set-points, or where it looks the target, as kernels/sensing/guided.py has it; latency:
-    how long after it has sensed what it acts on the push of such a law acts [s]. asks: of rotors
-    the rank of the wrench, 4 for a lift and moments, 6 for forces in any direction too. integral:
-    rate [1/s] at which the error of the image, summed up over time, adds to it, for laws that look.
-    believes: the vehicle that the law computes with, the one that flies where it is None; see
-    `believing`. at_limits: tells, of gains of one run or (runs, …) and pushes (runs, samples,
-    numbers), which parts of these, by name (runs, samples), are at a limit. known: those gains of
-    a vehicle of one run, by name, that say what vehicle it is; the law can believe in no other.
-    bandwidths: tells, of gains of one run or (runs, …), those of position and attitude
-    (..., 2) [rad/s], for a law that tilts to move.
+    law: a function of a `LawCode` (kernels/sensing/sense.py) that returns a namespace with `Gains`,
+    a Warp struct, and `control(sense, gains) -> Push`, a Warp function; the same function object is
+    compiled once, as long as what it reads from outside stays as it is. gains: the value of every
+    field of `Gains`, for one run; `stack` makes a batch. looks: whether it needs the camera and a
+    target. settings: kept as provenance. period: how often it acts [s], the scenario's
+    control_period where it is None. guided: whether its law follows set-points, or where it looks
+    the target, as kernels/sensing/guided.py has it; latency: how long after it has sensed what it
+    acts on the push of such a law acts [s]. asks: of rotors the rank of the wrench, 4 for a lift
+    and moments, 6 for forces in any direction too. integral: rate [1/s] at which the error of the
+    image, summed up over time, adds to it, for laws that look. believes: the vehicle that the law
+    computes with, the one that flies where it is None; see `believing`. at_limits: tells, of gains
+    of one run or (runs, …) and pushes (runs, samples, numbers), which parts of these, by name
+    (runs, samples), are at a limit. known: those gains of a vehicle of one run, by name, that say
+    what vehicle it is; the law can believe in no other. bandwidths: tells, of gains of one run or
+    (runs, …), those of position and attitude (..., 2) [rad/s], for a law that tilts to move.
     """
 
     name: str

@@ -12,6 +12,7 @@ from continuair.controllers.controller import Controller
 from continuair.engine.engine import Engine
 from continuair.engine.factory import LoopKernels, closed_loop, packed_loop, watching
 from continuair.engine.lanes import packs_of, struct_rows
+from continuair.engine.law_outside import as_it_is
 from continuair.engine.pack import per_run, tree_of
 from continuair.errors import InputError, shown
 from continuair.vehicle.layout import (
@@ -97,7 +98,7 @@ class Loop:
         lanes = engine.lanes(runs)
         if (engine, lanes) not in self._packed:
             of = engine.dtype.name, engine.tree, engine.model
-            law = self.controller.law, self.points, self.timing.every_stage
+            law = as_it_is(self.controller.law), self.points, self.timing.every_stage
             believed = self.controller.believes
             how = engine.integrator, self.controller.integral > 0.0, believed is not None
             kernels = closed_loop(*of, *law, 1, *how)

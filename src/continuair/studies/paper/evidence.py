@@ -93,7 +93,7 @@ class Evidence:
         if self.quick:
             raise NotFlown("the four letters in all settings")
         gains = load_gains("paper")
-        found = tracking(self.vehicle, gains=gains, progress=self._progress)
+        found = _flown(tracking, self.vehicle, gains=gains, progress=self._progress)
         found.results["variants"] = law_variants(self.vehicle, gains, progress=self._progress)
         return self._kept("tracking", found)
 
@@ -102,7 +102,7 @@ class Evidence:
         """Letter M in the nominal setting."""
         if not self.quick:
             return self.tracking
-        found = tracking(self.vehicle, "M", settings=["nominal"], progress=self._progress)
+        found = _flown(tracking, self.vehicle, "M", settings=["nominal"], progress=self._progress)
         return self._kept("tracking", found)
 
     @cached_property

@@ -25,8 +25,11 @@ LETTER, SETTING = "M", SETTINGS["nominal"]
 DRAWS = 4
 """Of a camera's noise, of which the worst counts."""
 
+_LIMITS = "uav.rotors.thrust_limits"
+"""What refusals name of vehicles that their rotors do not lift."""
+
 GROUNDED = -1
-"""Status of a vehicle that cannot fly, such as one that its rotors do not lift."""
+"""Status of a vehicle that its rotors do not lift."""
 
 _SAMPLE = 0.01
 _SATURATION = "largest_saturation"
@@ -71,15 +74,21 @@ def fly(nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong]) -> li
     mistake of a batch, NaN of a flight that ended early; of rotors, the largest saturation. Behind
     a camera with noise that of the worst of DRAWS.
 
-    Raises InputError for a vehicle that does not fly without a mistake either.
+    One that rotors do not lift is GROUNDED; raises InputError for others that do not fly.
     """
     try:
         return _worst_draws(nominal, law, model, wrong)
-    except InputError:
-        if wrong[0].name is None and len(wrong) == 1:
-            raise
+    except InputError as error:
         if len(wrong) > 1:
             return [fly(nominal, law, model, [each])[0] for each in wrong]
+        (one,) = wrong
+        if one.name is None:
+            raise
+        if _LIMITS not in str(error):
+            raise InputError(
+                f"mistakes holds {one.name}, which is not flown: {str(error).rstrip('.')}; leave "
+                "it out, or give another vehicle."
+            ) from None
     lost = {"rms_px": np.nan, "max_px": np.nan}
     if nominal.uav.rotors is not None:
         lost[_SATURATION] = np.nan

@@ -130,7 +130,7 @@ def reason(flight: dict[str, Any]) -> str:
     """Why a mistake was not borne."""
     way = f" ({flight['way']})" if flight.get("way") else ""
     if flight["status"] == GROUNDED:
-        return f"such a vehicle cannot fly{way}"
+        return f"the rotors do not lift it{way}"
     if flight["status"] != OK:
         return f"{STATUS[flight['status']]} at {flight['end_time_s']:.3g} s{way}"
     return f"{flight['rms_px']:.3g} px RMS{way}"

@@ -84,7 +84,7 @@ def theorem(evidence: Evidence) -> Judgement:
         diverging_flights_gains_made=float(bad),
         sets_drawn_with_flights_that_diverge=sets_with(drawn, lambda flown: flown.diverged),
         share_of_drawn_gains_unstable=unstable,
-        largest_rank_correlation_with_start=max(grows, default=np.nan),
+        **({"largest_rank_correlation_with_start": max(grows)} if grows else {}),
         error_left_gains_made_target_moving_px=moving,
         flights_that_leave_the_image=float(lost),
     )
