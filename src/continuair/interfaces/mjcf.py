@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from continuair import checks
 from continuair.analysis.backbone import HALF_TURN
+from continuair.errors import InputError
 from continuair.files import new_file, save
 from continuair.interfaces.chain import fastest_mode, links_of
 from continuair.interfaces.outline import equal_box, pointing, radius_of
@@ -26,8 +27,12 @@ from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 _RESOLVED = 0.5
 """Step times the fastest frequency, of which RK4 loses 1e-4 in a step; it is stable up to 2.8."""
 
-_LEAST_INERTIA = 1e-12
-"""About the tangent, of backbones without a radius, as MuJoCo takes no 0 [kg m²]."""
+_LEAST_INERTIA = 1e-15
+"""Below this a moment of a body is none to MuJoCo [kg m²]."""
+
+_AXIAL = 0.01
+"""What a link's moment about its tangent may be raised to, of that across it: backbones without a
+radius have none."""
 
 
 def to_mjcf(vehicle: Vehicle, path: str | os.PathLike[str], *, links: int = 8) -> None:
@@ -48,7 +53,7 @@ def to_mjcf(vehicle: Vehicle, path: str | os.PathLike[str], *, links: int = 8) -
 def mjcf(vehicle: Vehicle, links: int) -> str:
     """The text of such a file."""
     root = Element("mujoco", model=vehicle.name)
-    SubElement(root, "compiler", angle="radian", boundinertia=_text(_LEAST_INERTIA))
+    SubElement(root, "compiler", angle="radian")
     option = SubElement(root, "option", gravity="0 0 -9.81")
     option.attrib |= _integration(vehicle, links)
     world = SubElement(root, "worldbody")
@@ -100,7 +105,13 @@ def _arm(uav: Element, arm: ArmChain, links: int) -> Element:
             body = SubElement(body, "body", name=name, pos=_text((0.0, 0.0, down)))
             if index:
                 _hinges(body, name, section, links, "xy" if index % 2 else "yx")
-            across = np.diag([link.transverse, link.transverse, link.axial])
+            axial = max(link.axial, 2.0 * _LEAST_INERTIA)
+            if link.axial < axial > _AXIAL * link.transverse:
+                raise InputError(
+                    f"links is {links}, of which the smallest has a moment of inertia of "
+                    f"{link.transverse:.2g} kg m², too small for MuJoCo; give fewer links."
+                )
+            across = np.diag([link.transverse, link.transverse, axial])
             _inertial(body, link.mass, np.array([0.0, 0.0, -link.centre]), across)
             line, radius = (0.0, 0.0, 0.0, 0.0, 0.0, -link.length), radius_of(section)
             _shown(body, "capsule", fromto=_text(line), size=_text(radius))
