@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from types import CodeType, FunctionType, SimpleNamespace
+from types import CodeType, FunctionType, MethodType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -33,6 +33,9 @@ def as_it_is(law: Callable[[Any], SimpleNamespace]) -> LawAsItIs:
 
 def _outside(function: Any, known: set[Any]) -> tuple[Any, ...]:
     """Names and values that a function of the user reads, and those that it calls."""
+    if isinstance(function, MethodType):
+        own = _key(getattr(function.__self__, "__dict__", {}), known)
+        return ("self", own), *_outside(function.__func__, known)
     if not isinstance(function, FunctionType) or function in known or _is_ours(function):
         return ()
     known.add(function)
