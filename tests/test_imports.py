@@ -142,6 +142,7 @@ ROOMS = {
             "elementwise",
             "errors",
             "settled",
+            "shorter",
             "straight",
             "strokes",
             "swing",

@@ -30,7 +30,11 @@ class InputError(ValueError):
 
     def within(self, prefix: str) -> InputError:
         """Return the same error, every sentence of it starting with `prefix`."""
-        return InputError(*(prefix + sentence for sentence in self.sentences))
+        return type(self)(*(prefix + sentence for sentence in self.sentences))
+
+
+class CannotHover(InputError):
+    """A vehicle is one that its rotors do not lift."""
 
 
 class ContinuairWarning(UserWarning):
@@ -98,9 +102,13 @@ def named_fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
 def input_error(model: type[BaseModel], error: ValidationError) -> InputError:
     """Return pydantic's complaint about building a `model` as an InputError.
 
-    Sentences start with the field, so an enclosing model can put its own field in front.
+    Sentences start with the field, so an enclosing model can put its own field in front. An
+    InputError that is the only complaint stays of its class.
     """
-    return InputError(*(line for item in error.errors() for line in _sentences(model, item)))
+    items = error.errors()
+    causes = [item.get("ctx", {}).get("error") for item in items]
+    kind = type(causes[0]) if len(causes) == 1 and isinstance(causes[0], InputError) else InputError
+    return kind(*(line for item in items for line in _sentences(model, item)))
 
 
 def _sentences(model: type[BaseModel], item: Any) -> list[str]:

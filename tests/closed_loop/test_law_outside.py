@@ -16,8 +16,12 @@ SHARE = {"of the mass": 0.5}
 
 
 def pushing(code: Any) -> SimpleNamespace:
+    return law_of(SHARE["of the mass"], code)
+
+
+def law_of(number: float, code: Any) -> SimpleNamespace:
     Real, Sense, push, vec3, Bends = code.Real, code.Sense, code.push, code.vec3, code.Bends
-    share = Real(SHARE["of the mass"])
+    share = Real(number)
 
     @wp.struct
     class Gains:
@@ -30,8 +34,18 @@ def pushing(code: Any) -> SimpleNamespace:
     return SimpleNamespace(Gains=Gains, control=control)
 
 
-def moved() -> float:
-    law = ca.Controller("mine", pushing, {"mass": VEHICLE.mass}, looks=False)
+class Pusher:
+    """One whose method is a law, with a number of its own."""
+
+    def __init__(self, number: float) -> None:
+        self.number = number
+
+    def law(self, code: Any) -> SimpleNamespace:
+        return law_of(self.number, code)
+
+
+def moved(law: Any = pushing) -> float:
+    law = ca.Controller("mine", law, {"mass": VEHICLE.mass}, looks=False)
     start = [0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     flight = ca.simulate(VEHICLE, ca.Scenario("x", start, controller=law, duration=0.1))
     return float(flight["position"][-1, 0])
@@ -47,3 +61,10 @@ def test_a_number_from_outside_is_the_one_that_is_there_now(
     assert moved() == pytest.approx(3.0 * slow, rel=0.05)
     monkeypatch.setitem(SHARE, "of the mass", 0.5)
     assert moved() == slow
+
+
+def test_a_method_flies_with_what_its_object_holds_now() -> None:
+    pusher = Pusher(0.5)
+    slow = moved(pusher.law)
+    pusher.number = 1.5
+    assert moved(pusher.law) == pytest.approx(3.0 * slow, rel=0.05)

@@ -78,7 +78,7 @@ def _key(value: Any, known: set[Any], depth: int = 0) -> Any:
         return tuple((repr(name), _key(each, known, depth + 1)) for name, each in value.items())
     if isinstance(value, (list, tuple)):
         return type(value), tuple(_key(each, known, depth + 1) for each in value)
-    if isinstance(value, FunctionType):
+    if isinstance(value, (FunctionType, MethodType)):
         return _Itself(value), _outside(value, known)
     if isinstance(getattr(value, "value", None), (int, float)):
         # Warp's own numbers.

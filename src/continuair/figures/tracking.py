@@ -277,25 +277,16 @@ def _late(dataset: xr.Dataset, values: Array) -> float:
     return float(finite.max()) if finite.size else float("nan")
 
 
-def _largest(
-    dataset: xr.Dataset, of: Callable[[xr.Dataset, str], Array], models: list[str]
-) -> float:
-    """The largest of a quantity of all letters and some plants, after the transient."""
-    found = [
-        _late(dataset, of(dataset.sel(letter=letter), model))
-        for letter in _letters(dataset)
-        for model in models
-    ]
+def _largest(dataset: xr.Dataset, of: Callable[[xr.Dataset, str], Array], model: str) -> float:
+    """The largest of a quantity of all letters and a plant, after the transient."""
+    found = [_late(dataset, of(dataset.sel(letter=letter), model)) for letter in _letters(dataset)]
     return max((value for value in found if np.isfinite(value)), default=float("nan"))
 
 
 def _traced(dataset: xr.Dataset) -> str:
     """How far, after the transient, the plants are apart and off the target."""
-    off = {
-        m: _largest(dataset, lambda flights, model: off_target(flights.sel(model=model)), [m])
-        for m, _ in _each(dataset)
-    }
-    apart = {m: _largest(dataset, _between, [m]) for m in _others(dataset)}
+    off = {m: _largest(dataset, _off, m) for m, _ in _each(dataset)}
+    apart = {m: _largest(dataset, _between, m) for m in _others(dataset)}
     strays, words = (
         grouped({m: f"{short(1e3 * far)} mm" for m, far in found.items() if np.isfinite(far)})
         for found in (off, apart)
@@ -308,15 +299,19 @@ def _traced(dataset: xr.Dataset) -> str:
 
 def _erred(dataset: xr.Dataset) -> str:
     """How large ‖e‖ and |DS| are after the transient, by plant."""
-    errors = {m: _largest(dataset, _norms, [m]) for m, _ in _each(dataset)}
+    errors = {m: _largest(dataset, _norms, m) for m, _ in _each(dataset)}
     words = {m: f"{short(error)} px" for m, error in errors.items() if np.isfinite(error)}
     if not words:
         return f"No flight lasts {TRANSIENT:g} s"
     text = f"From {TRANSIENT:g} s on ‖e‖ peaks at {grouped(words)}"
     for model in _others(dataset)[:1]:
-        ds = _largest(dataset, lambda f, m: np.abs(_norms(f, REFERENCE) - _norms(f, m)), [model])
+        ds = _largest(dataset, lambda f, m: np.abs(_norms(f, REFERENCE) - _norms(f, m)), model)
         text += f"; |DS| at {short(ds)} px, {model}" if np.isfinite(ds) else ""
     return text
+
+
+def _off(flights: xr.Dataset, model: str) -> Array:
+    return off_target(flights.sel(model=model))
 
 
 def _norms(flights: xr.Dataset, model: str) -> Array:

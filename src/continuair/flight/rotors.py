@@ -9,7 +9,7 @@ import numpy as np
 
 from continuair.engine.engine import Engine
 from continuair.engine.pack import per_run
-from continuair.errors import InputError, shown
+from continuair.errors import CannotHover, InputError, shown
 from continuair.flight.holding import holding
 from continuair.scenario.paper_tests import open_loop_test
 from continuair.scenario.scenarios import Scenario
@@ -209,13 +209,13 @@ def _check_level(rotors: Rotors, thrusts: Array) -> None:
 
 
 def _check_hover(limits: Any, thrusts: Array) -> None:
-    """Raise InputError if hovering asks a rotor for what it cannot give."""
+    """Raise CannotHover if hovering asks a rotor for what it cannot give."""
     highest = per_run(limits, len(thrusts), 2)[:, 1:]
     wrong = (thrusts < 0.0) | (thrusts > highest)
     if wrong.any():
         run, rotor = np.argwhere(wrong)[0]
         where = f" in run {run}" if len(thrusts) > 1 else ""
-        raise InputError(
+        raise CannotHover(
             f"uav.rotors.thrust_limits ends at {highest[run, 0]:g} N and no rotor pulls, but to "
             "hover with its arm as it starts the vehicle needs "
             f"{thrusts[run, rotor]:.4g} N of rotor {rotor}{where}; give the scenario a "

@@ -106,7 +106,7 @@ def _arm(uav: Element, arm: ArmChain, links: int) -> Element:
             if index:
                 _hinges(body, name, section, links, "xy" if index % 2 else "yx")
             axial = max(link.axial, 2.0 * _LEAST_INERTIA)
-            if link.axial < axial > _AXIAL * link.transverse:
+            if axial > max(link.axial, _AXIAL * link.transverse):
                 raise InputError(
                     f"links is {links}, of which the smallest has a moment of inertia of "
                     f"{link.transverse:.2g} kg m², too small for MuJoCo; give fewer links."

@@ -94,11 +94,12 @@ def damping_notes(vehicle: Vehicle) -> list[str]:
 
 def noise_notes(vehicle: Vehicle) -> list[str]:
     """What is to be told of flights behind a camera with noise, all of one seed."""
-    noise = vehicle.camera.noise
-    start = f"The camera's noise of {noise:g} px is one draw of it, the same in all flights"
-    return [f"{start}: with another one flights that end well may be lost, and others not."] * bool(
-        noise
-    )
+    if not (noise := vehicle.camera.noise):
+        return []
+    return [
+        f"The camera's noise of {noise:g} px is one draw of it, the same in all flights: with "
+        "another one flights that end well may be lost, and others not."
+    ]
 
 
 def _undamped(vehicle: Vehicle) -> list[str]:

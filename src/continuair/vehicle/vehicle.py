@@ -16,7 +16,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from continuair import checks
-from continuair.errors import InputError, nearest, shown
+from continuair.errors import CannotHover, InputError, nearest, shown
 from continuair.files import Presets
 from continuair.vehicle import replacing
 from continuair.vehicle import runs as batch
@@ -104,7 +104,7 @@ class Vehicle(Part):
         if heavy.any():
             run = int(np.argmax(heavy))
             of = f"run {run}: " if len(heavy) > 1 else ""
-            raise InputError(
+            raise CannotHover(
                 f"{of}uav.rotors.thrust_limits is {shown(rotors.thrust_limits)}, with which "
                 f"{rotors.count} rotors lift {lift[run]:.4g} N, but the vehicle weighs "
                 f"{weight[run]:.4g} N; give rotors that lift more than it weighs."

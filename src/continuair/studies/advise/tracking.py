@@ -64,9 +64,13 @@ def tracking_limit(
 
 def tracking_notes(vehicle: Vehicle) -> list[str]:
     """Return sentences on how the vehicle is flown in tracking otherwise than it is."""
-    noise = vehicle.camera.noise
-    without = f"Tracking is flown without the camera's noise of {noise:g} px, which is that of no "
-    return [*damping_notes(vehicle), *([f"{without}model and no speed."] if noise else [])]
+    if not (noise := vehicle.camera.noise):
+        return damping_notes(vehicle)
+    return [
+        *damping_notes(vehicle),
+        f"Tracking is flown without the camera's noise of {noise:g} px, which is that of no model "
+        "and no speed.",
+    ]
 
 
 def _fly(

@@ -10,7 +10,7 @@ import numpy as np
 
 from continuair.analysis.metrics import feature_rms
 from continuair.controllers.controller import Controller
-from continuair.errors import InputError
+from continuair.errors import CannotHover, InputError
 from continuair.flight.resolution import steps_told_of
 from continuair.flight.simulate import simulate
 from continuair.kernels.step import OK
@@ -24,9 +24,6 @@ LETTER, SETTING = "M", SETTINGS["nominal"]
 
 DRAWS = 4
 """Of a camera's noise, of which the worst counts."""
-
-_LIMITS = "uav.rotors.thrust_limits"
-"""What refusals name of vehicles that their rotors do not lift."""
 
 GROUNDED = -1
 """Status of a vehicle that its rotors do not lift."""
@@ -84,7 +81,7 @@ def fly(nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong]) -> li
         (one,) = wrong
         if one.name is None:
             raise
-        if _LIMITS not in str(error):
+        if not isinstance(error, CannotHover):
             raise InputError(
                 f"mistakes holds {one.name}, which is not flown: {str(error).rstrip('.')}; leave "
                 "it out, or give another vehicle."

@@ -217,7 +217,7 @@ def _name(measure: str, label: str) -> str:
     return f"{NAMES[measure]} at {label} [{UNITS[measure]}]"
 
 
-def listed(numbers: Sequence[float]) -> str:
+def listed(numbers: Iterable[float]) -> str:
     """Return numbers as evidence prints them."""
     return ", ".join(f"{number:.3g}" for number in numbers)
 

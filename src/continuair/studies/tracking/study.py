@@ -40,8 +40,11 @@ from continuair.vehicle.vehicle import Vehicle, check_one_section, is_paper
 PRINTED = {"ds_max_px": 0.7}
 """What Amiri et al. print of the closed loop: |DS| stays below it "across all four" letters."""
 
-CONVERGED, FIFTIETH = 5.0, 0.02
+CONVERGED = 5.0
 """A run has converged once the norm of its feature error stays below this [px]."""
+
+_STAYS = 0.02
+"""Share of the flight for which it does at the least: what swings through ends below by chance."""
 
 _TURNING = 0.05
 """Share of its largest acceleration above which the target counts as turning."""
@@ -272,9 +275,8 @@ def tip_error(flight: xr.Dataset) -> np.ndarray:
 
 
 def _converged(time: np.ndarray, norm: np.ndarray) -> float:
-    """First time after which the norm of the feature error stays below CONVERGED, or NaN: for the
-    last FIFTIETH of the flight at the least, as one that swings through it ends below by chance."""
+    """First time after which the norm of the feature error stays below CONVERGED, or NaN."""
     above = np.flatnonzero(~(norm < CONVERGED))
     first = above[-1] + 1 if above.size else 0
-    lasts = first < len(time) and time[-1] - time[first] >= FIFTIETH * (time[-1] - time[0])
+    lasts = first < len(time) and time[-1] - time[first] >= _STAYS * (time[-1] - time[0])
     return float(time[first]) if lasts else float("nan")

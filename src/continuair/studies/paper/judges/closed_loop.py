@@ -176,8 +176,8 @@ def largest_ds(evidence: Evidence) -> Judgement:
     )
     return judged(
         largest([*early.values(), *late.values()]) < limit,
-        f"|DS| is at most {listed(list(early.values()))} px in the first {TRANSIENT:g} s of "
-        f"{', '.join(early)}, and {listed(list(late.values()))} px after; {OURS}",
+        f"|DS| is at most {listed(early.values())} px in the first {TRANSIENT:g} s of "
+        f"{', '.join(early)}, and {listed(late.values())} px after; {OURS}",
         **{f"|DS| before 2 s, {name} [px]": value for name, value in early.items()},
         **{f"|DS| after 2 s, {name} [px]": value for name, value in late.items()},
     )

@@ -63,7 +63,7 @@ def position_by_test(evidence: Evidence) -> Judgement:
         [
             judged_alike(
                 (largest_of(each) == "C" and first > MOST for each in every),
-                f"the error is {listed(list(ours.values()))} m in Tests A to D, largest in C for "
+                f"the error is {listed(ours.values())} m in Tests A to D, largest in C for "
                 f"{percent(first)} of the vehicles drawn",
                 **{f"RMSE, Test {test} [m]": value for test, value in ours.items()},
                 share_largest_in_c=first,
@@ -130,7 +130,7 @@ def rotation_by_test(evidence: Evidence) -> Judgement:
     first = drawn.share(np.argmax(stacked(drawn.rotation), axis=0) == OPEN_LOOP_TESTS.index("A"))
     return judged_alike(
         (largest_of(each) == "A" and first > MOST for each in possible_rotations(evidence)),
-        f"the error in rotation{kind} is {listed(list(ours.values()))} rad in Tests A to D; A has "
+        f"the error in rotation{kind} is {listed(ours.values())} rad in Tests A to D; A has "
         f"the largest for {percent(first)} of the vehicles drawn",
         **{f"RMSE, Test {test} [rad]": value for test, value in ours.items()},
         share_largest_in_a=first,

@@ -8,7 +8,7 @@ from continuair import equations
 from continuair.analysis.accelerations import forward_dynamics
 from continuair.analysis.metrics import samples
 from continuair.analysis.shares import percent
-from continuair.flight.resolution import RESOLVED, steps_told_of
+from continuair.flight.resolution import steps_told_of
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import PLANTS
 from continuair.scenario.scenarios import Scenario
@@ -18,6 +18,7 @@ from continuair.studies.paper.judges import complexity, conclusions, straight
 from continuair.studies.paper.judges.conclusions import ARM, UAV, share_of_range
 from continuair.studies.paper.judges.errors import errors, possible
 from continuair.studies.paper.judges.settled import if_settled
+from continuair.studies.paper.judges.shorter import UNRESOLVED, Losses, left
 from continuair.studies.paper.judges.times import (
     by_margin,
     cheaper,
@@ -67,7 +68,7 @@ def discrepancies(evidence: Evidence) -> Judgement:
                     each["C"] > NEGLIGIBLE * length and largest_of(each) == "C"
                     for each in possible(evidence)
                 ),
-                f"the tip's error is {listed(list(share.values()))} of the arm's length in Tests "
+                f"the tip's error is {listed(share.values())} of the arm's length in Tests "
                 f"{', '.join(share)}, largest in {largest_of(share)}",
                 **{f"error over length, Test {test}": value for test, value in share.items()},
             ),
@@ -93,7 +94,7 @@ def on_par(evidence: Evidence) -> Judgement:
     }
     alike = judged(
         largest(off.values()) < 1.0,
-        f"the RMS feature errors of the two plants differ by {listed(list(off.values()))} px on "
+        f"the RMS feature errors of the two plants differ by {listed(off.values())} px on "
         f"{', '.join(off)} (subpixel read as below 1 px; camera, start and gains are ours)",
         **{f"difference of the RMS feature errors, {name} [px]": off[name] for name in off},
     )
@@ -127,29 +128,26 @@ def mutual_interactions(evidence: Evidence) -> Judgement:
     free = Scenario("free flight", q, qd, gravity=0.0)
     undamped = evidence.vehicle.replace({"arm.damping": 0.0, "arm.damping_ratio": None})
     kept = ("kinetic_energy", "elastic_energy", "linear_momentum", "angular_momentum")
-    # The error of a step falls with the step; what a model loses stays.
-    worst = np.inf
-    for step in SHORTER:
-        before = worst
+
+    def drifts(step: float) -> tuple[Losses, float]:
         with steps_told_of():
             data = simulate(undamped, free, step=step, sample=1e-2, variables=kept)
-        drifts = {
+        return {
             "energy": _drift((data[kept[0]] + data[kept[1]]).to_numpy()[:, None]),
             "linear momentum": _drift(samples(data, kept[2], "axis")),
             "angular momentum": _drift(samples(data, kept[3], "axis")),
-        }
-        worst = largest(drifts.values())
-        if worst < _KEPT:
-            break
-    if worst >= _KEPT and (worst < 0.5 * before or not data["step_error"] <= RESOLVED):
-        told = f"steps of {1e6 * step:g} µs do not resolve 1 s of free flight of this vehicle yet"
-        return Judgement(UNDECIDED, told)
+        }, float(data["step_error"])
+
+    found = left(map(drifts, SHORTER), _KEPT)
+    if found.of_the_step:
+        return Judgement(UNDECIDED, UNRESOLVED)
+    worst = largest(found.losses.values())
     return judged(
-        worst < _KEPT,
+        found.kept,
         "in 1 s of free flight without gravity and damping the coupled model keeps energy and the "
         f"six components of both momenta to {_bound(worst)} of their size",
         # Smaller ones are rounding.
-        **{f"drift of the {name}, share": max(drift, 1e-9) for name, drift in drifts.items()},
+        **{f"drift of the {name}, share": max(drift, 1e-9) for name, drift in found.losses.items()},
     )
 
 
