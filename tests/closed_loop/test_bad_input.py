@@ -289,6 +289,16 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "distance is -2.0",
         "above 0",
     ),
+    "distances of no points": (
+        lambda: ca.design(flights.VEHICLE, 1.0, distance=[2.0, 2.1, 2.0, 2.0]),
+        "distance is [2.0, 2.1, 2.0, 2.0], of points whose image is not given",
+        "give desired",
+    ),
+    "distances of other points": (
+        lambda: ca.design(flights.VEHICLE, 1.0, desired=[1, 1, -1, 1, -1, -1], distance=[2.0, 2.1]),
+        "distance is [2.0, 2.1], 2 numbers, but desired has 3 points",
+        "one for each",
+    ),
     "desired": (
         lambda: ca.design(flights.VEHICLE, 1.0, desired=[0.1, 0.2, 0.3]),
         "desired is [0.1, 0.2, 0.3]",

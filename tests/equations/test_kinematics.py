@@ -5,9 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
+from scipy.spatial.transform import Rotation
 
 import continuair as ca
 from continuair import equations as eq
+from continuair.equations.turns import euler_angles
 from tests.equations.samples import FURNISHED, PLAIN, slope, states, vector_of
 
 ARC_LENGTHS = np.array([0.0, 0.25, 0.7, 1.0])
@@ -189,3 +191,14 @@ def test_coordinates_that_are_no_numbers_are_refused(name: str, given: Any) -> N
 def test_one_rate_does_not_stand_for_eight(function: Any) -> None:
     with pytest.raises(ca.InputError, match="^qd has shape .*; give an array of shape [(]8,[)]"):
         function(PLAIN, np.full(8, 0.1), [1.0])
+
+
+@pytest.mark.parametrize("pitch", [-np.pi / 2, -0.7, 0.0, 1.5707, np.pi / 2 - 1e-9, np.pi / 2])
+def test_euler_angles_make_the_rotation_again_upright_too(pitch: float) -> None:
+    rng = np.random.default_rng(5)
+    roll, yaw = rng.uniform(-np.pi, np.pi, (2, 200))
+    given = Rotation.from_euler("ZYX", np.column_stack([yaw, np.full(200, pitch), roll]))
+    found = euler_angles(given.as_matrix())
+    again = Rotation.from_euler("ZYX", found[:, ::-1])
+    assert (given.inv() * again).magnitude().max() < 1e-14
+    assert np.abs(found[:, 1] - pitch).max() < 3e-8

@@ -32,7 +32,7 @@ def design(
     rate_gain: float = 1e-4,
     sliding: float = 1e-6,
     desired: Any = None,
-    distance: float = 2.0,
+    distance: Any = 2.0,
     cap: Any = None,
     bend_rate: float | None = None,
 ) -> dict[str, Any]:
@@ -41,13 +41,13 @@ def design(
     bandwidth: ω [rad/s]; gains: "constant", made for the desired image, or "current", made anew at
     every instant for the image that there is, for starts far off; damping_ratio: ζ; conditioning:
     μ, a share of the best seen direction's gain, below which a direction gets a slower loop;
-    rate_gain: K_d = rate_gain W; sliding: C_s; desired: the image to reach (2n,), normalised, of
-    points `distance` [m] away, our 0.5 m square by default, as the paper prints none; cap: of
-    current gains, displacements of the camera from where it is to be, a distance [m] and an angle
-    [rad], 0.5 each by default, beyond which errors pull no harder; bend_rate: of the loops that
-    keep arms straight which are carried along [rad/s], twice the bandwidth by default for a vehicle
-    with [[arm]]. 0, and by default for one with [arm], is the paper's law: its wrench bends the
-    camera's arm. Raises InputError.
+    rate_gain: K_d = rate_gain W; sliding: C_s; desired: the image to reach (2n,), normalised, our
+    0.5 m square by default, as the paper prints none; distance: of its points along the camera's
+    axis [m], one for all or (n,), a target's `depths`; cap: of current gains, displacements of the
+    camera from where it is to be, a distance [m] and an angle [rad], 0.5 each by default, beyond
+    which errors pull no harder; bend_rate: of the loops that keep arms straight which are carried
+    along [rad/s], twice the bandwidth by default for a vehicle with [[arm]]. 0, and by default for
+    one with [arm], is the paper's law: its wrench bends the camera's arm. Raises InputError.
 
     With Λ the inertia that the camera feels, all arms straight and frozen, L Λ^(-1/2) =
     Σ s_i u_i v_iᵀ over the directions seen. K_p = ω² W = Σ ω_i² / s_i² u_i u_iᵀ and C_d = Σ 2 ζ /
@@ -60,7 +60,7 @@ def design(
     ω = np.float64(checks.positive("bandwidth", bandwidth))
     ζ = checks.positive("damping_ratio", damping_ratio)
     μ = checks.number("conditioning", conditioning, least=0.0)
-    L = _seen(desired, checks.positive("distance", distance))
+    L = _seen(desired, _depths(distance))
     share, Cs = checks.positive("rate_gain", rate_gain), checks.positive("sliding", sliding)
     found: dict[str, Any] = {"Cp": 1.0, "Cs": Cs, "points": len(L) // 2}
     if checks.choice("gains", gains, GAINS) == "current":
@@ -78,7 +78,7 @@ def design(
 
 
 def _constant(
-    vehicle: Vehicle, L: np.ndarray, ω: Any, ζ: float, μ: float, share: float, distance: float
+    vehicle: Vehicle, L: np.ndarray, ω: Any, ζ: float, μ: float, share: float, distance: Any
 ) -> dict[str, np.ndarray]:
     """Kp, Kd, Cd (2n, 2n) of `design`, or InputError."""
     Kp, Kd, Cd = _placed(camera_inertia(vehicle), L, ω, ζ, μ, share)
@@ -91,17 +91,18 @@ def _constant(
     return {"Kp": Kp, "Kd": Kd, "Cd": Cd}
 
 
-def designs(vehicle: Vehicle, desired: np.ndarray, **settings: Any) -> dict[str, Any]:
+def designs(
+    vehicle: Vehicle, desired: np.ndarray, depths: np.ndarray, **settings: Any
+) -> dict[str, Any]:
     """Gains of `design` for many runs, (runs, …) each but Cp and points, of a vehicle or a batch.
 
-    desired: (runs, 2n); settings: those of `design` by name, checked, one for all or (runs,) each.
-    Raises InputError.
+    desired: (runs, 2n); depths: (runs, n); settings: those of `design` by name but distance,
+    checked, one for all or (runs,) each. Raises InputError.
     """
     runs = len(desired)
     each = {name: np.broadcast_to(value, runs) for name, value in settings.items()}
-    rows = np.column_stack([desired, each["distance"]])
-    images, which = np.unique(rows, axis=0, return_inverse=True)
-    L = np.stack([_seen(row[:-1], row[-1]) for row in images])[which.ravel()]
+    rows, which = np.unique(np.hstack([desired, depths]), axis=0, return_inverse=True)
+    L = np.stack([_seen(*np.split(row, [desired.shape[1]])) for row in rows])[which.ravel()]
     one = vehicle.runs is None
     vehicles = [vehicle] if one else [vehicle.select(run) for run in range(runs)]
     inertia = np.stack([camera_inertia_of(each) for each in vehicles])
@@ -109,7 +110,8 @@ def designs(vehicle: Vehicle, desired: np.ndarray, **settings: Any) -> dict[str,
     Kp, Kd, Cd = _placed(inertia, L, *(each[name][:, None] for name in names))
     for run in np.flatnonzero(~np.isfinite([Kp, Kd, Cd]).all((0, 2, 3))):
         # It is refused alone, in one sentence.
-        design(vehicles[0 if one else run], desired=desired[run], **_of_run(each, run))
+        seen = {"desired": desired[run], "distance": depths[run]}
+        design(vehicles[0 if one else run], **seen, **_of_run(each, run))
     Cs = each["sliding"][:, None, None] * np.eye(L.shape[1])
     return {"Kp": Kp, "Kd": Kd, "Cp": 1.0, "Cd": Cd, "Cs": Cs, "points": L.shape[1] // 2}
 
@@ -141,10 +143,27 @@ def _placed(
     return Kp, Kd, Cd
 
 
-def _seen(desired: Any, distance: float) -> np.ndarray:
+def _depths(distance: Any) -> float | np.ndarray:
+    """The distance of all points, or of each (n,), or InputError."""
+    if checks.is_number(distance):
+        return checks.positive("distance", distance)
+    found = checks.finite_array(distance)
+    if found is None or found.ndim != 1 or not (found > 0.0).all():
+        raise InputError(
+            f"distance is {shown(distance)}; give one above 0 for all points, or one for each [m]."
+        )
+    return found
+
+
+def _seen(desired: Any, depths: float | np.ndarray) -> np.ndarray:
     """The interaction matrix (2n, 6) at the desired image, or InputError if it hides a motion."""
     if desired is None:
-        half = 0.25 / distance
+        if np.ndim(depths):
+            raise InputError(
+                f"distance is {shown(depths)}, of points whose image is not given; give desired, "
+                "or one distance for our square."
+            )
+        half = 0.25 / depths
         desired = [half, -half, -half, -half, -half, half, half, half]
     image = checks.finite_array(desired)
     if image is None or image.ndim != 1 or len(image) < 6 or len(image) % 2:
@@ -152,11 +171,17 @@ def _seen(desired: Any, distance: float) -> np.ndarray:
             f"desired is {shown(desired)}; give finite x and y of each point in turn, normalised, "
             "of 3 points or more."
         )
+    points = len(image) // 2
+    if np.ndim(depths) and np.size(depths) != points:
+        raise InputError(
+            f"distance is {shown(depths)}, {np.size(depths)} numbers, but desired has {points} "
+            "points; give one for each, or one for all [m]."
+        )
     with np.errstate(all="ignore"):
-        L = interaction_matrix(image, distance)
+        L = interaction_matrix(image, depths)
     if not np.isfinite(L).all():
         raise InputError(
-            f"distance is {shown(distance)}, from which the points {shown(desired)} move faster "
+            f"distance is {shown(depths)}, from which the points {shown(desired)} move faster "
             "than numbers reach; give it in metres."
         )
     if np.linalg.matrix_rank(L) < 6:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from continuair.equations.turns import euler_angles
 from continuair.errors import InputError, shown
 from continuair.vehicle.camera import Camera
 from continuair.vehicle.vehicle import Vehicle
@@ -45,14 +45,10 @@ def facing(vehicle: Vehicle, point: Any, distance: Any) -> tuple[Array, Array]:
     point (..., 3), straight above it and looking down with x along the world's, all arms straight;
     level for a camera that looks along its tip."""
     axes = axes_on_body(vehicle)
-    turn = Rotation.from_matrix(TIP_OF_STRAIGHT_ARM @ np.swapaxes(axes, -1, -2))
+    turn = TIP_OF_STRAIGHT_ARM @ np.swapaxes(axes, -1, -2)
     above = np.multiply.outer(distance, [0.0, 0.0, 1.0])
-    at = np.asarray(point) + above - turn.apply(on_body(vehicle))
-    with warnings.catch_warnings():
-        # Upright, roll and yaw are one turn: any two do.
-        warnings.filterwarnings("ignore", "Gimbal lock", UserWarning)
-        angles = turn.as_euler("ZYX")[..., ::-1]
-    return np.asarray(at), np.asarray(angles)
+    at = np.asarray(point) + above - np.einsum("...ij,...j->...i", turn, on_body(vehicle))
+    return np.asarray(at), euler_angles(turn)
 
 
 def project(points: Any) -> Array:

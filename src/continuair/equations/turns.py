@@ -38,6 +38,20 @@ def of_quaternion(quaternion: Any) -> Array:
     )
 
 
+def euler_angles(rotation: Any) -> Array:
+    """φ, θ, ψ (..., 3) [rad] of matrices (..., 3, 3), R = R_z(ψ) R_y(θ) R_x(φ), θ within ±π/2.
+
+    Upright, where roll and yaw are one turn, they are any two that make it.
+    """
+    R = np.asarray(rotation, float)
+    roll = np.arctan2(R[..., 2, 1], R[..., 2, 2])
+    pitch = np.arctan2(-R[..., 2, 0], np.hypot(R[..., 2, 1], R[..., 2, 2]))
+    # R R_x(-φ) = R_z R_y, whose second column is (-sin ψ, cos ψ, 0) whatever the pitch.
+    across = np.cos(roll)[..., None] * R[..., 1] - np.sin(roll)[..., None] * R[..., 2]
+    # A sum with 0 makes 0 of -0.
+    return 0.0 + np.stack([roll, pitch, np.arctan2(-across[..., 0], across[..., 1])], axis=-1)
+
+
 def by_rows(*rows: list[Any]) -> Array:
     """Matrices (..., 3, 3) of rows of entries (...)."""
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1))

@@ -60,6 +60,11 @@ class Target(Immutable):
         seen = (self.points - [0.0, 0.0, self.distance]) @ _DOWN
         return (seen[:, :2] / seen[:, 2:]).ravel()
 
+    @property
+    def depths(self) -> np.ndarray:
+        """How far off each point is along the camera's axis in the desired image (n,) [m]."""
+        return np.asarray(self.distance - self.points[:, 2])
+
     def check_until(self, end: float) -> None:
         """Raise InputError unless the path, where it is followed beyond its duration until that
         time [s], moves there as within."""

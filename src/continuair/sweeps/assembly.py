@@ -207,7 +207,7 @@ def _controller(
     gains = designs(
         vehicle,
         np.stack([target.desired for target in targets])[of_run],
-        distance=np.array([target.distance for target in targets])[of_run],
+        np.stack([target.depths for target in targets])[of_run],
         **{name: fields[name] for name in _DESIGN},
     )
     posture = np.broadcast_to(fields["posture_damping"], runs)
@@ -227,7 +227,7 @@ def _one_by_one(
             gains=one["gains"],
             **{name: one[name] for name in _DESIGN},
             desired=target.desired,
-            distance=target.distance,
+            distance=target.depths,
         )
         chosen = {name: one[name] for name in ("posture_damping", "integral")}
         laws.append(servoing(**gains, **chosen))

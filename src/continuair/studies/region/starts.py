@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from continuair.equations import camera_pose
 from continuair.equations.camera import facing, in_view
+from continuair.equations.turns import euler_angles
 from continuair.errors import InputError
 from continuair.scenario.targets import Target
 from continuair.scenario.tracking_task import along_x
@@ -137,7 +138,7 @@ def _off_along(direction: Direction, bend: float, centre: Array, bent: float) ->
 def _turned(centre: Array, off: Rotation) -> Array:
     """Euler angles (runs, 3) of a centre that is turned about the world's axes."""
     turned = off * Rotation.from_euler("ZYX", centre[5:2:-1])
-    return np.asarray(turned.as_euler("ZYX")[:, ::-1])
+    return euler_angles(turned.as_matrix())
 
 
 def _at_random(vehicle: Vehicle, target: Target, centre: Array, runs: int, seed: int) -> Array:
