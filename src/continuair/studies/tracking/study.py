@@ -229,14 +229,15 @@ def rms_by_corner(
 def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
     """Feature error, tip error, convergence, effort and field of view of one flight.
 
-    Errors count from `settled` [s] on; a run that ended early has NaN there.
+    Errors count from `settled` [s] on; a run that ended early has NaN for them, and for what is of
+    the whole flight.
     """
     late = flight.sel(time=slice(settled, None))
     error = late["feature_error"].to_numpy()
     off = tip_error(late)
     push = flight["command"].to_numpy()
-    rest = np.array([0.0, 0.0, float(np.nanmean(push[:, 2])), 0, 0, 0, 0, 0])
-    effort = np.sqrt(np.nanmean((push - rest) ** 2, axis=0))
+    rest = np.array([0.0, 0.0, push[:, 2].mean(), 0, 0, 0, 0, 0])
+    effort = np.sqrt(np.mean((push - rest) ** 2, axis=0))
     return {
         "status": int(flight["status"]),
         "end_time_s": float(flight["end_time"]),
@@ -251,7 +252,7 @@ def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
         "moment_rms_nm": float(np.linalg.norm(effort[3:6])),
         "bend_moment_rms_nm2": float(np.linalg.norm(effort[6:])),
         "out_of_view_samples": _out_of_view(flight),
-        "largest_bend_1_m": float(np.nanmax(np.linalg.norm(flight["bend"].to_numpy(), axis=1))),
+        "largest_bend_1_m": float(np.max(np.linalg.norm(flight["bend"].to_numpy(), axis=1))),
     }
 
 
@@ -261,11 +262,13 @@ def _saturated(flight: xr.Dataset) -> dict[str, float]:
     return {name: float(flight[name])} if name in flight else {}
 
 
-def _out_of_view(flight: xr.Dataset) -> int:
-    """Samples without a point, or more; after a flight has lost them all, the rest of them."""
+def _out_of_view(flight: xr.Dataset) -> float:
+    """Samples without a point, or more; after a flight has lost them all, the rest of them. NaN of
+    one that ended otherwise."""
+    if int(flight["status"]) not in (0, UNSEEN):
+        return float("nan")
     seen = flight["in_view"].transpose("time", "point").to_numpy()
-    lost = ~(seen > 0.5) if int(flight["status"]) == UNSEEN else seen < 0.5
-    return int(lost.any(axis=1).sum())
+    return int((~(seen > 0.5)).any(axis=1).sum())
 
 
 def tip_error(flight: xr.Dataset) -> np.ndarray:
