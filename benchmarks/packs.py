@@ -22,8 +22,9 @@ from machine import described_machine
 
 import continuair as ca
 from continuair.engine.engine import Drive, Engine, Start
-from continuair.engine.factory import closed_loop, packed_loop
+from continuair.engine.factory import Closing, closed_loop, packed_loop
 from continuair.engine.lanes import packs_of
+from continuair.engine.law_made import made_law
 from continuair.engine.loop import PackedLoop
 from continuair.flight.cohorts import Cohort
 from continuair.flight.prepare import prepare
@@ -124,10 +125,11 @@ def launches(case: Case, lanes: int) -> Callable[[], None]:
 
 def packed(loop: Any, engine: Engine, lanes: int) -> PackedLoop:
     """A loop packed for an engine, with kernels of so many lanes."""
-    of = engine.dtype.name, engine.tree, engine.model
-    law = loop.controller.law, loop.points, loop.timing.every_stage
+    of = loop.controller.law, engine.dtype.name, engine.tree, loop.points, lanes
+    law, how = made_law(*of), Closing(loop.timing.every_stage)
     found = loop.on(engine, 1)
-    kernels = closed_loop(*of, *law) if lanes == 1 else packed_loop(*of, *law, lanes)
+    made = closed_loop if lanes == 1 else packed_loop
+    kernels = made(law, engine.model, how)
     assert kernels is not None
     return PackedLoop(loop, kernels, found.cameras, found.gains)
 

@@ -64,9 +64,10 @@ ROOMS = {
         {"rollout", "observe", "deviations", "turning", "slopes", "thrusts"},
     ],
     "engine": [
-        {"moments", "compiling", "lanes", "rows", "law_names", "law_reading", "law_outside"},
+        {"moments", "compiling", "lanes", "rows", "law_names", "law_reading"},
         {"law_numbers"},
         {"law_parts"},
+        {"law_made"},
         {"factory", "packs"},
         {"pack"},
         {"engine", "tangents"},

@@ -10,7 +10,8 @@ import xarray as xr
 import continuair as ca
 from continuair.controllers.gain_files import Gains, load_gains
 from continuair.engine.engine import Engine
-from continuair.engine.factory import packed_loop
+from continuair.engine.factory import Closing, packed_loop
+from continuair.engine.law_made import made_law
 from continuair.kernels.laws.current import law
 from continuair.kernels.numbers import NARROW
 from continuair.scenario.tracking_task import SETTINGS, equipped, task
@@ -87,7 +88,8 @@ def test_at_the_desired_image_the_push_is_that_of_constant_gains() -> None:
 
 def test_they_fly_in_packs_and_a_run_has_the_same_bits_in_any() -> None:
     tree, few = Engine(flights.VEHICLE, "coupled").tree, NARROW["float64"]
-    assert packed_loop("float64", tree, "coupled", law, 4, False, few) is not None
+    made = made_law(law, "float64", tree, 4, few)
+    assert packed_loop(made, "coupled", Closing()) is not None
     q = starts(flights.VEHICLE, TARGET, 11, seed=3)["q"].to_numpy()[-11:]
     together = fly(q, CURRENT, 1.0)
     for run in range(len(q)):

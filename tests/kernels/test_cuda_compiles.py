@@ -8,7 +8,8 @@ import pytest
 import warp as wp
 
 from continuair.engine.compiling import start_warp
-from continuair.engine.factory import closed_loop, kernels, watching
+from continuair.engine.factory import Closing, closed_loop, kernels, watching
+from continuair.engine.law_made import made_law
 from continuair.kernels.laws.servoing import law
 from continuair.kernels.types import Tree
 
@@ -24,7 +25,9 @@ KERNELS: dict[str, Callable[[], Any]] = {
     "decoupled rates": lambda: kernels("float64", ONE, "decoupled").derivative,
     "independent rates": lambda: kernels("float64", ONE, "independent").derivative,
     "observed quantities": lambda: kernels("float64", ONE, "coupled").observe,
-    "closed loop": lambda: closed_loop("float64", ONE, "coupled", law, 4, False).rollout,
+    "closed loop": lambda: (
+        closed_loop(made_law(law, "float64", ONE, 4), "coupled", Closing()).rollout
+    ),
     "two arms, one of two sections": lambda: kernels("float64", ARMS, "coupled").rollout,
     "what the camera sees": lambda: watching("float64", ONE, 4)[0],
     "rotors, drag and wash": lambda: kernels("float64", FURNISHED, "coupled").rollout,

@@ -26,10 +26,10 @@ class Controller(Immutable):
     """A control law for `Scenario(controller=…)`.
 
     law: a function of a `LawCode` (kernels/sensing/sense.py) that returns a namespace with `Gains`,
-    a Warp struct, and `control(sense, gains) -> Push`, a Warp function; the same function object is
-    compiled once, as long as what it reads from outside stays as it is. gains: the value of every
-    field of `Gains`, for one run; `stack` makes a batch. looks: whether it needs the camera and a
-    target. settings: kept as provenance. period: how often it acts [s], the scenario's
+    a Warp struct, and `control(sense, gains) -> Push`, a Warp function; it is called for every
+    flight, and what it gives is compiled once, as long as that stays the same. gains: the value of
+    every field of `Gains`, for one run; `stack` makes a batch. looks: whether it needs the camera
+    and a target. settings: kept as provenance. period: how often it acts [s], the scenario's
     control_period where it is None. guided: whether its law follows set-points, or where it looks
     the target, as kernels/sensing/guided.py has it; latency: how long after it has sensed what it
     acts on the push of such a law acts [s]. asks: of rotors the rank of the wrench, 4 for a lift

@@ -60,6 +60,17 @@ def made_once(make: Callable[Parameters, Made]) -> Callable[Parameters, Made]:
     return found
 
 
+def made_alone(make: Callable[Parameters, Made]) -> Callable[Parameters, Made]:
+    """Let one thread at a time make something of Warp's, anew each time."""
+
+    @wraps(make)
+    def found(*args: Parameters.args, **named: Parameters.kwargs) -> Made:
+        with _lock:
+            return make(*args, **named)
+
+    return found
+
+
 def start_warp() -> None:
     """Initialise Warp without its banner, and without its warning that there is no CUDA driver.
 

@@ -4,26 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from types import SimpleNamespace
 from typing import Any
 
 import warp as wp
 
 from continuair.engine.compiling import compiles, made_once
-from continuair.engine.law_parts import checked_law
+from continuair.engine.law_made import MadeLaw
+from continuair.engine.law_parts import check_reading
 from continuair.errors import InputError
 from continuair.kernels.arguments import Arguments, arguments
 from continuair.kernels.deviations import deviation_kernel
 from continuair.kernels.dynamics import dynamics_code
 from continuair.kernels.flight import FlightCode, flight_code
 from continuair.kernels.logs import state_logger, tip_logger
-from continuair.kernels.numbers import DIRECTIONS, Numbers, number_code
+from continuair.kernels.numbers import DIRECTIONS, Numbers
 from continuair.kernels.observe import observe_kernel, watch_kernel
 from continuair.kernels.rollout import derivative_kernel, rollout_kernel
 from continuair.kernels.sensing.eye import Eye, eye_code
 from continuair.kernels.sensing.guided import guided_pilot
 from continuair.kernels.sensing.pilot import PilotCode, law_pilot, no_pilot
-from continuair.kernels.sensing.sense import law_code
 from continuair.kernels.slopes import step_slopes_kernel, tip_slopes_kernel
 from continuair.kernels.thrusts import thrusts_kernel
 from continuair.kernels.turning import turning_kernel
@@ -139,58 +138,49 @@ def _thrusts(numbers: Numbers, tree: Tree) -> wp.Kernel:
     return thrusts_kernel(numbers, tree)
 
 
+@dataclass(frozen=True)
+class Closing:
+    """How a loop is closed: whether the law acts at every stage, the integrator, whether the
+    image's error is summed up, and whether the law believes in another vehicle."""
+
+    every_stage: bool = False
+    integrator: str = "rk4"
+    integrates: bool = False
+    believes: bool = False
+
+
 @made_once
-def closed_loop(
-    precision: str,
-    tree: Tree,
-    model: str,
-    law: Callable[..., SimpleNamespace],
-    points: int,
-    every_stage: bool,
-    lanes: int = 1,
-    integrator: str = "rk4",
-    integrates: bool = False,
-    believes: bool = False,
-) -> LoopKernels:
-    """The roll-out with a controller's law; raises InputError for a law without its parts."""
-    of = Numbers(precision, lanes), tree
-    code = law_code(*of, points)
-    found = checked_law(law(code), code)
+def closed_loop(law: MadeLaw, model: str, how: Closing) -> LoopKernels:
+    """The roll-out with a controller's law; raises InputError for one whose numbers lose digits, or
+    that looks where there is no target."""
+    found, points = law.parts, law.code.points
+    of = law.code.numbers, law.code.tree
+    check_reading(found, law.code)
     if hasattr(found, "Memory"):
-        pilot = guided_pilot(*of, points, found, believes)
+        pilot = guided_pilot(*of, points, found, how.believes)
     else:
-        pilot = law_pilot(*of, points, found, every_stage, integrates, believes)
+        choices = how.every_stage, how.integrates, how.believes
+        pilot = law_pilot(*of, points, found, *choices)
     logger = state_logger(*of)
-    rollout = rollout_kernel(*of, dynamics_code(*of, model), pilot, logger, integrator)
+    rollout = rollout_kernel(*of, dynamics_code(*of, model), pilot, logger, how.integrator)
     remembered = found.Memory._length_ if hasattr(found, "Memory") else 0
     looks = remembered > 0 and found.looks
-    return LoopKernels(lanes, rollout, pilot, eye_code(*of, points), found.Gains, remembered, looks)
+    eye, lanes = eye_code(*of, points), of[0].lanes
+    return LoopKernels(lanes, rollout, pilot, eye, found.Gains, remembered, looks)
 
 
 @made_once
-def packed_loop(
-    precision: str,
-    tree: Tree,
-    model: str,
-    law: Callable[..., SimpleNamespace],
-    points: int,
-    every_stage: bool,
-    lanes: int,
-    integrator: str = "rk4",
-    integrates: bool = False,
-    believes: bool = False,
-) -> LoopKernels | None:
+def packed_loop(law: MadeLaw, model: str, how: Closing) -> LoopKernels | None:
     """The same for packs of runs, loaded; None for a law that is not for packs.
 
     Such a law branches on its numbers, calls what packs do not have, or has gains of other kinds.
     """
     try:
-        of = precision, tree, model
-        found = closed_loop(*of, law, points, every_stage, lanes, integrator, integrates, believes)
+        found = closed_loop(law, model, how)
     except Exception:
-        # Whatever a law raises that is made of other numbers than it expects.
+        # Whatever comes of a law that is made of other numbers than it expects.
         return None
-    fit = _numbers_alone(found.Gains, number_code(Numbers(precision, lanes)).Real)
+    fit = _numbers_alone(found.Gains, law.code.Real)
     return found if fit and compiles(found.rollout) else None
 
 

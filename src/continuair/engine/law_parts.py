@@ -8,6 +8,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import warp as wp
+from warp._src.codegen import Struct
 
 from continuair.engine.law_names import names_of, value_of
 from continuair.engine.law_numbers import check_numbers
@@ -18,14 +19,10 @@ _OURS = __name__.partition(".")[0]
 _OF_CAMERA = ("sight", "desired", "camera_twist", "target_twist", "camera", "view")
 
 
-def checked_law(found: Any, code: Any) -> SimpleNamespace:
-    """What a law returned for its LawCode.
-
-    Raises InputError without its parts, for numbers that lose digits, and where it reads the camera
-    but there is no target.
-    """
-    for name in ("Gains", "control"):
-        if not hasattr(found, name):
+def check_parts(found: Any) -> None:
+    """Raise InputError unless a law returned its parts."""
+    for name, kind in (("Gains", Struct), ("control", wp.Function)):
+        if not isinstance(getattr(found, name, None), kind):
             raise InputError(
                 f"law gives no {name}; return a namespace with Gains, a Warp struct, and control, "
                 "a Warp function."
@@ -35,8 +32,13 @@ def checked_law(found: Any, code: Any) -> SimpleNamespace:
             "law has a Memory, but does not say whether it looks; return looks, True or False, "
             "beside it."
         )
+
+
+def check_reading(found: SimpleNamespace, code: Any) -> None:
+    """Raise InputError if what a law returned for its LawCode has numbers that lose digits, or
+    reads the camera where there is no target."""
     if _is_ours(found.control):
-        return found
+        return
     for function in _named(found.control, set()):
         check_numbers(function, code.Real)
     # Warp's own reading knows which function is meant, but says less of why it cannot read one.
@@ -45,7 +47,6 @@ def checked_law(found: Any, code: Any) -> SimpleNamespace:
             check_numbers(function, code.Real)
             if code.points == 0:
                 _check_unseen(function, code)
-    return found
 
 
 def _is_ours(function: Any) -> bool:
@@ -53,7 +54,6 @@ def _is_ours(function: Any) -> bool:
 
 
 def _named(control: Any, known: set[str]) -> Iterator[Any]:
-    """A function of the device and those that it calls by a name, but for those of this package."""
     if not isinstance(control, wp.Function) or getattr(control, "func", None) is None:
         return
     if _is_ours(control) or control.key in known:

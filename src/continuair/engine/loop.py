@@ -10,9 +10,9 @@ import warp as wp
 
 from continuair.controllers.controller import Controller
 from continuair.engine.engine import Engine
-from continuair.engine.factory import LoopKernels, closed_loop, packed_loop, watching
+from continuair.engine.factory import Closing, LoopKernels, closed_loop, packed_loop, watching
 from continuair.engine.lanes import packs_of, struct_rows
-from continuair.engine.law_outside import as_it_is
+from continuair.engine.law_made import made_for_packs, made_law
 from continuair.engine.pack import per_run, tree_of
 from continuair.errors import InputError, shown
 from continuair.vehicle.layout import (
@@ -97,19 +97,27 @@ class Loop:
         """
         lanes = engine.lanes(runs)
         if (engine, lanes) not in self._packed:
-            of = engine.dtype.name, engine.tree, engine.model
-            law = as_it_is(self.controller.law), self.points, self.timing.every_stage
-            believed = self.controller.believes
-            how = engine.integrator, self.controller.integral > 0.0, believed is not None
-            kernels = closed_loop(*of, *law, 1, *how)
+            kernels, packed = self._kernels(engine, lanes)
             _check_memory(self.controller, kernels)
             gains = pack_gains(self.controller, kernels.Gains, self.points)
             cameras = pack_cameras(engine.vehicle, kernels.eye.Camera)
-            several = lanes > 1
-            packed = packed_loop(*of, *law, lanes, *how) if several else None
+            believed = self.controller.believes
             mind = None if believed is None else _mind(believed, engine, kernels.eye.Camera)
             self._packed[engine, lanes] = PackedLoop(self, packed or kernels, cameras, gains, mind)
         return self._packed[engine, lanes]
+
+    def _kernels(self, engine: Engine, lanes: int) -> tuple[LoopKernels, LoopKernels | None]:
+        """Kernels of single runs, and those of packs of so many if the law is for them."""
+        law = self.controller.law, engine.dtype.name, engine.tree, self.points
+        how = Closing(
+            self.timing.every_stage,
+            engine.integrator,
+            self.controller.integral > 0.0,
+            self.controller.believes is not None,
+        )
+        kernels = closed_loop(made_law(*law), engine.model, how)
+        several = made_for_packs(*law, lanes) if lanes > 1 else None
+        return kernels, None if several is None else packed_loop(several, engine.model, how)
 
     def watch(self, engine: Engine, log: Array, runs: Array) -> Array | None:
         """What the camera sees along logged rows of some runs; None without a target."""

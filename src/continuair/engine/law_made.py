@@ -1,0 +1,70 @@
+"""A controller's law as it is made now: what it reads from outside is in what it gives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from types import FunctionType, SimpleNamespace
+from typing import Any
+
+from warp._src.context import ModuleHasher
+
+from continuair.engine.compiling import made_alone, made_once
+from continuair.engine.law_parts import check_parts
+from continuair.kernels.numbers import Numbers
+from continuair.kernels.sensing.sense import LawCode, law_code
+from continuair.kernels.types import Tree
+
+Law = Callable[[LawCode], SimpleNamespace]
+
+_OURS = __name__.partition(".")[0]
+
+
+@dataclass(frozen=True)
+class MadeLaw:
+    """What a law gave for its LawCode: the same as another one whose content is the same.
+
+    content: what the LawCode is for, and Warp's hash of the law's functions, with the numbers that
+    these hold, and of its types.
+    """
+
+    content: Any
+    code: LawCode = field(compare=False)
+    parts: SimpleNamespace = field(compare=False)
+
+
+def made_law(law: Law, precision: str, tree: Tree, points: int, lanes: int = 1) -> MadeLaw:
+    """Call a law, each time anew but for those of this package, which read nothing from outside.
+
+    Raises InputError for one without its parts.
+    """
+    of = law, Numbers(precision, lanes), tree, points
+    ours = isinstance(law, FunctionType) and law.__module__.partition(".")[0] == _OURS
+    return _kept(*of) if ours else _anew(*of)
+
+
+def made_for_packs(law: Law, precision: str, tree: Tree, points: int, lanes: int) -> MadeLaw | None:
+    """The same for packs of runs; None for a law that is not for them."""
+    try:
+        return made_law(law, precision, tree, points, lanes)
+    except Exception:
+        # Whatever a law raises that is made of other numbers than it expects.
+        return None
+
+
+def _make(law: Law, numbers: Numbers, tree: Tree, points: int) -> MadeLaw:
+    code = law_code(numbers, tree, points)
+    parts = law(code)
+    check_parts(parts)
+    return MadeLaw((numbers, tree, points, *_content(parts)), code, parts)
+
+
+_kept, _anew = made_once(_make), made_alone(_make)
+
+
+def _content(parts: SimpleNamespace) -> tuple[Any, ...]:
+    """Functions and types of the device are Warp's own, and so is what tells them apart."""
+    memory = getattr(parts, "Memory", None)
+    remembered = None if memory is None else memory._length_
+    functions = ModuleHasher([], {}).hash_function(parts.control)
+    return functions, parts.Gains.hash, remembered, getattr(parts, "looks", None)
