@@ -302,3 +302,15 @@ def test_a_motion_that_adds_up_over_the_times_it_is_asked_for_is_refused() -> No
 
     with pytest.raises(ca.InputError, match="path summed gives other values when it is asked"):
         ca.Target(paths.Path("summed", 2.0, summed))
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-5])
+def test_a_velocity_that_is_not_the_positions_is_refused_however_small_the_path(
+    size: float,
+) -> None:
+    def still(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        along = np.outer(np.sin(t), [size, 0.0, 0.0])
+        return along, np.zeros_like(along), np.zeros_like(along)
+
+    with pytest.raises(ca.InputError, match="its velocity is not its position's"):
+        ca.Target(paths.Path("still", 2.0, still))

@@ -102,7 +102,8 @@ def _check_motion(path: Path, end: float) -> None:
     moved = np.diff(position, axis=0)
     meant = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(times)[:, None]
     off = np.linalg.norm(moved - meant, axis=1)
-    if off.max() > 1e-6 + 1e-2 * np.linalg.norm(moved, axis=1).max():
+    rounding = 1e-9 + 1e-12 * np.abs(position).max()
+    if off.max() > rounding + 1e-2 * np.linalg.norm(moved, axis=1).max():
         at = times[int(np.argmax(off))]
         raise InputError(
             f"path {path.name} jumps, or its velocity is not its position's, near t = {at:.3g} s; "
