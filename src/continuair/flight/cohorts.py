@@ -20,6 +20,7 @@ from continuair.flight.resolution import (
     RESOLVED,
     may_multiply,
     most_in_loop,
+    most_in_sight,
     step_error,
     unresolved,
 )
@@ -152,21 +153,27 @@ class Flight:
         tells what they cost.
         """
         found = step_error(sums, looking=self.looks)
-        chained, most = max(self.coupled.layout.shape) > 1, self._most_in_loop
-        if chained or most is not None:
-            of = 1.0 if most is None else most[chosen].reshape(-1, *(1,) * (sums.ndim - 2))
-            may = may_multiply(sums, of, chained)
+        chained, closed = max(self.coupled.layout.shape) > 1, self.scenario.controller is not None
+        if chained or closed:
+            may = may_multiply(sums, self._in_loop(sums, chosen), chained)
             self.sensitive[chosen] |= may.reshape(len(chosen), -1).any(axis=1)
         found[self.abrupt[chosen] > 0.0] += _UNRESOLVED
         found[self.missed[chosen]] += np.inf
         return found
 
+    def _in_loop(self, sums: Array, chosen: Array) -> Array | float:
+        """By which a loop multiplies errors of runs (n,) or (n, models), by their indices, at the
+        most; 1 where there is none."""
+        if self.looks:
+            return most_in_sight(sums)
+        most = self._most_in_loop
+        return 1.0 if most is None else most[chosen].reshape(-1, *(1,) * (sums.ndim - 2))
+
     @cached_property
     def _most_in_loop(self) -> Array | None:
-        """By which a loop without a camera multiplies errors of its runs (runs,), at the most; None
-        where there is none."""
+        """By which a loop without a camera does, of each of its runs (runs,)."""
         law = self.scenario.controller
-        if law is None or law.looks:
+        if law is None:
             return None
         reach, h = per_run(self.vehicle.reach, self.runs), self.steps
         slowest = np.inf if law.bandwidths is None else law.bandwidths(law.gains)

@@ -3,8 +3,9 @@
 `step_error` adds up what single steps err by, and counts errors of velocities for the time of the
 fastest motion. In a flight without a controller they last, and where it is unstable they multiply:
 where either could move the tip it is flown once more, at several times the step. Arms of several
-sections that swing far multiply them most, and a loop answers to them late, or at its limits: there
-half the step tells what comes of it.
+sections that swing far multiply them most, a loop answers to them late, or at its limits, and one
+around a camera that throws its vehicle about multiplies rounding itself: there half the step tells
+what comes of it.
 """
 
 from __future__ import annotations
@@ -32,11 +33,15 @@ _SURE = 4.0
 
 _ALIKE, _SLACK = 0.1, 10.0
 """Share of errors of velocities that may add up, and how far what may become of errors is above
-what does, but under rotors, whose thrust turns with them: of 2,360 random flights without a loop
-121 came to more than 1e-3, where this was at least 0.08."""
+what does, but under rotors and polar torques, which turn with them: of 2,360 random flights without
+a loop 121 came to more than 1e-3, where this was at least 0.08."""
 
 _FALL = 0.25
 """Share of the rate at which an arm falls over with which errors multiply in a long flight."""
+
+_DOUBTED = 0.1
+"""Share of RESOLVED from which half the step is asked, too, where the direction of torques may hang
+on the step."""
 
 _FAR = 0.15
 """Arm lengths apart from which the other flight has no order left: it went elsewhere."""
@@ -53,6 +58,7 @@ def count_growth(
     models: tuple[str, ...],
     errors: Array,
     fly_coarser: Callable[[Flight, Array], tuple[Array, Array]],
+    dtype: str = "float64",
 ) -> None:
     """Count errors that grow with the flight in step_error (runs, models), in place.
 
@@ -68,10 +74,13 @@ def count_growth(
     if len(calm := np.flatnonzero(~flight.sensitive[runs])):
         other = _coarser(flight)
         told[calm] = _grown(flight, other, runs[calm], *fly_coarser(other, runs[calm]))
+    if flight.twists:
+        # Torques whose direction hangs on the step leave no order to go by.
+        told[told > _DOUBTED * RESOLVED] = np.nan
     told[~may_grow[runs]] = 0.0
     for column, model in enumerate(models):
         if (lost := np.isnan(told[:, column])).any():
-            told[lost, column] = error_here(flight, model, runs[lost])
+            told[lost, column] = error_here(flight, model, runs[lost], dtype)
     errors[runs] = np.fmax(errors[runs], told)
 
 
@@ -79,16 +88,15 @@ def _growing(flight: Flight, errors: Array) -> Array:
     """Which errors, step_error (runs, models), may have grown beyond RESOLVED until the end: where
     the flight is sensitive, and, without a controller, as errors last or multiply.
 
-    None at given steps, which may bear no longer ones, nor under polar torques, whose direction
-    hangs on the step.
+    None at given steps, which may bear no longer ones.
     """
-    if flight.twists or not flight.automatic:
+    if not flight.automatic:
         return np.zeros(errors.shape, bool)
     may_grow = flight.sensitive[:, None]
     if flight.scenario.controller is None:
         lasting = INTEGRATORS[flight.integrator].phase * flight.duration / flight.steps
         multiplied = np.exp(np.minimum(_FALL * _fall_rate(flight) * flight.duration, _MOST))
-        turns = flight.vehicle.uav.rotors is not None
+        turns = flight.twists or flight.vehicle.uav.rotors is not None
         alike, slack = (1.0, 1.0) if turns else (_ALIKE, _SLACK)
         most = np.maximum(alike * lasting, multiplied)[:, None]
         may_grow = may_grow | (errors * most > slack * RESOLVED)

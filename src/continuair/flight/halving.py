@@ -23,40 +23,33 @@ _ORDERED = 0.35
 _ROUNDING = 1e-6
 
 
-def error_by_halving(flight: Flight, model: str, runs: Array) -> Array:
+def error_by_halving(flight: Flight, model: str, runs: Array, dtype: str = "float64") -> Array:
     """step_error (runs,) of half the step: of RK4 a fifteenth of what halving changes, of the
     implicit step a third.
 
     Under polar torques all of it: their direction where the arm passes straight hangs on the step,
     and what does not fall with the step has no order; no more have abrupt commands of rotors, whose
-    speeds start from 0 as a square root does, nor a loop around a camera that chatters. Where
-    torques are in doubt at half the step too, both flights may have gone the wrong way, and the
-    doubt stays. Where errors may have multiplied, halving once more tells them. A run that ends
-    otherwise at half the step is off by an arm length at least, as far as anyone can tell.
+    speeds start from 0 as a square root does. Where torques are in doubt at half the step too, both
+    flights may have gone the wrong way, and the doubt stays. Where errors may have multiplied, as
+    in a loop around a camera, halving once more tells them. A run that ends
+    otherwise at half the step is off by an arm length at least, as far as anyone can tell. dtype:
+    that of the flight, whose rounding counts where errors multiply.
     """
     errors, sensitive = np.empty(len(runs)), flight.sensitive[runs] & flight.automatic
     if sensitive.any():
-        errors[sensitive] = error_here(flight.halved(runs[sensitive]), model, runs[sensitive])
+        errors[sensitive] = error_here(
+            flight.halved(runs[sensitive]), model, runs[sensitive], dtype
+        )
     if not sensitive.all():
-        errors[~sensitive] = _of_order(flight, model, runs[~sensitive])
+        errors[~sensitive] = _halved_error(flight, model, runs[~sensitive])
     return errors
 
 
-def _of_order(flight: Flight, model: str, runs: Array) -> Array:
-    """As error_by_halving, of flights whose errors fall as their order says, unless it is tried."""
-    errors, share = _halved_error(flight, model, runs), INTEGRATORS[flight.integrator].share
-    doubtful = np.flatnonzero((share * RESOLVED < errors) & (errors <= RESOLVED))
-    if flight.looks and len(doubtful):
-        finer = _halved_error(flight.halved(runs[doubtful]), model, runs[doubtful])
-        ordered = finer <= _ORDERED * errors[doubtful]
-        errors[doubtful] = np.where(ordered, errors[doubtful], errors[doubtful] / share)
-    return errors
-
-
-def error_here(flight: Flight, model: str, runs: Array) -> Array:
-    """step_error (runs,) of the step itself: all that halving it changes, and what that leaves."""
+def error_here(flight: Flight, model: str, runs: Array, dtype: str = "float64") -> Array:
+    """step_error (runs,) of the step itself, taken in dtype: all that halving it changes, and what
+    that leaves."""
     share = _share(flight)
-    return (1.0 + share) / share * _halved_error(flight, model, runs)
+    return (1.0 + share) / share * _halved_error(flight, model, runs, dtype)
 
 
 def _share(flight: Flight) -> float:
@@ -64,15 +57,16 @@ def _share(flight: Flight) -> float:
     return 1.0 if flight.twists else INTEGRATORS[flight.integrator].share
 
 
-def _halved_error(flight: Flight, model: str, runs: Array) -> Array:
-    """As error_by_halving, of loops whose errors fall with the step."""
+def _halved_error(flight: Flight, model: str, runs: Array, dtype: str = "float64") -> Array:
+    """As error_by_halving, where errors fall as their order says."""
     taken = INTEGRATORS[flight.integrator]
     finer, length = flight.halved(runs), per_run(flight.vehicle.reach, flight.runs)
     found = []
     most = most_runs(flight.marks.samples, _HALVED_AT_ONCE)
     for part in np.array_split(runs, -(-len(runs) // most)):
         flown = [
-            Recorder(each, model, ("tip_position",), "float64", part) for each in (flight, finer)
+            Recorder(each, model, ("tip_position",), of, part)
+            for each, of in ((flight, dtype), (finer, "float64"))
         ]
         for recorder in flown:
             record(recorder, part)

@@ -27,6 +27,9 @@ _GROWTH, _MOST_GROWTH = 0.004, 0.1
 _LOOP = 50.0
 # By this a loop without one may, and, by its bandwidths, by so many times what is bound to be.
 _IN_LOOP, _SLOW = 100.0, 6.0
+# By this a loop around a camera may, and by e per weight that it pushes with, by e^6 per radian
+# that it turns its vehicle through, but by no more than e^8 in all.
+_IN_SIGHT, _TURNING, _MOST_IN_SIGHT = 60.0, 6.0, 8.0
 # Beyond this exponent nothing is left to tell.
 _MOST = 50.0
 
@@ -47,7 +50,7 @@ def step_error(errors: Array, looking: bool = False) -> Array:
 
 def may_multiply(errors: Array, in_loop: Array | float, chained: bool) -> Array:
     """Whether errors may have multiplied beyond RESOLVED (...), by sums of a roll-out: by a swing
-    of several sections, chained, or in_loop (...), by as much at the most.
+    of several sections, chained, and by a loop, by in_loop (...) at the most.
 
     In 800 random flights of limp arms of two sections, free and under a flight controller, the
     swing multiplied those that came to more than 1e-3 by less than this in all.
@@ -68,14 +71,25 @@ def most_in_loop(leaned: Array, lasting: Array) -> Array:
     return np.asarray(np.maximum(_SLOW * slow, _IN_LOOP))
 
 
+def most_in_sight(errors: Array) -> Array:
+    """By which a loop around a camera multiplies errors at the most, by sums of a roll-out.
+
+    One that holds its target turns its vehicle little, with little more than its weight; one that
+    throws it about is chaotic. Of 18,000 random flights 264 came to the end with more than 1e-3
+    and a step_error below: this finds them all, and 4 % of the others.
+    """
+    exponent = _TURNING * errors[..., 2] + errors[..., 5]
+    return np.asarray(_IN_SIGHT * np.exp(np.minimum(exponent, _MOST_IN_SIGHT)))
+
+
 def doubt(errors: Array) -> Array:
     """The most (...) that torques may have gone the wrong way [arm lengths], of such sums."""
-    return errors[..., 2]
+    return errors[..., 3]
 
 
 def saturation(errors: Array) -> Array:
     """The most (...) that rotors were asked for beyond their limits, in parts of these."""
-    return errors[..., 3]
+    return errors[..., 4]
 
 
 def is_beyond_limits(largest: Array | float) -> Array:
@@ -86,7 +100,7 @@ def is_beyond_limits(largest: Array | float) -> Array:
 def summed(errors: Sequence[Array]) -> Array:
     """The sums (..., SUMS) of a roll-out, of those of its parts in turn."""
     parts = np.array(errors)
-    both = parts[..., :2].sum(axis=0), parts[..., 2:].max(axis=0)
+    both = parts[..., :3].sum(axis=0), parts[..., 3:].max(axis=0)
     return np.concatenate(both, axis=-1)
 
 

@@ -105,7 +105,7 @@ def simulate(
     if len(flown_again):
         recorder.flight = flight.halved(flown_again)
         record(recorder, flown_again)
-        recorder.step_error[flown_again] = error_by_halving(flight, model, flown_again)
+        recorder.step_error[flown_again] = error_by_halving(flight, model, flown_again, dtype)
     if len(abrupt := flight.unmeasured(recorder.step_error)):
         measured = error_by_halving(flight, model, abrupt)
         recorder.step_error[abrupt] = np.fmax(recorder.step_error[abrupt], measured)
@@ -125,7 +125,8 @@ def _count_growth(recorder: Recorder) -> None:
         apart = parted(_ends(recorder)[runs], _ends(twin)).max(axis=-1)
         return apart[:, None], np.abs(recorder.end_time[runs] - twin.end_time)[:, None]
 
-    count_growth(recorder.flight, (recorder.model,), recorder.step_error[:, None], fly_coarser)
+    errors = recorder.step_error[:, None]
+    count_growth(recorder.flight, (recorder.model,), errors, fly_coarser, recorder.dtype)
 
 
 def _ends(recorder: Recorder) -> Array:

@@ -17,7 +17,7 @@ from continuair.kernels.step import OVERTURNED, UNSEEN, stepping_code
 from continuair.kernels.types import FULL_LENGTH, Tree, device_types
 from continuair.vehicle.layout import PAPER
 
-SUMS = 4
+SUMS = 6
 """Numbers that a roll-out sums up of each run."""
 
 FEW_STEPS = 32
@@ -36,8 +36,9 @@ def rollout_kernel(
 
     log: (runs, samples, columns). status, last_step: (runs,), how a run ended and at which step.
     errors: (runs, SUMS), the sum of what its steps leave out [arm lengths]; its swing, the integral
-    of |k| |k̇| l² over time; the most that torques may have gone the wrong way [arm lengths]; and
-    the most that rotors were asked for beyond their limits as a step began, in parts of these.
+    of |k| |k̇| l² over time; the angle that the UAV turns through [rad]; the most that torques may
+    have gone the wrong way [arm lengths]; the most that rotors were asked for beyond their limits
+    as a step began, in parts of these; and the largest force of a law then, in weights.
     """
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
     excess_of = rotor_code(numbers, tree).excess_of if tree.rotors else None
@@ -54,6 +55,7 @@ def rollout_kernel(
     step = taken.step_code(numbers, tree, dynamics, pilot)
     carried = resolution_code(numbers, tree).carried
     bend_of, bend_rate_of, lanes = types.bend_of, types.bend_rate_of, code.lanes
+    spin_of, force_of, weightless = types.spin_of, types.force_of, Real(1e-30)
     above, all_above, any_above, finite = code.above, code.all_above, code.any_above, code.finite
     mark, keep_whole, keep_of_run = code.mark, code.keep_whole, code.keep_of_run
     # A wash has an edge, which an arm may cross within a step or two.
@@ -103,7 +105,9 @@ def rollout_kernel(
         error = Real(0.0)
         doubt = Real(0.0)
         swing = Real(0.0)
+        turned = Real(0.0)
         excess = Real(0.0)
+        strongest = Real(0.0)
         if wp.static(taken.stiff):
             plant, drift = flight.plant, State()
             drifted = Real(0.0)
@@ -125,6 +129,7 @@ def rollout_kernel(
             if wp.static(tree.rotors > 0):
                 beyond = excess_of(y, flight, i * flight.stride, push)
                 excess = wp.max(excess, above(ended, zero, zero, beyond))
+            strongest = wp.max(strongest, above(ended, zero, zero, wp.length(force_of(push))))
             h = Real(steps.lengths[i])
             if wp.static(taken.stiff):
                 # What such steps do not resolve is lost within the first of them.
@@ -152,6 +157,7 @@ def rollout_kernel(
             if measured:
                 stands_for = Real(wp.min(every, count - i))
                 swing += above(ended, zero, zero, stands_for * h * swing_of(begun))
+                turned += above(ended, zero, zero, stands_for * h * wp.length(spin_of(begun)))
                 error += above(ended, zero, zero, stands_for * left_out)
             if (flight.groups & paper) != 0:
                 wrong_way = misdirected(begun, y, branch.direction, flight, i * flight.stride)
@@ -173,11 +179,14 @@ def rollout_kernel(
         if wp.static(taken.stiff):
             # On average: what a mode that rings adds, it takes back.
             error += drifted / lasted
-        whole = error + swing
+        whole = error + swing + turned
         keep_of_run(errors, run, 0, finite(whole, error, infinite))
         keep_of_run(errors, run, 1, finite(whole, swing, zero) * full * full)
-        keep_of_run(errors, run, 2, doubt)
-        keep_of_run(errors, run, 3, excess)
+        keep_of_run(errors, run, 2, finite(whole, turned, zero))
+        keep_of_run(errors, run, 3, doubt)
+        keep_of_run(errors, run, 4, excess)
+        weight = wp.max(flight.plant.mass * flight.gravity, weightless)
+        keep_of_run(errors, run, 5, finite(strongest, strongest / weight, zero))
 
     return rollout
 
