@@ -6,7 +6,6 @@ import numpy as np
 
 from continuair.engine.pack import per_run
 from continuair.flight.cohorts import Flight
-from continuair.flight.resolution import RESOLVED
 from continuair.flight.rollout import most_runs, record
 from continuair.flight.trajectory import Recorder
 from continuair.kernels.integrators import INTEGRATORS
