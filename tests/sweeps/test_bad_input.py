@@ -262,6 +262,14 @@ def test_the_command_tells_runs_that_were_refused_from_those_that_ended_early(
     assert f"4 of 4 runs are done, 1 of them ended early and 2 of them {said}" in shown
 
 
+def test_of_runs_that_all_ended_early_the_command_shows_no_spread(tmp_path: Path) -> None:
+    text = "[scenario]\nduration = 0.1\nkappa_rate = 1000.0\n"
+    found = run(tmp_path, text + '[[vary]]\n"vehicle.uav.mass" = [1.5, 2.0]\n')
+    row = next(line.split() for line in found.stdout.splitlines() if "angle_rad" in line)
+    assert row[-4:] == ["-", "-", "-", "0"]
+    assert "RuntimeWarning" not in found.stderr and "2 of them ended early" in found.stdout
+
+
 @pytest.mark.parametrize("metrics", [3, "rmse_t_m", [3], float("nan")])
 def test_metrics_that_are_no_list_of_names_are_refused(metrics: Any, tmp_path: Path) -> None:
     design = xr.Dataset({"scenario.kappa": ("k", [0.1])}, attrs={"scenario": {"duration": 0.1}})

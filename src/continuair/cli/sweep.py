@@ -65,15 +65,19 @@ def _shard(text: str) -> tuple[int, int]:
 
 def _show(results: xr.Dataset, out: Path) -> None:
     """Show the spread of every metric over the runs that have it, and how the runs ended."""
+    import numpy as np
+
     from continuair.sweeps import METRICS
     from continuair.sweeps.units import REFUSED
 
     rows = []
     for model in results["model"].to_numpy()[1:]:
         for name in (name for name in METRICS if name in results):
-            found = results[name].sel(model=model)
-            spread = [f"{value:.4g}" for value in found.quantile([0.5, 0.9, 1.0]).to_numpy()]
-            rows.append([str(model), name, *spread, str(int(found.notnull().sum()))])
+            values = results[name].sel(model=model).to_numpy()
+            there = values[~np.isnan(values)]
+            spread = np.quantile(there, [0.5, 0.9, 1.0]) if len(there) else []
+            cells = [f"{value:.4g}" for value in spread] or ["-"] * 3
+            rows.append([str(model), name, *cells, str(len(there))])
     print_table(["model", "metric", "median", "90 %", "largest", "of runs"], rows)
     done, runs = results.attrs["done"], results.attrs["runs"]
     status = results["status"]

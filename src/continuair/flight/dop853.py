@@ -60,7 +60,9 @@ def integrate_reference(flight: Flight, engine: Engine, cohort: Cohort, toleranc
             rate, left, y, right, max_step=longest, rtol=tolerance, atol=_ABSOLUTE * tolerance
         )
         while solver.status == "running":
-            solver.step()
+            with np.errstate(invalid="ignore"):
+                # Of an input that has just begun, squares of what a step errs by may vanish.
+                solver.step()
             if solver.status == "failed" or not np.isfinite(solver.y).all():
                 status = OVERBENT if overbent else NOT_FINITE
                 reached = solver.t if solver.status == "failed" else solver.t_old

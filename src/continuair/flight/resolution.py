@@ -78,7 +78,7 @@ def most_in_sight(errors: Array) -> Array:
     throws it about is chaotic. Of 18,000 random flights 264 came to the end with more than 1e-3
     and a step_error below: this finds them all, and 4 % of the others.
     """
-    exponent = _TURNING * errors[..., 2] + errors[..., 5]
+    exponent = _TURNING * errors[..., 2] + errors[..., 4]
     return np.asarray(_IN_SIGHT * np.exp(np.minimum(exponent, _MOST_IN_SIGHT)))
 
 
@@ -89,7 +89,7 @@ def doubt(errors: Array) -> Array:
 
 def saturation(errors: Array) -> Array:
     """The most (...) that rotors were asked for beyond their limits, in parts of these."""
-    return errors[..., 4]
+    return errors[..., -1]
 
 
 def is_beyond_limits(largest: Array | float) -> Array:

@@ -37,8 +37,8 @@ def rollout_kernel(
     log: (runs, samples, columns). status, last_step: (runs,), how a run ended and at which step.
     errors: (runs, SUMS), the sum of what its steps leave out [arm lengths]; its swing, the integral
     of |k| |k̇| l² over time; the angle that the UAV turns through [rad]; the most that torques may
-    have gone the wrong way [arm lengths]; the most that rotors were asked for beyond their limits
-    as a step began, in parts of these; and the largest force of a law then, in weights.
+    have gone the wrong way [arm lengths]; the largest force of a law as a step began, in weights;
+    and the most that rotors were asked for beyond their limits then, in parts of these.
     """
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
     excess_of = rotor_code(numbers, tree).excess_of if tree.rotors else None
@@ -184,9 +184,9 @@ def rollout_kernel(
         keep_of_run(errors, run, 1, finite(whole, swing, zero) * full * full)
         keep_of_run(errors, run, 2, finite(whole, turned, zero))
         keep_of_run(errors, run, 3, doubt)
-        keep_of_run(errors, run, 4, excess)
         weight = wp.max(flight.plant.mass * flight.gravity, weightless)
-        keep_of_run(errors, run, 5, finite(strongest, strongest / weight, zero))
+        keep_of_run(errors, run, 4, finite(strongest, strongest / weight, zero))
+        keep_of_run(errors, run, 5, excess)
 
     return rollout
 
