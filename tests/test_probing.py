@@ -336,4 +336,4 @@ def test_the_reference_integrator_meets_what_begins_from_next_to_nothing() -> No
         warnings.simplefilter("error")
         found = ca.simulate(SLENDER, scenario, integrator="dop853", sample=0.01)
     impulse = 10.0 * 0.03 * np.sqrt(2.0 * np.pi)
-    assert float(found.momentum[-1, 0]) == pytest.approx(impulse, rel=1e-6)
+    assert float(found.linear_momentum[-1, 0]) == pytest.approx(impulse, rel=1e-6)
