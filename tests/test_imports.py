@@ -86,6 +86,7 @@ ROOMS = {
         {"limits", "rollout"},
         {"halving"},
         {"growing"},
+        {"resolving"},
         {"simulate", "live", "fleet"},
     ],
     "studies": [

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import continuair as ca
 from continuair.flight import rollout
@@ -326,6 +327,26 @@ def test_it_knows_errors_that_multiply(flown: tuple[ca.Vehicle, Scenario]) -> No
     assert off / 20.0 < float(found.step_error) < 20.0 * off
 
 
+@pytest.mark.filterwarnings("ignore:step_error reaches")
+def test_a_gradient_flies_as_simulate_does_where_errors_multiply() -> None:
+    vehicle, scenario = limp(controlled=False)
+    scenario = scenario.replace(duration=8.0)
+
+    def height(flight: xr.Dataset) -> tuple[float, dict[str, np.ndarray]]:
+        slope = np.zeros(flight["tip_position"].shape)
+        slope[-1, 0, 2] = 1.0
+        return float(flight["tip_position"][-1, 0, 2]), {"tip_position": slope}
+
+    found = ca.gradient(vehicle, scenario, height, sample=0.02).trajectory
+    flight = ca.simulate(vehicle, scenario, sample=0.02)
+    assert flight.attrs["flown_again"] == 1
+    assert {name: found.attrs[name] for name in ("step", "flown_again")} == {
+        name: flight.attrs[name] for name in ("step", "flown_again")
+    }
+    assert float(found.step_error) == float(flight.step_error)
+    np.testing.assert_array_equal(found["tip_position"], flight["tip_position"])
+
+
 def test_flights_whose_errors_cannot_grow_so_far_are_flown_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -336,7 +357,7 @@ def test_flights_whose_errors_cannot_grow_so_far_are_flown_once(
         flown.append(recorder)
         rollout.record(recorder, *runs)
 
-    monkeypatch.setattr("continuair.flight.simulate.record", counted)
+    monkeypatch.setattr("continuair.flight.resolving.record", counted)
     ca.simulate(VEHICLE, released(0.01, 0.2), sample=0.01)
     loop = Scenario("hold", released(0.2).q, controller=ca.hold(VEHICLE, [0, 0, 0]), duration=2.0)
     ca.simulate(VEHICLE, loop, sample=0.01)

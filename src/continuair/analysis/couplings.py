@@ -23,14 +23,13 @@ from continuair.analysis.metrics import at_camera, differences
 from continuair.errors import InputError
 from continuair.flight.cohorts import Flight
 from continuair.flight.prepare import check_scenario, prepare
-from continuair.flight.rollout import fly
+from continuair.flight.resolving import POSE, record_resolved
+from continuair.flight.trajectory import Recorder
 from continuair.kernels.dynamics import COUPLINGS
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
-
-_TIP = ("tip_position", "tip_attitude")
 
 
 def attribution(
@@ -60,7 +59,9 @@ def attribution(
 
 def _tip(flight: Flight, model: str, settle: float) -> xr.Dataset:
     """Pose of the tip that carries the camera, from a time on [s]."""
-    found = at_camera(fly(flight, model, _TIP), flight.vehicle)
+    recorder = Recorder(flight, model, POSE, "float64")
+    record_resolved(recorder)
+    found = at_camera(recorder.dataset(recorder.step), flight.vehicle)
     return found.sel(time=slice(settle, None))
 
 

@@ -11,8 +11,6 @@ import xarray as xr
 from continuair import checks
 from continuair.errors import InputError, nearest, shown
 from continuair.flight.cohorts import Flight
-from continuair.flight.growing import count_growth, parted
-from continuair.flight.halving import error_by_halving
 from continuair.flight.limits import warn_of_limits, with_limited_command
 from continuair.flight.prepare import check_scenario, prepare
 from continuair.flight.resolution import (
@@ -20,7 +18,7 @@ from continuair.flight.resolution import (
     warn_of_rounded_places,
     warn_of_saturation,
 )
-from continuair.flight.rollout import record
+from continuair.flight.resolving import POSE, record_resolved
 from continuair.flight.trajectory import (
     OF_ROTORS,
     VARIABLES,
@@ -34,8 +32,6 @@ from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
 Array = np.ndarray
-
-_POSE = ("tip_position", "tip_attitude")
 
 _FINEST_TOLERANCE = 1e-13
 """Relative tolerance below which rounding errors of float64 would steer DOP853's steps."""
@@ -97,43 +93,14 @@ def simulate(
         return _fly_adaptive(flight, model, names, tolerance)
     kept = with_limited_command(names, scenario)
     if scenario.controller is None:
-        kept = tuple(dict.fromkeys((*kept, *_POSE)))
+        kept = tuple(dict.fromkeys((*kept, *POSE)))
     recorder = Recorder(flight, model, kept, dtype)
-    record(recorder)
-    _count_growth(recorder)
-    flown_again = flight.improvable(recorder.step_error)
-    if len(flown_again):
-        recorder.flight = flight.halved(flown_again)
-        record(recorder, flown_again)
-        recorder.step_error[flown_again] = error_by_halving(flight, model, flown_again, dtype)
-    if len(abrupt := flight.unmeasured(recorder.step_error)):
-        measured = error_by_halving(flight, model, abrupt)
-        recorder.step_error[abrupt] = np.fmax(recorder.step_error[abrupt], measured)
+    flown_again = record_resolved(recorder)
     warn_of_coarse_steps(recorder.step_error, recorder.flight.steps, stacklevel=3)
     warn_of_saturation(recorder.saturation, stacklevel=3)
     warn_of_limits(recorder, stacklevel=3)
     recorder.names = names
-    return recorder.dataset(recorder.step | {"flown_again": len(flown_again)})
-
-
-def _count_growth(recorder: Recorder) -> None:
-    """Count errors that grow with the flight in the step_error of its runs."""
-
-    def fly_coarser(other: Flight, runs: Array) -> tuple[Array, Array]:
-        twin = Recorder(other, recorder.model, _POSE, recorder.dtype, runs)
-        record(twin, runs)
-        apart = parted(_ends(recorder)[runs], _ends(twin)).max(axis=-1)
-        return apart[:, None], np.abs(recorder.end_time[runs] - twin.end_time)[:, None]
-
-    errors = recorder.step_error[:, None]
-    count_growth(recorder.flight, (recorder.model,), errors, fly_coarser, recorder.dtype)
-
-
-def _ends(recorder: Recorder) -> Array:
-    """Poses of the tips at the end (runs, arms, 7)."""
-    parts = [recorder.values(name)[:, -1] for name in _POSE]
-    place, turn = (each.reshape(len(each), -1, n) for each, n in zip(parts, (3, 4), strict=True))
-    return np.concatenate([place, turn], axis=-1)
+    return recorder.dataset(recorder.step | {"flown_again": flown_again})
 
 
 def _fly_adaptive(flight: Flight, model: str, names: tuple[str, ...], tolerance: float) -> Any:

@@ -36,7 +36,7 @@ def _spaces(task: Hovering) -> tuple[Box, Box]:
 class HoverEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]
     """One vehicle that is to hold a point; `Hovering` says what of, and takes the same options.
 
-    info: step_error, as in `simulate`, since the episode began.
+    info: step_error, the sum over single steps since the episode began.
     """
 
     def __init__(self, vehicle: Any = None, render_mode: None = None, **options: Any) -> None:
