@@ -69,7 +69,8 @@ def simulate(
     variables, their axes and units are in its attributes. step_error estimates the largest error of
     the tip that the step makes, in arm lengths: above 1e-3 it warns, but at an automatic step flies
     that run again at half the step first; attribute `flown_again` counts those runs, each of which
-    costs six flights instead of one, as what halving changes is measured. Rotors add
+    costs six flights instead of one, as what halving changes is measured, and up to twelve where
+    errors multiply, as in a loop around a camera. Rotors add
     largest_saturation, the most that one was asked for beyond its limits, of which it warns too.
     Raises InputError.
     """

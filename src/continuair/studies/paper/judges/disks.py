@@ -87,7 +87,9 @@ def shares_of_energy(vehicle: Vehicle, test: str) -> tuple[Shares, Shares]:
         whole = _energies(full, q, qd)
         of_disks = np.abs(whole - _energies(vehicle, q, qd)).sum(axis=1)
         of_arm = np.abs(whole - _energies_of_uav(full, q, qd)).sum(axis=1)
-        return np.array([of_disks / of_arm, of_disks / np.abs(whole).sum(axis=1)])
+        # Of a flight that ends in its first step there is no share.
+        with np.errstate(invalid="ignore"):
+            return np.array([of_disks / of_arm, of_disks / np.abs(whole).sum(axis=1)])
 
     of_arm, of_all = _settled(shares).tolist()
     return Shares(*of_arm), Shares(*of_all)
