@@ -140,7 +140,7 @@ def test_one_second_of_latency_at_1_khz_takes_what_memory_a_second_of_frames_doe
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(PackedLoop, "struct", spying)
         told(seconds=0.5, period=Fraction(1, 200), latency=0.05)
-    assert seen == [11]
+    assert set(seen) == {11}
 
 
 def test_the_papers_scenario_with_noise_frames_and_latency_stays_in_view() -> None:
