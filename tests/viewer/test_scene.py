@@ -14,6 +14,7 @@ import continuair as ca
 from continuair.analysis.backbone import placed
 from continuair.equations import project
 from continuair.viewer.bodies import rotors_of
+from continuair.viewer.drawing import _outline
 from continuair.viewer.forces import scale_of
 from continuair.viewer.panel import readings
 from continuair.viewer.player import Player
@@ -273,3 +274,20 @@ def test_readings_have_no_minus_zero_and_no_distance_to_a_flight_that_has_ended(
         both = scene(flight, ghost=ghost)
     assert "-0.00" not in readings(both, 0) and " mm" in readings(both, 0)
     assert "ended" in readings(both, 80) and " mm" not in readings(both, 80)
+
+
+def test_rims_of_rotors_lie_across_their_axes_wherever_these_point() -> None:
+    places = [[0.2, 0.2, 0.0], [-0.2, 0.2, 0.0], [-0.2, -0.2, 0.0], [0.2, -0.2, 0.0]]
+    given: list[dict[str, Any]] = [
+        {"position": place, "spin": (-1) ** i} for i, place in enumerate(places)
+    ]
+    for axis in ([0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.6, 0.8]):
+        given.append({"position": [0.0, 0.1, 0.0], "axis": axis, "spin": 1})
+    rotors = {"rotor": given, "thrust_limits": [0.0, 15.0], "torque_per_thrust": 0.016}
+    vehicle = ca.load_vehicle("slender").replace({"uav.rotors": rotors | {"radius": 0.1}})
+    hover = ca.Scenario("hover", [0, 0, 2, 0, 0, 0, 0.1, 0], rotor_command=[3.0] * 8, duration=0.02)
+    rims = _outline(scene(ca.simulate(vehicle, hover, sample=0.01)))[-8:]
+    for rim, rotor in zip(rims, given, strict=True):
+        off = rim - np.array(rotor["position"])
+        np.testing.assert_allclose(np.linalg.norm(off, axis=1), 0.1, rtol=1e-12)
+        assert np.abs(off @ np.array(rotor.get("axis", [0.0, 0.0, 1.0]))).max() < 1e-15

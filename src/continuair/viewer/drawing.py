@@ -211,7 +211,7 @@ def _outline(scene: Scene) -> list[Array]:
     rods = [np.stack([np.zeros(3), end]) for end in ends]
     rims = []
     for hub, axis in zip(rotors.hubs, rotors.axes, strict=True):
-        across = np.cross(axis, [0.0, 1.0, 0.0])
+        across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
         across /= np.linalg.norm(across)
         along = np.cross(axis, across)
         turn = np.outer(np.cos(_ROUND), across) + np.outer(np.sin(_ROUND), along)
