@@ -21,8 +21,7 @@ from continuair.engine.engine import Logs
 from continuair.engine.slopes import Slopes
 from continuair.engine.tangents import Tangents
 from continuair.flight.cohorts import Cohort, Flight
-from continuair.flight.halving import error_by_halving
-from continuair.flight.resolving import count_growth_of
+from continuair.flight.resolving import coarser_than, resolve
 from continuair.flight.trajectory import Recorder
 from continuair.kernels.slopes import tip_columns
 from continuair.vehicle.layout import GENERAL, TIP, Layout, width_of
@@ -67,11 +66,14 @@ class Flown:
 def flown(flight: Flight, model: str) -> Flown:
     """Fly a prepared flight of one run, as `simulate` does, and keep where each step begins."""
     found = _flown(flight, model)
-    count_growth_of(found.recorder)
-    chosen = flight.improvable(found.recorder.step_error)
-    if len(chosen):
-        found = replace(_flown(flight.halved(chosen), model), flown_again=True)
-        found.recorder.step_error[:] = error_by_halving(flight, model, chosen)
+
+    def fly_again(finer: Flight, _: Array) -> Array:
+        nonlocal found
+        found = replace(_flown(finer, model), flown_again=True)
+        return found.recorder.step_error[:, None]
+
+    errors, coarser = found.recorder.step_error[:, None], coarser_than(found.recorder)
+    resolve(flight, (model,), errors, coarser, fly_again)
     return found
 
 

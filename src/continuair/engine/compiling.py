@@ -50,14 +50,8 @@ _BLOCK = {"cpu": 1, "cuda": 256}
 
 def made_once(make: Callable[Parameters, Made]) -> Callable[Parameters, Made]:
     """Keep what a function makes for its arguments, as `cache` does, and never make it twice."""
-    kept = cache(make)
-
-    @wraps(make)
-    def found(*args: Parameters.args, **named: Parameters.kwargs) -> Made:
-        with _lock:
-            return kept(*args, **named)  # type: ignore[arg-type]  # hashable or not, as `cache`
-
-    return found
+    kept: Any = cache(make)
+    return made_alone(kept)
 
 
 def made_alone(make: Callable[Parameters, Made]) -> Callable[Parameters, Made]:

@@ -10,14 +10,12 @@ from typing import Any
 from warp._src.context import ModuleHasher
 
 from continuair.engine.compiling import made_alone, made_once
-from continuair.engine.law_parts import check_parts
+from continuair.engine.law_parts import check_parts, is_ours
 from continuair.kernels.numbers import Numbers
 from continuair.kernels.sensing.sense import LawCode, law_code
 from continuair.kernels.types import Tree
 
 Law = Callable[[LawCode], SimpleNamespace]
-
-_OURS = __name__.partition(".")[0]
 
 
 @dataclass(frozen=True)
@@ -39,8 +37,7 @@ def made_law(law: Law, precision: str, tree: Tree, points: int, lanes: int = 1) 
     Raises InputError for one without its parts.
     """
     of = law, Numbers(precision, lanes), tree, points
-    ours = isinstance(law, FunctionType) and law.__module__.partition(".")[0] == _OURS
-    return _kept(*of) if ours else _anew(*of)
+    return _kept(*of) if isinstance(law, FunctionType) and is_ours(law) else _anew(*of)
 
 
 def made_for_packs(law: Law, precision: str, tree: Tree, points: int, lanes: int) -> MadeLaw | None:

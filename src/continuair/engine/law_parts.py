@@ -37,26 +37,27 @@ def check_parts(found: Any) -> None:
 def check_reading(found: SimpleNamespace, code: Any) -> None:
     """Raise InputError if what a law returned for its LawCode has numbers that lose digits, or
     reads the camera where there is no target."""
-    if _is_ours(found.control):
+    if is_ours(found.control.func):
         return
     for function in _named(found.control, set()):
         check_numbers(function, code.Real)
     # Warp's own reading knows which function is meant, but says less of why it cannot read one.
     for function in read(found.control):
-        if not _is_ours(function):
+        if not is_ours(function.func):
             check_numbers(function, code.Real)
             if code.points == 0:
                 _check_unseen(function, code)
 
 
-def _is_ours(function: Any) -> bool:
-    return bool(function.func.__module__.partition(".")[0] == _OURS)
+def is_ours(function: Any) -> bool:
+    """Whether a function of Python is one of this package."""
+    return bool(function.__module__.partition(".")[0] == _OURS)
 
 
 def _named(control: Any, known: set[str]) -> Iterator[Any]:
     if not isinstance(control, wp.Function) or getattr(control, "func", None) is None:
         return
-    if _is_ours(control) or control.key in known:
+    if is_ours(control.func) or control.key in known:
         return
     known.add(control.key)
     yield control

@@ -30,9 +30,9 @@ def error_by_halving(flight: Flight, model: str, runs: Array, dtype: str = "floa
     and what does not fall with the step has no order; no more have abrupt commands of rotors, whose
     speeds start from 0 as a square root does. Where torques are in doubt at half the step too, both
     flights may have gone the wrong way, and the doubt stays. Where errors may have multiplied, as
-    in a loop around a camera, halving once more tells them. A run that ends
-    otherwise at half the step is off by an arm length at least, as far as anyone can tell. dtype:
-    that of the flight, whose rounding counts where errors multiply.
+    in a loop around a camera, halving once more tells them. A run that ends otherwise at half the
+    step is off by an arm length at least, as far as anyone can tell. dtype: that of the flight,
+    whose rounding counts where errors multiply.
     """
     errors, sensitive = np.empty(len(runs)), flight.sensitive[runs] & flight.automatic
     if sensitive.any():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from continuair.flight.cohorts import Flight
@@ -16,26 +18,53 @@ POSE = ("tip_position", "tip_attitude")
 """What a recorder keeps by which errors that grow are told, unless a controller closes the loop."""
 
 
+def resolve(
+    flight: Flight,
+    models: tuple[str, ...],
+    errors: Array,
+    fly_coarser: Callable[[Flight, Array], tuple[Array, Array]],
+    fly_again: Callable[[Flight, Array], Array],
+    dtype: str = "float64",
+) -> tuple[Flight, Array]:
+    """Make step_error (runs, models) that of flights as they are kept: errors that grow count, and
+    runs that an automatic step does not resolve are flown again at half of it.
+
+    errors: as single steps have them, written in place. fly_coarser: as of `count_growth`.
+    fly_again(finer, runs) flies runs of another Flight, by their indices, in the place of what was
+    kept of them, and returns the errors of all, which are written in turn. Returns the Flight that
+    is kept, and the runs that were flown again.
+    """
+    count_growth(flight, models, errors, fly_coarser, dtype)
+    chosen, kept = flight.improvable(errors), flight
+    if len(chosen):
+        kept = flight.halved(chosen)
+        errors = fly_again(kept, chosen)
+        for column, model in enumerate(models):
+            errors[chosen, column] = error_by_halving(flight, model, chosen, dtype)
+    if len(abrupt := flight.unmeasured(errors)):
+        for column, model in enumerate(models):
+            measured = error_by_halving(flight, model, abrupt, dtype)
+            errors[abrupt, column] = np.fmax(errors[abrupt, column], measured)
+    return kept, chosen
+
+
 def record_resolved(recorder: Recorder) -> int:
-    """Fly what a recorder keeps, and runs that an automatic step does not resolve again at half of
-    it; return how many. Its step_error is that of what it keeps then."""
-    flight, model = recorder.flight, recorder.model
+    """Fly what a recorder keeps, resolved, and return how many runs were flown again."""
+
+    def fly_again(finer: Flight, runs: Array) -> Array:
+        recorder.flight = finer
+        record(recorder, runs)
+        return recorder.step_error[:, None]
+
     record(recorder)
-    count_growth_of(recorder)
-    flown_again = flight.improvable(recorder.step_error)
-    if len(flown_again):
-        recorder.flight = flight.halved(flown_again)
-        record(recorder, flown_again)
-        measured = error_by_halving(flight, model, flown_again, recorder.dtype)
-        recorder.step_error[flown_again] = measured
-    if len(abrupt := flight.unmeasured(recorder.step_error)):
-        measured = error_by_halving(flight, model, abrupt)
-        recorder.step_error[abrupt] = np.fmax(recorder.step_error[abrupt], measured)
-    return len(flown_again)
+    first, model, dtype = recorder.flight, recorder.model, recorder.dtype
+    errors, coarser = recorder.step_error[:, None], coarser_than(recorder)
+    _, again = resolve(first, (model,), errors, coarser, fly_again, dtype)
+    return len(again)
 
 
-def count_growth_of(recorder: Recorder) -> None:
-    """Count errors that grow with the flight in the step_error of a recorder's runs."""
+def coarser_than(recorder: Recorder) -> Callable[[Flight, Array], tuple[Array, Array]]:
+    """What `count_growth` flies beside what a recorder has kept, which must have the POSE."""
 
     def fly_coarser(other: Flight, runs: Array) -> tuple[Array, Array]:
         twin = Recorder(other, recorder.model, POSE, recorder.dtype, runs)
@@ -43,8 +72,7 @@ def count_growth_of(recorder: Recorder) -> None:
         apart = parted(_ends(recorder)[runs], _ends(twin)).max(axis=-1)
         return apart[:, None], np.abs(recorder.end_time[runs] - twin.end_time)[:, None]
 
-    errors = recorder.step_error[:, None]
-    count_growth(recorder.flight, (recorder.model,), errors, fly_coarser, recorder.dtype)
+    return fly_coarser
 
 
 def _ends(recorder: Recorder) -> Array:

@@ -12,8 +12,7 @@ from continuair import checks
 from continuair.engine.pairs import Pairs
 from continuair.errors import InputError, shown
 from continuair.flight.cohorts import Flight
-from continuair.flight.growing import count_growth, parted
-from continuair.flight.halving import error_by_halving
+from continuair.flight.growing import parted
 from continuair.flight.limits import warn_of_runs_at_limits
 from continuair.flight.prepare import prepare
 from continuair.flight.resolution import (
@@ -22,6 +21,7 @@ from continuair.flight.resolution import (
     warn_of_lost_angles,
     warn_of_saturation,
 )
+from continuair.flight.resolving import resolve
 from continuair.flight.trajectory import LARGEST_SATURATION, STEP_ERROR
 from continuair.kernels.dynamics import MODELS, REFERENCE, SIMPLER
 from continuair.kernels.integrators import INTEGRATORS
@@ -95,19 +95,7 @@ def run_pairs(
         integrator=integrator,
     )
     settle = _checked_settle(settle, flight)
-    found = _fly(flight, names, settle)
-    _count_growth(flight, names, found)
-    coarse = flight.improvable(found.step_error)
-    if len(coarse):
-        finer = flight.halved(coarse)
-        found = found.updated(coarse, _fly(finer, names, settle, coarse))
-        for column, model in enumerate(names):
-            found.step_error[coarse, column] = error_by_halving(flight, model, coarse)
-        flight = finer
-    if len(abrupt := flight.unmeasured(found.step_error)):
-        for column, model in enumerate(names):
-            measured = error_by_halving(flight, model, abrupt)
-            found.step_error[abrupt, column] = np.fmax(found.step_error[abrupt, column], measured)
+    flight, found = _resolved(flight, names, settle)
     warn_of_coarse_steps(found.step_error, flight.steps, stacklevel=3)
     warn_of_saturation(found.saturation, stacklevel=3)
     warn_of_runs_at_limits(found.at_limits, scenario, stacklevel=3)
@@ -122,14 +110,21 @@ def run_pairs(
     return xr.Dataset(data, coordinates)
 
 
-def _count_growth(flight: Flight, models: tuple[str, ...], found: Reduced) -> None:
-    """Count errors that grow with the flight in the step_error of its runs, by the tips' ends."""
+def _resolved(flight: Flight, models: tuple[str, ...], settle: float) -> tuple[Flight, Reduced]:
+    """What is kept of flights that their steps resolve as far as may be, and with which steps."""
+    found = _fly(flight, models, settle)
 
     def fly_coarser(other: Flight, runs: Array) -> tuple[Array, Array]:
         twin = _fly(other, models, 0.0, runs)
         return parted(twin.tip, found.tip[runs]), np.abs(twin.end_time - found.end_time[runs])
 
-    count_growth(flight, models, found.step_error, fly_coarser)
+    def fly_again(finer: Flight, runs: Array) -> Array:
+        nonlocal found
+        found = found.updated(runs, _fly(finer, models, settle, runs))
+        return found.step_error
+
+    kept, _ = resolve(flight, models, found.step_error, fly_coarser, fly_again)
+    return kept, found
 
 
 def check_pairs(
