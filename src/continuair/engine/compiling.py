@@ -51,7 +51,7 @@ _BLOCK = {"cpu": 1, "cuda": 256}
 def made_once(make: Callable[Parameters, Made]) -> Callable[Parameters, Made]:
     """Keep what a function makes for its arguments, as `cache` does, and never make it twice."""
     kept: Any = cache(make)
-    return made_alone(kept)
+    return wraps(make)(made_alone(kept))
 
 
 def made_alone(make: Callable[Parameters, Made]) -> Callable[Parameters, Made]:
