@@ -19,7 +19,6 @@ from continuair.figures import tracking as figures
 from continuair.kernels.step import STATUS
 from continuair.scenario.tracking_task import (
     SETTINGS,
-    chosen_letters,
     damping_notes,
     equipped,
     task,
@@ -300,54 +299,6 @@ def test_the_preset_is_reproduced_by_its_record(vehicle: ca.Vehicle) -> None:
             assert whole.pixels[0, 0] == pytest.approx(letters["M"], rel=5e-5)
             costs.append(fly(vehicle, [row], ["M"], setting, plant).cost)
     assert np.mean(costs) == pytest.approx(stored["record"]["objective"], rel=1e-4)
-
-
-@pytest.mark.parametrize(
-    ("text", "parts"),
-    [
-        ("bandwith = 3\n", ("bandwith", "use bandwidth")),
-        ("sigma = 3\n", ("bandwidth is missing",)),
-        ("Kp = 3\n", ("Kd is missing",)),
-        ("bandwidth = 3\nKp = 2\n", ("bandwidth is not a gain here",)),
-        ("bandwidth = \n", ("not valid TOML",)),
-    ],
-)
-def test_unusable_gains_are_refused_in_a_sentence(
-    text: str, parts: tuple[str, ...], tmp_path: Path
-) -> None:
-    file = tmp_path / "gains.toml"
-    file.write_text(text, encoding="utf-8")
-    with pytest.raises(ca.InputError) as caught:
-        load_gains(file)
-    for part in parts:
-        assert part in str(caught.value)
-
-
-def test_gains_may_be_given_themselves(vehicle: ca.Vehicle) -> None:
-    law = Gains("mine", {"Kp": 40.0, "Kd": 0.04, "compensation": "literal"}).controller(vehicle)
-    assert np.array_equal(law.gains["Kp"], 40.0 * np.eye(8))
-
-
-@pytest.mark.parametrize("letters", ["", "MX", "7"])
-def test_unknown_letters_are_refused(letters: str) -> None:
-    with pytest.raises(ca.InputError, match="letters"):
-        chosen_letters(letters)
-
-
-@pytest.mark.parametrize(
-    ("options", "part"),
-    [
-        ({"candidates": 100}, "candidates is 100; give a power of two"),
-        ({"candidates": 0}, "candidates is 0"),
-        ({"rounds": 0}, "rounds is 0"),
-        ({"seed": -1}, "seed is -1"),
-    ],
-)
-def test_a_search_of_no_size_is_refused(
-    options: dict[str, Any], part: str, vehicle: ca.Vehicle
-) -> None:
-    with pytest.raises(ca.InputError, match=part):
-        tune(vehicle, **options)
 
 
 def test_flights_that_ended_early_are_told_and_have_no_largest_difference(
