@@ -78,12 +78,18 @@ def test_one_section_of_a_list_has_the_place_and_the_errors_of_a_table() -> None
 
 @pytest.mark.parametrize("vehicle", [TWO, DUAL], ids=lambda vehicle: vehicle.name)
 def test_the_excited_arm_is_the_cameras_at_its_lowest_clamped_mode(vehicle: ca.Vehicle) -> None:
-    found = ca.modes(vehicle, base="clamped", gravity=0.0)
+    lightly = {
+        f"arm.{arm.name}.section.{section.name}.damping": 1e-4 * section.structural_damping
+        for arm in vehicle.arms
+        for section in arm.section
+    }
+    # The frequency is that of the undamped arm, which its damping changes to second order.
+    found = ca.modes(vehicle.replace(lightly), base="clamped", gravity=0.0)
     arm = excited_arm(vehicle)
     assert arm.index == vehicle.camera_arm
     # Of the two arms of dual_arm the right one carries the camera and a tool, and is slower.
     assert arm.frequency == pytest.approx(found.frequencies[0], rel=1e-6)
-    assert arm.damping_ratio == pytest.approx(found.damping[0], rel=1e-6)
+    assert arm.damping_ratio == pytest.approx(1e4 * found.damping[0], rel=1e-6)
     assert sample_time(vehicle) == pytest.approx(2.0 * np.pi / found.frequencies[0] / 40, rel=1e-6)
 
 

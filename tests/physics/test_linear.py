@@ -93,7 +93,8 @@ def test_a_hover_that_flutters_under_the_constant_moment_that_holds_it_is_told()
 
 def test_hovering_modes_solve_the_undamped_motion() -> None:
     """K φ = ω² φ, in the world, where the vehicle looks aside."""
-    vehicle = ca.load_vehicle("dual_arm")
+    undamped = {f"arm.{side}.section.0.damping_ratio": 0.0 for side in ("left", "right")}
+    vehicle = ca.load_vehicle("dual_arm").replace(undamped)
     q, A = hovering(vehicle, yaw=0.7)
     found = ca.modes(vehicle, q, base="hovering")
     shapes = found.shapes.copy()
@@ -102,6 +103,7 @@ def test_hovering_modes_solve_the_undamped_motion() -> None:
     n = len(A) // 2
     left = -A[n:, :n] @ shapes - found.frequencies**2 * shapes
     assert np.abs(left).max() < 1e-6 * found.frequencies[-1] ** 2
+    np.testing.assert_array_equal(found.damping, 0.0)
 
 
 @pytest.mark.parametrize("name", ca.preset_names())

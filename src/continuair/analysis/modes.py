@@ -11,31 +11,25 @@ from scipy.spatial.transform import Rotation
 from continuair import checks
 from continuair.analysis.linear import linearize
 from continuair.analysis.trim import configuration
+from continuair.analysis.vibration import Vibration, real_shapes, vibration
 from continuair.engine.engine import Engine
-from continuair.errors import InputError, shown
 from continuair.flight.holding import holding
 from continuair.flight.steps import bend_compliance
 from continuair.vehicle.coordinates import state_from_paper
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
-_EQUAL = 1e-6
-"""Squares of frequencies that differ by less than this share are those of modes alike."""
-_COUNTS = 0.1
-"""A bend of a mode counts from this share of its largest; no symmetry makes just this share."""
-_NOTHING = 1e-13
-"""Share of the largest square of a frequency below which one is 0 but for rounding."""
-
 
 @dataclass(frozen=True)
 class Modes:
     """Vibration about a configuration: frequencies [rad/s] ascending, damping ratios, shapes.
 
-    shapes: (coordinates, modes) in (body translation 3, body rotation 3, bend), motions that
-    nothing resists left out; (bends, modes) for a clamped base.
+    A swing decays as exp(λ t): frequencies are |λ|, damping ratios -Re λ / |λ|, of the sections'
+    damping alone. shapes: (coordinates, modes) in (body translation 3, body rotation 3, bend),
+    motions that nothing resists left out; (bends, modes) for a clamped base.
 
-    Columns have unit norm; the first bend that counts is positive, and of modes of one frequency
-    the first bends most along x. The damping is that of the sections, to first order.
+    Columns have unit norm and are real, taken where the swing is largest; the first bend that
+    counts is positive, and of modes alike in both the first bends most along x.
     """
 
     frequencies: np.ndarray
@@ -64,23 +58,22 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
     checks.choice("base", base, ("free", "clamped", "hovering"))
     gravity = checks.gravity(gravity)
     at = configuration("q", q, vehicle)
-    if base == "hovering":
-        squares, shapes, damping = _hovering(vehicle, at, gravity)
-    else:
-        squares, shapes, damping = _bending(vehicle, at, base == "free", gravity)
-    frequencies = np.sqrt(squares)
+    found, shapes = (
+        _hovering(vehicle, at, gravity)
+        if base == "hovering"
+        else _bending(vehicle, at, base == "free", gravity)
+    )
     if base != "clamped":
         # Velocities of the linear system are in world axes, shapes in those of the body.
         shapes = np.vstack([_attitude(at).inv().as_matrix() @ shapes[:3], shapes[3:]])
-    return Modes(
-        frequencies, damping / (2.0 * frequencies), shapes / np.linalg.norm(shapes, axis=0)
-    )
+    bends = Layout(vehicle.shape).bends
+    return Modes(found.frequencies, found.ratios, real_shapes(shapes, bends))
 
 
 def _bending(
     vehicle: Vehicle, at: np.ndarray, free: bool, gravity: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Squares of frequencies (bends,), shapes (coordinates or bends, bends) and dampings [1/s]."""
+) -> tuple[Vibration, np.ndarray]:
+    """The vibration of the bends, and shapes (coordinates or bends, modes)."""
     felt = 0.0 if free else gravity
     model = "coupled" if free else "independent"
     held = holding(Engine(vehicle, "decoupled"), at[None], felt)[0][
@@ -89,23 +82,16 @@ def _bending(
     A, _ = linearize(vehicle, at, bend_moment=held, model=model, gravity=felt)
     n = len(A) // 2
     base_rate, bend, rate = slice(n, n + 6), slice(6, n), slice(n + 6, 2 * n)
-    compliance = bend_compliance(Engine(vehicle, model), at)[0]
-    squares, shapes = _eigenmodes(-A[rate, bend], n - 6, at)
-    # Nothing resists a turn, about the vertical, of an upright arm that leans over.
-    vibrates = squares > 0.0
-    to_modes = np.linalg.inv(shapes)[vibrates]
-    squares, shapes = squares[vibrates], shapes[:, vibrates]
-    damping = _dampings(to_modes, compliance @ _damped(vehicle, shapes))
-    if free:
-        # The base follows the bend: its accelerations per acceleration of the bend.
-        base_rows = A[base_rate, bend] @ np.linalg.solve(A[rate, bend], shapes)
-        shapes = np.vstack([base_rows, shapes])
-    return squares, shapes, damping
+    damping = bend_compliance(Engine(vehicle, model), at)[0] * _dampings(vehicle)
+    found = vibration(-A[rate, bend], damping, n - 6, at)
+    if not free:
+        return found, found.shapes
+    # The base follows the bend: its accelerations per acceleration of the bend.
+    base_rows = A[base_rate, bend] @ np.linalg.solve(A[rate, bend], found.shapes)
+    return found, np.vstack([base_rows, found.shapes])
 
 
-def _hovering(
-    vehicle: Vehicle, at: np.ndarray, gravity: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _hovering(vehicle: Vehicle, at: np.ndarray, gravity: float) -> tuple[Vibration, np.ndarray]:
     """As `_bending`, of all motions that something resists."""
     layout = Layout(vehicle.shape)
     held = holding(Engine(vehicle, "decoupled"), at[None], gravity)[0]
@@ -116,13 +102,10 @@ def _hovering(
     # of K, 0 but for rounding, would mix them into the shapes.
     adrift, resisted = _split(_attitude(at), n)
     K = -A[n:, :n] @ resisted
-    squares, along = _eigenmodes(resisted.T @ K, n - 6, at)
-    # Nor, of some vehicles, a turn about a level arm through the centre of mass.
-    vibrates = squares > 0.0
-    squares, to_modes, along = squares[vibrates], np.linalg.inv(along)[vibrates], along[:, vibrates]
-    shapes = resisted @ along + adrift @ (adrift.T @ K @ along / squares)
-    slowed = B[n:, layout.bend_moment] @ _damped(vehicle, shapes)
-    return squares, shapes, _dampings(to_modes, resisted.T @ slowed)
+    D = B[n:, layout.bend_moment] * _dampings(vehicle) @ resisted[6:]
+    found = vibration(resisted.T @ K, resisted.T @ D, n - 6, at)
+    drifts = adrift.T @ (K @ found.shapes / found.roots**2 + D @ found.shapes / found.roots)
+    return found, resisted @ found.shapes - adrift @ drifts
 
 
 def _split(attitude: Rotation, n: int) -> tuple[np.ndarray, np.ndarray]:
@@ -138,61 +121,7 @@ def _attitude(at: np.ndarray) -> Rotation:
     return Rotation.from_quat(state_from_paper(at[None], 0.0 * at[None])[0][Layout.attitude])
 
 
-def _damped(vehicle: Vehicle, shapes: np.ndarray) -> np.ndarray:
-    """Moments (bends, modes) of the sections' damping against shapes' rates, bends last."""
+def _dampings(vehicle: Vehicle) -> np.ndarray:
+    """Moment of each bend per its rate (bends,), of the sections' damping."""
     sections = [section for arm in vehicle.arms for section in arm.section]
-    each = np.repeat([section.structural_damping * section.length for section in sections], 2)
-    return np.asarray(each[:, None] * shapes[-len(each) :])
-
-
-def _dampings(to_modes: np.ndarray, slowed: np.ndarray) -> np.ndarray:
-    """The part along each mode (modes,) [1/s] of accelerations (n, modes).
-
-    to_modes: left eigenvectors (modes, n), which in a hover differ from the right ones, as the
-    constant moment that holds an arm off the centre has no potential.
-    """
-    part: np.ndarray = np.einsum("mi,im->m", to_modes, slowed)
-    return part
-
-
-def _check_vibrates(squares: np.ndarray, at: np.ndarray) -> None:
-    """Raise InputError unless all squares of frequencies are real and above 0."""
-    grows = np.abs(squares.imag) > _EQUAL * np.abs(squares)
-    if (grows & (squares.real > 0.0)).any():
-        rate = np.sqrt(squares[grows]).max()
-        raise InputError(
-            f"q is {shown(at)}, about which the hovering vehicle flutters: it swings at "
-            f"{rate.real:.3g} rad/s, wider by {abs(rate.imag):.2g} 1/s, as the moment that holds "
-            "it is constant; mount the arm nearer the centre, or fly it with a controller."
-        )
-    if not (squares.real > 0.0).all():
-        raise InputError(
-            f"q is {shown(at)}, about which the vehicle does not vibrate but buckles or topples; "
-            "give a configuration near a stable balance (a hanging arm, less gravity or a stiffer "
-            "arm)."
-        )
-
-
-def _eigenmodes(stiffness: np.ndarray, bends: int, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues ascending, 0 where nothing resists, and eigenvectors in columns, whose last rows
-    are the bends.
-
-    A solver leaves signs, and the vectors of equal eigenvalues, to rounding: they are chosen here.
-    """
-    values, vectors = np.linalg.eig(stiffness)
-    resisted = np.abs(values) > _NOTHING * np.abs(values).max()
-    _check_vibrates(values[resisted], at)
-    values = np.where(resisted, values, 0.0)
-    order = np.argsort(values.real)
-    values, vectors = values.real[order], vectors.real[:, order]
-    apart = np.flatnonzero(np.diff(values) > _EQUAL * np.abs(values[1:])) + 1
-    for equal in np.split(np.arange(len(values)), apart):
-        if len(equal) > 1:
-            shifted = stiffness - values[equal].mean() * np.eye(len(values))
-            space = np.linalg.svd(shifted)[2][-len(equal) :].T
-            along_x = space[-bends::2]
-            vectors[:, equal] = space @ np.linalg.eigh(-along_x.T @ along_x)[1]
-    bend = vectors[-bends:]
-    counts = np.abs(bend) > _COUNTS * np.abs(bend).max(axis=0)
-    first = np.take_along_axis(bend, counts.argmax(axis=0)[None], axis=0)
-    return values, vectors * np.where(first < 0.0, -1.0, 1.0)
+    return np.repeat([section.structural_damping * section.length for section in sections], 2)
