@@ -36,6 +36,27 @@ def test_metrics_are_those_of_compare(test: str) -> None:
         np.testing.assert_allclose(found["tip_position"].sel(model=model), end, rtol=0, atol=5e-14)
 
 
+def test_a_vehicle_that_stays_where_it_is_held_differs_by_nothing() -> None:
+    """What is left of its motion is rounding, as what is left of the models' difference is."""
+    vehicle = ca.load_vehicle("paper")
+    rest, push = ca.trim(vehicle, bend=(0.3, 0.2)), np.array([0.0, 0.01, 10.0])
+    scenario = ca.Scenario(
+        "push",
+        rest.q,
+        force=rest.force + push[:, None] * [1.0, 0.0, 0.0],
+        moment=rest.moment,
+        bend_moment=rest.bend_moment,
+        duration=0.5,
+    )
+    found = ca.run_pairs(vehicle, scenario, ["decoupled"], step=STEP)
+    flights = [ca.simulate(vehicle, scenario, model=m, step=STEP) for m in found["model"].values]
+    compared = ca.compare(*flights)
+    for name in ("nrmse_t", "nrmse_r"):
+        assert float(found[name][0, 1]) == compared[name][0] == 0.0
+        assert (found[name][1:, 1] > 1e-4).all()
+        np.testing.assert_allclose(found[name][1:, 1], compared[name][1:], rtol=1e-9)
+
+
 def test_angles_follow_tumbles_through_both_triples() -> None:
     vehicle = some_vehicles(1).select(0)
     # Several turns about all axes, through pitch = π/2.

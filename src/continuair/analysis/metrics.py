@@ -17,6 +17,7 @@ from continuair.errors import InputError, shown
 from continuair.flight.labels import FIXED, ordered
 from continuair.flight.provenance import model_of
 from continuair.flight.resolution import warn_of_lost_angles
+from continuair.kernels.deviations import ROUNDING
 from continuair.kernels.dynamics import REFERENCE
 from continuair.vehicle.coordinates import continuous_euler, paper_rates
 from continuair.vehicle.following import CHANGE, unfollowed
@@ -27,9 +28,6 @@ from continuair.warning import warn
 Array = NDArray[np.float64]
 
 _TIP = ("tip_position", "tip_attitude")
-
-_ROUNDING = 1e-12
-"""Share of the largest number of a flight that is rounding, in its motion and in a difference."""
 
 _RATES = (("velocity", "axis"), ("angular_velocity", "axis"), ("bend_rate", "bend_axis"))
 """Rates that have no singularity, and the dimension of each."""
@@ -103,7 +101,7 @@ def nrmse(reference: ArrayLike, other: ArrayLike) -> Any:
     they differ and the reference does not move, but for rounding. "NRMSE_W", Amiri et al.
     """
     reference, other = np.asarray(reference, float), np.asarray(other, float)
-    unsure = _ROUNDING * np.max(np.abs(reference), axis=(-2, -1))
+    unsure = ROUNDING * np.max(np.abs(reference), axis=(-2, -1))
     error = np.sqrt(np.sum((reference - other) ** 2, axis=(-2, -1)) / reference.shape[-2])
     moved = np.sqrt(np.sum(np.ptp(reference, axis=-2) ** 2, axis=-1))
     with np.errstate(divide="ignore", invalid="ignore"):

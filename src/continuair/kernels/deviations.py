@@ -8,6 +8,9 @@ from continuair.kernels.elementary import elementary_code
 from continuair.kernels.numbers import Numbers, number_code
 from continuair.vehicle.layout import DEVIATIONS, TIP_POSE
 
+ROUNDING = 1e-12
+"""Share of the largest number of a flight that is rounding, in its motion and in a difference."""
+
 
 def deviation_kernel(numbers: Numbers) -> Any:
     """The kernel `deviate`: the columns DEVIATIONS, one run or pack per thread."""
@@ -97,9 +100,16 @@ def deviation_kernel(numbers: Numbers) -> Any:
         return out
 
     @wp.func
-    def ratio(squares: Real, spread: vec3, samples: Real):
-        """The paper's NRMSE, Amiri et al.: 0 if nothing differs."""
-        return above(squares, zero, wp.sqrt(squares / (samples * wp.length_sq(spread))), squares)
+    def larger(size: Real, a: vec3):
+        return wp.max(size, wp.max(wp.abs(a[0]), wp.max(wp.abs(a[1]), wp.abs(a[2]))))
+
+    @wp.func
+    def ratio(squares: Real, spread: vec3, samples: Real, largest: Real):
+        """The paper's NRMSE, Amiri et al., as `nrmse` of analysis/metrics.py has it: 0 if nothing
+        differs but by rounding, inf if so much moves and more differs; no number stays none."""
+        error, moved = wp.sqrt(squares / samples), wp.length(spread)
+        unsure = Real(ROUNDING) * largest
+        return above(error, unsure, error / above(moved, unsure, moved, zero), zero * error)
 
     @wp.func
     def angle_between(a: quat, b: quat):
@@ -125,6 +135,8 @@ def deviation_kernel(numbers: Numbers) -> Any:
         theirs = begin(attitude(other, run, 0))
         least_angle = ours.chosen
         most_angle = ours.chosen
+        farthest = Real(0.0)
+        widest = Real(0.0)
         moved = Real(0.0)
         rotated = Real(0.0)
         apart = Real(0.0)
@@ -137,17 +149,19 @@ def deviation_kernel(numbers: Numbers) -> Any:
                 x = of_sample(reference, run, i, P + j)
                 least[j] = wp.min(least[j], x)
                 most[j] = wp.max(most[j], x)
+                farthest = wp.max(farthest, wp.abs(x))
                 gap = x - of_sample(other, run, i, P + j)
                 moved += gap * gap
             angles = ours.chosen + two * pi * ours.turns
             least_angle = wp.min(least_angle, angles)
             most_angle = wp.max(most_angle, angles)
+            widest = larger(widest, angles)
             rotated += wp.length_sq(angles - theirs.chosen - two * pi * theirs.turns)
             turn = angle_between(r, s)
             apart += turn * turn
         n = Real(samples)
-        keep_of_run(out, run, nrmse_t, ratio(moved, most - least, n))
-        keep_of_run(out, run, nrmse_r, ratio(rotated, most_angle - least_angle, n))
+        keep_of_run(out, run, nrmse_t, ratio(moved, most - least, n, farthest))
+        keep_of_run(out, run, nrmse_r, ratio(rotated, most_angle - least_angle, n, widest))
         keep_of_run(out, run, rmse_t, wp.sqrt(moved / n))
         keep_of_run(out, run, rmse_r, wp.sqrt(rotated / n))
         keep_of_run(out, run, angle, wp.sqrt(apart / n))
