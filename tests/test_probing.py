@@ -150,6 +150,32 @@ def test_a_fast_moment_does_not_hide_behind_a_steady_force() -> None:
     assert float(np.abs(tips[0] - tips[1]).max()) < 1e-4
 
 
+@pytest.mark.parametrize("hertz", [95.0, 100.0, 200.0])
+def test_a_fast_torque_on_a_limp_arm_does_not_hide_behind_the_weight(hertz: float) -> None:
+    """Q_κ [N m²] is small beside any force [N] of τ: it is held against its own largest alone."""
+    uav = {"mass": 5.0, "inertia": [0.05, 0.05, 0.09]}
+    section = {"length": 0.5, "mass_per_length": 0.03, "bending_stiffness": 4e-3}
+    arm = {"section": [section | {"damping_ratio": 0.1}]}
+    vehicle = ca.Vehicle(name="limp", uav=uav, arm=[arm])
+    weight, rate = 9.81 * vehicle.mass, 2.0 * np.pi * hertz
+
+    def tau(t: float) -> list[float]:
+        return [0, 0, weight, 0, 0, 0, 4e-3 * np.cos(rate * t), 0]
+
+    q = [0, 0, 3, 0, 0, 0, 0.5, 0]
+    polar = ca.simulate(vehicle, ca.Scenario("polar", q, tau=tau, duration=0.5), sample=0.02)
+    cartesian = ca.Scenario(
+        "bends",
+        q,
+        force=[0, 0, weight],
+        bend_moment=lambda t: [4e-3 * np.cos(rate * t), 0],
+        duration=0.5,
+    )
+    found = ca.simulate(vehicle, cartesian, sample=0.02)
+    assert polar.attrs["step"] == found.attrs["step"] < 0.02 / 4
+    np.testing.assert_allclose(polar.tip_position, found.tip_position, rtol=0, atol=1e-5)
+
+
 def test_the_reference_integrator_does_not_step_over_a_gust() -> None:
     def gust(t: float) -> list[float]:
         return [200.0 * np.exp(-(((t - 1.6) / 5e-3) ** 2)), 0.0, 0.0]

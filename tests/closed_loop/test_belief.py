@@ -143,3 +143,28 @@ def test_what_cannot_be_believed_in_is_refused() -> None:
         ca.simulate(VEHICLE, start, sample=0.01)
     with pytest.raises(ca.InputError, match="a law that does not know its vehicle"):
         ca.lyapunov(VEHICLE, scenario(law.believing(VEHICLE)))
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"uav.rotors.lever": 0.14},
+        {"uav.rotors.torque_per_thrust": 0.008},
+        {"uav.rotors.thrust_limits": [0.0, 30.0]},
+        {"uav.drag.linear": [0.5, 0.5, 0.5]},
+    ],
+)
+def test_rotors_and_drag_that_no_law_computes_with_are_those_that_fly(
+    other: dict[str, Any],
+) -> None:
+    rotors = {"layout": "quad_x", "lever": 0.2, "thrust_limits": [0.0, 25.0]}
+    vehicle = VEHICLE.replace(
+        {
+            "uav.rotors": {**rotors, "torque_per_thrust": 0.016},
+            "uav.drag": {"linear": [0.2] * 3},
+        }
+    )
+    law = ca.flight_controller(vehicle).believing(vehicle.replace(other))
+    start = ca.Scenario("hover", [0.1, 0, 0, 0, 0, 0, 0.1, 0], duration=0.02, controller=law)
+    with pytest.raises(ca.InputError, match="rotors or drag are not those of 'paper' that flies"):
+        ca.simulate(vehicle, start)

@@ -101,10 +101,11 @@ class Controller(Immutable):
         """The same law, but computing with this vehicle, whatever flies: with its weight, its
         Jacobians, its camera's mount and intrinsics.
 
-        vehicle: one, or one per run, that `replace` made of the one that flies. What is measured
-        stays true: the state, the depths, and images in pixels, that of the goal among them. Gains
-        are those that the controller was made with. Raises InputError, also of a flight controller
-        that was made for another mass or inertia, which are among its gains.
+        vehicle: one, or one per run, that `replace` made of the one that flies; with its rotors and
+        drag, which no law computes with, or the flight raises InputError. What is measured stays
+        true: the state, the depths, and images in pixels, that of the goal among them. Gains are
+        those that the controller was made with. Raises InputError, also of a flight controller that
+        was made for another mass or inertia, which are among its gains.
         """
         check_vehicle(vehicle)
         if self.known is not None:

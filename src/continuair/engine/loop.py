@@ -198,6 +198,12 @@ class Mind:
     cameras: Array
 
 
+_FLOWN = (
+    "allocation", "inverse", "lowest", "highest", "lag", "hubs", "disk", "drag", "square_drag",
+)  # fmt: skip
+"""What of a vehicle no law computes with: that which flies decides."""
+
+
 def _mind(believed: Vehicle, engine: Engine, Camera: Any) -> Mind:
     """Raises InputError where the vehicles differ by more than numbers."""
     if tree_of(believed) != engine.tree:
@@ -207,6 +213,13 @@ def _mind(believed: Vehicle, engine: Engine, Camera: Any) -> Mind:
             "make it of that one by replace."
         )
     packed = Engine(believed, engine.model, engine.dtype.name, engine.device, engine.threads)
+    names = [name for name in _FLOWN if name in (packed.plants.dtype.names or ())]
+    if any((packed.plants[name] != engine.plants[name]).any() for name in names):
+        raise InputError(
+            f"controller believes in the vehicle {shown(believed.name)}, whose rotors or drag are "
+            f"not those of {shown(engine.vehicle.name)} that flies, but thrusts are shared out by "
+            "what flies, and no law computes with drag; leave uav.rotors and uav.drag as they are."
+        )
     return Mind(packed, pack_cameras(believed, Camera))
 
 

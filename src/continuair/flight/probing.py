@@ -30,7 +30,10 @@ JUMP = 0.3
 by a hundredth."""
 
 _COUNTS = 1e-4
-"""A component of an input counts from this share of the largest one on, N and N m alike."""
+"""A component of an input counts from this share of the largest one of its unit and arm on."""
+
+_NOISE = 1e-10
+"""Share of an input's largest component below which another is but rounding, N and N m alike."""
 
 _WINDOWS = 100
 """Steps that are looked into."""
@@ -135,7 +138,7 @@ class Probe:
             if not callable(value) or told_rate(value) is not None:
                 continue
             try:
-                shares = _blur_of(name, value, field_width(name, self.layout), starts, widths)
+                shares = _blur_of(name, value, self.layout, starts, widths)
             except checks.UnsteadyInput:
                 raise
             except InputError:
@@ -183,7 +186,8 @@ def warn_of_jumps(
             continue
         own = stages[..., where]
         curved = np.abs(own[:, 0] - 2.0 * own[:, 1] + own[:, 2])
-        share = (curved / largest(np.abs(own).max(axis=(0, 1)))).max(axis=(1, 2))
+        whole = largest(np.abs(own).max(axis=(0, 1)), layout.alike([name]))
+        share = (curved / whole).max(axis=(1, 2))
         at = int(np.argmax(share))
         if share[at] > JUMP and name not in told:
             told.add(name)
@@ -195,8 +199,9 @@ def warn_of_jumps(
             return
 
 
-def _blur_of(name: str, value: Any, size: int, starts: Array, widths: Array) -> Array:
+def _blur_of(name: str, value: Any, layout: Layout, starts: Array, widths: Array) -> Array:
     """Share (starts, runs or 1) that an input is off the parabola through the stages of steps."""
+    size, alike = field_width(name, layout), layout.alike(FIELDS[name])
     stages, probes = (
         evaluated(name, value, (starts[:, None] + widths[:, None] * at).ravel(), size)
         for at in (STAGES, PROBES)
@@ -206,14 +211,17 @@ def _blur_of(name: str, value: Any, size: int, starts: Array, widths: Array) -> 
     weights = np.stack([(2 * s - 1) * (s - 1), 4 * s * (1 - s), s * (2 * s - 1)], axis=-1)
     off = np.abs(probes - np.einsum("ps,nsrk->nprk", weights, stages)).max(axis=1)
     whole = np.maximum(*(np.abs(x).max(axis=(0, 1)) for x in (stages, probes)))
-    return np.asarray((off / largest(whole)).max(axis=-1))
+    return np.asarray((off / largest(whole, alike)).max(axis=-1))
 
 
-def largest(of_components: Array) -> Array:
+def largest(of_components: Array, alike: list[slice]) -> Array:
     """The largest value of each component (runs or 1, components), inf for one that is too small.
 
-    Each by itself: a fast moment is not hidden by a steady force beside it.
+    alike: those of one unit and arm. Each by itself: a fast moment is not hidden by a steady force
+    beside it, nor the moment on a short arm by the weight.
     """
-    whole = of_components.max(axis=-1, keepdims=True)
-    counts = (of_components > _COUNTS * whole) & (of_components > 0.0)
+    counts = of_components > _NOISE * of_components.max(axis=-1, keepdims=True)
+    for kind in alike:
+        own = of_components[..., kind]
+        counts[..., kind] &= own > _COUNTS * own.max(axis=-1, keepdims=True)
     return np.where(counts, of_components, np.inf)

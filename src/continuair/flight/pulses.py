@@ -58,7 +58,7 @@ class Pulses:
             doubled = (start[:-1] + 4.0 * end[:-1] + end[1:]) / 6.0
             steps, opens = self.grid.steps, self.grid.opens
             alike = np.isclose(steps[1:], steps[:-1], rtol=1e-6, atol=0.0) & ~opens[1:]
-            whole = largest(np.abs(stages).max(axis=(0, 1)))
+            whole = largest(np.abs(stages).max(axis=(0, 1)), self._alike(name))
             off = np.abs(0.5 * (means[:-1] + means[1:]) - doubled) / whole > _ROUGH
             # A bend in an input costs nothing where a step ends.
             curved = np.abs(start - 2.0 * middle + end) / whole > _ROUGH
@@ -74,7 +74,7 @@ class Pulses:
         for name in self._untold():
             stages = self._stages(name)
             whole = np.abs(stages).max(axis=(0, 1))
-            moved = np.abs(np.diff(stages, axis=0)).sum(axis=0) / largest(whole)
+            moved = np.abs(np.diff(stages, axis=0)).sum(axis=0) / largest(whole, self._alike(name))
             own = _looked_into(moved.max(axis=-1))
             steps = np.flatnonzero(own.any(axis=1))
             shares = np.where(own[steps], self._beyond(name, stages[:, steps], steps, whole), 0.0)
@@ -95,6 +95,9 @@ class Pulses:
             for name, value in given.items()
             if timed and callable(value) and told_rate(value) is None
         ]
+
+    def _alike(self, name: str) -> list[slice]:
+        return self.layout.alike(FIELDS[name])
 
     def _stages(self, name: str) -> Array:
         """Inputs of a field at start, middle and end of every step (3, steps, n or 1, columns)."""
@@ -130,7 +133,8 @@ class Pulses:
         found = found if found.shape[1] == 1 else found[:, self.runs]
         probes = found.reshape(len(steps), len(PROBES), *found.shape[1:])
         over = np.maximum(probes.max(1) - stages.max(0), stages.min(0) - probes.min(1))
-        return np.asarray((over / largest(np.maximum(whole, np.abs(probes).max(1)))).max(axis=-1))
+        most = largest(np.maximum(whole, np.abs(probes).max(1)), self._alike(name))
+        return np.asarray((over / most).max(axis=-1))
 
 
 def _looked_into(moved: Array) -> Array:

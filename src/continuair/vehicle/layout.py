@@ -231,6 +231,17 @@ class Layout:
         """Columns of a row of inputs."""
         return width_of(self.of_input)
 
+    def alike(self, names: Iterable[str]) -> list[slice]:
+        """Columns, of inputs side by side, that are of one unit and act on one arm or section."""
+        found: list[slice] = []
+        for name in names:
+            of, where = OF_NAME[name], self.of_input[name]
+            all_of_it = where.stop - where.start
+            width = all_of_it if of.per == "rotor" else len(of.axes) // len(of.units.split(", "))
+            first = found[-1].stop if found else 0
+            found += [slice(first + n, first + n + width) for n in range(0, all_of_it, width)]
+        return found
+
     def add(self, table: Any, names: Iterable[str], values: Any) -> None:
         """Add values (..., n) of some inputs, side by side, to a table of inputs (..., inputs)."""
         first = 0
