@@ -344,3 +344,32 @@ def test_flights_that_are_given_the_wrong_way_round_are_told_of() -> None:
         ca.compare(coupled, other)
         ca.compare(coupled, coupled)
         ca.compare(other, other)
+
+
+@pytest.mark.filterwarnings("ignore:step_error reaches")
+def test_what_is_but_rounding_differs_by_nothing_wherever_it_is() -> None:
+    """A tip held at the world's origin, and angles of a tip that only climbs."""
+    vehicle = ca.load_vehicle("paper")
+    rest = ca.trim(vehicle, bend=(0.3, 0.2))
+    held = {"force": rest.force, "moment": rest.moment, "bend_moment": rest.bend_moment}
+    scenario = ca.Scenario("held", rest.q, duration=0.2, **held)
+    start = np.array(rest.q)
+    start[:3] -= ca.simulate(vehicle, scenario)["tip_position"].isel(time=0).to_numpy()
+    rotors = {"layout": "octo_plus", "lever": 0.24, "thrust_limits": [0.0, 20.0]}
+    slender = ca.load_vehicle("slender").replace(
+        {"uav.rotors": {**rotors, "torque_per_thrust": 0.015}}
+    )
+    climb = ca.Setpoints(position=ca.paths.line([0, 0, 0], [0, 0, 1.0], duration=1.0))
+    up = ca.Scenario(
+        "climb",
+        np.zeros(8),
+        controller=ca.flight_controller(slender),
+        setpoints=climb,
+        duration=0.5,
+    )
+    for each, flown in ((vehicle, scenario.replace(q=start)), (slender, up)):
+        models = [ca.simulate(each, flown, model=model) for model in ("coupled", "decoupled")]
+        found, pairs = ca.compare(*models), ca.run_pairs(each, flown, ["decoupled"])
+        assert np.all(found["nrmse_r"] == 0.0) and np.all(pairs["nrmse_r"] == 0.0)
+        np.testing.assert_allclose(pairs["nrmse_t"][0, 1], found["nrmse_t"], rtol=1e-9)
+        assert np.all(found["nrmse_t"] < 1e-9)

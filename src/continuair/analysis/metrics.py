@@ -100,8 +100,14 @@ def nrmse(reference: ArrayLike, other: ArrayLike) -> Any:
     and samples; the range of each component is that of the reference. 0 if the two agree, inf if
     they differ and the reference does not move, but for rounding. "NRMSE_W", Amiri et al.
     """
+    return _nrmse(reference, other, 0.0)
+
+
+def _nrmse(reference: ArrayLike, other: ArrayLike, unit: float) -> Any:
+    """As `nrmse`, of numbers that are rounded as those of a unit are, such as places of a tip that
+    stays near the origin, and angles."""
     reference, other = np.asarray(reference, float), np.asarray(other, float)
-    unsure = ROUNDING * np.max(np.abs(reference), axis=(-2, -1))
+    unsure = ROUNDING * np.maximum(np.max(np.abs(reference), axis=(-2, -1)), unit)
     error = np.sqrt(np.sum((reference - other) ** 2, axis=(-2, -1)) / reference.shape[-2])
     moved = np.sqrt(np.sum(np.ptp(reference, axis=-2) ** 2, axis=-1))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -315,8 +321,8 @@ def differences(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
     lost &= (turned[1] != reference).any((-2, -1))
     turned[1][lost] = np.nan
     result = {
-        "nrmse_t": nrmse(*positions),
-        "nrmse_r": nrmse(*turned),
+        "nrmse_t": _nrmse(*positions, 1.0),
+        "nrmse_r": _nrmse(*turned, 1.0),
         "rmse_t_m": rmse(*positions),
         "rmse_r_rad": rmse(*turned),
         "angle_rad": _per_run(np.sqrt(np.mean(geodesic_angle(*attitudes) ** 2, axis=-1))),

@@ -15,7 +15,7 @@ from continuair import checks
 from continuair.engine.engine import Drive
 from continuair.errors import InputError
 from continuair.flight.inputs import evaluated, field_width
-from continuair.flight.probing import GOLDEN, JUMP, PROBES, largest, warn_of_unseen
+from continuair.flight.probing import GOLDEN, INSIDE, PROBES, largest, warn_of_unseen
 from continuair.flight.steps import told_rate
 from continuair.flight.time_grid import Grid
 from continuair.scenario.scenarios import Scenario
@@ -27,8 +27,13 @@ _ROUGH = 3e-3
 """Share of an input's largest value by which its mean over two steps differs from that by their
 ends and the middle alone; that of a sine reaches it at seven steps per period."""
 
-_LIVELIEST = _SPREAD = 8
-"""Steps that are looked into: of those in which an input moves most, and spread over the flight."""
+_BEYOND = 0.05
+"""Share of its largest value by which an input may go beyond what the stages of a step show: a sine
+reaches it at five steps per period."""
+
+_LIVELIEST, _SPREAD, _AT_ONCE = 8, 5000, 500
+"""Steps that are looked into: of those in which a component of an input moves most, and spread over
+the flight, which are all where it has no more; and so many at once."""
 
 _TOGETHER = ("tau", "force")
 """Fields that add up in one column of what acts."""
@@ -72,18 +77,20 @@ class Pulses:
         """
         found = np.zeros(len(self.runs), bool)
         for name in self._untold():
-            stages = self._stages(name)
+            stages, worst = self._stages(name), (_BEYOND, 0)
             whole = np.abs(stages).max(axis=(0, 1))
             moved = np.abs(np.diff(stages, axis=0)).sum(axis=0) / largest(whole, self._alike(name))
-            own = _looked_into(moved.max(axis=-1))
+            own = _looked_into(moved)
             steps = np.flatnonzero(own.any(axis=1))
-            shares = np.where(own[steps], self._beyond(name, stages[:, steps], steps, whole), 0.0)
-            found |= (shares > JUMP).any(axis=0)
-            if shares.max() > JUMP and name not in told:
+            for part in np.split(steps, range(_AT_ONCE, len(steps), _AT_ONCE)):
+                beyond = self._beyond(name, stages[:, part], part, whole)
+                shares = np.where(own[part], beyond, 0.0)
+                found |= (shares > _BEYOND).any(axis=0)
+                worst = max(worst, (float(shares.max()), int(part[shares.max(axis=1).argmax()])))
+            if worst[0] > _BEYOND and name not in told:
                 told.add(name)
-                at = steps[int(np.argmax(shares.max(axis=1)))]
-                step, time = float(self.grid.steps[at]), float(self.grid.starts[at])
-                warn_of_unseen(name, float(shares.max()), step, time, stacklevel + 1)
+                step, time = float(self.grid.steps[worst[1]]), float(self.grid.starts[worst[1]])
+                warn_of_unseen(name, worst[0], step, time, stacklevel + 1)
         return found
 
     def _untold(self) -> list[str]:
@@ -101,6 +108,12 @@ class Pulses:
 
     def _stages(self, name: str) -> Array:
         """Inputs of a field at start, middle and end of every step (3, steps, n or 1, columns)."""
+        if name in _TOGETHER and all(
+            getattr(self.scenario, each) is not None for each in _TOGETHER
+        ):
+            # What is sampled is the sum of both.
+            at = np.array([INSIDE, 0.5, 1.0 - INSIDE])
+            return np.moveaxis(self._asked(name, np.arange(len(self.grid.starts)), at), 1, 0)
         columns = np.r_[tuple(self.layout.of_input[each] for each in FIELDS[name])]
         table = self.drive.table.reshape(-1, 3, *self.drive.table.shape[1:])
         found = np.moveaxis(table[..., columns], 1, 0)
@@ -114,34 +127,38 @@ class Pulses:
 
         stages: of these steps (3, steps, n or 1, columns); whole: the largest of all steps.
         """
-        if name in _TOGETHER and all(
-            getattr(self.scenario, each) is not None for each in _TOGETHER
-        ):
-            # Their stages hold the sum of both.
-            return np.zeros((len(steps), 1))
-        times = self.grid.starts[steps, None] + self.grid.steps[steps, None] * PROBES
-        value: Any = getattr(self.scenario, name)
         try:
-            found = evaluated(name, value, times.ravel(), field_width(name, self.layout))
+            # Another place in every other step: no vibration is in step with both.
+            probes = self._asked(name, steps, PROBES[steps % len(PROBES), None])[:, 0]
         except checks.UnsteadyInput:
             raise
         except InputError:
             # A function that fails off its stages alone is not one that can be looked at.
             return np.zeros((len(steps), 1))
+        over = np.maximum(probes - stages.max(0), stages.min(0) - probes)
+        most = largest(np.maximum(whole, np.abs(probes).max(0)), self._alike(name))
+        return np.asarray((over / most).max(axis=-1))
+
+    def _asked(self, name: str, steps: Array, at: Array) -> Array:
+        """A field (steps, places, n or 1, columns) at some places within steps, as shares."""
+        times = self.grid.starts[steps, None] + self.grid.steps[steps, None] * at
+        value: Any = getattr(self.scenario, name)
+        found = evaluated(name, value, times.ravel(), field_width(name, self.layout))
         if name == "tip_wrench":
             found = self.scenario.tip_wrench_sign * found
         found = found if found.shape[1] == 1 else found[:, self.runs]
-        probes = found.reshape(len(steps), len(PROBES), *found.shape[1:])
-        over = np.maximum(probes.max(1) - stages.max(0), stages.min(0) - probes.min(1))
-        most = largest(np.maximum(whole, np.abs(probes).max(1)), self._alike(name))
-        return np.asarray((over / most).max(axis=-1))
+        return found.reshape(*times.shape, *found.shape[1:])
 
 
 def _looked_into(moved: Array) -> Array:
-    """Which steps are looked into, by how much an input moves in them; both (steps, n or 1)."""
-    found = np.zeros(moved.shape, bool)
-    found[(np.arange(_SPREAD) * GOLDEN % 1.0 * len(moved)).astype(int)] = True
-    most = min(_LIVELIEST, len(moved))
-    liveliest = np.argpartition(moved, len(moved) - most, axis=0)[len(moved) - most :]
-    np.put_along_axis(found, liveliest, True, axis=0)
+    """Which steps are looked into (steps, n or 1), by how much each component of an input moves in
+    them (steps, n or 1, columns)."""
+    count = len(moved)
+    found = np.zeros(moved.shape[:2], bool)
+    spread = np.arange(_SPREAD) * GOLDEN % 1.0 * count if count > _SPREAD else np.arange(count)
+    found[spread.astype(int)] = True
+    if count > _SPREAD:
+        for component in np.moveaxis(moved, -1, 0):
+            liveliest = np.argpartition(component, count - _LIVELIEST, axis=0)
+            np.put_along_axis(found, liveliest[count - _LIVELIEST :], True, axis=0)
     return found

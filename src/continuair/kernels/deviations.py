@@ -105,10 +105,11 @@ def deviation_kernel(numbers: Numbers) -> Any:
 
     @wp.func
     def ratio(squares: Real, spread: vec3, samples: Real, largest: Real):
-        """The paper's NRMSE, Amiri et al., as `nrmse` of analysis/metrics.py has it: 0 if nothing
-        differs but by rounding, inf if so much moves and more differs; no number stays none."""
+        """The paper's NRMSE, Amiri et al., as `differences` of analysis/metrics.py has it: 0 if
+        nothing differs but by rounding, inf if so much moves and more differs; no number stays
+        none."""
         error, moved = wp.sqrt(squares / samples), wp.length(spread)
-        unsure = Real(ROUNDING) * largest
+        unsure = Real(ROUNDING) * wp.max(largest, one)
         return above(error, unsure, error / above(moved, unsure, moved, zero), zero * error)
 
     @wp.func
