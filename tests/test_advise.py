@@ -143,6 +143,14 @@ def test_where_the_coupled_model_is_lost_nothing_is_decided(
     assert f"the coupled model itself does not fly {name} to the end" in found["text"]
 
 
+def test_a_tip_that_is_pushed_harder_the_stiffer_it_is_is_to_be_softer() -> None:
+    case = results(2.5)
+    tip = {"errors": [math.nan, 0.03], "limit_hz": math.nan, "hz": [1.0, 2.0], "error": math.nan}
+    case["excitations"]["tip"] = {"models": {"decoupled": tip}, "amplitude": 357.0}
+    text = verdict(case, "contact", "decoupled")["text"]
+    assert "its load, 357 N, is more than the vehicle bears" in text and "softer arm" in text
+
+
 def test_no_coupling_is_blamed_where_flights_without_each_are_lost() -> None:
     assert missed(dict.fromkeys(("carriage", "inertia", "coriolis"), math.inf), math.nan) == ""
     alone = {"carriage": 0.01, "inertia": math.inf, "coriolis": 0.02}

@@ -11,7 +11,7 @@ import continuair as ca
 from continuair.analysis.limits import Limit
 from continuair.figures import advise as figures
 from continuair.scenario.tracking_task import without_rotors
-from continuair.studies.advise import excitations
+from continuair.studies.advise import excitations, frequencies
 from continuair.studies.advise.excitations import excite
 from continuair.studies.advise.notes import notes
 from continuair.studies.advise.verdicts import verdict
@@ -142,7 +142,7 @@ def test_an_attitude_loop_flies_as_long_at_every_frequency_as_nothing_holds_the_
     loop = Loop("attitude", 8.0)
     beside = excitations._errors(NEW_USER, "tip", [0.155, 0.165], loop)["decoupled"]
     assert abs(beside[1] / beside[0] - 1.0) < 0.3
-    shorter = flown_errors(NEW_USER, "tip", np.array([0.165]), loop, excitations.LONGEST / 3.0)
+    shorter = flown_errors(NEW_USER, "tip", np.array([0.165]), loop, frequencies.LONGEST / 3.0)
     assert shorter["decoupled"][0] < 0.5 * beside[1]
     case = results({"bend": 0.6, "moment": 0.5}, {"bend": 0.5, "moment": 0.4})
     case["loop"] |= {"name": "attitude", "drifting_s": 86.2}
@@ -220,7 +220,8 @@ def test_notes_tell_where_independent_is_better_and_whose_limit_it_is() -> None:
     assert found[0] == better
     assert found[1] == "hover: the limit is that of moment alone; bend allows 2 [Hz]."
     quiet = notes(results({"bend": 0.6, "moment": 0.5}, {"bend": 0.5, "moment": 0.4}))
-    assert len(quiet) == 1 and "fewer than three cycles below 0.3 Hz" in quiet[0]
+    assert len(quiet) == 2 and "fewer than three cycles below 0.3 Hz" in quiet[0]
+    assert quiet[1] == "Oscillating loads were tried from 0.1 Hz on, none slower."
 
 
 def test_a_note_tells_that_gravity_swings_an_arm_faster_than_anything_that_was_tried() -> None:
@@ -293,7 +294,7 @@ def test_notes_tell_what_the_atlas_does_not_hold_and_what_has_not_settled() -> N
     case["excitations"]["bend"]["models"]["decoupled"] |= {
         "limit_settled": False, "limit_longer_error": 0.0361
     }  # fmt: skip
-    unsettled, outside = notes(case)
+    unsettled, _, outside = notes(case)
     assert unsettled.startswith("bend, decoupled: the error has not settled: in a longer flight")
     assert unsettled.endswith("it is 0.036 at the limit.")
     for part in ("gravity number 2.5 (0.002 to 2 there)", "disks", "mount"):

@@ -351,8 +351,14 @@ def test_what_is_but_rounding_differs_by_nothing_wherever_it_is() -> None:
     """A tip held at the world's origin, and angles of a tip that only climbs."""
     vehicle = ca.load_vehicle("paper")
     rest = ca.trim(vehicle, bend=(0.3, 0.2))
-    held = {"force": rest.force, "moment": rest.moment, "bend_moment": rest.bend_moment}
-    scenario = ca.Scenario("held", rest.q, duration=0.2, **held)
+    scenario = ca.Scenario(
+        "held",
+        rest.q,
+        force=rest.force,
+        moment=rest.moment,
+        bend_moment=rest.bend_moment,
+        duration=0.2,
+    )
     start = np.array(rest.q)
     start[:3] -= ca.simulate(vehicle, scenario)["tip_position"].isel(time=0).to_numpy()
     rotors = {"layout": "octo_plus", "lever": 0.24, "thrust_limits": [0.0, 20.0]}

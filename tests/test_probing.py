@@ -122,6 +122,23 @@ def test_a_simulation_follows_what_is_fast_only_later() -> None:
 
 
 @pytest.mark.filterwarnings("ignore:.*changes within steps")
+def test_a_simulation_that_flies_on_tells_of_what_is_fast_only_then() -> None:
+    """At its zeros at every step: beyond the scenario's duration no step was chosen for it."""
+
+    def late(t: float) -> list[float]:
+        return [4e-3 * np.sin(2.0 * np.pi * 100.0 * t) * (t > 1.2), 0.0]
+
+    scenario = ca.Scenario("late", np.zeros(8), bend_moment=late, duration=1.0)
+    sim = ca.Simulation(SLENDER, scenario, control_period=0.02)
+    while sim.time < 0.99:
+        sim.step()
+    assert sim.step_error < 1e-6
+    with pytest.warns(ca.ContinuairWarning, match="bend_moment changes within steps"):
+        sim.step()
+        sim.step()
+    assert np.isinf(sim.step_error)
+
+
 @pytest.mark.parametrize("burst", [(0.05037, 0.15093), (0.05012, 0.05042)], ids=["gust", "blow"])
 def test_a_jump_that_is_not_declared_is_told_of(burst: tuple[float, float]) -> None:
     def force(t: float) -> list[float]:

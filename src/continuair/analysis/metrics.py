@@ -100,10 +100,10 @@ def nrmse(reference: ArrayLike, other: ArrayLike) -> Any:
     and samples; the range of each component is that of the reference. 0 if the two agree, inf if
     they differ and the reference does not move, but for rounding. "NRMSE_W", Amiri et al.
     """
-    return _nrmse(reference, other, 0.0)
+    return _nrmse(reference, other, unit=0.0)
 
 
-def _nrmse(reference: ArrayLike, other: ArrayLike, unit: float) -> Any:
+def _nrmse(reference: ArrayLike, other: ArrayLike, *, unit: float) -> Any:
     """As `nrmse`, of numbers that are rounded as those of a unit are, such as places of a tip that
     stays near the origin, and angles."""
     reference, other = np.asarray(reference, float), np.asarray(other, float)
@@ -321,8 +321,8 @@ def differences(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
     lost &= (turned[1] != reference).any((-2, -1))
     turned[1][lost] = np.nan
     result = {
-        "nrmse_t": _nrmse(*positions, 1.0),
-        "nrmse_r": _nrmse(*turned, 1.0),
+        "nrmse_t": _nrmse(*positions, unit=1.0),
+        "nrmse_r": _nrmse(*turned, unit=1.0),
         "rmse_t_m": rmse(*positions),
         "rmse_r_rad": rmse(*turned),
         "angle_rad": _per_run(np.sqrt(np.mean(geodesic_angle(*attitudes) ** 2, axis=-1))),

@@ -18,9 +18,10 @@ from continuair.flight.camera_timing import motion_of
 from continuair.flight.cohorts import Cohort
 from continuair.flight.inputs import field_width, groups_of
 from continuair.flight.prepare import check_scenario, checked_step, prepare
-from continuair.flight.probing import warn_of_jumps
+from continuair.flight.probing import Probe, warn_of_jumps
 from continuair.flight.reading import GIVEN_TO_STEPS
 from continuair.flight.resolution import summed, warn_of_saturation
+from continuair.flight.rotors import within_limits
 from continuair.flight.steps import check_divides
 from continuair.flight.time_grid import Grid, Marks, grid_of, marks_at, seen_at, stage_times
 from continuair.flight.trajectory import WATCHED_VARIABLES, Recorder, default_variables, in_front
@@ -65,7 +66,9 @@ class Simulation:
     """One vehicle in a scenario, advanced by `step` under forces held for a control period.
 
     The scenario gives the start, the inputs that disturb the flight, and the target, if any; its
-    duration is not a limit. model, step: as in `simulate`; control_period: [s]. Raises InputError.
+    duration is not a limit, but the step is chosen for inputs until then, and further on only told
+    of where it does not follow them. model, step: as in `simulate`; control_period: [s]. Raises
+    InputError.
     """
 
     def __init__(
@@ -115,6 +118,7 @@ class Simulation:
         self._rows, self._pushes, self._groups = [row], [np.zeros(layout.inputs)], 0
         self._euler = nearest_euler(row[layout.attitude], np.zeros(3), row[layout.roll][0])
         self._given: set[str] = set()
+        self._looked_to = max(period, scenario.duration)
 
     def __copy__(self) -> Simulation:
         raise InputError(
@@ -196,6 +200,8 @@ class Simulation:
                 f"step is not possible: the flight ended at {self._ended:g} s ({self.status}); "
                 "start a new Simulation."
             )
+        if self.time >= self._looked_to:
+            self._look_ahead()
         layout, row, grid = self._engine.layout, self._rows[-1], self._grid()
         states, first = row[None, : layout.state], self._rows[0][None, : layout.state]
         angles = np.append(row[layout.branch][1::2], row[layout.roll])
@@ -263,6 +269,15 @@ class Simulation:
         given = dict.fromkeys(sorted(self._given), GIVEN_TO_STEPS)
         told = json.loads(flight.provenance["scenario"]) | given
         return recorder.dataset({"step": self._step, "scenario": json.dumps(told)})
+
+    def _look_ahead(self) -> None:
+        """Warn, as at the beginning, of the scenario's inputs that the step does not follow from
+        here on until twice the time, and mark them."""
+        self._looked_to *= 2.0
+        probed = within_limits(self._vehicle, self._scenario)
+        probe, steps = Probe(probed, self._engine.layout, self._looked_to), np.array([self._step])
+        probe.warn_of_blur(steps, stacklevel=4)
+        self._flight.missed[probe.missed(steps)] = True
 
     def _look_at_inputs(self, times: Array) -> None:
         """Warn, as `simulate` does, of the scenario's inputs that jump or swing within the steps

@@ -38,6 +38,10 @@ SWELL = 0.4
 """Share of a flight in a loop over which its load swells, and which does not count."""
 
 
+MOST_SAMPLES = 4000
+"""Of a flight: those of a hundred clamped periods. Longer flights are of slower loads."""
+
+
 @dataclass(frozen=True)
 class Loop:
     """One of LOOPS, and the bandwidth of its attitude [rad/s], or None for its default.
@@ -89,7 +93,7 @@ def sampling(vehicle: Vehicle, scenario: Scenario) -> tuple[float, float]:
 
     In a loop samples are at instants at which it acts, or between them, so that steps are even.
     """
-    sample, period = sample_time(vehicle), scenario.period
+    sample, period = max(sample_time(vehicle), scenario.duration / MOST_SAMPLES), scenario.period
     if period is None:
         return sample, 0.0
     even = period * (sample // period) if sample >= period else period / np.ceil(period / sample)

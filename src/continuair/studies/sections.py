@@ -102,12 +102,12 @@ def elastica_sag(load: float) -> float:
 
 
 def sections(counts: Iterable[int] = COUNTS) -> dict[str, Any]:
-    """Frequencies, sags, errors, steps and costs of every count, and of the true beam.
+    """Frequencies, sags, errors, steps and costs of every count, in order, and of the true beam.
 
     Frequencies as constants ω l² √(μ/E I), sags over the length, errors of the tip in arm lengths
     (RMS, in the flight of SWAY), steps [s]; processor's time per step and second of flight [s].
     """
-    counts = tuple(counts)
+    counts = tuple(sorted(set(counts)))
     rows = [_row(count) for count in counts]
     finest = rows[-1].pop("tip")
     for row in rows:

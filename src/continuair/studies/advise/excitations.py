@@ -10,7 +10,9 @@ import numpy as np
 from continuair.analysis.couplings import attribution
 from continuair.analysis.excited import excited_arm
 from continuair.analysis.limits import Limit, find_limits
+from continuair.controllers.cascade_design import GRAVITY
 from continuair.kernels.dynamics import COUPLINGS, SIMPLER
+from continuair.studies.advise.frequencies import LONGEST, slowest, tried
 from continuair.studies.excited_flights import (
     NO_LOOP,
     Loop,
@@ -21,7 +23,6 @@ from continuair.studies.excited_flights import (
     sampling,
 )
 from continuair.studies.standard_excitations import EXCITATIONS, PERIODS
-from continuair.studies.standard_loops import hover_loop
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -29,14 +30,8 @@ Array = np.ndarray
 MODERATE = 0.5
 """Frequency over the clamped one at which errors are quoted and couplings are told apart."""
 
-SCAN = np.geomspace(0.05, 3.0, 20)
-"""Frequencies over the clamped one that are tried."""
-
 REFINED = 8
 """Frequencies of the round that halves in on a limit."""
-
-LONGEST = float(least_periods(SCAN[0]))
-"""Clamped periods that a flight at the lowest of them lasts in a loop."""
 
 SETTLED, LASTING = 0.1, 8.0
 """Largest share by which a settled error differs from that of a longer flight: twice as long, and
@@ -49,7 +44,8 @@ _LONGER = float(np.sqrt(10.0))
 def excite(vehicle: Vehicle, name: str, tolerance: float, loop: Loop = NO_LOOP) -> dict[str, Any]:
     """Error of each model at the moderate load, and the frequency up to which it is tolerable.
 
-    limit_hz: NaN where no frequency tried is, inf where all are, None for a release or a fall.
+    limit_hz: NaN where the lowest frequency tried is not, inf where all are, None for a release or
+    a fall.
     Errors are as `flown_errors` has them. settled, and limit_settled at the limit: whether a flight
     that is longer, by what its loop takes to settle, says the same within a tenth, and what it
     says; None where no loop holds the place, so that nothing settles, where there is no error, and
@@ -67,8 +63,9 @@ def excite(vehicle: Vehicle, name: str, tolerance: float, loop: Loop = NO_LOOP) 
         def finer(ratios: Array, model: str) -> Array:
             return _errors(vehicle, name, ratios, loop)[model]
 
-        scanned = _errors(vehicle, name, SCAN, loop)
-        limits = find_limits(SCAN, scanned, tolerance, finer, REFINED)
+        places, alone = tried(vehicle, loop)
+        scanned = _errors(vehicle, name, places, loop, alone=alone)
+        limits = find_limits(places, scanned, tolerance, finer, REFINED)
         for model, found in limits.items():
             models[model] |= {
                 "limit_hz": found.last * clamped,
@@ -81,8 +78,18 @@ def excite(vehicle: Vehicle, name: str, tolerance: float, loop: Loop = NO_LOOP) 
         "meaning": excitation.meaning,
         "load": excitation.load,
         "load_ratio": excitation.moderate,
+        "amplitude": _amplitude(vehicle, name),
         "models": models,
     }
+
+
+def _amplitude(vehicle: Vehicle, name: str) -> float | None:
+    """Of the input at the moderate load and frequency, in its unit; None where nothing acts."""
+    excitation = EXCITATIONS[name]
+    if excitation.amplitude is None:
+        return None
+    at = vehicle, excited_arm(vehicle), excitation.moderate, MODERATE, GRAVITY
+    return float(np.squeeze(excitation.amplitude(*at)))
 
 
 def _settled(
@@ -115,10 +122,8 @@ def _settled(
 
 def _lasting(vehicle: Vehicle, loop: Loop) -> float:
     """Clamped periods in which the slowest motion of a loop settles."""
-    held = hover_loop(vehicle, loop.name, loop.bandwidth)
-    assert held is not None
-    slowest = float(held.settings["position_bandwidth"]) * float(held.settings["integral_share"])
-    return LASTING / slowest * float(excited_arm(vehicle).frequency) / (2.0 * np.pi)
+    clamped = float(excited_arm(vehicle).frequency) / (2.0 * np.pi)
+    return LASTING / slowest(vehicle, loop) * clamped
 
 
 def _alike(error: float, longer: float) -> bool | None:
@@ -133,11 +138,17 @@ def _errors(
     loop: Loop,
     longer: float = 1.0,
     least: float = 0.0,
+    alone: Array | None = None,
 ) -> dict[str, Array]:
-    """Error of each model at each frequency; longer: than need be, and at least so many periods."""
+    """Error of each model at each frequency; longer: than need be, and at least so many periods;
+    alone: periods that flights last (n,), 0 for one that lasts as others do."""
     frequencies = np.asarray(frequencies, float)
     errors = {model: np.empty(len(frequencies)) for model in SIMPLER}
-    for at, periods in _together(name, frequencies, loop):
+    alone = np.zeros(len(frequencies)) if alone is None or not loop.settles else alone
+    shared = np.flatnonzero(alone == 0.0)
+    parts = [(shared[at], periods) for at, periods in _together(name, frequencies[shared], loop)]
+    parts += [(np.array([one]), float(alone[one])) for one in np.flatnonzero(alone)]
+    for at, periods in parts:
         lasting = max(longer * periods, least)
         found = flown_errors(vehicle, name, frequencies[at], loop, lasting)
         for model in SIMPLER:

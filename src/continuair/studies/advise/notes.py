@@ -31,6 +31,7 @@ def notes(results: dict[str, Any]) -> list[str]:
         *(note for task in results["verdicts"] for note in _alone(results, task)),
         *_unstable(results),
         *_unsettled(results),
+        *_from(results),
         *_slower(results),
         *_lost(results),
         *_outside(results),
@@ -139,6 +140,19 @@ def _unsettled(results: dict[str, Any]) -> list[str]:
 
 def _error(value: float) -> str:
     return number(value, 2) if math.isfinite(value) else "lost, as the flight ends early,"
+
+
+def _from(results: dict[str, Any]) -> list[str]:
+    """Where what was tried begins."""
+    tried = [
+        min(of["hz"])
+        for part in results["excitations"].values()
+        for of in part["models"].values()
+        if "hz" in of
+    ]
+    if not tried:
+        return []
+    return [f"Oscillating loads were tried from {number(max(tried), 2)} Hz on, none slower."]
 
 
 def _slower(results: dict[str, Any]) -> list[str]:

@@ -18,17 +18,15 @@ from continuair import checks
 from continuair.analysis.beam import curvature_error
 from continuair.analysis.excited import excited_arm
 from continuair.analysis.groups import place
-from continuair.analysis.modes import modes
-from continuair.analysis.trim import trim
 from continuair.controllers.controller import Controller
 from continuair.controllers.gain_files import Gains, load_gains
-from continuair.errors import InputError
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import REFERENCE, SIMPLER
 from continuair.progress import Progress, Steps
 from continuair.scenario.letters import LETTERS
 from continuair.scenario.tracking_task import without_rotors
-from continuair.studies.advise.excitations import LONGEST, attribute, excite, missed
+from continuair.studies.advise.excitations import attribute, excite, missed
+from continuair.studies.advise.frequencies import LONGEST, hovering
 from continuair.studies.advise.notes import notes
 from continuair.studies.advise.tracking import tracking_limit, tracking_notes
 from continuair.studies.advise.verdicts import TASKS, verdict
@@ -139,16 +137,6 @@ def _growth(vehicle: Vehicle, controller: Controller | None) -> float | None:
     if controller is None:
         return None
     return bent_growth(vehicle, controller, np.asarray(standard_scenario("release", vehicle).q))
-
-
-def hovering(vehicle: Vehicle) -> list[float]:
-    """Frequencies of the hovering vehicle's modes with gravity, arms as they hang [Hz]; none where
-    it has no stable balance."""
-    try:
-        found = modes(vehicle, trim(vehicle).q, base="hovering")
-    except InputError:
-        return []
-    return [float(each) for each in found.frequencies / (2.0 * np.pi)]
 
 
 def varied(vehicle: Vehicle) -> str:

@@ -46,7 +46,7 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
     if lost:
         text = (
             f"undecided: the coupled model itself does not fly {lost} to the end; "
-            "give the vehicle a stiffer arm, or a loop that holds it"
+            f"{_remedy(parts, model)}"
         )
         return {"scope": "undecided", "except": [], "limit": np.nan, "unit": "Hz", "text": text}
     once = [name for name, part in parts.items() if part["models"][model]["limit_hz"] is None]
@@ -74,6 +74,15 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
         text += bounded
     found = {"scope": _scope(limit), "except": bad, "limit": limit, "unit": "Hz", "text": text}
     return found | {"limits": limits}
+
+
+def _remedy(parts: dict[str, Any], model: str) -> str:
+    """What helps where flights are lost; the load of a contact grows with the arm's stiffness."""
+    tip = parts.get("tip")
+    if tip is not None and _is_lost(tip["models"][model]):
+        load = f"its load, {tip['amplitude']:.3g} N, is more than the vehicle bears at the tip"
+        return f"{load}; give a softer arm"
+    return "give the vehicle a stiffer arm, or a loop that holds it"
 
 
 def _missed(culprit: str) -> str:
