@@ -22,7 +22,7 @@ test: $(VENV)/installed-$(subst $(comma),-,$(EXTRAS))
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	@# One thread of BLAS: matrices are small here, and threads would wait for each other.
-	OMP_NUM_THREADS=1 $(BIN)/pytest -q -n $(WORKERS) --dist loadfile -m "not slow"
+	OMP_NUM_THREADS=1 $(BIN)/pytest -q -n $(WORKERS) --dist loadfile -m "not slow and not long"
 
 # The page is written whatever was reached; a claim that misses without an explanation fails.
 verify: $(VENV)/installed-test-oracles

@@ -62,6 +62,7 @@ def test_slower_targets_are_within_the_limit_and_faster_ones_are_not() -> None:
     assert ds[speed > entry["limit_m_s"]][0] > 0.7
 
 
+@pytest.mark.long
 def test_what_a_slow_law_leaves_of_a_start_is_not_taken_for_the_targets_speed() -> None:
     """An integral brings a start that is off home slowly, and changes the limit by little."""
 
@@ -157,6 +158,7 @@ def test_no_coupling_is_blamed_where_flights_without_each_are_lost() -> None:
     assert missed(alone, math.inf) == "inertia"
 
 
+@pytest.mark.long
 def test_advice_is_stored_as_strict_json_a_table_and_a_figure(
     contact: dict[str, Any], tmp_path: Path
 ) -> None:

@@ -150,6 +150,7 @@ def small() -> xr.Dataset:
     return atlas(600, seed=3)
 
 
+@pytest.mark.long
 def test_a_small_atlas_is_reproducible_and_says_how_it_was_made(
     small: xr.Dataset, tmp_path: Path
 ) -> None:
@@ -161,6 +162,7 @@ def test_a_small_atlas_is_reproducible_and_says_how_it_was_made(
     assert "| fall |" in as_table(small)
 
 
+@pytest.mark.long
 def test_shares_of_importance_add_up(small: xr.Dataset) -> None:
     for summary in (small, load()):
         first, total = summary["first"].sum("group"), summary["total"].sum("group")

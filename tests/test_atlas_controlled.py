@@ -61,6 +61,7 @@ def summary() -> xr.Dataset:
     return load(shipped=CONTROLLED_SUMMARY)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "run"), [("bend", 0), ("moment", 1)])
 def test_advise_says_of_a_vehicle_what_the_atlas_says(
     name: str, run: int, flights: xr.Dataset

@@ -99,6 +99,7 @@ def test_a_folder_with_other_files_is_refused_and_left_alone() -> None:
     assert [path.name for path in Path("mine").iterdir()] == ["notes.txt"]
 
 
+@pytest.mark.long
 def test_open_loop_writes_results_figures_and_trajectories_and_replaces_only_its_own() -> None:
     first = run("open-loop", "--tests", "AB", "--out", "out")
     assert first.exit_code == 0, first.output
@@ -252,6 +253,7 @@ def test_a_working_directory_that_is_gone_is_told(monkeypatch: pytest.MonkeyPatc
         os.chdir(here)
 
 
+@pytest.mark.long
 def test_an_interrupted_rerun_leaves_no_mixture_and_says_so(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

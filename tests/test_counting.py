@@ -13,6 +13,7 @@ import continuair as ca
 SCRIPT = Path(__file__).parents[1] / "benchmarks" / "counting.py"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", ["coupled", "decoupled", "independent"])
 def test_counted_source_computes_the_kernels_flight(model: str) -> None:
     """Position, attitude and bend after three steps; the script itself checks hand counts."""

@@ -24,6 +24,7 @@ PATHS = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("path", PATHS)
 def test_an_example_runs_on_its_own(path: Path, tmp_path: Path) -> None:
     run = subprocess.run(
@@ -46,6 +47,7 @@ def test_the_device_controller_brakes_the_bend_and_keeps_its_place() -> None:
     np.testing.assert_allclose(braked.position[-1], [0, 0, 3], rtol=0, atol=0.02)
 
 
+@pytest.mark.long
 def test_the_numpy_controller_brings_the_target_to_the_middle_of_the_image() -> None:
     error = np.abs(example("numpy_controller")["fly"](3.0).feature_error.to_numpy()).max(axis=1)
     assert error[0] > 100.0
@@ -53,6 +55,7 @@ def test_the_numpy_controller_brings_the_target_to_the_middle_of_the_image() -> 
     assert error[-1] < 0.07 * error[0]
 
 
+@pytest.mark.long
 def test_a_shaped_transfer_leaves_the_arm_at_rest_where_a_rigid_plan_leaves_it_ringing() -> None:
     found = example("quiet_transfer")
     ringing, rigid = found["ringing"], found["RIGID"]

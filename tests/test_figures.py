@@ -458,6 +458,7 @@ def test_the_error_of_a_letter_is_drawn_beside_its_own_bound(letter: str, allowe
     assert list(line(drawn, "least bound of the proof").get_ydata()) == [allowed, allowed]
 
 
+@pytest.mark.long
 def test_no_legend_covers_a_curve(result: study.OpenLoop, monkeypatch: pytest.MonkeyPatch) -> None:
     given = {"nominal": loop(), "camera": loop(noise=0.2)}
     found = written(monkeypatch, tracking.write, loop_results(), given, Camera())

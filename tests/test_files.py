@@ -184,6 +184,7 @@ def test_an_unlisted_link_for_the_word_of_incompleteness_is_refused_before_work(
     assert not Path("victim").exists()
 
 
+@pytest.mark.long
 def test_what_has_another_name_elsewhere_is_not_written_through(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -216,6 +217,7 @@ def limited(bytes_: int) -> Callable[[], None]:
     return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (bytes_, bytes_))
 
 
+@pytest.mark.long
 def test_a_full_disk_under_netcdf_is_one_sentence_and_no_crash() -> None:
     """A limit on the size of files refuses what a full disk refuses, but by another number."""
     code = """

@@ -107,6 +107,7 @@ def limp(controlled: bool) -> tuple[ca.Vehicle, Scenario]:
     return vehicle, Scenario("swing", q, rates, force=lift, duration=duration)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("flown", [tumbling(), limp(controlled=False), limp(controlled=True)])
 @pytest.mark.filterwarnings("ignore:step_error reaches")
 def test_it_knows_errors_that_multiply(flown: tuple[ca.Vehicle, Scenario]) -> None:

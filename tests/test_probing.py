@@ -193,6 +193,7 @@ def test_a_fast_torque_on_a_limp_arm_does_not_hide_behind_the_weight(hertz: floa
     np.testing.assert_allclose(polar.tip_position, found.tip_position, rtol=0, atol=1e-5)
 
 
+@pytest.mark.long
 def test_the_reference_integrator_does_not_step_over_a_gust() -> None:
     def gust(t: float) -> list[float]:
         return [200.0 * np.exp(-(((t - 1.6) / 5e-3) ** 2)), 0.0, 0.0]

@@ -99,6 +99,7 @@ def test_a_rolled_camera_turns_the_vehicle_below_the_same_starts(
     np.testing.assert_allclose(np.cos(two[:, 7] - one[:, 7] + rolled), 1.0, rtol=0, atol=1e-12)
 
 
+@pytest.mark.long
 def test_current_gains_reach_at_least_as_far_as_constant_ones_in_every_direction(
     study: Region,
 ) -> None:
@@ -111,6 +112,7 @@ def test_current_gains_reach_at_least_as_far_as_constant_ones_in_every_direction
     assert constant["random"]["share"] < 0.9 < current["random"]["share"]
 
 
+@pytest.mark.long
 def test_what_counts_as_reached_follows_from_the_flights(study: Region) -> None:
     for case in study.results["cases"]:
         own = study.flights.sel(law=case["law"], model=case["model"], rate=case["rate_hz"])
@@ -135,6 +137,7 @@ def test_what_counts_as_reached_follows_from_the_flights(study: Region) -> None:
     assert sum(each["unresolved"] for case in study.results["cases"] for each in case["directions"])
 
 
+@pytest.mark.long
 def test_a_study_writes_tables_flights_and_figures_with_failures_drawn_as_failed(
     study: Region, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

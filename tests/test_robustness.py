@@ -112,6 +112,7 @@ def test_a_mistake_of_a_batch_flies_as_it_does_alone() -> None:
         assert found["rms_px"] == pytest.approx(alone["rms_px"], rel=1e-6)
 
 
+@pytest.mark.long
 def test_of_the_ways_to_be_wrong_the_worst_counts() -> None:
     """Constant gains bear an image's centre that is off to one side, and lose the other."""
     nominal = ca.load_vehicle("paper")
@@ -176,6 +177,7 @@ def test_a_way_in_which_a_point_comes_behind_the_camera_is_worse_than_any_error(
     assert _worst([there, back], {there: behind, back: lost})["way"] == "-x"
 
 
+@pytest.mark.long
 def test_of_a_law_that_loses_the_letter_without_a_mistake_nothing_follows_for_mistakes() -> None:
     """The preset's constant gains lose this vehicle at once, and fly it with a longer arm."""
     uav = {"mass": 2.0, "inertia": [0.02, 0.02, 0.035]}
@@ -193,6 +195,7 @@ def test_of_a_law_that_loses_the_letter_without_a_mistake_nothing_follows_for_mi
     assert "constant is lost without any" in said
 
 
+@pytest.mark.long
 def test_a_vehicle_that_its_rotors_do_not_lift_is_not_borne_and_saturation_is_told() -> None:
     """Refused, it would take the whole study with it."""
     weight = 9.81 * (NOMINAL.mass + 0.1)
@@ -217,6 +220,7 @@ def test_a_vehicle_that_its_rotors_do_not_lift_is_not_borne_and_saturation_is_to
     assert beyond > 0.0 and f"asked for up to {beyond:.1%} of their range" in as_table(told)
 
 
+@pytest.mark.long
 def test_of_the_noise_of_a_camera_no_single_draw_decides() -> None:
     noisy = NOMINAL.replace({"camera.noise": 0.4})
     law = load_gains("current").controller(noisy)

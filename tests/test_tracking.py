@@ -182,6 +182,7 @@ def test_the_study_is_stored_as_strict_json_csv_and_table(
     assert "the paper prints" not in tracking_output.as_table(own)
 
 
+@pytest.mark.long
 def test_figures_are_drawn_for_every_setting(study: Tracking, tmp_path: Path) -> None:
     camera = ca.load_vehicle("paper").camera
     figures.write(study.results, study.datasets, camera, lambda name: tmp_path / name)
@@ -271,6 +272,7 @@ def test_variants_fly_what_they_are_called_whatever_the_file_chooses(vehicle: ca
     assert all(of_plain[name] == of_chosen[name] for name in both)
 
 
+@pytest.mark.long
 def test_a_search_is_repeatable_and_its_file_flies(vehicle: ca.Vehicle, tmp_path: Path) -> None:
     found = [
         tune(vehicle, ["L"], ["fast"], candidates=8, rounds=2, seed=3, progress=None)
@@ -282,6 +284,7 @@ def test_a_search_is_repeatable_and_its_file_flies(vehicle: ca.Vehicle, tmp_path
     assert load_gains(file).settings == found[0]["gains"]
 
 
+@pytest.mark.long
 def test_the_preset_is_reproduced_by_its_record(vehicle: ca.Vehicle) -> None:
     import tomllib
 

@@ -46,6 +46,7 @@ def flown(vehicle: ca.Vehicle, law: ca.Controller, path: ca.paths.Path) -> tuple
     )
 
 
+@pytest.mark.long
 def test_a_new_users_vehicle_is_tuned_and_writes_a_letter_and_an_eight(tmp_path: Path) -> None:
     found = tune(NEW_USER, settings=["nominal"], candidates=16, rounds=2)
     assert found["flies"] and not found["remarks"] and not found["record"]["lost"]
@@ -102,6 +103,7 @@ def test_a_search_in_which_every_candidate_is_lost_says_why_and_returns_the_best
     assert Gains("best", found["gains"]).controller(LATE).integral == 0.0
 
 
+@pytest.mark.long
 def test_one_setting_that_fails_is_told_and_the_others_are_flown(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -54,6 +54,7 @@ def test_from_far_off_the_image_is_within_a_pixel_after_eight_seconds(model: str
     assert (constant["status"] != 0).any(), "constant gains lose it from there"
 
 
+@pytest.mark.long
 def test_of_random_starts_in_view_99_percent_end_within_a_pixel() -> None:
     found = starts(flights.VEHICLE, TARGET, 200, seed=5)
     q = found["q"].to_numpy()[found["direction"] == RANDOM]

@@ -59,6 +59,7 @@ OTHERS = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("vehicle", "model", "dtype", "feedforward"),
     [*CASES, *(pytest.param(*case, marks=pytest.mark.slow) for case in OTHERS)],

@@ -36,6 +36,7 @@ def assert_close(found: np.ndarray, expected: np.ndarray) -> None:
     assert np.linalg.norm(found - expected) < 1e-12 * np.linalg.norm(expected)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tip_frame", FRAMES)
 def test_the_device_pushes_along_the_slope_of_the_projection(tip_frame: str) -> None:
     """Every row of J_L in the paper's coordinates, from the pushes J_Lᵀ weights."""
@@ -52,6 +53,7 @@ def test_the_device_pushes_along_the_slope_of_the_projection(tip_frame: str) -> 
         assert np.abs(J_L - slope).max() < eye.DIFFERENCES * np.abs(slope).max()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tip_frame", FRAMES)
 def test_camera_pose_twist_and_image_of_the_device_equal_the_readable_form(tip_frame: str) -> None:
     vehicle = eye.with_frame(eye.MOUNTED, tip_frame)

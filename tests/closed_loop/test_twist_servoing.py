@@ -22,6 +22,7 @@ def starts(vehicle: ca.Vehicle, target: ca.Target) -> np.ndarray:
     return q
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:rotors saturate in 2 of 4 runs")
 @pytest.mark.parametrize(
     "vehicle",

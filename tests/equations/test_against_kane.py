@@ -51,6 +51,7 @@ def test_papers_equations_are_kanes(vehicle: ca.Vehicle, model: str, mask: str) 
         assert error.max() < 1e-11
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", ["coupled", "decoupled"])
 def test_kanes_equations_keep_their_digits_from_straight_to_a_full_circle(model: str) -> None:
     """Against polar equations with 120 digits; reached: 9e-15, the rounding of a linear system."""

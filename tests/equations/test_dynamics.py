@@ -135,6 +135,7 @@ def test_energy_changes_by_the_power_of_inputs_less_dissipation(
         assert abs(sum(gained) - sum(put_in)) < 1e-12 * scale
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mask", ["coupled", "block"])
 def test_free_motion_in_polar_coordinates_keeps_its_energy(mask: str) -> None:
     """A soft arm, so that 0.3 s neither meet κ = 0 nor take long."""

@@ -27,6 +27,7 @@ def test_j_c_is_the_rate_of_the_cameras_pose(tip_frame: str) -> None:
         assert np.abs(found - [*v, *w]).max() < eye.DIFFERENCES * max(1.0, np.abs(found).max())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tip_frame", FRAMES)
 def test_j_l_is_the_slope_of_the_projection_through_the_full_kinematics(tip_frame: str) -> None:
     vehicle = eye.with_frame(eye.MOUNTED, tip_frame)

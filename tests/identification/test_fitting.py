@@ -69,6 +69,7 @@ def fitted_from_softer(times: float) -> Fit:
     return fit(start, load_recording("flight.csv"), FIELDS[:2])
 
 
+@pytest.mark.long
 def test_a_fit_from_a_far_softer_arm_is_not_biased_by_the_steps_of_its_start() -> None:
     far, near = fitted_from_softer(20.0), fitted_from_softer(1.0)
     assert far.converged and far.doubts == ()
@@ -93,6 +94,7 @@ def test_a_fit_that_stops_before_its_minimum_says_so(monkeypatch: pytest.MonkeyP
     assert any("the fit has not converged" in doubt for doubt in found.doubts)
 
 
+@pytest.mark.long
 def test_standard_errors_are_the_spread_of_repeated_flights() -> None:
     fields = FIELDS[:2]
     fits = [fitted(fields, "D", seed, {k: WRONG[k] for k in fields}) for seed in range(12)]
@@ -127,6 +129,7 @@ def test_rows_in_bursts_follow_no_swing_better_than_bursts() -> None:
     assert "rows a second, gaps counted, cannot tell" in told
 
 
+@pytest.mark.long
 def test_parameters_that_only_act_together_are_reported_as_such() -> None:
     fields = ("arm.youngs_modulus", "arm.damping_ratio", "uav.mass", "uav.inertia.0.0")
     same = {"uav.mass": 1.6, "arm.youngs_modulus": 40e9}

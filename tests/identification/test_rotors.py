@@ -42,6 +42,7 @@ def switched_off() -> tuple[Recording, np.ndarray]:
     return recording, np.sqrt(thrust[0] / 14.0)
 
 
+@pytest.mark.long
 def test_rotors_that_slow_down_at_the_first_row_do_not_spoil_a_fit() -> None:
     recording, speeds = switched_off()
     assert speeds.min() > 0.4

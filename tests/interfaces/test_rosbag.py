@@ -52,6 +52,7 @@ def read(
     return ca.read_rosbag("flight", vehicle, named)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("named", "plugin"),
     [({"bend": "/arm/bend"}, "MCAP"), ({"tip": "/arm/tip"}, "SQLITE3")],

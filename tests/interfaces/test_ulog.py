@@ -48,6 +48,7 @@ def read(topics: Topics | None = None, **choices: Any) -> Recording:
     return ca.read_ulog("flight.ulg", rotorcraft(), named, **choices)
 
 
+@pytest.mark.long
 def test_a_log_of_motors_gives_back_mass_and_stiffness() -> None:
     found = fit(rotorcraft().replace(WRONG), read(), FIELDS)
     # PX4 logs in single precision.
@@ -171,6 +172,7 @@ def test_a_window_cuts_a_log() -> None:
     np.testing.assert_allclose(recording.position[0], FLOWN[0]["position"][10], atol=1e-6)
 
 
+@pytest.mark.long
 def test_a_window_in_flight_gives_the_vehicle_whose_rotors_turned_before_it() -> None:
     fitted = fit(rotorcraft().replace(WRONG), read(window=(0.2, 0.5)), FIELDS)
     # The rotors are 40 ms behind their commands at 0.2 s: as if they had settled, both come out

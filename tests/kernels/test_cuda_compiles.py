@@ -38,6 +38,7 @@ KERNELS: dict[str, Callable[[], Any]] = {
 _LONG = ("two arms, one of two sections", "rotors, drag and wash", "closed loop")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "kernel",
     [

@@ -61,6 +61,7 @@ def test_a_batch_in_open_loop(model: str, place: Place) -> None:
     assert worst(*runs) < (1e-10 if place.exact else 1e-4)
 
 
+@pytest.mark.long
 def test_a_closed_loop(place: Place) -> None:
     """Camera, image-based law and vehicles, sampled every millisecond."""
     single = ca.load_vehicle("paper").replace({"arm.damping_ratio": 0.05})

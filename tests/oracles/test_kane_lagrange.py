@@ -16,6 +16,7 @@ SLICES = 2
 STEP = "1e-13"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["1+1: bent, all at once", "2: far bent, all at once"])
 def test_kanes_equations_are_lagranges(name: str) -> None:
     """In coordinates that are 0 here, where their accelerations are Kane's; reached: 1e-22.

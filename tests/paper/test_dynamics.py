@@ -226,6 +226,7 @@ def test_disks_are_spread_to_the_tip_and_weigh_what_the_published_arm_leaves_the
     assert full.arm.mass - VEHICLE.arm.mass == pytest.approx(10 * disks.MASS)
 
 
+@pytest.mark.long
 def test_a_vehicle_keeps_its_own_disks_beside_the_published_ones() -> None:
     own = VEHICLE.replace({"arm.disks": [{"position": 0.5, "mass": 0.2, "inertia": (1e-5, 2e-5)}]})
     full = disks.with_disks(own)
@@ -254,11 +255,13 @@ def test_in_free_fall_disks_have_their_share_of_the_mass() -> None:
     assert of_all.potential == pytest.approx(mass / (VEHICLE.mass + mass), rel=0.02)
 
 
+@pytest.mark.long
 def test_disks_without_weight_are_negligible(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(disks, "MASS", 1e-5)
     assert judged("III-C.15").verdict == REPRODUCED
 
 
+@pytest.mark.long
 def test_a_denser_arm_only_amplifies_the_coupling(monkeypatch: pytest.MonkeyPatch) -> None:
     def denser(vehicle: Vehicle) -> Vehicle:
         return vehicle.replace({"arm.density": 1.01 * vehicle.arm.density})

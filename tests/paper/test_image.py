@@ -99,6 +99,7 @@ def test_sizes_of_the_law_fit_three_points_alone() -> None:
     assert [n for n in range(1, 12) if image.sizes_fit(n)] == [3]
 
 
+@pytest.mark.long
 def test_without_t_a_the_printed_j_l_is_the_features_rate(monkeypatch: pytest.MonkeyPatch) -> None:
     assert verdict("III-D.12") == NOT_REPRODUCED
     monkeypatch.setattr(image, "euler_rate_matrix", lambda q: np.eye(3))

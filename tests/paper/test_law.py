@@ -41,6 +41,7 @@ def made_alone(found: Theorem) -> Theorem:
     return dataclasses.replace(found, sets=found.sets[:1])
 
 
+@pytest.mark.long
 def test_all_flights_are_under_the_conditions_of_the_theorem(found: Theorem) -> None:
     for flown in found.sets:
         broken = {each.name for each in flown.found.broken("theorem")}
@@ -48,6 +49,7 @@ def test_all_flights_are_under_the_conditions_of_the_theorem(found: Theorem) -> 
         assert broken <= ({"every point in view"} if flown.diverged.any() else set())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("fastest", [10.0, 100.0])
 def test_the_growth_of_small_errors_is_that_of_a_flight(found: Theorem, fastest: float) -> None:
     """The fastest of 12 motions takes over; one that swings does so about its growth."""
@@ -66,6 +68,7 @@ def test_the_growth_of_small_errors_is_that_of_a_flight(found: Theorem, fastest:
     assert size[-1] < 10.0
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_flights_that_diverge_do_so_at_half_the_step_too_and_at_the_same_time(
     found: Theorem, monkeypatch: pytest.MonkeyPatch
@@ -85,6 +88,7 @@ def test_flights_that_diverge_do_so_at_half_the_step_too_and_at_the_same_time(
     assert found.sets[3].resolved.all() and found.sets[3].diverged.sum() == 1
 
 
+@pytest.mark.long
 def test_flights_that_no_step_resolves_leave_open_what_all_are_asked_for(found: Theorem) -> None:
     still, moving = found.sets[:2]
     doubtful = dataclasses.replace(still, resolved=np.arange(len(still.resolved)) != 3)
@@ -93,12 +97,14 @@ def test_flights_that_no_step_resolves_leave_open_what_all_are_asked_for(found: 
     assert "0 of 15 flights diverge" in law.theorem(evidence(sets)).evidence
 
 
+@pytest.mark.long
 def test_gains_drawn_would_reproduce_the_theorem_if_no_flight_diverged(found: Theorem) -> None:
     assert judged(law.theorem, found) == NOT_REPRODUCED
     made = dataclasses.replace(found, sets=found.sets[:2])
     assert judged(law.theorem, made) == REPRODUCED
 
 
+@pytest.mark.long
 def test_an_error_that_grows_with_the_start_is_no_bound(found: Theorem) -> None:
     still, moving = found.sets[:2]
     rising = np.repeat(still.error[:, :1], still.error.shape[1], axis=1)
@@ -116,6 +122,7 @@ def at(found: Theorem, q: np.ndarray, qd: np.ndarray) -> proof.State:
     return proof.state(found.vehicle, q, qd, found.target.points, found.target.desired)
 
 
+@pytest.mark.long
 def test_the_rate_of_v_is_its_slope_along_the_motion(found: Theorem) -> None:
     q, qd = moving_state(found)
     for gains in (found.made, *found.drawn[:5]):
@@ -128,6 +135,7 @@ def test_the_rate_of_v_is_its_slope_along_the_motion(found: Theorem) -> None:
         assert here.V_rate == pytest.approx((ahead - behind) / (2 * h), rel=1e-4)
 
 
+@pytest.mark.long
 def test_v_and_the_acceleration_are_those_of_the_flight(found: Theorem) -> None:
     for flown in found.sets[:3]:
         q, qd = theorem.starts(found.vehicle, found.target)
@@ -140,6 +148,7 @@ def test_v_and_the_acceleration_are_those_of_the_flight(found: Theorem) -> None:
         np.testing.assert_allclose(V, expected, rtol=1e-6)
 
 
+@pytest.mark.long
 def test_with_the_cross_term_gone_v_falls_by_k_d_alone(found: Theorem) -> None:
     gains = PLAIN | {"Cd": 0.0 * ONE, "Cs": 0.0 * ONE}
     for _ in range(3):
@@ -148,18 +157,21 @@ def test_with_the_cross_term_gone_v_falls_by_k_d_alone(found: Theorem) -> None:
         assert motion.V_rate == pytest.approx(-fall, rel=1e-9)
 
 
+@pytest.mark.long
 def test_gains_that_are_multiples_of_one_have_a_lambda(found: Theorem) -> None:
     assert judged(law.fall_of_v, found) == NOT_REPRODUCED
     plain = dataclasses.replace(found, drawn=(PLAIN,) * law.SETS)
     assert judged(law.fall_of_v, plain) == REPRODUCED
 
 
+@pytest.mark.long
 def test_states_are_the_same_but_for_their_scale(found: Theorem) -> None:
     near, far = (law.random_states(found, scale) for scale in (0.01, 1.0))
     for one, other in zip(near, far, strict=True):
         np.testing.assert_allclose(100.0 * one.qd, other.qd)
 
 
+@pytest.mark.long
 def test_a_bound_that_lacks_a_term_or_adds_two_units_is_found(
     found: Theorem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -178,6 +190,7 @@ def test_a_bound_that_lacks_a_term_or_adds_two_units_is_found(
         assert judged(law.bound_of_delta, found) == NOT_REPRODUCED
 
 
+@pytest.mark.long
 def test_the_set_would_be_compact_if_the_image_showed_every_motion(
     found: Theorem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -191,6 +204,7 @@ def plain_weights(flown: Flown) -> Flown:
     return dataclasses.replace(flown, gains=flown.gains | {"Kp": ONE})
 
 
+@pytest.mark.long
 def test_a_k_p_of_one_and_flights_that_settle_would_reach_the_set(found: Theorem) -> None:
     assert judged(law.convergence, made_alone(found)) == NOT_REPRODUCED
     still = dataclasses.replace(found, sets=(plain_weights(found.sets[0]),))
@@ -199,6 +213,7 @@ def test_a_k_p_of_one_and_flights_that_settle_would_reach_the_set(found: Theorem
     assert judged(law.convergence, drawn) == NOT_REPRODUCED
 
 
+@pytest.mark.long
 def test_the_bound_of_e_does_not_hang_on_the_start_and_is_not_idle(
     found: Theorem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -211,6 +226,7 @@ def test_the_bound_of_e_does_not_hang_on_the_start_and_is_not_idle(
     assert judged(law.bound_of_error, found) == NOT_REPRODUCED
 
 
+@pytest.mark.long
 def test_the_conclusion_needs_every_step(found: Theorem, monkeypatch: pytest.MonkeyPatch) -> None:
     assert law.conclusion(evidence(found)).numbers["steps_that_hold"] == 2
     holds = {name: lambda _: Judgement(REPRODUCED, "") for name in law.STEPS}

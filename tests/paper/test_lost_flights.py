@@ -63,6 +63,7 @@ def test_the_images_slopes_end_with_the_flight() -> None:
         assert np.isnan(found[2:]).all()
 
 
+@pytest.mark.long
 def test_errors_with_disks_and_without_are_those_of_steps_that_resolve_them() -> None:
     """In Test C the arm passes straight, where longer steps are off by more than 10 %."""
     vehicle = VEHICLE.replace(

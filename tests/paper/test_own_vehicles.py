@@ -22,6 +22,7 @@ from continuair.studies.sensitivity.task import about
 from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED, UNDECIDED
 
 
+@pytest.mark.long
 def test_verdicts_on_the_radius_do_not_hang_on_how_a_vehicle_is_written() -> None:
     rod = ca.load_vehicle("paper")
     whole = rod.replace(
@@ -77,6 +78,7 @@ def of_the_preset() -> dict[str, str]:
     return verdicts_on_formulas()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["gram", "long"])
 def test_verdicts_on_formulas_do_not_hang_on_how_long_the_arm_is(
     name: str, of_the_preset: dict[str, str]

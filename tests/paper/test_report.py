@@ -54,6 +54,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+@pytest.mark.long
 def test_every_sentence_is_on_the_page_once_with_its_verdict(folder: Path) -> None:
     page = (folder / "report.html").read_text(encoding="utf-8")
     found = json.loads((folder / "paper.json").read_text(encoding="utf-8"))["sentences"]
@@ -69,6 +70,7 @@ def test_every_sentence_is_on_the_page_once_with_its_verdict(folder: Path) -> No
         assert f"--vehicle paper --only {entry['id']} --quick</code>" in row
 
 
+@pytest.mark.long
 def test_the_page_holds_all_that_it_shows(folder: Path) -> None:
     page = (folder / "report.html").read_text(encoding="utf-8")
     sources = Page(page).sources
@@ -82,6 +84,7 @@ def test_the_page_holds_all_that_it_shows(folder: Path) -> None:
     assert len(page) < 15e6
 
 
+@pytest.mark.long
 def test_a_studys_own_folder_becomes_a_page_too(folder: Path, tmp_path: Path) -> None:
     study = tmp_path / "open_loop"
     shutil.copytree(folder / "open_loop", study)
@@ -126,6 +129,7 @@ def damaged(folder: Path, at: Path, what: str) -> Path:
     return copy
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("what", "words"),
     [
@@ -153,6 +157,7 @@ def test_a_folder_that_cannot_become_a_page_is_told_in_one_sentence(
     assert not (tmp_path / "victim").exists()
 
 
+@pytest.mark.long
 def test_a_report_shows_the_studies_of_its_own_run_alone(folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "results"
     shutil.copytree(folder, out)
@@ -171,6 +176,7 @@ def test_a_report_shows_the_studies_of_its_own_run_alone(folder: Path, tmp_path:
     assert "holds tracking that this study has not written" in refused.output
 
 
+@pytest.mark.long
 def test_a_folder_with_a_study_of_the_users_own_is_refused(folder: Path, tmp_path: Path) -> None:
     out = tmp_path / "results"
     shutil.copytree(folder / "open_loop", out / "open_loop")
@@ -193,6 +199,7 @@ def test_an_unknown_sentence_is_told(only: str) -> None:
     assert "only holds" in done.output
 
 
+@pytest.mark.long
 def test_what_a_study_wrote_is_read_back(folder: Path) -> None:
     contents = read(folder)
     assert [part.study for part in contents.parts] == ["open_loop"]
@@ -200,6 +207,7 @@ def test_what_a_study_wrote_is_read_back(folder: Path) -> None:
     assert set(contents.parts[0].results["tests"]) == set("ABCD")
 
 
+@pytest.mark.long
 @pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
 def test_a_browser_filters_the_page_and_fetches_nothing(folder: Path, tmp_path: Path) -> None:
     page = (folder / "report.html").read_text(encoding="utf-8")
@@ -222,6 +230,7 @@ def test_a_browser_filters_the_page_and_fetches_nothing(folder: Path, tmp_path: 
     assert fetched == "0"
 
 
+@pytest.mark.long
 @pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
 def test_the_page_prints(folder: Path, tmp_path: Path) -> None:
     paper = tmp_path / "report.pdf"

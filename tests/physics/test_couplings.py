@@ -76,6 +76,7 @@ def scenario() -> ca.Scenario:
     return ca.Scenario("plane", START, RATES, force=FORCE, duration=DURATION)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("coupling", COUPLINGS)
 def test_a_flight_without_one_coupling_agrees_with_the_readable_form(
     coupling: str, scenario: ca.Scenario

@@ -34,6 +34,7 @@ def test_rk4_converges_with_slope_four() -> None:
     assert fine == pytest.approx(4.0, abs=0.15)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "scenario",
     [

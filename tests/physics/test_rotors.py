@@ -228,6 +228,7 @@ def test_saturation_between_samples_and_unasked_for_is_told_of(reference: bool) 
     assert float(flight["largest_saturation"]) == pytest.approx(8.0 / 12.0, rel=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:step_error reaches")
 @pytest.mark.parametrize("rate", [20.0, 60.0])
 def test_commands_that_switch_lagging_rotors_off_and_on_are_measured_by_halving(
@@ -287,6 +288,7 @@ def test_the_reference_integrator_sees_saturation_between_samples() -> None:
     assert float(exact["largest_saturation"]) == pytest.approx(8.0 / 12.0, rel=0.1)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("lag", "amplitude"), [(0.0, 60.0), pytest.param(0.05, 600.0, marks=pytest.mark.slow)]
 )
@@ -369,6 +371,7 @@ def test_a_run_of_a_batch_flies_as_alone_and_in_single_precision(model: str) -> 
     np.testing.assert_allclose(single.position, together.position, atol=2e-4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", ca.MODELS)
 def test_the_integrators_agree(model: str) -> None:
     given: dict[str, Any] = {"model": model, "rotor_command": swaying, "wind": breeze}

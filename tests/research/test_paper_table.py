@@ -146,6 +146,7 @@ def few_readings(monkeypatch: pytest.MonkeyPatch) -> tuple[Reading, ...]:
     return few
 
 
+@pytest.mark.long
 def test_the_search_improves_on_its_samples_and_repeats_itself(
     few_readings: tuple[Reading, ...],
 ) -> None:
@@ -157,6 +158,7 @@ def test_the_search_improves_on_its_samples_and_repeats_itself(
     assert first.ranking[0].objective < evaluate(points, few_readings, SEARCH).min()
 
 
+@pytest.mark.long
 def test_refinement_comes_near_the_vehicle_that_made_a_table(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
