@@ -121,7 +121,6 @@ def test_a_simulation_follows_what_is_fast_only_later() -> None:
     assert float(np.abs(found[-1] - exact[-1]).max()) < 1e-5
 
 
-@pytest.mark.filterwarnings("ignore:.*changes within steps")
 def test_a_simulation_that_flies_on_tells_of_what_is_fast_only_then() -> None:
     """At its zeros at every step: beyond the scenario's duration no step was chosen for it."""
 
@@ -139,6 +138,7 @@ def test_a_simulation_that_flies_on_tells_of_what_is_fast_only_then() -> None:
     assert np.isinf(sim.step_error)
 
 
+@pytest.mark.filterwarnings("ignore:.*changes within steps")
 @pytest.mark.parametrize("burst", [(0.05037, 0.15093), (0.05012, 0.05042)], ids=["gust", "blow"])
 def test_a_jump_that_is_not_declared_is_told_of(burst: tuple[float, float]) -> None:
     def force(t: float) -> list[float]:
