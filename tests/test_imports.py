@@ -123,6 +123,7 @@ ROOMS = {
     "studies.region": [{"flights", "starts"}, {"study"}, {"report"}],
     "studies.robustness": [{"mistakes"}, {"flights"}, {"study"}, {"report"}],
     "studies.advise": [
+        {"frequencies"},
         {"excitations", "tracking", "verdicts", "notes"},
         {"study"},
         {"report"},
