@@ -220,7 +220,8 @@ def test_a_flight_that_ended_early_is_no_success_whichever_it_is(letter: str, pl
         for name in given.LETTERS
     }
     letters[letter][plant] |= {"rms_px": np.nan, "status": 2, "end_time_s": 0.006}
-    found = given.evidence(tracking=Tracking({"letters": letters}, {}))
+    cost = given.cost((30.0, 1.0, 1.0), (20.0, 1.0, 1.0))
+    found = given.evidence(tracking=Tracking({"letters": letters}, {}), cost=cost)
     done = closed_loop.tasks_done(found)
     assert done.verdict == NOT_REPRODUCED and "1 of 8 flights" in done.evidence
     assert closed_loop.robust_law(found).verdict == UNDECIDED
