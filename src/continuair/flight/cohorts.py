@@ -276,8 +276,9 @@ class Flight:
         scenario, rotors = within_limits(self.vehicle, self.scenario), self.vehicle.uav.rotors
         highest = np.reshape(np.inf if rotors is None else rotors.highest, (-1, 1))
         pulses = Pulses(scenario, highest, self.coupled.layout, drive, grid, runs)
-        self.abrupt[runs] = np.maximum(self.abrupt[runs], pulses.rough())
-        self.missed[runs] |= pulses.unseen(self.unseen, stacklevel + 1)
+        rough, unseen = pulses.found(self.unseen, stacklevel + 1)
+        self.abrupt[runs] = np.maximum(self.abrupt[runs], rough)
+        self.missed[runs] |= unseen
 
     def drive(self, times: Array, runs: Array) -> Drive:
         """What acts on some runs at some times."""

@@ -6,6 +6,7 @@ Stages of all steps show where an input moves, and how smoothly.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,9 +28,12 @@ _ROUGH = 3e-3
 """Share of an input's largest value by which its mean over two steps differs from that by their
 ends and the middle alone; that of a sine reaches it at seven steps per period."""
 
+_OFF = 2e-4
+"""Share of its largest value by which an input may be off the parabola through a step's stages: a
+sine reaches it at 22 steps per period."""
+
 _BEYOND = 0.05
-"""Share of its largest value by which an input may go beyond what the stages of a step show: a sine
-reaches it at five steps per period."""
+"""Share by which it may go beyond all that the stages show, a sine at five steps per period."""
 
 _LIVELIEST, _SPREAD, _AT_ONCE = 8, 5000, 500
 """Steps that are looked into: of those in which a component of an input moves most, and spread over
@@ -54,43 +58,40 @@ class Pulses:
     grid: Grid
     runs: Array
 
-    def rough(self) -> Array:
-        """Whether inputs move as no step follows at full order (n,), as where a pulse begins."""
-        found = np.zeros(len(self.runs), bool)
-        for name in self._untold():
-            start, middle, end = stages = self._stages(name)
-            means = (start + 4.0 * middle + end) / 6.0
-            doubled = (start[:-1] + 4.0 * end[:-1] + end[1:]) / 6.0
-            steps, opens = self.grid.steps, self.grid.opens
-            alike = np.isclose(steps[1:], steps[:-1], rtol=1e-6, atol=0.0) & ~opens[1:]
-            whole = largest(np.abs(stages).max(axis=(0, 1)), self._alike(name))
-            off = np.abs(0.5 * (means[:-1] + means[1:]) - doubled) / whole > _ROUGH
-            # A bend in an input costs nothing where a step ends.
-            curved = np.abs(start - 2.0 * middle + end) / whole > _ROUGH
-            found |= (off & (curved[:-1] | curved[1:]))[alike].any(axis=(0, 2))
-        return found
-
-    def unseen(self, told: set[str], stacklevel: int) -> Array:
-        """Whether inputs swing between the stages of steps beyond all that these show (n,).
+    def found(self, told: set[str], stacklevel: int) -> tuple[Array, Array]:
+        """Whether inputs move as no step follows at full order, as where a pulse begins, and
+        whether they swing between the stages of steps beyond all that these show (n,) each.
 
         told: names of inputs that have been told of, which are not again; those found are added.
         """
-        found = np.zeros(len(self.runs), bool)
+        rough, unseen = np.zeros((2, len(self.runs)), bool)
         for name in self._untold():
             stages, worst = self._stages(name), (_BEYOND, 0)
             whole = np.abs(stages).max(axis=(0, 1))
-            moved = np.abs(np.diff(stages, axis=0)).sum(axis=0) / largest(whole, self._alike(name))
-            own = _looked_into(moved)
-            steps = np.flatnonzero(own.any(axis=1))
-            for part in np.split(steps, range(_AT_ONCE, len(steps), _AT_ONCE)):
-                beyond = self._beyond(name, stages[:, part], part, whole)
-                shares = np.where(own[part], beyond, 0.0)
-                found |= (shares > _BEYOND).any(axis=0)
-                worst = max(worst, (float(shares.max()), int(part[shares.max(axis=1).argmax()])))
+            rough |= self._is_rough(stages, largest(whole, self._alike(name)))
+            for steps in self._looked_into(stages, largest(whole, self._alike(name))):
+                own = np.flatnonzero(steps.any(axis=1))
+                off, beyond = np.where(steps[own], self._between(name, stages, own, whole), 0.0)
+                rough |= (off > _OFF).any(axis=0)
+                unseen |= (beyond > _BEYOND).any(axis=0)
+                worst = max(worst, (float(beyond.max()), int(own[beyond.max(axis=1).argmax()])))
             if worst[0] > _BEYOND and name not in told:
                 told.add(name)
                 step, time = float(self.grid.steps[worst[1]]), float(self.grid.starts[worst[1]])
                 warn_of_unseen(name, worst[0], step, time, stacklevel + 1)
+        return rough, unseen
+
+    def _is_rough(self, stages: Array, whole: Array) -> Array:
+        """Whether means over two steps are not what their ends and middle give (n or 1,)."""
+        start, middle, end = stages
+        means = (start + 4.0 * middle + end) / 6.0
+        doubled = (start[:-1] + 4.0 * end[:-1] + end[1:]) / 6.0
+        steps, opens = self.grid.steps, self.grid.opens
+        alike = np.isclose(steps[1:], steps[:-1], rtol=1e-6, atol=0.0) & ~opens[1:]
+        off = np.abs(0.5 * (means[:-1] + means[1:]) - doubled) / whole > _ROUGH
+        # A bend in an input costs nothing where a step ends.
+        curved = np.abs(start - 2.0 * middle + end) / whole > _ROUGH
+        found: Array = (off & (curved[:-1] | curved[1:]))[alike].any(axis=(0, 2))
         return found
 
     def _untold(self) -> list[str]:
@@ -122,22 +123,43 @@ class Pulses:
         highest = self.highest if len(self.highest) == 1 else self.highest[self.runs]
         return np.clip(found, 0.0, highest)
 
-    def _beyond(self, name: str, stages: Array, steps: Array, whole: Array) -> Array:
-        """By which share of the largest value an input goes beyond its stages (steps, n or 1).
+    def _looked_into(self, stages: Array, whole: Array) -> Iterator[Array]:
+        """Which steps are looked into (steps, n or 1), in parts."""
+        count = len(self.grid.starts)
+        found = np.zeros(stages.shape[1:3], bool)
+        spread = np.arange(_SPREAD) * GOLDEN % 1.0 * count if count > _SPREAD else np.arange(count)
+        found[spread.astype(int)] = True
+        if count > _SPREAD:
+            moved = np.abs(np.diff(stages, axis=0)).sum(axis=0) / whole
+            for component in np.moveaxis(moved, -1, 0):
+                liveliest = np.argpartition(component, count - _LIVELIEST, axis=0)
+                np.put_along_axis(found, liveliest[count - _LIVELIEST :], True, axis=0)
+        steps = np.flatnonzero(found.any(axis=1))
+        for part in np.split(steps, range(_AT_ONCE, len(steps), _AT_ONCE)):
+            chosen = np.zeros_like(found)
+            chosen[part] = found[part]
+            yield chosen
 
-        stages: of these steps (3, steps, n or 1, columns); whole: the largest of all steps.
+    def _between(self, name: str, stages: Array, steps: Array, whole: Array) -> Array:
+        """Shares of the largest value by which an input is off the parabola through the stages of
+        some steps, and beyond them (2, steps, n or 1).
+
+        stages: of all steps (3, steps, n or 1, columns); whole: the largest of them.
         """
+        at, stages = PROBES[steps % len(PROBES)], stages[:, steps]
         try:
             # Another place in every other step: no vibration is in step with both.
-            probes = self._asked(name, steps, PROBES[steps % len(PROBES), None])[:, 0]
+            probes = self._asked(name, steps, at[:, None])[:, 0]
         except checks.UnsteadyInput:
             raise
         except InputError:
             # A function that fails off its stages alone is not one that can be looked at.
-            return np.zeros((len(steps), 1))
-        over = np.maximum(probes - stages.max(0), stages.min(0) - probes)
+            return np.zeros((2, len(steps), 1))
+        weights = np.stack([(2 * at - 1) * (at - 1), 4 * at * (1 - at), at * (2 * at - 1)])
+        off = np.abs(probes - np.einsum("sn,snrk->nrk", weights, stages))
+        beyond = np.maximum(probes - stages.max(0), stages.min(0) - probes)
         most = largest(np.maximum(whole, np.abs(probes).max(0)), self._alike(name))
-        return np.asarray((over / most).max(axis=-1))
+        return np.stack([(each / most).max(axis=-1) for each in (off, beyond)])
 
     def _asked(self, name: str, steps: Array, at: Array) -> Array:
         """A field (steps, places, n or 1, columns) at some places within steps, as shares."""
@@ -148,17 +170,3 @@ class Pulses:
             found = self.scenario.tip_wrench_sign * found
         found = found if found.shape[1] == 1 else found[:, self.runs]
         return found.reshape(*times.shape, *found.shape[1:])
-
-
-def _looked_into(moved: Array) -> Array:
-    """Which steps are looked into (steps, n or 1), by how much each component of an input moves in
-    them (steps, n or 1, columns)."""
-    count = len(moved)
-    found = np.zeros(moved.shape[:2], bool)
-    spread = np.arange(_SPREAD) * GOLDEN % 1.0 * count if count > _SPREAD else np.arange(count)
-    found[spread.astype(int)] = True
-    if count > _SPREAD:
-        for component in np.moveaxis(moved, -1, 0):
-            liveliest = np.argpartition(component, count - _LIVELIEST, axis=0)
-            np.put_along_axis(found, liveliest[count - _LIVELIEST :], True, axis=0)
-    return found
