@@ -25,8 +25,10 @@ class Modes:
     """Vibration about a configuration: frequencies [rad/s] ascending, damping ratios, shapes.
 
     A swing decays as exp(λ t): frequencies are |λ|, damping ratios -Re λ / |λ|, of the sections'
-    damping alone. shapes: (coordinates, modes) in (body translation 3, body rotation 3, bend),
-    motions that nothing resists left out; (bends, modes) for a clamped base.
+    damping alone; those of a mode that creeps back, its ratio 1 or more, are of its slower root's
+    motion, which solves λ² + 2 ζ ω λ + ω² = 0. shapes: (coordinates, modes) in (body translation
+    3, body rotation 3, bend), motions that nothing resists left out; (bends, modes) for a clamped
+    base.
 
     Columns have unit norm and are real, taken where the swing is largest; the first bend that
     counts is positive, and of modes alike in both the first bends most along x.
