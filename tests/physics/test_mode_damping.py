@@ -78,3 +78,44 @@ def test_a_mode_decays_as_a_flight_from_its_shape_does() -> None:
     swing = np.linalg.norm(run.bend.to_numpy().reshape(len(run.time), -1), axis=1)
     decay = np.log(swing[1] / swing[4]) / (3.0 * period)
     assert decay == pytest.approx(found.damping[slow] * found.frequencies[slow], rel=0.05)
+
+
+def creeping() -> ca.Vehicle:
+    """Sections of which one is far beyond critical damping, the other next to it."""
+    sections = [
+        {"length": 0.4, "mass_per_length": 0.26, "bending_stiffness": 0.024, "damping_ratio": 3.5},
+        {"length": 0.27, "mass_per_length": 0.12, "bending_stiffness": 0.43, "damping_ratio": 0.8},
+    ]
+    uav = {"mass": 1.5, "inertia": [0.02, 0.02, 0.035]}
+    arm = {"section": sections, "tip": {"mass": 0.04}}
+    return ca.Vehicle(name="creeping", uav=uav, arm=[arm])
+
+
+def test_the_slowest_motion_that_creeps_back_is_a_mode() -> None:
+    """Its root is that of the linear system nearest to 0, and of a flight from its shape."""
+    vehicle = creeping()
+    A, _ = ca.linearize(vehicle, np.zeros(10), gravity=0.0)
+    roots = np.linalg.eigvals(A)
+    slowest = -roots[np.abs(roots) > 1e-4 * np.abs(roots).max()].real.max()
+    found = ca.modes(vehicle)
+    ratio, frequency = found.damping[0], found.frequencies[0]
+    assert ratio > 1.0
+    slow = frequency * (ratio - np.sqrt(ratio**2 - 1.0))
+    assert slow == pytest.approx(slowest, rel=1e-8)
+    q, bends = np.zeros(10), 1e-3 * found.shapes[6:, 0]
+    q[6::2] = np.hypot(bends[::2], bends[1::2])
+    q[7::2] = np.arctan2(bends[1::2], bends[::2])
+    run = ca.simulate(vehicle, ca.Scenario("creep", q, gravity=0.0, duration=3.0 / slow))
+    size = np.linalg.norm(run.bend.to_numpy().reshape(len(run.time), -1), axis=1)
+    first, last = len(size) // 2, len(size) - 1
+    decay = np.log(size[first] / size[last]) / float(run.time[last] - run.time[first])
+    assert decay == pytest.approx(slow, rel=1e-3)
+
+
+@pytest.mark.parametrize("ratio", [0.999999, 1.0, 1.000001])
+def test_nothing_jumps_where_damping_is_critical(ratio: float) -> None:
+    vehicle = ca.load_vehicle("paper").replace({"arm.damping_ratio": ratio})
+    found = ca.modes(vehicle, base="clamped", gravity=0.0)
+    np.testing.assert_allclose(found.damping, ratio, rtol=1e-7)
+    np.testing.assert_allclose(found.frequencies, vehicle.arm.clamped_frequency, rtol=1e-7)
+    np.testing.assert_allclose(np.abs(found.shapes), np.eye(2), atol=1e-6)

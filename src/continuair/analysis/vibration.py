@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import eig
 
 from continuair.errors import InputError, shown
 
@@ -81,30 +82,48 @@ def _undamped(stiffness: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.nda
 def _roots(frequency: np.ndarray, slowed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Frequencies, damping ratios and roots (modes,) of undamped modes slowed by (modes, modes)."""
     still, swing = np.zeros(slowed.shape), np.diag(frequency)
-    roots, vectors = np.linalg.eig(np.block([[still, swing], [-swing, -slowed]]))
-    motions = vectors[len(frequency) :]
-    swings = roots.imag > 0.0
-    found, ratio = np.abs(roots), np.empty(len(roots))
-    ratio[swings] = -roots[swings].real / found[swings]
-    # What creeps back has two real roots: λ² + d λ + ω² = 0, with d and ω² of its own motion.
+    state = np.block([[still, swing], [-swing, -slowed]])
+    roots, left, right = eig(state, left=True, right=True)
+    swings = roots[roots.imag > 0.0]
     creeps = np.flatnonzero(roots.imag == 0.0)
-    motion = motions[:, creeps].real / np.linalg.norm(motions[:, creeps].real, axis=0)
-    slows = np.einsum("im,ij,jm->m", motion, slowed, motion)
-    found[creeps] = np.sqrt(frequency**2 @ motion**2)
-    ratio[creeps] = slows / (2.0 * found[creeps])
-    slower = creeps[np.argsort(-(roots[creeps].real + 0.5 * slows))[: len(creeps) // 2]]
-    kept = np.concatenate([np.flatnonzero(swings), slower])
-    kept = kept[np.argsort(found[kept])]
-    equal = np.cumsum(np.diff(found[kept], prepend=0.0) > _EQUAL * found[kept])
-    kept = kept[np.lexsort([ratio[kept], equal])]
+    creeps = creeps[np.argsort(roots[creeps].real)]
+    slower, damping = _slower(roots.real, left.real, right.real, creeps, slowed)
+    # λ² + d λ + ω² = 0, with d and ω² of the root's own motion.
+    squares = -slower * (slower + damping)
+    found = np.concatenate([np.abs(swings), np.sqrt(squares)])
+    ratio = np.concatenate([-swings.real / np.abs(swings), damping / (2.0 * np.sqrt(squares))])
     ratio = np.where(np.abs(ratio) > _NOTHING, ratio, 0.0)
-    return found[kept], ratio[kept], roots[kept]
+    order = np.argsort(found)
+    equal = np.cumsum(np.diff(found[order], prepend=0.0) > _EQUAL * found[order])
+    order = order[np.lexsort([ratio[order], equal])]
+    return found[order], ratio[order], np.concatenate([swings, slower])[order]
+
+
+def _slower(
+    roots: np.ndarray, left: np.ndarray, right: np.ndarray, creeps: np.ndarray, slowed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The half of some real roots that comes nearer to 0 as all damping grows, and the damping of
+    their motions (modes,) [1/s].
+
+    creeps: places of the real ones among all roots, in order; left, right: eigenvectors (2 modes,
+    roots). What creeps back has two roots, of which the other one goes to infinity.
+    """
+    n, damping = len(slowed), np.empty(len(creeps))
+    for alike in _alike(roots[creeps]):
+        y, x = left[n:, creeps[alike]], right[n:, creeps[alike]]
+        # At critical damping both roots are alike, and their motion is one.
+        found, _, rank, _ = np.linalg.lstsq(y.T @ x, y.T @ slowed @ x, rcond=_EQUAL)
+        damping[alike] = np.trace(found) / rank
+    # λ² + s d λ + ω² = 0 turns by dλ/ds = -d λ / (2 λ + d).
+    nearing = roots[creeps] + 0.5 * damping
+    slower = np.sort(np.argsort(-nearing, kind="stable")[: len(creeps) // 2])
+    return roots[creeps[slower]], damping[slower]
 
 
 def _alike(roots: np.ndarray) -> list[np.ndarray]:
     """Places of equal roots, which stand side by side."""
     apart = np.abs(np.diff(roots)) > _EQUAL * np.abs(roots[1:])
-    return np.split(np.arange(len(roots)), np.flatnonzero(apart) + 1)
+    return np.split(np.arange(len(roots)), np.flatnonzero(apart) + 1) if len(roots) else []
 
 
 def _motions(root: complex, count: int, frequency: np.ndarray, slowed: np.ndarray) -> np.ndarray:
