@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 import continuair as ca
 from continuair.identification.fitting import fit
 from continuair.identification.recording import Recording
+from continuair.identification.replay import Replay
 from tests.identification.flights import true_vehicle
 
 pytestmark = pytest.mark.targets
@@ -50,3 +53,15 @@ def test_rotors_that_slow_down_at_the_first_row_do_not_spoil_a_fit() -> None:
     # As if they stood still already, the mass comes out some percent too small.
     np.testing.assert_allclose(found.values, [1.6], rtol=1e-5)
     assert found.converged and not found.doubts
+
+
+def test_commands_of_rotors_are_inputs_enough() -> None:
+    """A recording without a column of forces is that of one where these are 0."""
+    recording, _ = switched_off()
+    alone, beside = (
+        Replay(VEHICLE, dataclasses.replace(recording, inputs=inputs), None)
+        for inputs in (None, recording.inputs)
+    )
+    assert len(alone.first) > 6
+    np.testing.assert_array_equal(alone.first, beside.first)
+    assert alone.step == beside.step

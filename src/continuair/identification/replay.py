@@ -50,7 +50,7 @@ class Replay:
     def __init__(self, vehicle: Vehicle, recording: Recording, test: str | None) -> None:
         self.layout = Layout(vehicle.shape)
         _check_sections(vehicle, recording, test)
-        if test is None and recording.inputs is None:
+        if test is None and recording.inputs is None and recording.rotor_command is None:
             raise InputError(
                 f"{recording.name}: has no column of inputs; add some of "
                 f"{', '.join(ACTUATORS)}, name topics of a log that hold them, or say with --test "
@@ -199,7 +199,6 @@ def _start(rows: Array, layout: Layout, speeds: Array) -> Start:
 def _held(recording: Recording, layout: Layout) -> Scenario:
     """What was recorded: a level start that moves and bends as in its first rows, whose attitude
     changes no step, and each row of inputs held to the next."""
-    assert recording.inputs is not None
     times, rows = recording.time.tolist(), recording.inputs
     start = _start(first_motion(recording)[None], layout, np.zeros((1, 0)))
     state = start.states
@@ -211,7 +210,9 @@ def _held(recording: Recording, layout: Layout) -> Scenario:
         # The last row ends the flight, and is not held.
         return lambda t: values[min(bisect(times, t), len(times) - 1) - 1]
 
-    acting: dict[str, Any] = {name: held(rows[:, layout.of_input[name]]) for name in PUSH}
+    acting: dict[str, Any] = {}
+    if rows is not None:
+        acting = {name: held(rows[:, layout.of_input[name]]) for name in PUSH}
     if recording.rotor_command is not None:
         acting["rotor_command"] = held(recording.rotor_command)
     acting |= {"duration": times[-1], "jumps": tuple(times[1:-1])}
