@@ -69,8 +69,7 @@ def _undamped(stiffness: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.nda
     _check_vibrates(values[resisted], at)
     values, order = np.where(resisted, values.real, 0.0), np.argsort(values.real)
     values, vectors = values[order], vectors.real[:, order]
-    apart = np.flatnonzero(np.diff(values) > _EQUAL * np.abs(values[1:])) + 1
-    for equal in np.split(np.arange(len(values)), apart):
+    for equal in _alike(values):
         # A solver may leave vectors of equal values almost parallel.
         if len(equal) > 1:
             vectors[:, equal] = _nothing_left(

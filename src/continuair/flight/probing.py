@@ -207,11 +207,14 @@ def _blur_of(name: str, value: Any, layout: Layout, starts: Array, widths: Array
         for at in (STAGES, PROBES)
     )
     stages, probes = (x.reshape(len(starts), -1, *x.shape[1:]) for x in (stages, probes))
-    s = PROBES
-    weights = np.stack([(2 * s - 1) * (s - 1), 4 * s * (1 - s), s * (2 * s - 1)], axis=-1)
-    off = np.abs(probes - np.einsum("ps,nsrk->nprk", weights, stages)).max(axis=1)
+    off = np.abs(probes - np.einsum("sp,nsrk->nprk", of_stages(PROBES), stages)).max(axis=1)
     whole = np.maximum(*(np.abs(x).max(axis=(0, 1)) for x in (stages, probes)))
     return np.asarray((off / largest(whole, alike)).max(axis=-1))
+
+
+def of_stages(at: Array) -> Array:
+    """Weights (3, places) of a step's stages in the parabola through them, at places within it."""
+    return np.stack([(2 * at - 1) * (at - 1), 4 * at * (1 - at), at * (2 * at - 1)])
 
 
 def largest(of_components: Array, alike: list[slice]) -> Array:

@@ -16,7 +16,7 @@ from continuair import checks
 from continuair.engine.engine import Drive
 from continuair.errors import InputError
 from continuair.flight.inputs import evaluated, field_width
-from continuair.flight.probing import GOLDEN, INSIDE, PROBES, largest, warn_of_unseen
+from continuair.flight.probing import GOLDEN, INSIDE, PROBES, largest, of_stages, warn_of_unseen
 from continuair.flight.steps import told_rate
 from continuair.flight.time_grid import Grid
 from continuair.scenario.scenarios import Scenario
@@ -68,8 +68,9 @@ class Pulses:
         for name in self._untold():
             stages, worst = self._stages(name), (_BEYOND, 0)
             whole = np.abs(stages).max(axis=(0, 1))
-            rough |= self._is_rough(stages, largest(whole, self._alike(name)))
-            for steps in self._looked_into(stages, largest(whole, self._alike(name))):
+            counted = largest(whole, self._alike(name))
+            rough |= self._is_rough(stages, counted)
+            for steps in self._looked_into(stages, counted):
                 own = np.flatnonzero(steps.any(axis=1))
                 off, beyond = np.where(steps[own], self._between(name, stages, own, whole), 0.0)
                 rough |= (off > _OFF).any(axis=0)
@@ -155,8 +156,7 @@ class Pulses:
         except InputError:
             # A function that fails off its stages alone is not one that can be looked at.
             return np.zeros((2, len(steps), 1))
-        weights = np.stack([(2 * at - 1) * (at - 1), 4 * at * (1 - at), at * (2 * at - 1)])
-        off = np.abs(probes - np.einsum("sn,snrk->nrk", weights, stages))
+        off = np.abs(probes - np.einsum("sn,snrk->nrk", of_stages(at), stages))
         beyond = np.maximum(probes - stages.max(0), stages.min(0) - probes)
         most = largest(np.maximum(whole, np.abs(probes).max(0)), self._alike(name))
         return np.stack([(each / most).max(axis=-1) for each in (off, beyond)])

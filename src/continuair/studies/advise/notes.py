@@ -144,32 +144,28 @@ def _error(value: float) -> str:
 
 def _from(results: dict[str, Any]) -> list[str]:
     """Where what was tried begins."""
-    tried = [
-        min(of["hz"])
-        for part in results["excitations"].values()
-        for of in part["models"].values()
-        if "hz" in of
-    ]
-    if not tried:
+    if not (tried := _tried(results)):
         return []
-    return [f"Oscillating loads were tried from {number(max(tried), 2)} Hz on, none slower."]
+    begins = max(min(hz) for hz in tried)
+    return [f"Oscillating loads were tried from {number(begins, 2)} Hz on, none slower."]
 
 
 def _slower(results: dict[str, Any]) -> list[str]:
     """Where gravity swings the arm faster than anything that was tried."""
-    tried = [
-        max(of["hz"])
-        for part in results["excitations"].values()
-        for of in part["models"].values()
-        if "hz" in of
-    ]
+    ends = min((max(hz) for hz in _tried(results)), default=np.inf)
     swing = min(results["hovering_hz"], default=0.0)
-    if not tried or swing <= min(tried):
+    if swing <= ends:
         return []
     return [
         f"The hovering vehicle swings at {number(swing, 2)} Hz, and what was tried ends at "
-        f"{number_below(min(tried))} Hz: beyond it nothing is said."
+        f"{number_below(ends)} Hz: beyond it nothing is said."
     ]
+
+
+def _tried(results: dict[str, Any]) -> list[list[float]]:
+    """The frequencies [Hz] that each excitation which oscillates was tried at with each model."""
+    parts = results["excitations"].values()
+    return [of["hz"] for part in parts for of in part["models"].values() if "hz" in of]
 
 
 def _lost(results: dict[str, Any]) -> list[str]:
