@@ -71,6 +71,14 @@ def test_what_an_input_is_at_start_and_end_alone_moves_nothing() -> None:
     np.testing.assert_array_equal(sims[0].state, sims[1].state)
 
 
+@pytest.mark.parametrize("sample", [1e-3, 7e-4, 1e-5])
+@pytest.mark.parametrize("pieces", [1, 2, 7])
+def test_every_interval_takes_as_many_steps_as_the_first(sample: float, pieces: int) -> None:
+    """Late samples are apart by a sample to rounding only, which is no reason for another step."""
+    grid = grid_of(marks_of(20_000 * sample, sample), sample / pieces)
+    assert len(grid.steps) == 20_000 * pieces
+
+
 def test_a_jump_a_digit_beside_a_sample_leaves_the_samples_where_they_are() -> None:
     times = [marks_of(1.0, 0.1, jumps).samples for jumps in ((), (0.3, 0.7), (0.3 + 1e-15,))]
     assert times[0].tolist() == times[1].tolist() == times[2].tolist()

@@ -37,9 +37,6 @@ Array = np.ndarray
 
 _ONE = np.zeros(1, int)  # the index of the only run
 
-_ROUNDING = 1e-6
-"""Share of a period by which its steps may differ from those of the first one."""
-
 
 @dataclass(frozen=True)
 class Observation:
@@ -284,15 +281,14 @@ class Simulation:
         taken, and mark what is rough in them."""
         if len(times) > 1:
             marks = marks_at(times, self._scenario.jumps, knots=self._scenario.knots)
-            grid = grid_of(marks, self._step * (1.0 + _ROUNDING))
+            grid = grid_of(marks, self._step)
             drive = self._flight.drive(stage_times(grid), _ONE)
             warn_of_jumps(drive, grid.starts, self._engine.layout, set(), stacklevel=4)
             self._flight.look_for_pulses(drive, grid, _ONE, stacklevel=4)
 
     def _grid(self) -> Grid:
         """The steps of the next control period, between the same jumps as in `simulate`."""
-        # A period late in the flight is longer than the first by rounding, and takes no more steps.
-        return grid_of(self._marks(len(self._rows) - 1), self._step * (1.0 + _ROUNDING))
+        return grid_of(self._marks(len(self._rows) - 1), self._step)
 
     def _marks(self, first: int) -> Marks:
         """The marks of the control periods from one on to the next that is flown."""

@@ -13,7 +13,7 @@ MOST_STEPS = 1e7
 """Steps of one run: their inputs are sampled beforehand, and would fill the memory."""
 
 _ROUNDING = 1e-6
-"""Share of a sample that is left over by rounding alone."""
+"""Share of a sample that is left over, and of a step by which it may be longer, by rounding."""
 
 _LAST_DIGITS = 1e-9
 """Share of a time by which steps stay beside a jump, as rounding may put it elsewhere."""
@@ -129,7 +129,8 @@ def shared_grids(marks: Marks, steps: np.ndarray) -> list[tuple[np.ndarray, Grid
 
 def _pieces(length: np.ndarray, step: float | np.ndarray) -> np.ndarray:
     """The number of steps in each interval [s]."""
-    found: np.ndarray = np.maximum(1, np.ceil(length / step * (1.0 - 1e-12))).astype(int)
+    # Late intervals are longer than the first by rounding, and take no more steps.
+    found: np.ndarray = np.maximum(1, np.ceil(length / step * (1.0 - _ROUNDING))).astype(int)
     return found
 
 
