@@ -21,6 +21,7 @@ def write(result: dict[str, Any], docs: Path) -> None:
     page = TEMPLATE.read_text()
     known = next(iter(result["counts"].values()))["known"]
     timed = result.get("timed_counts", result["counts"])
+    card = json.loads(TEMPLATE.with_name("gpu.json").read_text())
     parts = {
         "MACHINE": f"{result['when']} on {result['machine']}",
         "KNOWN": "; ".join(f"{what}: {found}" for what, (found, _) in known.items()),
@@ -34,6 +35,10 @@ def write(result: dict[str, Any], docs: Path) -> None:
         "LOGGED": f"{LOGGED:.3g}",
         "COPY": f"{result['copy'] / 1e9:.3g}",
         "LANES": _lanes(result.get("lanes")),
+        "CARD": f"{card['when']}, {card['device']}, Warp {card['warp']}",
+        "CARDCOPY": f"{card['copy'] / 1e12:.2g}",
+        "CARDRATES": _rates(card),
+        "CARDCALLS": _calls(card),
     }
     for name, text in parts.items():
         page = page.replace(f"@{name}@", text)
@@ -115,6 +120,35 @@ def _lanes(lanes: dict[str, Any] | None) -> str:
         for case in lanes["cases"]
     ]
     return _table(["coupled, float64, one core", "µs per run and step", "faster by"], rows)
+
+
+def _rates(found: dict[str, Any]) -> str:
+    """Steps per second on a card, as `benchmarks/gpu.py` found them."""
+    cases = found["cases"]
+    best = [
+        [
+            f"{case['model']}, {case['dtype']}",
+            *(_millions(batch["rate"]) for batch in case["batches"]),
+            f"{fastest * case['operations'] / 1e12:.3g}",
+            f"{case['peak'] / 1e12:.3g}",
+            f"{100 * fastest * case['operations'] / case['peak']:.0f} %",
+        ]
+        for case in cases
+        for fastest in [max(batch["rate"] for batch in case["batches"])]
+    ]
+    sizes = [f"{batch['runs']:,}" for batch in cases[0]["batches"]]
+    head = ["million steps per second, runs:", *sizes, "Tflop/s", "peak", "of it"]
+    return _table(head, best)
+
+
+def _calls(found: dict[str, Any]) -> str:
+    rows = [[f"{c['runs']:,}", f"{c['device']:.2f}", f"{c['cpu']:.2f}"] for c in found["calls"]]
+    beside = f"on {found['cores']} threads of the CPU beside it [s]"
+    return _table(["vehicles", "on the card [s]", beside], rows)
+
+
+def _millions(rate: float) -> str:
+    return f"{rate / 1e6:,.0f}" if rate > 1e8 else f"{rate / 1e6:.3g}"
 
 
 def _plot(result: dict[str, Any], timed: dict[str, Any], path: Path) -> None:

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 import warp as wp
 
-from continuair.engine.compiling import load, start_warp
+from continuair.engine.compiling import block_of, load, start_warp
 from continuair.engine.factory import Kernels, kernels
 from continuair.engine.lanes import packs_of, struct_rows, table_rows
 from continuair.engine.pack import pack_plants, pack_table, tree_of
@@ -301,7 +301,8 @@ class Engine:
     def launch(self, kernel: wp.Kernel, size: Any, arguments: list[Any]) -> None:
         """Launch a kernel on this engine's device."""
         load(kernel, self.device)
-        wp.launch(kernel, dim=size, device=self.device, inputs=arguments)
+        block = block_of(self.device)
+        wp.launch(kernel, dim=size, device=self.device, inputs=arguments, block_dim=block)
 
     def upload(self, array: Any, kind: Any = None) -> Any:
         """Numbers of this engine's precision, or of another kind, where the kernels read them."""
