@@ -171,7 +171,7 @@ def test_printed_limits_are_never_beyond_those_that_were_found() -> None:
     for value in np.geomspace(0.011, 97.0, 500):
         text = number_below(float(value))
         assert float(text) <= value < 1.1 * float(text)
-    assert [number_below(each) for each in (0.29, 2.5, 25.0)] == ["0.29", "2.5", "25"]
+    assert [number_below(each) for each in (0.29, 2.5, 25.0, 109.0)] == ["0.29", "2.5", "25", "100"]
 
 
 def results(decoupled: dict[str, float], independent: dict[str, float]) -> dict[str, Any]:

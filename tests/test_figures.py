@@ -242,6 +242,18 @@ def test_bending_claims_no_frequency_where_there_is_none(result: study.OpenLoop)
     figures.bending(dataset)
 
 
+def test_no_frequency_is_read_off_samples_that_are_too_coarse_for_the_arm(
+    result: study.OpenLoop,
+) -> None:
+    """480 Hz of samples 1 ms apart would be 520: a peak on the other side of theirs."""
+    dataset = result.datasets["B"].copy(deep=True)
+    turned = 2 * np.pi * 520.0 * dataset["time"].to_numpy()
+    dataset["bend"][:] = np.stack([np.outer(np.cos(turned), [0.1, 0.0])] * 3)
+    assert "peaks at 480 Hz" in words(figures.bending(dataset))
+    told = words(figures.bending(dataset, swing=520.0))
+    assert "samples 1 ms apart do not tell swings of 520 Hz" in told and "480" not in told
+
+
 def test_differences_leave_out_the_reference_and_end_at_the_known_distance(
     result: study.OpenLoop,
 ) -> None:

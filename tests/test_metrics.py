@@ -20,10 +20,12 @@ from continuair.analysis.metrics import (
     nrmse,
     regular_speed,
     rmse,
+    rotation_metric,
     tip_euler,
 )
 from continuair.errors import ContinuairWarning, InputError
 from continuair.scenario.paper_tests import open_loop_test
+from continuair.studies.overstated_angles import of_overstated_angles
 from continuair.vehicle.vehicle import load_vehicle
 from tests.synthetic import flight
 
@@ -147,6 +149,24 @@ def test_a_tumble_and_a_spin_are_followed_without_jumps() -> None:
         expected = np.column_stack([turns if i == column else zero for i in range(3)])
         tip = Rotation.from_euler("ZYX", expected[:, ::-1]) * DOWN
         np.testing.assert_allclose(euler_angles(tip.as_quat()), expected, rtol=0, atol=1e-7)
+
+
+def test_angles_that_go_apart_beside_the_vertical_are_no_rotation() -> None:
+    """Two tumbles 0.1 rad apart, on either side of a pitch of 90°, end whole turns apart."""
+    time = np.linspace(0.0, 1.0, 1001)
+    pitches = Rotation.from_rotvec(np.outer(2.0 * math.pi * time, [0.0, 1.0, 0.0]))
+    tumbles = []
+    for lean in (-0.05, 0.05):
+        attitude = Rotation.from_rotvec([0.0, 0.0, lean]) * Rotation.from_rotvec([lean, 0.0, 0.0])
+        dataset = flight(load_vehicle("paper"), open_loop_test("B").replace(duration=1.0))
+        turned = (pitches * attitude * DOWN).as_quat()
+        tumbles.append(dataset.assign(tip_attitude=(("time", "quaternion"), turned)))
+    with pytest.warns(ContinuairWarning, match="overstate the rotation, up to"):
+        found = compare(*tumbles)
+    assert found["angle_rad"] < 0.2 and found["rmse_r_rad"] > math.pi
+    assert rotation_metric([found]) == "angle_rad"
+    told = of_overstated_angles([("Test A, decoupled", found), ("Test B, decoupled", found)])
+    assert "in 2 of 2 flights" in told[0] and "Test A" in told[0]
 
 
 def test_comparing_a_flight_with_itself_finds_nothing() -> None:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from continuair.errors import InputError, shown
 from continuair.flight.labels import FIXED, ordered
 from continuair.flight.provenance import model_of
-from continuair.flight.resolution import warn_of_lost_angles
+from continuair.flight.resolution import overstated, warn_of_lost_angles, warn_of_overstated_angles
 from continuair.kernels.deviations import ROUNDING
 from continuair.kernels.dynamics import REFERENCE
 from continuair.vehicle.coordinates import continuous_euler, paper_rates
@@ -165,9 +165,11 @@ def _beside(reference: Array, angles: Array) -> Array:
 
 def rotation_metric(entries: Iterable[Mapping[str, Any]]) -> str:
     """Which metric of `compare` tells rotations of several flights alike: that of Euler angles, or
-    the angle between tips where samples of any do not follow them."""
-    found = np.array([entry["rmse_r_rad"] for entry in entries], float)
-    return "rmse_r_rad" if np.isfinite(found).all() else "angle_rad"
+    the angle between tips where samples of any do not follow them, or where they overstate it."""
+    names = ("rmse_r_rad", "angle_rad")
+    euler, angle = np.array([[entry[name] for name in names] for entry in entries], float).T
+    told = np.isfinite(euler) & ~overstated(euler, angle)
+    return "rmse_r_rad" if told.all() else "angle_rad"
 
 
 def geodesic_angle(q1: ArrayLike, q2: ArrayLike) -> Array:
@@ -211,6 +213,7 @@ def compare(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, Any]:
     _warn_of_swapped(coupled, other)
     lost = np.isnan(found["nrmse_r"]) & np.isfinite(found["angle_rad"])
     warn_of_lost_angles(lost, float(np.diff(coupled["time"]).max(initial=0.0)), stacklevel=3)
+    warn_of_overstated_angles(found["rmse_r_rad"], found["angle_rad"], stacklevel=3)
     return found
 
 

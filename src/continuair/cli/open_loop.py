@@ -68,7 +68,7 @@ def run_open_loop(vehicle: str, tests: str, models: list[str] | None, out: str |
 
 def _show(study: OpenLoop) -> None:
     """Show the table on standard error: standard output is for the JSON alone."""
-    from continuair.studies.open_loop.report import METRICS, remarks, rows
+    from continuair.studies.open_loop.report import METRICS, of_angles, remarks, rows
     from continuair.studies.still_rotors import of_still_rotors
     from continuair.studies.tables import number
 
@@ -79,6 +79,6 @@ def _show(study: OpenLoop) -> None:
         for test, model, entry in rows(study.results)
     ]
     print_table(columns, table, err=True)
-    told = [*remarks(study.results), *of_still_rotors(study.results), study.results["note"]]
-    for line in told:
+    told = [*remarks(study.results), *of_angles(study.results), *of_still_rotors(study.results)]
+    for line in [*told, study.results["note"]]:
         typer.echo(line, err=True)

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from continuair.analysis.metrics import differences as metrics_of
-from continuair.analysis.metrics import geodesic_angle, samples, tip_euler
+from continuair.analysis.metrics import geodesic_angle, rotation_metric, samples, tip_euler
+from continuair.analysis.modes import modes
 from continuair.analysis.spectrum import STILL, Peak, dominant, spectrum
 from continuair.figures import curves, overview, style
 from continuair.figures.frames import bend_variables, frames
@@ -32,6 +33,9 @@ ACTS = {
 
 _ZOOM = 0.5
 """Length of the part of a flight in which single swings can be seen [s]."""
+
+_PER_SWING = 4.0
+"""Least samples of a swing with which a spectrum tells its frequency, and no other in its place."""
 
 
 def motion(dataset: xr.Dataset, name: str = "", subtitle: str = "") -> Figure:
@@ -56,8 +60,12 @@ def motion(dataset: xr.Dataset, name: str = "", subtitle: str = "") -> Figure:
     return figure
 
 
-def bending(dataset: xr.Dataset, name: str = "", subtitle: str = "") -> Figure:
-    """Return the bend over the first 0.5 s [1/m], and the amplitudes of its frequencies."""
+def bending(dataset: xr.Dataset, name: str = "", subtitle: str = "", swing: float = 0.0) -> Figure:
+    """Return the bend over the first 0.5 s [1/m], and the amplitudes of its frequencies.
+
+    swing: the arm's frequency in free fall [Hz], for which samples may be too coarse: then there
+    are no amplitudes, and the title says so.
+    """
     bends = {
         f"bend $k_{axis}$ [1/m]": {
             model: samples(flight, "bend", "bend_axis")[:, i] for model, flight in _each(dataset)
@@ -65,20 +73,30 @@ def bending(dataset: xr.Dataset, name: str = "", subtitle: str = "") -> Figure:
         for i, axis in enumerate("xy")
     }
     moving, still = _moving(bends)
+    interval = float(dataset["time"][1] - dataset["time"][0])
+    told = _PER_SWING * swing * interval <= 1.0
     with style.applied():
         figure = style.new_figure(height=2.2)
-        panels = figure.subplots(1, len(moving) + 1, squeeze=False)[0]
+        panels = figure.subplots(1, len(moving) + told, squeeze=False)[0]
         for axes, (label, values) in zip(panels, moving.items(), strict=False):
             for model, flight in _each(dataset):
                 shown = flight["time"].to_numpy() <= _ZOOM
                 curves.line(axes, flight.isel(time=shown), values[model][shown], model)
             axes.set(xlim=(0.0, _ZOOM), xlabel=f"time, first {_ZOOM:g} s [s]", ylabel=label)
-        found = {model: _spectrum(panels[-1], flight, model) for model, flight in _each(dataset)}
-        panels[-1].set(xlabel="frequency [Hz]", ylabel="amplitude of the bend [1/m]")
-        panels[-1].set_xlim(0.0, _highest(panels[-1], found))
-        panels[-1].set_ylim(0.0, 1.15 * panels[-1].get_ylim()[1])
-        _finish(figure, panels[-1], f"{name}: {spectral_peaks(found)}", dataset, subtitle, still)
+        finding = f"samples {1e3 * interval:g} ms apart do not tell swings of {short(swing)} Hz"
+        if told:
+            finding = _spectra(panels[-1], dataset)
+        _finish(figure, panels[-1], f"{name}: {finding}", dataset, subtitle, still)
     return figure
+
+
+def _spectra(axes: Any, dataset: xr.Dataset) -> str:
+    """Draw the spectra of the bend, and tell of their peaks."""
+    found = {model: _spectrum(axes, flight, model) for model, flight in _each(dataset)}
+    axes.set(xlabel="frequency [Hz]", ylabel="amplitude of the bend [1/m]")
+    axes.set_xlim(0.0, _highest(axes, found))
+    axes.set_ylim(0.0, 1.15 * axes.get_ylim()[1])
+    return spectral_peaks(found)
 
 
 def differences(dataset: xr.Dataset, name: str = "", subtitle: str = "") -> Figure:
@@ -110,18 +128,18 @@ def write(
     results: dict[str, Any], datasets: dict[str, xr.Dataset], file: Callable[[str], Path]
 ) -> None:
     """Write all figures of the study as PNG, SVG and PDF; `file` gives the path of a name."""
-    vehicle = style.plain(results["vehicle"]["name"])
+    vehicle, drawn = style.plain(results["vehicle"]["name"]), Vehicle(**results["vehicle"])
+    swing = float(modes(drawn, gravity=0.0).frequencies.max()) / (2.0 * np.pi)
     for letter, dataset in datasets.items():
         name, acts = f"Test {letter}", f"Vehicle {vehicle}, Test {letter}: {ACTS[letter]}."
         subtitle = " ".join([acts, *_unconverged(results["tests"][letter])])
         style.save(motion(dataset, name, subtitle), f"test_{letter}_motion", file)
-        style.save(bending(dataset, name, subtitle), f"test_{letter}_bending", file)
+        style.save(bending(dataset, name, subtitle, swing), f"test_{letter}_bending", file)
         if _others(dataset):
             style.save(differences(dataset, name, subtitle), f"test_{letter}_differences", file)
     if any(model != REFERENCE for model in next(iter(results["tests"].values()))):
         style.save(overview.bars(results), "overview", file)
         style.save(overview.table(results), "table", file)
-    drawn = Vehicle(**results["vehicle"])
     style.save(bend_variables(drawn), "bend_variables", file)
     style.save(frames(drawn), "frames", file)
 
@@ -251,9 +269,9 @@ def _moved(dataset: xr.Dataset, moving: dict[str, dict[str, Array]]) -> str:
 
 
 def _followed(dataset: xr.Dataset, model: str) -> bool:
-    """Whether samples follow the Euler angles of both tips."""
+    """Whether Euler angles tell the rotation between both tips."""
     found = metrics_of(dataset.sel(model=REFERENCE), dataset.sel(model=model))
-    return bool(np.isfinite(found["nrmse_r"]) or np.isnan(found["angle_rad"]))
+    return bool(np.isnan(found["angle_rad"]) or rotation_metric([found]) == "rmse_r_rad")
 
 
 def _apart(coupled: xr.Dataset, flight: xr.Dataset) -> tuple[Array, Array]:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from continuair.warning import untold, warn
 
@@ -16,6 +17,12 @@ RESOLVED = 1e-3
 
 _ROUNDING = 1e-9
 """Saturation that is none."""
+
+_OVERSTATED = 3.0
+"""Times the angle between tips from which on a difference of Euler angles is no rotation."""
+
+_ALIKE = 1e-6
+"""Difference of Euler angles that is none, in float32, too [rad]."""
 
 UNSEEN = 1.0
 """Phase of a known input from which a step does not follow it [rad]: six steps a period."""
@@ -180,6 +187,31 @@ def warn_of_lost_angles(lost: Array, sample: float, stacklevel: int) -> None:
         )
 
 
+def overstated(rmse_r_rad: ArrayLike, angle_rad: ArrayLike) -> Array:
+    """Where (...) Euler angles of two tips differ by much more than their attitudes do [rad].
+
+    Beside a pitch of ±π/2 roll and yaw swing by half a turn, on its two sides either way: tips that
+    pass it apart, or one after the other, are counted half turns and whole ones apart.
+    """
+    euler = np.asarray(rmse_r_rad, float)
+    return np.asarray((euler > _OVERSTATED * np.asarray(angle_rad, float)) & (euler > _ALIKE))
+
+
+def warn_of_overstated_angles(rmse_r_rad: ArrayLike, angle_rad: ArrayLike, stacklevel: int) -> None:
+    """Warn of runs (runs,) or (runs, models) whose differences of Euler angles are no rotation."""
+    euler, angle = np.atleast_1d(rmse_r_rad, angle_rad)
+    found = overstated(euler, angle)
+    if found.any():
+        runs = found.reshape(len(found), -1).any(axis=1)
+        times = np.max(euler[found] / np.maximum(angle[found], _ALIKE))
+        warn(
+            f"nrmse_r and rmse_r_rad overstate the rotation{in_runs(runs.sum(), len(runs))}, up to "
+            f"{times:.2g} times: the tips pass beside a pitch of ±π/2, where roll and yaw swing "
+            "by half a turn; use angle_rad.",
+            stacklevel=stacklevel,
+        )
+
+
 def warn_of_lost_coordinates(sample: float, time: float, stacklevel: int) -> None:
     """Warn that samples [s] do not follow the Euler angles of q near a time [s]."""
     warn(
@@ -196,4 +228,4 @@ def steps_told_of() -> AbstractContextManager[None]:
 
 def angles_unread() -> AbstractContextManager[None]:
     """For a study that reads no Euler angles: no warnings of those that samples do not follow."""
-    return untold("nrmse_r and rmse_r_rad are NaN", "q: roll, pitch and yaw")
+    return untold("nrmse_r and rmse_r_rad", "q: roll, pitch and yaw")

@@ -15,6 +15,7 @@ from continuair.flight.resolution import (
     warn_of_coarse_steps,
     warn_of_lost_angles,
     warn_of_missed_inputs,
+    warn_of_overstated_angles,
     warn_of_saturation,
 )
 from continuair.flight.trajectory import LARGEST_SATURATION, STEP_ERROR
@@ -73,6 +74,9 @@ def labelled(design: Design, results: np.ndarray, attributes: dict[str, Any]) ->
     for name in [name for name in EULER_DEVIATIONS if name in names][:1]:
         lost = lost_angles(results[..., names.index(name)], status)
         warn_of_lost_angles(lost, design.base.sample, stacklevel=4)
+    if {"rmse_r_rad", "angle_rad"} <= set(names):
+        turned = (results[..., names.index(name)] for name in ("rmse_r_rad", "angle_rad"))
+        warn_of_overstated_angles(*turned, stacklevel=4)
     coordinates: dict[str, Any] = {
         name: (list(variable.dims), variable.values) for name, variable in design.variables.items()
     }

@@ -10,6 +10,7 @@ from continuair.analysis.convergence import CONVERGED
 from continuair.analysis.shares import percent
 from continuair.kernels.dynamics import REFERENCE
 from continuair.studies.open_loop.study import OpenLoop
+from continuair.studies.overstated_angles import of_overstated_angles
 from continuair.studies.results import ResultFolder
 from continuair.studies.still_rotors import of_still_rotors
 from continuair.studies.tables import as_markdown, number
@@ -64,6 +65,7 @@ def as_table(results: dict[str, Any]) -> str:
         "the step.",
         "",
         *(remarks(results) or ["Every flight has converged at the automatic step."]),
+        *of_angles(results),
         *of_still_rotors(results),
     ]
     return "\n".join([*lines, *_kappa_s_table(results)]) + "\n"
@@ -100,6 +102,13 @@ def remarks(results: dict[str, Any]) -> list[str]:
             models = " and ".join(alike)
             lines.append(f"* Test {letter}, {models}, has not converged: {reason}.")
     return lines
+
+
+def of_angles(results: dict[str, Any]) -> list[str]:
+    """A sentence where Euler angles tell of no rotation."""
+    return of_overstated_angles(
+        (f"Test {letter}, {model}", entry) for letter, model, entry in rows(results)
+    )
 
 
 def _kappa_s_table(results: dict[str, Any]) -> list[str]:

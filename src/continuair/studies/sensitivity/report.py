@@ -9,6 +9,7 @@ from typing import Any
 from continuair.analysis.convergence import CONVERGED
 from continuair.analysis.shares import percent
 from continuair.kernels.dynamics import REFERENCE, SIMPLER
+from continuair.studies.overstated_angles import of_overstated_angles
 from continuair.studies.results import ResultFolder
 from continuair.studies.sensitivity.measures import MEASURES
 from continuair.studies.sensitivity.study import STEP_SHARE, Sensitivity
@@ -208,6 +209,9 @@ def remarks(results: dict[str, Any]) -> list[str]:
         *lines,
         *(unsettled or ["Every row has converged."]),
         *_unfollowed(results),
+        *of_overstated_angles(
+            (f"{name} {row['label']}, {model}", entry) for name, row, model, entry in rows(results)
+        ),
         *of_still_rotors(results),
     ]
 
