@@ -199,7 +199,7 @@ def overstated(rmse_r_rad: ArrayLike, angle_rad: ArrayLike) -> Array:
 
 def warn_of_overstated_angles(rmse_r_rad: ArrayLike, angle_rad: ArrayLike, stacklevel: int) -> None:
     """Warn of runs (runs,) or (runs, models) whose differences of Euler angles are no rotation."""
-    euler, angle = np.atleast_1d(rmse_r_rad, angle_rad)
+    euler, angle = np.atleast_1d(rmse_r_rad), np.atleast_1d(angle_rad)
     found = overstated(euler, angle)
     if found.any():
         runs = found.reshape(len(found), -1).any(axis=1)

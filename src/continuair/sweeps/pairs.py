@@ -102,8 +102,8 @@ def run_pairs(
     warn_of_runs_at_limits(found.at_limits, scenario, stacklevel=3)
     lost = lost_angles(found.metrics["nrmse_r"], found.status)
     warn_of_lost_angles(lost, flight.sample, stacklevel=3)
-    turned = (found.metrics[name] for name in ("rmse_r_rad", "angle_rad"))
-    warn_of_overstated_angles(*turned, stacklevel=3)
+    euler, angle = found.metrics["rmse_r_rad"], found.metrics["angle_rad"]
+    warn_of_overstated_angles(euler, angle, stacklevel=3)
     data = _variables(found)
     if vehicle.uav.rotors is not None:
         data["largest_saturation"] = (("run", "model"), found.saturation, LARGEST_SATURATION)

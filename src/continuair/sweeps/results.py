@@ -75,8 +75,8 @@ def labelled(design: Design, results: np.ndarray, attributes: dict[str, Any]) ->
         lost = lost_angles(results[..., names.index(name)], status)
         warn_of_lost_angles(lost, design.base.sample, stacklevel=4)
     if {"rmse_r_rad", "angle_rad"} <= set(names):
-        turned = (results[..., names.index(name)] for name in ("rmse_r_rad", "angle_rad"))
-        warn_of_overstated_angles(*turned, stacklevel=4)
+        euler, angle = (results[..., names.index(name)] for name in ("rmse_r_rad", "angle_rad"))
+        warn_of_overstated_angles(euler, angle, stacklevel=4)
     coordinates: dict[str, Any] = {
         name: (list(variable.dims), variable.values) for name, variable in design.variables.items()
     }
