@@ -162,7 +162,8 @@ def closed_loop(law: MadeLaw, model: str, how: Closing) -> LoopKernels:
         choices = how.every_stage, how.integrates, how.believes
         pilot = law_pilot(*of, points, found, *choices)
     logger = state_logger(*of)
-    rollout = rollout_kernel(*of, dynamics_code(*of, model), pilot, logger, how.integrator)
+    dynamics = dynamics_code(*of, model)
+    rollout = rollout_kernel(*of, dynamics, pilot, logger, how.integrator, law.name)
     remembered = found.Memory._length_ if hasattr(found, "Memory") else 0
     looks = remembered > 0 and found.looks
     eye, lanes = eye_code(*of, points), of[0].lanes

@@ -22,11 +22,12 @@ Law = Callable[[LawCode], SimpleNamespace]
 class MadeLaw:
     """What a law gave for its LawCode: the same as another one whose content is the same.
 
-    content: what the LawCode is for, and Warp's hash of the law's functions, with the numbers that
-    these hold, and of its types.
+    content: what the LawCode is for, and a hash of the law's functions, with the numbers that these
+    hold, and of its types. name: of kernels that hold its functions, as no other law's.
     """
 
     content: Any
+    name: str = field(compare=False)
     code: LawCode = field(compare=False)
     parts: SimpleNamespace = field(compare=False)
 
@@ -53,15 +54,31 @@ def _make(law: Law, numbers: Numbers, tree: Tree, points: int) -> MadeLaw:
     code = law_code(numbers, tree, points)
     parts = law(code)
     check_parts(parts)
-    return MadeLaw((numbers, tree, points, *_content(parts)), code, parts)
+    functions: bytes = _exactly([], {}).hash_function(parts.control)
+    content = numbers, tree, points, functions, *_types(parts)
+    return MadeLaw(content, f"rollout_{functions.hex()[:16]}", code, parts)
 
 
 _kept, _anew = made_once(_make), made_alone(_make)
 
 
-def _content(parts: SimpleNamespace) -> tuple[Any, ...]:
-    """Functions and types of the device are Warp's own, and so is what tells them apart."""
+class _Exactly(ModuleHasher):
+    """Warp's hash of functions, but for numbers that it takes in single precision, as a pack's."""
+
+    def get_constant_bytes(self, value: Any) -> bytes:
+        number = getattr(value, "value", value)
+        return (
+            repr(number).encode()
+            if isinstance(number, float)
+            else super().get_constant_bytes(value)
+        )
+
+
+_exactly: Any = _Exactly  # Warp's own has no types
+
+
+def _types(parts: SimpleNamespace) -> tuple[Any, ...]:
+    """What tells the types of a law apart."""
     memory = getattr(parts, "Memory", None)
     remembered = None if memory is None else memory._length_
-    functions = ModuleHasher([], {}).hash_function(parts.control)
-    return functions, parts.Gains.hash, remembered, getattr(parts, "looks", None)
+    return parts.Gains.hash, remembered, getattr(parts, "looks", None)

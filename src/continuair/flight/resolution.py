@@ -200,9 +200,9 @@ def overstated(rmse_r_rad: ArrayLike, angle_rad: ArrayLike) -> Array:
 def warn_of_overstated_angles(rmse_r_rad: ArrayLike, angle_rad: ArrayLike, stacklevel: int) -> None:
     """Warn of runs (runs,) or (runs, models) whose differences of Euler angles are no rotation."""
     euler, angle = np.atleast_1d(rmse_r_rad), np.atleast_1d(angle_rad)
-    found = overstated(euler, angle)
+    found = np.atleast_1d(overstated(euler, angle))
     if found.any():
-        runs = found.reshape(len(found), -1).any(axis=1)
+        runs: Array = found.reshape(found.shape[0], -1).any(axis=1)
         times = np.max(euler[found] / np.maximum(angle[found], _ALIKE))
         warn(
             f"nrmse_r and rmse_r_rad overstate the rotation{in_runs(runs.sum(), len(runs))}, up to "

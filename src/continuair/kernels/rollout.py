@@ -31,8 +31,12 @@ def rollout_kernel(
     pilot: PilotCode,
     log_row: Any,
     integrator: str = "rk4",
+    name: str = "rollout",
 ) -> Any:
     """The kernel `rollout` of a model under a pilot; log_row: of kernels/logs.py.
+
+    name: of the kernel and its module, which has to tell pilots apart whose numbers differ by less
+    than single precision holds, by which Warp tells modules.
 
     log: (runs, samples, columns). status, last_step: (runs,), how a run ended and at which step.
     errors: (runs, SUMS), the sum of what its steps leave out [arm lengths]; its swing, the integral
@@ -73,7 +77,7 @@ def rollout_kernel(
             out += wp.length(bend_of(y, k)) * wp.length(bend_rate_of(y, k))
         return out
 
-    @wp.kernel(enable_backward=False, module="unique", module_options=code.options)
+    @wp.kernel(name=name, enable_backward=False, module="unique", module_options=code.options)
     def rollout(
         vehicles: Vehicles,
         start: Start,
