@@ -113,6 +113,8 @@ def test_the_sentence_follows_from_limits(
 ) -> None:
     found = verdict(results(limit, tolerable), "fast-flight", "decoupled")
     assert (found["scope"], found["text"]) == (scope, text)
+    # As JSON has null alike for no limit and none tolerable.
+    assert list(found["scopes"].values()) == [scope]
 
 
 def test_what_is_missed_is_found_and_told_of_the_decoupled_model_alone() -> None:

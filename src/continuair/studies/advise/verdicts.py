@@ -22,8 +22,8 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
     """What follows for a task and a model: a sentence, and its scope and exceptions.
 
     scope: "all" frequencies or speeds tried, those "below" the limit, "none", or "undecided", where
-    the coupled model itself is lost; limits: of each excitation that oscillates [Hz]; except:
-    excitations of the task, of no frequency, for which it does not hold.
+    the coupled model itself is lost; limits, scopes: of each excitation that oscillates [Hz];
+    except: excitations of the task, of no frequency, for which it does not hold.
     """
     if task in results["tracking"]:
         found = results["tracking"][task]
@@ -73,7 +73,7 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
     else:
         text += bounded
     found = {"scope": _scope(limit), "except": bad, "limit": limit, "unit": "Hz", "text": text}
-    return found | {"limits": limits}
+    return found | {"limits": limits, "scopes": {name: _scope(limits[name]) for name in limits}}
 
 
 def _remedy(parts: dict[str, Any], model: str) -> str:
