@@ -165,6 +165,8 @@ def test_angles_that_go_apart_beside_the_vertical_are_no_rotation() -> None:
         found = compare(*tumbles)
     assert found["angle_rad"] < 0.2 and found["rmse_r_rad"] > math.pi
     assert rotation_metric([found]) == "angle_rad"
+    assert rotation_metric([{"rmse_r_rad": 3.2, "angle_rad": 2.0}]) == "angle_rad"
+    assert rotation_metric([{"rmse_r_rad": 3.1, "angle_rad": 2.0}]) == "rmse_r_rad"
     told = of_overstated_angles([("Test A, decoupled", found), ("Test B, decoupled", found)])
     assert "in 2 of 2 flights" in told[0] and "Test A" in told[0]
 

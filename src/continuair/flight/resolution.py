@@ -193,8 +193,10 @@ def overstated(rmse_r_rad: ArrayLike, angle_rad: ArrayLike) -> Array:
     Beside a pitch of ±π/2 roll and yaw swing by half a turn, on its two sides either way: tips that
     pass it apart, or one after the other, are counted half turns and whole ones apart.
     """
-    euler = np.asarray(rmse_r_rad, float)
-    return np.asarray((euler > _OVERSTATED * np.asarray(angle_rad, float)) & (euler > _ALIKE))
+    euler, angle = np.asarray(rmse_r_rad, float), np.asarray(angle_rad, float)
+    larger = (euler > _OVERSTATED * angle) & (euler > _ALIKE)
+    # No two attitudes are more than half a turn apart.
+    return np.asarray(larger | (euler > np.pi))
 
 
 def warn_of_overstated_angles(rmse_r_rad: ArrayLike, angle_rad: ArrayLike, stacklevel: int) -> None:
