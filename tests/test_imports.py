@@ -101,7 +101,7 @@ ROOMS = {
             "verdicts",
             "still_rotors",
         },
-        {"results", "standard_excitations"},
+        {"results", "standard_excitations", "overstated_angles"},
         {"excited_flights"},
         {"atlas"},
         {

@@ -62,7 +62,12 @@ def open_loop_of(position: dict[str, float], rotation: dict[str, float] | None =
     tests = {
         test: {
             "coupled": {"converged": True},
-            "decoupled": {"rmse_t_m": error, "rmse_r_rad": turned[test], "converged": True},
+            "decoupled": {
+                "rmse_t_m": error,
+                "rmse_r_rad": turned[test],
+                "angle_rad": turned[test],
+                "converged": True,
+            },
         }
         for test, error in position.items()
     }
@@ -357,7 +362,9 @@ def test_turns_whose_angles_are_lost_are_judged_by_the_angle_between_tips() -> N
     angle = {"A": 0.1 * few, "B": few, "C": few, "D": 2.0 * few}
     np.testing.assert_array_equal(list(_rotation(euler, angle).values()), list(angle.values()))
     whole = {"A": few, "B": few, "C": few, "D": few}
-    np.testing.assert_array_equal(list(_rotation(whole, angle).values()), list(whole.values()))
+    np.testing.assert_array_equal(list(_rotation(whole, whole).values()), list(whole.values()))
+    # Nor one that ten times the angle is.
+    np.testing.assert_array_equal(list(_rotation(whole, angle).values()), list(angle.values()))
     study = open_loop_of(dict.fromkeys("ABCD", 1.0), {"A": np.nan, "B": 0.2, "C": 0.3, "D": 0.4})
     for name, value in zip("ABCD", (0.05, 0.2, 0.3, 0.4), strict=True):
         study.results["tests"][name]["decoupled"]["angle_rad"] = value

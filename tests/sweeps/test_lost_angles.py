@@ -55,8 +55,10 @@ def test_samples_that_pass_beside_a_pole_have_no_euler_metrics(fly: Any, sample:
         assert np.isfinite(found[name])
 
 
-def test_samples_that_follow_the_angles_agree_with_finer_ones() -> None:
-    fine, finer = (pair(BESIDE, sample) for sample in (1e-4, 2.5e-5))
+@pytest.mark.parametrize("fly", [pair, both])
+def test_samples_that_follow_the_angles_agree_with_finer_ones(fly: Any) -> None:
+    with pytest.warns(ContinuairWarning, match="overstate the rotation, up to .* use angle_rad"):
+        fine, finer = (fly(BESIDE, sample) for sample in (1e-4, 2.5e-5))
     for name in EULER:
         assert float(fine[name]) == pytest.approx(float(finer[name]), rel=1e-3)
     # As 2 ms would have it, the angles end whole turns apart.
@@ -107,12 +109,18 @@ def test_q_tells_where_samples_lose_its_angles() -> None:
     np.testing.assert_allclose(fine, finer, rtol=0, atol=1e-3)
 
 
-def test_an_opened_sweep_tells_of_lost_angles(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("sample", "told"), [(1e-3, "are NaN"), (1e-4, "overstate")])
+def test_an_opened_sweep_tells_of_lost_and_of_overstated_angles(
+    tmp_path: Path, sample: float, told: str
+) -> None:
     pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
     table = {"duration": 0.7, "roll": -0.5121, "pitch": 1.4069, "yaw": 1.2669, "kappa": 0.3}
     table |= {"psi_a": 2.5924, "roll_rate": -4.6208, "pitch_rate": 2.7482}
-    design = xr.Dataset({"scenario.yaw_rate": ("rate", [5.1291])}, attrs={"scenario": table})
-    with pytest.warns(ContinuairWarning, match="nrmse_r and rmse_r_rad are NaN"):
+    design = xr.Dataset(
+        {"scenario.yaw_rate": ("rate", [5.1291])},
+        attrs={"scenario": table, "sample": sample, "step": 1e-4},
+    )
+    with pytest.warns(ContinuairWarning, match=f"nrmse_r and rmse_r_rad {told}"):
         ca.sweep(design, tmp_path / "store.zarr")
-    with pytest.warns(ContinuairWarning, match="nrmse_r and rmse_r_rad are NaN"):
+    with pytest.warns(ContinuairWarning, match=f"nrmse_r and rmse_r_rad {told}"):
         ca.open_sweep(tmp_path / "store.zarr")

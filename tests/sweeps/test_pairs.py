@@ -21,6 +21,7 @@ def some_vehicles(runs: int) -> ca.Vehicle:
 
 
 @pytest.mark.filterwarnings("ignore:step_error reaches")
+@pytest.mark.filterwarnings("ignore:nrmse_r and rmse_r_rad overstate")
 @pytest.mark.parametrize("test", "ABCD")
 def test_metrics_are_those_of_compare(test: str) -> None:
     vehicle, scenario = some_vehicles(12), ca.open_loop_test(test)
@@ -57,6 +58,7 @@ def test_a_vehicle_that_stays_where_it_is_held_differs_by_nothing() -> None:
         np.testing.assert_allclose(found[name][1:, 1], compared[name][1:], rtol=1e-9)
 
 
+@pytest.mark.filterwarnings("ignore:nrmse_r and rmse_r_rad overstate")
 def test_angles_follow_tumbles_through_both_triples() -> None:
     vehicle = some_vehicles(1).select(0)
     # Several turns about all axes, through pitch = π/2.

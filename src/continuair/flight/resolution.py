@@ -208,8 +208,9 @@ def warn_of_overstated_angles(rmse_r_rad: ArrayLike, angle_rad: ArrayLike, stack
         times = np.max(euler[found] / np.maximum(angle[found], _ALIKE))
         of = in_runs(int(runs.sum()), runs.size)
         warn(
-            f"nrmse_r and rmse_r_rad overstate the rotation{of}, up to {times:.2g} times: the tips "
-            "pass beside a pitch of ±π/2, where roll and yaw swing by half a turn; use angle_rad.",
+            f"nrmse_r and rmse_r_rad overstate the rotation{of}, up to {times:.2g} times: Euler "
+            "angles count whole turns, and half turns of roll and yaw where a tip passes beside a "
+            "pitch of ±π/2; use angle_rad.",
             stacklevel=stacklevel,
         )
 

@@ -22,6 +22,6 @@ def of_overstated_angles(named: Iterable[tuple[str, Mapping[str, Any]]]) -> list
     most = max(found, key=found.__getitem__)
     return [
         f"NRMSE_R and RMSE_R overstate the rotation in {len(found)} of {len(flights)} flights, "
-        f"{number(found[most], 2)} times in {most}: tips pass beside a pitch of 90°, where roll "
-        "and yaw swing by half a turn. The angle holds."
+        f"{number(found[most], 2)} times in {most}: Euler angles count whole turns, and half turns "
+        "of roll and yaw where a tip passes beside a pitch of 90°. The angle holds."
     ]
