@@ -212,6 +212,7 @@ THREE, TWO = (xr.concat([FLIGHT] * runs, "run") for runs in (3, 2))
         (FLIGHT, None, "other is None; give a Dataset"),
         (FLIGHT, FLIGHT.drop_vars("tip_position"), "other has no tip_position; simulate it with"),
         (FLIGHT.drop_vars(["time"]), FLIGHT, "coupled has no time"),
+        (FLIGHT.isel(time=-1), FLIGHT.isel(time=-1), "coupled is one sample of a flight"),
         (FLIGHT, FLIGHT.isel(time=slice(5)), "other has 5 samples"),
         (FLIGHT, FLIGHT.assign_coords(time=FLIGHT["time"] + 0.25), r", by up to 0\.25 s; simulate"),
         (

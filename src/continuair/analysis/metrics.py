@@ -226,6 +226,8 @@ def _check_flight(name: str, flight: Any) -> None:
             f"{name} has no {' and no '.join(missing)}; simulate it with variables "
             f"{' and '.join(_TIP)}."
         )
+    if "time" not in flight.dims:
+        raise InputError(f"{name} is one sample of a flight; give a flight with some over time.")
     if not flight.sizes["time"]:
         raise InputError(f"{name} has no samples; give a flight with some.")
 

@@ -14,7 +14,10 @@ from continuair.scenario.paths import Path
 from continuair.scenario.records import with_known_fields
 
 _CHECKED, _MOST_CHECKED = 4001, 1_000_000
-"""Times of a path that are checked within its duration, and at most beyond it."""
+"""Times of a path that are checked within its duration, and at most in all."""
+
+_NOTHING = 1e-9
+"""Distance from one of them to the next that is none [m]."""
 
 DISTANCE = 2.0
 """Distance Z_d at which the camera is to stay [m]: our choice, as the paper prints none."""
@@ -84,6 +87,23 @@ class Target(Immutable):
 def _check_motion(path: Path, end: float) -> None:
     """Raise InputError unless the path moves on until then without jumps, as fast as it says."""
     count = int(min(_CHECKED * max(end / path.duration, 1.0), _MOST_CHECKED))
+    at, nothing = _jump(path, end, count, _NOTHING), _NOTHING
+    # Samples that are too far apart for its turns look like jumps, which finer ones do not mend.
+    while at is not None and count < _MOST_CHECKED:
+        count, nothing = min(8 * count, _MOST_CHECKED), nothing / 8
+        at = _jump(path, end, count, nothing)
+    if at is not None:
+        raise InputError(
+            f"path {path.name} jumps, or its velocity is not its position's, near t = {at:.3g} s; "
+            "give a path with a bounded acceleration."
+        )
+
+
+def _jump(path: Path, end: float, count: int, nothing: float) -> float | None:
+    """When [s] a path moves on farthest from where it says, if that is far, by count samples.
+
+    nothing: a distance that is none [m]. Raises InputError for what no path returns.
+    """
     times = np.linspace(0.0, end, count)
     try:
         position, velocity, acceleration = (np.asarray(a, float) for a in path(times))
@@ -102,13 +122,9 @@ def _check_motion(path: Path, end: float) -> None:
     moved = np.diff(position, axis=0)
     meant = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(times)[:, None]
     off = np.linalg.norm(moved - meant, axis=1)
-    rounding = 1e-9 + 1e-12 * np.abs(position).max()
-    if off.max() > rounding + 1e-2 * np.linalg.norm(moved, axis=1).max():
-        at = times[int(np.argmax(off))]
-        raise InputError(
-            f"path {path.name} jumps, or its velocity is not its position's, near t = {at:.3g} s; "
-            "give a path with a bounded acceleration."
-        )
+    rounding = nothing + 1e-12 * np.abs(position).max()
+    far = off.max() > rounding + 1e-2 * np.linalg.norm(moved, axis=1).max()
+    return float(times[int(np.argmax(off))]) if far else None
 
 
 def square(side: float = 0.5) -> np.ndarray:
