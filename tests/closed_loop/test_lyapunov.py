@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 import continuair as ca
+from continuair.analysis.target_motion import largest_norms
 from continuair.controllers.gain_files import load_gains
 from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import UNSEEN
@@ -253,6 +254,33 @@ def test_a_target_counts_for_as_long_as_the_flight_lasts() -> None:
     found = ca.lyapunov(flights.VEHICLE, scenario, flight)
     assert found.bound["target_speed_m_s"] == pytest.approx(3 * 0.01 * 0.15**2, rel=1e-2)
     assert float(found.over_time.ultimate_radius[-1]) > 0.0
+
+
+@pytest.mark.parametrize("flown", [1.0, 60.0, 400.0])
+def test_the_ultimate_bound_knows_the_corners_of_a_target_however_long_it_flies(
+    flown: float,
+) -> None:
+    """A corner of width w at the speed V is a spline of 2.25 V/w and 9 V/w² at the most."""
+    corner = 0.04
+    speed = 0.3 / (1.0 - corner)
+    line = ca.Target(paths.line([0, 0, 0], [0.3, 0, 0], 1.0, corner))
+    bound = ca.lyapunov(flights.VEHICLE, loop().replace(target=line, duration=flown)).bound
+    told = [bound[f"target_{name}"] for name in ("acceleration_m_s2", "jerk_m_s3")]
+    assert told == pytest.approx([2.25 * speed / corner, 9.0 * speed / corner**2], rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("motion", "bounded"),
+    [
+        (paths.line([0, 0, 0], [0.3, 0, 0], 50.0, 1e-5), [True, False, True]),
+        (paths.from_function(lambda t: [max(t - 1.0, 0.0) ** 2, 0, 0], 2.0), [True, True, False]),
+        (paths.from_function(lambda t: [np.sin(t), 0.1 * t**2, 0], 10.0), [True, True, True]),
+    ],
+)
+def test_what_is_seen_to_have_no_bound_is_given_none(motion: Any, bounded: list[bool]) -> None:
+    scenario = loop().replace(target=ca.Target(motion), duration=motion.duration)
+    assert np.isfinite(largest_norms(scenario)[0]).tolist() == bounded
+    assert np.isfinite(ca.lyapunov(flights.VEHICLE, scenario).bound["r_max"]) == all(bounded)
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,7 @@ import numpy as np
 import xarray as xr
 
 from continuair.analysis.metrics import samples
+from continuair.analysis.target_motion import largest_norms
 from continuair.flight.provenance import model_of
 from continuair.kernels.dynamics import PLANTS
 from continuair.kernels.step import UNSEEN
@@ -30,8 +31,6 @@ Gains = Mapping[str, Array]
 
 _ROUNDING = 1e-13
 """What counts as nothing beside the norms of the gains that were multiplied."""
-
-_SAMPLES = 20001
 
 
 @dataclass(frozen=True)
@@ -58,20 +57,6 @@ def conditions_of(
         "proof": _cross_term(gains),
         "sound": (_at_rest(scenario), *_sound_gains(gains), _bend(vehicle, gains), *shared),
     }
-
-
-def target_norms(scenario: Scenario) -> tuple[Array, Array]:
-    """Times (n,) [s], and norms (targets, 3, n) of velocity, acceleration and jerk of the targets.
-
-    Those of L_1, L_2 and L_3 in Assumption 3; SI units.
-    """
-    time = np.linspace(0.0, scenario.duration, _SAMPLES)
-    norms = []
-    for target in scenario.targets:
-        _, velocity, acceleration = target.path(time)
-        jerk = np.gradient(acceleration, time, axis=0)
-        norms.append([np.linalg.norm(each, axis=1) for each in (velocity, acceleration, jerk)])
-    return time, np.array(norms)
 
 
 def _positive_gains(gains: Gains) -> list[Condition]:
@@ -178,7 +163,7 @@ def _continuous(scenario: Scenario) -> Condition:
 
 
 def _at_rest(scenario: Scenario) -> Condition:
-    speed = float(target_norms(scenario)[1][:, 0].max())
+    speed = float(largest_norms(scenario)[:, 0].max())
     return _equal("target at rest", "its largest speed [m/s]", speed, 0.0)
 
 

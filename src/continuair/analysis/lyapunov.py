@@ -17,8 +17,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from continuair.analysis.conditions import Condition, Gains, conditions_of, target_norms
+from continuair.analysis.conditions import Condition, Gains, conditions_of
 from continuair.analysis.metrics import samples
+from continuair.analysis.target_motion import largest_norms, norms_at
 from continuair.engine.pack import tree_of
 from continuair.equations.camera import interaction_matrix, to_normalised
 from continuair.errors import InputError, shown
@@ -121,12 +122,13 @@ def ultimate_bound(scenario: Scenario, run: int | None = None) -> dict[str, floa
 
     The proof names no λ: `radius_least` takes the largest that it could be, ‖K_p‖, and
     `radius_provable` λ_min(K_p). R_max adds terms of different units, as printed. run: of a batch
-    of targets, all together by default.
+    of targets, all together by default. inf where an acceleration or a jerk has no bound, as far as
+    `largest_norms` can tell.
     """
     assert scenario.controller is not None
     gains = scenario.controller.gains
-    _, norms = target_norms(scenario)
-    L1, L2, L3 = (float(each) for each in norms[slice(None) if run is None else [run]].max((0, 2)))
+    largest = largest_norms(scenario)[slice(None) if run is None else [run]]
+    L1, L2, L3 = (float(each) for each in largest.max(axis=0))
     r_max = float(_residual(gains, L2, L3))
     K_p, smallest = np.linalg.norm(gains["Kp"], 2), np.linalg.eigvalsh(gains["Kp"])[0]
     return {
@@ -142,7 +144,8 @@ def ultimate_bound(scenario: Scenario, run: int | None = None) -> dict[str, floa
 def _residual(gains: Gains, acceleration: Any, jerk: Any) -> Any:
     """The proof's bound on ‖r‖, R_max: ‖C_d‖ ‖v̈_t‖ + (‖C_p‖ + ‖C_s‖/σ) ‖v̇_t‖."""
     C_p, C_d, C_s = (np.linalg.norm(gains[name], 2) for name in ("Cp", "Cd", "Cs"))
-    return C_d * jerk + (C_p + C_s / gains["sigma"]) * acceleration
+    # What no C_d takes part in may be unbounded.
+    return (C_d * jerk if C_d > 0.0 else 0.0) + (C_p + C_s / gains["sigma"]) * acceleration
 
 
 def other_powers(vehicle: Vehicle) -> list[str]:
@@ -322,9 +325,8 @@ def _lifting(scenario: Scenario, flight: xr.Dataset) -> Array:
 
 def _radius(scenario: Scenario, gains: Gains, time: Array) -> Array:
     """Radius √(δ/λ) of the proof's set for each target's motion at the times, λ = ‖K_p‖."""
-    at, norms = target_norms(scenario)
-    radii = _residual(gains, norms[:, 1], norms[:, 2]) / np.sqrt(2.0)
-    return np.squeeze([np.interp(time, at, each) for each in radii])
+    norms = norms_at(scenario, time)
+    return np.squeeze(_residual(gains, norms[:, 1], norms[:, 2]) / np.sqrt(2.0))
 
 
 def _in_axes(attitude: Array, v: Array) -> Array:
