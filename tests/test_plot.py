@@ -91,3 +91,6 @@ def test_what_is_missing_is_told() -> None:
         ca.plot.tip_path(swing())
     with pytest.raises(ca.InputError, match="flight holds 2 flights along run"):
         ca.plot.bend(swing().expand_dims(run=[0, 1]))
+    for draw in (ca.plot.bend, lambda flight: ca.plot.snapshots(flight, [0.0])):
+        with pytest.raises(ca.InputError, match="flight is one sample of a flight"):
+            draw(swing().isel(time=0))

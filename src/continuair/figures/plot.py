@@ -158,6 +158,8 @@ def _flights(flight: Any, *names: str) -> dict[str, xr.Dataset]:
     for name in names:
         if name not in flight:
             raise InputError(f"flight has no {name}; simulate it with this variable.")
+        if "time" not in flight[name].dims:
+            raise InputError("flight is one sample of a flight; give one with some over time.")
         own = {"model", "time", "arm", "section", VARIABLES[name][0]}
         for dim in sorted(set(map(str, flight[name].dims)) - own):
             raise InputError(
