@@ -42,13 +42,18 @@ def test_no_lift_acts_in_a_test_of_the_paper_on_a_vehicle_with_rotors(tmp_path: 
     said["uav"]["rotors"] = rotors | {"torque_per_thrust": 0.02}
     file = tmp_path / "quad.toml"
     file.write_text(as_toml(ca.Vehicle(**said)), encoding="utf-8")
-    found = [
-        results(xr.Dataset(attrs={"vehicle": name, "scenario": {"test": "B", "duration": 0.5}}))
+    designs = [
+        xr.Dataset(attrs={"vehicle": name, "scenario": {"test": "B", "duration": 0.5}})
         for name in ("paper", str(file))
     ]
+    found = [results(design) for design in designs]
     for name in ("rmse_t_m", "angle_rad"):
         np.testing.assert_allclose(found[1][name], found[0][name], rtol=1e-9, atol=1e-15)
     assert float(found[0]["rmse_t_m"].max()) > 1e-4
+    # `simulate` would let them hover.
+    pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
+    with pytest.warns(ca.ContinuairWarning, match="scenario.test lets rotors stand still"):
+        ca.sweep(designs[1], tmp_path / "store.zarr")
 
 
 def test_shared_dimensions_vary_together_and_others_multiply(tmp_path: Path) -> None:

@@ -23,6 +23,7 @@ from continuair.sweeps.design import Design
 from continuair.sweeps.pairs import METRICS, lost_angles
 from continuair.sweeps.units import STATUSES
 from continuair.vehicle.layout import EULER_DEVIATIONS
+from continuair.warning import warn
 
 _UNITS: dict[str, tuple[str, str]] = {
     **METRICS,
@@ -77,6 +78,7 @@ def labelled(design: Design, results: np.ndarray, attributes: dict[str, Any]) ->
     if {"rmse_r_rad", "angle_rad"} <= set(names):
         euler, angle = (results[..., names.index(name)] for name in ("rmse_r_rad", "angle_rad"))
         warn_of_overstated_angles(euler, angle, stacklevel=4)
+    _tell_of_still_rotors(design)
     coordinates: dict[str, Any] = {
         name: (list(variable.dims), variable.values) for name, variable in design.variables.items()
     }
@@ -84,3 +86,14 @@ def labelled(design: Design, results: np.ndarray, attributes: dict[str, Any]) ->
     kept = {name: json.dumps(attributes[name]) for name in ("design", "versions")}
     kept |= {name: attributes[name] for name in _PROVENANCE}
     return xr.Dataset(data, coordinates, {"name": design.base.name, "runs": design.runs, **kept})
+
+
+def _tell_of_still_rotors(design: Design) -> None:
+    """Warn that rotors rest in the paper's tests, where `simulate` would let them hover."""
+    tests = design.base.scenario.test is not None or "scenario.test" in design.variables
+    if tests and design.vehicle.uav.rotors is not None:
+        warn(
+            "scenario.test lets rotors stand still, and its forces act on the UAV directly, as in "
+            "the paper; use an excitation for rotors that hover.",
+            stacklevel=5,
+        )
