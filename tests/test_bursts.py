@@ -36,3 +36,20 @@ def test_a_burst_hides_behind_nothing_else(beside: str, share: float) -> None:
     fine = ca.simulate(vehicle, scenario, sample=0.02, step=4e-4)
     off = np.linalg.norm(found.tip_position - fine.tip_position, axis=-1).max() / 0.5
     assert 1e-3 < off < float(found.step_error)
+
+
+@pytest.mark.parametrize("width", [1e-3, 2e-3, 8e-3])
+def test_dop853_steps_over_no_tap(width: float) -> None:
+    """Its steps at rest are longer; the momentum is all that the tap gives."""
+    vehicle = ca.load_vehicle("slender")
+    weight, impulse, sample = 9.81 * float(vehicle.mass), 0.64, 0.05
+    for begin in np.random.default_rng(0).uniform(0.1, 0.5, 5):
+
+        def tap(t: float, begin: float = begin) -> list[float]:
+            share = (t - begin) / width
+            on = np.sin(np.pi * share) if 0.0 < share < 1.0 else 0.0
+            return [0.5 * np.pi * impulse / width * on, 0.0, weight]
+
+        scenario = ca.Scenario("tap", [0, 0, 3, 0, 0, 0, 0.01, 0], force=tap, duration=0.6)
+        found = ca.simulate(vehicle, scenario, sample=sample, integrator="dop853")
+        assert float(found.linear_momentum[-1, 0]) == pytest.approx(impulse, rel=1e-5)

@@ -1,10 +1,11 @@
 """
-At the clamped frequency of its arm, a UAV hardly turns
-=======================================================
+Beside the clamped frequency of its arm, a UAV hardly turns
+===========================================================
 
 What a moment on the UAV does to its pitch, by frequency, from the linear vehicle. Where the arm
-would ring on a base that is held fast, it takes up the whole moment, and the UAV stands still; a
-little above, both ring together.
+would ring on a base that cannot turn, and may move aside, it takes up the whole moment, and the UAV
+does not turn: a little above its frequency on a base that is held fast, 2 % here. Higher up, both
+ring together.
 """
 
 import matplotlib.pyplot as plt

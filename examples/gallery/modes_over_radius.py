@@ -3,8 +3,8 @@ A UAV that gives way makes its arm ring faster
 ==============================================
 
 The frequency of an arm on a UAV that is held fast, and on one that flies: the more the arm weighs
-beside its UAV, the farther they are apart. Their ratio, without gravity, is the coupling, which
-decides whether the models may be decoupled.
+beside its UAV, the farther they are apart. 1 less their ratio squared, without gravity, is the
+coupling, which decides whether the models may be decoupled.
 """
 
 import matplotlib.pyplot as plt

@@ -9,7 +9,7 @@ from scipy.integrate import DOP853
 
 from continuair.engine.engine import Engine, Logs, Start
 from continuair.flight.cohorts import Cohort, Flight
-from continuair.flight.time_grid import beside
+from continuair.flight.time_grid import beside, stage_times
 from continuair.kernels.rollout import SUMS
 from continuair.kernels.step import NOT_FINITE, OK, OVERBENT
 from continuair.vehicle.layout import FIELDS, Layout
@@ -23,6 +23,10 @@ _ABSOLUTE = 1e-2
 # would grow past a gust before they have seen it.
 _LONGEST = 8.0
 
+# Parts of an automatic step in which inputs are looked at beforehand, the share of its largest
+# value by which one may be off a line there, the share that is none, and steps looked at together.
+_PARTS, _OFF, _NOTHING, _AT_ONCE = 8, 0.05, 1e-10, 4000
+
 # Points per step at which the signed branch of the bend is followed: its steps are long.
 _FOLLOWED = 16
 
@@ -34,13 +38,10 @@ def integrate_reference(flight: Flight, engine: Engine, cohort: Cohort, toleranc
     branch = [start.angle[0]]
     y = start.states[0].copy()
     log[0, 0] = _row(y, branch[0], layout)
-    edges = [*grid.starts[grid.opens], float(grid.samples[-1])]
-    timed = any(callable(getattr(flight.scenario, name)) for name in FIELDS)
-    longest = _LONGEST * float(flight.steps[0]) if timed else np.inf
     overbent: list[float] = []
     looked: list[tuple[float, np.ndarray]] = []
     status, reached = OK, grid.samples[-1]
-    for left, right in zip(edges[:-1], edges[1:], strict=True):
+    for left, right, longest in _pieces(flight, cohort):
         inside = beside(left, right - left, np.inf), beside(right, right - left, -np.inf)
 
         def rate(t: float, state: Array, inside: Any = inside, branch: Any = branch) -> np.ndarray:
@@ -86,6 +87,37 @@ def integrate_reference(flight: Flight, engine: Engine, cohort: Cohort, toleranc
     untold = np.full((1, SUMS), np.nan)
     untold[0, -1] = _largest_saturation(flight, engine, cohort, looked)
     return Logs(log, np.array([status], np.int32), np.array([last], np.int32), untold, observed)
+
+
+def _pieces(flight: Flight, cohort: Cohort) -> list[tuple[float, float, float]]:
+    """Start, end and longest step [s] of what is integrated at a time: between jumps, and where
+    inputs begin or cease to move within automatic steps, as in a tap."""
+    grid, step, end = cohort.grid, float(flight.steps[0]), float(cohort.grid.samples[-1])
+    starts, rough = grid.opens.copy(), np.zeros(len(grid.starts), bool)
+    longest = np.full(len(rough), np.inf)
+    if any(callable(getattr(flight.scenario, name)) for name in FIELDS):
+        rough = _rough(flight, cohort)
+        longest = np.where(rough, step / _PARTS, _LONGEST * step)
+    starts[1:] |= rough[1:] != rough[:-1]
+    lefts = grid.starts[starts]
+    return list(zip(lefts, np.append(lefts[1:], end), longest[starts], strict=True))
+
+
+def _rough(flight: Flight, cohort: Cohort) -> np.ndarray:
+    """In which steps (m,) of the grid inputs are off the line from its start to its end."""
+    begins, _, ends = stage_times(cohort.grid).reshape(-1, 3).T
+    shares = np.linspace(0.0, 1.0, _PARTS + 1)
+    off, largest = [], []
+    for first in range(0, len(begins), _AT_ONCE):
+        some = slice(first, first + _AT_ONCE)
+        times = begins[some, None] + np.outer(ends[some] - begins[some], shares)
+        found = flight.drive(times.ravel(), cohort.runs).table.reshape(*times.shape, -1)
+        line = found[:, :1] + shares[:, None] * (found[:, -1:] - found[:, :1])
+        off.append(np.abs(found - line).max(axis=1))
+        largest.append(np.abs(found).max(axis=(0, 1)))
+    whole = np.max(largest, axis=0)
+    counted = whole > _NOTHING * whole.max()
+    return np.asarray((np.vstack(off) > _OFF * whole)[:, counted].any(axis=1))
 
 
 def _largest_saturation(
