@@ -34,7 +34,7 @@ def off(flight: Any, scenario: ca.Scenario, finer: int) -> float:
     return float(apart.max() / LOAD.arm.length)
 
 
-@pytest.mark.filterwarnings("ignore:step_error reaches")
+@pytest.mark.filterwarnings("ignore:step_error reaches", "ignore:nrmse_r and rmse_r_rad overstate")
 @pytest.mark.parametrize(
     ("rate", "q", "qd"),
     [

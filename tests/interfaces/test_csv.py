@@ -70,7 +70,7 @@ def test_inputs_over_time_are_sampled_from_the_scenario_and_missed_without_it(
     np.testing.assert_allclose(whole["force_x"][:-1], expected[:-1], rtol=1e-15)
     assert whole["force_x"][-1] == pytest.approx(expected[-1], rel=1e-9)  # beside the end
     np.testing.assert_array_equal(whole["moment_x"], 0.1)
-    with pytest.warns(ContinuairWarning, match="lacks force, which acted"):
+    with pytest.warns(ContinuairWarning, match="less.csv lacks force, which acted"):
         ca.to_csv(dataset, tmp_path / "less.csv")
     assert "force_x" not in columns(tmp_path / "less.csv")
 

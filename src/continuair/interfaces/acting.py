@@ -70,8 +70,11 @@ def untold_of(
     return found + [name for name in fields if isinstance(told.get(name), str)]
 
 
-def warn_of_lacking(names: Iterable[str], stacklevel: int, what: str = "the file") -> None:
-    """Warn, of a caller so many levels up, if some of what acted is not in a file or picture."""
+def warn_of_lacking(names: Iterable[str], stacklevel: int, what: str) -> None:
+    """Warn, of a caller so many levels up, if some of what acted is not in a file or picture.
+
+    what: the file's name, as Python shows the same words of several files once.
+    """
     if names := tuple(names):
         warn(
             f"{what} lacks {', '.join(names)}, which acted: it holds forces and moments whose "

@@ -40,7 +40,7 @@ def to_csv(
     file = new_file("path", path)
     acting = acting_on(motion, scenario)
     on_tips = [name for name in ("tip_wrench",) if name in acting.inputs]
-    warn_of_lacking([*acting.untold, *on_tips], stacklevel=2)
+    warn_of_lacking([*acting.untold, *on_tips], 2, file.name)
     columns = dict([*_measured(motion), *_inputs(motion, acting), *_others(motion)])
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")

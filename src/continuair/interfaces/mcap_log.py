@@ -58,7 +58,7 @@ def to_mcap(
     motion = motion_of(dataset, vehicle)
     file = new_file("path", path)
     acting = acting_on(motion, scenario)
-    warn_of_lacking(acting.untold, stacklevel=2)
+    warn_of_lacking(acting.untold, 2, file.name)
     save("path", file, _log(motion, acting))
 
 
