@@ -124,6 +124,15 @@ def test_a_field_that_no_run_reads_is_refused_varied_or_fixed(
     assert [path.name for path in tmp_path.iterdir()] == ["design.toml"]
 
 
+def test_a_camera_that_no_controller_looks_through_is_refused_but_for_its_arm() -> None:
+    for given in (0.5, ("noise", [0.5, 1.0])):
+        with pytest.raises(ca.InputError, match="vehicle.camera.noise is given, but nothing looks"):
+            load_design(xr.Dataset({"vehicle.camera.noise": given}))
+    # Of its tip metrics are.
+    arms = {"vehicle.camera.arm": ("arm", ["left", "right"])}
+    assert load_design(xr.Dataset(arms, attrs={"vehicle": "dual_arm"})).runs == 2
+
+
 def test_a_field_that_some_runs_read_may_vary() -> None:
     choices = {"scenario.excitation": ("kind", ["none", "sine"])}
     vary = {"scenario.frequency": ("f", [1.0, 2.0]), "scenario.amplitude": ("a", [1.0, 2.0])}

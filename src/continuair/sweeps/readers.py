@@ -21,6 +21,9 @@ _EXCITATIONS: Readers = {_EXCITATION: ("constant", "sine", "chirp")}
 _SERVOING: Readers = {_LAW: ("servoing",)}
 _CLASSIC: Readers = {_LAW: ("classic",)}
 
+_CAMERA = "vehicle.camera."
+"""All but its arm, of whose tip metrics are, acts through a controller alone."""
+
 READERS: dict[str, Readers] = {
     "scenario.f1": {_TEST: ("D",)},
     "scenario.on": _EXCITATIONS,
@@ -47,6 +50,12 @@ def check_read(base: Base, varied: Mapping[str, Array]) -> None:
 
     varied: the values of fields that [set] gives or that vary, by name.
     """
+    for field in varied:
+        if field.startswith(_CAMERA) and field != _CAMERA + "arm" and base.controller is None:
+            raise InputError(
+                f"{field} is given, but nothing looks without a [controller]; leave it out, or "
+                "give one and a [target]."
+            )
     for field, readers in READERS.items():
         table, _, name = field.partition(".")
         if field not in varied and name not in _given(base, table):
