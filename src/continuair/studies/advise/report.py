@@ -62,7 +62,7 @@ def _beside_a_beam(results: dict[str, Any]) -> list[str]:
 
 def step_costs(results: dict[str, Any]) -> str:
     """Return the sentence about the time of a step."""
-    ratios = ", ".join(f"{m} {value:.2f}" for m, value in results["step_over_coupled"].items())
+    ratios = ", ".join(f"{m} {value:.1f}" for m, value in results["step_over_coupled"].items())
     return f"Time of a step over that of the coupled model: {ratios}."
 
 
