@@ -344,6 +344,12 @@ def test_where_euler_angles_are_lost_figures_go_by_the_angle_and_say_so(
         assert "do not follow Euler angles these are lost" in words(figure).replace("\n", " ")
         assert not {"nan", "failed"} & set(texts)
         assert ("lost" in texts) == (draw is overview.table)
+    # So where they count a turn that no tip has made.
+    for entry in results["tests"]["A"].values():
+        entry |= {"nrmse_r": 0.5, "rmse_r_rad": 4.7}
+    said = words(overview.bars(results)).replace("\n", " ")
+    assert f"most turned in Test {most}, {style.short(angles[most])} rad" in said
+    assert "Euler angles overstate a rotation here" in said and "are lost" not in said
     spinning = result.datasets["A"].copy(deep=True)
     spinning["tip_angular_velocity"] = 0.0 * spinning["tip_position"] + 1e6
     _, turned = figures._apart(*(spinning.sel(model=name) for name in ("coupled", "decoupled")))

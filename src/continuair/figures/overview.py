@@ -12,6 +12,7 @@ from continuair.analysis.metrics import rotation_metric
 from continuair.figures import style
 from continuair.figures.curves import WORDS
 from continuair.figures.style import short
+from continuair.flight.resolution import overstated
 from continuair.kernels.dynamics import REFERENCE
 
 _PANELS = (
@@ -161,10 +162,16 @@ def _failed(entry: dict[str, Any]) -> bool:
 
 
 def _unfollowed(results: dict[str, Any]) -> str:
-    """What to say where flights that ended well have no Euler angles to compare."""
-    ended = [entry for entries in results["tests"].values() for entry in entries.values()]
-    lost = any(not (_failed(each) or _finite(each["rmse_r_rad"])) for each in ended)
-    return " Where samples do not follow Euler angles these are lost." if lost else ""
+    """What to say where flights that ended well have no Euler angles to compare, or none that tell
+    of rotation."""
+    flown = [entry for entries in results["tests"].values() for entry in entries.values()]
+    ended = [entry for entry in flown if not _failed(entry)]
+    text = ""
+    if any(not _finite(each["rmse_r_rad"]) for each in ended):
+        text += " Where samples do not follow Euler angles these are lost."
+    if any(overstated(each["rmse_r_rad"], each["angle_rad"]) for each in ended):
+        text += " Euler angles overstate a rotation here, of which the angle between tips tells."
+    return text
 
 
 def _failures(results: dict[str, Any]) -> list[str]:

@@ -107,7 +107,9 @@ def remarks(results: dict[str, Any]) -> list[str]:
 def of_angles(results: dict[str, Any]) -> list[str]:
     """A sentence where Euler angles tell of no rotation."""
     return of_overstated_angles(
-        (f"Test {letter}, {model}", entry) for letter, model, entry in rows(results)
+        (f"Test {letter}, {model}", entry)
+        for letter, model, entry in rows(results)
+        if model != REFERENCE
     )
 
 
