@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import continuair as ca
+from continuair.errors import ContinuairWarning
 from tests.closed_loop.test_flight_controller import HOME, PAPER, RIGID, fly
 
 TIMES = np.array([0.0, 1.0, 2.5, 3.0])
@@ -194,3 +195,22 @@ def test_setpoints_that_draw_noise_or_keep_a_state_are_refused() -> None:
     noisy = ca.Setpoints(position=lambda t: rng.normal(size=3))
     with pytest.raises(ca.InputError, match="position of the setpoints gives other values when"):
         ca.simulate(vehicle, scenario.replace(setpoints=noisy))
+
+
+def test_a_yaw_that_wraps_is_told_of_where_it_is_given() -> None:
+    """As an arctangent gives it, it runs from π to -π through 0 between two times."""
+    times = np.linspace(0.0, 4.0, 9)
+    turning = 2.0 + 0.8 * times
+    wrapped = np.arctan2(np.sin(turning), np.cos(turning))
+    with pytest.warns(ContinuairWarning, match="yaw .* from t = 1 to 1.5 s.* np.unwrap") as told:
+        ca.Setpoints(yaw=wrapped, times=times)
+    assert [each.filename for each in told] == [__file__]
+    ca.Setpoints(yaw=np.unwrap(wrapped), times=times)
+    # Of a batch too.
+    with pytest.warns(ContinuairWarning, match="np.unwrap"):
+        ca.Setpoints(yaw=np.array([turning, wrapped]), times=times)
+
+
+def test_a_constant_beside_arrays_is_told_to_be_a_function() -> None:
+    with pytest.raises(ca.InputError, match="position .* or a function of time, as of what stays"):
+        ca.Setpoints(position=[0, 0, 3], yaw=[0.0, 1.0], times=[0.0, 1.0])

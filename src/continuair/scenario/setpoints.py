@@ -13,6 +13,7 @@ from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.immutable import Immutable
 from continuair.scenario.records import with_known_fields
+from continuair.warning import warn
 
 Array = NDArray[np.float64]
 Given = ArrayLike | Callable[[float], ArrayLike] | None
@@ -69,6 +70,8 @@ class Setpoints(Immutable):
                 "yaw_rate of the setpoints is given, but no yaw, which would stay as the flight "
                 "starts; give the yaw that goes with it, such as lambda t: 0.5 * t."
             )
+        if self.times is not None and isinstance(self.yaw, np.ndarray):
+            _warn_of_wraps(self.yaw[..., 0], np.asarray(self.times))
 
     def _checked(self, name: str, value: Any) -> Any:
         if value is None or callable(value):
@@ -134,6 +137,20 @@ class Setpoints(Immutable):
         return {name: _plain(value) for name, value in found.items() if value is not None}
 
 
+def _warn_of_wraps(yaw: Array, times: Array) -> None:
+    """Warn if a yaw (runs, n) goes by more than half a turn from one time to the next, as one that
+    a log or an arctangent gives within ±π does where it wraps."""
+    turns = np.abs(np.diff(yaw, axis=1)).max(axis=0)
+    if (turns > np.pi).any():
+        at = int(np.argmax(turns))
+        warn(
+            f"yaw of the setpoints turns by {turns[at]:.3g} rad from t = {times[at]:.6g} to "
+            f"{times[at + 1]:.6g} s, which is flown as it is; give np.unwrap(yaw) if it wraps "
+            "there, or times in between if it is meant.",
+            stacklevel=5,
+        )
+
+
 def _rows(name: str, value: Any, times: int | None) -> Array:
     """Numbers (runs or 1, times or 1, width) from what was given, which may be such already."""
     found = checks.finite_array(value)
@@ -147,6 +164,7 @@ def _rows(name: str, value: Any, times: int | None) -> Array:
     ):
         found = found[..., 0]
     wanted = f"{width or 'two per section'}" + (f" at each of {times} times" if times else "")
+    instead = ", or a function of time, as of what stays" if times else ""
     if found is not None and width == 1:
         found = found[..., None]
     shapes = (2, 3) if times else (1, 2)
@@ -158,7 +176,7 @@ def _rows(name: str, value: Any, times: int | None) -> Array:
     ):
         raise InputError(
             f"{name} of the setpoints is {shown(value)}; give finite numbers, {wanted}, or a row "
-            "of them per run."
+            f"of them per run{instead}."
         )
     if times is None:
         return found.reshape(-1, 1, found.shape[-1])
