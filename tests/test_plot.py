@@ -46,6 +46,13 @@ def test_snapshots_are_of_times_within_the_flight(times: Any) -> None:
         ca.plot.snapshots(swing(), times)
 
 
+def test_snapshots_may_come_in_any_order_and_at_the_same_sample() -> None:
+    flight = swing()
+    end = float(flight.time[-1])
+    for times in ([0.7 * end, 0.2 * end], [0.5 * end, 0.5 * end + 1e-9]):
+        assert len(ca.plot.snapshots(flight, times).axes) == 1
+
+
 def test_snapshots_of_an_arm_to_the_side_do_not_meet() -> None:
     vehicle = PAPER.replace({"uav.mount": (0.2, 0.0, -0.3)})
     flight = swing(vehicle)

@@ -109,7 +109,8 @@ def _room(vehicle: Vehicle, flights: dict[str, xr.Dataset], times: np.ndarray) -
     """Distance at which snapshots do not meet [m]."""
     ends = [-0.4 * float(vehicle.reach), 0.4 * float(vehicle.reach)]
     for one in flights.values():
-        at = one.sel(time=times, method="nearest")
+        # Each sample once and in order, whatever order the times are in.
+        at = one.isel(time=np.unique(one.indexes["time"].get_indexer(times, method="nearest")))
         aside = backbone(vehicle, at).sel(axis="x") - at["position"].sel(axis="x")
         ends += [float(aside.min()), float(aside.max())]
     return 1.15 * float(np.nanmax(ends) - np.nanmin(ends))
