@@ -269,12 +269,28 @@ def test_the_ultimate_bound_knows_the_corners_of_a_target_however_long_it_flies(
     assert told == pytest.approx([2.25 * speed / corner, 9.0 * speed / corner**2], rel=0.03)
 
 
+def slow_circle(t: float) -> list[float]:
+    turned = 2.0 * np.pi * t / 60.0
+    return [1.0 + 0.4 * np.cos(turned), 0.4 * np.sin(turned), 0.5]
+
+
+def test_rounding_of_a_path_from_a_function_is_no_jerk_without_bound() -> None:
+    path = paths.from_function(slow_circle, 60.0)
+    scenario = loop().replace(target=ca.Target(path), duration=60.0)
+    rate = 2.0 * np.pi / 60.0
+    ratio = largest_norms(scenario)[0] / [0.4 * rate, 0.4 * rate**2, 0.4 * rate**3]
+    # It adds to the largest jerk, a bound, and takes nothing away.
+    assert (ratio > 1.0 - 1e-4).all() and (ratio < [1.001, 1.001, 1.3]).all()
+
+
 @pytest.mark.parametrize(
     ("motion", "bounded"),
     [
         (paths.line([0, 0, 0], [0.3, 0, 0], 50.0, 1e-5), [True, False, True]),
         (paths.from_function(lambda t: [max(t - 1.0, 0.0) ** 2, 0, 0], 2.0), [True, True, False]),
         (paths.from_function(lambda t: [np.sin(t), 0.1 * t**2, 0], 10.0), [True, True, True]),
+        (paths.from_function(lambda t: [1.0 + 0.02 * t, 0, 0.5], 10.0), [True, True, True]),
+        (paths.from_function(slow_circle, 60.0), [True, True, True]),
     ],
 )
 def test_what_is_seen_to_have_no_bound_is_given_none(motion: Any, bounded: list[bool]) -> None:
