@@ -16,7 +16,11 @@ from numpy.typing import ArrayLike, NDArray
 from continuair.errors import InputError, shown
 from continuair.flight.labels import FIXED, ordered
 from continuair.flight.provenance import model_of
-from continuair.flight.resolution import overstated, warn_of_lost_angles, warn_of_overstated_angles
+from continuair.flight.resolution import (
+    tells_rotation,
+    warn_of_lost_angles,
+    warn_of_overstated_angles,
+)
 from continuair.kernels.deviations import ROUNDING
 from continuair.kernels.dynamics import REFERENCE
 from continuair.vehicle.coordinates import continuous_euler, paper_rates
@@ -168,8 +172,7 @@ def rotation_metric(entries: Iterable[Mapping[str, Any]]) -> str:
     the angle between tips where samples of any do not follow them, or where they overstate it."""
     names = ("rmse_r_rad", "angle_rad")
     euler, angle = np.array([[entry[name] for name in names] for entry in entries], float).T
-    told = np.isfinite(euler) & ~overstated(euler, angle)
-    return "rmse_r_rad" if told.all() else "angle_rad"
+    return "rmse_r_rad" if tells_rotation(euler, angle).all() else "angle_rad"
 
 
 def geodesic_angle(q1: ArrayLike, q2: ArrayLike) -> Array:

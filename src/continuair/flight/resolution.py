@@ -199,6 +199,11 @@ def overstated(rmse_r_rad: ArrayLike, angle_rad: ArrayLike) -> Array:
     return np.asarray(larger | (euler > np.pi))
 
 
+def tells_rotation(rmse_r_rad: ArrayLike, angle_rad: ArrayLike) -> Array:
+    """Where (...) Euler angles of two tips are followed, and tell of their rotation [rad]."""
+    return np.asarray(np.isfinite(rmse_r_rad) & ~overstated(rmse_r_rad, angle_rad))
+
+
 def warn_of_overstated_angles(rmse_r_rad: ArrayLike, angle_rad: ArrayLike, stacklevel: int) -> None:
     """Warn of runs (runs,) or (runs, models) whose differences of Euler angles are no rotation."""
     euler, angle = np.atleast_1d(rmse_r_rad), np.atleast_1d(angle_rad)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from continuair.flight.resolution import RESOLVED, overstated, steps_told_of
+from continuair.flight.resolution import RESOLVED, steps_told_of, tells_rotation
 from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, open_loop_test, tip_chirp
 from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.pairs import run_pairs
@@ -91,8 +91,7 @@ def _well(found: xr.Dataset) -> Array:
 
 def _rotation(euler: dict[str, Array], angle: dict[str, Array]) -> dict[str, Array]:
     """Errors in rotation by test, each vehicle's of one kind."""
-    told = [np.isfinite(euler[name]) & ~overstated(euler[name], angle[name]) for name in euler]
-    of_euler = np.all(told, axis=0)
+    of_euler = np.all([tells_rotation(euler[name], angle[name]) for name in euler], axis=0)
     return {name: np.where(of_euler, euler[name], angle[name]) for name in euler}
 
 
