@@ -117,6 +117,24 @@ def test_another_vehicle_than_flew_is_told_by_its_tips() -> None:
     ca.backbone(PAPER, flight.astype(np.float32))
 
 
+def test_another_vehicle_than_flew_is_told_without_tips() -> None:
+    start = [0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 1.0, 0.3]
+    scenario = ca.Scenario("bent", start, duration=0.02)
+    several = PAPER.replace({"arm.length": np.array([1.0, 1.1])})
+    kept = ("position", "attitude", "bend")
+    batch = ca.simulate(several, scenario, sample=0.01, variables=kept)
+    told = "arms end 0.1 m from .* give the vehicle that flew it"
+    for flight, wrong in [(batch, PAPER), (batch.isel(run=1), PAPER)]:
+        with pytest.raises(ca.InputError, match=told):
+            ca.backbone(wrong, flight)
+    stiff = PAPER.replace({"arm.youngs_modulus": 1e11})
+    ca.backbone(stiff, batch.isel(run=0))
+    moved = PAPER.replace({"uav.mount": [0.0, 0.05, 0.0]})
+    with pytest.raises(ca.InputError, match=r"arms end 0\.05 m"):
+        ca.backbone(moved, batch.isel(run=[0]))
+    ca.backbone(moved, batch.isel(run=[0]).drop_attrs())
+
+
 @pytest.mark.parametrize("times", [[0.0, 0.02, 0.01], [0.0, 0.01, 0.01], [0.0, np.nan, 0.02]])
 def test_times_that_do_not_go_on_are_told(times: list[float]) -> None:
     flight = swing().isel(time=slice(3)).assign_coords(time=times)

@@ -10,10 +10,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from continuair import checks
-from continuair.analysis.backbone import along, parts, placed, stations
+from continuair.analysis.backbone import along, along_at, parts, placed, stations
 from continuair.errors import InputError, shown
 from continuair.flight.labels import in_order
-from continuair.flight.reading import vehicle_of
+from continuair.flight.reading import vehicle_of, vehicles_of
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 Array = NDArray[np.float64]
@@ -183,6 +183,7 @@ def _check_tips(
 ) -> None:
     """Raise InputError unless the tips are where the result has them, as of the vehicle flown."""
     if "tip_position" not in flight:
+        _check_arms(flight, vehicle)
         return
     said = flight["tip_position"]
     said = said if "arm" in said.dims else said.expand_dims("arm")
@@ -198,6 +199,28 @@ def _check_tips(
             f"vehicle is {shown(vehicle.name)}, whose tips are {off:.3g} m from the flight's "
             "tip_position; give the vehicle that flew it."
         )
+
+
+def _check_arms(flight: xr.Dataset, vehicle: Vehicle) -> None:
+    """Raise InputError unless the arms are as long, and sit as, those that are said to have flown;
+    what says nothing passes."""
+    given, allowed = _ends(vehicle), _OFF_TIP * float(vehicle.reach)
+    for flown in map(_ends, vehicles_of(flight)):
+        off = float(np.abs(flown - given).max()) if flown.shape == given.shape else np.inf
+        if off > allowed:
+            raise InputError(
+                f"vehicle is {shown(vehicle.name)}, whose straight arms end {off:.3g} m from where "
+                "those of the flight's do; give the vehicle that flew it, or keep tip_position."
+            )
+
+
+def _ends(vehicle: Vehicle) -> Array:
+    """Where each section of each arm begins and ends, straight (n, 3) [m], body axes."""
+    straight = parts(vehicle, np.zeros((vehicle.sections, 2)))
+    joints = [np.cumsum([0.0, *(each.length for each in arm.section)]) for arm in vehicle.arms]
+    return np.concatenate(
+        [along_at(arm, bend, s)[0] for (arm, bend), s in zip(straight, joints, strict=True)]
+    )
 
 
 def _check_one_flight(flight: xr.Dataset) -> None:

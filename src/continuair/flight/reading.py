@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from continuair.errors import InputError
@@ -90,6 +91,21 @@ def vehicle_of(flight: Any) -> Vehicle:
             f"as in flight.isel(run=0), which keeps the coordinate {BATCH_ROW}, or give the "
             f"vehicle that flew ({why})."
         ) from None
+
+
+def vehicles_of(flight: xr.Dataset) -> list[Vehicle]:
+    """The vehicles that a result says have flown, one for each run; none where it does not tell."""
+    if "vehicle" not in flight.attrs or is_joined(flight):
+        return []
+    rows = flight.coords.get(BATCH_ROW)
+    chosen: list[int | None] = [None]
+    if rows is not None and rows.dtype.kind in "iu":
+        chosen = np.unique(rows).tolist()
+    try:
+        said = json.loads(flight.attrs["vehicle"])
+        return [vehicle_of_run(said, row) for row in chosen]
+    except DAMAGE:
+        return []
 
 
 def run_of(flight: xr.Dataset) -> int | None:
