@@ -88,7 +88,7 @@ def motion_of(flight: Any, vehicle: Vehicle | None = None) -> Motion:
 
     vehicle: by default the one that the result says has flown.
     """
-    _check_over_time(flight)
+    over_time(flight)
     _check_one_flight(flight)
     flight = flight.transpose("time", "arm", "section", ..., missing_dims="ignore")
     flown = vehicle_of(flight) if vehicle is None else check_single_vehicle(vehicle)
@@ -109,7 +109,7 @@ def poses(flight: Any, vehicle: Vehicle) -> tuple[Array, Array, Array]:
 
     Raises InputError for what is no flight of this vehicle.
     """
-    flight = in_order(_check_over_time(flight), vehicle)
+    flight = in_order(over_time(flight), vehicle)
     bend = flight["bend"]
     bend = bend if "section" in bend.dims else bend.expand_dims("section")
     if bend.sizes["section"] != vehicle.sections:
@@ -140,13 +140,23 @@ def evenly(times: Array, rate: float, least: int = 0) -> NDArray[np.int64]:
     return np.unique(after - earlier).astype(np.int64)
 
 
-def _check_over_time(flight: Any) -> xr.Dataset:
-    """A flight that says where the vehicle is; its position may be among the coordinates q."""
+def over_time(flight: Any) -> xr.Dataset:
+    """A flight that says where the vehicle is; its position may be among the coordinates q.
+
+    Raises InputError for another.
+    """
     if not isinstance(flight, xr.Dataset):
         raise InputError(f"flight is {shown(flight)}; give a Dataset of continuair.simulate.")
     if "position" not in flight and "q" in flight:
-        own = flight["q"].isel(coordinate=slice(3)).drop_vars("coordinate", errors="ignore")
-        flight = flight.assign(position=own.rename(coordinate="axis"))
+        q = flight["q"]
+        place = q.isel(coordinate=slice(3))
+        if "coordinate" in q.coords:
+            # Whatever order they were selected in.
+            place = q.isel(coordinate=q.indexes["coordinate"].get_indexer(list("xyz")))
+            if place["coordinate"].to_numpy().tolist() != list("xyz"):
+                raise InputError("flight lacks coordinates x, y or z; give all that was simulated.")
+        place = place.rename(coordinate="axis").assign_coords(axis=list("xyz"))
+        flight = flight.assign(position=place)
     for name, last in _NEEDED.items():
         if name not in flight or not {"time", last} <= set(flight[name].dims):
             raise InputError(

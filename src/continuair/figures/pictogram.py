@@ -112,7 +112,8 @@ def _draw(
         disk = [[side - 0.42 * size, 0, 0.22 * size], [side + 0.42 * size, 0, 0.22 * size]]
         line(np.array(disk), 1.8, alpha=0.6)
     tips = []
-    for arm, bend in parts(vehicle, flight["bend"].to_numpy().reshape(-1, 2)):
+    bends = flight["bend"].transpose(..., "bend_axis").to_numpy().reshape(-1, 2)
+    for arm, bend in parts(vehicle, bends):
         points, _ = along(arm, bend, _POINTS)
         line(np.array([np.zeros(3), points[0]]), 1.2)
         line(points, 2.6)

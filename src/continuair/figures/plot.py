@@ -15,7 +15,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from continuair import checks
-from continuair.analysis.motion import backbone
+from continuair.analysis.motion import backbone, over_time
 from continuair.errors import InputError, shown
 from continuair.figures import curves, pictogram, style
 from continuair.figures.tracking import feature_paths
@@ -78,9 +78,10 @@ def snapshots(flight: xr.Dataset, times: Sequence[float], vehicle: Vehicle | Non
 
     vehicle: the one that flew, by default as the result says.
     """
-    flights = _flights(flight, "bend")
+    _flights(flight, "bend")
     flown = vehicle_of(flight) if vehicle is None else vehicle
-    flight = in_order(flight, flown)
+    flight = in_order(over_time(flight), flown)
+    flights = _flights(flight, "bend")
     at = _instants(flight, times)
     models = sorted(flights, key=lambda model: model == REFERENCE)
     whole = flight if "model" in flight.dims else flight.expand_dims(model=models)

@@ -18,6 +18,9 @@ _HALVED_AT_ONCE = 2.0e7
 # Of second order a quarter is left at half the step, of fourth a sixteenth.
 _ORDERED = 0.35
 
+_OF_AN_END = 0.3
+"""step_error from which steps may have ended a flight themselves [arm lengths]."""
+
 # Of a step, by which times that are sums of steps are off at most.
 _ROUNDING = 1e-6
 
@@ -58,7 +61,6 @@ def _share(flight: Flight) -> float:
 
 def _halved_error(flight: Flight, model: str, runs: Array, dtype: str = "float64") -> Array:
     """As error_by_halving, where errors fall as their order says."""
-    taken = INTEGRATORS[flight.integrator]
     finer, length = flight.halved(runs), per_run(flight.vehicle.reach, flight.runs)
     found = []
     most = most_runs(flight.marks.samples, _HALVED_AT_ONCE)
@@ -76,24 +78,26 @@ def _halved_error(flight: Flight, model: str, runs: Array, dtype: str = "float64
         estimate = np.fmax(part_of * apart / length[part], flown[1].doubt)
         otherwise = (flown[0].status != flown[1].status) | _end_apart(*flown)
         estimate = np.where(otherwise, np.fmax(estimate, 1.0), estimate)
-        found.append(estimate if not taken.stiff else _of_stiff_steps(estimate, *flown))
+        found.append(_where_ordered(estimate, *flown))
     return np.concatenate(found)
 
 
 def _end_apart(coarse: Recorder, fine: Recorder) -> Array:
-    """Which runs end early at both steps, but not in the same step of the coarse ones.
+    """Which runs end early at both steps, but not in the same step of the coarse ones, or by steps
+    that are off by much of an arm's length.
 
     What brings them down there may be the steps themselves, after tips that are still close.
     """
     later, step = fine.end_time - coarse.end_time, coarse.flight.steps[coarse.runs]
     together = (-0.5 * step < later) & (later < step * (1.0 - _ROUNDING))
-    return np.asarray((coarse.status != 0) & ~together)
+    return np.asarray((coarse.status != 0) & (~together | (fine.of_steps > _OF_AN_END)))
 
 
-def _of_stiff_steps(estimate: Array, coarse: Recorder, fine: Recorder) -> Array:
+def _where_ordered(estimate: Array, coarse: Recorder, fine: Recorder) -> Array:
     """Errors (runs,) by halving, or those of the steps themselves where these have no order yet.
 
-    Modes that neither step resolves are lost by both alike, and halving changes little.
+    What neither step resolves, such as stiff modes or decays, is lost by both alike, and halving
+    changes little.
     """
-    ordered = fine.step_error <= _ORDERED * coarse.step_error
-    return np.where(ordered, estimate, np.fmax(estimate, fine.step_error))
+    ordered = fine.of_steps <= _ORDERED * coarse.of_steps
+    return np.where(ordered, estimate, np.fmax(estimate, fine.of_steps))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -41,8 +42,12 @@ _WINDOWS = 100
 _HALVINGS = 8
 """An automatic step is halved as often, at most, to follow inputs."""
 
-_COARSEST = 8
-"""The coarsest steps of a batch are looked at, where its runs take many."""
+_RUNGS = 8
+"""Steps are looked at as the shorter one of so many to each factor of two, as batches have many;
+so what is seen of a run is the same in any batch."""
+
+_ON_RUNG = 1e-6
+"""Of a rung, by which rounding may put a step below it."""
 
 INSIDE = 1e-9
 """Share of a step that is left out at both of its ends where it is looked into."""
@@ -92,9 +97,9 @@ class Probe:
     def missed(self, steps: Array) -> Array:
         """Whether the step (runs,) [s] of a run misses what its inputs do."""
         found = np.zeros(len(steps), bool)
-        for step in np.unique(steps)[-_COARSEST:]:
-            for blur in self.blurs(float(step)):
-                found |= (steps == step) & (blur.shares.max(axis=0) > BLUR)
+        for step, of in _rungs(steps):
+            for blur in self.blurs(step):
+                found |= of & (blur.shares.max(axis=0) > BLUR)
         return found
 
     def felt(self, name: str, steps: Array, rates: Any) -> Array:
@@ -102,29 +107,31 @@ class Probe:
         it, with a lag of first order at rates (runs or 1) [1/s], by more than nothing."""
         found = np.zeros(len(steps), bool)
         if callable(getattr(self.scenario, name)):
-            for step in np.unique(steps)[-_COARSEST:]:
-                for blur in self.blurs(float(step)):
+            for step, of in _rungs(steps):
+                for blur in self.blurs(step):
                     if blur.field == name:
-                        moved = blur.shares.max(axis=0) * step * np.asarray(rates)
-                        found |= (steps == step) & (moved > _FELT)
+                        moved = blur.shares.max(axis=0) * steps * np.asarray(rates)
+                        found |= of & (moved > _FELT)
         return found
 
     def warn_of_blur(self, steps: Array, stacklevel: int) -> None:
         """Warn if a run's step (runs,) [s] does not follow its inputs."""
         worst = None
-        for step in np.unique(steps)[-_COARSEST:]:
-            for blur in self.blurs(float(step)):
-                of = steps == step if blur.shares.shape[1] > 1 else slice(None)
+        for step, whose in _rungs(steps):
+            for blur in self.blurs(step):
+                of = whose if blur.shares.shape[1] > 1 else slice(None)
                 shares = blur.shares[:, of].max(axis=1)
                 at = int(np.argmax(shares))
                 if shares[at] > max(BLUR, worst[0] if worst else 0.0):
-                    worst = float(shares[at]), blur.field, float(step), float(blur.times[at])
+                    taken = float(steps[whose].min())
+                    worst = float(shares[at]), blur.field, taken, float(blur.times[at])
         if worst is not None:
             share, name, step, time = worst
             warn_of_unseen(name, share, step, time, stacklevel + 1)
 
     def blurs(self, step: float) -> list[Blur]:
         """The blur of every input that does not tell how fast it is, in steps spread over time."""
+        step = float(_rung(step))
         if step not in self._known:
             self._known[step] = self._looked(step)
         return self._known[step]
@@ -158,6 +165,18 @@ class Probe:
         # Just inside: at a jump itself the input is that of one side or the other.
         inside = INSIDE * (ends - begins)
         return begins + inside, ends - begins - 2.0 * inside
+
+
+def _rung(step: Any) -> Any:
+    """The longest length [s] of those that steps are looked at that is no longer than a step."""
+    return 2.0 ** (np.floor(_RUNGS * np.log2(step) + _ON_RUNG) / _RUNGS)
+
+
+def _rungs(steps: Array) -> Iterator[tuple[float, Array]]:
+    """Lengths [s] at which steps (runs,) [s] are looked at, the longest last, and whose each is."""
+    lengths = _rung(steps)
+    for length in np.unique(lengths):
+        yield float(length), lengths == length
 
 
 def warn_of_unseen(name: str, share: float, step: float, time: float, stacklevel: int) -> None:

@@ -35,6 +35,11 @@ sine reaches it at 22 steps per period."""
 _BEYOND = 0.05
 """Share by which it may go beyond all that the stages show, a sine at five steps per period."""
 
+_FLAT, _OFTEN = 3.0, 8
+"""How often what stages of a step show of an input an input may be off the parabola through them,
+and in how many steps: a vibration in step with the stages, such as two periods a step, is nothing
+at all of them, however small it is beside what is steady."""
+
 _LIVELIEST, _SPREAD, _AT_ONCE = 8, 5000, 500
 """Steps that are looked into: of those in which a component of an input moves most, and spread over
 the flight, which are all where it has no more; and so many at once."""
@@ -66,17 +71,22 @@ class Pulses:
         """
         rough, unseen = np.zeros((2, len(self.runs)), bool)
         for name in self._untold():
-            stages, worst = self._stages(name), (_BEYOND, 0)
-            whole = np.abs(stages).max(axis=(0, 1))
+            stages, worst = self._stages(name), (0.0, 0)
+            whole, often = np.abs(stages).max(axis=(0, 1)), np.zeros(len(self.runs), int)
             counted = largest(whole, self._alike(name))
             rough |= self._is_rough(stages, counted)
             for steps in self._looked_into(stages, counted):
                 own = np.flatnonzero(steps.any(axis=1))
-                off, beyond = np.where(steps[own], self._between(name, stages, own, whole), 0.0)
+                off, beyond, hidden = np.where(
+                    steps[own], self._between(name, stages, own, whole), 0.0
+                )
                 rough |= (off > _OFF).any(axis=0)
                 unseen |= (beyond > _BEYOND).any(axis=0)
-                worst = max(worst, (float(beyond.max()), int(own[beyond.max(axis=1).argmax()])))
-            if worst[0] > _BEYOND and name not in told:
+                often += (hidden > 0.0).sum(axis=0)
+                most = np.fmax(np.where(beyond > _BEYOND, beyond, 0.0), hidden).max(axis=1)
+                worst = max(worst, (float(most.max()), int(own[most.argmax()])))
+            unseen |= often >= _OFTEN
+            if (worst[0] > _BEYOND or (often >= _OFTEN).any()) and name not in told:
                 told.add(name)
                 step, time = float(self.grid.steps[worst[1]]), float(self.grid.starts[worst[1]])
                 warn_of_unseen(name, worst[0], step, time, stacklevel + 1)
@@ -121,6 +131,9 @@ class Pulses:
         found = np.moveaxis(table[..., columns], 1, 0)
         if name != "rotor_command":
             return found
+        if self.scenario.controller is not None:
+            # It adds to what that asks for, and limits cut off the sum.
+            return found
         highest = self.highest if len(self.highest) == 1 else self.highest[self.runs]
         return np.clip(found, 0.0, highest)
 
@@ -143,7 +156,8 @@ class Pulses:
 
     def _between(self, name: str, stages: Array, steps: Array, whole: Array) -> Array:
         """Shares of the largest value by which an input is off the parabola through the stages of
-        some steps, and beyond them (2, steps, n or 1).
+        some steps, and beyond them, and is off where they show next to nothing of that
+        (3, steps, n or 1).
 
         stages: of all steps (3, steps, n or 1, columns); whole: the largest of them.
         """
@@ -155,11 +169,14 @@ class Pulses:
             raise
         except InputError:
             # A function that fails off its stages alone is not one that can be looked at.
-            return np.zeros((2, len(steps), 1))
+            return np.zeros((3, len(steps), 1))
         off = np.abs(probes - np.einsum("sn,snrk->nrk", of_stages(at), stages))
         beyond = np.maximum(probes - stages.max(0), stages.min(0) - probes)
         most = largest(np.maximum(whole, np.abs(probes).max(0)), self._alike(name))
-        return np.stack([(each / most).max(axis=-1) for each in (off, beyond)])
+        flat = (off > _OFF * most) & (off > _FLAT * np.ptp(stages, axis=0))
+        return np.stack(
+            [(off / most).max(axis=-1), (beyond / most).max(axis=-1), flat.any(axis=-1)]
+        )
 
     def _asked(self, name: str, steps: Array, at: Array) -> Array:
         """A field (steps, places, n or 1, columns) at some places within steps, as shares."""

@@ -41,6 +41,8 @@ def resolve(
         errors = fly_again(kept, chosen)
         for column, model in enumerate(models):
             errors[chosen, column] = error_by_halving(flight, model, chosen, dtype)
+        # Half the step may miss what inputs do, too.
+        errors[flight.missed] = np.inf
     if len(abrupt := flight.unmeasured(errors)):
         for column, model in enumerate(models):
             measured = error_by_halving(flight, model, abrupt, dtype)

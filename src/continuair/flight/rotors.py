@@ -103,9 +103,12 @@ def as_speeds(vehicle: Vehicle, scenario: Scenario) -> Scenario:
 def _commanded(
     vehicle: Vehicle, scenario: Scenario, of: Callable[[Array, Array], Array]
 ) -> Scenario:
-    """With a function of thrusts within the limits, and of the greatest, for commands over time."""
+    """With a function of thrusts within the limits, and of the greatest, for commands over time.
+
+    Beside a controller, to whose commands they add, limits cut off the sum alone: then as it is.
+    """
     command, rotors = scenario.rotor_command, vehicle.uav.rotors
-    if not callable(command) or rotors is None:
+    if not callable(command) or rotors is None or scenario.controller is not None:
         return scenario
     highest = np.asarray(rotors.highest, float)[..., None]
 

@@ -9,6 +9,7 @@ import numpy as np
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.engine.pack import per_run
 from continuair.errors import InputError
+from continuair.flight.loaded_rates import drag_rate, linear_drag_rate, pull_rate
 from continuair.flight.resolution import UNSEEN, in_runs
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.scenario.scenarios import Scenario
@@ -190,18 +191,25 @@ _IN_WASH = 0.5
 
 
 def automatic_step(
-    coupled: Engine, q: Any, qd: Any = None, driven: Any = 0.0, integrator: str = "rk4"
+    coupled: Engine,
+    q: Any,
+    qd: Any = None,
+    driven: Any = 0.0,
+    integrator: str = "rk4",
+    wind: Any = 0.0,
+    pull: Any = 0.0,
 ) -> Array:
     """Step (runs,) [s] of which the fastest rate of a run makes at most 0.2.
 
     That rate is `driven`, of its inputs, or the spin |ω| at the start, plus what is fastest seen
     from the turning body: the stiffest mode (straight or at the initial bend, with its damping), a
-    tip's turning Σ |k̇| l, or the decay by the UAV's linear drag. coupled: an engine of the coupled
-    model, whose free base raises the rates most. Arms that hang in a wash take half that step.
+    tip's turning Σ |k̇| l, the decay by drag, in a wind (runs or 1) [m/s], or the frequency that
+    forces on the tips make, pull (runs or 1, arms) [N]. coupled: an engine of the coupled model,
+    whose free base raises the rates most. Arms that hang in a wash take half that step.
     q, qd: (runs or 1, 8) paper coordinates and rates, at rest by default. A run that has no finite
     rate, as a bend past a full circle has none, has the step inf. The integrator "implicit" has
-    0.05 for 0.2, and the first mode of every arm for the stiffest one: faster modes do not make it
-    unstable. Raises InputError if no run has a finite rate.
+    0.05 for 0.2, and of the modes the first of every arm, without what drag and pulls do to them:
+    faster ones do not make it unstable. Raises InputError if no run has a finite rate.
     """
     q = np.atleast_2d(q)
     qd = np.zeros_like(q) if qd is None else np.atleast_2d(qd)
@@ -222,7 +230,13 @@ def automatic_step(
         state = state_from_paper(q, qd)
         spin = np.linalg.norm(state[:, layout.angular_velocity], axis=1)
         turning = _turning_of_tips(coupled, state)
-        seen = np.fmax.reduce(np.broadcast_arrays(modes, turning, _drag_rate(coupled)))
+        if taken.stiff:
+            loaded = linear_drag_rate(coupled)
+        else:
+            moves = np.linalg.norm(state[:, layout.velocity], axis=1)
+            moves = moves + coupled.vehicle.reach * (spin + turning)
+            loaded = _loaded_rate(coupled, q, wind + moves, np.atleast_2d(pull), len(modes))
+        seen = np.fmax.reduce(np.broadcast_arrays(modes, turning, loaded))
         step = taken.phase / np.fmax(seen + spin, driven)
     if coupled.tree.wash:
         step = _IN_WASH * step
@@ -230,11 +244,13 @@ def automatic_step(
     return found
 
 
-def _drag_rate(engine: Engine) -> Array:
-    """The fastest decay (runs or 1) [1/s] by linear drag of the UAV alone: arms only slow it."""
-    uav, runs = engine.vehicle.uav, len(engine.plants)
-    drag = 0.0 if uav.drag is None else per_run(uav.drag.linear, runs, 3).max(axis=1)
-    return np.atleast_1d(drag / per_run(uav.mass, runs))
+def _loaded_rate(engine: Engine, q: Array, flow: Array, pull: Array, runs: int) -> Array:
+    """The faster (runs,) [1/s] of what drag in a flow (runs or 1,) [m/s] and pulls on the tips
+    (runs or 1, arms) [N] make."""
+    runs = max(runs, len(q), len(flow), len(pull))
+    drag = drag_rate(engine, q, np.broadcast_to(flow, runs))
+    pulled = pull_rate(engine, q, np.broadcast_to(pull, (runs, pull.shape[1])))
+    return np.asarray(np.fmax(drag, pulled))
 
 
 def _turning_of_tips(engine: Engine, state: Array) -> Array:

@@ -17,7 +17,7 @@ from continuair.flight.cohorts import Cohort, Flight
 from continuair.flight.labels import labels_of
 from continuair.flight.provenance import provenance_of
 from continuair.flight.reading import BATCH_ROW
-from continuair.flight.resolution import doubt, saturation, warn_of_lost_coordinates
+from continuair.flight.resolution import doubt, saturation, step_error, warn_of_lost_coordinates
 from continuair.flight.turns import followed_euler, in_body_axes, on_triple
 from continuair.kernels.step import STATUS
 from continuair.vehicle.layout import (
@@ -111,7 +111,8 @@ _LOGGED = ("position", "attitude", "bend", "angular_velocity", "bend_rate", "com
 class Recorder:
     """Keeps variables of a flight's runs while they are flown, part by part.
 
-    names: of VARIABLES; runs: indices of the runs that are kept, all by default.
+    names: of VARIABLES; runs: indices of the runs that are kept, all by default. of_steps: what
+    single steps err by, as step_error has it, without what inputs and cameras add to that.
     """
 
     def __init__(
@@ -130,6 +131,7 @@ class Recorder:
         self.status = np.zeros(len(self.runs), np.int8)
         self.end_time = np.zeros(len(self.runs))
         self.step_error = np.full(len(self.runs), np.nan)
+        self.of_steps = np.zeros(len(self.runs))
         self.doubt = np.zeros(len(self.runs))
         self.saturation = np.zeros(len(self.runs))
 
@@ -145,6 +147,7 @@ class Recorder:
             self._put(at, name, values_of(name, logs, cohort))
         self.status[at] = logs.status
         self.step_error[at] = self.flight.step_error(logs.errors, cohort.runs)
+        self.of_steps[at] = step_error(logs.errors)
         self.doubt[at] = doubt(logs.errors)
         self.saturation[at] = saturation(logs.errors)
         times = np.append(cohort.grid.starts, cohort.grid.samples[-1])

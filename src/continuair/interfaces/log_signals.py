@@ -60,12 +60,12 @@ class Signal:
 
 
 def signal(topic: Topic, time: Array, values: Array) -> Signal:
-    """Samples in the order of their times (n,) [s], repeated ones left out, times a scale."""
+    """Samples in the order of their times (n,) [s], repeated ones left out."""
     time, first = np.unique(np.asarray(time, float), return_index=True)
     if len(time) < 2:
         raise InputError(f"{topic}: holds {len(time)} samples; give a topic that was recorded.")
     period = float(np.median(np.diff(time)))
-    return Signal(topic, time, topic.scaled(np.asarray(values, float)[first]), period)
+    return Signal(topic, time, np.asarray(values, float)[first], period)
 
 
 def aligned(

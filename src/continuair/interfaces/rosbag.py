@@ -165,13 +165,17 @@ def _quaternion(place: Any) -> list[float]:
     return [*_xyz(turn), turn.w]
 
 
+def _scaled(topic: Topic, time: Array, values: Array) -> Signal:
+    return signal(topic, time, topic.scaled(values))
+
+
 def _pose(found: _Messages, _: Vehicle) -> dict[str, Signal]:
     topic = found.topic
     position = found.rows(lambda each: _position(_place(topic, each)))
     attitude = found.rows(lambda each: _quaternion(_place(topic, each)))
     return {
-        "position": signal(topic, found.time, position),
-        "attitude": signal(topic, found.time, attitude),
+        "position": _scaled(topic, found.time, position),
+        "attitude": _scaled(topic, found.time, attitude),
     }
 
 
@@ -180,7 +184,7 @@ def _tip(found: _Messages, _: Vehicle) -> dict[str, Signal]:
         point = getattr(message, "point", None)
         return _xyz(point) if point else _position(_place(found.topic, message))
 
-    return {"tip": signal(found.topic, found.time, found.rows(position))}
+    return {"tip": _scaled(found.topic, found.time, found.rows(position))}
 
 
 def _camera(found: _Messages, vehicle: Vehicle) -> dict[str, Signal]:
@@ -210,8 +214,8 @@ def _wrench(found: _Messages, _: Vehicle) -> dict[str, Signal]:
     force = found.rows(lambda each: _xyz(each.wrench.force))
     torque = found.rows(lambda each: _xyz(each.wrench.torque))
     return {
-        "thrust": signal(found.topic, found.time, force),
-        "torque": signal(found.topic, found.time, torque),
+        "thrust": _scaled(found.topic, found.time, force),
+        "torque": _scaled(found.topic, found.time, torque),
     }
 
 
@@ -223,7 +227,7 @@ def _numbers(attribute: str) -> Callable[[_Messages, Vehicle], dict[str, Signal]
         first = _by_name(topic, found.messages[0], attribute) if found.messages else {}
         names = topic.fields or tuple(first)
         rows = found.rows(lambda each: _taken(topic, _by_name(topic, each, attribute), names))
-        return {topic.role: signal(topic, found.time, rows)}
+        return {topic.role: _scaled(topic, found.time, rows)}
 
     return signals
 

@@ -140,7 +140,8 @@ def _signal(file: Path, log: Any, topic: Topic, window: tuple[float, float] | No
     stamps = stamps if stamps.all() else data["timestamp"]
     time = 1e-6 * (stamps.astype(np.int64) - log.start_timestamp)
     _check_resets(topic, time, data, window)
-    rows = np.stack([data[name].astype(float) for name in fields], -1)
+    # The scale is that of the fields as they are named, before axes are turned.
+    rows = topic.scaled(np.stack([data[name].astype(float) for name in fields], -1))
     convert = _OURS.get(topic.role, lambda rows: rows)
     return signal(topic, time, _converted(topic, rows, convert))
 
