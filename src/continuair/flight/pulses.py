@@ -173,10 +173,9 @@ class Pulses:
         off = np.abs(probes - np.einsum("sn,snrk->nrk", of_stages(at), stages))
         beyond = np.maximum(probes - stages.max(0), stages.min(0) - probes)
         most = largest(np.maximum(whole, np.abs(probes).max(0)), self._alike(name))
-        flat = (off > _OFF * most) & (off > _FLAT * np.ptp(stages, axis=0))
-        return np.stack(
-            [(off / most).max(axis=-1), (beyond / most).max(axis=-1), flat.any(axis=-1)]
-        )
+        shares = off / most
+        hidden = np.where((shares > _OFF) & (off > _FLAT * np.ptp(stages, axis=0)), shares, 0.0)
+        return np.stack([each.max(axis=-1) for each in (shares, beyond / most, hidden)])
 
     def _asked(self, name: str, steps: Array, at: Array) -> Array:
         """A field (steps, places, n or 1, columns) at some places within steps, as shares."""
