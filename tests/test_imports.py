@@ -76,7 +76,7 @@ ROOMS = {
     ],
     "flight": [
         {"time_grid", "inputs", "resolution", "turns", "provenance", "labels"},
-        {"reading"},
+        {"reading", "loaded_rates"},
         {"steps", "guiding", "holding"},
         {"camera_timing", "probing", "rotors"},
         {"pulses"},

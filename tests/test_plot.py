@@ -40,6 +40,17 @@ def test_snapshots_take_the_order_of_axes_from_their_labels() -> None:
         np.testing.assert_array_equal(other, one)
 
 
+def test_snapshots_take_dimensions_in_any_order_and_positions_from_coordinates() -> None:
+    two = swing(DUAL)
+    turned = two.transpose("bend_axis", "section", "quaternion", "axis", ...)
+    scenario = ca.Scenario("bent", (0.5, 0, 3, 0.2, 0, 0, 1.0, 0.3), duration=0.5)
+    one = ca.simulate(PAPER, scenario, sample=0.01)
+    for flight, other in ((two, turned), (one, one.drop_vars("position"))):
+        drawn = (curves(ca.plot.snapshots(each, [0.5]).axes[0]) for each in (flight, other))
+        for line, same in zip(*drawn, strict=True):
+            np.testing.assert_allclose(same, line, rtol=0, atol=1e-12)
+
+
 @pytest.mark.parametrize("times", [[], [0.0, 99.0], [-1.0], [np.nan], ["a"], 0.5])
 def test_snapshots_are_of_times_within_the_flight(times: Any) -> None:
     with pytest.raises(ca.InputError, match="^times is "):

@@ -387,3 +387,62 @@ def test_the_reference_integrator_meets_what_begins_from_next_to_nothing() -> No
         found = ca.simulate(SLENDER, scenario, integrator="dop853", sample=0.01)
     impulse = 10.0 * 0.03 * np.sqrt(2.0 * np.pi)
     assert float(found.linear_momentum[-1, 0]) == pytest.approx(impulse, rel=1e-6)
+
+
+@pytest.mark.parametrize("hertz", [4000.0, 3999.9, 4001.0])
+@pytest.mark.parametrize("step", ["auto", 1e-3, 5e-4])
+def test_a_vibration_in_step_with_the_stages_does_not_hide_beside_a_constant(
+    step: Any, hertz: float
+) -> None:
+    """Of 0.9 % of the weight, it would lift the vehicle by a metre in 5 s."""
+    weight = 9.81 * SLENDER.mass
+
+    def force(t: float) -> list[float]:
+        return [0.0, 0.0, weight * (1.0 + 0.009 * np.cos(2.0 * np.pi * hertz * t))]
+
+    scenario = ca.Scenario("h", (0, 0, 2, 0, 0, 0, 0.1, 0), force=force, duration=1.0)
+    with pytest.warns(ca.ContinuairWarning, match="force changes within steps"):
+        flight = ca.simulate(SLENDER, scenario, step=step)
+    assert float(flight.step_error) == np.inf
+
+
+@unseen
+@pytest.mark.filterwarnings("ignore:force changes within steps")
+def test_a_run_of_a_batch_of_many_steps_is_judged_as_it_is_alone() -> None:
+    steps = np.sort(1e-2 / np.arange(10, 22))
+    weight, hertz = 9.81 * SLENDER.mass, np.full(12, 0.5)
+    hertz[0] = 4.0 / steps[0]
+
+    def force(t: float) -> Any:
+        lift = weight * (1.0 + 0.025 * np.cos(2.0 * np.pi * hertz * t))
+        return np.column_stack([np.zeros((12, 2)), lift])
+
+    q = np.tile([0, 0, 2, 0, 0, 0, 0.1, 0], (12, 1)).astype(float)
+    scenario = ca.Scenario("b", q, force=force, duration=0.2)
+    batch = ca.simulate(SLENDER, scenario, sample=0.01, step=steps)
+    for run in (0, 11):
+        own = scenario.replace(q=q[run], force=lambda t, run=run: force(t)[run])
+        alone = ca.simulate(SLENDER, own, sample=0.01, step=float(steps[run]))
+        assert float(batch.step_error[run]) == float(alone.step_error)
+    assert float(batch.step_error[0]) == np.inf and float(batch.step_error[11]) < 1e-3
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_commands_beside_a_controller_are_followed_below_nothing_too(sign: float) -> None:
+    """They add to what it asks for, and limits cut off the sum alone."""
+    vehicle = SLENDER.replace(
+        {"uav.rotors": {"layout": "quad_x", "lever": 0.24, "thrust_limits": [0.0, 12.0],
+                        "torque_per_thrust": 0.015, "lag": 0.0}}
+    )  # fmt: skip
+    law = ca.flight_controller(vehicle)
+
+    def command(t: float) -> list[float]:
+        return [sign * (1.0 + np.cos(2.0 * np.pi * 1000.0 * t)), 0.0, 0.0, 0.0]
+
+    scenario = ca.Scenario(
+        "c", (0, 0, 2, 0, 0, 0, 0.1, 0), controller=law, rotor_command=command, duration=0.1
+    )
+    flight = ca.simulate(vehicle, scenario, sample=0.01)
+    exact = ca.simulate(vehicle, scenario, sample=0.01, step=2e-5)
+    off = float(np.linalg.norm(flight.tip_position - exact.tip_position, axis=-1).max())
+    assert flight.attrs["step"] < 5e-4 and off < 1e-6

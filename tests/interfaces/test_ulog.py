@@ -48,6 +48,26 @@ def read(topics: Topics | None = None, **choices: Any) -> Recording:
     return ca.read_ulog("flight.ulg", rotorcraft(), named, **choices)
 
 
+def test_numbers_of_a_topic_scale_the_fields_as_they_are_named() -> None:
+    """A log in our axes, z up, is turned to NED and FRD by signs."""
+    topics, signs = logged(), {"attitude": "1,1,-1,-1", "position": "1,-1,-1"}
+    expected = read(topics)
+    time, attitude = topics["vehicle_attitude"]
+    ours = {f"q[{k}]": sign * attitude["q"][:, k] for k, sign in enumerate((1, 1, -1, -1))}
+    topics["vehicle_attitude"] = time, {**attitude, "q": np.stack(list(ours.values()), -1)}
+    time, place = topics["vehicle_local_position"]
+    ours = {name: sign * place[name] for name, sign in zip("xyz", (1, -1, -1), strict=True)}
+    topics["vehicle_local_position"] = time, {**place, **ours}
+    named = {
+        "bend": BEND, "rotors": MOTORS,
+        "attitude": f"vehicle_attitude*{signs['attitude']}",
+        "position": f"vehicle_local_position*{signs['position']}",
+    }  # fmt: skip
+    found = read(topics, named=named)
+    np.testing.assert_allclose(found.attitude, expected.attitude, atol=1e-6)
+    np.testing.assert_allclose(found.position, expected.position, atol=1e-6)
+
+
 @pytest.mark.long
 def test_a_log_of_motors_gives_back_mass_and_stiffness() -> None:
     found = fit(rotorcraft().replace(WRONG), read(), FIELDS)

@@ -89,8 +89,10 @@ def test_the_papers_coordinates_tell_the_position_too() -> None:
     scenario = ca.Scenario("bent", STARTS["paper"], duration=0.02)
     flight = ca.simulate(vehicle, scenario, sample=0.01)
     expected = ca.backbone(vehicle, flight, points=5)
-    found = ca.backbone(vehicle, flight.drop_vars("position"), points=5)
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+    bare = flight.drop_vars("position")
+    for each in (bare, bare.sortby("coordinate"), bare.isel(coordinate=slice(None, None, -1))):
+        found = ca.backbone(vehicle, each, points=5)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
 
 
 def test_models_and_runs_keep_their_dimensions() -> None:

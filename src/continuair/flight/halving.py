@@ -9,6 +9,7 @@ from continuair.flight.cohorts import Flight
 from continuair.flight.rollout import most_runs, record
 from continuair.flight.trajectory import Recorder
 from continuair.kernels.integrators import INTEGRATORS
+from continuair.kernels.step import OVERTURNED, UNSEEN
 
 Array = np.ndarray
 
@@ -18,8 +19,11 @@ _HALVED_AT_ONCE = 2.0e7
 # Of second order a quarter is left at half the step, of fourth a sixteenth.
 _ORDERED = 0.35
 
+_HALVINGS = 5
+"""How often steps are halved once more to see whether they have ended a flight themselves."""
+
 _OF_AN_END = 0.3
-"""step_error from which steps may have ended a flight themselves [arm lengths]."""
+"""What steps err by from which they may have ended a flight themselves [arm lengths]."""
 
 # Of a step, by which times that are sums of steps are off at most.
 _ROUNDING = 1e-6
@@ -77,20 +81,35 @@ def _halved_error(flight: Flight, model: str, runs: Array, dtype: str = "float64
         part_of = np.maximum(flight.abrupt[part], _share(flight))
         estimate = np.fmax(part_of * apart / length[part], flown[1].doubt)
         otherwise = (flown[0].status != flown[1].status) | _end_apart(*flown)
+        broken = ~otherwise & (flown[0].status != 0) & (flown[1].of_steps > _OF_AN_END)
+        otherwise[broken] = ~_ends_at_finer_steps(flown[1], broken)
         estimate = np.where(otherwise, np.fmax(estimate, 1.0), estimate)
-        found.append(_where_ordered(estimate, *flown))
+        # What ends a flight, other than its steps, or a law, may put the last one off by anything.
+        known = (broken | np.isin(flown[1].status, (UNSEEN, OVERTURNED))) & ~otherwise
+        found.append(np.where(known, estimate, _where_ordered(estimate, *flown)))
     return np.concatenate(found)
 
 
 def _end_apart(coarse: Recorder, fine: Recorder) -> Array:
-    """Which runs end early at both steps, but not in the same step of the coarse ones, or by steps
-    that are off by much of an arm's length.
+    """Which runs end early at both steps, but not in the same step of the coarse ones.
 
     What brings them down there may be the steps themselves, after tips that are still close.
     """
     later, step = fine.end_time - coarse.end_time, coarse.flight.steps[coarse.runs]
     together = (-0.5 * step < later) & (later < step * (1.0 - _ROUNDING))
-    return np.asarray((coarse.status != 0) & (~together | (fine.of_steps > _OF_AN_END)))
+    return np.asarray((coarse.status != 0) & ~together)
+
+
+def _ends_at_finer_steps(fine: Recorder, which: Array) -> Array:
+    """Whether runs (n,) bool that end early in steps that are off by much of an arm's length do so
+    at much finer ones, too, within two of their own."""
+    runs, finest = fine.runs[which], fine.flight
+    for _ in range(_HALVINGS):
+        finest = finest.halved(runs)
+    again = Recorder(finest, fine.model, ("tip_position",), "float64", runs)
+    record(again, runs)
+    within = np.abs(again.end_time - fine.end_time[which]) < 2.0 * fine.flight.steps[runs]
+    return np.asarray((again.status != 0) & within)
 
 
 def _where_ordered(estimate: Array, coarse: Recorder, fine: Recorder) -> Array:

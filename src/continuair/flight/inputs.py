@@ -32,6 +32,11 @@ def groups_of(fields: Iterable[str]) -> int:
     return bits
 
 
+def told_rate(value: Any) -> Any:
+    """The fastest rate (runs or 1) [rad/s] that an input tells, by an attribute; else None."""
+    return getattr(value, "fastest", None)
+
+
 def field_width(field: str, layout: Layout) -> int:
     """How many numbers a field of a scenario gives."""
     where = [layout.of_input[name] for name in FIELDS[field]]

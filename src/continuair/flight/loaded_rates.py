@@ -12,7 +12,7 @@ from continuair.checks import UnsteadyInput
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.engine.pack import per_run
 from continuair.errors import InputError
-from continuair.flight.inputs import evaluated, field_width
+from continuair.flight.inputs import evaluated, field_width, told_rate
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import AIR, GENERAL, TIP, Layout
@@ -37,8 +37,9 @@ def strongest(name: str, scenario: Scenario, layout: Layout, duration: float) ->
         return np.zeros((1, 1))
     width = field_width(name, layout)
     if callable(value):
-        told = float(np.max(getattr(value, "fastest", None) or 0.0))
-        count = min(_TIMES + _PER_SWING * duration * told / (2.0 * np.pi), _MOST_TIMES)
+        told = told_rate(value)
+        swings = 0.0 if told is None else duration * float(np.max(told)) / (2.0 * np.pi)
+        count = min(_TIMES + _PER_SWING * swings, _MOST_TIMES)
         jumps = [each for each in scenario.jumps if each < duration]
         times = np.union1d(np.linspace(0.0, duration, int(count)), jumps)
         try:
@@ -120,10 +121,10 @@ def _frequencies(engine: Engine, q: Array, pull: Array, runs: Array) -> Array:
         moved[k, :, layout.attitude] = turned.as_quat()
     for k, column in enumerate(np.r_[layout.bend]):
         moved[3 + k, :, column] += nudges[:, 3 + k]
-    forces = np.zeros((3, *pull.shape, 6))
+    forces = np.zeros((6, *pull.shape, 6))
     for axis in range(3):
-        forces[axis, ..., axis] = pull
-    acting = {"tip_wrench": forces.reshape(3, len(runs), -1)}
+        forces[axis, ..., axis], forces[3 + axis, ..., axis] = pull, -pull
+    acting = {"tip_wrench": forces.reshape(6, len(runs), -1)}
     slopes = _slopes(engine, states, moved, angles, runs, acting)[..., rows]
     return np.sqrt(_largest(slopes / nudges.T[:, :, None]))
 

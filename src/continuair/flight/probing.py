@@ -11,8 +11,7 @@ import numpy as np
 from continuair import checks
 from continuair.engine.engine import Drive
 from continuair.errors import InputError
-from continuair.flight.inputs import evaluated, field_width
-from continuair.flight.steps import told_rate
+from continuair.flight.inputs import evaluated, field_width, told_rate
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import FIELDS, Layout
 from continuair.warning import warn

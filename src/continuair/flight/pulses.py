@@ -15,9 +15,8 @@ import numpy as np
 from continuair import checks
 from continuair.engine.engine import Drive
 from continuair.errors import InputError
-from continuair.flight.inputs import evaluated, field_width
+from continuair.flight.inputs import evaluated, field_width, told_rate
 from continuair.flight.probing import GOLDEN, INSIDE, PROBES, largest, of_stages, warn_of_unseen
-from continuair.flight.steps import told_rate
 from continuair.flight.time_grid import Grid
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import FIELDS, Layout

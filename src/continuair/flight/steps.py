@@ -9,6 +9,7 @@ import numpy as np
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.engine.pack import per_run
 from continuair.errors import InputError
+from continuair.flight.inputs import told_rate
 from continuair.flight.loaded_rates import drag_rate, linear_drag_rate, pull_rate
 from continuair.flight.resolution import UNSEEN, in_runs
 from continuair.kernels.integrators import INTEGRATORS
@@ -172,11 +173,6 @@ def _eigenvalues(squares: Array) -> Array:
     known = np.isfinite(squares).all((-1, -2))
     filled = np.where(known[..., None, None], squares, 0.0)
     return np.asarray(np.where(known[..., None], np.linalg.eigvalsh(filled), np.nan))
-
-
-def told_rate(value: Any) -> Any:
-    """The fastest rate (runs or 1) [rad/s] that an input tells, by an attribute; else None."""
-    return getattr(value, "fastest", None)
 
 
 def declared_rate(scenario: Scenario) -> Any:
