@@ -30,7 +30,7 @@ def camera_pose(vehicle: Vehicle, q: Array) -> tuple[Array, Array]:
     """Position (3,) [m] of the camera and its axes (3, 3) in the world: Eq. (1) and its mount.
 
     q: (6 + 2N,). The mount, camera.position and camera.attitude, is in the frame camera.tip_frame
-    of the tip of its arm, camera.arm.
+    of the tip of its arm, camera.arm. Below κ_s the tip is that of κ_s (Remark 1).
     """
     camera = vehicle.camera
     at, tip = position(vehicle, q, **_tip(vehicle)), _tip_axes(vehicle, q)
