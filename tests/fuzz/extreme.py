@@ -14,16 +14,19 @@ Rng = np.random.Generator
 MOST_STEPS = 40_000
 """Longer flights are left out."""
 
-_LONG, _LOOPED = 0.2, 0.15
-"""Shares of the flights that last for long, and in which a flight controller holds a load."""
+_LONG, _LOOPED, _LOADED = 0.2, 0.15, 0.25
+"""Shares of the flights that last for long, in which a flight controller holds a load, and in which
+wind, falls and pulls at the tip load light arms."""
 
 
 def extreme_flights(rng: Rng, folder: Path) -> None:
-    """One whose step_error is below 1e-3 is off by no more than 1e-2 arm lengths."""
+    """One whose step_error is below 1e-3 is off by no more than 1e-2 arm lengths, and ends as a
+    finer one does."""
     chance = rng.random()
     if chance < _LOOPED:
         return _try_loop(*_loop(rng))
-    vehicle, scenario = _long(rng) if chance < _LOOPED + _LONG else _short(rng)
+    kinds = ((_LOOPED + _LONG, _long), (_LOOPED + _LONG + _LOADED, _loaded), (1.0, _short))
+    vehicle, scenario = next(make for share, make in kinds if chance <= share)(rng)
     sample = scenario.duration / int(rng.choice([60, 1000, 10_000]))
     flight = ca.simulate(vehicle, scenario, sample=sample)
     check_flight(flight)
@@ -119,6 +122,39 @@ def _long(rng: Rng) -> tuple[ca.Vehicle, ca.Scenario]:
     rates[3:6] = 0.3 * rng.normal(size=3)
     carried = [0.0, 0.0, 9.81 * float(vehicle.mass)]
     return vehicle, ca.Scenario("long", q, rates, force=carried, duration=_log(rng, 5.0, 40.0))
+
+
+def _loaded(rng: Rng) -> tuple[ca.Vehicle, ca.Scenario]:
+    """A light arm, thick or thin, limp or stiff, with a weight at its tip or none: in a wind, a
+    gust or a fall, or pulled at its tip."""
+    length, mass = _log(rng, 0.2, 1.2), _log(rng, 0.3, 6.0)
+    per_length, rate = _log(rng, 1e-3, 0.3), _log(rng, 3.0, 100.0)
+    arm: dict[str, Any] = {
+        "length": length,
+        "mass_per_length": per_length,
+        "bending_stiffness": rate**2 * per_length * length**4 / 20.0,
+        "radius": min(_log(rng, 2e-3, 2.5e-2), length / 4),
+        "damping_ratio": _log(rng, 1e-3, 0.5),
+        "drag_coefficient": float(rng.uniform(0.6, 1.6)),
+    }
+    if rng.random() < 0.3:
+        arm["disks"] = [{"position": length, "mass": _log(rng, 1e-3, 0.1)}]
+    uav = {"mass": mass, "inertia": (mass * np.array([0.015, 0.018, 0.03])).tolist()}
+    vehicle = ca.Vehicle(name="loaded", uav={**uav, "mount": [0.0, 0.0, -0.05]}, arm=arm)
+    weight, load = 9.81 * float(vehicle.mass), int(rng.integers(4))
+    inputs: dict[str, Any] = {"force": [0.0, 0.0, weight * rng.uniform(0.5, 1.3)]}
+    if load == 0:
+        inputs["wind"] = (10.0 * rng.normal(size=3)).tolist()
+    elif load == 1:
+        inputs["wind"] = ca.gust(12.0 * rng.normal(size=3), 0.2, _log(rng, 0.03, 1.0))
+    elif load == 2:
+        inputs["tip_wrench"] = [*weight * _log(rng, 0.02, 1.5) * rng.normal(size=3), 0, 0, 0]
+    else:
+        inputs = {}
+    bend = rng.choice([rng.uniform(0, 0.5), rng.uniform(0, 4.0)]) / length
+    rates = [*(5.0 * rng.integers(2) * rng.normal(size=3)), 0, 0, 0, 0, 0]
+    q = [0, 0, 3, 0, 0, 0, bend, rng.uniform(-3, 3)]
+    return vehicle, ca.Scenario("loaded", q, rates, duration=1.0, **inputs)
 
 
 def _log(rng: Rng, low: float, high: float) -> float:
