@@ -153,3 +153,23 @@ def test_what_a_run_is_told_to_grow_by_hangs_on_no_other_run_of_its_batch() -> N
         alone = ca.simulate(light.select(run), together.replace(force=lift[run]), sample=0.02)
         assert float(alone.step_error) == float(found.step_error[run])
         np.testing.assert_array_equal(alone.tip_position, found.tip_position[run])
+
+
+@pytest.mark.filterwarnings("ignore::continuair.ContinuairWarning")
+def test_errors_that_multiply_under_a_pull_on_the_tip_are_told() -> None:
+    """A limp arm on a light UAV that a constant force on its tip whips about: errors multiply by
+    thousands, and those of a step and of half of it have no order."""
+    uav = {"mass": 0.18, "inertia": [6e-4, 6e-4, 1e-3], "mount": [0.02, 0.0, -0.02]}
+    arm = {"length": 0.3, "mass_per_length": 0.02, "bending_stiffness": 0.004}
+    vehicle = ca.Vehicle(name="whipped", uav=uav, arm={**arm, "damping_ratio": 0.01})
+    weight = 9.81 * float(vehicle.mass)
+    for pull, duration in ((1.0, 3.0), (1.0, 2.0), (0.7, 3.0)):
+        scenario = ca.Scenario(
+            "whip", (0, 0, 5, 0, 0, 0, 2.0, 0.4), force=(0, 0, weight), duration=duration,
+            tip_wrench=(0.3 * pull, 0.2 * pull, 0.9 * pull, 0, 0, 0),
+        )  # fmt: skip
+        flight = ca.simulate(vehicle, scenario, sample=0.02)
+        exact = ca.simulate(vehicle, scenario, sample=0.02, integrator="dop853", tolerance=1e-12)
+        assert int(flight.status) == int(exact.status) == 0
+        off = np.linalg.norm(flight.tip_position - exact.tip_position, axis=-1).max() / 0.3
+        assert off < max(1e-3, 2.0 * float(flight.step_error))

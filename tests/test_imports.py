@@ -83,7 +83,7 @@ ROOMS = {
         {"cohorts"},
         {"prepare"},
         {"dop853", "trajectory"},
-        {"limits", "rollout"},
+        {"limits", "rollout", "unstable"},
         {"halving"},
         {"growing"},
         {"resolving"},

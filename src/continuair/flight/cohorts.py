@@ -22,6 +22,7 @@ from continuair.flight.resolution import (
     most_in_loop,
     most_in_sight,
     step_error,
+    turned_through,
     unresolved,
 )
 from continuair.flight.rotors import within_limits
@@ -94,8 +95,9 @@ class Flight:
     the share of what half the step changes that counts, where it is more than the integrator's, as
     inputs move or arms cross a wash as no step follows at full order, or 0 (runs,); both as far as
     has been seen; sensitive: whether errors may multiply, as arms of several sections swing far or
-    a law answers to them, once it has been flown (runs,); marks: times that steps end at. coupled:
-    an engine of that model, which others share what they can with. automatic: whether the steps may
+    a law answers to them, and turned: the angle that the UAV turns through in all [rad], once it
+    has been flown (runs,); marks: times that steps end at. coupled: an engine of that model, which
+    others share what they can with. automatic: whether the steps may
     be made finer; integrator: "rk4", "implicit", or "dop853", which takes steps of its own; told:
     inputs whose jumps have been told of, unseen: that swing between stages; lost: times near which
     samples did not follow the Euler angles of q [s].
@@ -113,6 +115,7 @@ class Flight:
     missed: Array
     abrupt: Array
     sensitive: Array
+    turned: Array
     marks: Marks
     coupled: Engine
     automatic: bool
@@ -153,6 +156,8 @@ class Flight:
         tells what they cost.
         """
         found = step_error(sums, looking=self.looks)
+        turned = turned_through(sums).reshape(len(chosen), -1).max(axis=1)
+        self.turned[chosen] = np.fmax(self.turned[chosen], turned)
         chained, closed = max(self.coupled.layout.shape) > 1, self.scenario.controller is not None
         if chained or closed:
             may = may_multiply(sums, self._in_loop(sums, chosen), chained)

@@ -20,6 +20,7 @@ from continuair.flight.cohorts import Flight
 from continuair.flight.halving import error_here
 from continuair.flight.resolution import RESOLVED
 from continuair.flight.time_grid import marks_at
+from continuair.flight.unstable import multiplied
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.vehicle.layout import FIELDS
 
@@ -33,11 +34,8 @@ _SURE = 4.0
 
 _ALIKE, _SLACK = 0.1, 10.0
 """Share of errors of velocities that may add up, and how far what may become of errors is above
-what does, but under rotors and polar torques, which turn with them: of 2,360 random flights without
-a loop 121 came to more than 1e-3, where this was at least 0.08."""
-
-_FALL = 0.25
-"""Share of the rate at which an arm falls over with which errors multiply in a long flight."""
+what does, but under rotors, wind and polar torques, which turn with them: of 2,360 random flights
+without a loop 121 came to more than 1e-3, where this was at least 0.08."""
 
 _DOUBTED = 0.1
 """Share of RESOLVED from which half the step is asked, too, where the direction of torques may hang
@@ -48,9 +46,6 @@ _FAR = 0.15
 
 _TURNED = 0.5
 """Angle [rad] from which tips that are close have gone elsewhere."""
-
-_MOST = 700.0
-"""The largest exponent of a finite number."""
 
 
 def count_growth(
@@ -95,19 +90,12 @@ def _growing(flight: Flight, errors: Array) -> Array:
     may_grow = flight.sensitive[:, None]
     if flight.scenario.controller is None:
         lasting = INTEGRATORS[flight.integrator].phase * flight.duration / flight.steps
-        multiplied = np.exp(np.minimum(_FALL * _fall_rate(flight) * flight.duration, _MOST))
-        turns = flight.twists or flight.vehicle.uav.rotors is not None
+        blown = flight.scenario.wind is not None
+        turns = flight.twists or blown or flight.vehicle.uav.rotors is not None
         alike, slack = (1.0, 1.0) if turns else (_ALIKE, _SLACK)
-        most = np.maximum(alike * lasting, multiplied)[:, None]
+        most = np.maximum(alike * lasting, multiplied(flight))[:, None]
         may_grow = may_grow | (errors * most > slack * RESOLVED)
     return np.asarray(may_grow & (errors <= RESOLVED))
-
-
-def _fall_rate(flight: Flight) -> Array:
-    """How fast (runs,) [1/s] what is as long as the arms' reach falls over, or turns at first."""
-    spin = flight.start.states[:, flight.coupled.layout.angular_velocity]
-    reach = per_run(flight.vehicle.reach, flight.runs)
-    return np.asarray(np.sqrt(flight.scenario.gravity / reach) + np.linalg.norm(spin, axis=1))
 
 
 def _coarser(flight: Flight) -> Flight:

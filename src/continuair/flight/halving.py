@@ -8,6 +8,7 @@ from continuair.engine.pack import per_run
 from continuair.flight.cohorts import Flight
 from continuair.flight.rollout import most_runs, record
 from continuair.flight.trajectory import Recorder
+from continuair.flight.unstable import multiplied
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.kernels.step import OVERTURNED, UNSEEN
 
@@ -21,6 +22,9 @@ _ORDERED = 0.35
 
 _HALVINGS = 5
 """How often steps are halved once more to see whether they have ended a flight themselves."""
+
+_MUCH = 30.0
+"""By how much errors multiply from which they may have no order at the end."""
 
 _OF_AN_END = 0.3
 """What steps err by from which they may have ended a flight themselves [arm lengths]."""
@@ -41,7 +45,7 @@ def error_by_halving(flight: Flight, model: str, runs: Array, dtype: str = "floa
     step is off by an arm length at least, as far as anyone can tell. dtype: that of the flight,
     whose rounding counts where errors multiply.
     """
-    errors, sensitive = np.empty(len(runs)), flight.sensitive[runs] & flight.automatic
+    errors, sensitive = np.empty(len(runs)), _multiplies(flight)[runs] & flight.automatic
     if sensitive.any():
         errors[sensitive] = error_here(
             flight.halved(runs[sensitive]), model, runs[sensitive], dtype
@@ -49,6 +53,13 @@ def error_by_halving(flight: Flight, model: str, runs: Array, dtype: str = "floa
     if not sensitive.all():
         errors[~sensitive] = _halved_error(flight, model, runs[~sensitive])
     return errors
+
+
+def _multiplies(flight: Flight) -> Array:
+    """Whether errors may multiply (runs,) so far that two steps may err alike."""
+    if flight.scenario.controller is not None:
+        return flight.sensitive
+    return np.asarray(flight.sensitive | (multiplied(flight) > _MUCH))
 
 
 def error_here(flight: Flight, model: str, runs: Array, dtype: str = "float64") -> Array:

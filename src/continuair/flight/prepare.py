@@ -126,6 +126,7 @@ def prepare(
         missed,
         abrupt,
         np.zeros(runs, bool),
+        np.zeros(runs),
         marks,
         coupled,
         automatic=asked is None and not adaptive,

@@ -94,6 +94,11 @@ def doubt(errors: Array) -> Array:
     return errors[..., 3]
 
 
+def turned_through(errors: Array) -> Array:
+    """The angle (...) that the UAV has turned through in all [rad], of such sums."""
+    return errors[..., 2]
+
+
 def saturation(errors: Array) -> Array:
     """The most (...) that rotors were asked for beyond their limits, in parts of these."""
     return errors[..., -1]
