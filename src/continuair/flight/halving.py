@@ -26,7 +26,7 @@ _HALVINGS = 5
 _MUCH = 30.0
 """By how much errors multiply from which they may have no order at the end."""
 
-_OF_AN_END = 0.3
+_OF_AN_END = 1e-3
 """What steps err by from which they may have ended a flight themselves [arm lengths]."""
 
 # Of a step, by which times that are sums of steps are off at most.

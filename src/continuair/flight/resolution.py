@@ -41,6 +41,10 @@ _IN_SIGHT, _TURNING, _MOST_IN_SIGHT = 60.0, 6.0, 8.0
 _MOST = 50.0
 
 
+_BROKEN = 1e6
+"""step_error of what has no finite one: inf says that steps miss an input."""
+
+
 def step_error(errors: Array, looking: bool = False) -> Array:
     """Estimated largest error of the tip (...) [arm lengths], from sums of a roll-out (..., SUMS).
 
@@ -48,11 +52,12 @@ def step_error(errors: Array, looking: bool = False) -> Array:
     swing ∫|k||k̇| l² dt, a bound that 600 random flights of light vehicles and large bends gave.
     looking: under a law with a camera, which multiplies them, by hundreds where gains are high and
     the target is far; loops that hold their target stay below what the factor for it flags. What
-    torques may have done the wrong way is added as it is.
+    torques may have done the wrong way is added as it is. What steps break to pieces is 1e6.
     """
     # In extended precision, as NumPy's own exponentials differ in the last bit by processor.
     grown = np.exp(np.minimum(_GROWTH * errors[..., 1].astype(np.longdouble), _MOST)).astype(float)
-    return np.asarray(errors[..., 0] * grown * (_LOOP if looking else 1.0) + doubt(errors), float)
+    found = errors[..., 0] * grown * (_LOOP if looking else 1.0) + doubt(errors)
+    return np.asarray(np.minimum(found, _BROKEN), float)
 
 
 def may_multiply(errors: Array, in_loop: Array | float, chained: bool) -> Array:
