@@ -130,3 +130,19 @@ def test_without_air_or_pulls_steps_are_those_of_the_stiffness_alone() -> None:
     weak = hover.replace(tip_wrench=(0, 0, -0.01, 0, 0, 0))
     steps = [ca.simulate(SLENDER, each, sample=0.01).attrs["step"] for each in (hover, weak)]
     assert steps[1] == pytest.approx(steps[0], rel=0.01)
+
+
+@pytest.mark.parametrize("wind", [16.0, 30.0, 60.0])
+def test_implicit_steps_that_wind_breaks_are_flown_again_and_told_of(wind: float) -> None:
+    """They are for stiff bends, and know nothing of drag, which ends the flight in some steps."""
+    light = vehicle(
+        0.557, drag_coefficient=1.1, mass_per_length=0.00114, radius=0.0192,
+        bending_stiffness=0.00255, length=0.837,
+    )  # fmt: skip
+    scenario = ca.Scenario(
+        "blown", (0, 0, 3, 0, 0, 0, 0.1, 0), wind=(wind, 0, 0), force=(0, 0, 9.81 * light.mass),
+        duration=0.5,
+    )  # fmt: skip
+    with pytest.warns(ca.ContinuairWarning, match="step_error reaches"):
+        flight = ca.simulate(light, scenario, sample=0.02, integrator="implicit")
+    assert flight.attrs["flown_again"] == 1 and 1.0 <= float(flight.step_error) < np.inf
