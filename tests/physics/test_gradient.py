@@ -148,6 +148,7 @@ def of_starts(vehicle: ca.Vehicle, flight: ca.Scenario, model: str) -> dict[str,
     moved = dataclasses.replace(
         prepared, start=start, runs=runs, batched=True, steps=np.full(runs, STEP),
         missed=np.zeros(runs, bool), abrupt=np.zeros(runs), sensitive=np.zeros(runs, bool),
+        turned=np.zeros(runs),
     )  # fmt: skip
     values = cost(fly(moved, model, NAMES))[0].reshape(width, -1) @ WEIGHTS / size
     ends = np.cumsum([3, 3, layout.bends, 3, 3, layout.bends])[:-1]
