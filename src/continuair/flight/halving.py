@@ -112,8 +112,8 @@ def _end_apart(coarse: Recorder, fine: Recorder) -> Array:
 
 
 def _ends_at_finer_steps(fine: Recorder, which: Array) -> Array:
-    """Whether runs (n,) bool that end early in steps that are off by much of an arm's length do so
-    at much finer ones, too, within two of their own."""
+    """Whether runs, by which (n,) bool, that end early in steps that are not resolved do so at much
+    finer ones, too, within two of their own."""
     runs, finest = fine.runs[which], fine.flight
     for _ in range(_HALVINGS):
         finest = finest.halved(runs)

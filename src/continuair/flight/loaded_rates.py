@@ -55,6 +55,16 @@ def strongest(name: str, scenario: Scenario, layout: Layout, duration: float) ->
     return np.asarray(norms.max(axis=0))
 
 
+def strongest_wind(scenario: Scenario, layout: Layout, duration: float) -> Array:
+    """The largest speed (runs or 1,) [m/s] of the wind over a time [s]."""
+    return strongest("wind", scenario, layout, duration)[:, 0]
+
+
+def strongest_pull(scenario: Scenario, layout: Layout, duration: float) -> Array:
+    """The largest forces (runs or 1, arms) [N] on the tips over a time [s]; one 0 without any."""
+    return strongest("tip_wrench", scenario, layout, duration)[:, ::2]
+
+
 def drag_rate(engine: Engine, q: Array, flow: Array) -> Array:
     """The fastest decay (runs,) [1/s] by drag in a flow past the vehicle at a speed (runs,) [m/s],
     along any axis of the world, arms straight at the attitude of q (runs or 1, coordinates).

@@ -17,7 +17,7 @@ from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import check_view
 from continuair.flight.cohorts import Flight
 from continuair.flight.inputs import sample_inputs
-from continuair.flight.loaded_rates import strongest
+from continuair.flight.loaded_rates import strongest_pull, strongest_wind
 from continuair.flight.probing import Probe
 from continuair.flight.resolution import UNSEEN
 from continuair.flight.rotors import (
@@ -81,11 +81,8 @@ def prepare(
     driven = np.broadcast_to(np.maximum(declared_rate(scenario), lag_rate(vehicle)), runs)
     adaptive = integrator not in INTEGRATORS
     by_default = "rk4" if adaptive else integrator
-    wind, wrench = (
-        strongest(name, scenario, coupled.layout, max(duration, horizon))
-        for name in ("wind", "tip_wrench")
-    )
-    loads = wind[:, 0], wrench[:, ::2]
+    over = scenario, coupled.layout, max(duration, horizon)
+    loads = strongest_wind(*over), strongest_pull(*over)
     fine = np.broadcast_to(automatic_step(coupled, q, qd, driven, by_default, *loads), runs)
     probed = within_limits(vehicle, scenario)
     probe = Probe(probed, coupled.layout, max(duration, horizon))

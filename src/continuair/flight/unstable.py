@@ -6,7 +6,7 @@ import numpy as np
 
 from continuair.engine.pack import per_run
 from continuair.flight.cohorts import Flight
-from continuair.flight.loaded_rates import pull_rate, strongest
+from continuair.flight.loaded_rates import pull_rate, strongest_pull
 
 Array = np.ndarray
 
@@ -40,6 +40,6 @@ def _fallen(flight: Flight) -> Array:
 
 def _pull_rate(flight: Flight) -> Array:
     """`pull_rate` (runs,) of the strongest forces on the tips."""
-    wrench = strongest("tip_wrench", flight.scenario, flight.coupled.layout, flight.duration)
-    pull = np.broadcast_to(wrench[:, ::2], (flight.runs, wrench[:, ::2].shape[1]))
+    pull = strongest_pull(flight.scenario, flight.coupled.layout, flight.duration)
+    pull = np.broadcast_to(pull, (flight.runs, pull.shape[1]))
     return pull_rate(flight.coupled, np.atleast_2d(flight.scenario.q), pull)
