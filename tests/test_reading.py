@@ -58,7 +58,8 @@ def test_a_joined_flight_is_not_told_by_the_attributes_of_another(tmp_path: Path
     both = xr.concat([pushed(1.0), pushed(5.0)], "push")
     batches = [PAPER.replace({"uav.mass": masses}) for masses in ([1.8, 2.0], [2.2, 2.4])]
     chunks = xr.concat([pushed(1.0, each) for each in batches], "run")
-    for flight in (both.isel(push=1), chunks.isel(run=3), pushed(1.0).drop_attrs(deep=False)):
+    cast = pushed(1.0).astype(np.float32)
+    for flight in (both.isel(push=1), chunks.isel(run=3), pushed(1.0).drop_attrs(deep=False), cast):
         with pytest.raises(ca.InputError, match="does not say which vehicle flew it, as flights"):
             vehicle_of(flight)
         assert scenario_of(flight) == {}

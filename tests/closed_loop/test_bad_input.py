@@ -188,6 +188,11 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "by name",
     ),
     "stack of nothing": (lambda: ca.stack([]), "controllers is []", "one Controller per run"),
+    "stack of a stack": (
+        lambda: ca.stack([gains(), ca.stack([gains(), gains()])]),
+        "controllers holds DPD-SM-IBVS for 2 runs already",
+        "each of one run",
+    ),
     "stack of laws": (
         lambda: ca.stack([SERVOING, ca.classic(flights.VEHICLE)]),
         "controllers holds the laws DPD-SM-IBVS and classic IBVS",

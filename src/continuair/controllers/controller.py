@@ -142,6 +142,11 @@ def stack(controllers: Sequence[Controller]) -> Controller:
         raise InputError(f"controllers is {shown(controllers)}; give one Controller per run.")
     first = controllers[0]
     for other in controllers:
+        if other.runs is not None:
+            raise InputError(
+                f"controllers holds {other.name} for {other.runs} runs already; give one "
+                "Controller per run, each of one run."
+            )
         if other.law is not first.law:
             raise InputError(
                 f"controllers holds the laws {first.name} and {other.name}; stack controllers of "

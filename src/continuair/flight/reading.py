@@ -78,8 +78,8 @@ def vehicle_of(flight: Any) -> Vehicle:
     """
     if not isinstance(flight, xr.Dataset) or "vehicle" not in flight.attrs or is_joined(flight):
         raise InputError(
-            "flight does not say which vehicle flew it, as flights that were joined do not; give a "
-            "result of continuair.simulate as it is, or the vehicle."
+            "flight does not say which vehicle flew it, as flights that were joined, or cast to "
+            "another type, do not; give a result of continuair.simulate as it is, or the vehicle."
         )
     said = flight.attrs["vehicle"]
     try:
