@@ -229,6 +229,14 @@ def test_what_cannot_be_compared_is_told(coupled: Any, other: Any, words: str) -
         compare(coupled, other)
 
 
+def test_comparing_a_masked_flight_warns_of_what_it_lacks() -> None:
+    masked = FLIGHT.assign(status=((), np.int8(0))).where(FLIGHT["time"] <= 0.5)
+    lost = int((FLIGHT["time"] > 0.5).sum())
+    with pytest.warns(ContinuairWarning, match=f"other lacks the tip at {lost} of") as caught:
+        assert math.isnan(compare(FLIGHT, masked)["rmse_t_m"])
+    assert len(caught) == 1 and caught[0].filename == __file__
+
+
 def test_comparing_runs_that_ended_early_warns_and_names_the_status() -> None:
     late = FLIGHT["time"] > 0.5
     ended = FLIGHT.where(~late).assign(status=((), np.int8(2)), end_time=((), 0.5))

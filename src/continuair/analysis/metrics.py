@@ -289,17 +289,32 @@ def _check_same_labels(name: str, coupled: xr.Dataset, other: xr.Dataset) -> Non
 
 
 def _warn_of_ended(name: str, flight: xr.Dataset) -> None:
-    if "status" not in flight.variables or not np.any(flight["status"]):
+    told = flight[[each for each in ("status", "end_time") if each in flight.variables]]
+    # A flight masked by where holds them at each sample, missing ones among these.
+    told = told.max("time") if "time" in told.dims else told
+    if "status" not in told.variables or not np.any(told["status"] > 0):
+        _warn_of_missing(name, flight)
         return
-    status = np.ravel(flight["status"])
-    run = int(np.flatnonzero(status)[0])
+    status = np.ravel(told["status"])
+    run = int(np.flatnonzero(status > 0)[0])
     which = f"run {run} of {name}" if status.size > 1 else name
-    end = f" at {np.ravel(flight['end_time'])[run]:g} s" if "end_time" in flight.variables else ""
+    end = f" at {np.ravel(told['end_time'])[run]:g} s" if "end_time" in told.variables else ""
     warn(
-        f"{which} ended early{end} with status {status[run]}, and its differences are NaN; compare "
-        "runs that reach their end.",
+        f"{which} ended early{end} with status {status[run]:g}, and its differences are NaN; "
+        "compare runs that reach their end.",
         stacklevel=3,
     )
+
+
+def _warn_of_missing(name: str, flight: xr.Dataset) -> None:
+    lost = [flight[each].isnull().any(set(flight[each].dims) - {"time"}) for each in _TIP]
+    missing = int((lost[0] | lost[1]).sum())
+    if missing:
+        warn(
+            f"{name} lacks the tip at {missing} of {flight.sizes['time']} samples, and its "
+            "differences are NaN; give both flights where neither is masked.",
+            stacklevel=4,
+        )
 
 
 def _warn_of_swapped(coupled: xr.Dataset, other: xr.Dataset) -> None:
