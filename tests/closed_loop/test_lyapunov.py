@@ -215,6 +215,8 @@ def test_the_radius_over_time_is_within_the_ultimate_one_and_ends_with_the_motio
     radius = found.over_time.ultimate_radius
     assert 0.5 * found.bound["radius_least"] < radius.max() < found.bound["radius_least"]
     assert (radius.sel(time=slice(0.11, None)) == 0.0).all()
+    turned = ca.lyapunov(flights.VEHICLE, scenario, run.isel(axis=[2, 0, 1], bend_axis=[1, 0]))
+    xr.testing.assert_identical(turned.over_time, found.over_time)
 
 
 @pytest.mark.parametrize(

@@ -92,6 +92,7 @@ def lyapunov(vehicle: Vehicle, scenario: Scenario, flight: xr.Dataset | None = N
     if flight is not None:
         _check_flight(vehicle, scenario, flight)
         flight = in_order(flight, vehicle)
+        _check_targets(scenario, flight)
         # What the target does counts for as long as it is flown after.
         longest = max(scenario.duration, float(flight["time"][-1]))
         scenario = scenario.replace(duration=longest)
@@ -226,7 +227,6 @@ def _check_flight(vehicle: Vehicle, scenario: Scenario, flight: Any) -> None:
     given = flight.attrs.get("scenario")
     if given is not None:
         _check_scenario(json.loads(given), json.loads(json.dumps(scenario.describe())))
-    _check_targets(scenario, flight)
 
 
 def _check_targets(scenario: Scenario, flight: xr.Dataset) -> None:
