@@ -399,3 +399,23 @@ def test_stores_without_an_integral_begun_before_there_was_one_go_on() -> None:
     )
     assert "integral" not in plain.describe()["base"]["controller"]
     assert plain.digest != summed.digest
+
+
+def test_results_keep_the_labels_of_the_dimensions_of_a_dataset(tmp_path: Path) -> None:
+    design = xr.Dataset(
+        {
+            "scenario.kappa": ("size", [0.1, 0.2, 0.4]),
+            "scenario.roll": ("tilt", [0.0, 0.3]),
+            "scenario.pitch": ("plain", [0.0, 0.1]),
+        },
+        {"size": [2, 0, 1], "tilt": np.array(["flat", "tilted"], object)},
+        {"vehicle": "paper", "scenario": {"duration": 0.01}},
+    )
+    ca.sweep(design, tmp_path / "store")
+    found = ca.open_sweep(tmp_path / "store")
+    assert float(found.sel(size=2)["scenario.kappa"]) == 0.1
+    assert float(found.sel(tilt="tilted")["scenario.roll"]) == 0.3
+    assert "plain" not in found.coords
+    for labels in ([0.0, np.nan, 1.0], np.array([1, 2, 3], "datetime64[s]")):
+        with pytest.raises(ca.InputError, match="design labels its dimension 'size' with"):
+            load_design(design.assign_coords(size=labels))

@@ -7,7 +7,7 @@ import json
 import math
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -48,13 +48,15 @@ class Variable:
 class Design:
     """The runs of a sweep: a base, and variables over dimensions that multiply.
 
-    Run r is the r-th point of the grid over `sizes`, the last dimension changing fastest.
+    Run r is the r-th point of the grid over `sizes`, the last dimension changing fastest. labels:
+    those of the dimensions of a Dataset that has some, which results keep.
     """
 
     base: Base
     vehicle: Vehicle
     variables: Mapping[str, Variable]
     sizes: Mapping[str, int]
+    labels: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def runs(self) -> int:
@@ -137,8 +139,7 @@ def load_design(
     else:
         raise InputError(f"design is {shown(design)}; give a .toml file or an xarray Dataset.")
     if metrics is not None:
-        base = changed(found.base, {"metrics": metrics})
-        found = Design(base, found.vehicle, found.variables, found.sizes)
+        found = replace(found, base=changed(found.base, {"metrics": metrics}))
     for name in found.metrics:
         if name not in found.possible_metrics:
             raise InputError(
@@ -189,17 +190,29 @@ def _from_tables(tables: dict[str, Any], folder: Path) -> Design:
 
 def _from_dataset(dataset: xr.Dataset) -> Design:
     base = Base(**{str(name): value for name, value in dataset.attrs.items()})
-    variables = {}
+    variables, labels = {}, {}
     for name, variable in dataset.variables.items():
-        if name in dataset.dims and "." not in str(name):
-            continue  # labels of a dimension
         array = variable.to_numpy()
         array = array.astype(str) if array.dtype.kind == "O" else array
+        if name in dataset.dims and "." not in str(name):
+            labels[str(name)] = _labels(str(name), array)
+            continue
         flattened = values(str(name), array.ravel().tolist())
         dims = tuple(str(dim) for dim in variable.dims)
         variables[str(name)] = Variable(dims, flattened.reshape(array.shape))
     sizes = {str(name): size for name, size in dataset.sizes.items()}
-    return _design(base, _vehicle(base, Path()), variables, sizes)
+    return replace(_design(base, _vehicle(base, Path()), variables, sizes), labels=labels)
+
+
+def _labels(name: str, given: Array) -> Array:
+    """Labels of a dimension, which a store can hold; raises InputError for others."""
+    are_numbers = given.dtype.kind in "biuf" and np.isfinite(given).all()
+    if not are_numbers and given.dtype.kind != "U":
+        raise InputError(
+            f"design labels its dimension {shown(name)} with {shown(given.tolist())}; give finite "
+            "numbers or texts, or no labels."
+        )
+    return given
 
 
 def _vehicle(base: Base, folder: Path) -> Vehicle:

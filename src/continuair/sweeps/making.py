@@ -189,6 +189,7 @@ def _attributes(design: Design, device: str, size: int) -> dict[str, Any]:
         "variables": list(design.variables),
         "listed": listed,
         "sizes": dict(design.sizes),
+        "labels": {name: labels.tolist() for name, labels in design.labels.items()},
         "models": list(design.models),
         "quantities": list(quantities(design)),
         "seed": design.base.seed,

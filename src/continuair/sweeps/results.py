@@ -44,7 +44,8 @@ def open_sweep(out: str | os.PathLike[str]) -> xr.Dataset:
     """The results of a store, finished or not, over the design's dimensions and `model`.
 
     Data variables are the metrics, the tip's position at the end, status, end_time, step_error and
-    step (NaN where a run is not done); coordinates are what varied. Attributes hold the provenance;
+    step (NaN where a run is not done); coordinates are what varied, and the labels
+    of a Dataset's dimensions. Attributes hold the provenance;
     `done` and `runs` in them count the runs. Raises InputError if there is no store, or it is
     damaged.
     """
@@ -82,6 +83,7 @@ def labelled(design: Design, results: np.ndarray, attributes: dict[str, Any]) ->
     coordinates: dict[str, Any] = {
         name: (list(variable.dims), variable.values) for name, variable in design.variables.items()
     }
+    coordinates |= {name: (name, labels) for name, labels in design.labels.items()}
     coordinates["model"] = list(design.models)
     kept = {name: json.dumps(attributes[name]) for name in ("design", "versions")}
     kept |= {name: attributes[name] for name in _PROVENANCE}

@@ -284,10 +284,11 @@ def _design_of(path: Path, attributes: dict[str, Any]) -> Design:
         for name, (dims, values) in attributes["listed"].items()
     }
     variables = {name: {**numbers, **listed}[name] for name in attributes["variables"]}
+    # Stores that were begun before labels were kept have none.
+    labels = {name: np.array(each) for name, each in attributes.get("labels", {}).items()}
     described = attributes["design"]
-    return Design(
-        Base(**described["base"]), Vehicle(**described["vehicle"]), variables, attributes["sizes"]
-    )
+    base, vehicle = Base(**described["base"]), Vehicle(**described["vehicle"])
+    return Design(base, vehicle, variables, attributes["sizes"], labels)
 
 
 def versions() -> dict[str, str]:
