@@ -274,7 +274,7 @@ def test_an_input_that_is_known_at_stages_alone_hides_no_fast_one_beside_it() ->
 @pytest.mark.parametrize("odd", [np.ma.masked_equal([0.0, -99.0, 0.0], -99.0), [True, 0.0, 0.0]])
 def test_a_function_that_masks_an_entry_or_gives_a_truth_value_is_refused(odd: Any) -> None:
     with pytest.raises(
-        ca.InputError, match="force holds a truth value or a masked entry at t = 0.1"
+        ca.InputError, match="force holds a truth value, a masked entry or a unit at t = 0.1"
     ):
         ca.simulate(VEHICLE, push(lambda t: odd if t >= 0.1 else [0.0, 0.0, 0.0], jumps=[0.1]))
 

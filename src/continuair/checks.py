@@ -36,9 +36,9 @@ def finite_array(value: object) -> Array | None:
     """Return finite numbers as a new array, and None for anything else.
 
     Arrays of other libraries are taken where NumPy can read them: not on a device, traced by JAX,
-    or recorded by PyTorch for derivatives. A truth value among them and a masked entry are no
-    numbers, though NumPy would take them for 1 and for what the mask hides; nor is what float64
-    cannot hold.
+    or recorded by PyTorch for derivatives. A truth value among them, a masked entry and a quantity
+    with a unit are no numbers, though NumPy would take them for 1, for what the mask hides and for
+    SI; nor is what float64 cannot hold.
     """
     try:
         given = np.asarray(value)
@@ -77,12 +77,21 @@ def repeats(name: str, first: Array, again: Array) -> None:
 
 
 def means_numbers(value: object) -> bool:
-    """Tell whether no entry of what NumPy reads as numbers is a truth value or masked."""
+    """Tell whether no entry of what NumPy reads as numbers is a truth value, masked, or has a unit,
+    as quantities of astropy and Pint do."""
     if isinstance(value, (list, tuple)):
         return all(type(entry) is float or means_numbers(entry) for entry in value)
+    if has_unit(value):
+        return False
     if isinstance(value, np.ndarray):
         return value.dtype.kind != "b" and not np.ma.is_masked(value)
     return not isinstance(value, (bool, np.bool_))
+
+
+def has_unit(value: object) -> bool:
+    """Tell whether a value is a quantity, whose unit NumPy would drop; a text is but a note."""
+    units = (getattr(value, name, None) for name in ("unit", "units"))
+    return any(unit is not None and not isinstance(unit, str) for unit in units)
 
 
 def number(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import reprlib
 from collections.abc import Iterable
+from contextlib import suppress
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -84,7 +85,9 @@ def shown(value: object) -> str:
     """
     foreign = hasattr(value, "__dlpack__") and type(value).__module__ != "numpy"
     if hasattr(value, "tolist") and not isinstance(value, type) and not foreign:
-        value = value.tolist()
+        # A quantity of Pint has it, but not around one number.
+        with suppress(AttributeError):
+            value = value.tolist()
     return shortened(" ".join(_PRINTER.repr(value).split()), _LONGEST_VALUE)
 
 

@@ -85,7 +85,8 @@ def check_coordinates(name: str, value: Any, vehicle: Vehicle) -> None:
         raise InputError(f"{name} has shape {np.shape(value)}; give an array of shape {expected}.")
     if not checks.means_numbers(value):
         raise InputError(
-            f"{name} is {shown(value)}, which holds a truth value or a masked entry; give numbers."
+            f"{name} is {shown(value)}, which holds a truth value, a masked entry or a unit; give "
+            "numbers."
         )
 
 

@@ -120,8 +120,8 @@ def _asked(name: str, value: Any, times: Array, width: int) -> Array:
         ) from error
     if masked is not None:
         raise InputError(
-            f"{name} holds a truth value or a masked entry at t = {masked:g} s; return {width} "
-            "numbers at every time of the flight."
+            f"{name} holds a truth value, a masked entry or a unit at t = {masked:g} s; return "
+            f"{width} numbers, in SI units, at every time of the flight."
         )
     try:
         rows = np.array(given, float)

@@ -45,13 +45,13 @@ class Path(Immutable):
 
     def __call__(self, times: Any) -> tuple[Array, Array, Array]:
         if not checks.means_numbers(times):
-            raise InputError(f"times is {shown(times)}; give times [s], none of them masked.")
+            raise InputError(f"times is {shown(times)}; give numbers [s], none of them masked.")
         # A copy, as a motion may change its times in place.
         found = self.motion(np.array(times, float, ndmin=1))
-        if isinstance(found, tuple) and any(np.ma.is_masked(part) for part in found):
+        if isinstance(found, tuple) and not checks.means_numbers(found):
             raise InputError(
-                f"motion of the path {self.name} holds a masked entry; return numbers at every "
-                "time."
+                f"motion of the path {self.name} holds a truth value, a masked entry or a unit; "
+                "return numbers, in SI units, at every time."
             )
         return found
 

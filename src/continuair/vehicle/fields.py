@@ -29,7 +29,7 @@ def _real(value: object) -> float:
     """Return a number as float; NaN, which no field accepts, for what is no finite number."""
     if type(value) is float:
         return value
-    if isinstance(value, np.ndarray) and value.ndim == 0:
+    if isinstance(value, np.ndarray) and value.ndim == 0 and not checks.has_unit(value):
         value = value.tolist()  # None where it is masked
     return float(value) if checks.is_number(value) else math.nan
 

@@ -144,6 +144,8 @@ def _index(node: Any, key: str, parents: list[str]) -> str | int:
 
 def _over_runs(path: str, value: Any, old: Any) -> Any:
     """Return the new node for `value`: `_Runs` if it has one dimension more than the field."""
+    if checks.has_unit(value):
+        raise InputError(f"{path} is {shown(value)}, which has a unit; give numbers in SI units.")
     if isinstance(value, (np.ndarray, np.generic)) or hasattr(value, "__array__"):
         value = np.asanyarray(value).tolist()  # None where it is masked
     template = old.values[0] if isinstance(old, _Runs) else old
@@ -151,7 +153,8 @@ def _over_runs(path: str, value: Any, old: Any) -> Any:
         return _tree(value)
     try:
         shape = np.shape(value)
-    except ValueError:  # ragged: no field has such a value, so the model refuses it by name
+    except (TypeError, ValueError):
+        # Ragged, or of no numbers: no field has such a value, so the model refuses it by name.
         return value
     field = np.shape(template) if template is not None else ()
     # An inertia may be given by its diagonal, which has one dimension less than it is stored with.
