@@ -220,6 +220,11 @@ THREE, TWO = (xr.concat([FLIGHT] * runs, "run") for runs in (3, 2))
             FLIGHT.assign_coords(axis=list("xyz")).isel(axis=[0, 1]),
             "flight lacks the axis z",
         ),
+        (
+            FLIGHT,
+            FLIGHT.assign(tip_attitude=2.0 * FLIGHT["tip_attitude"]),
+            "tip_attitude of other has a quaternion of length 2, but must be of length 1",
+        ),
         (THREE, TWO, "other holds 2 runs, but coupled 3 runs"),
         (FLIGHT, THREE, "other holds 3 runs, but coupled a single run"),
     ],
@@ -227,6 +232,11 @@ THREE, TWO = (xr.concat([FLIGHT] * runs, "run") for runs in (3, 2))
 def test_what_cannot_be_compared_is_told(coupled: Any, other: Any, words: str) -> None:
     with pytest.raises(InputError, match=words):
         compare(coupled, other)
+
+
+def test_times_that_are_rounded_otherwise_are_the_same() -> None:
+    thinned = FLIGHT.assign_coords(time=FLIGHT["time"] * (1.0 + 1e-15))
+    assert compare(FLIGHT, thinned) == compare(FLIGHT, FLIGHT)
 
 
 def test_comparing_a_masked_flight_warns_of_what_it_lacks() -> None:

@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from continuair.analysis.motion import check_turns
 from continuair.errors import InputError, shown
 from continuair.flight.labels import FIXED, ordered
 from continuair.flight.provenance import model_of
@@ -32,6 +33,9 @@ from continuair.warning import warn
 Array = NDArray[np.float64]
 
 _TIP = ("tip_position", "tip_attitude")
+
+_SAME_TIME = 1e-12
+"""Share of the largest time by which times of samples may differ, which are rounded."""
 
 _RATES = (("velocity", "axis"), ("angular_velocity", "axis"), ("bend_rate", "bend_axis"))
 """Rates that have no singularity, and the dimension of each."""
@@ -256,9 +260,13 @@ def _with_arms_of(coupled: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
 
 
 def _check_alike(coupled: xr.Dataset, other: xr.Dataset) -> None:
+    for name, flight in {"coupled": coupled, "other": other}.items():
+        check_turns(f"tip_attitude of {name}", samples(flight, "tip_attitude", "quaternion"))
     wanted, given = (flight["time"].to_numpy() for flight in (coupled, other))
-    if not np.array_equal(wanted, given):
-        off = "" if len(wanted) != len(given) else f", by up to {abs(given - wanted).max():.2g} s"
+    many = len(wanted) != len(given)
+    apart = 0.0 if many else np.abs(given - wanted).max()
+    if many or apart > _SAME_TIME * np.abs(wanted).max():
+        off = "" if many else f", by up to {apart:.2g} s"
         raise InputError(
             f"other has {len(given)} samples that are not those of coupled ({len(wanted)}){off}; "
             "simulate both with the same sample and duration."

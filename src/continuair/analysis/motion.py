@@ -121,7 +121,7 @@ def poses(flight: Any, vehicle: Vehicle) -> tuple[Array, Array, Array]:
     attitude = flight["attitude"].transpose(..., "time", "quaternion")
     bend = bend.transpose(..., "time", "section", "bend_axis")
     position, turns, bends = (np.asarray(each, float) for each in (place, attitude, bend))
-    _check_turns(turns)
+    check_turns("attitude", turns)
     _check_tips(flight, vehicle, position, turns, bends)
     return position, turns, bends
 
@@ -177,13 +177,14 @@ def _check_times(flight: xr.Dataset) -> None:
         )
 
 
-def _check_turns(attitude: Array) -> None:
-    """Raise InputError for quaternions that are no turns; what has ended has none."""
+def check_turns(name: str, attitude: Array) -> None:
+    """Raise InputError for quaternions that are no turns, as means and values between samples are
+    none; what has ended has none."""
     length = np.linalg.norm(attitude, axis=-1)
     if (np.abs(length - 1.0) > _OFF_UNIT).any():
         odd = float(length[np.abs(length - 1.0) > _OFF_UNIT][0])
         raise InputError(
-            f"attitude has a quaternion of length {odd:.4g}, but must be of length 1; divide it by "
+            f"{name} has a quaternion of length {odd:.4g}, but must be of length 1; divide it by "
             "its length."
         )
 
