@@ -99,6 +99,24 @@ def test_a_field_that_is_named_twice_counts_once() -> None:
     assert ca.gradient(PAPER, FALL, last_tip, fields="uav.mass").fields.keys() == {"uav.mass"}
 
 
+def test_labelled_derivatives_are_taken_by_their_dimensions() -> None:
+    """As xarray turns them: three samples of three components fit both ways."""
+    fall = FALL.replace(duration=0.02)
+
+    def towards(turned: bool) -> ca.Gradient:
+        def cost(flight: xr.Dataset) -> tuple[float, dict[str, Any]]:
+            off = flight["tip_position"] - xr.DataArray([1.0, 2.0, 3.0], dims="axis")
+            slope = off.transpose("axis", "time") if turned else off.to_numpy()
+            return float((0.5 * off**2).sum()), {"tip_position": slope}
+
+        return ca.gradient(PAPER, fall, cost, sample=0.01)
+
+    turned, plain = towards(True), towards(False)
+    assert turned.trajectory["tip_position"].shape == (3, 3)
+    for name, found in plain.start.items():
+        np.testing.assert_array_equal(turned.start[name], found)
+
+
 def test_a_flight_that_is_swept_in_parts_has_the_same_gradient(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -1,4 +1,4 @@
-"""Quantities with units are refused: NumPy would drop what they are in."""
+"""Arrays that mean more than their numbers: with units, which NumPy would drop, and dimensions."""
 
 from collections.abc import Callable
 from typing import Any
@@ -88,3 +88,12 @@ def test_what_only_notes_a_unit_is_none() -> None:
     """As results do, whose numbers are SI."""
     noted = xr.DataArray(START, attrs={"units": "various"})
     assert ca.Scenario("x", noted).q.tolist() == START  # type: ignore[union-attr]
+
+
+def test_runs_of_a_labelled_array_are_known_by_their_name() -> None:
+    pushes = np.arange(9.0).reshape(3, 3)
+    told = xr.DataArray(pushes.T, dims=("axis", "run"))
+    assert ca.Scenario("x", START, force=told).force.tolist() == pushes.tolist()  # type: ignore[union-attr]
+    setpoints = ca.Setpoints(position=told)
+    assert np.squeeze(setpoints.position).tolist() == pushes.tolist()  # type: ignore[arg-type]
+    assert PAPER.replace({"uav.mount": told * 0.01}).select(1).uav.mount[1] == 0.04

@@ -173,6 +173,21 @@ def test_a_vehicle_with_rotors_and_drag_is_the_same_after_a_round_trip_through_i
     assert ca.load_vehicle(file).describe() == vehicle.describe()
 
 
+def test_rotors_of_a_flight_count_from_1_as_in_its_files(tmp_path: Path) -> None:
+    lifted = SLENDER.replace({"uav.rotors": rotors("quad_x")})
+    commands = [2.0, 3.0, 4.0, 5.0]
+    start = [0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.1, 0.0]
+    scenario = ca.Scenario("x", start, rotor_command=commands, duration=0.01)
+    flight = ca.simulate(lifted, scenario)
+    ca.to_csv(flight, tmp_path / "flight.csv", scenario=scenario)
+    heading, *rows = (tmp_path / "flight.csv").read_text().splitlines()
+    columns = dict(zip(heading.split(","), rows[-1].split(","), strict=True))
+    for number, command in enumerate(commands, 1):
+        thrust = float(flight["rotor_thrust"].sel(rotor=number)[-1])
+        told = next(value for name, value in columns.items() if f"rotor_thrust_{number}" in name)
+        assert thrust == pytest.approx(command, rel=0.1) and float(told) == thrust
+
+
 def test_fields_of_rotors_vary_over_the_runs_of_a_batch() -> None:
     levers, lags = [0.2, 0.25, 0.3], [0.02, 0.04, 0.06]
     batch = with_rotors(layout="quad_x", **GIVEN).replace(

@@ -38,8 +38,9 @@ def finite_array(value: object) -> Array | None:
     Arrays of other libraries are taken where NumPy can read them: not on a device, traced by JAX,
     or recorded by PyTorch for derivatives. A truth value among them, a masked entry and a quantity
     with a unit are no numbers, though NumPy would take them for 1, for what the mask hides and for
-    SI; nor is what float64 cannot hold.
+    SI; nor is what float64 cannot hold. Of labelled arrays runs come first.
     """
+    value = runs_first(value)
     try:
         given = np.asarray(value)
     except (TypeError, ValueError, RuntimeError):
@@ -49,6 +50,12 @@ def finite_array(value: object) -> Array | None:
     with np.errstate(over="ignore"):
         found = np.array(given, dtype=np.float64)
     return found if np.isfinite(found).all() else None
+
+
+def runs_first(value: Any) -> Any:
+    """Return an array of xarray with the dimension of runs first, where it has one; all else as it
+    is."""
+    return value.transpose("run", ...) if "run" in getattr(value, "dims", ())[1:] else value
 
 
 def frozen(array: Array) -> Array:

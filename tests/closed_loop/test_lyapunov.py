@@ -327,6 +327,12 @@ def test_a_flight_after_another_target_of_the_same_name_is_refused() -> None:
         ca.lyapunov(flights.VEHICLE, fast, flight)
 
 
+def test_a_flight_of_means_of_attitudes_is_refused(settling: xr.Dataset) -> None:
+    shorter = settling.assign(attitude=0.5 * settling["attitude"])
+    with pytest.raises(ca.InputError, match="attitude has a quaternion of length 0.5"):
+        ca.lyapunov(flights.VEHICLE, loop(), shorter)
+
+
 def test_a_flight_of_another_vehicle_is_refused(settling: xr.Dataset) -> None:
     heavier = flights.VEHICLE.replace({"uav.mass": 4.0})
     with pytest.raises(ca.InputError, match="flight is of another vehicle"):

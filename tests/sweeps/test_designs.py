@@ -416,6 +416,8 @@ def test_results_keep_the_labels_of_the_dimensions_of_a_dataset(tmp_path: Path) 
     assert float(found.sel(size=2)["scenario.kappa"]) == 0.1
     assert float(found.sel(tilt="tilted")["scenario.roll"]) == 0.3
     assert "plain" not in found.coords
+    named = ca.sweep(design.rename(size="kappa").drop_vars("kappa"), tmp_path / "named")
+    assert float(named.sel(kappa=0.2)["scenario.kappa"]) == 0.2
     for labels in ([0.0, np.nan, 1.0], np.array([1, 2, 3], "datetime64[s]")):
         with pytest.raises(ca.InputError, match="design labels its dimension 'size' with"):
             load_design(design.assign_coords(size=labels))

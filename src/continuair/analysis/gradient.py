@@ -178,7 +178,10 @@ def _checked(found: Any, trajectory: xr.Dataset) -> tuple[float, dict[str, Array
         if name not in OF_STATE + OF_TIPS:
             remedy = nearest(str(name), OF_STATE + OF_TIPS)
             raise InputError(f"cost returns a derivative of {shown(name)}; {remedy}.")
-        numbers, shape = checks.finite_array(slope), trajectory[name].shape
+        dims, shape = trajectory[name].dims, trajectory[name].shape
+        if isinstance(slope, xr.DataArray) and set(slope.dims) == set(dims):
+            slope = slope.transpose(*dims)
+        numbers = checks.finite_array(slope)
         if numbers is None or numbers.shape != shape:
             raise InputError(
                 f"cost returns {shown(slope)} as the derivative of {name}; return finite numbers "

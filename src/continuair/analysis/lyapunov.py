@@ -19,6 +19,7 @@ import xarray as xr
 
 from continuair.analysis.conditions import Condition, Gains, conditions_of
 from continuair.analysis.metrics import samples
+from continuair.analysis.motion import check_turns
 from continuair.analysis.target_motion import largest_norms, norms_at
 from continuair.engine.pack import tree_of
 from continuair.equations.camera import interaction_matrix, to_normalised
@@ -92,6 +93,7 @@ def lyapunov(vehicle: Vehicle, scenario: Scenario, flight: xr.Dataset | None = N
     if flight is not None:
         _check_flight(vehicle, scenario, flight)
         flight = in_order(flight, vehicle)
+        check_turns("attitude", samples(flight, "attitude", "quaternion"))
         _check_targets(scenario, flight)
         # What the target does counts for as long as it is flown after.
         longest = max(scenario.duration, float(flight["time"][-1]))

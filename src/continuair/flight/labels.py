@@ -24,10 +24,11 @@ FIXED: dict[str, list[Any]] = {
 
 def labels_of(vehicle: Vehicle) -> xr.Coordinates:
     """The coordinates that are the same in every trajectory of vehicles with such parts."""
+    rotors = vehicle.uav.rotors.count if vehicle.uav.rotors is not None else 0
     if not vehicle.has_arm_list:
-        return _labels((), ())
+        return _labels((), (), rotors)
     sections = (f"{arm.name}.{each.name}" for arm in vehicle.arms for each in arm.section)
-    return _labels(tuple(arm.name for arm in vehicle.arms), tuple(sections))
+    return _labels(tuple(arm.name for arm in vehicle.arms), tuple(sections), rotors)
 
 
 def in_order(flight: xr.Dataset, vehicle: Vehicle) -> xr.Dataset:
@@ -53,10 +54,12 @@ def ordered(flight: xr.Dataset, labels: Mapping[Any, Any]) -> xr.Dataset:
 
 
 @cache
-def _labels(arms: tuple[str, ...], sections: tuple[str, ...]) -> xr.Coordinates:
+def _labels(arms: tuple[str, ...], sections: tuple[str, ...], rotors: int) -> xr.Coordinates:
+    # Rotors count from 1, as in files that are written of flights.
+    alike = FIXED | {"rotor": list(range(1, rotors + 1))}
     if not arms:
         own = {"actuator": list(ACTUATORS), "coordinate": list(COORDINATES)}
-        return xr.Coordinates(FIXED | own)
+        return xr.Coordinates(alike | own)
     polar, pushes = (numbered(names[6:], len(sections)) for names in (COORDINATES, ACTUATORS))
     own = {"actuator": [*ACTUATORS[:6], *pushes], "coordinate": [*COORDINATES[:6], *polar]}
-    return xr.Coordinates(FIXED | own | {"arm": list(arms), "section": list(sections)})
+    return xr.Coordinates(alike | own | {"arm": list(arms), "section": list(sections)})

@@ -44,10 +44,9 @@ def open_sweep(out: str | os.PathLike[str]) -> xr.Dataset:
     """The results of a store, finished or not, over the design's dimensions and `model`.
 
     Data variables are the metrics, the tip's position at the end, status, end_time, step_error and
-    step (NaN where a run is not done); coordinates are what varied, and the labels
-    of a Dataset's dimensions. Attributes hold the provenance;
-    `done` and `runs` in them count the runs. Raises InputError if there is no store, or it is
-    damaged.
+    step (NaN where a run is not done); coordinates are what varied, by which
+    dimensions are labelled that are called after it. Attributes hold the provenance; `done` and
+    `runs` in them count the runs. Raises InputError if there is no store, or it is damaged.
     """
     checks.installed("zarr", "sweep")
     from continuair.sweeps.store import open_store
@@ -83,11 +82,22 @@ def labelled(design: Design, results: np.ndarray, attributes: dict[str, Any]) ->
     coordinates: dict[str, Any] = {
         name: (list(variable.dims), variable.values) for name, variable in design.variables.items()
     }
-    coordinates |= {name: (name, labels) for name, labels in design.labels.items()}
+    coordinates |= {name: (name, labels) for name, labels in _labels(design).items()}
     coordinates["model"] = list(design.models)
     kept = {name: json.dumps(attributes[name]) for name in ("design", "versions")}
     kept |= {name: attributes[name] for name in _PROVENANCE}
     return xr.Dataset(data, coordinates, {"name": design.base.name, "runs": design.runs, **kept})
+
+
+def _labels(design: Design) -> dict[str, np.ndarray]:
+    """Labels of dimensions: those of the design, or else the values of the field that a dimension
+    is called after, lest a value be taken for an index."""
+    named = {
+        variable.dims[0]: variable.values
+        for name, variable in design.variables.items()
+        if variable.dims == (name.rpartition(".")[2],)
+    }
+    return named | dict(design.labels)
 
 
 def _tell_of_still_rotors(design: Design) -> None:

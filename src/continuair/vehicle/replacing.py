@@ -147,7 +147,7 @@ def _over_runs(path: str, value: Any, old: Any) -> Any:
     if checks.has_unit(value):
         raise InputError(f"{path} is {shown(value)}, which has a unit; give numbers in SI units.")
     if isinstance(value, (np.ndarray, np.generic)) or hasattr(value, "__array__"):
-        value = np.asanyarray(value).tolist()  # None where it is masked
+        value = np.asanyarray(checks.runs_first(value)).tolist()  # None where it is masked
     template = old.values[0] if isinstance(old, _Runs) else old
     if not isinstance(value, (list, tuple)) or not _numeric(template):
         return _tree(value)
