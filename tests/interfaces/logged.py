@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.spatial.transform import Rotation, Slerp
+from scipy.spatial.transform import Rotation
 
 import continuair as ca
 from tests.identification.flights import held_inputs, true_vehicle
@@ -31,7 +31,8 @@ def rotorcraft(**changes: float) -> ca.Vehicle:
 
 
 def pushed(duration: float = 0.5) -> tuple[xr.Dataset, Array]:
-    """A flight under forces and moments that are held for each sample, and those (n, 8)."""
+    """A flight under forces and moments that are held for each sample, and those (n, 8); its
+    attitudes half way to the next sample, too, the last one's as it is."""
     time = SAMPLE * np.arange(round(duration / SAMPLE) + 1)
     inputs = held_inputs(time)
 
@@ -48,11 +49,16 @@ def pushed(duration: float = 0.5) -> tuple[xr.Dataset, Array]:
         jumps=tuple(time[1:-1]),
         duration=duration,
     )
-    return ca.simulate(true_vehicle(), scenario, sample=SAMPLE, step=5e-4), inputs
+    fine = ca.simulate(true_vehicle(), scenario, sample=0.5 * SAMPLE, step=5e-4)
+    attitude = fine["attitude"].to_numpy()
+    halfway = ("time", "quaternion"), np.vstack([attitude[1::2], attitude[-1:]])
+    return fine.isel(time=slice(None, None, 2)).assign(halfway=halfway), inputs
 
 
-def flown(vehicle: ca.Vehicle, duration: float = 0.5) -> tuple[xr.Dataset, Array]:
-    """A flight of a quadrotor under thrusts held for each sample, and those (n, 4)."""
+def flown(
+    vehicle: ca.Vehicle, duration: float = 0.5, sample: float = SAMPLE
+) -> tuple[xr.Dataset, Array]:
+    """A flight of a quadrotor under thrusts held for 10 ms each, and those (n, 4)."""
     time = SAMPLE * np.arange(round(duration / SAMPLE) + 1)
     hover = 9.81 * float(vehicle.mass) / 4.0
     phases = np.array([0.0, 1.0, 2.5, 4.0])
@@ -65,7 +71,7 @@ def flown(vehicle: ca.Vehicle, duration: float = 0.5) -> tuple[xr.Dataset, Array
     scenario = ca.Scenario(
         "flown", q, rotor_command=held, jumps=tuple(time[1:-1]), duration=duration
     )
-    return ca.simulate(vehicle, scenario, sample=SAMPLE, step=5e-4), thrusts
+    return ca.simulate(vehicle, scenario, sample=sample, step=5e-4), thrusts
 
 
 def to_ned(vectors: Array) -> Array:
@@ -151,10 +157,8 @@ def bag_topics(found: xr.Dataset) -> dict[str, tuple[str, Array, Array]]:
 def body_wrench(found: xr.Dataset, inputs: Array) -> Array:
     """Force and moment (n, 6) in body axes, whose force turns with the body half way to the next
     row as that of the inputs (n, 8) is in world axes."""
-    time = found["time"].to_numpy()
-    turns = Slerp(time, Rotation.from_quat(found["attitude"].to_numpy()))
-    middle = np.append(0.5 * (time[1:] + time[:-1]), time[-1])
-    return np.hstack([turns(middle).inv().apply(inputs[:, :3]), inputs[:, 3:6]])
+    turns = Rotation.from_quat(found["halfway"].to_numpy())
+    return np.hstack([turns.inv().apply(inputs[:, :3]), inputs[:, 3:6]])
 
 
 def write_bag(

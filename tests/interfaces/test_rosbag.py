@@ -61,8 +61,8 @@ def test_a_bag_gives_the_answer_of_a_table(named: dict[str, str], plugin: str) -
     write(Path("flight.csv"), FLOWN, INPUTS, (*MEASURED, *ACTUATORS), None)
     expected = fit(START, load_recording("flight.csv"), FIELDS).values
     found = fit(START, read(NAMED | named, plugin=plugin), FIELDS).values
-    # The start is known to 1e-8, of a rotation and an arc that are taken back and forth.
-    np.testing.assert_allclose(found, expected, rtol=1e-9)
+    # The force is held in the body's axes, which half way to the next row are between samples.
+    np.testing.assert_allclose(found, expected, rtol=1e-6)
     np.testing.assert_allclose(found, [1.6, 40e9], rtol=1e-6)
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from continuair.interfaces.meshes import Mesh
+from continuair.vehicle.coordinates import unflipped
 
 _COMPONENTS = {"f": 5126, "B": 5121, "H": 5123}
 """NumPy's letters -> glTF's numbers of component types."""
@@ -82,7 +83,7 @@ class Glb:
     def track(self, times: int, values: np.ndarray) -> int:
         """A sampler of translations (n, 3) or rotations (n, 4), by the accessor of its times."""
         if values.shape[1] == 4:
-            values = _unflipped(values)
+            values = unflipped(values)
         self._samplers.append({"input": times, "output": self.accessor(values)})
         return len(self._samplers) - 1
 
@@ -103,10 +104,3 @@ class Glb:
 
 def _chunk(kind: bytes, content: bytes) -> bytes:
     return struct.pack("<I4s", len(content), kind) + content
-
-
-def _unflipped(quaternions: np.ndarray) -> np.ndarray:
-    """Unit quaternions (n, 4), each of the sign that is nearer to the one before."""
-    flips = np.where((quaternions[1:] * quaternions[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)
-    signs = np.cumprod(np.append(1.0, flips))
-    return signs[:, None] * quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)

@@ -82,7 +82,7 @@ def recording(
 ) -> Recording:
     """Signals by role on one even grid; raises InputError.
 
-    Measured, and taken on straight lines and turns between samples: position (n, 3) of the UAV and
+    Measured, and taken on a spline between samples: position (n, 3) of the UAV and
     tip (n, 3), world axes, z up [m]; attitude (n, 4), body to world, x y z w; bend (n, bends)
     [1/m], axes of each section's base. Held, and taken by their means: thrust (n, 3) [N] and torque
     (n, 3) [N m] on the UAV in body axes, z up; bend_moment (n, bends) [N m²]; rotors (n, rotors),

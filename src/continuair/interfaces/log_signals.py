@@ -6,15 +6,19 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation, Slerp
+from scipy.interpolate import make_interp_spline
 
 from continuair.errors import InputError
 from continuair.interfaces.log_topics import Topic
+from continuair.vehicle.coordinates import unflipped
 
 Array = np.ndarray
 
 _WIDEST_GAP = 5.0
 """Time between samples, over the usual one, from which they have a gap."""
+
+_NEAREST = 0.25
+"""Time between samples, over the usual one, below which no spline goes through them."""
 
 _FASTER = 1.02
 """Rate over that of a measurement, at most: clocks are not exact."""
@@ -36,12 +40,18 @@ class Signal:
     period: float
 
     def at(self, times: Array) -> Array:
-        """Values on straight lines between samples."""
-        return np.stack([np.interp(times, self.time, column) for column in self.values.T], -1)
+        """Values on a cubic spline through the samples, as arms swing within a few of them.
+
+        On straight lines where some are so near to each other that their noise is a steep slope.
+        """
+        near = np.diff(self.time).min() < _NEAREST * self.period
+        order = 1 if near else min(3, len(self.time) - 1)
+        return np.asarray(make_interp_spline(self.time, self.values, k=order)(times))
 
     def turned_at(self, times: Array) -> Array:
-        """Unit quaternions on the shortest turns between samples."""
-        return np.asarray(Slerp(self.time, Rotation.from_quat(self.values))(times).as_quat())
+        """Unit quaternions (n, 4) of values that are some, as `at`."""
+        between = replace(self, values=unflipped(self.values)).at(times)
+        return np.asarray(between / np.linalg.norm(between, axis=1, keepdims=True))
 
     def rooted(self) -> Signal:
         """Roots of the values, with their signs: of thrusts as speeds go."""

@@ -112,6 +112,14 @@ def continuous_euler(attitude: np.ndarray) -> np.ndarray:
     return found.reshape(*attitude.shape[:-1], 3)
 
 
+def unflipped(attitude: np.ndarray) -> np.ndarray:
+    """Unit quaternions (samples, 4), each of the sign that is nearer to the one before."""
+    flips = np.where((attitude[1:] * attitude[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)
+    signs = np.cumprod(np.append(1.0, flips))
+    found = signs[:, None] * attitude / np.linalg.norm(attitude, axis=1, keepdims=True)
+    return np.asarray(found)
+
+
 def nearest_euler(attitude: np.ndarray, before: np.ndarray, roll: float) -> np.ndarray:
     """The ZYX angles (3,) of an attitude (4,) on the triple of a roll, which is known within a
     turn, whole turns nearest to the angles before."""
