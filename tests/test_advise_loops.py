@@ -308,8 +308,13 @@ def test_notes_tell_what_the_atlas_does_not_hold_and_what_has_not_settled() -> N
     changes = {"uav.rotors": rotors | {"torque_per_thrust": 0.02}, "arm.drag_coefficient": 1.1}
     turning = NEW_USER.uav.inertia * np.diag([1.5, 1.0, 1.0])
     case["vehicle"] = NEW_USER.replace(changes | {"uav.inertia": turning}).describe()
-    *_, outside = notes(case)
+    *_, plane, outside = notes(case)
     assert "rotors, drag, unequal inertia in roll and pitch" in outside
+    pitch = NEW_USER.uav.inertia[1][1]
+    assert plane.startswith("Loads push along x and turn about y alone")
+    assert f"{pitch:.2g} kg m², and {1.5 * pitch:.2g} about x; describe the vehicle turned" in plane
+    case["excitations"] = {}
+    assert not [each for each in notes(case) if each.startswith("Loads push")]
 
 
 def test_tracking_leaves_out_rotors_that_cannot_push_in_any_direction() -> None:

@@ -34,6 +34,7 @@ def notes(results: dict[str, Any]) -> list[str]:
         *_from(results),
         *_slower(results),
         *_lost(results),
+        *_one_plane(results),
         *_outside(results),
         *_ruled(results),
         *results["tracking_notes"],
@@ -189,6 +190,22 @@ def _lost(results: dict[str, Any]) -> list[str]:
     return found
 
 
+def _one_plane(results: dict[str, Any]) -> list[str]:
+    """That a vehicle which turns more easily in one direction is pushed in one alone."""
+    roll, pitch, _ = np.diagonal(results["vehicle"]["uav"]["inertia"])
+    if not results["excitations"] or not _are_unequal(roll, pitch):
+        return []
+    return [
+        f"Loads push along x and turn about y alone, where the UAV's inertia is {number(pitch, 2)} "
+        f"kg m², and {number(roll, 2)} about x; describe the vehicle turned by 90° about z to ask "
+        "of the other direction."
+    ]
+
+
+def _are_unequal(roll: float, pitch: float) -> bool:
+    return bool(abs(roll / pitch - 1.0) > _UNEQUAL)
+
+
 def _outside(results: dict[str, Any]) -> list[str]:
     """What of a vehicle with [arm], and of its flights, the atlas does not hold."""
     vehicle = results["vehicle"]
@@ -204,7 +221,7 @@ def _outside(results: dict[str, Any]) -> list[str]:
     found += ["a mount off the centre"] * any(uav["mount"])
     found += ["rotors"] * bool(uav.get("rotors"))
     found += ["drag"] * bool(uav.get("drag") or arm.get("drag_coefficient"))
-    found += ["unequal inertia in roll and pitch"] * bool(abs(roll / pitch - 1.0) > _UNEQUAL)
+    found += ["unequal inertia in roll and pitch"] * _are_unequal(roll, pitch)
     loop = results["loop"]["name"]
     found += [f"the loop {loop}"] * (loop == "attitude" and bool(results["excitations"]))
     return [f"Outside the atlas of other flights: {', '.join(found)}."] if found else []
