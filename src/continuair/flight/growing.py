@@ -94,7 +94,8 @@ def _growing(flight: Flight, errors: Array) -> Array:
         turns = flight.twists or blown or flight.vehicle.uav.rotors is not None
         alike, slack = (1.0, 1.0) if turns else (_ALIKE, _SLACK)
         most = np.maximum(alike * lasting, multiplied(flight))[:, None]
-        may_grow = may_grow | (errors * most > slack * RESOLVED)
+        with np.errstate(over="ignore"):
+            may_grow = may_grow | (errors * most > slack * RESOLVED)
     return np.asarray(may_grow & (errors <= RESOLVED))
 
 
