@@ -219,6 +219,17 @@ def test_torques_across_a_bend_count_in_step_error_where_it_leaves_straight() ->
     assert off < 1e-4 and told < 1e-3
 
 
+@pytest.mark.parametrize("integrator", ["rk4", "implicit", "dop853"])
+def test_a_torque_across_a_straight_arm_without_a_threshold_is_not_lost(integrator: str) -> None:
+    """It has no finite force there, and one along the bend or none at all has one."""
+    bare = DAMPED.replace({"arm.kappa_s": 0.0})
+    still = ca.Scenario("straight", [0.0] * 8, tau=LIFT, duration=0.02)
+    across, along = LIFT + 0.05 * np.eye(8)[7], LIFT + 0.05 * np.eye(8)[6]
+    for tau, flies in ((LIFT, True), (along, True), (across, False)):
+        flight = ca.simulate(bare, still.replace(tau=tau), integrator=integrator, sample=0.01)
+        assert (int(flight["status"]) == 0) == flies
+
+
 def test_a_lift_in_tau_is_told_as_the_same_force_is() -> None:
     vehicle = ca.load_vehicle("slender").replace(
         {"arm.youngs_modulus": 207e9 / 400.0, "arm.damping_ratio": 0.02}

@@ -69,7 +69,8 @@ def input_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> InputCode:
     def polar_to_bend(b: vec2, branch: vec2, threshold: Real, along: Real, around: Real):
         """Q_κ and Q_ψa (per λ) as a force on the bend; only Q_ψa/κ meets the threshold κ_s.
 
-        branch: (cos ψa, sin ψa) of the signed branch followed so far; Q_κ acts along it.
+        branch: (cos ψa, sin ψa) of the signed branch followed so far; Q_κ acts along it. Straight,
+        and without a threshold, Q_ψa has no finite force, and its flight ends.
         """
         size = wp.length(b)
         n = one / above(size, zero, size, one)
@@ -77,7 +78,7 @@ def input_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> InputCode:
         y = above(size, zero, n * b[1], branch[1])
         pushed = above(zero, x * branch[0] + y * branch[1], -along, along) * vec2(x, y)
         scaled = wp.max(size, threshold)
-        turning = above(scaled, zero, around / above(scaled, zero, scaled, one), zero)
+        turning = above(wp.abs(around), zero, around / scaled, zero)
         return pushed + turning * vec2(-y, x)
 
     @wp.func
