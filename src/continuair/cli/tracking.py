@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -91,10 +92,11 @@ def tune(
             "output instead."
         ) from None
     _show_found(found)
-    command = f"tracking --vehicle {vehicle}"
+    command = ["tracking", "--vehicle", vehicle]
     if flown.has_arm_list or without_rotors(flown)[1]:  # which tracking refuses
-        command = f"advise {vehicle} --task track:M"
-    typer.echo(f"Gains are in {out}; fly them with: continuair {command} --gains {out}", err=True)
+        command = ["advise", vehicle, "--task", "track:M"]
+    command = ["continuair", *command, "--gains", str(out)]
+    typer.echo(f"Gains are in {out}; fly them with: {shlex.join(command)}", err=True)
     if found["interrupted"] or not found["flies"]:
         raise typer.Exit(INTERRUPTED if found["interrupted"] else 1)
 

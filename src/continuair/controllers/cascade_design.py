@@ -157,5 +157,5 @@ def _unstable(
     return (
         f"{at}, position_bandwidth {bandwidths['position']:.3g} and bend_bandwidth "
         f"{bandwidths['bend'].max():.3g}, with which {margin}; give lower bandwidths, less latency "
-        "or a higher rate."
+        "or a higher rate, or arms that hang free their damping."
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,7 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
         found = results["tracking"][task]
         limit = found["models"][model]["limit_m_s"]
         if np.isnan(found["rms_px"]):
-            called = results["called"]
+            called = shlex.quote(results["called"])
             text = (
                 f"undecided: gains {found['gains']} lose the target, or chatter; find gains with "
                 f"`continuair tune --vehicle {called} --out gains.toml`, then "
