@@ -87,13 +87,14 @@ def test_a_quantity_around_one_number_is_told_as_it_is() -> None:
 def test_what_only_notes_a_unit_is_none() -> None:
     """As results do, whose numbers are SI."""
     noted = xr.DataArray(START, attrs={"units": "various"})
-    assert ca.Scenario("x", noted).q.tolist() == START  # type: ignore[union-attr]
+    np.testing.assert_array_equal(ca.Scenario("x", noted).q, START)
 
 
 def test_runs_of_a_labelled_array_are_known_by_their_name() -> None:
     pushes = np.arange(9.0).reshape(3, 3)
     told = xr.DataArray(pushes.T, dims=("axis", "run"))
-    assert ca.Scenario("x", START, force=told).force.tolist() == pushes.tolist()  # type: ignore[union-attr]
-    setpoints = ca.Setpoints(position=told)
-    assert np.squeeze(setpoints.position).tolist() == pushes.tolist()  # type: ignore[arg-type]
+    pushed = ca.Scenario("x", START, force=told).force
+    np.testing.assert_array_equal(np.asarray(pushed), pushes, strict=True)
+    position = np.asarray(ca.Setpoints(position=told).position)
+    np.testing.assert_array_equal(np.squeeze(position), pushes, strict=True)
     assert PAPER.replace({"uav.mount": told * 0.01}).select(1).uav.mount[1] == 0.04
