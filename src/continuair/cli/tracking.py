@@ -92,11 +92,12 @@ def tune(
             "output instead."
         ) from None
     _show_found(found)
-    command = ["tracking", "--vehicle", vehicle]
+    command = again("tracking", vehicle=vehicle, gains=out)
     if flown.has_arm_list or without_rotors(flown)[1]:  # which tracking refuses
-        command = ["advise", vehicle, "--task", "track:M"]
-    command = ["continuair", *command, "--gains", str(out)]
-    typer.echo(f"Gains are in {out}; fly them with: {shlex.join(command)}", err=True)
+        command = shlex.join(
+            ["continuair", "advise", vehicle, "--task", "track:M", "--gains", str(out)]
+        )
+    typer.echo(f"Gains are in {out}; fly them with: {command}", err=True)
     if found["interrupted"] or not found["flies"]:
         raise typer.Exit(INTERRUPTED if found["interrupted"] else 1)
 
