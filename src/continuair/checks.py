@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from importlib.util import find_spec
+from itertools import chain
 from numbers import Integral, Real
 from typing import Any, TypeGuard
 
@@ -17,6 +18,8 @@ Array = NDArray[np.float64]
 
 _ASKED_AGAIN, _SAME = 5, 1e-9
 """Times at which a function is asked once more, and by how much of its values these may differ."""
+
+_PLAIN_NUMBERS = {float, int, np.float64}
 
 
 def is_number(value: object) -> TypeGuard[float]:
@@ -87,7 +90,15 @@ def means_numbers(value: object) -> bool:
     """Tell whether no entry of what NumPy reads as numbers is a truth value, masked, or has a unit,
     as quantities of astropy and Pint do."""
     if isinstance(value, (list, tuple)):
-        return all(type(entry) is float or means_numbers(entry) for entry in value)
+        kinds = set(map(type, value))
+        # Long lists of what cannot fail are checked at once; bool is a type of its own.
+        if kinds <= _PLAIN_NUMBERS:
+            return True
+        if kinds <= {list, tuple}:
+            return means_numbers(list(chain.from_iterable(value)))
+        if kinds == {np.ndarray}:
+            return "b" not in {entry.dtype.kind for entry in value}
+        return all(means_numbers(entry) for entry in value)
     if has_unit(value):
         return False
     if isinstance(value, np.ndarray):

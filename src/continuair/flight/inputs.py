@@ -101,7 +101,7 @@ def evaluated(name: str, value: Any, times: Array, width: int) -> Array:
 def _asked(name: str, value: Any, times: Array, width: int) -> Array:
     """As `evaluated`, of a function that is asked once."""
     given: list[Any] = []
-    masked = None
+    returned: list[Any] = []
     try:
         # Copied, as a function may return the same array each time. Overflow is told of below.
         with np.errstate(over="ignore", invalid="ignore"):
@@ -109,18 +109,18 @@ def _asked(name: str, value: Any, times: Array, width: int) -> Array:
                 given = value(times[:, None])
             else:
                 for t in times.tolist():
-                    found = value(t)
-                    given.append(np.array(found))
-                    if masked is None and not checks.means_numbers(found):
-                        masked = t
+                    returned.append(value(t))
+                    given.append(np.array(returned[-1]))
     except Exception as error:
         raise InputError(
             f"{name} raises {type(error).__name__} ({error}) during the flight; return {width} "
             "numbers at every time of it."
         ) from error
-    if masked is not None:
+    if not checks.means_numbers(returned):
+        meant = [checks.means_numbers(each) for each in returned]
         raise InputError(
-            f"{name} holds a truth value, a masked entry or a unit at t = {masked:g} s; return "
+            f"{name} holds a truth value, a masked entry or a unit at t = "
+            f"{times[meant.index(False)]:g} s; return "
             f"{width} numbers, in SI units, at every time of the flight."
         )
     try:
