@@ -237,8 +237,9 @@ def test_what_may_never_end_is_not_read(arguments: tuple[str, ...]) -> None:
 
 
 def test_a_vehicle_that_loses_its_target_cannot_be_timed_and_says_so() -> None:
-    result = run("cost", "--vehicle", "table1")
-    assert_refused(result, "vehicle 'table1' does not fly 5 s", "coupled model: all feature points")
+    result = run("cost", "--vehicle", str(Path(__file__).with_name("long_light_arm.toml")))
+    problem = "vehicle 'long_light_arm' does not fly 5 s"
+    assert_refused(result, problem, "coupled model: all feature points")
 
 
 def test_a_working_directory_that_is_gone_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

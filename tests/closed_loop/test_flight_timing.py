@@ -1,6 +1,7 @@
 """The flight controller's rate, latency and noise, and what its gains bear of them."""
 
 import dataclasses
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from continuair.controllers.margins import LinearLoop
 from tests.closed_loop.test_flight_controller import HOME, PAPER, RIGID, ROTORS, fly
 
 DUAL = ca.load_vehicle("dual_arm")
+LONG_LIGHT_ARM = Path(__file__).parents[1] / "long_light_arm.toml"
 
 
 def nudged(vehicle: ca.Vehicle, controller: ca.Controller, duration: float) -> np.ndarray:
@@ -266,8 +268,8 @@ def test_rotors_that_lag_lower_the_margin_and_gains_too_fast_are_refused_with_it
         )  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ["paper", "slender", "two_section", "dual_arm", "table1"])
-def test_the_defaults_of_every_preset_bear_more_than_their_delays(name: str) -> None:
+@pytest.mark.parametrize("name", ["paper", "slender", "two_section", "dual_arm", LONG_LIGHT_ARM])
+def test_the_defaults_bear_more_than_their_delays(name: str | Path) -> None:
     vehicle = ca.load_vehicle(name)
     law = ca.flight_controller(vehicle, latency=0.005, rotor_lag=0.03)
     assert law.settings["latency_margin"] > 1e-3

@@ -20,8 +20,9 @@ def arc_position(κ: Any, ψ: Any, s: Any) -> Array:
 
     The paper prints z = +sin(κs)/κ; the arm hangs, and Appendix A is the derivative of -sin(κs)/κ.
     """
-    s = np.asarray(s, float)
-    out = (1.0 - np.cos(s * κ)) / κ
+    s = np.asarray(s)
+    # 1 - cos x as 2 sin² x/2, which keeps its digits near straight.
+    out = 2.0 * np.sin(0.5 * (s * κ)) ** 2 / κ
     return np.stack([out * np.cos(ψ), out * np.sin(ψ), -np.sin(s * κ) / κ], axis=-1)
 
 
@@ -39,7 +40,7 @@ def arc_rotation(κ: Any, ψ: Any, s: Any, tip_frame: str = "untwisted") -> Arra
     Raises InputError for any other frame.
     """
     _check_frame(tip_frame)
-    bent = about_z(ψ) @ about_y(-κ * np.asarray(s, float))
+    bent = about_z(ψ) @ about_y(-κ * np.asarray(s))
     return bent @ about_z(-ψ) if tip_frame == "untwisted" else bent
 
 
@@ -53,16 +54,18 @@ def arc_jacobian(κ: Any, ψ: Any, s: Any, tip_frame: str = "untwisted") -> tupl
     times the transpose of R_s that belongs there.
     """
     _check_frame(tip_frame)
-    s = np.asarray(s, float)
+    s = np.asarray(s)
     sine, cosine, sψ, cψ = np.sin(κ * s), np.cos(κ * s), np.sin(ψ), np.cos(ψ)
     nil = 0.0 * sine
-    radial = (cosine - 1.0) / κ**2 + s * sine / κ
+    # cos x - 1 as -2 sin² x/2, which keeps its digits near straight.
+    drop = -2.0 * np.sin(0.5 * (κ * s)) ** 2
+    radial = drop / κ**2 + s * sine / κ
     by_κ = [cψ * radial, sψ * radial, sine / κ**2 - s * cosine / κ]
-    by_ψ = [sψ * (cosine - 1.0) / κ, -cψ * (cosine - 1.0) / κ, nil]
+    by_ψ = [sψ * drop / κ, -cψ * drop / κ, nil]
     spin_κ = [s * sψ + nil, -s * cψ + nil, nil]
     spin_ψ = [nil, nil, nil + 1.0]
     if tip_frame == "untwisted":
-        spin_ψ = [sine * cψ, sine * sψ, 1.0 - cosine]
+        spin_ψ = [sine * cψ, sine * sψ, -drop]
     return _columns(by_κ, by_ψ), _columns(spin_κ, spin_ψ)
 
 

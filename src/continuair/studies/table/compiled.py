@@ -1,0 +1,133 @@
+"""Many flights of the paper's model as printed at once, by compiled kernels."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from continuair.engine.compiling import load, made_once, start_warp
+from continuair.scenario.paper_tests import OPEN_LOOP_TESTS
+from continuair.studies.table.printed import NODES, Flight, PrintedModel
+from continuair.studies.table.reading import Reading, masks
+from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Job:
+    """A flight to fly: a vehicle under a reading, a test A to D, and a model, "coupled" or one of
+    the names of `Reading.decoupled`."""
+
+    vehicle: Vehicle
+    reading: Reading
+    test: str
+    model: str
+
+
+def fly(
+    jobs: Sequence[Job],
+    *,
+    tolerance: float = 1e-8,
+    sample: float = 1e-3,
+    duration: float = 1.0,
+    most: int = 5_000_000,
+    nodes: int = NODES,
+) -> list[Flight]:
+    """Fly jobs, on all processors; as `PrintedModel.fly` does, to the tolerances of both.
+
+    most: evaluations of the accelerations after which a flight stops.
+    """
+    kernel = _kernel()
+    count = round(duration / sample) + 1
+    packed, (mass, place, offset), starts = _packed(jobs, nodes)
+    states = np.full((len(jobs), count, 16), np.nan)
+    states[:, 0] = starts
+    status = np.zeros(len(jobs), np.int32)
+
+    import warp as wp
+
+    from continuair.studies.table import kernel as device
+
+    def run(part: slice) -> None:
+        own = np.ascontiguousarray(states[part]), np.ascontiguousarray(status[part])
+        arrays: list[Any] = [
+            wp.array(packed[part], dtype=device.Job, device="cpu"),
+            wp.array(mass, dtype=device.Real, device="cpu"),
+            wp.array(place, dtype=device.Real, device="cpu"),
+            wp.array(offset, dtype=device.vec3, device="cpu"),
+            wp.array(device.TABLEAU, dtype=device.Real, device="cpu"),
+        ]
+        results: list[Any] = [
+            wp.array(own[0], dtype=device.vec16, device="cpu", copy=False),
+            wp.array(own[1], dtype=wp.int32, device="cpu", copy=False),
+        ]
+        wp.launch(
+            kernel,
+            len(own[1]),
+            inputs=[*arrays, tolerance, sample, most, *results],
+            device="cpu",
+            block_dim=1,
+        )
+        states[part], status[part] = own
+
+    parts = [slice(first, first + 1) for first in range(len(jobs))]
+    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
+        list(pool.map(run, parts))
+    time = np.linspace(0.0, duration, count)
+    return [
+        Flight(time, rows[:, :8], rows[:, 8:], int(end))
+        for rows, end in zip(states, status, strict=True)
+    ]
+
+
+@made_once
+def _kernel() -> Any:
+    start_warp()
+    from continuair.studies.table.kernel import fly_kernel
+
+    load(fly_kernel, "cpu")
+    return fly_kernel
+
+
+def _packed(jobs: Sequence[Job], nodes: int) -> tuple[Array, tuple[Array, Array, Array], Array]:
+    """Structs of the jobs, arrays of all their points, and their starts (jobs, 16)."""
+    from continuair.studies.table.kernel import structure
+
+    found = np.zeros(len(jobs), structure())
+    starts = np.zeros((len(jobs), 16))
+    models = [PrintedModel(job.vehicle, job.reading, nodes) for job in jobs]
+    first = 0
+    for index, (job, model) in enumerate(zip(jobs, models, strict=True)):
+        arm, reading = job.vehicle.arm, job.reading
+        on_M, on_C = masks(job.model)
+        starts[index, :8] = model.start()
+        values = {
+            "first": first,
+            "points": len(model.points.mass),
+            "test": OPEN_LOOP_TESTS.index(job.test),
+            "mount": model.mount,
+            "length": arm.length,
+            "spring": arm.bending_stiffness * arm.length,
+            "damping": arm.structural_damping * arm.length,
+            "damping_on_angle": float(reading.damping == "bend vector"),
+            "threshold": model.threshold,
+            "torque": 1.0 if reading.kappa == "1/m" else arm.length,
+            "force_sign": reading.force_sign,
+            "moves": np.isin(np.arange(8), model.moving(job.test)),
+            "on_M": on_M,
+            "on_C": on_C,
+        }
+        for name, value in values.items():
+            found[name][index] = value
+        first += len(model.points.mass)
+    columns = [
+        np.concatenate([getattr(model.points, name) for model in models])
+        for name in ("mass", "s", "offset")
+    ]
+    return found, (columns[0], columns[1], columns[2]), starts
