@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import json
 import sys
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
 from continuair.studies.paper import recorded
+from continuair.studies.paper.overview import by_part, overview
 from continuair.studies.paper.report import table
-from continuair.studies.sentences import PARTS, sentences
-from continuair.studies.verdicts import VERDICTS
+from continuair.studies.sentences import MERGED, PARTS, sentences
+from continuair.studies.table import report as table_report
+from continuair.studies.tables import as_markdown
 
 DOCS = Path(__file__).parent
 RECORD = Path(recorded.__file__).with_name("verdicts.json")
@@ -23,6 +24,7 @@ END = "<!-- to here -->\n"
 
 PAGES = {
     "paper.md": list(PARTS),
+    "table.md": ["table"],
     "sensitivity.md": ["IV-B"],
     "control.md": ["III-D", "IV-C"],
 }
@@ -37,15 +39,15 @@ def main(results: str | None = None) -> None:
             sys.exit(f"{results} is no whole run of the vehicle paper, which alone is recorded.")
         text = json.dumps(recorded.as_recorded(found), indent=1, ensure_ascii=False) + "\n"
         RECORD.write_text(text, encoding="utf-8")
-    entries = list(recorded.recorded().values())
+    known = recorded.recorded()
     for name in PAGES:
         page = DOCS / name
-        page.write_text(written(page.read_text(encoding="utf-8"), entries), encoding="utf-8")
+        page.write_text(written(page.read_text(encoding="utf-8"), known), encoding="utf-8")
 
 
-def written(page: str, entries: list[dict[str, Any]]) -> str:
+def written(page: str, known: dict[str, Any]) -> str:
     """The page with every block between its marks written anew."""
-    for mark, lines in blocks(entries).items():
+    for mark, lines in blocks(known).items():
         start = f"<!-- {mark} -->\n"
         if start in page:
             before, rest = page.split(start)
@@ -53,25 +55,14 @@ def written(page: str, entries: list[dict[str, Any]]) -> str:
     return page
 
 
-def blocks(entries: list[dict[str, Any]]) -> dict[str, list[str]]:
+def blocks(known: dict[str, Any]) -> dict[str, list[str]]:
     """What is written behind each mark."""
-    found = {f"verdicts {part}": table({"sentences": entries}, part) for part in PARTS}
-    return found | {"verdicts counted": counted(entries)}
-
-
-def counted(entries: list[dict[str, Any]]) -> list[str]:
-    """A table of how many sentences of each part got which verdict."""
-    verdicts = VERDICTS
-    rule = "|---|" + "---:|" * (1 + len(verdicts))
-    lines = [f"| part | sentences | {' | '.join(verdicts)} |", rule]
-    for part, title in PARTS.items():
-        here = [entry["verdict"] for entry in entries if entry["id"].partition(".")[0] == part]
-        cells = [str(Counter(here)[verdict] or "") for verdict in verdicts]
-        name = part if part == title else f"{part}: {title}"
-        lines.append(f"| {name} | {len(here)} | {' | '.join(cells)} |")
-    total = Counter(entry["verdict"] for entry in entries)
-    cells = [str(total[verdict]) for verdict in verdicts]
-    return [*lines, f"| all | {len(entries)} | {' | '.join(cells)} |"]
+    found = {f"verdicts {part}": table(known, part) for part in PARTS}
+    found["overview"] = overview(known)
+    found["merged"] = as_markdown(("old", "now"), list(MERGED.items()), ("old", "now"))
+    found["verdicts counted"] = by_part(known)
+    found["table"] = table_report.as_table(known["table1"]).splitlines()[2:]
+    return found
 
 
 if __name__ == "__main__":

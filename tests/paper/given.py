@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,10 @@ import xarray as xr
 
 import continuair as ca
 from continuair.scenario import paths
+from continuair.scenario.paper_tests import OPEN_LOOP_TESTS
+from continuair.studies.open_loop.study import OpenLoop
 from continuair.studies.paper.evidence import Evidence
+from continuair.studies.table.study import ABLATIONS, PRINTED, factor
 
 LETTERS = ("M", "R", "A", "L")
 
@@ -19,6 +23,66 @@ def evidence(**studies: Any) -> Evidence:
     given = Evidence(ca.load_vehicle("paper"))
     given.__dict__.update(studies)  # where cached properties keep what they have found
     return given
+
+
+def table(
+    ours: np.ndarray = PRINTED,
+    position_m: dict[str, float] | None = None,
+    angle_rad: dict[str, float] | None = None,
+    length: float = 1.0,
+    changed: dict[str, np.ndarray] | None = None,
+) -> dict[str, Any]:
+    """Table I of errors (2, 4), its flights in units if these are others, and ablations.
+
+    changed: errors by the ablation's name; the others have those of the table.
+    """
+    moved, turned = (
+        dict(zip(OPEN_LOOP_TESTS, map(float, row), strict=True)) if given is None else given
+        for row, given in zip(ours, (position_m, angle_rad), strict=True)
+    )
+    numbers = dict.fromkeys(ABLATIONS, ours) | (changed or {})
+    return {
+        "vehicle": {"arm": {"length": length}},
+        "tolerance": 1e-8,
+        "ours": ours.tolist(),
+        "factor": factor(ours),
+        "ours_by_tolerance": {"1e-06": ours.tolist(), "1e-09": ours.tolist()},
+        "in_metres_and_radians": {
+            test: {"rmse_t_m": moved[test], "angle_rad": turned[test]} for test in OPEN_LOOP_TESTS
+        },
+        "ablations": [
+            {"change": name, "ours": found.tolist(), "factor": factor(found), "ended": {}}
+            for name, found in numbers.items()
+        ],
+    }
+
+
+def open_loop_of(position: dict[str, float], rotation: dict[str, float] | None = None) -> OpenLoop:
+    """Errors of the decoupled model by test, in position and rotation, which have converged."""
+    turned = rotation or position
+    tests = {
+        test: {
+            "coupled": {"converged": True},
+            "decoupled": {
+                "rmse_t_m": error,
+                "angle_rad": turned[test],
+                "nrmse_t": error,
+                "nrmse_r": turned[test],
+                "converged": True,
+            },
+        }
+        for test, error in position.items()
+    }
+    return OpenLoop({"tests": tests, "coarser_steps": {test: [] for test in tests}}, {})
+
+
+def hanging(study: OpenLoop, test: str, **coarser: float) -> OpenLoop:
+    """The study with a test that has not converged, and its metrics at a coarser step."""
+    results = copy.deepcopy(study.results)
+    entries = results["tests"][test]
+    entries["decoupled"]["converged"] = False
+    results["coarser_steps"][test] = [{"decoupled": entries["decoupled"] | coarser}]
+    return OpenLoop(results, {})
 
 
 def cost(coupled: tuple[float, ...], decoupled: tuple[float, ...]) -> dict[str, Any]:

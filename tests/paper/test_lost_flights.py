@@ -1,5 +1,7 @@
 """Of flights that ended early, or that no step resolves, sentences are not decided."""
 
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,7 +15,8 @@ from continuair.studies.open_loop.study import OpenLoop
 from continuair.studies.paper.evidence import Evidence
 from continuair.studies.paper.judges import disks, letter, open_loop
 from continuair.studies.paper.judging import judge
-from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED, UNDECIDED, judged
+from continuair.studies.table.study import PRINTED
+from continuair.studies.verdicts import DEPENDS, FAILS, HOLDS, UNDECIDED, UNTESTABLE, judged
 from tests.paper import given
 
 VEHICLE = ca.load_vehicle("paper")
@@ -22,24 +25,50 @@ VEHICLE = ca.load_vehicle("paper")
 def test_what_rests_on_a_number_that_is_told_as_nan_is_not_decided() -> None:
     for holds in (True, False):
         found = judged(holds, "up to nan % of an energy", another=1.0)
-        assert found.verdict == UNDECIDED and "flights that ended early" in found.evidence
-    assert judged(True, "a banana", one=1.0).verdict == REPRODUCED
+        assert found.verdict == UNDECIDED and found.evidence != "up to nan % of an energy"
+    assert judged(True, "a banana", one=1.0).verdict == HOLDS
 
 
 @pytest.mark.parametrize(
-    ("error", "change", "verdict"),
-    [(0.05, 0.01, REPRODUCED), (0.05, 0.3, NOT_REPRODUCED), (np.nan, np.inf, UNDECIDED)],
+    ("errors", "changes", "verdict"),
+    [
+        ([0.05], [0.01], HOLDS),
+        ([0.05, 0.05], [0.3, 0.01], DEPENDS),
+        ([0.05, 0.08], [0.01, 0.01], DEPENDS),
+        ([0.05], [0.3], DEPENDS),
+        ([np.nan], [np.inf], UNDECIDED),
+    ],
 )
 def test_halving_a_step_says_nothing_of_flights_that_ended_early(
-    error: float, change: float, verdict: str
+    errors: list[float], changes: list[float], verdict: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def entry(error: float, change: float) -> dict[str, Any]:
-        return {"decoupled": {"rmse_t_m": error, "step_halving_error": change, "step_s": 1e-3}}
+    """IV.2, with errors of Test C at one or two steps, and what halving each changes."""
 
-    tests = {name: entry(0.05, 1e-3) for name in "ABD"} | {"C": entry(error, change)}
-    results = {"tests": tests, "coarser_steps": dict.fromkeys(tests, [])}
-    study = OpenLoop(results, {})
-    assert open_loop.identical_conditions(given.evidence(open_loop=study)).verdict == verdict
+    def entry(error: float, change: float) -> dict[str, Any]:
+        moved = {"rmse_t_m": error, "angle_rad": error, "step_s": 1e-3}
+        return {
+            "decoupled": moved
+            | dict.fromkeys(
+                ("step_halving_error", "step_halving_error_t", "step_halving_error_r"), change
+            )
+        }
+
+    levels = [entry(*pair) for pair in zip(errors, changes, strict=True)]
+    tests = {name: entry(0.05, 1e-3) for name in "ABD"} | {"C": levels[-1]}
+    coarser: dict[str, Any] = dict.fromkeys(tests, []) | {"C": levels[:-1]}
+    study = OpenLoop({"tests": tests, "coarser_steps": coarser}, {})
+    same = SimpleNamespace(table=lambda reading: PRINTED)
+    monkeypatch.setattr(open_loop, "fly_tests", lambda vehicle, **_: same)
+    found = given.evidence(open_loop=study, table=given.table())
+    assert open_loop.identical_conditions(found).verdict == verdict
+
+
+def test_a_tolerance_that_changes_the_table_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    for share, verdict in ((1.05, HOLDS), (1.2, FAILS)):
+        loose = SimpleNamespace(table=lambda reading, share=share: share * PRINTED)
+        monkeypatch.setattr(open_loop, "fly_tests", lambda vehicle, loose=loose, **_: loose)
+        kept, changed = open_loop._tolerances(given.table())
+        assert (kept.found.verdict, changed.found.verdict) == (HOLDS, verdict)
 
 
 def test_the_images_slopes_end_with_the_flight() -> None:
@@ -85,7 +114,8 @@ def test_shares_of_disks_are_not_known_where_steps_do_not_agree(
     assert np.isnan(list(disks.errors_of_tests(VEHICLE).values())).all()
 
 
-def test_times_of_a_vehicle_that_loses_its_target_are_not_decided_and_end_nothing() -> None:
-    (found,) = judge(["IV-C.16"], Evidence(ca.load_vehicle("table1"), quick=True))
-    assert found["verdict"] == UNDECIDED
+def test_times_of_a_vehicle_that_loses_its_target_end_nothing() -> None:
+    vehicle = ca.load_vehicle(Path(__file__).parents[1] / "long_light_arm.toml")
+    (found,) = judge(["IV-C.16"], Evidence(vehicle, quick=True))
+    assert found["verdict"] == UNTESTABLE
     assert "does not fly 5 s" in found["evidence"] and not found["evidence"].endswith(".")

@@ -1,6 +1,5 @@
 """Sentences of the paper judged of vehicles of one's own."""
 
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -19,7 +18,7 @@ from continuair.studies.paper.judges import (
 from continuair.studies.paper.judging import judge
 from continuair.studies.sensitivity.study import sensitivity
 from continuair.studies.sensitivity.task import about
-from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED, UNDECIDED
+from continuair.studies.verdicts import DEPENDS, HOLDS, UNDECIDED
 
 
 @pytest.mark.long
@@ -31,7 +30,7 @@ def test_verdicts_on_the_radius_do_not_hang_on_how_a_vehicle_is_written() -> Non
             "arm.mass_per_length": rod.arm.mass_per_length,
         }
     )
-    assert coupling_elements.scaling(Evidence(whole)).verdict == REPRODUCED
+    assert coupling_elements.scaling(Evidence(whole)).verdict == HOLDS
     swept = sensitivity(whole, ["arm radius"]).results["sweeps"]["arm radius"]["rows"]
     told = sensitivity(rod, ["arm radius"]).results["sweeps"]["arm radius"]["rows"]
     for row, other in zip(swept, told, strict=True):
@@ -63,8 +62,8 @@ SIMILAR: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 
 
-FORMULAS = kinematics.JUDGES | coupling_elements.JUDGES
-FORMULAS |= {key: dynamics.JUDGES[key] for key in ("III-C.3", "III-C.6")}
+FORMULAS: dict[str, Any] = kinematics.JUDGES | coupling_elements.JUDGES
+FORMULAS |= {"III-C.3": dynamics.JUDGES["III-C.3"]}
 FORMULAS["III-D.12"] = image.JUDGES["III-D.12"]
 
 
@@ -96,19 +95,13 @@ def test_what_no_step_resolves_is_no_loss_of_the_model(other: dict[str, Any]) ->
     assert summary.mutual_interactions(Evidence(vehicle)).verdict == UNDECIDED
 
 
-def test_a_fall_that_the_automatic_step_resolves_roughly_is_a_fall(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Of a heavy arm below a light UAV that step leaves 2 µm, and steps of 10 µs 6e-11 m."""
+def test_a_heavy_arm_below_a_light_uav_falls_freely(monkeypatch: pytest.MonkeyPatch) -> None:
     light = {"arm.radius": 0.02, "uav.mass": 0.5, "uav.inertia": [0.002, 0.002, 0.003]}
-    vehicle = ca.load_vehicle("paper").replace(light)
-    flown = ca.simulate(vehicle, ca.open_loop_test("B")).expand_dims(model=["coupled"])
-    test_b = SimpleNamespace(datasets={"B": flown})
-    evidence: Any = SimpleNamespace(vehicle=vehicle, open_loop=test_b)
+    evidence = Evidence(ca.load_vehicle("paper").replace(light))
     fall = open_loop.JUDGES["IV-A.4"]
-    assert fall(evidence).verdict == REPRODUCED
+    assert fall(evidence).verdict == HOLDS
     monkeypatch.setattr(open_loop, "GRAVITY", 9.8)
-    assert fall(evidence).verdict == NOT_REPRODUCED
+    assert fall(evidence).verdict == DEPENDS
 
 
 def test_a_camera_that_looks_sideways_has_no_theorem_and_says_so() -> None:

@@ -17,6 +17,7 @@ from continuair.cli import app
 from continuair.report.contents import read
 from continuair.studies.results import MARKER, UNFINISHED
 from continuair.studies.sentences import sentences
+from continuair.studies.verdicts import CLASSES
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 ARGUMENTS = (
@@ -64,9 +65,10 @@ def test_every_sentence_is_on_the_page_once_with_its_verdict(folder: Path) -> No
     shown = Counter(Page(page).ids)
     for entry in found:
         assert shown[entry["id"]] == 1
-        row = page[page.index(f'id="{entry["id"]}"') :].partition("</tr>")[0]
-        assert f'data-verdict="{entry["verdict"]}"' in page
-        assert f">{entry['verdict']}</td>" in row
+        row = page[: page.index(f'id="{entry["id"]}"')].rpartition("<article")[2]
+        assert f'data-verdict="{entry["verdict"]}"' in row
+        row = page[page.index(f'id="{entry["id"]}"') :].partition("</article>")[0]
+        assert f">{CLASSES[entry['verdict']]}</span>" in row
         assert f"--vehicle paper --only {entry['id']} --quick</code>" in row
 
 
@@ -212,9 +214,9 @@ def test_what_a_study_wrote_is_read_back(folder: Path) -> None:
 def test_a_browser_filters_the_page_and_fetches_nothing(folder: Path, tmp_path: Path) -> None:
     page = (folder / "report.html").read_text(encoding="utf-8")
     script = (
-        "<script>const box=document.querySelector('input[data-verdict=\"reproduced\"]');"
+        "<script>const box=document.querySelector('input[data-verdict=\"holds\"]');"
         "box.checked=false;box.dispatchEvent(new Event('input',{bubbles:true}));"
-        "document.title=[...document.querySelectorAll('#verdicts tbody tr:not(.part)')]"
+        "document.title=[...document.querySelectorAll('article.sentence')]"
         ".filter(row=>!row.hidden).map(row=>row.id).join(' ')+'|'"
         "+performance.getEntriesByType('resource').filter(e=>!e.name.startsWith('data:')).length;"
         "</script></body>"
@@ -224,7 +226,7 @@ def test_a_browser_filters_the_page_and_fetches_nothing(folder: Path, tmp_path: 
     dom = browse("--dump-dom", tried, tmp_path)
     shown, _, fetched = re.search(r"<title>(.*?)</title>", dom)[1].partition("|")  # type: ignore[index]
     found = json.loads((folder / "paper.json").read_text(encoding="utf-8"))["sentences"]
-    left = [entry["id"] for entry in found if entry["verdict"] != "reproduced"]
+    left = [entry["id"] for entry in found if entry["verdict"] != "holds"]
     assert shown.split() == left
     assert 0 < len(left) < len(found)
     assert fetched == "0"

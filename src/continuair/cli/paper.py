@@ -31,6 +31,7 @@ _PAGE = "report.html"
 
 # A study's folder in that of the paper, and the command that does it alone.
 _COMMANDS: dict[str, tuple[str, dict[str, Any]]] = {
+    "table": ("paper", {"only": "table"}),
     "open_loop": ("open-loop", {}),
     "sensitivity": ("sensitivity", {}),
     "sensitivity_hertz": ("sensitivity", {"hertz": True}),
@@ -48,7 +49,10 @@ def paper(
     ] = None,
     only: Annotated[
         str | None,
-        typer.Option(help="Sentences or parts, with commas, such as IV-B,III-C.8. Default: all."),
+        typer.Option(
+            help="Sentences or parts, with commas, such as IV-B,III-C.8, or table for Table I. "
+            "Default: all."
+        ),
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Leave out what takes long.")] = False,
     check: Annotated[
@@ -137,7 +141,9 @@ def _keep(name: str, found: Any, vehicle: str, folder: str, quick: bool) -> None
     from continuair.report.keeping import keep
 
     command, options = _COMMANDS[name]
-    redo = again(command, vehicle=vehicle, **options, out=folder)
+    redo = again(
+        command, **({} if name == "table" else {"vehicle": vehicle}), **options, out=folder
+    )
     # Alone, sensitivity varies another vehicle about its own values.
     if quick or (command == "sensitivity" and vehicle != "paper"):
         redo = again("paper", vehicle=vehicle, quick=quick)
@@ -159,9 +165,12 @@ def _write(results: dict[str, Any], folder: ResultFolder) -> None:
 
 def _show(results: dict[str, Any]) -> None:
     """Show the verdicts on standard error: standard output is for the JSON alone."""
-    from continuair.studies.paper.report import summary
+    from continuair.studies.paper.overview import summary
+    from continuair.studies.paper.report import meaning
 
-    rows = [[entry["id"], entry["verdict"], entry["claims"]] for entry in results["sentences"]]
+    rows = [
+        [entry["id"], meaning(entry["verdict"]), entry["claims"]] for entry in results["sentences"]
+    ]
     print_table(["sentence", "verdict", "name"], rows, err=True)
     typer.echo(summary(results), err=True)
 

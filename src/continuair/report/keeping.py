@@ -54,6 +54,14 @@ def _robustness(found: Any, folder: ResultFolder) -> None:
     figures.write(found.results, folder.file)
 
 
+def _table(found: Any, folder: ResultFolder) -> None:
+    from continuair.figures import table as figures
+    from continuair.studies.table import report
+
+    report.write(found, folder)
+    figures.write(found, folder.file)
+
+
 def _cost(found: Any, folder: ResultFolder) -> None:
     from continuair.studies.cost import as_table
 
@@ -67,5 +75,6 @@ _KEEPERS = {
     "tracking": _tracking,
     "region": _region,
     "robustness": _robustness,
+    "table": _table,
     "cost": _cost,
 }

@@ -1,20 +1,15 @@
 "use strict";
 const form = document.querySelector(".filters");
 if (form) {
-  const rows = [...document.querySelectorAll("#verdicts tbody tr")];
+  const sentences = [...document.querySelectorAll("article.sentence")];
   const show = () => {
     const kept = new Set([...form.querySelectorAll("input[type=checkbox]:checked")].map(box => box.dataset.verdict));
-    const part = form.querySelector("select").value;
     const text = form.querySelector("input[type=search]").value.toLowerCase();
-    const parts = new Set();
     let count = 0;
-    for (const row of rows) {
-      if (row.classList.contains("part")) continue;
-      row.hidden = !(kept.has(row.dataset.verdict) && (!part || row.dataset.part === part)
-        && row.textContent.toLowerCase().includes(text));
-      if (!row.hidden) { parts.add(row.dataset.part); count += 1; }
+    for (const sentence of sentences) {
+      sentence.hidden = !(kept.has(sentence.dataset.verdict) && sentence.textContent.toLowerCase().includes(text));
+      if (!sentence.hidden) count += 1;
     }
-    for (const row of rows) if (row.classList.contains("part")) row.hidden = !parts.has(row.dataset.part);
     form.querySelector("output").textContent = `${count} shown`;
   };
   form.addEventListener("input", show);

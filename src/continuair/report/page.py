@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from html import escape
 from importlib import resources
 from typing import Any
@@ -12,7 +12,7 @@ from markdown_it import MarkdownIt
 
 from continuair.files import DAMAGE
 from continuair.report.contents import Contents, damaged
-from continuair.report.verdicts import verdict_section
+from continuair.report.verdicts import STUDIES, chapters, first_screen
 
 TITLES = {
     "paper": "The paper, sentence by sentence",
@@ -21,6 +21,7 @@ TITLES = {
     "sensitivity_hertz": "Parameter sensitivity, sin(2π f t)",
     "tracking": "Visual tracking",
     "cost": "Cost of a sample",
+    "table": "Table I",
     "advise": "May I decouple?",
     "atlas": "Atlas of decoupling",
 }
@@ -66,26 +67,53 @@ def _page(contents: Contents) -> str:
 
 
 def _sections(contents: Contents) -> Iterator[str]:
-    if contents.study == "paper":
-        yield verdict_section(contents.results)
-    else:
+    if contents.study != "paper":
         yield _study(contents)
-    for part in contents.parts:
-        yield _study(part)
+        for part in contents.parts:
+            yield _study(part)
+        return
+    yield first_screen(contents.results, _MARKDOWN.render)
+    parts = {part.study: part for part in contents.parts}
+
+    def figures(study: str, names: tuple[str, ...] | None) -> str:
+        return _figures(parts[study], names) if study in parts else ""
+
+    yield from chapters(contents.results, figures)
+    judged = {entry["id"].partition(".")[0] for entry in contents.results["sentences"]}
+    for name, part in parts.items():
+        left = [figure for figure in part.figures if not _in_a_chapter(judged, name, figure)]
+        yield _study(part, left)
 
 
-def _study(contents: Contents) -> str:
+def _in_a_chapter(judged: set[str], study: str, figure: str) -> bool:
+    """Whether a figure stands in the chapter of a part of the paper that was judged."""
+    chapters = [STUDIES[part] for part in STUDIES if part in judged]
+    listed = [chapter[study] for chapter in chapters if study in chapter]
+    return any(names is None or figure in names for names in listed)
+
+
+def _study(contents: Contents, figures: list[str] | None = None) -> str:
+    """The section of a study: its figures, or those named, and its tables."""
     title = TITLES.get(contents.study, contents.study)
     return "\n".join(
         [
             f'<section id="{escape(contents.study)}"><h2>{escape(title)}</h2>{_made(contents)}',
-            *(_figure(name, file.suffix, file.read_bytes())
-              for name, file in contents.figures.items()),
+            _figures(contents, figures),
             "<details open><summary>Tables</summary>",
             _MARKDOWN.render(_without_title(contents.table)),
             "</details></section>",
         ]
-    )  # fmt: skip
+    )
+
+
+def _figures(contents: Contents, names: Iterable[str] | None) -> str:
+    """The figures of a study, or those named."""
+    wanted = contents.figures if names is None else names
+    return "\n".join(
+        _figure(name, contents.figures[name].suffix, contents.figures[name].read_bytes())
+        for name in wanted
+        if name in contents.figures
+    )
 
 
 def _figure(name: str, suffix: str, content: bytes) -> str:

@@ -44,6 +44,16 @@ PARTS = {
 }
 """Parts of the paper with their titles, in order."""
 
+MERGED = {
+    "III-B.4": "III-B.3",
+    "III-C.6": "III-C.3",
+    "IV-A.6": "III-C.3",
+    "App-B.2": "App-B.1",
+    "III-D.20": "III-D.13",
+    "V.9": "IV-B.18",
+}
+"""Names of sentences that share a misprint or a claim with another -> the name of that one."""
+
 
 @functools.cache
 def sentences() -> dict[str, Sentence]:

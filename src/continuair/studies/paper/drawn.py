@@ -7,7 +7,6 @@ preset, and by whether it holds for most vehicles that it could have flown.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -61,7 +60,7 @@ class Drawn:
 
 def fly_drawn(vehicle: Vehicle) -> Drawn:
     """Fly Tests A to D, and what excites the UAV otherwise, with VEHICLES vehicles."""
-    drawn = _draw(vehicle)
+    drawn = vehicle.replace(draw(vehicle))
     with steps_told_of():
         found = {name: run_pairs(drawn, each, step=STEP) for name, each in _scenarios().items()}
     well = np.all([_well(each) for each in found.values()], axis=0)
@@ -95,11 +94,11 @@ def _rotation(euler: dict[str, Array], angle: dict[str, Array]) -> dict[str, Arr
     return {name: np.where(of_euler, euler[name], angle[name]) for name in euler}
 
 
-def _draw(vehicle: Vehicle) -> Vehicle:
-    fields: dict[str, Any] = sobol_box(RANGES, VEHICLES, SEED)
+def draw(vehicle: Vehicle, count: int = VEHICLES) -> dict[str, Array]:
+    """Return the fields of vehicles drawn from RANGES, and their inertia, each (count, ...)."""
+    fields = sobol_box(RANGES, count, SEED)
     scale = fields["uav.mass"] / vehicle.uav.mass
-    inertia = scale[:, None, None] * np.asarray(vehicle.uav.inertia)
-    return vehicle.replace(fields | {"uav.inertia": inertia})
+    return fields | {"uav.inertia": scale[:, None, None] * np.asarray(vehicle.uav.inertia)}
 
 
 def _scenarios() -> dict[str, Scenario]:

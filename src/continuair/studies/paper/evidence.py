@@ -15,7 +15,10 @@ from continuair.studies.cost import cost
 from continuair.studies.open_loop.study import OpenLoop, open_loop
 from continuair.studies.paper.drawn import Drawn, fly_drawn
 from continuair.studies.paper.theorem import Theorem, fly_theorem
+from continuair.studies.sensitivity.once import sweep_once
 from continuair.studies.sensitivity.study import Sensitivity, sensitivity
+from continuair.studies.table.reading import Reading
+from continuair.studies.table.study import Flown, fly_tests, table1
 from continuair.studies.tracking.law_variants import law_variants
 from continuair.studies.tracking.study import Tracking, tracking
 from continuair.vehicle.vehicle import Vehicle, as_rod, check_one_section
@@ -68,6 +71,20 @@ class Evidence:
     ) -> None:
         self.vehicle, self.quick = _as_in_the_paper(vehicle), quick
         self._progress, self._keep, self._before_timing = progress, keep, before_timing
+        self._printed: dict[tuple[Any, ...], Flown] = {}
+        self._swept: dict[tuple[Any, ...], dict[str, Any]] = {}
+
+    @cached_property
+    def table(self) -> dict[str, Any]:
+        """Table I beside that of the preset `table1`, with one choice changed at a time."""
+        return self._kept("table", table1(progress=self._progress))
+
+    def printed(self, vehicle: Vehicle, reading: Reading) -> Flown:
+        """Return Tests A to D of the model as printed; flights are kept by name and dynamics."""
+        key = (vehicle.name, *reading.dynamics)
+        if key not in self._printed:
+            self._printed[key] = fly_tests(vehicle, reading)
+        return self._printed[key]
 
     @cached_property
     def open_loop(self) -> OpenLoop:
@@ -86,6 +103,15 @@ class Evidence:
             raise NotFlown("the sweeps with sin(2π f t)")
         found = sensitivity(self.vehicle, hertz=True, progress=self._progress)
         return self._kept("sensitivity_hertz", found)
+
+    def swept(
+        self, vehicle: Vehicle, name: str, *, hertz: bool = False, straight: bool = False
+    ) -> dict[str, Any]:
+        """Return a sweep of another vehicle, as `sweep_once` has it; kept by these arguments."""
+        key = (vehicle.name, name, hertz, straight)
+        if key not in self._swept:
+            self._swept[key] = sweep_once(vehicle, name, hertz=hertz, straight=straight)
+        return self._swept[key]
 
     @cached_property
     def tracking(self) -> Tracking:

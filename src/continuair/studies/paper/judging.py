@@ -18,11 +18,14 @@ from continuair.studies.paper.judges import (
     parameters,
     summary,
 )
-from continuair.studies.sentences import PARTS, sentences
+from continuair.studies.sentences import MERGED, PARTS, sentences
 from continuair.studies.verdicts import UNDECIDED, Judgement, sentence_case
 
 NOT_JUDGED = "not judged"
 """Verdict on a sentence whose evidence a quick run leaves out."""
+
+TABLE_SENTENCE = "IV-A.T1"
+"""The sentence that is Table I."""
 
 Judge = Callable[[Evidence], Judgement]
 
@@ -43,14 +46,16 @@ JUDGES: dict[str, Judge] = {
 def chosen_sentences(only: Iterable[str] | None = None) -> list[str]:
     """Return ids of sentences, in the order of the paper: all, or those named, or of parts named.
 
-    only: ids such as "III-C.8", or parts such as "III-C". Raises InputError for an unknown one.
+    only: ids such as "III-C.8", or parts such as "III-C", or "table", the sentence of Table I.
+    Raises InputError for an unknown one.
     """
     listed = sentences()
     if only is None:
         return list(listed)
     parts = {name: [id for id in listed if listed[id].part == name] for name in PARTS}
-    named = checks.choices("only", only, [*parts, *listed])
-    wanted = {id for name in named for id in parts.get(name, [name])}
+    parts["table"] = [TABLE_SENTENCE]
+    named = checks.choices("only", only, [*parts, *listed, *MERGED])
+    wanted = {id for name in named for id in parts.get(name, [MERGED.get(name, name)])}
     return [id for id in listed if id in wanted]
 
 
@@ -65,4 +70,14 @@ def judge(names: Iterable[str], evidence: Evidence) -> Iterator[dict[str, Any]]:
             found = Judgement(NOT_JUDGED, f"a quick run leaves out {missing}")
         except CannotBeFlown as reason:
             found = Judgement(UNDECIDED, str(reason))
-        yield vars(sentence) | vars(found) | {"evidence": sentence_case(found.evidence)}
+        yield vars(sentence) | _described(found)
+
+
+def _described(found: Judgement) -> dict[str, Any]:
+    """A judgement as JSON holds it."""
+    cases = [
+        {"vehicle": case.vehicle, "reading": case.reading, "verdict": case.found.verdict,
+         "evidence": case.found.evidence}
+        for case in found.cases
+    ]  # fmt: skip
+    return vars(found) | {"evidence": sentence_case(found.evidence), "cases": cases}

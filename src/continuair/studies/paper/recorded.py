@@ -18,27 +18,38 @@ CORRELATION = 0.02
 _SCALELESS = ("correlation", "share")
 
 
-def recorded() -> dict[str, dict[str, Any]]:
-    """Return the recorded verdict and numbers of every sentence, by its id."""
+def recorded() -> dict[str, Any]:
+    """Return the recorded results of `continuair paper`."""
     text = resources.files("continuair.studies.paper").joinpath("verdicts.json").read_text("utf-8")
-    return {entry["id"]: entry for entry in json.loads(text)["sentences"]}
+    return dict(json.loads(text))
 
 
 def as_recorded(results: dict[str, Any]) -> dict[str, Any]:
     """Return what is recorded of a run: no times, which are of one machine."""
-    kept = ("id", "quote", "claims", "criterion", "verdict", "evidence", "numbers")
+    kept = ["id", "quote", "claims", "criterion", "verdict", "evidence", "correction", "note"]
+    kept += ["cases", "numbers"]
     entries = [{key: entry[key] for key in kept} for entry in results["sentences"]]
-    return {"vehicle": results["vehicle"]["name"], "sentences": entries}
+    vehicle = {"name": results["vehicle"]["name"]}
+    return {"vehicle": vehicle, "table1": results["table1"], "sentences": entries}
 
 
 def differences(results: dict[str, Any]) -> list[str]:
     """Return a line for every verdict or number that is not found again."""
     known = recorded()
-    return [
+    of_sentences = {entry["id"]: entry for entry in known["sentences"]}
+    lines = [
         line
         for entry in results["sentences"]
-        for line in _differences(entry, known.get(entry["id"]))
+        for line in _differences(entry, of_sentences.get(entry["id"]))
     ]
+    if "table1" in results:
+        pairs = zip(results["table1"]["ours"], known["table1"]["ours"], strict=True)
+        lines += [
+            f"Table I, row {row}: {found}, recorded: {wanted}"
+            for row, (found, wanted) in zip("TR", pairs, strict=True)
+            if not all(is_found_again("", a, b) for a, b in zip(found, wanted, strict=True))
+        ]
+    return lines
 
 
 def _differences(entry: dict[str, Any], known: dict[str, Any] | None) -> list[str]:

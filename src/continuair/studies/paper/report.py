@@ -1,13 +1,15 @@
-"""Storing the verdicts on the paper: JSON, CSV and a table."""
+"""Storing the verdicts on the paper: JSON, CSV, and Markdown in the order of the paper."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import Any
 
+from continuair.studies.paper.overview import by_part, overview
 from continuair.studies.results import ResultFolder
 from continuair.studies.sentences import PARTS
 from continuair.studies.tables import as_markdown
+from continuair.studies.verdicts import CLASSES
 
 HEADINGS = ("sentence", "the paper", "verdict", "what comes out")
 
@@ -28,30 +30,31 @@ def records(results: dict[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 def as_table(results: dict[str, Any]) -> str:
-    """Return the verdicts in Markdown, part by part."""
-    lines = [
-        f"# The paper, sentence by sentence, vehicle {results['vehicle']['name']}",
-        "",
-        summary(results),
-    ]
+    """Return the first screen and the verdicts in Markdown, part by part."""
+    lines = [f"# The paper, sentence by sentence, vehicle {results['vehicle']['name']}", ""]
+    lines += [*overview(results), "", *by_part(results)]
     for part, title in PARTS.items():
         if rows := table(results, part):
             lines += ["", f"## {part}: {title}" if title != part else f"## {part}", "", *rows]
     return "\n".join(lines) + "\n"
 
 
-def summary(results: dict[str, Any]) -> str:
-    """Return how many sentences got which verdict."""
-    counts = ", ".join(f"{count} {verdict}" for verdict, count in results["counts"].items())
-    number = len(results["sentences"])
-    return f"{number} sentence{'s' if number > 1 else ''} of the paper: {counts}."
-
-
 def table(results: dict[str, Any], part: str) -> list[str]:
     """Return the lines of the table of a part of the paper; none without a sentence of it."""
     rows = [
-        (entry["id"], entry["quote"], f"**{entry['verdict']}**", entry["evidence"])
+        (entry["id"], entry["quote"], f"**{meaning(entry['verdict'])}**", finding(entry))
         for entry in results["sentences"]
         if entry["id"].partition(".")[0] == part
     ]
     return as_markdown(HEADINGS, rows, HEADINGS) if rows else []
+
+
+def meaning(verdict: str) -> str:
+    """Return what a verdict means, such as "wrong as printed"."""
+    return CLASSES.get(verdict, verdict)
+
+
+def finding(entry: dict[str, Any]) -> str:
+    """Return the evidence of a sentence with its correction, if there is one."""
+    correction = entry.get("correction")
+    return f"{entry['evidence']}. Right: {correction}" if correction else str(entry["evidence"])

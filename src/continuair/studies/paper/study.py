@@ -8,7 +8,7 @@ from typing import Any
 
 from continuair.progress import Progress
 from continuair.studies.paper.evidence import Evidence, Keep
-from continuair.studies.paper.judging import chosen_sentences, judge
+from continuair.studies.paper.judging import TABLE_SENTENCE, chosen_sentences, judge
 from continuair.vehicle.vehicle import Vehicle
 
 
@@ -32,10 +32,12 @@ def paper(
         vehicle, quick=quick, progress=progress, keep=keep, before_timing=before_timing
     )
     found = list(judge(names, evidence))
+    table = {"table1": evidence.table} if TABLE_SENTENCE in names else {}
     return {
         "study": "paper",
         "vehicle": vehicle.describe(),
         "quick": quick,
         "counts": dict(Counter(entry["verdict"] for entry in found)),
+        **table,
         "sentences": found,
     }

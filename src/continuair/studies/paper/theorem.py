@@ -43,6 +43,12 @@ SIGMA = 0.02
 
 DRAWS, SEED = 200, 1
 
+SLIDING = 0.1
+"""K_p C_s of gains drawn for the sound statement, times one: a C_s of the range above."""
+
+SPEED = 0.05
+"""Of the target with constant velocity [m/s]."""
+
 UNSTABLE_SETS, FAST = 4, 10.0
 """Sets that are flown: the first drawn whose error grows from the desired image by more [1/s]."""
 
@@ -118,18 +124,23 @@ class Flown:
         return np.asarray(np.where(self.resolved, left, np.nan))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Theorem:
     """What was flown, the gains drawn, and how fast errors grow with each [1/s].
 
-    vehicle: as flown, undamped and its image without an edge. target: the one at rest.
+    vehicle: as flown, undamped and its image without an edge. target: the one at rest. steady: the
+    gains made for the image before a target with constant velocity. sound: gains drawn under the
+    conditions of the sound statement, with their growth.
     """
 
     vehicle: Vehicle
     target: Target
     sets: tuple[Flown, ...]
+    steady: Flown
     drawn: tuple[Gains, ...]
     growth: Array
+    sound: tuple[Gains, ...]
+    sound_growth: Array
 
     @property
     def made(self) -> Gains:
@@ -161,13 +172,29 @@ def fly_theorem(vehicle: Vehicle) -> Theorem:
             "give a camera that looks along the arm."
         )
     rng = np.random.default_rng(SEED)
-    drawn = [draw_gains(rng) for _ in range(DRAWS)]
-    rates = np.array([growth(vehicle, still, gains) for gains in drawn])
+    drawn, sound = ([draw(rng) for _ in range(DRAWS)] for draw in (draw_gains, draw_sound_gains))
+    rates, sound_rates = (
+        np.array([growth(vehicle, still, gains) for gains in each]) for each in (drawn, sound)
+    )
     flown = [drawn[i] for i in np.flatnonzero(rates > FAST)[:UNSTABLE_SETS]]
     made = made_gains(vehicle, still)
     sets = [fly(vehicle, made, still, made=True), fly(vehicle, made, moving, made=True)]
     sets += [fly(vehicle, gains, still) for gains in flown]
-    return Theorem(vehicle, still, tuple(sets), tuple(drawn), rates)
+    steady = fly(vehicle, made, Target(straight_on(), triangle()), made=True)
+    return Theorem(
+        vehicle, still, tuple(sets), steady, tuple(drawn), rates, tuple(sound), sound_rates
+    )
+
+
+def straight_on() -> paths.Path:
+    """Return a path along the world's x at constant velocity, from the start on."""
+
+    def motion(t: Array) -> tuple[Array, Array, Array]:
+        velocity = np.zeros((len(t), 3))
+        velocity[:, 0] = SPEED
+        return t[:, None] * velocity, velocity, 0.0 * velocity
+
+    return paths.Path("constant velocity", MADE.duration, motion)
 
 
 def triangle(radius: float = 0.4) -> Array:
@@ -180,6 +207,21 @@ def draw_gains(rng: np.random.Generator) -> Gains:
     """Symmetric positive definite gains (6, 6) at random."""
     gains = {name: positive_definite(rng, *between) for name, between in RANGES.items()}
     return gains | {"sigma": SIGMA}
+
+
+def draw_sound_gains(rng: np.random.Generator) -> Gains:
+    """Draw gains (6, 6) that fulfil the conditions of the sound statement.
+
+    K_p, C_p and C_d share their directions, so that their products are symmetric, and K_pC_s is a
+    multiple of one; K_d is any symmetric positive definite matrix.
+    """
+    axes, _ = np.linalg.qr(rng.normal(size=(SIZE, SIZE)))
+    gains = {"Kd": positive_definite(rng, *RANGES["Kd"])}
+    for name in ("Kp", "Cp", "Cd"):
+        low, high = np.log(RANGES[name])
+        eigenvalues = np.exp(rng.uniform(low, high, SIZE))
+        gains[name] = (axes * eigenvalues) @ axes.T
+    return gains | {"Cs": SLIDING * np.linalg.inv(gains["Kp"]), "sigma": SIGMA}
 
 
 def positive_definite(rng: np.random.Generator, least: float, largest: float) -> Array:

@@ -10,12 +10,12 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.stats import spearmanr
 
 from continuair.kernels.dynamics import PLANTS
 from continuair.studies.sensitivity.task import PARAMETERS
-from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED, UNDECIDED, Judgement
+from continuair.studies.verdicts import FAILS, HOLDS, UNDECIDED, Judgement
 
 STRONG, WEAK = 0.5, 0.2
 """A rank correlation in the claimed sense supports it from STRONG on, and does not up to WEAK."""
@@ -34,31 +34,46 @@ def trend(sweep: str, measure: str, sense: int) -> Check:
     measure: of MEASURES, a column of a row, or "error", the horizontal RMSE of the tip, decoupled.
     """
 
+    at_few = trend_of_few(sweep, measure, sense)
+
     def check(sweeps: dict[str, Any]) -> Judgement:
-        few = column(sweeps[sweep]["rows"], measure)
+        few = at_few(sweeps)
         rho = correlation(sweeps, sweep, measure)
-        pairs = zip(few, few[1:], strict=False)
-        steps = [sense * (b - a) > -TIE * max(abs(a), abs(b)) for a, b in pairs]
-        ends = sense * (few[-1] - few[0]) > TIE * max(abs(few[0]), abs(few[-1]))
-        holds = all(steps) and ends
-        labels = [row["label"] for row in sweeps[sweep]["rows"]]
         many = len(sweeps[sweep]["between"]["value"])
-        evidence = (
-            f"{NAMES[measure]} {listed(few)} {UNITS[measure]} at {', '.join(labels)}; "
-            f"rank correlation {rho:+.2f} over {many} values"
-        )
-        numbers = {_name(measure, label): x for label, x in zip(labels, few, strict=True)}
-        numbers[f"rank correlation of the {NAMES[measure]}"] = rho
-        found = Judgement(_trend_verdict(holds, sense * rho), evidence, numbers)
-        return if_converged([sweeps[sweep]], found)
+        evidence = f"{few.evidence}; rank correlation {rho:+.2f} over {many} values"
+        numbers = {**few.numbers, f"rank correlation of the {NAMES[measure]}": rho}
+        verdict = few.verdict
+        supported, refuted = sense * rho >= STRONG, sense * rho <= WEAK
+        if (few.verdict == HOLDS and not supported) or (few.verdict == FAILS and not refuted):
+            verdict = UNDECIDED
+        return Judgement(verdict, evidence, numbers)
 
     return check
 
 
-def _trend_verdict(holds: bool, rho: float) -> str:
-    if holds and rho >= STRONG:
-        return REPRODUCED
-    return NOT_REPRODUCED if not holds and rho <= WEAK else UNDECIDED
+def trend_of_few(sweep: str, measure: str, sense: int) -> Check:
+    """Return the check that a measure rises or falls over the few values alone; as `trend`."""
+
+    def check(sweeps: dict[str, Any]) -> Judgement:
+        rows = sweeps[sweep]["rows"]
+        few, labels = column(rows, measure), [row["label"] for row in rows]
+        evidence = f"{NAMES[measure]} {listed(few)} {UNITS[measure]} at {', '.join(labels)}"
+        numbers = {_name(measure, label): x for label, x in zip(labels, few, strict=True)}
+        verdict = HOLDS if bool(follows(few, sense)) else FAILS
+        return if_converged([sweeps[sweep]], Judgement(verdict, evidence, numbers))
+
+    return check
+
+
+def follows(numbers: ArrayLike, sense: int) -> NDArray[np.bool_]:
+    """Return whether rows of numbers (..., n) rise (sense 1) or fall (-1), apart from ties."""
+    found = np.asarray(numbers, float)
+
+    def moves(a: Any, b: Any, least: float) -> NDArray[np.bool_]:
+        return np.asarray(sense * (b - a) > least * np.maximum(np.abs(a), np.abs(b)))
+
+    steps = moves(found[..., :-1], found[..., 1:], -TIE).all(axis=-1)
+    return np.asarray(steps & moves(found[..., 0], found[..., -1], TIE))
 
 
 def largest_above_the_middle(sweep: str) -> Check:
@@ -76,9 +91,9 @@ def largest_above_the_middle(sweep: str) -> Check:
         place = tried.index(between["value"][int(np.argmax(many))])
         ends = (np.argmax(few) >= (len(few) - 1) / 2, place >= (len(tried) - 1) / 2)
         evidence = (
-            f"error {listed(few)} m at {', '.join(row['label'] for row in rows)}, the largest at "
-            f"{where}; over {len(many)} values the largest, "
-            f"{max(many):.3g} m, is at {peak:.3g} {sweeps[sweep]['units']}"
+            f"error {listed(few)} m at {', '.join(row['label'] for row in rows)}, largest at "
+            f"{where}; over {len(many)} values it is largest, {max(many):.3g} m, at {peak:.3g} "
+            f"{sweeps[sweep]['units']}"
         )
         numbers = {_name("error", row["label"]): x for row, x in zip(rows, few, strict=True)}
         numbers |= {f"largest error is at [{sweeps[sweep]['units']}]": peak}
@@ -114,7 +129,7 @@ def _bounded(value: Any, holds: Callable[[float], bool], text: str) -> Check:
         if len(numbers) == 1:
             named = {name: numbers[0]}
         found = Judgement(verdict, text.format(listed(numbers)), named)
-        return found if usable else _hanging(found)
+        return found if usable else _unconverged(found)
 
     return check
 
@@ -131,10 +146,10 @@ def least_spread(sweep: str) -> Check:
         }
         ranks = [1 + sorted(found.values()).index(found[sweep]) for found in (few, many)]
         evidence = (
-            f"the error varies by {few[sweep]:.3g} m, rank {ranks[0]} of {len(few)} from the least "
-            f"(least: {min(few, key=lambda name: few[name])}); over many values, from the 10th to "
-            f"the 90th percentile, by {many[sweep]:.3g} m, rank {ranks[1]} "
-            f"(least: {min(many, key=lambda name: many[name])})"
+            f"the error varies by {few[sweep]:.3g} m over the {sweep}, rank {ranks[0]} of "
+            f"{len(few)} from the least (least: {min(few, key=lambda name: few[name])}). Between "
+            f"the 10th and the 90th percentile of many values it varies by {many[sweep]:.3g} m, "
+            f"rank {ranks[1]} (least: {min(many, key=lambda name: many[name])})"
         )
         numbers = {f"spread of the error over the {name} [m]": few[name] for name in few}
         found = Judgement(_agreed([rank == 1 for rank in ranks]), evidence, numbers)
@@ -143,22 +158,22 @@ def least_spread(sweep: str) -> Check:
     return check
 
 
-def goes_with(measure: str) -> Check:
-    """Return the check that over all sweeps the error goes with a measure of the flight."""
+def goes_with(measure: str, names: Sequence[str] = tuple(PARAMETERS)) -> Check:
+    """Return the check that over sweeps, all by default, the error rises with a measure."""
 
     def check(sweeps: dict[str, Any]) -> Judgement:
-        every = [sweeps[name]["between"] for name in PARAMETERS]
+        every = [sweeps[name]["between"] for name in names]
         x = [value for between in every for value in column_between(between, measure)]
         y = [value for between in every for value in column_between(between, "error")]
         rho = rank_correlation(x, y)
-        verdict = REPRODUCED if rho >= STRONG else NOT_REPRODUCED if rho <= WEAK else UNDECIDED
+        verdict = HOLDS if rho >= STRONG else FAILS if rho <= WEAK else UNDECIDED
         found = Judgement(
             verdict,
             f"rank correlation of the error with the {NAMES[measure]} {rho:+.2f} over {len(x)} "
-            "flights of all sweeps",
+            "flights",
             {f"rank correlation with the {NAMES[measure]}": rho},
         )
-        return if_converged([sweeps[name] for name in PARAMETERS], found)
+        return if_converged([sweeps[name] for name in names], found)
 
     return check
 
@@ -167,7 +182,7 @@ def _agreed(holds: Sequence[Any]) -> str:
     """Verdict of several views of one claim, which may disagree."""
     if any(holds) != all(holds):
         return UNDECIDED
-    return REPRODUCED if all(holds) else NOT_REPRODUCED
+    return HOLDS if all(holds) else FAILS
 
 
 def correlation(sweeps: dict[str, Any], sweep: str, measure: str) -> float:
@@ -183,18 +198,36 @@ def rank_correlation(x: ArrayLike, y: ArrayLike) -> float:
     return float(spearmanr(x, y).statistic)
 
 
+def restricted(sweep: dict[str, Any], least: float) -> dict[str, Any]:
+    """Return the part of a sweep with values from `least` on."""
+    between = sweep["between"]
+    kept = [run for run, value in enumerate(between["value"]) if value >= least]
+
+    def part(found: Any) -> Any:
+        if isinstance(found, dict):
+            return {key: part(column) for key, column in found.items()}
+        return [found[run] for run in kept]
+
+    per_value = {key: part(each) for key, each in between.items() if key not in _NOT_PER_VALUE}
+    rows = [row for row in sweep["rows"] if row["value"] >= least]
+    return sweep | {"rows": rows, "between": per_value}
+
+
+_NOT_PER_VALUE = ("ended_early", "unresolved", "follows")
+
+
 def converged(sweep: dict[str, Any]) -> bool:
     """Tell whether no row of a sweep is an error of the integration."""
     return all(row["models"][model]["converged"] for row in sweep["rows"] for model in PLANTS)
 
 
 def if_converged(sweeps: Iterable[dict[str, Any]], found: Judgement) -> Judgement:
-    """Return a judgement that rests on sweeps, undecided if a row has not converged."""
-    return found if all(converged(sweep) for sweep in sweeps) else _hanging(found)
+    """Return a judgement from sweeps, undecided if a row has not converged."""
+    return found if all(converged(sweep) for sweep in sweeps) else _unconverged(found)
 
 
-def _hanging(found: Judgement) -> Judgement:
-    told = f"{found.evidence}; that rests on flights that have not converged"
+def _unconverged(found: Judgement) -> Judgement:
+    told = f"{found.evidence}; some of these flights have not converged"
     return Judgement(UNDECIDED, told, found.numbers)
 
 
@@ -242,5 +275,5 @@ UNITS = {
     "oscillation_m": "m",
     "largest_bend_1_m": "1/m",
     "com_travel_m": "m",
-    "inertia_change": "(share)",
+    "inertia_change": "(share of the whole)",
 }

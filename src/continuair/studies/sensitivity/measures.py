@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from continuair.analysis.convergence import SAMPLE
 from continuair.analysis.mass import centre_of_mass, mass_distribution
 from continuair.analysis.metrics import samples
 from continuair.vehicle.vehicle import Vehicle
@@ -50,3 +51,23 @@ def apart(coupled: xr.Dataset, other: xr.Dataset) -> Array:
     tips = [samples(flown, "tip_position", "axis")[..., :2] for flown in (coupled, other)]
     distance: Array = np.linalg.norm(tips[0] - tips[1], axis=-1)
     return distance
+
+
+def range_of(flown: xr.Dataset) -> float:
+    """Return how far the tip of a single run moves along x and y, as one length [m]."""
+    tip = samples(flown, "tip_position", "axis")[0, :, :2]
+    return float(np.linalg.norm(np.ptp(tip, axis=0)))
+
+
+def rms(distance: Array) -> float:
+    """Return the root mean square over samples (time,)."""
+    return float(np.sqrt(np.mean(distance**2)))
+
+
+def by_second(distance: Array) -> list[float]:
+    """Return the root mean square within each second of samples (time,), SAMPLE apart."""
+    per_second = round(1 / SAMPLE)
+    return [
+        rms(distance[first : first + per_second + 1])
+        for first in range(0, len(distance) - 1, per_second)
+    ]

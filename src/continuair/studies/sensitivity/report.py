@@ -30,7 +30,8 @@ COLUMNS = {
 
 VALUES = {
     "paper": "The values are the paper's, which prints neither its vehicle nor numbers in this "
-    "section: a verdict holds for this vehicle.",
+    "section. The verdicts (holds, fails, undecided) are about this vehicle and this reading of f; "
+    "`continuair paper` judges each sentence over several.",
     "own": "The values are about the vehicle's own, which is the middle one of each field; initial "
     "bends and rolls, the force and its time are those of the study of the paper, whose sentences "
     "are of its own values and are not judged here.",
@@ -133,9 +134,9 @@ def reading(results: dict[str, Any]) -> list[str]:
         for name, share in closer.items()
     )
     trends = [
-        "A trend counts if the values compared show it and the rank correlation over many values",
-        "between is 0.5 or more; it is not reproduced if neither holds (0.2 or less), and cannot",
-        "be decided in between.",
+        "A trend holds if the values compared show it and the rank correlation over many values",
+        "between is at least 0.5. It fails if they do not show it and the correlation is at most",
+        "0.2. Otherwise it is undecided.",
     ]
     return [
         "Error: RMS horizontal distance of the decoupled model's tip from the coupled one's.",

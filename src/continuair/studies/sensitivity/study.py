@@ -33,7 +33,15 @@ from continuair.progress import Progress, Steps
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.results import by_model
 from continuair.studies.sensitivity.claims import verdicts
-from continuair.studies.sensitivity.measures import VARIABLES, apart, measures
+from continuair.studies.sensitivity.measures import (
+    VARIABLES,
+    apart,
+    by_second,
+    measures,
+    range_of,
+    rms,
+)
+from continuair.studies.sensitivity.swing import swings_apart
 from continuair.studies.sensitivity.task import PARAMETERS, Parameter, about, batch, flight
 from continuair.vehicle.vehicle import Vehicle, as_rod, check_one_section
 
@@ -162,18 +170,20 @@ def _rows(
     frozen = measures(vehicles, flown["independent"])["displacement_m"]
     measured["displacement_frozen_m"] = frozen
     distances = {model: apart(flown[REFERENCE], flown[model]) for model in SIMPLER}
+    swings = swings_apart(vehicles, flown, REFERENCE)
     rows = []
     for run, value in enumerate(parameter.values):
         one = vehicles.select(run)
         for model, distance in distances.items():
             entries[run][model] |= {
-                "rmse_xy_m": _rms(distance[run]),
-                "rmse_xy_by_second_m": _by_second(distance[run]),
-            }
+                "rmse_xy_m": rms(distance[run]),
+                "rmse_xy_by_second_m": by_second(distance[run]),
+            } | swings[model][run]
         rows.append(
             {"value": value, "label": parameter.label(value), "mass_kg": float(one.mass)}
             | {"arm_mass_kg": float(one.arm.mass), "arm_inertia_kg_m2": straight_arm_inertia(one)}
             | {name: float(array[run]) for name, array in measured.items()}
+            | {"range_m": range_of(flown[REFERENCE].isel(run=[run]))}
             | {"models": entries[run]}
         )
     return rows
@@ -191,7 +201,7 @@ def _between(
     columns = {"value": values, "arm_inertia_kg_m2": inertia}
     columns |= measures(vehicles, flown[REFERENCE])
     errors = {
-        model: np.array([_rms(distance) for distance in apart(flown[REFERENCE], flown[model])])
+        model: np.array([rms(distance) for distance in apart(flown[REFERENCE], flown[model])])
         for model in SIMPLER
     }
     ended = np.any([flown[model]["status"] != 0 for model in MODELS], axis=0)
@@ -213,16 +223,3 @@ def _hangs_on_the_step(vehicles: Vehicle, flown: Flown, errors: dict[str, Array]
     return np.any(
         [of_step[REFERENCE] + of_step[each] > STEP_SHARE * errors[each] for each in SIMPLER], axis=0
     )
-
-
-def _rms(distance: Array) -> float:
-    return float(np.sqrt(np.mean(distance**2)))
-
-
-def _by_second(distance: Array) -> list[float]:
-    """RMS within each second of the flight."""
-    per_second = round(1 / SAMPLE)
-    return [
-        _rms(distance[first : first + per_second + 1])
-        for first in range(0, len(distance) - 1, per_second)
-    ]

@@ -5,10 +5,10 @@ The parameters have the paper's values, or values about those of a vehicle.
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,9 +58,9 @@ class Parameter:
         """Return a value as tables and legends print it."""
         return f"{self.scale * value:.4g} {self.units}"
 
-    def between(self) -> Array:
+    def between(self, count: int = BETWEEN) -> Array:
         """Return values over the whole range, the paper's among them."""
-        return np.union1d(np.linspace(self.values[0], self.values[-1], BETWEEN), self.values)
+        return np.union1d(np.linspace(self.values[0], self.values[-1], count), self.values)
 
 
 _ROLLS = tuple(math.radians(degrees) for degrees in (0, 15, 30, 45))
@@ -143,22 +143,33 @@ def _acts(arm: Section) -> bool:
     return any(value is not None for value in material)
 
 
-# Every model and every parameter asks for the same times.
-@functools.lru_cache(maxsize=1 << 17)
-def two_phase_force(t: float, hertz: bool = False) -> tuple[float, float, float]:
-    """Force at time t [s], world axes [N]: a (sin ft, -cos ft), and after 2.5 s a (cos ft, sin ft).
+@dataclass(frozen=True)
+class TwoPhaseForce:
+    """Force of the section on parameter sensitivity, Amiri et al.: a function of time.
 
-    f t is 10 t as the paper prints it, and with `hertz` 2 pi 10 t, as the unit it names would have
-    it. Section on parameter sensitivity, Amiri et al.
+    hertz: whether f counts in Hz: f t is 10 t as the paper prints it, with `hertz` 2 pi 10 t.
     """
-    angle = FREQUENCY * t * (2 * math.pi if hertz else 1.0)
-    across, along = AMPLITUDE * math.sin(angle), AMPLITUDE * math.cos(angle)
-    return (across, -along, 0.0) if t <= SWITCH else (along, across, 0.0)
+
+    hertz: bool = False
+
+    vectorised: ClassVar[bool] = True
+
+    def __call__(self, t: float | Array) -> Array:
+        """Return the force (..., 3) at a time [s], or at a column of times (times, 1) [N].
+
+        World axes: a (sin ft, -cos ft), and after 2.5 s a (cos ft, sin ft).
+        """
+        time = np.asarray(t, float).reshape(np.shape(t)[:1])
+        angle = FREQUENCY * time * (2 * math.pi if self.hertz else 1.0)
+        sine, cosine = AMPLITUDE * np.sin(angle), AMPLITUDE * np.cos(angle)
+        early = time <= SWITCH
+        x, y = np.where(early, sine, cosine), np.where(early, -cosine, sine)
+        return np.stack([x, y, np.zeros_like(x)], axis=-1)
 
 
 def flight(hertz: bool = False) -> Scenario:
     """Return the scenario at the nominal start: 5 m high, at rest, with a bend of 0.1 1/m."""
-    force = functools.partial(two_phase_force, hertz=hertz)
+    force = TwoPhaseForce(hertz)
     return Scenario("two-phase force", _Q, force=force, duration=DURATION, jumps=(SWITCH,))
 
 

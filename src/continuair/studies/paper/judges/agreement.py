@@ -1,4 +1,4 @@
-"""How formulas are held against each other: at random states, by slopes and by series."""
+"""How formulas are compared: at random states, by slopes and by series."""
 
 from __future__ import annotations
 
@@ -8,11 +8,15 @@ from typing import Any
 import numpy as np
 
 from continuair.studies.extremes import largest
+from continuair.studies.paper.evidence import Evidence
+from continuair.studies.verdicts import Judgement, or_misprint
 
 Array = np.ndarray
 
 Series = Callable[[Any], Any]
 """An analytic function of one complex number."""
+
+Judge = Callable[[Evidence], Judgement]
 
 STATES, SEED = 100, 0
 
@@ -24,6 +28,15 @@ SLOPES_AGREE = 1e-6
 
 _TIME_STEP = 1e-5
 _POINTS, _LOWEST, _HIGHEST = 32, -4, 8
+
+
+def as_formula(judge: Judge) -> Judge:
+    """Return the judge of a formula, which holds for every vehicle or is a misprint."""
+
+    def judged(evidence: Evidence) -> Judgement:
+        return or_misprint(judge(evidence), "the formula or value that it is compared with")
+
+    return judged
 
 
 def random_states(length: float, count: int = STATES) -> list[tuple[Array, Array]]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from itertools import product
+from typing import Any
+
 import numpy as np
 import xarray as xr
 
@@ -14,22 +17,30 @@ from continuair.kernels.dynamics import PLANTS
 from continuair.scenario.paper_tests import open_loop_test
 from continuair.studies.extremes import largest, least
 from continuair.studies.paper.drawn import MOST
-from continuair.studies.paper.evidence import Evidence, NotFlown
-from continuair.studies.paper.judges import swing
+from continuair.studies.paper.evidence import Evidence
 from continuair.studies.paper.judges.agreement import natural_units
 from continuair.studies.paper.judges.errors import (
-    errors,
-    possible,
-    possible_rotations,
-    rotations,
+    BLOCKS_IN_UNITS,
+    DRAWN,
+    TipErrors,
+    as_cases,
+    by_elements,
+    tip_errors,
 )
-from continuair.studies.paper.judges.words import NEGLIGIBLE, PRONOUNCED, SAME
+from continuair.studies.paper.judges.sweep_cases import other_vehicles, swept
+from continuair.studies.paper.judges.words import NEGLIGIBLE, PRONOUNCED
 from continuair.studies.results import by_model
-from continuair.studies.sensitivity.findings import column, converged, if_converged, listed
+from continuair.studies.sensitivity.findings import column, converged, if_converged
 from continuair.studies.sensitivity.measures import apart
-from continuair.studies.sensitivity.study import Sensitivity
 from continuair.studies.sensitivity.task import PARAMETERS, batch, flight
-from continuair.studies.verdicts import Judgement, all_of, judged, judged_alike
+from continuair.studies.verdicts import (
+    Case,
+    Judgement,
+    judged,
+    judged_alike,
+    or_misprint,
+    over_cases,
+)
 from continuair.vehicle.vehicle import Vehicle
 
 ARM = ("arm radius", "arm length", "Young's modulus", "initial bend")
@@ -48,24 +59,31 @@ def parameters(evidence: Evidence) -> Judgement:
 
 
 def _strong(evidence: Evidence, names: tuple[str, ...], of: str) -> Judgement:
-    sweeps = evidence.sensitivity.results["sweeps"]
+    cases = [
+        Case(found.vehicle, found.reading, strong(found.sweeps, names, of))
+        for found in swept(evidence)
+    ]
+    return over_cases(cases)
+
+
+def strong(sweeps: dict[str, Any], names: tuple[str, ...], of: str) -> Judgement:
+    """Return whether at least two of some parameters change the error twofold over their sweeps."""
     factors = {}
     for name in names:
         errors = column(sweeps[name]["rows"], "error")
         factors[name] = largest(errors) / least(errors)
     known = [name for name in names if converged(sweeps[name])]
-    strong = [name for name in known if factors[name] >= PRONOUNCED]
-    # Sweeps that hang on the step may turn out either way.
-    counts = len(strong), len(strong) + len(names) - len(known)
+    twofold = [name for name in known if factors[name] >= PRONOUNCED]
+    # Sweeps that have not converged may turn out either way.
+    counts = len(twofold), len(twofold) + len(names) - len(known)
     told = ", ".join(
         f"{factor:.2g} ({name if name in known else f'{name}, not converged'})"
         for name, factor in factors.items()
     )
     return judged_alike(
         (count >= 2 for count in counts),
-        f"largest over least horizontal error of a sweep: {told}; {_from_to(*counts)} of these "
-        f"{len(names)} parameters {of} change it at least twofold. The error depends finely on "
-        "each of them, and the paper prints neither vehicle nor all values",
+        f"the largest horizontal error of a sweep over the least is {told}; {_from_to(*counts)} of "
+        f"these {len(names)} parameters {of} change it at least twofold",
         **{f"largest over least error, {name}": factor for name, factor in factors.items()},
     )
 
@@ -88,16 +106,17 @@ def downward(evidence: Evidence) -> Judgement:
             column_of_arm = slope * [1.0, 1.0, sign]
             ours = plain.arm.mass_per_length * (equations.rotation(q) @ column_of_arm)[0]
             errors[side] = max(errors[side], abs(printed / ours - 1.0))
-    return judged(
+    found = judged(
         height < 0.0 and errors["below"] < 1e-6 < errors["above"],
-        "a half circle ends at the height of its base, from where the slopes of Appendix A lead "
-        f"to a straight tip at z = {height:.3g} l. M17 of Appendix B agrees with an arm below to "
-        f"{'rounding' if errors['below'] < 1e-6 else percent(errors['below'])}, and is off by up "
-        f"to {errors['above']:.2g} times that of an arm above; z points up, as the UAV starts at "
-        "5 m. Eq. (2) has the other sign of z",
+        "∂z/∂κ of Appendix A, integrated from a half circle, whose tip is level with its base, "
+        f"puts the straight tip at z = {height:.3g} l. M17 of Appendix B is that of an arm below "
+        f"the UAV to {'rounding' if errors['below'] < 1e-6 else percent(errors['below'])}; for an "
+        f"arm above it is off by up to {errors['above']:.2g} times. z points up, as the UAV starts "
+        "at z = 5 m. Eq. (2) has the other sign of z (III-A.7)",
         height_of_the_straight_tip_over_length=height,
         largest_error_of_m17_for_an_arm_above=errors["above"],
     )
+    return or_misprint(found, "an arm above the UAV, as Appendices A and B have it")
 
 
 def _height_of_straight_tip(vehicle: Vehicle) -> float:
@@ -113,104 +132,33 @@ def _height_of_straight_tip(vehicle: Vehicle) -> float:
     return float(-half * np.dot(weights, slopes))
 
 
-def long_arms(evidence: Evidence) -> Judgement:
-    """V.9: is the oscillation of the longest arm wrong in the decoupled model?"""
-    off = _oscillation(evidence.vehicle, evidence.sensitivity)
-    told = ", ".join(
-        f"{name} by {_amount(name, long)} (0.5 m: {_amount(name, short)})"
-        for name, (short, long) in off.items()
-    )
-    try:
-        hertz = _oscillation(evidence.vehicle, evidence.sensitivity_hertz)
-        verdict = _judged_oscillation(evidence.sensitivity_hertz, hertz, "").verdict
-        told += f". With f in Hz, sin(2π f t): {verdict}"
-    except NotFlown:
-        pass
-    return _judged_oscillation(
-        evidence.sensitivity,
-        off,
-        "at 1.5 m the decoupled model's oscillation about the centre of mass is off in "
-        f"{told}. The length of 0.5 m is ours. IV-B.18 makes the same claim, and there the error "
-        "holds the path of the vehicle too",
-    )
-
-
-def _judged_oscillation(
-    study: Sensitivity, off: dict[str, tuple[float, float]], evidence: str
-) -> Judgement:
-    numbers = {f"{name} off by, 1.5 m": long for name, (_, long) in off.items()}
-    numbers |= {f"{name} off by, 0.5 m": short for name, (short, _) in off.items()}
-    return if_converged(
-        [study.results["sweeps"]["arm length"]], judged(_fails(off), evidence, **numbers)
-    )
-
-
-def _oscillation(vehicle: Vehicle, study: Sensitivity) -> dict[str, tuple[float, float]]:
-    """How far each property of the oscillation is off at the shortest and at the longest arm."""
-    sweep = PARAMETERS["arm length"]
-    vehicles, _ = batch(vehicle, flight(), sweep, sweep.values)
-    flights = study.datasets[sweep.name]
-    both = [swing.swing(vehicles, flights.sel(model=plant)) for plant in PLANTS]
-    short, long = (swing.differences(both[0][run], both[1][run]) for run in (0, -1))
-    return {name: (short[name], long[name]) for name in long}
-
-
-def _fails(off: dict[str, tuple[float, float]]) -> bool:
-    """Tell whether some property is off by a tenth (a tenth of a radian), more than if short."""
-    return any(long > SAME and long > short for short, long in off.values())
-
-
-def _amount(name: str, value: float) -> str:
-    return f"{value:.2g} rad" if name == "phase" else percent(value)
-
-
 def passive_arm(evidence: Evidence) -> Judgement:
     """V.10: do the models hardly differ with a passive arm, whatever its modulus?"""
-    sweep = PARAMETERS["Young's modulus"]
-    vehicles, _ = batch(evidence.vehicle, flight(), sweep, sweep.values)
-    flights = {test: _both(vehicles, test) for test in "AB"}
-    found = {
-        "under the force of the sweeps": evidence.sensitivity.datasets[sweep.name],
-        "in Test A": flights["A"],
-    }
-    share = {
-        (name, value): share_of_range(data.isel(run=[run]))
-        for name, data in found.items()
-        for run, value in enumerate(sweep.values)
-    }
-    fall = [float(np.sqrt(np.mean(row**2))) for row in apart(*_pair(flights["B"]))]
-    moduli = ", ".join(f"{1e-9 * value:g}" for value in sweep.values)
-    told = ", and ".join(
-        f"{', '.join(percent(share[name, value]) for value in sweep.values)} {name}"
-        for name in found
+    cases = []
+    for found in swept(evidence):
+        sweep = found.sweeps[_MODULUS.name]
+        pairs = zip(column(sweep["rows"], "error"), sweep["rows"], strict=True)
+        view = small([error / row["range_m"] for error, row in pairs])
+        cases.append(Case(found.vehicle, found.reading, if_converged([sweep], view)))
+    for vehicle in (evidence.vehicle, *other_vehicles(evidence)):
+        flights = _both(batch(vehicle, flight(), _MODULUS, _MODULUS.values)[0], "A")
+        shares = [share_of_range(flights.isel(run=[run])) for run in range(len(_MODULUS.values))]
+        cases.append(Case(vehicle.name, "Test A", small(shares)))
+    return over_cases(cases)
+
+
+_MODULUS = PARAMETERS["Young's modulus"]
+
+
+def small(shares: list[float]) -> Judgement:
+    """Return whether errors over ranges are small at every modulus."""
+    labels = [_MODULUS.label(value) for value in _MODULUS.values]
+    return judged(
+        largest(shares) < NEGLIGIBLE,
+        f"the tip's horizontal error is {', '.join(map(percent, shares))} of the range of its "
+        f"motion at {', '.join(labels)}",
+        **{f"error over range, {label}": x for label, x in zip(labels, shares, strict=True)},
     )
-    resting = [evidence.sensitivity.results["sweeps"][sweep.name]]
-    small = judged(
-        largest(share.values()) < NEGLIGIBLE,
-        f"with a passive arm of {moduli} GPa the tip's horizontal error is {told}, as share of "
-        f"the range of its motion (in Test B, in which the UAV carries nothing, {listed(fall)} m)",
-        **{
-            f"error over range {name}, {1e-9 * value:g} GPa": part
-            for (name, value), part in share.items()
-        },
-        **{
-            f"error in Test B, {1e-9 * value:g} GPa [m]": error
-            for value, error in zip(sweep.values, fall, strict=True)
-        },
-    )
-    factors = {
-        name: largest(shares) / least(shares)
-        for name in found
-        for shares in [[share[name, value] for value in sweep.values]]
-    }
-    told = ", and ".join(f"by a factor of {factor:.3g} {name}" for name, factor in factors.items())
-    alike = judged(
-        largest(factors.values()) < PRONOUNCED,
-        f"over the moduli it changes {told}",
-        **{f"largest over least share {name}": factor for name, factor in factors.items()},
-    )
-    parts = [if_converged(resting, part) for part in (small, alike)]
-    return all_of(parts, "The vehicle is ours")
 
 
 def _both(vehicles: Vehicle, test: str) -> xr.Dataset:
@@ -243,49 +191,38 @@ def _pair(flights: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
 
 
 def modes_of_actuation(evidence: Evidence) -> Judgement:
-    """V.12: does actuating the UAV tell in rotation, and the arm's torques in position?"""
-    drawn, position, (rotation, kind) = evidence.drawn, errors(evidence), rotations(evidence)
-    turned, moved = ((of["A"], of["C"]) for of in (rotation, position))
-    share_turned = drawn.share(drawn.rotation["A"] > drawn.rotation["C"])
-    share_moved = drawn.share(drawn.position["C"] >= PRONOUNCED * drawn.position["A"])
-    return all_of(
-        [
-            judged_alike(
-                (
-                    each["A"] > each["C"] and share_turned > MOST
-                    for each in possible_rotations(evidence)
-                ),
-                f"the error in rotation{kind} is {listed(turned)} rad in Tests A and C, larger in "
-                f"A for {percent(share_turned)} of the vehicles drawn",
-                **{
-                    "rotation, Test A [rad]": turned[0],
-                    "rotation, Test C [rad]": turned[1],
-                    "share larger in A": share_turned,
-                },
+    """V.12: does actuating the UAV change rotation most, and the arm's torques position?"""
+
+    def view(found: TipErrors) -> Judgement:
+        return judged_alike(
+            (
+                rotation["A"] > rotation["C"] and position["C"] >= PRONOUNCED * position["A"]
+                for rotation, position in product(found.rotations, found.positions)
             ),
-            judged_alike(
-                (
-                    each["C"] >= PRONOUNCED * each["A"] and share_moved > MOST
-                    for each in possible(evidence)
-                ),
-                f"that in position is {listed(moved)} m, at least twice as large in C for "
-                f"{percent(share_moved)}",
-                **{
-                    "position, Test A [m]": moved[0],
-                    "position, Test C [m]": moved[1],
-                    "share twice as large in C": share_moved,
-                },
-            ),
-        ],
-        f"Test B, without any actuation, has {rotation['B']:.3g} rad and {position['B']:.3g} m",
+            f"Tests A and C err by {found.turned('AC')} in rotation and by {found.moved('AC')} in "
+            "position",
+            **found.rotation_numbers("AC"),
+            **found.position_numbers("AC"),
+        )
+
+    drawn = evidence.drawn
+    turned = drawn.share(drawn.rotation["A"] > drawn.rotation["C"])
+    moved = drawn.share(drawn.position["C"] >= PRONOUNCED * drawn.position["A"])
+    of_drawn = judged(
+        turned > MOST and moved > MOST,
+        f"the error in rotation is larger in A for {percent(turned)} of them, and that in position "
+        f"at least twice as large in C for {percent(moved)}",
+        share_larger_in_a=turned,
+        share_twice_as_large_in_c=moved,
     )
+    cases = as_cases([*tip_errors(evidence), by_elements(evidence)], view)
+    return over_cases([*cases, Case(DRAWN, BLOCKS_IN_UNITS, of_drawn)])
 
 
 JUDGES = {
     "V.6": structure,
     "V.7": downward,
     "V.8": parameters,
-    "V.9": long_arms,
     "V.10": passive_arm,
     "V.12": modes_of_actuation,
 }

@@ -16,13 +16,14 @@ from continuair.studies.paper.evidence import Evidence
 from continuair.studies.paper.judges.agreement import (
     AGREES,
     SLOPES_AGREE,
+    as_formula,
     largest_gap,
     lowest_powers,
     natural_units,
     powers,
     random_states,
 )
-from continuair.studies.verdicts import Judgement, judged
+from continuair.studies.verdicts import Judgement, judged, or_misprint
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -95,9 +96,9 @@ def both_elements(evidence: Evidence) -> Judgement:
     return judged(
         bool(fits) and least > LINEAR,
         f"{len(fits)} of four readings gives both elements, to {max(worst[κ, s], AGREES):.0e} for "
-        f"two lengths of the arm: κ as {κ} of the bend, s {s} along the arm, which the paper does "
-        f"not say. Over ±0.5 of κ l or an angle each element leaves its chord by at least "
-        f"{least:.2g} of its largest value",
+        f"two arm lengths: κ is {κ} of the bend, and s is {s} along the arm (App-B.1). Over ±0.5 "
+        f"rad of κ l or of an angle each element leaves its chord by at least {least:.2g} of its "
+        "largest value",
         readings_that_fit=float(len(fits)),
         least_distance_from_a_chord=float(least),
     )
@@ -120,28 +121,33 @@ def distances_from_chords(function: Callable[[Array], Array], length: float) -> 
     return found / top
 
 
-def _one_element(column: int, name: str) -> Callable[[Evidence], Judgement]:
-    """Judge of App-B.1 or App-B.2: is the expression the element, with κ a curvature?"""
-
-    def judge(evidence: Evidence) -> Judgement:
-        found = {s: gaps(evidence.vehicle, "a curvature", s)[..., column] for s in _PLACES}
-        angle = gaps(evidence.vehicle, "the total angle", "integrated")[..., column]
-        # Of the arm of which more states differ: the other may be 1 m long.
-        tip, along = (float(np.median(gap, axis=1).max()) for gap in found.values())
-        right = max(float(angle.max()), AGREES)
-        return judged(
-            any(gap.max() <= ELEMENT for gap in found.values()),
-            f"with κ in 1/m the expression differs from {name}, in the median, by {tip:.2g} of it "
-            f"at s = l and {along:.2g} integrated, for an arm that is not 1 m long. Its κs/l is an "
-            f"angle only if κ is the total angle of the bend: then the integral is the element for "
-            f"that angle to {right:.0e}",
-            **{
-                "median relative difference, at s = l": tip,
-                "median relative difference, integrated": along,
-            },
-        )
-
-    return judge
+def appendix_b(evidence: Evidence) -> Judgement:
+    """App-B.1: are the expressions the elements 17 and 18, with κ the curvature of the text?"""
+    found = {s: gaps(evidence.vehicle, "a curvature", s) for s in _PLACES}
+    # Of the arm that differs more: the other may be 1 m long.
+    median = {s: np.median(gap, axis=1).max(axis=0) for s, gap in found.items()}
+    tip, along = median["at the tip"], median["integrated"]
+    angle = float(gaps(evidence.vehicle, "the total angle", "integrated").max())
+    right = max(angle, AGREES)
+    view = judged(
+        any(gap.max() <= ELEMENT for gap in found.values()),
+        f"with κ in 1/m the expressions differ from M17 and M18 by {tip[0]:.2g} and {tip[1]:.2g} "
+        f"of them at s = l, and by {along[0]:.2g} and {along[1]:.2g} integrated along the arm "
+        "(median; arms of two lengths, the worse one). For an arm of 1 m a curvature in 1/m and a "
+        "bend angle are the same number",
+        **{
+            f"median relative difference of {name}, {s}": float(median[s][column])
+            for s in _PLACES
+            for column, name in enumerate(("M17", "M18"))
+        },
+        largest_relative_difference_of_the_integral_for_the_bend_angle=right,
+    )
+    return or_misprint(
+        view,
+        "κ is the total bend angle κl (to which the N m of IV-A.5 belong too), and the expressions "
+        f"are integrated over s from 0 to l. The median difference is {along[0]:.2g} (M17) and "
+        f"{along[1]:.2g} (M18) with κ in 1/m, and the largest {right:.0e} with the bend angle",
+    )
 
 
 def scaling(evidence: Evidence) -> Judgement:
@@ -162,10 +168,10 @@ def scaling(evidence: Evidence) -> Judgement:
     every = np.concatenate(by_radius)
     return judged(
         worst <= SLOPES_AGREE,
-        f"M17 and M18 have the exponents 2 in r_a and 1 in ρ to {worst:.0e}. From "
-        f"{1e3 * radii[0]:g} to {1e3 * radii[1]:g} mm the other UAV-arm elements have "
-        f"{every.min():.4f} to {every.max():.4f} in r_a: those of the UAV's rotation also hold the "
-        "rotary inertia of the sections, which goes with r_a⁴",
+        f"M17 and M18 scale with r_a² and with ρ, to {worst:.0e} in the exponents. From "
+        f"{1e3 * radii[0]:g} to {1e3 * radii[1]:g} mm the exponents in r_a of the other UAV-arm "
+        f"elements are {every.min():.4f} to {every.max():.4f}: the rotary inertia of the sections, "
+        "in the rows of the UAV's rotation, scales with r_a⁴",
         largest_difference_of_an_exponent_of_M17_and_M18=worst,
         smallest_exponent_of_radius=float(every.min()),
         largest_exponent_of_radius=float(every.max()),
@@ -184,8 +190,8 @@ def near_the_base(evidence: Evidence) -> Judgement:
     )
     return judged(
         bool(np.nanmin(lowest) >= 2),
-        f"the lowest power of s at {len(lowest)} attitudes is {np.nanmin(lowest[:, 0]):g} in M17 "
-        f"and {np.nanmin(lowest[:, 1]):g} in M18",
+        f"the lowest power of s in Appendix B at {len(lowest)} random states is "
+        f"{np.nanmin(lowest[:, 0]):g} in M17 and {np.nanmin(lowest[:, 1]):g} in M18",
         lowest_power_in_M17=float(np.nanmin(lowest[:, 0])),
         lowest_power_in_M18=float(np.nanmin(lowest[:, 1])),
     )
@@ -208,7 +214,7 @@ def limit_of_m17(evidence: Evidence) -> Judgement:
     return judged(
         bool((lowest == 0.0).all()) and gap <= SLOPES_AGREE,
         "the lowest power of κ in M17 is 0 at general attitudes, in Appendix B and in the element "
-        f"of M, and its coefficient is proportional to ρ and r_a² to {gap:.0e}",
+        f"of M. Its coefficient is proportional to ρ and r_a² to {gap:.0e}",
         largest_lowest_power_of_kappa=float(lowest.max()),
     )
 
@@ -242,8 +248,8 @@ def order_of_m18(evidence: Evidence) -> Judgement:
     gap = float(np.abs(slopes - 1.0).max())
     return judged(
         cosine == 2.0 and bool((lowest == 1.0).all()) and gap <= ELEMENT,
-        f"the lowest power is {cosine:g} in the cosine and {lowest.max():g} in M18, whose slope on "
-        f"a log-log ladder of κl up to 0.1 is 1 to {gap:.1g}",
+        f"the lowest power of κ is {cosine:g} in cos(κs/l) − 1 and {lowest.max():g} in M18. The "
+        f"slope of log M18 over log κ is 1 to {gap:.1g} for κl up to 0.1 rad",
         lowest_power_in_the_cosine=cosine,
         lowest_power_in_M18=float(lowest.max()),
         largest_distance_of_the_slope_from_1=gap,
@@ -264,10 +270,11 @@ def entry_dependence(evidence: Evidence) -> Judgement:
     for q, _ in random_states(vehicle.arm.length, ATTITUDES):
         lowest = lowest_powers(partial(_block_at, vehicle, q), 0.5 / vehicle.arm.length)
         found |= set(lowest[np.isfinite(lowest)].tolist())
-    told = " and ".join(f"{power:g}" for power in sorted(found))
+    listed = " and ".join(f"{power:g}" for power in sorted(found))
     return judged(
         len(found) >= 2,
-        f"the leading powers of κ among the UAV-arm elements of M at general attitudes are {told}",
+        f"the leading powers of κ among the UAV-arm elements of M at general attitudes are "
+        f"{listed}",
         different_leading_powers=float(len(found)),
     )
 
@@ -324,14 +331,13 @@ def _regular(vehicle: Vehicle) -> Vehicle:
 
 
 JUDGES = {
-    "III-C.7": both_elements,
-    "III-C.8": scaling,
-    "III-C.10": near_the_base,
-    "III-C.11": limit_of_m17,
-    "III-C.12": curvature_in_m18,
-    "III-C.13": order_of_m18,
-    "III-C.14": entry_dependence,
-    "App-B.1": _one_element(0, "M17"),
-    "App-B.2": _one_element(1, "M18"),
+    "III-C.7": as_formula(both_elements),
+    "III-C.8": as_formula(scaling),
+    "III-C.10": as_formula(near_the_base),
+    "III-C.11": as_formula(limit_of_m17),
+    "III-C.12": as_formula(curvature_in_m18),
+    "III-C.13": as_formula(order_of_m18),
+    "III-C.14": as_formula(entry_dependence),
+    "App-B.1": appendix_b,
 }
 """Judge of every sentence of these, by its id."""

@@ -17,7 +17,7 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 from continuair import equations
-from continuair.flight.resolution import steps_told_of
+from continuair.flight.resolution import angles_unread, steps_told_of
 from continuair.flight.simulate import simulate
 from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, open_loop_test
 from continuair.studies.extremes import largest
@@ -43,6 +43,9 @@ _GRAVITY, _BETWEEN_SAMPLES = 9.81, 0.05
 
 _SAME = 0.01
 """The share within which what is found with two steps in turn is the same."""
+
+_STRAIGHT = 1e-6
+"""Bend angle up to which an arm counts as straight [rad]."""
 
 _STATE = ("position", "attitude", "bend", "velocity", "angular_velocity", "bend_rate")
 
@@ -95,6 +98,21 @@ def shares_of_energy(vehicle: Vehicle, test: str) -> tuple[Shares, Shares]:
     return Shares(*of_arm), Shares(*of_all)
 
 
+def states_of_tests(vehicle: Vehicle) -> Array:
+    """Return q (n, 8) along the coupled flights of Tests A to D with disks.
+
+    At 0.05 s intervals, up to an early end. Without straight states, at which ψa has no meaning.
+    """
+    full = with_disks(vehicle)
+    rows = []
+    for test in OPEN_LOOP_TESTS:
+        with steps_told_of(), angles_unread():
+            flown = simulate(full, open_loop_test(test), step=SHORTER[0], sample=_BETWEEN_SAMPLES)
+        rows.append(_motion(full, flown)[0])
+    q = np.concatenate(rows)
+    return q[np.abs(q[:, 6]) * vehicle.arm.length > _STRAIGHT]
+
+
 def errors_of_tests(vehicle: Vehicle) -> dict[str, float]:
     """RMSE of the tip between the decoupled and the coupled flight [m], by test; NaN where steps
     that are ever shorter do not agree on it."""
@@ -110,7 +128,7 @@ def _settled(found_with: Callable[[float], Array]) -> Array:
     """What is found with a step, from the first one with which it is as with the one before."""
     before: Array | None = None
     for step in SHORTER:
-        with steps_told_of():
+        with steps_told_of(), angles_unread():
             found = found_with(step)
         if before is not None and (np.abs(found - before) <= _SAME * np.abs(found)).all():
             return found

@@ -11,6 +11,7 @@ from continuair.analysis.shares import percent
 from continuair.equations import (
     camera_jacobian,
     camera_pose,
+    image_jacobian,
     interaction_matrix,
     jacobian,
     look,
@@ -25,7 +26,7 @@ from continuair.scenario.tracking_task import LETTER_HEIGHT, SETTINGS
 from continuair.studies.paper.evidence import Evidence
 from continuair.studies.paper.judges.agreement import natural_units
 from continuair.studies.paper.theorem import triangle
-from continuair.studies.verdicts import Judgement, judged
+from continuair.studies.verdicts import Case, Judgement, judged, or_misprint, over_cases
 from continuair.vehicle.camera import Camera
 from continuair.vehicle.vehicle import Vehicle
 
@@ -58,13 +59,20 @@ def camera_from_image(_: Evidence) -> Judgement:
             errors.append(np.linalg.norm(found - twist) / np.linalg.norm(twist))
     # What rounding leaves of a matrix of rank 5 is below 1e-15.
     rank_6 = bool(min(conditions) > 1e-12)
-    return judged(
+    view = judged(
         rank_6 and bool(max(errors) < 1e-9),
-        f"of {len(errors)} draws of 3, 4 and 6 points in view, the least singular value of L is at "
-        f"least {min(conditions):.1g} of the largest, so that its rank is 6, and L⁺ gives back the "
-        f"twist from the image's rates to 1e-9. L itself maps the other way, from twist to image",
+        f"in {len(errors)} draws of 3, 4 and 6 points in view, the least singular value of L is at "
+        f"least {min(conditions):.1g} of the largest: L has rank {6 if rank_6 else 'below 6'}. The "
+        f"pseudo-inverse L⁺ returns the camera's twist from the image's rate, "
+        f"with a residual {below(float(max(errors)), 1e-9)}. L itself maps from twist to image",
         least_over_largest_singular_value=float(min(conditions)),
     )
+    return or_misprint(view, "the pseudo-inverse of a rank-6 L gives the twist")
+
+
+def below(error: float, limit: float = AGREES) -> str:
+    """Return an error in words: below its limit, as rounding differs between machines."""
+    return f"below {limit:g}" if error < limit else f"{error:.2g}"
 
 
 def points_in_view(rng: np.random.Generator, n: int) -> Array:
@@ -98,16 +106,21 @@ def error_rate(evidence: Evidence) -> Judgement:
         pixels.append(off(printed, rate))
         normalised.append(off(printed, rate_normalised))
         at_centroid.append(off(-L @ (camera_twist - target_twist), rate_normalised))
-    ratio = float(1.0 / (1.0 - np.median(pixels)))
-    return judged(
+    ratio, centre = float(1.0 / (1.0 - np.median(pixels))), float(np.median(at_centroid))
+    view = judged(
         max(pixels) < AGREES,
-        f"with s in pixels, as the section defines it, ė is {ratio:.3g} times what Eq. (12) gives: "
-        "the L of Eq. (14) is that of normalised coordinates, in which sign and magnitude "
-        f"{'agree' if max(normalised) < AGREES else 'differ'} to {AGREES:g}, also for a target "
-        "that turns. v_t must then be taken at the camera's origin; with the velocity of the "
-        f"target's own centre it is off by {percent(float(np.median(at_centroid)))} in the median",
+        f"with s in pixels, as the section defines it, ė is {ratio:.3g} times the right side of "
+        "Eq. (12), because the L of Eq. (14) is that of normalised coordinates. v_t is the "
+        "target's twist at the camera's origin; with the velocity of the target's centre the "
+        f"error is {percent(centre)} in the median of {DRAWS} draws",
         rate_in_pixels_over_printed=ratio,
-        median_error_with_velocity_of_the_centre=float(np.median(at_centroid)),
+        median_error_with_velocity_of_the_centre=centre,
+    )
+    return or_misprint(
+        view,
+        "Eq. (12) is right with s in normalised coordinates; in pixels ė = -FL(v_c - v_t), with F "
+        f"the focal lengths. The residual relative to ė is {percent(float(np.median(pixels)))} as "
+        f"printed (median) and {below(max(normalised))} as corrected, also for a target that turns",
     )
 
 
@@ -141,18 +154,19 @@ def bounded_target(_: Evidence) -> Judgement:
         growth = max(growth, float((fine / coarse).max()) - 1.0)
         jump = max(jump, corner_jump(name, duration))
     speed, acceleration, jerk = largest.tolist()
-    return judged(
+    view = judged(
         growth < 0.01,
-        f"an assumption. The paper prints no time law; letters {LETTER_HEIGHT} m high, traced in "
-        f"{duration:g} s with rounded corners as ours are, have at most {speed:.2g} m/s, "
-        f"{acceleration:.2g} m/s² and {jerk:.2g} m/s³, at ever finer times. At constant speed "
-        f"through their sharp corners the velocity would jump by up to {jump:.2g} m/s, and the "
-        "acceleration have no bound",
+        f"this is an assumption, and the paper prints no time law. Our letters are {LETTER_HEIGHT} "
+        f"m high, have rounded corners and take {duration:g} s. Their target has at most "
+        f"{speed:.2g} m/s, {acceleration:.2g} m/s² and {jerk:.2g} m/s³, which finer times do not "
+        "raise. At constant speed through sharp corners the velocity would jump by up to "
+        f"{jump:.2g} m/s, with an unbounded acceleration",
         largest_speed_m_s=speed,
         largest_acceleration_m_s2=acceleration,
         largest_jerk_m_s3=jerk,
         jump_at_sharp_corner_m_s=jump,
     )
+    return over_cases([Case("any vehicle", "letters with rounded corners", view)])
 
 
 def norms(path: paths.Path, count: int) -> Array:
@@ -184,13 +198,15 @@ def pixel_size(evidence: Evidence) -> Judgement:
         found = to_normalised(camera, (on_sensor / size + centre).ravel())
         spread = max(spread, float(np.abs(found - project(points)).max()))
     least, *_, most = (lens / size for size in reversed(sizes))
-    return judged(
+    view = judged(
         spread < 1e-9,
-        f"behind a lens of {1e3 * lens:g} mm, pixels of {1e6 * sizes[0]:g} to {1e6 * sizes[-1]:g} "
-        f"µm make f_x {most:g} to {least:g} px, and Eq. (13) gives the same normalised coordinates "
-        "for all, to rounding: a focal length in pixels holds the pixel's size",
+        f"with a lens of {1e3 * lens:g} mm, pixels of {1e6 * sizes[0]:g} to {1e6 * sizes[-1]:g} "
+        f"µm give an f_x of {most:g} to {least:g} px. Differences of the normalised coordinates of "
+        f"Eq. (13) are {below(spread, 1e-9)}: the focal length in pixels contains the "
+        "pixel size",
         focal_length_of_the_smallest_pixels_px=most,
     )
+    return or_misprint(view, "Eq. (13) with the focal length over the pixel size")
 
 
 def matrix_of_a_point(_: Evidence) -> Judgement:
@@ -202,12 +218,13 @@ def matrix_of_a_point(_: Evidence) -> Judgement:
         printed = interaction_matrix(project(point[None]), point[2])
         worst = np.maximum(worst, np.abs(printed - slopes) / np.maximum(np.abs(slopes), 1.0))
     agreeing = int((worst < AGREES).sum())
-    return judged(
+    view = judged(
         agreeing == worst.size,
-        f"{agreeing} of the {worst.size} entries agree to {AGREES:g} with the differences of the "
-        f"projection at {DRAWS} points, in normalised coordinates",
+        f"{agreeing} of the {worst.size} entries agree to {AGREES:g} with central differences of "
+        f"the projection at {DRAWS} points, in normalised coordinates",
         entries_that_agree=float(agreeing),
     )
+    return or_misprint(view, "the slopes of the projection, which differ from Eq. (14)")
 
 
 def slope(point: Array, twist: Array) -> Array:
@@ -228,19 +245,34 @@ def image_jacobian_as_printed(evidence: Evidence) -> Judgement:
         min(middle[name] for name in middle if name[-1] == meant) for meant in (FEATURES, TWIST)
     )
     as_text = (*TEXT, FEATURES)
-    return judged(
+    right = max(corrected_errors(vehicle, np.random.default_rng(12)))
+    view = judged(
         bool(fitting) and min(max(each) for each in errors.values()) < AGREES,
-        f"e_a in R⁶ and 6×6 gains fit N = {listed(fitting)} only. The paper prints v_c = J_L q̇ and "
-        "does not say what it is. Read as the text has J_t and T_e, it "
+        f"e_a in R⁶ and 6×6 gains fit N = {listed(fitting)} only. The paper prints v_c = J_Lq̇ "
+        "without saying which motion it is. With J_t and T_e as the text defines them, it "
         f"{'is' if max(level[as_text]) < AGREES else 'is not'} the features' rate for a level UAV "
-        "without yaw, and off by "
-        f"{percent(middle[as_text])} of it in the median of {DRAWS} random states, as T_a⁻¹ stands "
-        f"where a rotation belongs; other readings are off by at least {percent(of_features)} from "
-        f"it and by {percent(of_twist)} from the camera's twist",
+        f"without yaw, and differs by {percent(middle[as_text])} in the median of {DRAWS} random "
+        f"states. Other readings differ by at least {percent(of_features)} from this rate and by "
+        f"{percent(of_twist)} from the camera's twist",
         median_error_from_feature_rate_as_the_text_has_it=middle[as_text],
         least_median_error_from_feature_rate=of_features,
         least_median_error_from_camera_twist=of_twist,
     )
+    return or_misprint(
+        view,
+        "J_L = L diag(R_c, R_c)ᵀJ_t, with R_c the rotation from camera to world axes and J_t in "
+        "world axes at the camera. T_a⁻¹ holds the matrix of the Euler rates instead. The residual "
+        f"relative to the features' rate is {percent(middle[as_text])} as printed (median) and "
+        f"{below(right)} as corrected",
+    )
+
+
+def corrected_errors(vehicle: Vehicle, rng: np.random.Generator) -> list[float]:
+    """Return relative errors of J_L q̇ with the rotation of the camera, at random states."""
+    return [
+        off(image_jacobian(vehicle, q, points) @ qd, features_rate(vehicle, q, qd, points))
+        for q, qd, points in random_motions(vehicle, rng)
+    ]
 
 
 def sizes_fit(n: int) -> bool:
@@ -265,12 +297,27 @@ def listed(values: list[int]) -> str:
 def printed_errors(
     vehicle: Vehicle, rng: np.random.Generator, *, level: bool = False
 ) -> dict[tuple[str, str, str], list[float]]:
-    """Relative errors of J_L q̇ as printed at random states, by its reading and what it is to be.
+    """Return relative errors of J_L q̇ as printed at random states, by reading and meant motion.
 
-    States and points are the same for every arm, in arm lengths. level: with the UAV level and
-    without yaw.
+    level: with the UAV level and without yaw.
     """
     errors: dict[tuple[str, str, str], list[float]] = {}
+    for q, qd, points in random_motions(vehicle, rng, level=level):
+        meant = {
+            FEATURES: features_rate(vehicle, q, qd, points),
+            TWIST: camera_jacobian(vehicle, q) @ qd,
+        }
+        L = interaction_matrix(*look(vehicle, q, points))
+        for reading, twist in twist_readings(vehicle, q, qd):
+            for name, motion in meant.items():
+                errors.setdefault((*reading, name), []).append(off(L @ twist, motion))
+    return errors
+
+
+def random_motions(
+    vehicle: Vehicle, rng: np.random.Generator, *, level: bool = False
+) -> Iterator[tuple[Array, Array, Array]]:
+    """Yield q, q̇ (8,) and points (3, 3) in view [m], the same in arm lengths for every arm."""
     length = vehicle.arm.length
     units = natural_units(length)
     for _ in range(DRAWS):
@@ -279,18 +326,13 @@ def printed_errors(
         q = units * np.array([0.0, 0.0, 3.0, *angles, bend, direction])
         qd = units * rng.normal(size=8)
         at, axes = camera_pose(vehicle, q)
-        points = at + length * (triangle() + [0.0, 0.0, 2.0]) @ axes.T
-        image, depth = look(vehicle, q, points)
-        ahead, behind = (look(vehicle, q + t * qd, points)[0] for t in (APART, -APART))
-        meant = {
-            FEATURES: (ahead - behind) / (2.0 * APART),
-            TWIST: camera_jacobian(vehicle, q) @ qd,
-        }
-        L = interaction_matrix(image, depth)
-        for reading, twist in twist_readings(vehicle, q, qd):
-            for name, motion in meant.items():
-                errors.setdefault((*reading, name), []).append(off(L @ twist, motion))
-    return errors
+        yield q, qd, at + length * (triangle() + [0.0, 0.0, 2.0]) @ axes.T
+
+
+def features_rate(vehicle: Vehicle, q: Array, qd: Array, points: Array) -> Array:
+    """Return the rate (2n,) of the image of points at rest, by central differences."""
+    ahead, behind = (look(vehicle, q + t * qd, points)[0] for t in (APART, -APART))
+    return np.asarray((ahead - behind) / (2.0 * APART))
 
 
 def twist_readings(

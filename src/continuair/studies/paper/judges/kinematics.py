@@ -18,6 +18,7 @@ from continuair.studies.paper.judges.agreement import (
     AGREES,
     SLOPES_AGREE,
     apart,
+    as_formula,
     largest_gap,
     lowest_powers,
     partial,
@@ -25,7 +26,7 @@ from continuair.studies.paper.judges.agreement import (
     rate,
     spin_of,
 )
-from continuair.studies.verdicts import Judgement, all_of, judged
+from continuair.studies.verdicts import Judgement, all_of, judged, or_misprint
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -34,6 +35,12 @@ OFFSET = np.array([0.03, -0.05, 0.04])
 """Where the arm's base sits on the UAV here [arm lengths]."""
 
 _STEPS = 500
+
+Columns = Callable[[Array], Array]
+"""A Jacobian as a function of q."""
+
+Rate = Callable[[Array, Array], Array]
+"""A rate as a function of q and q̇."""
 
 
 def arc_of_constant_curvature(evidence: Evidence) -> Judgement:
@@ -50,8 +57,8 @@ def arc_of_constant_curvature(evidence: Evidence) -> Judgement:
     )
     return judged(
         worst <= AGREES,
-        "the printed point and the integrated tangent of a circular arc from the offset P_o differ "
-        f"by less than {worst:.0e} of the distance; the arc starts along +z of the base frame",
+        "Eqs. (1) and (2) and the integrated tangent of a circular arc from P_o differ by at most "
+        f"{worst:.0e} of the distance. The arc starts along +z of the base frame",
         largest_relative_difference=worst,
     )
 
@@ -85,8 +92,8 @@ def velocity_of_a_point(evidence: Evidence) -> Judgement:
     )
     return judged(
         worst <= SLOPES_AGREE,
-        f"with ψ̇a for the rate whose index is missing, the sum of Eq. (3) and differences of Eq. "
-        f"(1) in time differ by less than {worst:.0e}",
+        "with ψ̇a for the rate whose index is missing, Eq. (3) and differences of Eq. (1) in time "
+        f"differ by at most {worst:.0e} of the velocity",
         largest_relative_difference=worst,
     )
 
@@ -94,26 +101,39 @@ def velocity_of_a_point(evidence: Evidence) -> Judgement:
 def jacobian_of_equation_2(evidence: Evidence) -> Judgement:
     """III-A.7: are the entries of Appendix A the derivatives of Eq. (2)?"""
     s = evidence.vehicle.arm.length
-    up, hanging = (_entries_that_agree(evidence.vehicle, s, sign) for sign in (1.0, -1.0))
-    return judged(
-        up == 6,
-        f"{up} of the six entries are derivatives of Eq. (2); ∂z/∂κ has the other sign: Appendix A "
-        f"belongs to z = −sin(κs)/κ, an arm that hangs, with which {hanging} agree",
-        entries_that_agree=float(up),
-        entries_that_agree_if_z_is_reversed=float(hanging),
+    up, hanging = (entry_gaps(s, sign) for sign in (1.0, -1.0))
+    agree = [int((gaps <= AGREES).sum()) for gaps in (up, hanging)]
+    printed, corrected = float(up.max()), largest_gap(hanging.ravel(), AGREES)
+    found = judged(
+        agree[0] == 6,
+        f"{agree[0]} of the six entries of Appendix A are derivatives of Eq. (2). The other, "
+        "∂z/∂κ, has the opposite sign",
+        entries_that_agree=float(agree[0]),
+        entries_that_agree_if_z_is_reversed=float(agree[1]),
+        largest_difference_as_printed_over_column=printed,
+        largest_difference_if_z_is_reversed_over_column=corrected,
+    )
+    return or_misprint(
+        found,
+        "Eq. (2) with z = −sin(κs)/κ, an arm that hangs, as Appendices A and B have it; the first "
+        "column of Eq. (5) then changes its sign too. The largest difference of an entry from the "
+        f"derivative is {printed:.2g} of the column as printed, and at most {corrected:.0e} with "
+        "this sign",
     )
 
 
-def _entries_that_agree(vehicle: Vehicle, s: float, sign: float) -> int:
-    """How many entries of Appendix A are slopes of Eq. (2), its z times a sign, at every state."""
-    vehicle, at = _regular(vehicle), _printed_point(s)
-    agree = np.ones((3, 2), bool)
+def entry_gaps(s: float, sign: float) -> Array:
+    """Return by entry (3, 2) the largest difference of Appendix A from the slopes of Eq. (2).
+
+    Over the norm of the column, at random states. s [m]; sign: by which z of Eq. (2) is multiplied.
+    """
+    at = _printed_point(s, sign)
+    found = []
     for q, _ in random_states(s):
-        printed, _ = equations.arm_jacobian(vehicle, q, s)
         slopes = np.column_stack([partial(at, q, index) for index in (6, 7)])
-        slopes *= np.array([[1.0], [1.0], [sign]])
-        agree &= np.abs(printed - slopes) <= AGREES * np.linalg.norm(slopes)
-    return int(agree.sum())
+        gaps = np.abs(as_printed.appendix_a(s, q[6], q[7]) - slopes)
+        found.append(gaps / np.linalg.norm(slopes, axis=0))
+    return np.max(found, axis=0)
 
 
 def rate_of_a_section(evidence: Evidence) -> Judgement:
@@ -122,28 +142,33 @@ def rate_of_a_section(evidence: Evidence) -> Judgement:
     sums, rates, products = [], [], []
     for section in (_section(s, frame) for frame in ("frenet", "untwisted")):
         for q, qd in random_states(s):
-            found = rate(section, q, qd)
+            turning = rate(section, q, qd)
             summed = sum(partial(section, q, index) * qd[index] for index in (6, 7))
-            sums.append(apart(summed, found))
-            rates.append(_symmetric_share(found))
-            products.append(_symmetric_share(found @ section(q).T))
+            sums.append(apart(summed, turning))
+            rates.append(_symmetric_share(turning))
+            products.append(_symmetric_share(turning @ section(q).T))
     worst, product = largest_gap(sums, SLOPES_AGREE), largest_gap(products, SLOPES_AGREE)
     share = float(np.median(rates))
-    return all_of(
+    found = all_of(
         [
             judged(
                 worst <= SLOPES_AGREE,
-                f"Ṙ_s is the sum in Eq. (4), to {worst:.0e}",
+                f"Ṙ_s is the sum in Eq. (4) to {worst:.0e}",
                 largest_relative_difference=worst,
             ),
             judged(
                 max(rates) <= SLOPES_AGREE,
-                f"so(3) asks for a skew Ṙ_s; its symmetric part is {share:.2g} of it, in the "
-                "median of two frames, as the paper prints no R_s",
+                "an element of so(3) is skew-symmetric; the symmetric part of Ṙ_s is "
+                f"{share:.2g} of its norm (median over two frames; the paper prints no R_s)",
                 median_symmetric_share=share,
+                largest_symmetric_share_of_the_product=product,
             ),
-        ],
-        f"The other reading, Ṙ_s R_sᵀ, is skew to {product:.0e}",
+        ]
+    )
+    return or_misprint(
+        found,
+        "Ṙ_s R_sᵀ ∈ so(3), from which Eq. (5) follows. The symmetric part is "
+        f"{share:.2g} of Ṙ_s (printed), and at most {product:.0e} of Ṙ_s R_sᵀ",
     )
 
 
@@ -164,10 +189,11 @@ def rotational_jacobian(evidence: Evidence) -> Judgement:
     fitting = min(worst, key=lambda reading: worst[reading])
     return judged(
         worst[fitting] <= AGREES,
-        "both columns are the spin of the frame that turns about the tangent with ψa, for an arm "
-        f"as Eq. (2) draws it (to {worst['frenet', 1.0]:.0e}). They are not that of the hanging "
-        f"arm of Appendix A (off by {worst['frenet', -1.0]:.2g}) nor that of a frame that follows "
-        f"the material of a tendon-driven arm (off by up to {worst['untwisted', 1.0]:.2g})",
+        "both columns are the angular velocity of the Frenet–Serret frame, which turns about the "
+        f"tangent with ψa, for an arm as Eq. (2) prints it (to {worst['frenet', 1.0]:.0e}). For "
+        f"the hanging arm of Appendix A they differ by {worst['frenet', -1.0]:.2g} (the first "
+        "column changes its sign, III-A.7), and for the untwisted frame of a tendon-driven arm by "
+        f"up to {worst['untwisted', 1.0]:.2g}",
         **{
             f"largest relative difference, {frame} frame, arm {'up' if sign > 0 else 'down'}": value
             for (frame, sign), value in worst.items()
@@ -175,68 +201,76 @@ def rotational_jacobian(evidence: Evidence) -> Judgement:
     )
 
 
-def linear_jacobian(evidence: Evidence) -> Judgement:
-    """III-B.3: does J_p as printed give the velocity of a point?"""
+def jacobian_of_a_section(evidence: Evidence) -> Judgement:
+    """III-B.3: do J_p and J_o as printed give velocity and angular velocity of a section?"""
     vehicle = _regular(evidence.vehicle)
+    parts = _parts_of_the_jacobian(vehicle)
+    errors = {name: _errors_by_matrix(vehicle.arm.length, *of) for name, of in parts.items()}
+    printed = ("T_e⁻¹ in axes of the world", "T_e⁻¹ in axes of the UAV")
+    median = {
+        (name, axes): float(np.median(errors[name][axes])) for name in parts for axes in printed
+    }
+    itself = largest_gap(
+        (error for name in parts for error in errors[name]["T_e in axes of the world"]),
+        SLOPES_AGREE,
+    )
+    found = judged(
+        any(max(max(errors[name][axes]) for name in parts) <= SLOPES_AGREE for axes in printed),
+        "with the printed T_e⁻¹ the median error is "
+        f"{median['J_p', printed[0]]:.2g} of the velocity from J_p and "
+        f"{median['J_o', printed[0]]:.2g} of the angular velocity from J_o, if T_e gives angular "
+        f"velocity in axes of the inertial frame, and {median['J_p', printed[1]]:.2g} and "
+        f"{median['J_o', printed[1]]:.2g} in axes of the UAV (the second J_p3 is read as J_o3)",
+        **{f"median relative error of {name}, {axes}": median[name, axes] for name, axes in median},
+        largest_relative_error_with_T_e=itself,
+    )
+    return or_misprint(
+        found,
+        "T_e in place of T_e⁻¹ in J_p2 and J_o2, in axes of the inertial frame (or T_e defined as "
+        "the inverse, from angular velocity to Euler rates). The median error is "
+        f"{median['J_p', printed[0]]:.2g} (J_p) and {median['J_o', printed[0]]:.2g} (J_o) as "
+        f"printed; with T_e the largest is {itself:.0e}",
+    )
+
+
+def _parts_of_the_jacobian(vehicle: Vehicle) -> dict[str, tuple[Columns, Rate]]:
+    """Return J_p and J_o with T_e in world axes, and the rates that they should give."""
     s = vehicle.arm.length
-
-    def point(q: Array) -> Array:
-        return equations.position(vehicle, q, s)
-
-    def columns(q: Array) -> Array:
-        return equations.jacobian(vehicle, q, s)[:3]
-
-    return _with_printed_inverse("J_p", s, columns, lambda q, qd: rate(point, q, qd))
-
-
-def angular_jacobian(evidence: Evidence) -> Judgement:
-    """III-B.4: does J_o as printed give the angular velocity of a section?"""
-    s = evidence.vehicle.arm.length
     section = _section(s, "frenet")
 
     def turned(q: Array) -> Array:
         return equations.rotation(q) @ section(q)
 
-    def columns(q: Array) -> Array:
+    def linear(q: Array) -> Array:
+        return equations.jacobian(vehicle, q, s)[:3]
+
+    def angular(q: Array) -> Array:
         of_arm = as_printed.rotational_columns(s, q[7])
         R, T = equations.rotation(q), equations.euler_rate_matrix(q)
         return np.hstack([np.zeros((3, 3)), T, R @ of_arm])
 
+    def velocity(q: Array, qd: Array) -> Array:
+        return rate(lambda at: equations.position(vehicle, at, s), q, qd)
+
     def spin(q: Array, qd: Array) -> Array:
         return spin_of(rate(turned, q, qd) @ turned(q).T)
 
-    return _with_printed_inverse("J_o (the second J_p3 read as J_o3)", s, columns, spin)
+    return {"J_p": (linear, velocity), "J_o": (angular, spin)}
 
 
-def _with_printed_inverse(
-    name: str,
-    s: float,
-    columns: Callable[[Array], Array],
-    right: Callable[[Array, Array], Array],
-) -> Judgement:
-    """Hold a Jacobian with the printed T_e⁻¹ against a rate: T_e in axes of the world or the UAV.
+def _errors_by_matrix(s: float, columns: Columns, right: Rate) -> dict[str, list[float]]:
+    """Relative errors of a Jacobian at random states, by the matrix in place of T_e.
 
-    s: the arm's length [m]. columns: the Jacobian with T_e itself, in axes of the world, in its
-    place.
+    s: the arm's length [m]. columns: the Jacobian with T_e in world axes. right: the rate that it
+    should give, of q and q̇.
     """
-    worst, medians = {}, {}
-    for reading, matrix in READINGS_OF_T_E.items():
-        differences = [
+    return {
+        reading: [
             apart(replaced(columns(q), q, matrix(q)) @ qd, right(q, qd))
             for q, qd in random_states(s)
         ]
-        worst[reading], medians[reading] = max(differences), float(np.median(differences))
-    printed = ("T_e⁻¹ in axes of the world", "T_e⁻¹ in axes of the UAV")
-    itself = largest_gap([worst["T_e in axes of the world"]], SLOPES_AGREE)
-    return judged(
-        any(worst[reading] <= SLOPES_AGREE for reading in printed),
-        f"with the printed T_e⁻¹, T_e taking Euler rates to angular velocity, {name} errs by "
-        f"{medians[printed[0]]:.2g} of the rate in the median (T_e in axes of the inertial frame) "
-        f"or {medians[printed[1]]:.2g} (of the UAV). With T_e itself, in axes of the inertial "
-        f"frame, it errs by less than {itself:.0e}",
-        **{f"median relative error, {reading}": medians[reading] for reading in printed},
-        largest_relative_error_with_T_e=itself,
-    )
+        for reading, matrix in READINGS_OF_T_E.items()
+    }
 
 
 def replaced(columns: Array, q: Array, matrix: Array) -> Array:
@@ -276,9 +310,9 @@ def euler_rate_mapping(evidence: Evidence) -> Judgement:
     worst = largest_gap(errors["world"], SLOPES_AGREE)
     return judged(
         worst <= SLOPES_AGREE,
-        "T_e, the ZYX mapping from Euler rates to angular velocity in axes of the inertial frame, "
-        f"makes J_p2 = −[R P_s]× T_e and J_o2 = T_e right to {worst:.0e}; in axes of the UAV it "
-        f"would err by {np.median(errors['UAV']):.2g} in the median",
+        "with T_e from ZYX Euler rates to angular velocity in axes of the inertial frame, "
+        f"J_p2 = −[R P_s]× T_e and J_o2 = T_e are right to {worst:.0e}. With T_e in axes of the "
+        f"UAV the median error is {np.median(errors['UAV']):.2g}",
         largest_relative_error_in_axes_of_the_world=worst,
         median_relative_error_in_axes_of_the_uav=float(np.median(errors["UAV"])),
     )
@@ -286,33 +320,20 @@ def euler_rate_mapping(evidence: Evidence) -> Judgement:
 
 def appendix_a(evidence: Evidence) -> Judgement:
     """App-A.1: is the matrix the Jacobian of a hanging arm, with finite limits?"""
-    vehicle = _regular(evidence.vehicle)
-    s = vehicle.arm.length
-    worst = {}
-    for arm, sign in (("hangs", -1.0), ("points up", 1.0)):
-        at = _printed_point(s, sign)
-        worst[arm] = max(_entry_error(vehicle, q, at) for q, _ in random_states(s))
-    lowest = lowest_powers(
-        lambda κ: equations.arm_jacobian(vehicle, np.array([0] * 6 + [κ, 0.4]), s)[0], 0.5 / s
-    )
-    agrees = largest_gap([worst["hangs"]], SLOPES_AGREE)
+    s = evidence.vehicle.arm.length
+    hangs = largest_gap(entry_gaps(s, -1.0).ravel(), AGREES)
+    points_up = float(entry_gaps(s, 1.0).max())
+    lowest = lowest_powers(lambda κ: as_printed.appendix_a(s, κ, 0.4), 0.5 / s)
     return judged(
-        agrees <= SLOPES_AGREE and float(np.nanmin(lowest)) >= 0.0,
-        "for an arm that hangs, as the conclusions have it, the six entries are the slopes of the "
-        f"point's position to {agrees:.0e}; for one that points up they are off by "
-        f"{worst['points up']:.2g}. No entry has a negative power of κ, so the limits are finite, "
-        "and that of the column of ψa is 0. The text calls the matrix J_pa",
-        largest_relative_difference=agrees,
-        largest_relative_difference_of_an_arm_that_points_up=worst["points up"],
+        hangs <= AGREES and float(np.nanmin(lowest)) >= 0.0,
+        "for an arm that hangs, as the conclusions say, the six entries are the slopes of a "
+        f"point's position to {hangs:.0e} of the column (for one that points up they differ by "
+        f"{points_up:.2g}). No entry has a negative power of κ, so the limits are finite; the "
+        "column of ψa tends to 0. The text calls the matrix J_pa",
+        largest_relative_difference=hangs,
+        largest_relative_difference_of_an_arm_that_points_up=points_up,
         lowest_power_of_kappa=float(np.nanmin(lowest)),
     )
-
-
-def _entry_error(vehicle: Vehicle, q: Array, at: Callable[[Array], Array]) -> float:
-    """Largest difference of an entry of Appendix A from the slope, over the column's length."""
-    printed, _ = equations.arm_jacobian(vehicle, q, vehicle.arm.length)
-    slopes = np.column_stack([rate(at, q, np.eye(8)[index]) for index in (6, 7)])
-    return float((np.abs(printed - slopes) / np.linalg.norm(slopes, axis=0)).max())
 
 
 def _regular(vehicle: Vehicle) -> Vehicle:
@@ -352,15 +373,14 @@ def _symmetric_share(matrix: Array) -> float:
 
 
 JUDGES = {
-    "III-A.4": arc_of_constant_curvature,
-    "III-A.6": velocity_of_a_point,
+    "III-A.4": as_formula(arc_of_constant_curvature),
+    "III-A.6": as_formula(velocity_of_a_point),
     "III-A.7": jacobian_of_equation_2,
     "III-A.8": rate_of_a_section,
-    "III-A.10": rotational_jacobian,
+    "III-A.10": as_formula(rotational_jacobian),
     **near_straight.JUDGES,
-    "III-B.3": linear_jacobian,
-    "III-B.4": angular_jacobian,
-    "III-B.5": euler_rate_mapping,
-    "App-A.1": appendix_a,
+    "III-B.3": jacobian_of_a_section,
+    "III-B.5": as_formula(euler_rate_mapping),
+    "App-A.1": as_formula(appendix_a),
 }
 """Judge of every sentence of these sections, by its id."""

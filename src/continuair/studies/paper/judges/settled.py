@@ -1,8 +1,9 @@
-"""Whether the flights of the letters hang on their step."""
+"""Whether the flights of the letters depend on their integration step."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from continuair.flight.resolution import RESOLVED
@@ -14,8 +15,11 @@ from continuair.studies.verdicts import UNDECIDED, Judgement
 
 
 def if_settled(judge: Callable[[Evidence], Judgement]) -> Callable[[Evidence], Judgement]:
-    """The judge of what rests on the letters: undecided where steps do not resolve a flight, or
-    half of them change the error of one that came to its end by a tenth."""
+    """Return a judge that is undecided where steps do not resolve a flight of the letters.
+
+    They do not if its step_error is large, or if half the step changes the error of a flight that
+    came to its end by a tenth.
+    """
 
     def judged_of(evidence: Evidence) -> Judgement:
         found = judge(evidence)
@@ -27,8 +31,14 @@ def if_settled(judge: Callable[[Evidence], Judgement]) -> Callable[[Evidence], J
         ]
         if not hang:
             return found
-        told = f"{found.evidence}; that hangs on the step of {'; '.join(hang)}"
-        return Judgement(UNDECIDED, told, found.numbers, found.times)
+        note = f"The integration step changes {'; '.join(hang)} too much to decide"
+        told = f"{found.evidence}. {note}"
+        return replace(
+            found,
+            verdict=UNDECIDED,
+            evidence=told,
+            note=". ".join(filter(None, (found.note, note))),
+        )
 
     return judged_of
 

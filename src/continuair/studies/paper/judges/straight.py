@@ -6,6 +6,9 @@ import numpy as np
 
 from continuair import equations
 from continuair.analysis.accelerations import forward_dynamics
+from continuair.analysis.shares import percent
+from continuair.studies.extremes import least
+from continuair.studies.verdicts import Case, judged
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -18,6 +21,9 @@ _SIZES = np.geomspace(1e-6, 1e-2, 9)
 CURVATURES = np.concatenate([-_SIZES[::-1], [0.0], _SIZES])
 """Values of κ in both signs [1/m]."""
 
+RIGHT = 0.01
+"""Share of the largest acceleration up to which accelerations count as right."""
+
 _NEXT_TO_STRAIGHT = 1e-9
 """κ that stands for 0 where a direction is needed [1/m]."""
 
@@ -25,6 +31,31 @@ _NEXT_TO_STRAIGHT = 1e-9
 _Q = (0.0, 0.0, 5.0, 0.1, 0.2, 0.3, 0.0, 0.4)
 _RATES = (0.1, 0.2, 0.3, 0.5, -0.3, 0.2, 0.1, 1.0)
 _TAU = (10.0, 5.0, 30.0, 0.2, 0.1, 0.05, 0.0, 0.0)
+
+
+def as_cases(vehicle: Vehicle) -> list[Case]:
+    """Return whether accelerations are right with κ_s for κ in M and C, and with κ_s before C."""
+    true = without_singularity(vehicle)
+    errors = {value: error(with_threshold(vehicle, value), true) for value in THRESHOLDS}
+    listed = ", ".join(f"{percent(errors[value])} for {value:g}" for value in errors)
+    sloped = error(with_threshold(vehicle, 1e-3, differentiated=True), true)
+    derived = judged(
+        least(errors.values()) <= RIGHT,
+        f"those of the bend are off by up to {listed} 1/m as κ_s, for |κ| up to 0.01 1/m in both "
+        "signs",
+        # Smaller thresholds lose digits, differently on every machine.
+        **{f"error for κ_s of {value:g} 1/m, share": errors[value] for value in (1e-2, 1e-3)},
+    )
+    before = judged(
+        sloped <= RIGHT,
+        "C lacks its slopes by κ, and with 0.001 1/m as κ_s those of the bend are off by "
+        f"{sloped:.2g} times the largest",
+    )
+    reading = "accelerations at ψ̇a = 1 rad/s, κ_s for κ"
+    return [
+        Case(vehicle.name, f"{reading} in the derived M and C", derived),
+        Case(vehicle.name, f"{reading} before C is derived", before),
+    ]
 
 
 def with_threshold(vehicle: Vehicle, threshold: float, *, differentiated: bool = False) -> Array:

@@ -1,11 +1,19 @@
-"""What the plants cost to compute, and verdicts that turn on it: never within timing's noise."""
+"""What the plants cost to compute, and verdicts on it: never within the noise of timing."""
 
 from __future__ import annotations
 
 from continuair.analysis.shares import percent
 from continuair.kernels.dynamics import PLANTS
-from continuair.studies.paper.evidence import Evidence
-from continuair.studies.verdicts import NOT_REPRODUCED, REPRODUCED, UNDECIDED, Judgement
+from continuair.studies.cost import ratio, ratio_printed
+from continuair.studies.paper.evidence import CannotBeFlown, Evidence
+from continuair.studies.verdicts import (
+    FAILS,
+    HOLDS,
+    UNDECIDED,
+    Case,
+    Judgement,
+    untestable,
+)
 
 NOISE = 0.05
 """Shares of a time that differ by less may be noise of the machine."""
@@ -15,7 +23,7 @@ def by_margin(evidence: Evidence, excess: float) -> str:
     """Return the verdict that a measured share of a time exceeds its limit, by which it does."""
     if abs(excess) < max(NOISE, abs(unexplained(evidence))):
         return UNDECIDED
-    return REPRODUCED if excess > 0 else NOT_REPRODUCED
+    return HOLDS if excess > 0 else FAILS
 
 
 def unexplained(evidence: Evidence) -> float:
@@ -61,6 +69,27 @@ def cheaper(evidence: Evidence) -> Judgement:
     )
 
 
+def cost_case(evidence: Evidence) -> Case:
+    """Return the view of `cheaper` with its vehicle and reading."""
+    return Case(evidence.vehicle.name, "cost in compiled form on this machine", cheaper(evidence))
+
+
+def simulink_times(evidence: Evidence) -> Judgement:
+    """IV-C.16: no verdict, but the ratio of both times in this program's compiled form."""
+    why = "32 and 22 ms are times of the Simulink Profiler, which cannot be taken here"
+    try:
+        ours = ratio(evidence.cost["models"])
+    except CannotBeFlown as reason:
+        return untestable(f"{why}; {reason}")
+    assert ours is not None, "both plants are timed"
+    return untestable(
+        f"{why}. The printed ratio of decoupled to coupled is {ratio_printed():.2f}. In compiled "
+        f"form ours is {ours:.2f}: decoupling changes the dynamics alone, while camera and law "
+        "run the same code with both plants",
+        **measured(evidence),
+    )
+
+
 def told(share: float) -> str:
-    """Say how much less, or more, that is."""
+    """Return how much less, or more, that is, in words."""
     return f"{percent(abs(share))} {'less' if share > 0 else 'more'}"

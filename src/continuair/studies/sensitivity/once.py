@@ -1,0 +1,132 @@
+"""Sweeps of one parameter flown once, at the automatic step, for more vehicles than the study's.
+
+They hold what the checks of `findings` read. A sweep that its steps do not resolve is marked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from continuair.analysis.convergence import CONVERGED, SAMPLE, Flown
+from continuair.analysis.mass import straight_arm_inertia
+from continuair.flight.prepare import prepare
+from continuair.flight.resolution import steps_told_of
+from continuair.flight.rollout import fly
+from continuair.kernels.dynamics import PLANTS, REFERENCE
+from continuair.scenario.scenarios import Scenario
+from continuair.studies.sensitivity.measures import (
+    VARIABLES,
+    apart,
+    by_second,
+    measures,
+    range_of,
+    rms,
+)
+from continuair.studies.sensitivity.swing import swings_apart
+from continuair.studies.sensitivity.task import PARAMETERS, Parameter, batch, flight
+from continuair.vehicle.vehicle import Vehicle
+
+Array = np.ndarray
+
+VALUES = 13
+"""Values flown from the least to the largest, beside those that the paper compares."""
+
+STEP_SHARE = 0.1
+"""A value between is left out if its steps may make more than this share of its error."""
+
+DECOUPLED = "decoupled"
+
+
+def fly_once(
+    vehicles: Vehicle,
+    scenario: Scenario,
+    models: Sequence[str] = PLANTS,
+    halved: Array | None = None,
+) -> dict[str, xr.Dataset]:
+    """Return flights by model over (run, time), every run at a step of its own.
+
+    It is the automatic step or less: runs of few different steps share calls of the force, which
+    take longer than the flights. halved: mask (runs,) of those that fly at half of it.
+    """
+    with steps_told_of():
+        automatic = prepare(vehicles, scenario, sample=SAMPLE).steps
+        steps = SAMPLE / 2.0 ** np.ceil(np.log2(SAMPLE / automatic) - 1e-9)
+        if halved is not None:
+            steps = np.where(halved, 0.5 * steps, steps)
+        prepared = prepare(vehicles, scenario, step=steps, sample=SAMPLE)
+        return {model: fly(prepared, model, VARIABLES) for model in models}
+
+
+def scenario_of(hertz: bool, straight: bool) -> Scenario:
+    """Return the scenario of the sweeps. straight: with an arm that is straight at the start."""
+    scenario = flight(hertz)
+    if not straight:
+        return scenario
+    q = np.array(scenario.q, float)
+    q[6] = 0.0
+    return scenario.replace(q=q)
+
+
+def sweep_once(
+    vehicle: Vehicle, name: str, *, hertz: bool = False, straight: bool = False
+) -> dict[str, Any]:
+    """Return a sweep as `Sensitivity.results` has it, of the coupled and the decoupled model.
+
+    hertz: whether f counts in Hz. straight: whether the arm is straight at the start.
+    """
+    parameter = PARAMETERS[name]
+    values = np.union1d(parameter.between(VALUES), parameter.values)
+    vehicles, starts = batch(vehicle, scenario_of(hertz, straight), parameter, values)
+    compared = np.isin(values, parameter.values)
+    flown = fly_once(vehicles, starts, halved=compared)
+    inertia = np.array([straight_arm_inertia(vehicles.select(run)) for run in range(len(values))])
+    columns = {"arm_inertia_kg_m2": inertia} | measures(vehicles, flown[REFERENCE])
+    distances = apart(flown[REFERENCE], flown[DECOUPLED])
+    errors = np.array([rms(distance) for distance in distances])
+    usable = _resolved(vehicles, flown, np.where(compared, CONVERGED, STEP_SHARE) * errors)
+    rows = [
+        {"value": value, "label": parameter.label(value)}
+        | {"mass_kg": float(vehicles.select(run).mass)}
+        | {key: float(column[run]) for key, column in columns.items()}
+        | {"range_m": range_of(flown[REFERENCE].isel(run=[run]))}
+        | {"models": _models(distances[run], bool(usable[run]))}
+        for run, value in enumerate(values)
+        if compared[run]
+    ]
+    if name == "arm length":
+        _add_swings(rows, vehicles, flown, values)
+    kept = {"value": values, "rmse_xy_m": errors} | columns
+    between: dict[str, Any] = {key: column[usable].tolist() for key, column in kept.items()}
+    between["rmse_xy_m"] = {DECOUPLED: between["rmse_xy_m"]}
+    between |= {"ended_early": [], "unresolved": values[~usable].tolist()}
+    return _described(parameter) | {"rows": rows, "between": between}
+
+
+def _described(parameter: Parameter) -> dict[str, Any]:
+    return {"units": parameter.units, "scale": parameter.scale}
+
+
+def _models(distance: Array, usable: bool) -> dict[str, dict[str, Any]]:
+    found = {"rmse_xy_m": rms(distance), "rmse_xy_by_second_m": by_second(distance)}
+    return {REFERENCE: {"converged": usable}, DECOUPLED: {"converged": usable} | found}
+
+
+def _add_swings(rows: list[dict[str, Any]], vehicles: Vehicle, flown: Flown, values: Array) -> None:
+    """Add `swing.differences` to the rows; they take as long as the flights."""
+    for row in rows:
+        run = int(np.flatnonzero(values == row["value"])[0])
+        one = {model: flights.isel(run=[run]) for model, flights in flown.items()}
+        (swings,) = swings_apart(vehicles.select(run), one, REFERENCE)[DECOUPLED]
+        row["models"][DECOUPLED] |= swings
+
+
+def _resolved(vehicles: Vehicle, flown: Flown, most: Array) -> Array:
+    """Which runs flew to the end with steps that change the tips by at most `most` (runs,) [m]."""
+    length = np.asarray(vehicles.arm.length)
+    of_step = sum(length * flights["step_error"].to_numpy() for flights in flown.values())
+    ended = np.any([flights["status"].to_numpy() != 0 for flights in flown.values()], axis=0)
+    return np.asarray(~ended & (of_step <= most))
