@@ -1,1 +1,1 @@
-"""Which vehicle explains the open-loop table of Amiri et al.: a search, and its negative result."""
+"""Search for vehicles and readings that give Table I of Amiri et al."""

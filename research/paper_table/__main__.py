@@ -22,14 +22,14 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 @app.command()
 def paper_table(
-    effort: Annotated[int, typer.Option(min=1, help="How long to search.")] = 1,
+    effort: Annotated[int, typer.Option(min=1, help="Search so many times as long.")] = 1,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the search.")] = 0,
     out: OutOption = None,
     json: JsonOption = None,
 ) -> None:
-    """Search for the vehicle behind the paper's table.
+    """Search for vehicles and readings that give the paper's Table I.
 
-    The search may be interrupted (Ctrl-C): it then reports the best that it has found.
+    Ctrl-C ends the search, and the best vehicles found until then are reported.
     """
     with reporting():
         _search(effort, seed, out, json)
@@ -38,13 +38,13 @@ def paper_table(
 def _search(effort: int, seed: int, out: str | None, json: str | None) -> None:
     from continuair.studies.results import as_json
 
-    # Folder and file are checked before the flights: a wrong one is told at once.
+    # Folder and file are checked before the flights: a wrong one is refused at once.
     check_json(json)
     with results_in(out, "paper_table") as folder, progress_bar() as progress:
         from research.paper_table.search import Effort, search
         from research.paper_table.study import as_table, summarise, write
 
-        results = summarise(search(Effort.times(effort), seed, progress))
+        results = summarise(search(Effort.times(effort), seed, progress), progress)
         if folder is not None:
             write(results, folder)
     typer.echo(as_table(results), err=True, nl=False)

@@ -1,125 +1,125 @@
-"""Flying batches of candidate vehicles through the paper's four tests, reduced to their tips."""
+"""Flying vehicles under readings through Tests A to D, and how far the numbers are from Table I."""
 
 from __future__ import annotations
 
-import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
-import continuair as ca
-from research.paper_table.readings import Flight, Tips
+from continuair.scenario.paper_tests import OPEN_LOOP_TESTS
+from continuair.studies.table.compiled import Job, fly
+from continuair.studies.table.metrics import Tips, tips
+from continuair.studies.table.printed import FLOWN, Flight, PrintedModel
+from continuair.studies.table.reading import Reading
+from continuair.studies.table.study import PRINTED
+from continuair.vehicle.vehicle import Vehicle
+from research.paper_table.readings import METRICS, numbers
 
 Array = np.ndarray
-
-_MODELS = {"block": "decoupled"}
-_WANTED = ("tip_position", "tip_attitude", "q")
+Pair = tuple[Vehicle, Reading]
+"""A vehicle, and the choices of a reading that its flights depend on."""
 
 
 @dataclass(frozen=True)
 class Accuracy:
-    """phase: largest product of fastest rate and step; largest: step [s]; sample: between them."""
+    """tolerance of the flights; sample [s]; most: evaluations after which a flight counts as lost;
+    nodes on the backbone."""
 
-    phase: float
-    largest: float
+    tolerance: float
     sample: float
+    most: int
+    nodes: int
 
 
-SEARCH = Accuracy(0.4, 2e-3, 4e-3)
-"""While searching: errors of some percent of a metric, which the objective hardly sees."""
+DRAWS = Accuracy(1e-5, 4e-3, 40_000, 5)
+"""For random vehicles: errors of some percent, in Test D more."""
 
-FINAL = Accuracy(0.1, 2.5e-4, 1e-3)
-"""For what is reported."""
+REFINEMENT = Accuracy(1e-6, 4e-3, 60_000, 5)
 
-STEEPEST = 2e3
-"""Vehicles of a faster bend [rad/s] are not flown: an arm so stiff hardly bends."""
+# Most vehicles fail in the first of these.
+_ORDER = "BACD"
+
+_EXPONENT = 8.0
 
 
-def steps_of(vehicle: ca.Vehicle, accuracy: Accuracy) -> tuple[Array, Array]:
-    """Steps [s] and whether there is a usable one, (runs,); the same whatever else is in the batch.
+def log_ratios(
+    pairs: Sequence[Pair],
+    accuracy: Accuracy,
+    limit: float = np.inf,
+    metrics: Sequence[int] = tuple(range(len(METRICS))),
+) -> Array:
+    """Return |ln(ours / printed)| (pairs, metrics, 2, 4), rows T and R, columns Tests A to D.
 
-    A step is a sample's length over a power of two, so that runs share their time grids.
+    inf where a flight ends early or a number is 0 or has no range. limit: a pair that exceeds it
+    under each of `metrics`, places in METRICS, is not flown further: NaN in the tests left.
     """
-    fastest = _fastest_rate(vehicle)
-    usable = np.isfinite(fastest) & (fastest < STEEPEST)
-    step = np.minimum(accuracy.largest, accuracy.phase / np.where(usable, fastest, 1.0))
-    return accuracy.sample / 2 ** np.ceil(np.log2(accuracy.sample / step) - 1e-9), usable
+    counted = list(metrics)
+    found = np.full((len(pairs), len(METRICS), 2, len(OPEN_LOOP_TESTS)), np.nan)
+    alive = list(range(len(pairs)))
+    for test in _ORDER:
+        if not alive:
+            break
+        column = OPEN_LOOP_TESTS.index(test)
+        flown = _of_test([pairs[index] for index in alive], test, accuracy)
+        for index, off in zip(alive, flown, strict=True):
+            found[index, :, :, column] = off
+        alive = [i for i in alive if not largest(found[i, counted]).min() > limit]
+    return found
 
 
-def _fastest_rate(vehicle: ca.Vehicle) -> Array:
-    """Largest |λ| (runs,) [1/s] of λ² + 2 γ λ + ω² = 0, the bend of the tests' start let go."""
-    q, push = np.array([ca.open_loop_test("B").q]), np.zeros((1, 8))
-    push[0, 6] = 1e-3
-    let_go, out, back = (
-        ca.forward_dynamics(vehicle, q, qd, gravity=0.0)[:, 6] for qd in (0.0 * push, push, -push)
+def largest(logs: Array) -> Array:
+    """Return the largest of log ratios (..., 2, 4), over the tests that were flown."""
+    return np.fmax.reduce(logs, axis=(-2, -1))
+
+
+def objective(logs: Array) -> Array:
+    """Return the 8-norm of log ratios (..., 2, 4), a smooth maximum; inf where a test is missing.
+
+    To nine decimals, so that rounding errors decide nothing between two vehicles.
+    """
+    with np.errstate(invalid="ignore", over="ignore"):
+        value = np.sum(logs**_EXPONENT, axis=(-2, -1)) ** (1.0 / _EXPONENT)
+    return np.where(np.isfinite(value), np.round(value, 9), np.inf)
+
+
+def _of_test(pairs: Sequence[Pair], test: str, accuracy: Accuracy) -> list[Array]:
+    """Log ratios (metrics, 2) of one test; flights that pairs share are flown once."""
+    jobs: dict[tuple[object, ...], Job] = {}
+    wanted = []
+    for vehicle, reading in pairs:
+        keys = []
+        for model in ("coupled", reading.decoupled):
+            # Only Test D has a tip force; what the decoupled model is concerns that model alone.
+            sign = reading.force_sign if test == "D" else None
+            alike = reading.replace(decoupled="element", force_sign=-1).dynamics
+            keys.append((id(vehicle), alike, sign, model))
+            jobs.setdefault(keys[-1], Job(vehicle, reading, test, model))
+        wanted.append((keys[0], keys[1]))
+    flights = fly(
+        list(jobs.values()),
+        tolerance=accuracy.tolerance,
+        sample=accuracy.sample,
+        most=accuracy.most,
+        nodes=accuracy.nodes,
     )
-    frequency = np.sqrt(np.maximum(-let_go / q[0, 6], 0.0))
-    # What is even in the rate is no damping.
-    decay = (back - out) / (4.0 * push[0, 6])
-    return np.maximum(frequency, decay + np.sqrt(np.maximum(decay**2 - frequency**2, 0.0)))
+    seen = {key: _tips(job, f) for (key, job), f in zip(jobs.items(), flights, strict=True)}
+    printed = PRINTED[:, OPEN_LOOP_TESTS.index(test)]
+    known = {keys: _off(seen[keys[0]], seen[keys[1]], printed) for keys in dict.fromkeys(wanted)}
+    return [known[keys] for keys in wanted]
 
 
-class Flights:
-    """Flies one batch of vehicles; remembers what it has flown."""
-
-    def __init__(self, vehicle: ca.Vehicle, accuracy: Accuracy) -> None:
-        self.vehicle, self.sample = vehicle, accuracy.sample
-        self.steps, self.usable = steps_of(vehicle, accuracy)
-        self._flown: dict[tuple[Any, ...], Tips] = {}
-
-    def fly(self, model: str, flight: Flight, test: str) -> Tips:
-        """Tips of a model ("coupled", or as in `Flight`) in a test; NaN where a run fails."""
-        read = test, flight.arm, flight.bend, flight.force_signs if test == "D" else None
-        if (model, read) not in self._flown:
-            self._flown[model, read] = self._tips(_MODELS.get(model, model), *read)
-        return self._flown[model, read]
-
-    def _tips(self, model: str, test: str, arm: str, *read: Any) -> Tips:
-        with warnings.catch_warnings():
-            # The search takes longer steps than the automatic one, and knows.
-            warnings.simplefilter("ignore", ca.ContinuairWarning)
-            found = ca.simulate(
-                self.vehicle,
-                read_test(test, arm, *read),
-                model=model,
-                step=self.steps,
-                sample=self.sample,
-                variables=_WANTED,
-            )
-        position, attitude, q = (found[name].to_numpy() for name in _WANTED)
-        failed = ~self.usable | (found["status"].to_numpy() != 0)
-        position[failed] = attitude[failed] = np.nan
-        (x, y, z, w), twist = np.moveaxis(attitude, -1, 0), q[..., 7]
-        if arm == "down":
-            return Tips(position, np.stack([-w, -z, y, x], -1), twist)
-        # Seen from a world that was pitched with the vehicle.
-        return Tips(position * [-1.0, 1.0, -1.0], np.stack([y, x, w, z], -1), twist)
+def _tips(job: Job, flight: Flight) -> Tips | None:
+    """The tip along a flight, None of one that ends early."""
+    if flight.status != FLOWN:
+        return None
+    return tips(PrintedModel(job.vehicle, job.reading), flight)
 
 
-@lru_cache(maxsize=128)
-def read_test(
-    test: str, arm: str, bend: int, force_signs: tuple[float, float] | None
-) -> ca.Scenario:
-    """One of the paper's tests, as a `Flight` reads it.
-
-    bend: sign of the initial bend. force_signs: of the tip force at the hanging arm, across and
-    along z. A standing arm is a hanging one pitched by half a turn, with all that acts on it.
-    """
-    scenario = ca.open_loop_test(test)
-    turned = 1.0 if arm == "down" else -1.0
-    q = np.array(scenario.q)
-    # About y, so that Tests A and B stay in their plane to the last bit.
-    q[4] = 0.0 if arm == "down" else np.pi
-    q[6] *= bend
-    if test == "A":
-        scenario = scenario.replace(tau=turned * np.array(scenario.tau))
-    if force_signs is None:
-        return scenario.replace(q=q)
-    across, along = force_signs
-    given: Any = scenario.tip_wrench
-    signs = np.array([turned * across, across, turned * along, 0.0, 0.0, 0.0])
-    # Every flight of a search asks for the same times.
-    wrench = lru_cache(1 << 16)(lambda t: (signs * given(t)).tolist())
-    return scenario.replace(q=q, tip_wrench=wrench, tip_wrench_sign=1)
+def _off(coupled: Tips | None, other: Tips | None, printed: Array) -> Array:
+    """Log ratios (metrics, 2) of one test to its printed numbers (2,)."""
+    if coupled is None or other is None:
+        return np.full((len(METRICS), 2), np.inf)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        off = np.abs(np.log(numbers(coupled, other) / printed))
+    return np.where(np.isnan(off), np.inf, off)

@@ -1,66 +1,68 @@
-"""The search for the vehicle and the reading behind the paper's table: Sobol points under every
-reading, then differential evolution of the most promising flights, then local refinement."""
+"""The search for vehicles and readings that give Table I: random draws, then refinement."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
+from itertools import product
 
 import numpy as np
-from scipy.optimize import differential_evolution
-from scipy.stats import qmc
 
+from continuair import checks
+from continuair.errors import InputError
 from continuair.progress import Progress
+from continuair.studies.table.reading import Reading
+from continuair.studies.table.study import READING
 from research.paper_table.evolution import adapt
-from research.paper_table.flights import SEARCH, Accuracy
-from research.paper_table.objective import evaluate, objective, read
-from research.paper_table.readings import AS_PRINTED, READINGS, Reading
-from research.paper_table.space import PARAMETERS, vehicles
+from research.paper_table.flights import DRAWS, REFINEMENT, Pair, largest, log_ratios, objective
+from research.paper_table.readings import DECOUPLED, FORCE_SIGNS, METRICS, others_drawn
+from research.paper_table.space import Design, drawn
 
 Array = np.ndarray
-Group = tuple[str, str, int]
 
-_CHUNK = 128
-_NEAR = 0.03
-_FAR = 1e3
-_CONFIRMED = 20
+_CHUNK = 16
+
+_SPREAD = 0.08
+"""Standard deviation of the first generation of a refinement, in shares."""
+
+_REJECTED = float(np.log(3.0))
+"""A drawn vehicle is not flown further once no metric can bring it within a factor of 3."""
+
+LITERAL = next(i for i, metric in enumerate(METRICS) if READING.replace(**metric) == READING)
+"""Place in METRICS of the metric of Table I."""
 
 
 @dataclass(frozen=True)
 class Effort:
     """How long to search.
 
-    samples: Sobol points flown under every reading. evolved: how many of the eight kinds of
-    flight (decoupled, arm, bend) to evolve. population and generations: of each. refined: how many
-    readings to refine, each with half the population for twice the generations; the one as printed
-    is refined in any case.
+    draws: random vehicles. starts: how many of them to refine under any reading, and as many under
+    that of Table I. population and generations: of each refinement.
     """
 
-    samples: int = 128
-    evolved: int = 3
-    population: int = 64
-    generations: int = 30
-    refined: int = 4
+    draws: int = 256
+    starts: int = 3
+    population: int = 16
+    generations: int = 25
+
+    def __post_init__(self) -> None:
+        for name, least in (("draws", 1), ("starts", 0), ("population", 4), ("generations", 1)):
+            checks.whole(name, getattr(self, name), least)
 
     @classmethod
     def times(cls, factor: int) -> Effort:
-        """The default effort, several times over; the population stays."""
+        """Return the default effort, several times over in draws and starts."""
         plain = cls()
-        return cls(
-            samples=factor * plain.samples,
-            evolved=factor * plain.evolved,
-            generations=factor * plain.generations,
-            refined=factor * plain.refined,
-        )
+        return cls(draws=factor * plain.draws, starts=factor * plain.starts)
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A vehicle, as shares of the bounds of PARAMETERS, under a reading; its objective."""
+    """A vehicle under a reading: its objective, and its factor as `study.factor` has it."""
 
     objective: float
-    share: Array
+    factor: float
+    design: Design
     reading: Reading
 
 
@@ -68,161 +70,134 @@ class Candidate:
 class Search:
     """What a search has found so far.
 
-    best: reading -> its best candidate. flights: vehicles flown, counted once per kind of flight.
-    interrupted: whether it was stopped before its end.
+    pairs: the best candidate of every vehicle under every kind of flight that it made to the end.
+    literal: the candidates under the reading of Table I. by_reading: the best of every reading.
+    vehicles: how many were flown. drawn: of those drawn, the least factor under any reading, and
+    under that of Table I; inf where no number came of it.
     """
 
     seed: int
     effort: Effort
-    best: dict[Reading, Candidate] = field(default_factory=dict)
-    flights: int = 0
+    pairs: list[Candidate] = field(default_factory=list)
+    literal: list[Candidate] = field(default_factory=list)
+    by_reading: dict[Reading, Candidate] = field(default_factory=dict)
+    vehicles: int = 0
+    drawn: list[tuple[float, float]] = field(default_factory=list)
     interrupted: bool = False
 
-    @property
-    def ranking(self) -> list[Candidate]:
-        """The best candidate of every reading, the best reading first."""
-        return sorted(self.best.values(), key=lambda candidate: candidate.objective)
+    def note(self, design: Design, dynamics: Reading, logs: Array) -> list[Candidate]:
+        """Keep what a vehicle's log ratios (metrics, 2, 4) say; return its candidates."""
+        values, factors = objective(logs), np.exp(largest(logs))
+        found = [
+            Candidate(float(value), float(factor), design, dynamics.replace(**metric))
+            for metric, value, factor in zip(METRICS, values, factors, strict=True)
+            if np.isfinite(value)
+        ]
+        self.pairs += ranked(found)[:1]
+        self.literal += [candidate for candidate in found if candidate.reading == READING]
+        for candidate in found:
+            known = self.by_reading.setdefault(candidate.reading, candidate)
+            if candidate.objective < known.objective:
+                self.by_reading[candidate.reading] = candidate
+        return found
 
-    def note(self, shares: Array, values: Array, readings: Sequence[Reading]) -> None:
-        """Keep what is better than before: values (runs, readings) of rows of shares."""
-        rows = np.argmin(values, axis=0)
-        for index, (row, reading) in enumerate(zip(rows, readings, strict=True)):
-            value = float(values[row, index])
-            if value < (self.best[reading].objective if reading in self.best else np.inf):
-                self.best[reading] = Candidate(value, shares[row].copy(), reading)
+
+def ranked(candidates: Iterable[Candidate]) -> list[Candidate]:
+    """Return candidates, the best one first; of equals the one that was found first."""
+    return sorted(candidates, key=lambda candidate: candidate.objective)
 
 
 def search(effort: Effort, seed: int, progress: Progress | None = None) -> Search:
-    """Search for the vehicle and the reading; an interruption (Ctrl-C) returns what was found.
+    """Search from random vehicles; an interruption (Ctrl-C) returns what was found.
 
-    The same seed and effort give the same result on every machine: what rounding moves, some 1e-12
-    of a number, decides nothing but by rare chance.
+    The same seed and effort give the same result on one machine. Raises InputError for a seed that
+    is no whole number from 0 on, and if no drawn vehicle is within a factor of 3.
     """
+    checks.whole("seed", seed, 0)
     found = Search(seed, effort)
     tell = progress or (lambda done, total, what: None)
     try:
-        points = _sample(found, tell)
-        for group in _promising(found, effort.evolved):
-            _evolve(found, group, points, tell)
-        for candidate in _distinct(found, effort.refined):
-            _refine(found, candidate, tell)
-        if AS_PRINTED in found.best:
-            _refine(found, found.best[AS_PRINTED], tell)
+        _draw(found, tell)
+        if not found.pairs:
+            raise InputError(
+                f"draws is {effort.draws}; none is within a factor of 3, so draw more."
+            )
+        starts = _starts(found)
+        for number, (start, metrics) in enumerate(starts):
+            _refine(found, start, metrics, (number, len(starts)), tell)
     except KeyboardInterrupt:
-        if not found.best:
+        if not found.pairs:
             raise
         found.interrupted = True
     return found
 
 
-def group_of(reading: Reading) -> Group:
-    """What distinguishes flights beside the tip force of Test D: decoupled, arm, bend."""
-    flight = reading.flight
-    return flight.decoupled, flight.arm, flight.bend
+def _draw(found: Search, tell: Progress) -> None:
+    """Fly random vehicles under all meanings of decoupled, both signs and every metric.
+
+    The other choices are those of Table I for every second vehicle, and drawn for the rest.
+    """
+    rng, draws = np.random.default_rng(found.seed), found.effort.draws
+    for first in range(0, draws, _CHUNK):
+        tell(first, draws, "flying random vehicles")
+        pairs = [(drawn(rng), others_drawn(rng)) for _ in range(first, min(first + _CHUNK, draws))]
+        designs = [design for design, _ in pairs]
+        others = [other if place % 2 else READING for place, (_, other) in enumerate(pairs)]
+        wanted = [
+            (place, others[place].replace(decoupled=decoupled, force_sign=sign))
+            for place, decoupled, sign in product(range(len(designs)), DECOUPLED, FORCE_SIGNS)
+        ]
+        logs = log_ratios([(designs[i].vehicle, r) for i, r in wanted], DRAWS, _REJECTED)
+        least = np.full((len(designs), 2), np.inf)
+        for (place, dynamics), off in zip(wanted, logs, strict=True):
+            for candidate in found.note(designs[place], dynamics, off):
+                columns = [0, 1] if candidate.reading == READING else [0]
+                least[place, columns] = np.minimum(least[place, columns], candidate.factor)
+        found.drawn += [(float(anyhow), float(literal)) for anyhow, literal in least]
+        found.vehicles += len(designs)
 
 
-def _sample(found: Search, tell: Progress) -> Array:
-    """Fly Sobol points under all readings; return them."""
-    sampler = qmc.Sobol(len(PARAMETERS), seed=found.seed)
-    points = sampler.random(1 << (found.effort.samples - 1).bit_length())
-    points = points[: found.effort.samples]
-    groups = {group_of(reading) for reading in READINGS}
-    for first in range(0, len(points), _CHUNK):
-        tell(first, len(points), "vehicles under every reading")
-        part = points[first : first + _CHUNK]
-        found.note(part, evaluate(part, READINGS, SEARCH), READINGS)
-        found.flights += len(part) * len(groups)
-    return points
+def _starts(found: Search) -> list[tuple[Candidate, list[int]]]:
+    """Where refinements begin, and the places in METRICS of the metrics that count there."""
+    count = found.effort.starts
+    distinct = {id(each.design): each for each in reversed(ranked(found.pairs))}
+    anyhow = [(start, list(range(len(METRICS)))) for start in ranked(distinct.values())]
+    literal = [(start, [LITERAL]) for start in ranked(found.literal)]
+    return anyhow[:count] + literal[:count]
 
 
-def _promising(found: Search, count: int) -> list[Group]:
-    groups = list(dict.fromkeys(group_of(candidate.reading) for candidate in found.ranking))
-    return groups[:count]
+def _refine(
+    found: Search, start: Candidate, metrics: list[int], place: tuple[int, int], tell: Progress
+) -> None:
+    """Adapt the shares of a start under its reading's flights; the best of `metrics` counts."""
+    effort, limit, generation, best = found.effort, np.inf, 0, start.factor
 
-
-def _evolve(found: Search, group: Group, points: Array, tell: Progress) -> None:
-    """Differential evolution of the vehicle, at each point under the best reading of its group."""
-    readings = [reading for reading in READINGS if group_of(reading) == group]
-    effort, generation = found.effort, 0
-
-    def cost(columns: Array) -> Array:
-        shares = np.clip(columns.T, 0.0, 1.0)
-        values = np.concatenate(
-            [
-                evaluate(shares[at : at + _CHUNK], readings, SEARCH)
-                for at in range(0, len(shares), _CHUNK)
-            ]
-        )
-        found.note(shares, values, readings)
-        found.flights += len(shares)
-        return np.minimum(values.min(1), _FAR)
-
-    def next_generation(intermediate_result: Any) -> None:
-        nonlocal generation
+    def cost(rows: Array) -> Array:
+        nonlocal limit, generation, best
+        done = place[0] * effort.generations + generation
+        tell(done, place[1] * effort.generations, f"refining: factor {best:.3f}")
+        designs = [Design(row, start.design.material) for row in rows]
+        pairs: list[Pair] = [(design.vehicle, start.reading) for design in designs]
+        logs = log_ratios(pairs, REFINEMENT, limit, metrics)
+        for design, off in zip(designs, logs, strict=True):
+            found.note(design, start.reading, off)
+        found.vehicles += len(rows)
         generation += 1
-        best = f"{' '.join(map(str, group))}: best {float(intermediate_result.fun):.3f}"
-        tell(generation, effort.generations, best)
-
-    known = [c.share for c in found.ranking if group_of(c.reading) == group]
-    known = list({share.tobytes(): share for share in known}.values())[: effort.population // 2]
-    start = np.concatenate([known, points])[: effort.population]
-    missing = effort.population - len(start)
-    more = np.random.default_rng(found.seed).random((max(missing, 0), len(PARAMETERS)))
-    differential_evolution(
-        cost,
-        [(0.0, 1.0)] * len(PARAMETERS),
-        strategy="currenttobest1bin",
-        maxiter=effort.generations,
-        init=np.concatenate([start, more]),
-        mutation=(0.3, 0.9),
-        recombination=0.8,
-        tol=0.0,
-        polish=False,
-        seed=found.seed,
-        vectorized=True,
-        updating="deferred",
-        callback=next_generation,
-    )
-
-
-def _distinct(found: Search, count: int) -> list[Candidate]:
-    """The best candidates of different kinds of flight or metric."""
-    seen: dict[Any, Candidate] = {}
-    for candidate in found.ranking:
-        key = (group_of(candidate.reading), candidate.reading.metric)
-        seen.setdefault(key, candidate)
-    return list(seen.values())[:count]
-
-
-def _refine(found: Search, candidate: Candidate, tell: Progress) -> None:
-    """Covariance matrix adaptation around a candidate, under its reading alone."""
-    readings, effort, generation = [candidate.reading], found.effort, 0
-    generations = 2 * effort.generations
-
-    def cost(shares: Array) -> Array:
-        nonlocal generation
-        generation += 1
-        best = found.best[candidate.reading].objective
-        tell(generation, generations, f"refining {candidate.reading.metric}: {best:.3f}")
-        values = evaluate(shares, readings, SEARCH)
-        found.note(shares, values, readings)
-        found.flights += len(shares)
-        return values[:, 0]
+        counted = logs[:, metrics]
+        finished = ~np.isnan(counted).any(axis=(2, 3))
+        best = min(best, float(np.exp(largest(counted)[finished].min(initial=np.inf))))
+        # A pair that was not flown to the end is at least as far off as in the tests it flew.
+        values = np.where(finished, objective(counted), np.round(largest(counted), 9)).min(axis=1)
+        # Vehicles beyond the median do not enter the mean, so that those of the next generation
+        # which are worse need no further flights.
+        limit = float(np.median(values))
+        return values
 
     adapt(
         cost,
-        candidate.share,
-        spread=_NEAR,
-        population=effort.population // 2,
-        generations=generations,
+        start.design.shares,
+        spread=_SPREAD,
+        population=effort.population,
+        generations=effort.generations,
         seed=found.seed,
     )
-
-
-def confirm(found: Search, accuracy: Accuracy) -> tuple[Candidate, Array]:
-    """The best candidate when flown accurately, and its numbers (2, 4)."""
-    top = found.ranking[:_CONFIRMED]
-    numbers = [read(vehicles(c.share[None]), [c.reading], accuracy)[0, 0] for c in top]
-    values = [float(objective(n)) for n in numbers]
-    best = int(np.argmin(values))
-    return Candidate(values[best], top[best].share, top[best].reading), numbers[best]

@@ -1,8 +1,11 @@
-"""The vehicles among which the paper's is sought: free parameters, their bounds, and why those."""
+"""The vehicles among which Table I is searched: materials, free parameters, bounds and reasons."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -14,8 +17,25 @@ Array = np.ndarray
 
 
 @dataclass(frozen=True)
+class Material:
+    """Density [kg/m³] and the least and greatest Young's modulus [Pa] of a backbone."""
+
+    density: float
+    softest: float
+    stiffest: float
+
+
+MATERIALS: Mapping[str, Material] = {
+    "Nitinol": Material(6450.0, 28e9, 83e9),
+    "titanium": Material(4430.0, 100e9, 125e9),
+    "steel": Material(7850.0, 190e9, 215e9),
+}
+"""What rods of this size are made of. Nitinol: from martensite to austenite."""
+
+
+@dataclass(frozen=True)
 class Parameter:
-    """A parameter that the paper leaves open; searched on a logarithmic scale if `log`."""
+    """A number that the paper leaves open; on a logarithmic scale if `log`."""
 
     name: str
     lower: float
@@ -24,87 +44,83 @@ class Parameter:
     why: str
     log: bool = True
 
-    def at(self, share: Array) -> Array:
-        """Values at shares 0 to 1 of the way from the lower to the upper bound."""
+    def at(self, share: float) -> float:
+        """Return the value at a share 0 to 1 of the way from the lower to the upper bound.
+
+        Six digits, so that a short file holds exactly the vehicle that was flown.
+        """
         if self.log:
-            return self.lower * (self.upper / self.lower) ** share
-        return self.lower + (self.upper - self.lower) * share
+            return _six_digits(self.lower * (self.upper / self.lower) ** share)
+        return _six_digits(self.lower + (self.upper - self.lower) * share)
 
 
 PARAMETERS = (
-    Parameter("uav_mass", 0.8, 5.0, "kg", "the paper sweeps 1 to 3 kg"),
-    Parameter(
-        "gyration", 0.05, 0.25, "m", "radius of gyration across; frames of such mass have 0.08-0.15"
-    ),
-    Parameter(
-        "yaw_ratio", 1.0, 1.98, "-", "axial over transverse inertia; no body exceeds 2", log=False
-    ),
-    Parameter("length", 0.3, 1.6, "m", "the paper's longest arm is 1.5 m"),
+    Parameter("uav_mass", 1.0, 5.0, "kg", "the paper sweeps 1 to 3 kg"),
+    Parameter("gyration", 0.05, 0.25, "m", "frames of this mass have 0.08 to 0.15 m"),
+    Parameter("yaw_ratio", 1.0, 1.98, "-", "axial over transverse inertia, below 2", log=False),
+    Parameter("length", 0.3, 1.6, "m", "the longest arm of the paper is 1.5 m"),
     Parameter("radius", 0.5e-3, 10e-3, "m", "the paper sweeps 1 to 10 mm"),
-    Parameter("density", 1000.0, 8000.0, "kg/m³", "from polymers to steel"),
-    Parameter(
-        "youngs_modulus", 1e9, 210e9, "Pa", "from polymers to steel; the paper has 40 to 207"
-    ),
-    Parameter("damping_ratio", 1e-4, 0.3, "-", "of the clamped first mode; 0.3 is rubber"),
-    Parameter(
-        "tip_mass", 1e-3, 0.3, "kg", "disks and camera; the paper neglects the disks (Assumption 1)"
-    ),
-    Parameter("mount_z", -0.15, 0.15, "m", "the arm's base on the UAV's axis", log=False),
-    Parameter("kappa_s", 1e-4, 5e-2, "1/m", "below the initial bend of 0.1 1/m"),
+    Parameter("modulus", 0.0, 1.0, "-", "within the range of the material", log=False),
+    Parameter("damping_ratio", 1e-4, 0.3, "-", "of the first clamped mode; 0.3 is rubber"),
+    Parameter("kappa_s", 1e-4, 5e-2, "1/m", "below the initial curvature of 0.1 1/m"),
 )
-"""The free parameters, in the order of the columns of `vehicles`."""
+"""The free parameters, in the order of the shares of a `Design`."""
 
-ACTIVE = 0.01
-"""A parameter within this share of its range from a bound is reported as held by it."""
-
-
-def values(shares: Array) -> dict[str, Array]:
-    """Name -> values (runs,) of rows (runs, parameters) of shares in [0, 1]."""
-    columns = zip(PARAMETERS, np.transpose(shares), strict=True)
-    return {parameter.name: _six_digits(parameter.at(column)) for parameter, column in columns}
+_AT_BOUND = 0.01
 
 
-def vehicles(shares: Array) -> Vehicle:
-    """The batched vehicle of rows (runs, parameters) of shares in [0, 1]."""
-    at = values(shares)
-    across = _six_digits(at["uav_mass"] * at["gyration"] ** 2)
-    axial = _six_digits(at["yaw_ratio"] * across)
-    mount = np.zeros((len(across), 3))
-    mount[:, 2] = at["mount_z"]
-    changes = {
-        "uav.mass": at["uav_mass"],
-        "uav.inertia": np.stack([across, across, axial], -1)[:, None] * np.eye(3),
-        "uav.mount": mount,
-        "arm.disks.0.position": at["length"],
-        "arm.disks.0.mass": at["tip_mass"],
-    }
-    names = ("length", "radius", "density", "youngs_modulus", "damping_ratio", "kappa_s")
-    changes |= {f"arm.{name}": at[name] for name in names}
-    return _template().replace(changes)
+@dataclass(frozen=True)
+class Design:
+    """A vehicle as shares (8,) in [0, 1] of the bounds of PARAMETERS, and a name in MATERIALS.
+
+    The arm begins at the UAV's centre of mass and has no disks.
+    """
+
+    shares: Array
+    material: str
+
+    @cached_property
+    def vehicle(self) -> Vehicle:
+        """The vehicle itself."""
+        at = self.describe()
+        across = _six_digits(at["uav_mass"] * at["gyration"] ** 2)
+        return Vehicle(
+            name="found",
+            uav=Uav(
+                mass=at["uav_mass"],
+                inertia=(across, across, _six_digits(at["yaw_ratio"] * across)),
+            ),
+            arm=Section(
+                length=at["length"],
+                radius=at["radius"],
+                density=MATERIALS[self.material].density,
+                youngs_modulus=at["youngs_modulus"],
+                damping_ratio=at["damping_ratio"],
+                kappa_s=at["kappa_s"],
+            ),
+        )
+
+    def describe(self) -> dict[str, Any]:
+        """Return the material and the values of the parameters by name, as JSON holds them."""
+        found: dict[str, Any] = {"material": self.material}
+        pairs = zip(PARAMETERS, self.shares, strict=True)
+        found |= {parameter.name: parameter.at(float(share)) for parameter, share in pairs}
+        stuff = MATERIALS[self.material]
+        modulus = stuff.softest + (stuff.stiffest - stuff.softest) * found.pop("modulus")
+        return found | {"youngs_modulus": _six_digits(modulus)}
+
+    def held(self) -> dict[str, str]:
+        """Return the parameters at a bound, and which one: {"gyration": "lower"}."""
+        pairs = [(p.name, s) for p, s in zip(PARAMETERS, self.shares, strict=True)]
+        low = {name: "lower" for name, share in pairs if share < _AT_BOUND}
+        return low | {name: "upper" for name, share in pairs if share > 1.0 - _AT_BOUND}
 
 
-def held(share: Array) -> dict[str, str]:
-    """Parameters at a bound, and which: {"gyration": "lower"}."""
-    found = {}
-    for parameter, at in zip(PARAMETERS, share, strict=True):
-        if at < ACTIVE or at > 1.0 - ACTIVE:
-            found[parameter.name] = "lower" if at < ACTIVE else "upper"
-    return found
+def drawn(rng: np.random.Generator) -> Design:
+    """Return a vehicle drawn uniformly from materials and shares."""
+    shares = rng.random(len(PARAMETERS))
+    return Design(shares, list(MATERIALS)[rng.integers(len(MATERIALS))])
 
 
-def _six_digits(numbers: Array) -> Array:
-    """Rounded, so that a file of the vehicle is short and yet exactly the vehicle flown."""
-    return np.array([float(f"{number:.6g}") for number in numbers])
-
-
-def _template() -> Vehicle:
-    uav = Uav(mass=1.0, inertia=(0.01, 0.01, 0.02))
-    arm = Section(
-        length=1.0,
-        radius=5e-3,
-        density=7850.0,
-        youngs_modulus=207e9,
-        damping_ratio=0.01,
-        disks=({"position": 1.0, "mass": 0.0},),
-    )
-    return Vehicle(name="table1", uav=uav, arm=arm)
+def _six_digits(value: float) -> float:
+    return float(f"{value:.6g}")
