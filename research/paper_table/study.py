@@ -146,20 +146,27 @@ def _within(factors: Iterable[float]) -> dict[str, int]:
 
 
 def _by_choice(found: Search) -> list[dict[str, Any]]:
-    """The least factor of the readings that make a choice, by choice, as flown in the search."""
-    least: dict[tuple[str, Any], float] = {}
-    for reading, candidate in found.by_reading.items():
-        for key in reading.describe().items():
-            least[key] = min(candidate.factor, least.get(key, np.inf))
+    """The best candidate of the readings that make a choice, by choice, as flown in the search."""
+    least: dict[tuple[str, Any], Candidate] = {}
+    for candidate in ranked(found.by_reading.values()):
+        for key in candidate.reading.describe().items():
+            known = least.setdefault(key, candidate)
+            if candidate.factor < known.factor:
+                least[key] = candidate
     printed = READING.describe()
+    names = list(printed)
     return [
         {
             "choice": name,
             "value": value,
-            "factor": least[name, value],
             "table1": printed[name] == value,
+            "factor": candidate.factor,
+            "reading": candidate.reading.describe(),
+            "parameters": candidate.design.describe(),
         }
-        for name, value in sorted(least, key=lambda key: (list(printed).index(key[0]), str(key[1])))
+        for (name, value), candidate in sorted(
+            least.items(), key=lambda item: (names.index(item[0][0]), str(item[0][1]))
+        )
     ]
 
 

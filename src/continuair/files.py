@@ -18,7 +18,9 @@ from continuair.errors import InputError, nearest, shown
 _LONGEST_PATH = 240
 _DEEPEST = 30
 
-DAMAGE = (OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError)
+DAMAGE = (
+    OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError, ArithmeticError,
+)  # fmt: skip
 """What comes of reading files that continuair has not written so."""
 
 

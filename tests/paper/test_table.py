@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from continuair.cli import app
+from continuair.errors import InputError
 from continuair.studies.paper.evidence import Evidence
 from continuair.studies.paper.overview import overview
 from continuair.studies.table import report
@@ -89,6 +90,35 @@ def test_flights_are_kept_by_what_they_depend_on() -> None:
     first = evidence.printed(vehicle, READING)
     assert evidence.printed(vehicle, READING.replace(metric="rmse", axes="xyz")) is first
     assert evidence.printed(vehicle, READING.replace(decoupled="block")) is not first
+
+
+@pytest.mark.parametrize(
+    ("changes", "options", "field"),
+    [
+        ({}, {"sample": 0.003}, "sample"),
+        ({}, {"sample": 0.0}, "sample"),
+        ({}, {"tolerance": 0.0}, "tolerance"),
+        ({}, {"tolerance": 0.1}, "tolerance"),
+        ({}, {"tests": "E"}, "test"),
+        ({"arm.kappa_s": 100.0}, {}, "kappa_s"),
+        ({"arm.drag_coefficient": 1.2}, {}, "drag"),
+    ],
+)
+def test_what_cannot_be_flown_is_refused(
+    changes: dict[str, Any], options: dict[str, Any], field: str
+) -> None:
+    vehicle = load_vehicle("table1").replace(changes)
+    with pytest.raises(InputError, match=field):
+        fly_tests(vehicle, **options)
+    with pytest.raises(InputError, match="force_sign"):
+        Reading(force_sign=7)  # type: ignore[arg-type]
+
+
+def test_a_massless_disk_changes_nothing() -> None:
+    vehicle = load_vehicle("table1")
+    with_disk = vehicle.replace({"arm.disks": [{"position": 0.1, "mass": 0.0}]})
+    tables = [fly_tests(each).table(READING) for each in (vehicle, with_disk)]
+    np.testing.assert_array_equal(tables[0], tables[1])
 
 
 def test_the_command_writes_the_table(tmp_path: Path) -> None:

@@ -134,7 +134,7 @@ def forward_dynamics(
     close to straight. Raises InputError for a wrong mask or shape, and for a vehicle with drag,
     which Eq. (10) lacks.
     """
-    _check_without_drag(vehicle)
+    check_without_drag(vehicle)
     arms, n = len(vehicle.arms), 6 + 2 * vehicle.sections
     kept = _mask(mask, n)
     q, qd = of_shape("q", q, (n,)), of_shape("qd", qd, (n,))
@@ -148,7 +148,8 @@ def forward_dynamics(
     return np.linalg.solve(M, pushed - C @ qd - G - damping_vector(vehicle, q, qd))
 
 
-def _check_without_drag(vehicle: Vehicle) -> None:
+def check_without_drag(vehicle: Vehicle) -> None:
+    """Raise InputError for a vehicle with drag, which Eq. (10) lacks."""
     sections = (section for arm in vehicle.arms for section in arm.section)
     if vehicle.uav.drag is not None or any(s.drag_coefficient is not None for s in sections):
         raise InputError(

@@ -29,7 +29,12 @@ TITLES = {
 # Nothing is fetched, and nothing can be: a browser refuses what this does not name.
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
 
-_MARKDOWN = MarkdownIt("commonmark", {"html": False}).enable("table")
+# Results of others are text: no link or picture of theirs is made of it.
+_MARKDOWN = (
+    MarkdownIt("commonmark", {"html": False})
+    .enable("table")
+    .disable(["link", "image", "autolink", "reference"])
+)
 
 
 def page(contents: Contents) -> str:

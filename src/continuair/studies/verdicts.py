@@ -126,4 +126,4 @@ def sentence_case(text: str) -> str:
 def _combined(verdicts: Sequence[str]) -> str:
     if FAILS in verdicts:
         return FAILS
-    return UNDECIDED if UNDECIDED in verdicts or not verdicts else HOLDS
+    return HOLDS if verdicts and set(verdicts) == {HOLDS} else UNDECIDED

@@ -1,6 +1,7 @@
 """Sweeps of one parameter flown once, at the automatic step, for more vehicles than the study's.
 
-They hold what the checks of `findings` read. A sweep that its steps do not resolve is marked.
+They hold what the checks of `findings` read. Runs that their steps do not resolve are left out of
+the values between, and marked among those compared.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from continuair.studies.sensitivity.measures import (
     rms,
 )
 from continuair.studies.sensitivity.swing import swings_apart
-from continuair.studies.sensitivity.task import PARAMETERS, Parameter, batch, flight
+from continuair.studies.sensitivity.task import PARAMETERS, batch, flight
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -49,8 +50,8 @@ def fly_once(
 ) -> dict[str, xr.Dataset]:
     """Return flights by model over (run, time), every run at a step of its own.
 
-    It is the automatic step or less: runs of few different steps share calls of the force, which
-    take longer than the flights. halved: mask (runs,) of those that fly at half of it.
+    It is SAMPLE over a power of two and at most the automatic step, as runs of equal steps fly
+    together. halved: mask (runs,) of those that fly at half of it.
     """
     with steps_told_of():
         automatic = prepare(vehicles, scenario, sample=SAMPLE).steps
@@ -79,7 +80,7 @@ def sweep_once(
     hertz: whether f counts in Hz. straight: whether the arm is straight at the start.
     """
     parameter = PARAMETERS[name]
-    values = np.union1d(parameter.between(VALUES), parameter.values)
+    values = parameter.between(VALUES)
     vehicles, starts = batch(vehicle, scenario_of(hertz, straight), parameter, values)
     compared = np.isin(values, parameter.values)
     flown = fly_once(vehicles, starts, halved=compared)
@@ -103,11 +104,8 @@ def sweep_once(
     between: dict[str, Any] = {key: column[usable].tolist() for key, column in kept.items()}
     between["rmse_xy_m"] = {DECOUPLED: between["rmse_xy_m"]}
     between |= {"ended_early": [], "unresolved": values[~usable].tolist()}
-    return _described(parameter) | {"rows": rows, "between": between}
-
-
-def _described(parameter: Parameter) -> dict[str, Any]:
-    return {"units": parameter.units, "scale": parameter.scale}
+    described = {"units": parameter.units, "scale": parameter.scale}
+    return described | {"rows": rows, "between": between}
 
 
 def _models(distance: Array, usable: bool) -> dict[str, dict[str, Any]]:

@@ -12,7 +12,13 @@ import numpy as np
 
 from continuair.engine.compiling import load, made_once, start_warp
 from continuair.scenario.paper_tests import OPEN_LOOP_TESTS
-from continuair.studies.table.printed import NODES, Flight, PrintedModel
+from continuair.studies.table.printed import (
+    NODES,
+    Flight,
+    PrintedModel,
+    check_flight,
+    sample_times,
+)
 from continuair.studies.table.reading import Reading, masks
 from continuair.vehicle.vehicle import Vehicle
 
@@ -41,10 +47,15 @@ def fly(
 ) -> list[Flight]:
     """Fly jobs, on all processors; as `PrintedModel.fly` does, to the tolerances of both.
 
-    most: evaluations of the accelerations after which a flight stops.
+    most: evaluations of the accelerations after which a flight stops. Raises InputError for a
+    vehicle, test, model, tolerance or sample that cannot be flown.
     """
-    kernel = _kernel()
-    count = round(duration / sample) + 1
+    time = sample_times(sample, duration)
+    for job in jobs:
+        check_flight(job.test, job.model, tolerance)
+    if not jobs:
+        return []
+    kernel, count = _kernel(), len(time)
     packed, (mass, place, offset), starts = _packed(jobs, nodes)
     states = np.full((len(jobs), count, 16), np.nan)
     states[:, 0] = starts
@@ -79,7 +90,6 @@ def fly(
     parts = [slice(first, first + 1) for first in range(len(jobs))]
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
         list(pool.map(run, parts))
-    time = np.linspace(0.0, duration, count)
     return [
         Flight(time, rows[:, :8], rows[:, 8:], int(end))
         for rows, end in zip(states, status, strict=True)

@@ -27,6 +27,10 @@ class Tips:
     untwisted: Array
     frenet: Array
 
+    def every(self, count: int) -> Tips:
+        """Return one of so many samples, the first included."""
+        return Tips(self.position[::count], self.untwisted[::count], self.frenet[::count])
+
 
 def tips(model: PrintedModel, flight: Flight) -> Tips:
     """Return the tip along a flight, with Remark 1 where the reading has it."""

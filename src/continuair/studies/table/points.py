@@ -16,6 +16,7 @@ import numpy as np
 from continuair.equations.arc import arc_jacobian, arc_position, arc_rotation
 from continuair.equations.kinematics import euler_rate_matrix, rotation, skew
 from continuair.equations.masses import slices
+from continuair.errors import InputError
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -41,6 +42,10 @@ def points_of(vehicle: Vehicle, *, rotary_inertia: bool, nodes: int) -> Points:
     at_uav = _six_points(vehicle.uav.mass, 0.5 * inertia.sum() - inertia) @ axes.T - mount
     found = [(vehicle.uav.mass, 0.0, offset) for offset in at_uav]
     for s, mass, transverse, axial in zip(*slices(vehicle.arm, nodes), strict=True):
+        if mass == 0.0:
+            if rotary_inertia and max(transverse, axial) > 0.0:
+                raise InputError("arm.disks has a disk with inertia and mass 0; give it a mass.")
+            continue
         second = np.array([0.5 * axial, 0.5 * axial, transverse - 0.5 * axial])
         if not rotary_inertia:
             second *= 0.0

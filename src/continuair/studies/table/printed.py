@@ -12,9 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from continuair.scenario.paper_tests import bend_torques, tip_chirp
+from continuair import checks
+from continuair.equations.dynamics import check_without_drag
+from continuair.errors import InputError
+from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, bend_torques, tip_chirp
 from continuair.studies.table.points import point_jacobian, points_of
-from continuair.studies.table.reading import Reading, masks
+from continuair.studies.table.reading import MODELS, Reading, masks
 from continuair.vehicle.vehicle import Vehicle, check_one_section
 
 Array = np.ndarray
@@ -32,7 +35,7 @@ FLOWN, CURLED, SINGULAR, STOPPED = 0, 1, 2, 3
 STATUS = {
     FLOWN: "flown to the end",
     CURLED: "the arm curls past a full circle",
-    SINGULAR: "the mass matrix is singular",
+    SINGULAR: "no step is short enough, as where the mass matrix is singular",
     STOPPED: "the step limit is reached",
 }
 
@@ -51,15 +54,40 @@ class Flight:
     status: int
 
 
+def check_flight(test: str, model: str, tolerance: float) -> None:
+    """Raise InputError for an unknown test or model, and a tolerance outside (0, 0.01]."""
+    checks.choice("test", test, OPEN_LOOP_TESTS)
+    checks.choice("model", model, MODELS)
+    if checks.positive("tolerance", tolerance) > 1e-2:
+        raise InputError(f"tolerance is {tolerance:g}; give at most 0.01.")
+
+
+def sample_times(sample: float, duration: float) -> Array:
+    """Return times (n,) from 0 to the duration; InputError unless the sample divides it [s]."""
+    checks.positive("duration", duration, " [s]")
+    count = round(duration / checks.positive("sample", sample, " [s]"))
+    if count < 1 or abs(count * sample / duration - 1.0) > 1e-9:
+        raise InputError(
+            f"sample is {sample:g} s, which does not divide {duration:g} s; change it."
+        )
+    return np.linspace(0.0, duration, count + 1)
+
+
 class PrintedModel:
     """Eq. (10) under a reading, M q̈ + C q̇ + G = τ - J_tᵀ F_e, of a UAV with one section.
 
     Remark 1 puts κ_s for κ, |κ| <= κ_s, into M, C, G and J_t; the spring keeps κ. Raises InputError
-    for a vehicle with several sections or arms.
+    for a vehicle with several sections or arms, with drag, or with κ_s beyond a full circle.
     """
 
     def __init__(self, vehicle: Vehicle, reading: Reading, nodes: int = NODES) -> None:
         check_one_section(vehicle)
+        check_without_drag(vehicle)
+        if reading.remark1 and vehicle.arm.kappa_s * vehicle.arm.length > FULL_CIRCLE:
+            raise InputError(
+                f"arm.kappa_s is {vehicle.arm.kappa_s:g} 1/m, which bends the arm past a full "
+                "circle; give a smaller one."
+            )
         self.vehicle, self.reading = vehicle, reading
         self.points = points_of(vehicle, rotary_inertia=reading.rotary_inertia, nodes=nodes)
         self.mount = np.asarray(vehicle.arms[0].mount, float)
@@ -175,7 +203,8 @@ class PrintedModel:
         # SciPy's integrators are slow to import.
         from scipy.integrate import DOP853
 
-        time = np.linspace(0.0, duration, round(duration / sample) + 1)
+        time = sample_times(sample, duration)
+        check_flight(test, model, tolerance)
         states = np.full((len(time), 16), np.nan)
         states[0] = np.concatenate([self.start(), np.zeros(8)])
         t, y, filled, status = 0.0, states[0], 1, FLOWN
@@ -188,7 +217,7 @@ class PrintedModel:
             while flow.status == "running" and not crossed:
                 flow.step()
                 most -= 1
-                status = self._status(flow.y, flow.status == "failed" or most < 0)
+                status = self._status(flow.y, flow.status == "failed", most < 0)
                 if status != FLOWN:
                     break
                 end, passed = flow.t, flow.dense_output()
@@ -234,8 +263,8 @@ class PrintedModel:
                 begin = middle
         return end
 
-    def _status(self, y: Array, stopped: bool) -> int:
-        if not np.isfinite(y).all():
+    def _status(self, y: Array, failed: bool, stopped: bool) -> int:
+        if failed or not np.isfinite(y).all():
             return SINGULAR
         if abs(y[6]) * self.vehicle.arm.length > FULL_CIRCLE:
             return CURLED

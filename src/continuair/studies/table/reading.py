@@ -8,6 +8,7 @@ from typing import Any, Literal, get_args, get_type_hints
 import numpy as np
 
 from continuair import checks
+from continuair.errors import InputError
 
 Array = np.ndarray
 
@@ -37,7 +38,7 @@ class Reading:
     force_sign: of J_tᵀ F_e in Eq. (10), printed with -1.
     kappa: unit of the seventh coordinate, of its start 0.1 and of the torque conjugate to it.
     damping: generalised force -d l κ̇ on κ alone, or also -d l κ² ψ̇a on ψa.
-    rotary_inertia: whether the cross-sections of the arm have a moment of inertia.
+    rotary_inertia: whether cross-sections and disks of the arm have a moment of inertia.
     """
 
     decoupled: Decoupled = "element"
@@ -57,6 +58,8 @@ class Reading:
                 checks.flag(name, getattr(self, name))
             elif name != "force_sign":
                 checks.choice(name, getattr(self, name), get_args(meant))
+        if checks.whole("force_sign", self.force_sign, -1, 1) == 0:
+            raise InputError("force_sign is 0; give -1, as printed, or 1.")
 
     def replace(self, **changes: Any) -> Reading:
         """Return the reading with some choices changed."""
@@ -77,6 +80,10 @@ class Reading:
             self.damping,
             self.rotary_inertia,
         )
+
+
+MODELS = ("coupled", *get_args(Decoupled))
+"""Models that can be flown."""
 
 
 def masks(decoupled: str) -> tuple[Array, Array]:

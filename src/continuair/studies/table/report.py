@@ -33,9 +33,9 @@ def beside(results: dict[str, Any]) -> list[str]:
     plain = results["in_metres_and_radians"]
     rows = []
     for row, name in enumerate(("NRMSE_T", "NRMSE_R")):
-        rows.append([f"{name}, paper", *(number(x) for x in results["printed"][row])])
+        rows.append([f"{name}, paper", *(f"{x:.4f}" for x in results["printed"][row])])
         pairs = zip(results["ours"][row], results["ratios"][row], strict=True)
-        rows.append([f"{name}, ours (ratio)", *(f"{number(x)} ({r:.2f})" for x, r in pairs)])
+        rows.append([f"{name}, ours (ratio)", *(f"{x:.4f} ({r:.2f})" for x, r in pairs)])
     for name, key in (("position, RMSE [m]", "rmse_t_m"), ("rotation, RMS [rad]", "angle_rad")):
         rows.append([f"ours, {name}", *(f"{plain[test][key]:.3f}" for test in OPEN_LOOP_TESTS)])
     return as_markdown(("tip error in Test", *OPEN_LOOP_TESTS), rows, ("tip error in Test",))
@@ -69,9 +69,9 @@ def message(results: dict[str, Any]) -> str:
     if order == other:
         return f"In metres the tests have the same order as normalised: {order}."
     return (
-        f"The normalisation makes the order of the tests. Normalised, translation errs most in "
-        f"the order {order}; in metres the order is {other}. Test {first}, first when normalised, "
-        f"errs by {1e3 * metres[first]:.0f} mm, and Test {last}, the last, by "
+        "For this vehicle the normalisation makes the order of the tests. Normalised, translation "
+        f"errs most in the order {order}; in metres the order is {other}. Test {first}, first "
+        f"when normalised, errs by {1e3 * metres[first]:.0f} mm, and Test {last}, the last, by "
         f"{1e3 * metres[last]:.0f} mm."
     )
 
