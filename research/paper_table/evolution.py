@@ -28,17 +28,9 @@ def adapt(
     that `cost` is asked for; points outside are moved to the cube's faces.
     """
     n, rng = len(start), np.random.default_rng(seed)
-    parents = population // 2
-    weights = np.log(parents + 0.5) - np.log(np.arange(1, parents + 1))
-    weights /= weights.sum()
+    weights = _weights(population // 2)
     effective = 1.0 / np.sum(weights**2)
-    c_sigma = (effective + 2.0) / (n + effective + 5.0)
-    damp = 1.0 + 2.0 * max(0.0, np.sqrt((effective - 1.0) / (n + 1.0)) - 1.0) + c_sigma
-    c_path = (4.0 + effective / n) / (n + 4.0 + 2.0 * effective / n)
-    c_one = 2.0 / ((n + 1.3) ** 2 + effective)
-    c_rank = min(
-        1.0 - c_one, 2.0 * (effective - 2.0 + 1.0 / effective) / ((n + 2.0) ** 2 + effective)
-    )
+    c_sigma, damp, c_path, c_one, c_rank = _rates(n, effective)
     usual = np.sqrt(n) * (1.0 - 1.0 / (4.0 * n) + 1.0 / (21.0 * n**2))
     mean, sigma = start.copy(), spread
     covariance, path, path_sigma = np.eye(n), np.zeros(n), np.zeros(n)
@@ -47,7 +39,7 @@ def adapt(
         steps = rng.normal(size=(population, n)) @ root
         rows = np.clip(mean + sigma * steps, 0.0, 1.0)
         steps = (rows - mean) / sigma
-        best = steps[np.argsort(cost(rows), kind="stable")[:parents]]
+        best = steps[np.argsort(cost(rows), kind="stable")[: len(weights)]]
         moved = weights @ best
         mean = mean + sigma * moved
         path_sigma *= 1.0 - c_sigma
@@ -61,6 +53,24 @@ def adapt(
             + c_rank * np.einsum("i,ij,ik->jk", weights, best, best)
         )
         sigma *= float(np.exp(c_sigma / damp * (np.linalg.norm(path_sigma) / usual - 1.0)))
+
+
+def _weights(parents: int) -> Array:
+    """Weights (parents,) of the best rows of a generation, the best one first."""
+    weights = np.log(parents + 0.5) - np.log(np.arange(1, parents + 1))
+    return weights / weights.sum()
+
+
+def _rates(n: int, effective: float) -> tuple[float, float, float, float, float]:
+    """c_σ, d_σ, c_c, c_1 and c_μ of n parameters, of μ_eff effective parents."""
+    c_sigma = (effective + 2.0) / (n + effective + 5.0)
+    damp = 1.0 + 2.0 * max(0.0, np.sqrt((effective - 1.0) / (n + 1.0)) - 1.0) + c_sigma
+    c_path = (4.0 + effective / n) / (n + 4.0 + 2.0 * effective / n)
+    c_one = 2.0 / ((n + 1.3) ** 2 + effective)
+    c_rank = min(
+        1.0 - c_one, 2.0 * (effective - 2.0 + 1.0 / effective) / ((n + 2.0) ** 2 + effective)
+    )
+    return c_sigma, damp, c_path, c_one, c_rank
 
 
 def _symmetric_roots(covariance: Array) -> tuple[Array, Array]:

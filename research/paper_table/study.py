@@ -210,7 +210,8 @@ def _drawn_lines(drawn: dict[str, Any]) -> list[str]:
             ("the reading of Table I", "table1_reading_within"),
         )
     ]
-    return as_markdown((heading, *drawn["any_reading_within"]), rows, (heading,))
+    lines = as_markdown((heading, *drawn["any_reading_within"]), rows, (heading,))
+    return [*lines, "", "About half of the vehicles were flown under the choices of Table I."]
 
 
 def _choice_lines(results: dict[str, Any]) -> list[str]:

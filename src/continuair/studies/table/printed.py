@@ -1,7 +1,7 @@
 """The paper's model as printed, in its own coordinates: to read beside the paper, and to fly.
 
 q = [x y z φ θ ψ κ ψa]. Plain NumPy on top of `continuair.equations`, integrated by SciPy with
-tolerances: a flight of a second takes seconds. `generated` flies the same formulas compiled.
+tolerances: a flight of a second takes seconds. `compiled` flies the same formulas compiled.
 """
 
 from __future__ import annotations
