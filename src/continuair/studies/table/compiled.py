@@ -55,45 +55,50 @@ def fly(
         check_flight(job.test, job.model, tolerance)
     if not jobs:
         return []
-    kernel, count = _kernel(), len(time)
-    packed, (mass, place, offset), starts = _packed(jobs, nodes)
-    states = np.full((len(jobs), count, 16), np.nan)
+    packed, points, starts = _packed(jobs, nodes)
+    states = np.full((len(jobs), len(time), 16), np.nan)
     states[:, 0] = starts
     status = np.zeros(len(jobs), np.int32)
-
-    import warp as wp
-
-    from continuair.studies.table import kernel as device
-
-    def run(part: slice) -> None:
-        own = np.ascontiguousarray(states[part]), np.ascontiguousarray(status[part])
-        arrays: list[Any] = [
-            wp.array(packed[part], dtype=device.Job, device="cpu"),
-            wp.array(mass, dtype=device.Real, device="cpu"),
-            wp.array(place, dtype=device.Real, device="cpu"),
-            wp.array(offset, dtype=device.vec3, device="cpu"),
-            wp.array(device.TABLEAU, dtype=device.Real, device="cpu"),
-        ]
-        results: list[Any] = [
-            wp.array(own[0], dtype=device.vec16, device="cpu", copy=False),
-            wp.array(own[1], dtype=wp.int32, device="cpu", copy=False),
-        ]
-        wp.launch(
-            kernel,
-            len(own[1]),
-            inputs=[*arrays, tolerance, sample, most, *results],
-            device="cpu",
-            block_dim=1,
-        )
-        states[part], status[part] = own
-
-    parts = [slice(first, first + 1) for first in range(len(jobs))]
-    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-        list(pool.map(run, parts))
+    _launch(packed, points, (tolerance, sample, most), states, status)
     return [
         Flight(time, rows[:, :8], rows[:, 8:], int(end))
         for rows, end in zip(states, status, strict=True)
     ]
+
+
+def _launch(
+    packed: Array,
+    points: tuple[Array, Array, Array],
+    settings: tuple[float, float, int],
+    states: Array,
+    status: Array,
+) -> None:
+    """Fly packed jobs, a thread each, into states (jobs, samples, 16) and status (jobs,)."""
+    kernel = _kernel()
+    import warp as wp
+
+    from continuair.studies.table import kernel as device
+
+    def on_cpu(values: Array, dtype: Any) -> Any:
+        return wp.array(values, dtype=dtype, device="cpu", copy=False)
+
+    mass, place, offset = points
+    shared = [
+        on_cpu(mass, device.Real),
+        on_cpu(place, device.Real),
+        on_cpu(offset, device.vec3),
+        on_cpu(device.TABLEAU, device.Real),
+    ]
+
+    def run(index: int) -> None:
+        one = slice(index, index + 1)
+        results = [on_cpu(states[one], device.vec16), on_cpu(status[one], wp.int32)]
+        job: Any = wp.array(packed[one], dtype=device.Job, device="cpu")
+        inputs: list[Any] = [job, *shared, *settings, *results]
+        wp.launch(kernel, 1, inputs=inputs, device="cpu", block_dim=1)
+
+    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
+        list(pool.map(run, range(len(packed))))
 
 
 @made_once

@@ -28,7 +28,7 @@ mat38 = wp.types.matrix(shape=(3, 8), dtype=Real)
 mat68 = wp.types.matrix(shape=(6, 8), dtype=Real)
 stages = wp.types.matrix(shape=(7, 16), dtype=Real)
 
-ZERO, ONE, TWO = Real(0.0), Real(1.0), Real(2.0)
+ZERO, ONE = Real(0.0), Real(1.0)
 QUARTER_PI = Real(np.pi / 4)
 ACCEPTED, LEAST_FACTOR, MOST_FACTOR, SAFETY = Real(1.0), Real(0.2), Real(5.0), Real(0.9)
 ORDER = Real(-0.2)
