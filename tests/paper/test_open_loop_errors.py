@@ -172,9 +172,8 @@ def test_the_printed_formula_needs_an_error_that_no_arm_of_the_paper_has(
         found = open_loop_errors.metric(given.evidence(table=table))
         assert found.verdict == MISPRINT
         assert found.numbers["needed_error_test_b_m"] == pytest.approx(0.2378 * 4.905)
-    assert (
-        "100 as printed, 1 so" in open_loop_errors.metric(given.evidence(table=pooled)).correction
-    )
+    correction = open_loop_errors.metric(given.evidence(table=pooled)).correction
+    assert "100 as printed over x, y and z" in correction and correction.endswith("1 so")
     monkeypatch.setitem(RANGES, "arm.length", (0.5, 5.0))
     assert open_loop_errors.metric(given.evidence(table=given.table())).verdict == HOLDS
     assert open_loop_errors.metric(given.evidence(table=pooled)).verdict == MISPRINT
