@@ -9,9 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from continuair.analysis.backbone import backbone_point
 from continuair.analysis.metrics import samples
-from continuair.equations.arc import arc_tangent
 from continuair.vehicle.vehicle import Vehicle
 
 Array = NDArray[np.float64]
@@ -34,24 +32,54 @@ def mass_distribution(vehicle: Vehicle, bend: Array) -> tuple[Array, Array]:
 
     bend: bend vectors (runs, time, 2). Body axes.
     """
-    mount = np.asarray(vehicle.uav.mount)[..., None, :]
-    kappa, psi = np.linalg.norm(bend, axis=-1), np.arctan2(bend[..., 1], bend[..., 0])
-    first: Array = np.zeros((*bend.shape[:-1], 3))
-    second: Array = np.zeros((*first.shape, 3))
-    own = np.asarray(vehicle.uav.inertia)
-    turning = np.array(np.broadcast_to(own[:, None] if own.ndim == 3 else own, second.shape))
+    κ, ψ = np.linalg.norm(bend, axis=-1), np.arctan2(bend[..., 1], bend[..., 0])
+    # Moments in the plane of the bend: along its direction, and down.
+    moment = np.zeros((*κ.shape, 2))
+    second, tangents = np.zeros((*κ.shape, 2, 2)), np.zeros((*κ.shape, 2, 2))
     for mass, s, transverse, axial in map(_columns, _slices(vehicle)):
-        r = mount + backbone_point(bend, s)
-        first += mass[..., None] * r
-        second += mass[..., None, None] * r[..., :, None] * r[..., None, :]
-        t = arc_tangent(kappa, psi, s)
-        along = (axial - transverse)[..., None, None] * t[..., :, None] * t[..., None, :]
-        turning += transverse[..., None, None] * np.eye(3) + along
+        half = 0.5 * κ * s
+        sine, cosine = np.sin(half), np.cos(half)
+        chord = s * np.sinc(half / np.pi)
+        _add(moment, mass, (chord * sine, chord * cosine))
+        _add_square(second, mass, chord * sine, chord * cosine)
+        _add_square(tangents, axial - transverse, 2 * sine * cosine, 1 - 2 * sine**2)
+    plane = np.zeros((*κ.shape, 3, 2))
+    plane[..., 0, 0], plane[..., 1, 0], plane[..., 2, 1] = np.cos(ψ), np.sin(ψ), -1.0
+    return _about_the_centre(vehicle, plane, moment, second, tangents)
+
+
+def _about_the_centre(
+    vehicle: Vehicle, plane: Array, moment: Array, second: Array, tangents: Array
+) -> tuple[Array, Array]:
+    """Centre of mass and inertia of the vehicle, from moments of its arm in a plane (..., 3, 2)."""
+    slices = [_columns(each) for each in _slices(vehicle)]
+    mass, across = (np.sum([each[index] for each in slices], axis=0) for index in (0, 2))
+    mount = np.asarray(vehicle.uav.mount)[..., None, :]
+    own = np.asarray(vehicle.uav.inertia)
+    turned = np.swapaxes(plane, -1, -2)
+    arm = (plane @ moment[..., None])[..., 0]
     total = _columns([vehicle.mass])[0][..., None]
-    com: Array = first / total
-    second -= total[..., None] * com[..., :, None] * com[..., None, :]
-    trace = np.trace(second, axis1=-2, axis2=-1)[..., None, None]
-    return com, turning + trace * np.eye(3) - second
+    com: Array = (mass[..., None] * mount + arm) / total
+    off = mount[..., :, None] * arm[..., None, :]
+    spread = plane @ second @ turned + off + np.swapaxes(off, -1, -2)
+    spread += mass[..., None, None] * mount[..., :, None] * mount[..., None, :]
+    spread -= total[..., None] * com[..., :, None] * com[..., None, :]
+    turning = (own[:, None] if own.ndim == 3 else own) + plane @ tangents @ turned
+    trace = (np.trace(spread, axis1=-2, axis2=-1) + across)[..., None, None]
+    return com, turning + trace * np.eye(3) - spread
+
+
+def _add(to: Array, weight: Array, parts: tuple[Array, Array]) -> None:
+    """Add weighted components to vectors (..., 2)."""
+    for index, part in enumerate(parts):
+        to[..., index] += weight * part
+
+
+def _add_square(to: Array, weight: Array, x: Array, y: Array) -> None:
+    """Add weighted squares (..., 2, 2) of vectors."""
+    for (row, column), part in (((0, 0), x * x), ((0, 1), x * y), ((1, 1), y * y)):
+        to[..., row, column] += weight * part
+    to[..., 1, 0] = to[..., 0, 1]
 
 
 def straight_arm_inertia(vehicle: Vehicle) -> float:

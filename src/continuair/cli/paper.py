@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Future, ThreadPoolExecutor
+import signal
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import nullcontext
+from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -109,7 +112,7 @@ def _judged(
     loaded = load_vehicle(vehicle)
     if folder is not None:
         folder.check_parts(_COMMANDS)
-    with progress_bar() as progress, ThreadPoolExecutor(max_workers=1) as writer:
+    with progress_bar() as progress, _writer() as writer:
         from continuair.studies.paper.study import paper as run
 
         writing: list[Future[None]] = []
@@ -129,10 +132,22 @@ def _judged(
             )
             progress(1, 1, "writing results and figures")
             settle()
+        except BrokenProcessPool:
+            raise InputError(
+                f"out is {folder and folder.path}, but the process that draws its figures was "
+                "ended from outside; run it again, with more memory."
+            ) from None
         except BaseException:
             writer.shutdown(cancel_futures=True)
             raise
         return results
+
+
+def _writer() -> ProcessPoolExecutor:
+    """A process that writes and draws: in a thread it would take turns with Python's flights."""
+    # Ctrl-C reaches all processes of a terminal; this one ends when its work is taken from it.
+    ignored = signal.SIGINT, signal.SIG_IGN
+    return ProcessPoolExecutor(1, get_context("spawn"), signal.signal, ignored)
 
 
 def _keep(name: str, found: Any, vehicle: str, folder: str, quick: bool) -> None:

@@ -48,10 +48,9 @@ def mass_matrix(vehicle: Vehicle, q: Array, nodes: int = 24) -> Array:
         s, mass, transverse, axial = slices(section, nodes)
         J = jacobian(vehicle, q, s, arm=arm, section=index)
         linear, angular = J[:, :3], J[:, 3:]
-        M += np.einsum("n,nij,nik->jk", mass, linear, linear)
-        M += np.einsum("n,nij,nik->jk", transverse, angular, angular)
-        along = np.einsum("ni,nij->nj", tangents(vehicle, q, s, arm, index), angular)
-        M += np.einsum("n,nj,nk->jk", axial - transverse, along, along)
+        along = tangents(vehicle, q, s, arm, index)[:, None] @ angular
+        M += _squared(linear, mass) + _squared(angular, transverse)
+        M += _squared(along, axial - transverse)
     for arm, body in _tip_bodies(vehicle):
         J, axes = _body_jacobian(vehicle, q, arm, body), _tip_axes(vehicle, q, arm)
         linear, angular = J[:3], axes.T @ J[3:]
@@ -83,6 +82,12 @@ def mass_times_height(vehicle: Vehicle, q: Array, nodes: int = 24) -> Array:
         at = position(vehicle, q, **tip_of(vehicle, arm))
         total = total + body.mass * (at + _tip_axes(vehicle, q, arm) @ np.asarray(body.centre))[2]
     return total
+
+
+def _squared(rows: Array, weights: Array) -> Array:
+    """Σ weight JᵀJ (k, k) over the Jacobians J (n, i, k) of n slices."""
+    flat = rows.reshape(-1, rows.shape[-1])
+    return np.asarray((np.repeat(weights, rows.shape[1])[:, None] * flat).T @ flat)
 
 
 def _sections(vehicle: Vehicle) -> Iterator[tuple[int, int, Section]]:

@@ -282,12 +282,14 @@ def _smooth_ramp(x: Array, width: float) -> tuple[Array, Array, Array]:
     parts = [
         (sign, np.maximum(x - (j - 1.5) * h, 0.0)) for j, sign in enumerate((1.0, -3.0, 3.0, -1.0))
     ]
+    ramp, step, bump = np.zeros((3, *x.shape))
     with np.errstate(over="ignore", invalid="ignore"):
-        ramp, step, bump = (
-            sum(sign * part**power for sign, part in parts) / (factor * h**3)
-            for power, factor in ((4, 24.0), (3, 6.0), (2, 2.0))
-        )
-    return np.asarray(ramp), np.asarray(step), np.asarray(bump)
+        for sign, part in parts:
+            square = part * part
+            ramp += sign * (square * square)
+            step += sign * (square * part)
+            bump += sign * square
+        return ramp / (24.0 * h**3), step / (6.0 * h**3), bump / (2.0 * h**3)
 
 
 def _points(points: Any) -> Array:

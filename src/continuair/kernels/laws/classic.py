@@ -15,7 +15,7 @@ from continuair.kernels.sensing.sense import LawCode
 def law(code: LawCode) -> SimpleNamespace:
     """The law on the device."""
     Real, Sense, interaction = code.Real, code.Sense, code.interaction
-    camera_push, definite = code.camera_push, definite_code(code.Real, code.Twist)
+    camera_push, definite = code.camera_push, definite_code(code)
     TwistGain, determined = definite.Matrix, definite.determined
     factored, solved = definite.factored, definite.solved
 

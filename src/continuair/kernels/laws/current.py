@@ -43,7 +43,7 @@ def carrying_law(code: LawCode) -> SimpleNamespace:
 def current_gains(code: LawCode) -> dict[str, Any]:
     """What gains are made of, and its types: Λ, ω², 2ζω, k, C_s, ε and the caps of c."""
     names = ("stiffness", "damping", "rate_gain", "sliding", "floor", "farthest", "widest")
-    inertia = definite_code(code.Real, code.Twist).Matrix
+    inertia = definite_code(code).Matrix
     return {"inertia": inertia} | dict.fromkeys(names, code.Real)
 
 
@@ -51,7 +51,7 @@ def camera_wrench(code: LawCode, Gains: Any) -> Any:
     """The law's wrench on the camera, as a function of (sense, gains)."""
     Real, Twist, Sense, interaction = code.Real, code.Twist, code.Sense, code.interaction
     above, tanh, rows = code.above, code.tanh, 2 * code.points
-    definite = definite_code(Real, Twist)
+    definite = definite_code(code)
     Matrix, factored, solved = definite.Matrix, definite.factored, definite.solved
     zero, one = Real(0.0), Real(1.0)
 

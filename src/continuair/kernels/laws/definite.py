@@ -6,6 +6,8 @@ from typing import Any
 
 import warp as wp
 
+from continuair.kernels.sensing.sense import LawCode
+
 _UNDETERMINED = 1e-11
 """A share that is little beside what small, far targets show."""
 
@@ -20,9 +22,13 @@ class Definite:
     solved: Any
 
 
+def definite_code(code: LawCode) -> Definite:
+    """The functions for the numbers of a law."""
+    return _definite(code.Real, code.Twist, code.above)
+
+
 @cache
-def definite_code(Real: Any, Twist: Any) -> Definite:
-    """The functions for one kind of numbers and their vectors of six."""
+def _definite(Real: Any, Twist: Any, above: Any) -> Definite:
     Matrix = wp.types.matrix((6, 6), Real)
 
     zero, one, share = Real(0.0), Real(1.0), Real(1.0 + _UNDETERMINED)
@@ -31,9 +37,7 @@ def definite_code(Real: Any, Twist: Any) -> Definite:
     def determined(A: Matrix):
         """LᵀL with a little more on its diagonal: motion that no point shows stays at rest."""
         for i in range(6):
-            A[i, i] = share * A[i, i]
-            if A[i, i] == zero:
-                A[i, i] = one
+            A[i, i] = above(A[i, i], zero, share * A[i, i], one)
         return A
 
     @wp.func

@@ -48,7 +48,7 @@ def _wanted(code: LawCode, parts: SimpleNamespace) -> Any:
     )  # fmt: skip
     force_of, moment_of = code.force_of, code.moment_of
     bend_moment_of = device_types(code.numbers, code.tree).bend_moment_of
-    definite = definite_code(Real, Twist)
+    definite = definite_code(code)
     determined, factored, solved = definite.determined, definite.factored, definite.solved
     Held = wp.types.vector(4 + bends, Real)
     Columns = wp.types.matrix((6, 4 + bends), Real)

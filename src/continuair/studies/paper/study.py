@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from typing import Any
 
 from continuair.progress import Progress
-from continuair.studies.paper.evidence import Evidence, Keep
+from continuair.studies.paper.evidence import CannotBeFlown, Evidence, Keep
 from continuair.studies.paper.judging import TABLE_SENTENCE, chosen_sentences, judge
 from continuair.vehicle.vehicle import Vehicle
 
@@ -31,6 +32,10 @@ def paper(
     evidence = Evidence(
         vehicle, quick=quick, progress=progress, keep=keep, before_timing=before_timing
     )
+    if only is None:
+        # The first thing: nothing is being written yet that it would have to wait for.
+        with suppress(CannotBeFlown):
+            _ = evidence.cost
     found = list(judge(names, evidence))
     table = {"table1": evidence.table} if TABLE_SENTENCE in names else {}
     return {

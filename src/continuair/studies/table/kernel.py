@@ -252,8 +252,8 @@ def to_the_jump(
     after: vec16,
     k: stages,
 ) -> Real:
-    """Length of the step [s] that ends just beyond the jump of Remark 1, by regula falsi."""
-    low, high = Real(0.0), Real(whole)
+    """Length of the step [s] that ends just beyond the jump of Remark 1, by the Illinois method."""
+    low, high, moved = Real(0.0), Real(whole), wp.int32(0)
     below, above = beyond(job, y[6], side), beyond(job, after[6], side)
     for _ in range(60):
         if high - low > Real(1e-15):
@@ -264,9 +264,15 @@ def to_the_jump(
             reached = advanced(tableau, y, middle, k)
             found = beyond(job, reached[6], side)
             if found > ZERO:
-                high, above, below = middle, found, Real(0.5) * below
+                high, above = middle, found
+                if moved > 0:
+                    below = Real(0.5) * below
+                moved = wp.int32(1)
             else:
-                low, below, above = middle, found, Real(0.5) * above
+                low, below = middle, found
+                if moved < 0:
+                    above = Real(0.5) * above
+                moved = wp.int32(-1)
     return high
 
 
