@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from html import escape
 from typing import Any
 
-from continuair.studies.paper.overview import by_part, overview
+from continuair.studies.paper.overview import FLOWN_IN, by_part, overview
 from continuair.studies.paper.report import meaning
 from continuair.studies.sentences import PARTS
 from continuair.studies.tables import number
@@ -42,9 +42,10 @@ def chapters(
         if not entries:
             continue
         heading = part if title == part else f"{part}: {title}"
+        note = f"<p>{escape(FLOWN_IN[part])}</p>" if part in FLOWN_IN else ""
         shown = "".join(figures(study, names) for study, names in STUDIES.get(part, {}).items())
         yield (
-            f'<section class="chapter" id="part-{part}"><h2>{escape(heading)}</h2>{shown}'
+            f'<section class="chapter" id="part-{part}"><h2>{escape(heading)}</h2>{note}{shown}'
             f"{''.join(_sentence(entry, part) for entry in entries)}</section>"
         )
 

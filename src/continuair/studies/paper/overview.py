@@ -33,6 +33,13 @@ FLOWN = (
     "off-diagonal element to zero."
 )
 
+FLOWN_IN = dict.fromkeys(
+    ("IV-B", "IV-C"),
+    "In this part the decoupled model has the blocks of M and C between UAV and arm zero; the "
+    "paper sets every off-diagonal element to zero.",
+)
+"""Part of the paper -> what its sentences are flown with."""
+
 CLASSES_EXPLAINED = (
     "*Wrong as printed*: an equation, unit, sign or statement to which a counterexample is given, "
     "with the right form and the residual of both. *Depends on what is not printed*: it holds for "

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from continuair.studies.paper.overview import by_part, overview
+from continuair.studies.paper.overview import FLOWN_IN, by_part, overview
 from continuair.studies.results import ResultFolder
 from continuair.studies.sentences import PARTS
 from continuair.studies.tables import as_markdown
@@ -46,7 +46,8 @@ def table(results: dict[str, Any], part: str) -> list[str]:
         for entry in results["sentences"]
         if entry["id"].partition(".")[0] == part
     ]
-    return as_markdown(HEADINGS, rows, HEADINGS) if rows else []
+    note = [FLOWN_IN[part], ""] if part in FLOWN_IN else []
+    return [*note, *as_markdown(HEADINGS, rows, HEADINGS)] if rows else []
 
 
 def meaning(verdict: str) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from continuair.scenario.paper_tests import OPEN_LOOP_TESTS
 from continuair.studies.results import ResultFolder
 from continuair.studies.tables import as_markdown, number
@@ -35,7 +37,7 @@ def beside(results: dict[str, Any]) -> list[str]:
     for row, name in enumerate(("NRMSE_T", "NRMSE_R")):
         rows.append([f"{name}, paper", *(f"{x:.4f}" for x in results["printed"][row])])
         pairs = zip(results["ours"][row], results["ratios"][row], strict=True)
-        rows.append([f"{name}, ours (ratio)", *(f"{x:.4f} ({r:.2f})" for x, r in pairs)])
+        rows.append([f"{name}, ours (ratio)", *(_with_ratio(*pair) for pair in pairs)])
     for name, key in (("position, RMSE [m]", "rmse_t_m"), ("rotation, RMS [rad]", "angle_rad")):
         rows.append([f"ours, {name}", *(f"{plain[test][key]:.3f}" for test in OPEN_LOOP_TESTS)])
     return as_markdown(("tip error in Test", *OPEN_LOOP_TESTS), rows, ("tip error in Test",))
@@ -111,6 +113,12 @@ def ablations(results: dict[str, Any]) -> list[str]:
     ]
     dash = "A dash marks a test in which a flight stops early, or an axis has no range."
     return [*lines, "", " ".join([dash, *ended])]
+
+
+def _with_ratio(ours: float | None, ratio: float | None) -> str:
+    """A number and its ratio; a dash of a flight that ended early, or an axis without range."""
+    told = ours is not None and ratio is not None and np.isfinite(ours)
+    return f"{ours:.4f} ({ratio:.2f})" if told else "-"
 
 
 def _ratio(ours: float | None, printed: float) -> str:

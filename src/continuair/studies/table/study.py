@@ -60,8 +60,8 @@ class Flown:
     ended: Mapping[str, str]
 
     def table(self, reading: Reading) -> Array:
-        """Return the errors (2, 4) of translation and rotation in Tests A to D."""
-        return np.array([table_errors(*self.pairs[test], reading) for test in OPEN_LOOP_TESTS]).T
+        """Return the errors (2, tests) of translation and rotation in the tests flown."""
+        return np.array([table_errors(*pair, reading) for pair in self.pairs.values()]).T
 
     def every(self, count: int) -> Flown:
         """Return the same flights with one of so many samples."""
