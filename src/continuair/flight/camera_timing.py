@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from continuair.engine.pack import per_run
 from continuair.errors import InputError, shown
 from continuair.flight.guiding import guidance_over
 from continuair.flight.time_grid import Grid, instants_at, stage_times
+from continuair.scenario.paths import Path
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import Layout, watched_columns
 from continuair.vehicle.vehicle import Vehicle
@@ -53,10 +55,14 @@ def _seeds(given: int | Sequence[int], runs: int) -> Array:
 
 def motion_of(scenario: Scenario, times: Array) -> Array:
     """Centroids of the targets and their velocities (times, targets, MOTION), world axes."""
-    # Runs may share targets.
-    own = {id(target): target for target in scenario.targets}
-    found = {each: np.hstack(target.path(times)[:2]) for each, target in own.items()}
-    return np.stack([found[id(target)] for target in scenario.targets], axis=1)
+    at = np.asarray(times, float).tobytes()
+    return np.stack([_motion(target.path, at) for target in scenario.targets], axis=1)
+
+
+@lru_cache(maxsize=16)
+def _motion(path: Path, times: bytes) -> Array:
+    """Position and velocity (times, MOTION): runs share paths, and parts of a batch their times."""
+    return np.hstack(path(np.frombuffer(times))[:2])
 
 
 def check_view(engine: Engine, scenario: Scenario, start: Start) -> None:
