@@ -20,13 +20,15 @@ SIGNS = {"add": "+", "mul": "*", "div": "/"}
 
 def trace(model: str) -> dict[str, Any]:
     from continuair.engine.moments import TERMS
+    from continuair.engine.pack import tree_of
     from continuair.kernels.dynamics import dynamics_code
     from continuair.kernels.flight import flight_code
     from continuair.kernels.numbers import Numbers
-    from continuair.kernels.types import MOMENTS, Tree, device_types
+    from continuair.kernels.types import MOMENTS, device_types
     from continuair.vehicle.layout import COMMAND
+    from continuair.vehicle.vehicle import load_vehicle
 
-    of, functions = (Numbers("float64"), Tree((1,))), len(MOMENTS)
+    of, functions = (Numbers("float64"), tree_of(load_vehicle("paper"))), len(MOMENTS)
     code, flight = device_types(*of), flight_code(*of).Flight()
     rate_of = dynamics_code(*of, model).rate_of
     names: dict[int, str] = {}

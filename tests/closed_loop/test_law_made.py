@@ -18,6 +18,7 @@ import continuair as ca
 from continuair.engine import factory
 from continuair.engine.law_made import made_law
 from continuair.kernels.types import Tree
+from continuair.terms import UavDrag
 
 VEHICLE = ca.load_vehicle("paper")
 SHARE = {"of the mass": 0.5}
@@ -131,7 +132,12 @@ def test_laws_differ_by_their_last_digit(lanes: int) -> None:
 
 
 def test_a_law_of_the_same_text_is_another_one_for_another_tree_of_arms() -> None:
-    trees = Tree((1,)), Tree((1,), bodies=True), Tree((1,), turned=True), Tree((1,), drag=True)
+    trees = (
+        Tree((1,)),
+        Tree((1,), bodies=True),
+        Tree((1,), turned=True),
+        Tree((1,), terms=(UavDrag(),)),
+    )
     assert len({made_law(pushing, "float64", tree, 0) for tree in (*trees, Tree((1,)))}) == 4
 
 

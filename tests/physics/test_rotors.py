@@ -465,7 +465,7 @@ def test_studies_excite_a_vehicle_with_rotors_by_direct_forces(name: str) -> Non
 def test_a_gradient_refuses_rotors_in_one_sentence() -> None:
     with pytest.raises(InputError) as caught:
         ca.gradient(QUAD, ca.Scenario("hover", LEVEL), lambda flight: (0.0, {}))
-    assert str(caught.value).startswith("vehicle 'slender' has rotors, of which no gradient")
+    assert str(caught.value).startswith("vehicle 'slender' has uav.rotors, of which no gradient")
     assert_one_plain_sentence(str(caught.value))
 
 

@@ -23,6 +23,7 @@ from continuair.flight.resolution import warn_of_coarse_steps
 from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import OK, STATUS
 from continuair.scenario.scenarios import Scenario
+from continuair.terms import terms_of
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
@@ -130,16 +131,10 @@ def _names(fields: Any) -> tuple[str, ...]:
 
 def _check_plain(vehicle: Vehicle) -> None:
     """Raise InputError for a vehicle of which no derivatives are known."""
-    sections = (section for arm in vehicle.arms for section in arm.section)
-    found = {
-        "rotors": vehicle.uav.rotors is not None,
-        "drag": vehicle.uav.drag is not None,
-        "drag_coefficient": any(each.drag_coefficient is not None for each in sections),
-    }
-    for name, given in found.items():
-        if given:
+    for term in terms_of(vehicle):
+        if not term.differentiable:
             raise InputError(
-                f"vehicle {shown(vehicle.name)} has {name}, of which no gradient is known; "
+                f"vehicle {shown(vehicle.name)} has {term.field}, of which no gradient is known; "
                 "leave it out, and give forces directly."
             )
 

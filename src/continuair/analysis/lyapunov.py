@@ -21,7 +21,6 @@ from continuair.analysis.conditions import Condition, Gains, conditions_of
 from continuair.analysis.metrics import samples
 from continuair.analysis.motion import check_turns
 from continuair.analysis.target_motion import largest_norms, norms_at
-from continuair.engine.pack import tree_of
 from continuair.equations.camera import interaction_matrix, to_normalised
 from continuair.errors import InputError, shown
 from continuair.flight.labels import in_order
@@ -29,6 +28,7 @@ from continuair.flight.provenance import model_of
 from continuair.flight.reading import BATCH_ROW
 from continuair.kernels.laws.servoing import law
 from continuair.scenario.scenarios import Scenario
+from continuair.terms import terms_of
 from continuair.vehicle.layout import FIELDS
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
@@ -154,9 +154,7 @@ def _residual(gains: Gains, acceleration: Any, jerk: Any) -> Any:
 def other_powers(vehicle: Vehicle) -> list[str]:
     """What of a vehicle takes or gives power beside the push that the law asks for, which no
     Lyapunov function here knows."""
-    tree = tree_of(vehicle)
-    has = {"uav.rotors": tree.rotors, "uav.drag": tree.drag, "drag_coefficient": tree.arm_drag}
-    return [name for name, given in has.items() if given]
+    return [term.field for term in terms_of(vehicle) if term.has_power]
 
 
 def _check_pushed_directly(vehicle: Vehicle) -> None:

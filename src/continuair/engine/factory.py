@@ -24,7 +24,6 @@ from continuair.kernels.sensing.eye import Eye, eye_code
 from continuair.kernels.sensing.guided import guided_pilot
 from continuair.kernels.sensing.pilot import PilotCode, law_pilot, no_pilot
 from continuair.kernels.slopes import step_slopes_kernel, tip_slopes_kernel
-from continuair.kernels.thrusts import thrusts_kernel
 from continuair.kernels.turning import turning_kernel
 from continuair.kernels.types import Tree, Types, device_types
 
@@ -82,8 +81,8 @@ class Kernels:
     @property
     def observers(self) -> tuple[wp.Kernel, ...]:
         """What looks back along a log, each at its own columns."""
-        rotors = (_thrusts(self.numbers, self.tree),) if self.tree.rotors else ()
-        return self.observe, *rotors
+        of_terms = (_observer_of(term, self.numbers, self.tree) for term in self.tree.terms)
+        return self.observe, *(kernel for kernel in of_terms if kernel is not None)
 
 
 @dataclass(frozen=True)
@@ -134,8 +133,8 @@ def _observe(numbers: Numbers, tree: Tree, model: str) -> wp.Kernel:
 
 
 @made_once
-def _thrusts(numbers: Numbers, tree: Tree) -> wp.Kernel:
-    return thrusts_kernel(numbers, tree)
+def _observer_of(term: Any, numbers: Numbers, tree: Tree) -> wp.Kernel | None:
+    return term.observer(numbers, tree)
 
 
 @dataclass(frozen=True)

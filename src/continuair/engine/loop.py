@@ -13,7 +13,7 @@ from continuair.engine.engine import Engine
 from continuair.engine.factory import Closing, LoopKernels, closed_loop, packed_loop, watching
 from continuair.engine.lanes import packs_of, struct_rows
 from continuair.engine.law_made import made_for_packs, made_law
-from continuair.engine.pack import per_run, tree_of
+from continuair.engine.pack import tree_of
 from continuair.errors import InputError, shown
 from continuair.vehicle.layout import (
     MOTION,
@@ -22,6 +22,7 @@ from continuair.vehicle.layout import (
     watched_columns,
     width_of,
 )
+from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray

@@ -10,10 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from continuair.engine.moments import length_unit, polynomials
 from continuair.kernels.types import Tree
+from continuair.terms import terms_of
 from continuair.vehicle.arms import ArmChain
-from continuair.vehicle.rotors import AIR_DENSITY
+from continuair.vehicle.runs import per_run
 from continuair.vehicle.section import Section
-from continuair.vehicle.uav import Uav
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -25,19 +25,13 @@ _BLOCK = 1024
 
 def tree_of(vehicle: Vehicle) -> Tree:
     """What kernels are made for to fly a vehicle."""
-    arms, rotors = vehicle.arms, vehicle.uav.rotors
-    straight = np.array([0.0, 0.0, 0.0, 1.0])
-    drags = any(each.drag_coefficient is not None for arm in arms for each in arm.section)
+    arms, straight = vehicle.arms, np.array([0.0, 0.0, 0.0, 1.0])
     return Tree(
         tuple(len(arm.section) for arm in arms),
         bodies=any(arm.tip is not None for arm in arms),
         turned=any((np.asarray(arm.attitude) != straight).any() for arm in arms),
         eye=vehicle.camera_arm,
-        rotors=0 if rotors is None else rotors.count,
-        prompt=rotors is not None and bool((np.asarray(rotors.lag) == 0.0).any()),
-        drag=vehicle.uav.drag is not None,
-        arm_drag=drags,
-        wash=drags and rotors is not None and rotors.radius is not None,
+        terms=terms_of(vehicle),
     )
 
 
@@ -107,24 +101,9 @@ def pack_plants(vehicle: Vehicle, Plant: Any) -> Array:
         _pack_body(plants, index, arm)
         _pack_sections(plants, first, arm, lengths[index])
         first += len(arm.section)
-    _pack_rotors_and_drag(plants, uav)
+    for term in terms_of(vehicle):
+        term.pack(plants, vehicle)
     return plants
-
-
-def _pack_rotors_and_drag(plants: Array, uav: Uav) -> None:
-    runs, rotors, drag = len(plants), uav.rotors, uav.drag
-    if rotors is not None:
-        plants["allocation"], plants["inverse"] = rotors.allocation, rotors.inverse
-        plants["lowest"], plants["highest"] = per_run(rotors.thrust_limits, runs, 2).T
-        plants["lag"] = per_run(rotors.lag, runs)
-    if drag is not None:
-        plants["drag"] = per_run(drag.linear, runs, 3)
-        plants["square_drag"] = per_run(drag.quadratic, runs, 3)
-    if "wash" in (plants.dtype.names or ()):
-        assert rotors is not None
-        square = np.square(per_run(rotors.radius, runs))
-        plants["hubs"], plants["disk"] = rotors.hubs, square
-        plants["wash"] = 0.5 / (AIR_DENSITY * np.pi * square)
 
 
 def _pack_mount(plants: Array, index: int, arm: ArmChain) -> None:
@@ -169,24 +148,9 @@ def _pack_sections(plants: Array, first: int, arm: ArmChain, whole: Array) -> No
             "beyond": beyond,
             "reach": (reach + 0.5 * length) / whole,
         }
-        if section.drag_coefficient is not None:
-            width = 2.0 * per_run(section.radius, runs)
-            share = 0.5 * AIR_DENSITY * per_run(section.drag_coefficient, runs)
-            columns["across"] = share * width * length
         for name, values in columns.items():
             plants[name][:, where] = values
         beyond, reach = beyond + mass, reach + length
-
-
-def per_run(value: Any, runs: int, *shape: int) -> Array:
-    """A field (runs, *shape), whether it, or one of its elements, varies over the runs or not."""
-    if isinstance(value, np.ndarray) and value.ndim > len(shape):
-        return np.broadcast_to(value, (runs, *shape))
-    return np.stack([np.broadcast_to(x, runs) for x in _leaves(value)], -1).reshape(runs, *shape)
-
-
-def _leaves(value: Any) -> list[Any]:
-    return [x for entry in value for x in _leaves(entry)] if isinstance(value, tuple) else [value]
 
 
 def _spread(at: Array) -> Array:

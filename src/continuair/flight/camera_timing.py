@@ -10,13 +10,13 @@ import numpy as np
 
 from continuair.engine.engine import Engine, Start
 from continuair.engine.loop import Loop, Scene, Timing, watch
-from continuair.engine.pack import per_run
 from continuair.errors import InputError, shown
 from continuair.flight.guiding import guidance_over
 from continuair.flight.time_grid import Grid, instants_at, stage_times
 from continuair.scenario.paths import Path
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import Layout, watched_columns
+from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray

@@ -11,7 +11,6 @@ import numpy as np
 
 from continuair.engine.engine import Drive, Engine, Logs, Start
 from continuair.engine.loop import Loop
-from continuair.engine.pack import per_run
 from continuair.flight.camera_timing import loop_over
 from continuair.flight.inputs import groups_in_use, sample_inputs
 from continuair.flight.probing import warn_of_jumps
@@ -30,6 +29,7 @@ from continuair.flight.time_grid import Grid, Marks, seen_at, shared_grids, stag
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import COMMAND, FIELDS
+from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray

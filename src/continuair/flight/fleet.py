@@ -8,7 +8,6 @@ import numpy as np
 
 from continuair import checks
 from continuair.engine.engine import Drive, Start
-from continuair.engine.pack import per_run
 from continuair.errors import InputError
 from continuair.flight.inputs import groups_of
 from continuair.flight.prepare import prepare
@@ -20,6 +19,7 @@ from continuair.kernels.step import OK
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import FIELDS, Layout
+from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray

@@ -15,7 +15,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from continuair.engine.pack import per_run
 from continuair.flight.cohorts import Flight
 from continuair.flight.halving import error_here
 from continuair.flight.resolution import RESOLVED
@@ -23,6 +22,7 @@ from continuair.flight.time_grid import marks_at
 from continuair.flight.unstable import multiplied
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.vehicle.layout import FIELDS
+from continuair.vehicle.runs import per_run
 
 Array = np.ndarray
 

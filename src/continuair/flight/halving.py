@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from continuair.engine.pack import per_run
 from continuair.flight.cohorts import Flight
 from continuair.flight.rollout import most_runs, record
 from continuair.flight.trajectory import Recorder
 from continuair.flight.unstable import multiplied
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.kernels.step import OVERTURNED, UNSEEN
+from continuair.vehicle.runs import per_run
 
 Array = np.ndarray
 

@@ -10,12 +10,12 @@ from scipy.spatial.transform import Rotation
 
 from continuair.checks import UnsteadyInput
 from continuair.engine.engine import Drive, Engine, Start
-from continuair.engine.pack import per_run
 from continuair.errors import InputError
 from continuair.flight.inputs import evaluated, field_width, told_rate
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import AIR, GENERAL, TIP, Layout
+from continuair.vehicle.runs import per_run
 
 Array = np.ndarray
 

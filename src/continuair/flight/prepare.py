@@ -100,7 +100,7 @@ def prepare(
         missed = probe.missed(steps) | (driven * steps > UNSEEN)
         speeds = Probe(as_speeds(vehicle, scenario), coupled.layout, max(duration, horizon))
         abrupt = 1.0 * speeds.felt("rotor_command", steps, lag_rate(vehicle))
-        abrupt = np.maximum(abrupt, _OF_WASH * coupled.tree.wash)
+        abrupt = np.maximum(abrupt, _OF_WASH * coupled.tree.stirred)
         if not distorts:
             warn_of_fast_inputs(steps, driven, stacklevel + 1)
     states = state_from_paper(*np.broadcast_arrays(q, qd))

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from continuair.engine.engine import Engine
-from continuair.engine.pack import per_run
 from continuair.errors import CannotHover, InputError, shown
 from continuair.flight.holding import holding
 from continuair.scenario.paper_tests import open_loop_test
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.rotors import Rotors
+from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -190,7 +190,7 @@ def _against_wash(engine: Engine, rows: Array, gravity: float, thrusts: Array) -
     rotors = engine.vehicle.uav.rotors
     assert rotors is not None
     highest = per_run(rotors.thrust_limits, len(thrusts), 2)[:, 1:]
-    for _ in range(_ROUNDS if engine.tree.wash else 0):
+    for _ in range(_ROUNDS if engine.tree.stirred else 0):
         given = np.clip(thrusts, 0.0, highest)
         missing = _carrying(engine, rows, gravity, given)
         thrusts = given + missing

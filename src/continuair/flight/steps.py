@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from continuair.engine.engine import Drive, Engine, Start
-from continuair.engine.pack import per_run
 from continuair.errors import InputError
 from continuair.flight.inputs import told_rate
 from continuair.flight.loaded_rates import drag_rate, linear_drag_rate, pull_rate
@@ -16,6 +15,7 @@ from continuair.kernels.integrators import INTEGRATORS
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import FIELDS, GENERAL
+from continuair.vehicle.runs import per_run
 from continuair.warning import warn
 
 Array = np.ndarray
@@ -234,7 +234,7 @@ def automatic_step(
             loaded = _loaded_rate(coupled, q, wind + moves, np.atleast_2d(pull), len(modes))
         seen = np.fmax.reduce(np.broadcast_arrays(modes, turning, loaded))
         step = taken.phase / np.fmax(seen + spin, driven)
-    if coupled.tree.wash:
+    if coupled.tree.stirred:
         step = _IN_WASH * step
     found: Array = np.where(np.isnan(step), np.inf, step)
     return found

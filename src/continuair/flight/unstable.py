@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from continuair.engine.pack import per_run
 from continuair.flight.cohorts import Flight
 from continuair.flight.loaded_rates import pull_rate, strongest_pull
+from continuair.vehicle.runs import per_run
 
 Array = np.ndarray
 

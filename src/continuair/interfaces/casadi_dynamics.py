@@ -9,32 +9,59 @@ where v̇ is what B accelerates by beyond gravity, and f the generalised forces.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import casadi as ca
 import numpy as np
 from casadi import DM, SX, Function
 
-from continuair.interfaces.casadi_arm import Arm, BentSection, arms_of, body_inertia
-from continuair.kernels.forces.arm_air import NODES, WEIGHTS
+from continuair.errors import InputError, shown
+from continuair.interfaces.casadi_arm import Arm, arms_of, body_inertia
 from continuair.kernels.types import MAX_BEND_ANGLE
-from continuair.vehicle.rotors import AIR_DENSITY
+from continuair.terms import terms_of
 from continuair.vehicle.vehicle import Vehicle
 
 _SLOW = 1e-12
 """Speed [m/s] below which drag goes with the velocity, so that it has derivatives at rest."""
 
 
+@dataclass(frozen=True)
+class Model:
+    """What terms take part in: x, symbols of the arguments by name; R, body to world; the arms."""
+
+    vehicle: Vehicle
+    x: dict[str, SX]
+    R: SX
+    arms: list[Arm]
+
+    @property
+    def none(self) -> SX:
+        """A generalised force (6 + 2 N,) of nothing."""
+        return SX(6 + 2 * self.vehicle.sections, 1)
+
+    @property
+    def body_velocity(self) -> SX:
+        """Of B's origin in body axes."""
+        return self.R.T @ self.x["velocity"]
+
+    @property
+    def rates(self) -> SX:
+        """z (6 + 2 N,)."""
+        bending = _flat(self.x["bend_rate"])
+        return ca.vertcat(self.body_velocity, self.x["angular_velocity"], bending)
+
+    @staticmethod
+    def speed(v: SX) -> SX:
+        """The length of a velocity, with derivatives at rest."""
+        return ca.sqrt(ca.sumsqr(v) + _SLOW**2)
+
+
 def accelerations(vehicle: Vehicle) -> Function:
     """The function that `to_casadi` of interfaces/casadi_model.py describes."""
     x = _inputs(vehicle)
     R, arms = _rotation(x["attitude"]), arms_of(vehicle, x["bend"])
-    bodies = _bodies(vehicle, arms)
-    forces = (
-        _pushes(x, R)
-        + _tip_wrenches(x, R, arms)
-        + _springs(x, arms)
-        + _drag(vehicle, x, R, arms)
-        - _velocity_terms(bodies, x)
-    )
+    bodies, model = _bodies(vehicle, arms), Model(vehicle, x, R, arms)
+    forces = _of_terms(model) + _springs(x, arms) - _velocity_terms(bodies, x)
     M = sum(S.T @ E @ S for S, E in bodies)
     found = ca.ldl_solve(forces, *ca.ldl(M, False)) * _valid(arms)
     v_rate = R @ found[:3] - ca.vertcat(0, 0, x["gravity"])
@@ -45,6 +72,19 @@ def accelerations(vehicle: Vehicle) -> Function:
     }
     options = {"cse": True, "default_in": [9.81 if name == "gravity" else 0.0 for name in x]}
     return Function("accelerations", [*x.values()], [*outputs.values()], [*x], [*outputs], options)
+
+
+def _of_terms(model: Model) -> SX:
+    found = model.none
+    for term in terms_of(model.vehicle):
+        force = term.casadi(model)
+        if force is None:
+            raise InputError(
+                f"vehicle {shown(model.vehicle.name)} has {term.field}, which has no form in "
+                "CasADi; leave it out."
+            )
+        found += force
+    return found
 
 
 def _inputs(vehicle: Vehicle) -> dict[str, SX]:
@@ -86,18 +126,6 @@ def _velocity_terms(bodies: list[tuple[SX, SX]], x: dict[str, SX]) -> SX:
     return ca.jtimes(momenta, bend, rate) + ca.vertcat(*turned)
 
 
-def _pushes(x: dict[str, SX], R: SX) -> SX:
-    return ca.vertcat(R.T @ x["force"], x["moment"], _flat(x["bend_moment"]))
-
-
-def _tip_wrenches(x: dict[str, SX], R: SX, arms: list[Arm]) -> SX:
-    found = SX(arms[0].tip.moves.shape[1], 1)
-    for index, arm in enumerate(arms):
-        back, wrench = (R @ arm.tip.axes).T, x["tip_wrench"][index, :].T
-        found += arm.tip.motion.T @ ca.vertcat(back @ wrench[:3], back @ wrench[3:])
-    return found
-
-
 def _springs(x: dict[str, SX], arms: list[Arm]) -> SX:
     sections = [each.section for arm in arms for each in arm.sections]
     stiff = DM([each.bending_stiffness * each.length for each in sections for _ in "xy"])
@@ -105,39 +133,10 @@ def _springs(x: dict[str, SX], arms: list[Arm]) -> SX:
     return ca.vertcat(SX(6, 1), -stiff * _flat(x["bend"]) - damped * _flat(x["bend_rate"]))
 
 
-def _drag(vehicle: Vehicle, x: dict[str, SX], R: SX, arms: list[Arm]) -> SX:
-    """Of the UAV and of the backbones, in air at rest."""
-    v = R.T @ x["velocity"]
-    z = ca.vertcat(v, x["angular_velocity"], _flat(x["bend_rate"]))
-    found = SX(*z.shape)
-    if vehicle.uav.drag is not None:
-        linear, square = DM(vehicle.uav.drag.linear), DM(vehicle.uav.drag.quadratic)
-        found[:3] = -(linear + _speed(v) * square) * v
-    for section in (each for arm in arms for each in arm.sections):
-        if section.section.drag_coefficient is not None:
-            found += _drag_across(section, section.section.drag_coefficient, z)
-    return found
-
-
-def _drag_across(bent: BentSection, coefficient: float, z: SX) -> SX:
-    section, found = bent.section, SX(*z.shape)
-    across = AIR_DENSITY * coefficient * section.radius * section.length
-    for node, weight in zip(NODES, WEIGHTS, strict=True):
-        moves = bent.frame(0.5 + 0.5 * node).moves
-        v = moves @ z
-        v[2] = 0
-        found -= 0.5 * weight * across * moves.T @ (_speed(v) * v)
-    return found
-
-
 def _valid(arms: list[Arm]) -> SX:
     """1, and NaN where a section is bent beyond a full circle, where nothing here holds."""
     angles = [ca.sumsqr(each.bend * each.section.length) for arm in arms for each in arm.sections]
     return ca.if_else(ca.mmax(ca.vertcat(*angles)) > MAX_BEND_ANGLE**2, np.nan, 1)
-
-
-def _speed(v: SX) -> SX:
-    return ca.sqrt(ca.sumsqr(v) + _SLOW**2)
 
 
 def _flat(per_section: SX) -> SX:

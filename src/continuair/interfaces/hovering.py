@@ -9,9 +9,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from continuair import checks
-from continuair.engine.pack import per_run
 from continuair.flight.fleet import Fleet
 from continuair.kernels.step import OK
+from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
 
 Array = np.ndarray

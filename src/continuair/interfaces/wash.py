@@ -6,7 +6,8 @@ import numpy as np
 
 from continuair.analysis.backbone import along_at, parts
 from continuair.analysis.motion import Motion
-from continuair.kernels.forces.arm_air import EDGE, NODES
+from continuair.terms.arm_drag import NODES
+from continuair.terms.rotors import EDGE
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.rotors import Rotors
 

@@ -17,11 +17,10 @@ from typing import Any
 
 import warp as wp
 
+from continuair.kernels.acting import acting_code
 from continuair.kernels.arm.chain import chain_code
 from continuair.kernels.elimination import elimination_code
 from continuair.kernels.flight import flight_code
-from continuair.kernels.forces.acting import acting_code
-from continuair.kernels.forces.rotors import rotor_code
 from continuair.kernels.numbers import Numbers
 from continuair.kernels.types import Tree, device_types, holding
 
@@ -168,13 +167,14 @@ def dynamics_code(numbers: Numbers, tree: Tree, model: str) -> Dynamics:
         total = total_of(y, flight.coefficients, flight.plant, flight.vehicle)
         return rates(y, flight, accelerations_of(y, flight, total, load))
 
-    if tree.rotors:
-        of_bodies, spun_up = rate_of, rotor_code(numbers, tree).spun_up
+    if loads.with_rates is not None:
+        of_bodies, with_rates = rate_of, loads.with_rates
 
         @wp.func
-        def rate_with_rotors(y: State, along: Along, flight: Flight, row: int, push: Push):
-            return spun_up(of_bodies(y, along, flight, row, push), y, flight, row, push)
+        def rate_with_states(y: State, along: Along, flight: Flight, row: int, push: Push):
+            """With those of what terms add to the state."""
+            return with_rates(of_bodies(y, along, flight, row, push), y, flight, row, push)
 
-        rate_of = rate_with_rotors
+        rate_of = rate_with_states
 
     return holding(Dynamics, locals())

@@ -9,7 +9,6 @@ import warp as wp
 
 from continuair.kernels.dynamics import Dynamics, dynamics_code
 from continuair.kernels.flight import flight_code
-from continuair.kernels.forces.rotors import rotor_code
 from continuair.kernels.numbers import Numbers
 from continuair.kernels.resolution import resolution_code
 from continuair.kernels.sensing.pilot import PilotCode
@@ -79,18 +78,18 @@ def stage_code(numbers: Numbers, tree: Tree, model: str) -> Stage:
             k[B + j] = explicit[j] + reach * k[DB + j]
         return k, slowest
 
-    if tree.rotors:
-        of_bodies, spun_up = stage_of, rotor_code(numbers, tree).spun_up
+    if dynamics.loads.with_rates is not None:
+        of_bodies, with_rates = stage_of, dynamics.loads.with_rates
 
         @wp.func
-        def stage_with_rotors(
+        def stage_with_states(
             y: State, along: Along, flight: Flight, row: int, push: Push, before: State, h: Real
         ):
-            """Speeds are followed as by Heun: they are not stiff, and J leaves them out."""
+            """What terms add to the state is followed as by Heun: J leaves it out."""
             k, slowest = of_bodies(y, along, flight, row, push, before, h)
-            return spun_up(k, y, flight, row, push), slowest
+            return with_rates(k, y, flight, row, push), slowest
 
-        stage_of = stage_with_rotors
+        stage_of = stage_with_states
 
     return holding(Stage, locals())
 

@@ -15,7 +15,7 @@ from continuair.kernels.logs import push_reader
 from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.eye import Eye
 from continuair.kernels.types import Tree, device_types
-from continuair.vehicle.layout import MOTION, TIP, observed_columns, watched_columns
+from continuair.vehicle.layout import MOTION, observed_columns, watched_columns
 
 
 @cache
@@ -49,23 +49,22 @@ def _observer_of_arm(
     Cell, Real, keep = types.Cell, types.Real, number_code(numbers).keep
     State, Flight = types.State, flight_code(numbers, tree).Flight
     vec3, bends, at = types.vec3, types.layout.bends, observed_columns(len(tree.sections))
-    world_tip, load_on_tip = tips.world_tip_of(arm), dynamics.loads.load_on_tip(arm)
+    world_tip, load_on_arm = tips.world_tip_of(arm), dynamics.loads.load_on_arm(arm)
     arm_total = chain_code(numbers, tree, dynamics.bias).of_arm(arm)
     attitude_of, velocity_of = types.attitude_of, types.velocity_of
     spin_of, bend_rates_of = types.spin_of, types.bend_rates_of
     attitude = at["tip_attitude"].start + 4 * arm
     names = ("tip_position", "tip_velocity", "tip_angular_velocity", "base_force", "base_moment")
     position, velocity, turning, force, moment = (at[name].start + 3 * arm for name in names)
-    freezes, couples, drags = dynamics.freezes, dynamics.couples, tree.arm_drag
-    drag_on = dynamics.loads.drag_on_arm(arm) if drags else None
-    Push = types.Push
+    freezes, couples = dynamics.freezes, dynamics.couples
+    Push, Along = types.Push, types.Along
 
     @wp.func
     def observe(
-        out: wp.array3d(dtype=Cell), sample: int, y: State, dy: State, begun: State, flight: Flight,
-        row: int, push: Push,
+        out: wp.array3d(dtype=Cell), sample: int, y: State, dy: State, begun: State, along: Along,
+        flight: Flight, row: int, push: Push,
     ):  # fmt: skip
-        before(out, sample, y, dy, begun, flight, row, push)
+        before(out, sample, y, dy, begun, along, flight, row, push)
         q, w, plant = attitude_of(y), spin_of(y), flight.plant
         tip = world_tip(y, plant)
         # What the rows of the UAV hold of this arm, the arm takes from it.
@@ -89,14 +88,9 @@ def _observer_of_arm(
             for j in range(bends):
                 taken += ddb[j] * vec3(total.F[0, j], total.F[1, j], total.F[2, j])
                 twisted += ddb[j] * vec3(total.L[0, j], total.L[1, j], total.L[2, j])
-        if (flight.groups & TIP) != 0:
-            load = load_on_tip(y, flight, row)
-            taken -= load.force
-            twisted -= load.moment
-        if wp.static(drags):
-            air = drag_on(y, flight, row, push)
-            taken -= air.force
-            twisted -= air.moment
+        load = load_on_arm(y, along, flight, row, push)
+        taken -= load.force
+        twisted -= load.moment
         for j in range(3):
             keep(out, flight.run, sample, position + j, tip.position[j])
             keep(out, flight.run, sample, velocity + j, tip.velocity[j])
@@ -115,7 +109,7 @@ def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
     chain, code = chain_code(numbers, tree, dynamics.bias), number_code(numbers)
     keep, lanes = code.keep, code.lanes
     Cell, layout = types.Cell, types.layout
-    Real, State, Push = types.Real, types.State, types.Push
+    Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
     vec3, Flight = types.vec3, structs.Flight
     position_of, attitude_of, velocity_of = types.position_of, types.attitude_of, types.velocity_of
     bends_of, bend_rates_of, spin_of = types.bends_of, types.bend_rates_of, types.spin_of
@@ -133,8 +127,8 @@ def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
 
     @wp.func
     def nothing(
-        out: wp.array3d(dtype=Cell), sample: int, y: State, dy: State, begun: State, flight: Flight,
-        row: int, push: Push,
+        out: wp.array3d(dtype=Cell), sample: int, y: State, dy: State, begun: State, along: Along,
+        flight: Flight, row: int, push: Push,
     ):  # fmt: skip
         pass
 
@@ -163,7 +157,7 @@ def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
         along = logged_along(log, run, sample)
         push = logged_push(log, run, sample)
         dy = rate_of(y, along, flight, row, push)
-        observe_arms(out, sample, y, dy, begun, flight, row, push)
+        observe_arms(out, sample, y, dy, begun, along, flight, row, push)
 
         p, q, w, m = position_of(y), attitude_of(y), spin_of(y), plant.mass
         b = bends_of(y)

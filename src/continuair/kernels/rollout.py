@@ -8,14 +8,12 @@ import warp as wp
 from continuair.kernels.arguments import arguments
 from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.flight import flight_code
-from continuair.kernels.forces.rotors import rotor_code
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.resolution import resolution_code
 from continuair.kernels.sensing.pilot import PilotCode
 from continuair.kernels.step import OVERTURNED, UNSEEN, stepping_code
 from continuair.kernels.types import FULL_LENGTH, Tree, device_types
-from continuair.vehicle.layout import PAPER
 
 SUMS = 6
 """Numbers that a roll-out sums up of each run."""
@@ -45,7 +43,6 @@ def rollout_kernel(
     and the most that rotors were asked for beyond their limits then, in parts of these.
     """
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
-    excess_of = rotor_code(numbers, tree).excess_of if tree.rotors else None
     stepping, begins = stepping_code(numbers, tree), arguments(numbers.precision)
     code, Cell, Real, State = number_code(numbers), types.Cell, types.Real, types.State
     Push = types.Push
@@ -62,12 +59,13 @@ def rollout_kernel(
     spin_of, force_of, weightless = types.spin_of, types.force_of, Real(1e-30)
     above, all_above, any_above, finite = code.above, code.all_above, code.any_above, code.finite
     mark, keep_whole, keep_of_run = code.mark, code.keep_whole, code.keep_of_run
-    # A wash has an edge, which an arm may cross within a step or two.
-    one_of = 1 if tree.wash else taken.measured_every
-    few, sections, paper = FEW_STEPS, types.layout.sections, PAPER
+    # A stream has an edge, which an arm may cross within a step or two.
+    one_of = 1 if tree.stirred else taken.measured_every
+    few, sections, acting = FEW_STEPS, types.layout.sections, dynamics.loads
     zero, one, full = Real(0.0), Real(1.0), Real(FULL_LENGTH)
     unseen, overturned = Real(float(UNSEEN)), Real(float(OVERTURNED))
-    infinite, misdirected = Real(np.inf), dynamics.loads.misdirected
+    infinite, misdirected, excess_of = Real(np.inf), acting.misdirected, acting.excess_of
+    limited, misleading = excess_of is not None, misdirected is not None
 
     @wp.func
     def swing_of(y: State):
@@ -130,7 +128,7 @@ def rollout_kernel(
                 ended += lost
                 if all_above(ended, zero):
                     break
-            if wp.static(tree.rotors > 0):
+            if wp.static(limited):
                 beyond = excess_of(y, flight, i * flight.stride, push)
                 excess = wp.max(excess, above(ended, zero, zero, beyond))
             strongest = wp.max(strongest, above(ended, zero, zero, wp.length(force_of(push))))
@@ -163,7 +161,7 @@ def rollout_kernel(
                 swing += above(ended, zero, zero, stands_for * h * swing_of(begun))
                 turned += above(ended, zero, zero, stands_for * h * wp.length(spin_of(begun)))
                 error += above(ended, zero, zero, stands_for * left_out)
-            if (flight.groups & paper) != 0:
+            if wp.static(misleading):
                 wrong_way = misdirected(begun, y, branch.direction, flight, i * flight.stride)
                 doubt = wp.max(doubt, above(ended, zero, zero, wrong_way))
             now = above(ended, zero, zero, end_of(y))

@@ -26,30 +26,30 @@ class Tree:
     """What kernels are made for: sections of each arm, and what costs time where it is absent.
 
     bodies: whether tips carry rigid bodies; turned: whether mounts turn an arm. eye: the arm at
-    whose tip the camera is. rotors: how many there are; prompt: whether some follow their command
-    at once. drag: whether the UAV has drag; arm_drag: whether arms have; wash: whether these hang
-    in air that the rotors move.
+    whose tip the camera is. terms: what acts, of the package terms.
     """
 
     sections: tuple[int, ...]
     bodies: bool = False
     turned: bool = False
     eye: int = 0
-    rotors: int = 0
-    prompt: bool = False
-    drag: bool = False
-    arm_drag: bool = False
-    wash: bool = False
+    terms: tuple[Any, ...] = ()
 
     @property
     def air(self) -> bool:
         """Whether wind does anything."""
-        return self.drag or self.arm_drag
+        return any(term.in_wind for term in self.terms)
+
+    @property
+    def stirred(self) -> bool:
+        """Whether something feels air that another term moves."""
+        moved = any(term.moves_air for term in self.terms)
+        return moved and any(term.in_stream for term in self.terms)
 
     @property
     def layout(self) -> Layout:
         """Columns of its states, inputs and logs."""
-        return Layout(self.sections, self.rotors, self.air)
+        return Layout(self.sections, sum(term.states for term in self.terms), self.air)
 
     @property
     def first(self) -> tuple[int, ...]:
@@ -82,7 +82,6 @@ class Types:
     Matrices: Any
     Vectors: Any
     PerSection: Any
-    PerRotor: Any
     Row: Any
     Table: Any
     State: Any
@@ -124,14 +123,11 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
     PerSection, PerArm = wp.types.vector(sections, Real), wp.types.vector(arms, Real)
     Vectors, Matrices = wp.types.matrix((arms, 3), Real), wp.types.matrix((arms, 9), Real)
     Quaternions = wp.types.matrix((arms, 4), Real)
-    rotors = tree.rotors
-    PerRotor = wp.types.vector(rotors, Real) if rotors else None
     width, bends, one, two = layout.state, layout.bends, Real(1.0), Real(2.0)
     P, Q, B = layout.position.start, layout.attitude.start, layout.bend.start
     V, W, DB = layout.velocity.start, layout.angular_velocity.start, layout.bend_rate.start
     F, M, BM = layout.force.start, layout.moment.start, layout.bend_moment.start
 
-    @wp.struct
     class Plant:
         """A vehicle, bends in units of the kernels, λ of each section.
 
@@ -139,11 +135,8 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
         cross-sections, and reach, how far its turning by 1 moves the tip [arm lengths]. Per arm:
         mass, mount, turn (arm axes to body) and the
         same as a quaternion; mass, first moment and inertia of the body on its
-        tip about that point, in the last section's axes at it. length: of the longest arm [m]. Of
-        rotors, if there are any: allocation and its pseudo-inverse, limits of a thrust, lag. Of
-        drag: that of the UAV per velocity, and per velocity and speed; that of the sections per
-        velocity and speed across them. Of a wash: hubs, the squared radius of disks,
-        the squared velocity of the air over the thrust.
+        tip about that point, in the last section's axes at it. length: of the longest arm [m].
+        Then the parameters of each term.
         """
 
         mass: Real
@@ -165,21 +158,11 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
         body_mass: PerArm
         body_moment: Vectors
         body_inertia: Matrices
-        if rotors:
-            allocation: wp.types.matrix((6, rotors), Real)
-            inverse: wp.types.matrix((rotors, 6), Real)
-            lowest: Real
-            highest: Real
-            lag: Real
-        if tree.drag:
-            drag: vec3
-            square_drag: vec3
-        if tree.arm_drag:
-            across: PerSection
-        if tree.wash:
-            hubs: wp.types.matrix((rotors, 3), Real)
-            disk: Real
-            wash: Real
+
+    for term in tree.terms:
+        for name, shape in term.parameters(tree).items():
+            Plant.__annotations__[name] = _kind(Real, shape)
+    Plant = wp.struct(Plant)
 
     @wp.func
     def position_of(y: State):
@@ -294,3 +277,10 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
         return vec3(plant.mount[arm, 0], plant.mount[arm, 1], plant.mount[arm, 2])
 
     return holding(Types, locals())
+
+
+def _kind(Real: Any, shape: tuple[int, ...]) -> Any:
+    """The type of a parameter of that shape: a number, a vector or a matrix."""
+    if len(shape) > 1:
+        return wp.types.matrix(shape, Real)
+    return wp.types.vector(shape[0], Real) if shape else Real

@@ -53,3 +53,14 @@ def _children(value: object) -> Iterator[object]:
 
 def _tuples(value: Any) -> Any:
     return tuple(_tuples(child) for child in value) if isinstance(value, list) else value
+
+
+def per_run(value: Any, runs: int, *shape: int) -> np.ndarray:
+    """A field (runs, *shape), whether it, or one of its elements, varies over the runs or not."""
+    if isinstance(value, np.ndarray) and value.ndim > len(shape):
+        return np.broadcast_to(value, (runs, *shape))
+    return np.stack([np.broadcast_to(x, runs) for x in _leaves(value)], -1).reshape(runs, *shape)
+
+
+def _leaves(value: Any) -> list[Any]:
+    return [x for entry in value for x in _leaves(entry)] if isinstance(value, tuple) else [value]

@@ -1,100 +1,115 @@
-"""Device code of the air on the arms: drag across the backbone, in the wash of the rotors."""
+"""Drag of the arms, across the backbone, in the wind and in air that other terms move."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import warp as wp
 
+from continuair.kernels.acting import Acting
 from continuair.kernels.arm.tip import tip_code
 from continuair.kernels.flight import flight_code
-from continuair.kernels.forces.air import air_code
-from continuair.kernels.forces.load import load_code
-from continuair.kernels.forces.rotors import rotor_code
-from continuair.kernels.numbers import Numbers, number_code
-from continuair.kernels.types import Tree, device_types, holding
+from continuair.kernels.load import load_code
+from continuair.kernels.numbers import Numbers
+from continuair.kernels.types import Tree, device_types
+from continuair.kernels.wind import wind_code
+from continuair.terms.term import Stream, Term
+from continuair.vehicle.rotors import AIR_DENSITY
+from continuair.vehicle.runs import per_run
+from continuair.vehicle.vehicle import Vehicle
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(3)
 """Of Gauss's rule along a section, from -1 to 1."""
 
-EDGE = 0.5
-"""Part of a disk's radius, and of its area, over which the wash begins on either side of its edge:
-air shears there, and a force that jumped would cost the steps their order."""
-
 
 @dataclass(frozen=True)
-class ArmAirCode:
-    """drag_on_arm(arm) gives the function load(y, flight, row, push) of one arm; arms_load is that
-    of all."""
+class ArmDrag(Term):
+    """½ ρ C_d 2r |v| v per length, v the velocity across the backbone through the air."""
 
-    drag_on_arm: Any
-    arms_load: Any
+    field: ClassVar[str] = "drag_coefficient"
+    in_wind: ClassVar[bool] = True
+    in_stream: ClassVar[bool] = True
+    differentiable: ClassVar[bool] = False
+    has_power: ClassVar[bool] = True
+
+    @classmethod
+    def of(cls, vehicle: Vehicle) -> Self | None:
+        sections = (section for arm in vehicle.arms for section in arm.section)
+        return cls() if any(each.drag_coefficient is not None for each in sections) else None
+
+    def parameters(self, tree: Tree) -> dict[str, tuple[int, ...]]:
+        """Of the sections, per velocity and speed across them."""
+        return {"across": (sum(tree.sections),)}
+
+    def pack(self, plants: np.ndarray, vehicle: Vehicle) -> None:
+        runs = len(plants)
+        sections = (section for arm in vehicle.arms for section in arm.section)
+        for index, section in enumerate(sections):
+            if section.drag_coefficient is not None:
+                width = 2.0 * per_run(section.radius, runs)
+                share = 0.5 * AIR_DENSITY * per_run(section.drag_coefficient, runs)
+                plants["across"][:, index] = share * width * per_run(section.length, runs)
+
+    def device(self, numbers: Numbers, tree: Tree, frozen_arm: bool) -> Acting:
+        return Acting(on_arm=_drag_on_arm(numbers, tree, frozen_arm))
+
+    def casadi(self, model: Any) -> Any:
+        found = model.none
+        for bent in (each for arm in model.arms for each in arm.sections):
+            if bent.section.drag_coefficient is not None:
+                found += _drag_in_casadi(model, bent)
+        return found
 
 
-@cache
-def arm_air_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> ArmAirCode:
-    """Drag of the arms; frozen_arm: bends feel the air on a base that stays as it starts."""
+def _drag_in_casadi(model: Any, bent: Any) -> Any:
+    section, found = bent.section, model.none
+    across = AIR_DENSITY * section.drag_coefficient * section.radius * section.length
+    for node, weight in zip(NODES, WEIGHTS, strict=True):
+        moves = bent.frame(0.5 + 0.5 * node).moves
+        v = moves @ model.rates
+        v[2] = 0
+        found -= 0.5 * weight * across * moves.T @ (model.speed(v) * v)
+    return found
+
+
+def _still_air(numbers: Numbers, tree: Tree) -> Stream:
+    types, Flight = device_types(numbers, tree), flight_code(numbers, tree).Flight
+    State, Push, Plant, vec2, vec3 = types.State, types.Push, types.Plant, types.vec2, types.vec3
+
+    @wp.func
+    def begun(y: State, flight: Flight, row: int, push: Push):
+        return vec2()
+
+    @wp.func
+    def velocity(plant: Plant, point: vec3, still: vec2):
+        return vec3()
+
+    return Stream(vec2, begun, velocity)
+
+
+def _drag_on_arm(numbers: Numbers, tree: Tree, frozen_arm: bool) -> Callable[[int], Any]:
+    """What gives the load on an arm; frozen_arm: bends feel the air on a base that stays as it
+    starts."""
     types, tips, loads = (
         device_types(numbers, tree),
         tip_code(numbers, tree),
         load_code(numbers, tree),
     )
-    Flight, wind_at = flight_code(numbers, tree).Flight, air_code(numbers, tree).wind_at
+    Flight, wind_at = flight_code(numbers, tree).Flight, wind_code(numbers, tree)
     Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
-    Load, plus, above = loads.Load, loads.plus, number_code(numbers).above
+    Load, Along = loads.Load, types.Along
     vec2, vec3, attitude_of, spin_of = types.vec2, types.vec3, types.attitude_of, types.spin_of
     velocity_of, bend_of, bend_rate_of = types.velocity_of, types.bend_of, types.bend_rate_of
     mounted, end_of, swept_by = tips.mounted, tips.end_of, tips.swept_by
     turned_by, wrench_on_bend = tips.turned_by, tips.wrench_on_bend
-    rotors, washes, zero, one = tree.rotors, tree.wash, Real(0.0), Real(1.0)
+    zero, one = Real(0.0), Real(1.0)
     low, middle, high = (Real(float(0.5 + 0.5 * x)) for x in NODES)
     outer, inner = (Real(float(0.5 * weight)) for weight in WEIGHTS[:2])
-    Induced = types.PerRotor if washes else vec2
-
-    @wp.func
-    def no_wash(y: State, flight: Flight, row: int, push: Push):
-        return Induced()
-
-    @wp.func
-    def unmoved(plant: Plant, point: vec3, induced: Induced):
-        return vec3()
-
-    induced_of, washed_at = no_wash, unmoved
-    if washes:
-        thrusts_of = rotor_code(numbers, tree).thrusts_of
-        edge, half, three = Real(EDGE), Real(0.5), Real(3.0)
-
-        @wp.func
-        def risen(x: Real):
-            """From 0 at -1 to 1 at 1, and flat beyond."""
-            part = wp.min(wp.max(half * (x + one), zero), one)
-            return part * part * (three - (one + one) * part)
-
-        @wp.func
-        def induced_by_thrusts(y: State, flight: Flight, row: int, push: Push):
-            """Velocities of the air at the disks, by momentum theory in hover."""
-            out = thrusts_of(y, flight, row, push)
-            for i in range(rotors):
-                out[i] = wp.sqrt(flight.plant.wash * out[i])
-            return out
-
-        @wp.func
-        def washed(plant: Plant, point: vec3, induced: Induced):
-            """The wash at a point: of each rotor below its disk, as much beyond the edge as it
-            lacks within."""
-            out = vec3()
-            thick = edge * wp.sqrt(plant.disk)
-            for i in range(rotors):
-                axis = vec3(plant.allocation[0, i], plant.allocation[1, i], plant.allocation[2, i])
-                from_hub = point - vec3(plant.hubs[i, 0], plant.hubs[i, 1], plant.hubs[i, 2])
-                height = wp.dot(from_hub, axis)
-                aside = wp.length_sq(from_hub) - height * height
-                within = risen((one - aside / plant.disk) / edge) * risen(-height / thick)
-                out -= within * induced[i] * axis
-            return out
-
-        induced_of, washed_at = induced_by_thrusts, washed
+    streams = [term.stream(numbers, tree) for term in tree.terms if term.moves_air]
+    (stream,) = streams or [_still_air(numbers, tree)]
+    Induced, induced_of, washed_at = stream.State, stream.begun, stream.velocity
 
     def on_arm(arm: int) -> Any:
         first, count = tree.first[arm], tree.sections[arm]
@@ -180,7 +195,7 @@ def arm_air_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> ArmAirCode:
         drag = on_arm(arm)
 
         @wp.func
-        def load(y: State, flight: Flight, row: int, push: Push):
+        def load(y: State, along: Along, flight: Flight, row: int, push: Push):
             plant = flight.plant
             wind = wind_at(flight, row)
             induced = induced_of(y, flight, row, push)
@@ -193,20 +208,4 @@ def arm_air_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> ArmAirCode:
 
         return load
 
-    @wp.func
-    def no_load(y: State, flight: Flight, row: int, push: Push):
-        return Load()
-
-    def plus_arm(before: Any, arm: int) -> Any:
-        of_arm = drag_on_arm(arm)
-
-        @wp.func
-        def load(y: State, flight: Flight, row: int, push: Push):
-            return plus(before(y, flight, row, push), of_arm(y, flight, row, push))
-
-        return load
-
-    arms_load = no_load
-    for arm in range(len(tree.sections)):
-        arms_load = plus_arm(arms_load, arm)
-    return holding(ArmAirCode, locals())
+    return cache(drag_on_arm)

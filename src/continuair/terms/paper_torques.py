@@ -1,44 +1,44 @@
-"""Device code of the inputs: what each group of their columns does, as a Load of its own."""
+"""The paper's torques: conjugate to Euler angles, and to κ and ψa on signed branches."""
 
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import warp as wp
 
-from continuair.kernels.arm.tip import tip_code
+from continuair.kernels.acting import Acting
 from continuair.kernels.flight import flight_code
-from continuair.kernels.forces.load import load_code
+from continuair.kernels.load import load_code
 from continuair.kernels.numbers import Numbers, number_code
-from continuair.kernels.types import FULL_LENGTH, Tree, device_types, holding
-from continuair.vehicle.layout import COMMAND
+from continuair.kernels.types import FULL_LENGTH, Tree, device_types
+from continuair.terms.term import Term
+from continuair.vehicle.layout import PAPER
 
 
 @dataclass(frozen=True)
-class InputCode:
-    """Loads of the inputs and a push on the vehicle, of the paper's torques, and on the tips, of
-    all and of one, load_on_tip(arm); misdirected, what polar ones may do near straight."""
+class PaperTorques(Term):
+    """Those of `tau` of a scenario; without it they are none."""
 
-    push_load: Any
-    paper_load: Any
-    tip_load: Any
-    load_on_tip: Any
-    misdirected: Any
+    def device(self, numbers: Numbers, tree: Tree, frozen_arm: bool) -> Acting:
+        load, misdirected = _load(numbers, tree)
+        return Acting(on_uav=load, misdirected=misdirected)
+
+    def casadi(self, model: Any) -> Any:
+        # The model has no such input.
+        return model.none
 
 
-@cache
-def input_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> InputCode:
-    """Forces of the inputs; frozen_arm: the tip pushes the base where it was at the start."""
-    types, tips = device_types(numbers, tree), tip_code(numbers, tree)
-    flight, loads = flight_code(numbers, tree), load_code(numbers, tree)
-    Load, plus, code = loads.Load, loads.plus, number_code(numbers)
+def _load(numbers: Numbers, tree: Tree) -> tuple[Any, Any]:
+    types, code, flight = (
+        device_types(numbers, tree),
+        number_code(numbers),
+        flight_code(numbers, tree),
+    )
+    Load, Flight = load_code(numbers, tree).Load, flight.Flight
     above, finite, of_row = code.above, code.finite, code.of_row
-    Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
+    Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
     vec2, vec3, quat, layout = types.vec2, types.vec3, types.quat, types.layout
-    Along, two_of, tilt_of = types.Along, types.two_of, types.tilt_of
-    attitude_of, bend_of, three_of = types.attitude_of, types.bend_of, types.three_of
-    force_of, moment_of, bend_moment_of = types.force_of, types.moment_of, types.bend_moment_of
-    Tip, Flight, pushes, sections = tips.Tip, flight.Flight, layout.push.stop, layout.sections
+    two_of, tilt_of, attitude_of = types.two_of, types.tilt_of, types.attitude_of
+    bend_of, three_of, sections = types.bend_of, types.three_of, layout.sections
     euler, polar = layout.of_input["euler_torque"].start, layout.of_input["polar_torque"].start
     zero, one, two, full = Real(0.0), Real(1.0), Real(2.0), Real(FULL_LENGTH)
     # The bend's turn in a step that counts as followed, and the sine of one that is in a plane.
@@ -82,21 +82,6 @@ def input_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> InputCode:
         return pushed + turning * vec2(-y, x)
 
     @wp.func
-    def push_load(y: State, flight: Flight, row: int, command: Push):
-        """The inputs force, moment and bend moment, and a controller's push."""
-        push = command
-        if flight.groups != COMMAND:
-            for j in range(pushes):
-                push[j] = push[j] + of_row(flight.inputs, row, flight.run, j)
-        out = Load()
-        out.force = wp.quat_rotate_inv(attitude_of(y), force_of(push))
-        out.moment = moment_of(push)
-        out.bend = bend_moment_of(push)
-        for j in range(2 * sections):
-            out.bend[j] = out.bend[j] / flight.plant.unit[j // 2]
-        return out
-
-    @wp.func
     def polar_load(y: State, along: Along, flight: Flight, row: int, section: int):
         """The paper's torques on the bend of a section."""
         unit = flight.plant.unit[section]
@@ -107,8 +92,7 @@ def input_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> InputCode:
         return polar_to_bend(b, two_of(along, section), threshold, pushed, around) / unit
 
     @wp.func
-    def paper_load(y: State, along: Along, flight: Flight, row: int):
-        """Torques conjugate to the paper's angles and bends; Eq. of motion, Amiri et al."""
+    def torques(y: State, along: Along, flight: Flight, row: int):
         out = Load()
         torque = three_of(flight.inputs, row, flight.run, euler)
         size = wp.length_sq(torque)
@@ -169,7 +153,15 @@ def input_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> InputCode:
         return above(wp.abs(around), zero, leaves, zero)
 
     @wp.func
-    def misdirected(y: State, end: State, along: Along, flight: Flight, row: int):
+    def paper_load(y: State, along: Along, flight: Flight, row: int, push: Push):
+        """Torques conjugate to the paper's angles and bends; Eq. of motion, Amiri et al."""
+        out = Load()
+        if (flight.groups & PAPER) != 0:
+            out = torques(y, along, flight, row)
+        return out
+
+    @wp.func
+    def misled(y: State, end: State, along: Along, flight: Flight, row: int):
         """How far the paper's torques may move the tip the wrong way [arm lengths], from a step.
 
         From y to the end of the step a bend turns so far, beside straight, that another step would
@@ -193,50 +185,11 @@ def input_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> InputCode:
             worst = wp.max(worst, finite(cosine, beside, zero))
         return worst
 
-    def load_on_tip(arm: int) -> Any:
-        """The function that gives the load of the wrench on an arm's tip."""
-        tip_of, wrench_on = tips.tip_of(arm), tips.wrench_on(arm)
-        tip_force = layout.tip_wrench.start + 6 * arm
-        tip_moment = tip_force + 3
-
-        @wp.func
-        def load(y: State, flight: Flight, row: int):
-            out = Load()
-            plant, q = flight.plant, attitude_of(y)
-            force = three_of(flight.inputs, row, flight.run, tip_force)
-            moment = three_of(flight.inputs, row, flight.run, tip_moment)
-            tip = tip_of(y, plant)
-            out.force = wp.quat_rotate_inv(q, force)
-            on_arm = out.force
-            turning = wp.quat_rotate_inv(q, moment)
-            bending = turning
-            point = tip.point
-            if wp.static(frozen_arm):
-                frozen = flight.frozen
-                point = vec3(frozen.tips[arm, 0], frozen.tips[arm, 1], frozen.tips[arm, 2])
-                on_arm = wp.quat_rotate_inv(frozen.attitude, force)
-                bending = wp.quat_rotate_inv(frozen.attitude, moment)
-            out.moment = wp.cross(point, out.force) + turning
-            out.bend = wrench_on(y, plant, tip, on_arm, bending)
-            return out
-
-        return load
-
     @wp.func
-    def no_load(y: State, flight: Flight, row: int):
-        return Load()
+    def misdirected(y: State, end: State, along: Along, flight: Flight, row: int):
+        out = zero
+        if (flight.groups & PAPER) != 0:
+            out = misled(y, end, along, flight, row)
+        return out
 
-    def plus_tip(before: Any, arm: int) -> Any:
-        of_arm = load_on_tip(arm)
-
-        @wp.func
-        def load(y: State, flight: Flight, row: int):
-            """The wrenches on the tips."""
-            return plus(before(y, flight, row), of_arm(y, flight, row))
-
-        return load
-
-    tip_load = no_load
-    for arm in range(layout.arms):
-        tip_load = plus_tip(tip_load, arm)
-    return holding(InputCode, locals())
+    return paper_load, misdirected

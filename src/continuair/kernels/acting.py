@@ -1,0 +1,118 @@
+"""Device code of all that acts on a vehicle: the sum of its terms, none known here by name."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from continuair.kernels.flight import flight_code
+from continuair.kernels.load import load_code
+from continuair.kernels.numbers import Numbers, holding
+from continuair.kernels.types import Tree, device_types
+
+
+@dataclass(frozen=True)
+class Acting:
+    """What one term does, as device functions; None for what it does not do.
+
+    on_uav(y, along, flight, row, push) -> Load, and on_arm(arm), which gives such a function of
+    what acts through one arm: on the vehicle about B's origin, and on the bends; base reactions
+    leave it out. rates(rate, y, flight, row, push) -> rate with those of the term's own states.
+    excess(y, flight, row, push), the part of its range by which more is asked of it than it gives.
+    misdirected(begun, end, along, flight, row), how far it may have moved the tip the wrong way in
+    a step [arm lengths].
+    """
+
+    on_uav: Any = None
+    on_arm: Callable[[int], Any] | None = None
+    rates: Any = None
+    excess: Any = None
+    misdirected: Any = None
+
+
+@dataclass(frozen=True)
+class ActingCode:
+    """load_of(y, along, flight, row, push), all that acts; load_on_arm(arm), the function of what
+    acts through an arm. The rest as in Acting, of all terms; None where no term has any."""
+
+    Load: Any
+    load_of: Any
+    load_on_arm: Any
+    with_rates: Any
+    excess_of: Any
+    misdirected: Any
+
+
+@cache
+def acting_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> ActingCode:
+    """The sums; frozen_arm: what acts on an arm finds its base where it was at the start."""
+    types, loads = device_types(numbers, tree), load_code(numbers, tree)
+    State, Push, Along = types.State, types.Push, types.Along
+    Flight, Load, plus = flight_code(numbers, tree).Flight, loads.Load, loads.plus
+    parts = [term.device(numbers, tree, frozen_arm) for term in tree.terms]
+    arms = len(tree.sections)
+
+    @wp.func
+    def nothing(y: State, along: Along, flight: Flight, row: int, push: Push):
+        return Load()
+
+    def together(first: Any, second: Any) -> Any:
+        @wp.func
+        def load(y: State, along: Along, flight: Flight, row: int, push: Push):
+            return plus(first(y, along, flight, row, push), second(y, along, flight, row, push))
+
+        return load
+
+    def summed(functions: list[Any]) -> Any:
+        found = functions[0] if functions else nothing
+        for each in functions[1:]:
+            found = together(found, each)
+        return found
+
+    def load_on_arm(arm: int) -> Any:
+        return summed([part.on_arm(arm) for part in parts if part.on_arm])
+
+    each = []
+    for part in parts:
+        each += [part.on_uav] if part.on_uav else []
+        each += [summed([part.on_arm(arm) for arm in range(arms)])] if part.on_arm else []
+    load_of = summed(each)
+
+    def rated(first: Any, second: Any) -> Any:
+        @wp.func
+        def rates(rate: State, y: State, flight: Flight, row: int, push: Push):
+            return second(first(rate, y, flight, row, push), y, flight, row, push)
+
+        return rates
+
+    def larger(first: Any, second: Any) -> Any:
+        @wp.func
+        def excess(y: State, flight: Flight, row: int, push: Push):
+            return wp.max(first(y, flight, row, push), second(y, flight, row, push))
+
+        return excess
+
+    def worse(first: Any, second: Any) -> Any:
+        @wp.func
+        def found(begun: State, end: State, along: Along, flight: Flight, row: int):
+            return wp.max(
+                first(begun, end, along, flight, row), second(begun, end, along, flight, row)
+            )
+
+        return found
+
+    with_rates = _folded(rated, [part.rates for part in parts])
+    excess_of = _folded(larger, [part.excess for part in parts])
+    misdirected = _folded(worse, [part.misdirected for part in parts])
+    return holding(ActingCode, locals())
+
+
+def _folded(joined: Callable[[Any, Any], Any], functions: list[Any]) -> Any:
+    """One function of several, None of none."""
+    found = None
+    for each in functions:
+        if each is not None:
+            found = each if found is None else joined(found, each)
+    return found

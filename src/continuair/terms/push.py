@@ -1,0 +1,64 @@
+"""What pushes directly: the inputs force, moment and bend moment, and a law's push."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import warp as wp
+
+from continuair.kernels.acting import Acting
+from continuair.kernels.flight import flight_code
+from continuair.kernels.load import load_code
+from continuair.kernels.numbers import Numbers, number_code
+from continuair.kernels.types import Tree, device_types
+from continuair.terms.term import Term
+from continuair.vehicle.layout import COMMAND
+
+
+@dataclass(frozen=True)
+class DirectPush(Term):
+    """Forces and moments on the UAV and on bends, but for what other terms take over of them."""
+
+    def device(self, numbers: Numbers, tree: Tree, frozen_arm: bool) -> Acting:
+        return Acting(on_uav=_load(numbers, tree))
+
+    def casadi(self, model: Any) -> Any:
+        import casadi
+
+        x = model.x
+        bending = casadi.vec(x["bend_moment"].T)
+        return casadi.vertcat(model.R.T @ x["force"], x["moment"], bending)
+
+
+def _load(numbers: Numbers, tree: Tree) -> Any:
+    types, Load = device_types(numbers, tree), load_code(numbers, tree).Load
+    Flight, of_row = flight_code(numbers, tree).Flight, number_code(numbers).of_row
+    State, Push, Along, layout = types.State, types.Push, types.Along, types.layout
+    attitude_of, force_of = types.attitude_of, types.force_of
+    moment_of, bend_moment_of = types.moment_of, types.bend_moment_of
+    pushes, sections = layout.push.stop, layout.sections
+
+    @wp.func
+    def whole(push: Push):
+        return push
+
+    left = whole
+    for term in tree.terms:
+        taken = term.left(numbers, tree)
+        left = taken if taken is not None else left
+
+    @wp.func
+    def push_load(y: State, along: Along, flight: Flight, row: int, command: Push):
+        out = Load()
+        if flight.groups != 0:
+            push = left(command)
+            if flight.groups != COMMAND:
+                for j in range(pushes):
+                    push[j] = push[j] + of_row(flight.inputs, row, flight.run, j)
+            out.force = wp.quat_rotate_inv(attitude_of(y), force_of(push))
+            out.moment = moment_of(push)
+            out.bend = bend_moment_of(push)
+            for j in range(2 * sections):
+                out.bend[j] = out.bend[j] / flight.plant.unit[j // 2]
+        return out
+
+    return push_load

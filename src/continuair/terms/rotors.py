@@ -1,0 +1,305 @@
+"""Rotors: thrusts of their speeds, the commands that a push is shared out to, and their wash."""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, ClassVar, Self
+
+import numpy as np
+import warp as wp
+
+from continuair.kernels.acting import Acting
+from continuair.kernels.arguments import arguments
+from continuair.kernels.flight import flight_code
+from continuair.kernels.load import load_code
+from continuair.kernels.logs import push_reader
+from continuair.kernels.numbers import Numbers, number_code
+from continuair.kernels.types import Tree, device_types, holding
+from continuair.terms.term import Stream, Term
+from continuair.vehicle.layout import COMMAND, ROTORS, observed_columns
+from continuair.vehicle.rotors import AIR_DENSITY
+from continuair.vehicle.runs import per_run
+from continuair.vehicle.vehicle import Vehicle
+
+EDGE = 0.5
+"""Part of a disk's radius, and of its area, over which the wash begins on either side of its edge:
+air shears there, and a force that jumped would cost the steps their order."""
+
+
+@dataclass(frozen=True)
+class RotorThrusts(Term):
+    """count: of the rotors; prompt: whether some follow their command at once; washing: whether
+    they have a radius, and so a wash."""
+
+    field: ClassVar[str] = "uav.rotors"
+    differentiable: ClassVar[bool] = False
+    has_power: ClassVar[bool] = True
+
+    count: int
+    prompt: bool = False
+    washing: bool = False
+
+    @classmethod
+    def of(cls, vehicle: Vehicle) -> Self | None:
+        rotors = vehicle.uav.rotors
+        if rotors is None:
+            return None
+        prompt = bool((np.asarray(rotors.lag) == 0.0).any())
+        return cls(rotors.count, prompt, rotors.radius is not None)
+
+    @property
+    def moves_air(self) -> bool:
+        return self.washing
+
+    @property
+    def states(self) -> int:
+        return self.count
+
+    def parameters(self, tree: Tree) -> dict[str, tuple[int, ...]]:
+        """Allocation and its pseudo-inverse, limits of a thrust, lag; of a wash: hubs, the squared
+        radius of disks, the squared velocity of the air over the thrust."""
+        wash = {"hubs": (self.count, 3), "disk": (), "wash": ()} if self.washing else {}
+        matrices = {"allocation": (6, self.count), "inverse": (self.count, 6)}
+        return {**matrices, "lowest": (), "highest": (), "lag": (), **wash}
+
+    def pack(self, plants: np.ndarray, vehicle: Vehicle) -> None:
+        rotors, runs = vehicle.uav.rotors, len(plants)
+        assert rotors is not None
+        plants["allocation"], plants["inverse"] = rotors.allocation, rotors.inverse
+        plants["lowest"], plants["highest"] = per_run(rotors.thrust_limits, runs, 2).T
+        plants["lag"] = per_run(rotors.lag, runs)
+        if self.washing:
+            square = np.square(per_run(rotors.radius, runs))
+            plants["hubs"], plants["disk"] = rotors.hubs, square
+            plants["wash"] = 0.5 / (AIR_DENSITY * np.pi * square)
+
+    def device(self, numbers: Numbers, tree: Tree, frozen_arm: bool) -> Acting:
+        code = rotor_code(numbers, tree, self)
+        return Acting(on_uav=code.rotor_load, rates=code.spun_up, excess=code.excess_of)
+
+    def left(self, numbers: Numbers, tree: Tree) -> Any:
+        """Force and moment of a push are what rotors make of them."""
+        types = device_types(numbers, tree)
+        Push, vec3 = types.Push, types.vec3
+        push_of, bend_moment_of = types.push_of, types.bend_moment_of
+
+        @wp.func
+        def bending(push: Push):
+            return push_of(vec3(), vec3(), bend_moment_of(push))
+
+        return bending
+
+    def stream(self, numbers: Numbers, tree: Tree) -> Stream | None:
+        return _wash(numbers, tree, self) if self.washing else None
+
+    def observer(self, numbers: Numbers, tree: Tree) -> Any:
+        return _thrusts_kernel(numbers, tree, self)
+
+    def casadi(self, model: Any) -> Any:
+        # The model has no commands: they stand still.
+        return model.none
+
+
+@dataclass(frozen=True)
+class RotorCode:
+    """rotor_load(y, flight, row, push) of their thrusts; spun_up(rate, y, flight, row, push), the
+    rate of a state with those of their speeds; thrusts_of, what they give, and excess_of, the
+    largest part of the limits' range that is asked for beyond them."""
+
+    rotor_load: Any
+    spun_up: Any
+    thrusts_of: Any
+    excess_of: Any
+
+
+@cache
+def rotor_code(numbers: Numbers, tree: Tree, term: RotorThrusts) -> RotorCode:
+    """Rotors of one kind of numbers and tree of arms."""
+    types, code = device_types(numbers, tree), number_code(numbers)
+    Flight, Load = flight_code(numbers, tree).Flight, load_code(numbers, tree).Load
+    Real, State, Push, Plant = types.Real, types.State, types.Push, types.Plant
+    PerRotor = wp.types.vector(term.count, types.Real)
+    Along, attitude_of, vec3 = types.Along, types.attitude_of, types.vec3
+    force_of, moment_of = types.force_of, types.moment_of
+    above, finite, of_row = code.above, code.finite, code.of_row
+    rotors, prompt = term.count, term.prompt
+    speeds, commands = types.layout.rotor_speed.start, types.layout.of_input["rotor_command"].start
+    zero, one = Real(0.0), Real(1.0)
+
+    @wp.func
+    def asked_of(y: State, flight: Flight, row: int, push: Push):
+        """Thrusts that a push and the commands of a row ask for: all but for yaw, and for yaw."""
+        plant = flight.plant
+        force = wp.quat_rotate_inv(attitude_of(y), force_of(push))
+        moment = moment_of(push)
+        out = PerRotor()
+        yaw = PerRotor()
+        for i in range(rotors):
+            for j in range(3):
+                out[i] = out[i] + plant.inverse[i, j] * force[j]
+            for j in range(2):
+                out[i] = out[i] + plant.inverse[i, 3 + j] * moment[j]
+            yaw[i] = plant.inverse[i, 5] * moment[2]
+        if (flight.groups & ROTORS) != 0:
+            for i in range(rotors):
+                out[i] = out[i] + of_row(flight.inputs, row, flight.run, commands + i)
+        return out, yaw
+
+    @wp.func
+    def lowest_of(flight: Flight):
+        """The least thrust: a controller's rotors keep turning, others may be switched off."""
+        out = zero
+        if (flight.groups & COMMAND) != 0:
+            out = flight.plant.lowest
+        return out
+
+    @wp.func
+    def commanded(y: State, flight: Flight, row: int, push: Push):
+        """Thrusts within the limits: what is too much is taken from yaw first."""
+        asked, yaw = asked_of(y, flight, row, push)
+        lowest = lowest_of(flight)
+        highest = flight.plant.highest
+        share = one
+        for i in range(rotors):
+            room = wp.max(above(yaw[i], zero, highest - asked[i], asked[i] - lowest), zero)
+            size = wp.abs(yaw[i])
+            fits = room / above(size, zero, size, one)
+            share = wp.min(share, above(size, zero, fits, one))
+        for i in range(rotors):
+            wish = asked[i] + share * yaw[i]
+            # No limit makes a number of what is none.
+            asked[i] = finite(wish, wp.min(wp.max(wish, lowest), highest), wish)
+        return asked
+
+    @wp.func
+    def excess_of(y: State, flight: Flight, row: int, push: Push):
+        asked, yaw = asked_of(y, flight, row, push)
+        given = commanded(y, flight, row, push)
+        out = zero
+        for i in range(rotors):
+            out = wp.max(out, wp.abs(asked[i] + yaw[i] - given[i]))
+        return out / (flight.plant.highest - lowest_of(flight))
+
+    @wp.func
+    def turning(y: State, plant: Plant):
+        """Thrusts of speeds."""
+        out = PerRotor()
+        for i in range(rotors):
+            out[i] = plant.highest * y[speeds + i] * y[speeds + i]
+        return out
+
+    @wp.func
+    def turning_or_commanded(y: State, flight: Flight, row: int, push: Push):
+        out = turning(y, flight.plant)
+        given = commanded(y, flight, row, push)
+        for i in range(rotors):
+            out[i] = above(flight.plant.lag, zero, out[i], given[i])
+        return out
+
+    @wp.func
+    def turning_alone(y: State, flight: Flight, row: int, push: Push):
+        return turning(y, flight.plant)
+
+    thrusts_of = turning_or_commanded if prompt else turning_alone
+
+    @wp.func
+    def rotor_load(y: State, along: Along, flight: Flight, row: int, push: Push):
+        plant = flight.plant
+        thrusts = thrusts_of(y, flight, row, push)
+        force = vec3()
+        moment = vec3()
+        for i in range(rotors):
+            for j in range(3):
+                force[j] = force[j] + plant.allocation[j, i] * thrusts[i]
+                moment[j] = moment[j] + plant.allocation[3 + j, i] * thrusts[i]
+        out = Load()
+        out.force = force
+        out.moment = moment
+        return out
+
+    @wp.func
+    def spun_up(rate: State, y: State, flight: Flight, row: int, push: Push):
+        plant = flight.plant
+        given = commanded(y, flight, row, push)
+        for i in range(rotors):
+            behind = wp.sqrt(given[i] / plant.highest) - y[speeds + i]
+            change = behind / above(plant.lag, zero, plant.lag, one)
+            rate[speeds + i] = above(plant.lag, zero, change, zero)
+        return rate
+
+    return holding(RotorCode, locals())
+
+
+def _wash(numbers: Numbers, tree: Tree, term: RotorThrusts) -> Stream:
+    types, thrusts_of = device_types(numbers, tree), rotor_code(numbers, tree, term).thrusts_of
+    Flight, Real, State, Plant = (
+        flight_code(numbers, tree).Flight, types.Real, types.State, types.Plant,
+    )  # fmt: skip
+    Push, vec3, rotors = types.Push, types.vec3, term.count
+    Induced = wp.types.vector(rotors, Real)
+    edge, half, zero, one, three = Real(EDGE), Real(0.5), Real(0.0), Real(1.0), Real(3.0)
+
+    @wp.func
+    def risen(x: Real):
+        """From 0 at -1 to 1 at 1, and flat beyond."""
+        part = wp.min(wp.max(half * (x + one), zero), one)
+        return part * part * (three - (one + one) * part)
+
+    @wp.func
+    def begun(y: State, flight: Flight, row: int, push: Push):
+        """Velocities of the air at the disks, by momentum theory in hover."""
+        out = thrusts_of(y, flight, row, push)
+        for i in range(rotors):
+            out[i] = wp.sqrt(flight.plant.wash * out[i])
+        return out
+
+    @wp.func
+    def velocity(plant: Plant, point: vec3, induced: Induced):
+        """The wash at a point: of each rotor below its disk, as much beyond the edge as it
+        lacks within."""
+        out = vec3()
+        thick = edge * wp.sqrt(plant.disk)
+        for i in range(rotors):
+            axis = vec3(plant.allocation[0, i], plant.allocation[1, i], plant.allocation[2, i])
+            from_hub = point - vec3(plant.hubs[i, 0], plant.hubs[i, 1], plant.hubs[i, 2])
+            height = wp.dot(from_hub, axis)
+            aside = wp.length_sq(from_hub) - height * height
+            within = risen((one - aside / plant.disk) / edge) * risen(-height / thick)
+            out -= within * induced[i] * axis
+        return out
+
+    return Stream(Induced, begun, velocity)
+
+
+def _thrusts_kernel(numbers: Numbers, tree: Tree, term: RotorThrusts) -> Any:
+    """The kernel `thrusts`, the same for every model: columns rotor_thrust and saturation."""
+    types, structs = device_types(numbers, tree), flight_code(numbers, tree)
+    code, of = number_code(numbers), rotor_code(numbers, tree, term)
+    Cell, layout = types.Cell, types.layout
+    Vehicles, Drive = structs.Vehicles, arguments(numbers.precision).Drive
+    flight_of, load_state = structs.flight_of, types.load_state
+    thrusts_of, excess_of = of.thrusts_of, of.excess_of
+    keep, lanes, logged_push = code.keep, code.lanes, push_reader(numbers, tree)
+    columns = observed_columns(layout.arms, term.count)
+    first, excess_at = columns["rotor_thrust"].start, columns["saturation"].start
+    rotors = term.count
+
+    @wp.kernel(enable_backward=False, module="unique", module_options=code.options)
+    def thrusts(
+        vehicles: Vehicles,
+        drive: Drive,
+        log: wp.array3d(dtype=Cell),
+        out: wp.array3d(dtype=Cell),
+    ):
+        """drive: inputs at the samples, with one row per sample or one for all."""
+        pack, sample = wp.tid()
+        run = pack * lanes
+        flight = flight_of(vehicles, drive, run)
+        y = load_state(log, run, sample, flight.plant.unit)
+        row = sample * flight.stride
+        push = logged_push(log, run, sample)
+        given = thrusts_of(y, flight, row, push)
+        for i in range(rotors):
+            keep(out, run, sample, first + i, given[i])
+        keep(out, run, sample, excess_at, excess_of(y, flight, row, push))
+
+    return thrusts

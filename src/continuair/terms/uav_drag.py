@@ -1,0 +1,73 @@
+"""Drag of the UAV in the wind."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+import warp as wp
+
+from continuair.kernels.acting import Acting
+from continuair.kernels.flight import flight_code
+from continuair.kernels.load import load_code
+from continuair.kernels.numbers import Numbers
+from continuair.kernels.types import Tree, device_types
+from continuair.kernels.wind import wind_code
+from continuair.terms.term import Term
+from continuair.vehicle.runs import per_run
+from continuair.vehicle.vehicle import Vehicle
+
+
+@dataclass(frozen=True)
+class UavDrag(Term):
+    """-D v - |v| D₂ v, of the velocity v through the air in body axes."""
+
+    field: ClassVar[str] = "uav.drag"
+    in_wind: ClassVar[bool] = True
+    differentiable: ClassVar[bool] = False
+    has_power: ClassVar[bool] = True
+
+    @classmethod
+    def of(cls, vehicle: Vehicle) -> Self | None:
+        return None if vehicle.uav.drag is None else cls()
+
+    def parameters(self, tree: Tree) -> dict[str, tuple[int, ...]]:
+        """Per velocity, and per velocity and speed."""
+        return {"drag": (3,), "square_drag": (3,)}
+
+    def pack(self, plants: np.ndarray, vehicle: Vehicle) -> None:
+        drag, runs = vehicle.uav.drag, len(plants)
+        assert drag is not None
+        plants["drag"] = per_run(drag.linear, runs, 3)
+        plants["square_drag"] = per_run(drag.quadratic, runs, 3)
+
+    def device(self, numbers: Numbers, tree: Tree, frozen_arm: bool) -> Acting:
+        return Acting(on_uav=_load(numbers, tree))
+
+    def casadi(self, model: Any) -> Any:
+        import casadi
+
+        drag, v = model.vehicle.uav.drag, model.body_velocity
+        force = -(casadi.DM(drag.linear) + model.speed(v) * casadi.DM(drag.quadratic)) * v
+        return casadi.vertcat(force, model.none[3:])
+
+
+def _load(numbers: Numbers, tree: Tree) -> Any:
+    types, Load = device_types(numbers, tree), load_code(numbers, tree).Load
+    Flight, wind_at = flight_code(numbers, tree).Flight, wind_code(numbers, tree)
+    State, Push, Along, vec3 = types.State, types.Push, types.Along, types.vec3
+    attitude_of, velocity_of = types.attitude_of, types.velocity_of
+
+    @wp.func
+    def drag_load(y: State, along: Along, flight: Flight, row: int, push: Push):
+        v = wp.quat_rotate_inv(attitude_of(y), velocity_of(y) - wind_at(flight, row))
+        speed = wp.length(v)
+        linear = flight.plant.drag
+        square = flight.plant.square_drag
+        force = vec3()
+        for j in range(3):
+            force[j] = -(linear[j] + speed * square[j]) * v[j]
+        out = Load()
+        out.force = force
+        return out
+
+    return drag_load
