@@ -41,10 +41,8 @@ def _load(numbers: Numbers, tree: Tree) -> Any:
     def whole(push: Push):
         return push
 
-    left = whole
-    for term in tree.terms:
-        taken = term.left(numbers, tree)
-        left = taken if taken is not None else left
+    takers = [term.left(numbers, tree) for term in tree.terms]
+    (left,) = [each for each in takers if each is not None] or [whole]
 
     @wp.func
     def push_load(y: State, along: Along, flight: Flight, row: int, command: Push):

@@ -74,11 +74,11 @@ class Term:
 
     def left(self, numbers: Numbers, tree: Tree) -> Any:
         """The device function that gives what of a law's push this term does not take over; None if
-        it leaves all."""
+        it leaves all, as every term of a vehicle but one does."""
         return None
 
     def stream(self, numbers: Numbers, tree: Tree) -> Stream | None:
-        """The air that it moves."""
+        """The air that it moves, as one term of a vehicle at most does."""
         return None
 
     def observer(self, numbers: Numbers, tree: Tree) -> Any:
