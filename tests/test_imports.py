@@ -51,7 +51,7 @@ ROOMS = {
         {"arm"},
         {"flight", "elimination"},
         {"load", "wind"},
-        {"acting"},
+        {"term_sum"},
         {"dynamics"},
         {"sensing.eye", "sensing.guidance"},
         {"sensing.belief"},

@@ -5,11 +5,11 @@ from typing import Any, ClassVar, Self
 
 import warp as wp
 
-from continuair.kernels.acting import Acting
 from continuair.kernels.arm.tip import tip_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
 from continuair.kernels.numbers import Numbers
+from continuair.kernels.term_sum import Acting
 from continuair.kernels.types import Tree, device_types
 from continuair.terms.term import Term
 from continuair.vehicle.vehicle import Vehicle

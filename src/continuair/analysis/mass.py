@@ -40,8 +40,10 @@ def mass_distribution(vehicle: Vehicle, bend: Array) -> tuple[Array, Array]:
         half = 0.5 * κ * s
         sine, cosine = np.sin(half), np.cos(half)
         chord = s * np.sinc(half / np.pi)
-        _add(moment, mass, (chord * sine, chord * cosine))
-        _add_square(second, mass, chord * sine, chord * cosine)
+        aside, down = chord * sine, chord * cosine
+        moment[..., 0] += mass * aside
+        moment[..., 1] += mass * down
+        _add_square(second, mass, aside, down)
         _add_square(tangents, axial - transverse, 2 * sine * cosine, 1 - 2 * sine**2)
     plane = np.zeros((*κ.shape, 3, 2))
     plane[..., 0, 0], plane[..., 1, 0], plane[..., 2, 1] = np.cos(ψ), np.sin(ψ), -1.0
@@ -67,12 +69,6 @@ def _about_the_centre(
     turning = (own[:, None] if own.ndim == 3 else own) + plane @ tangents @ turned
     trace = (np.trace(spread, axis1=-2, axis2=-1) + across)[..., None, None]
     return com, turning + trace * np.eye(3) - spread
-
-
-def _add(to: Array, weight: Array, parts: tuple[Array, Array]) -> None:
-    """Add weighted components to vectors (..., 2)."""
-    for index, part in enumerate(parts):
-        to[..., index] += weight * part
 
 
 def _add_square(to: Array, weight: Array, x: Array, y: Array) -> None:

@@ -27,7 +27,7 @@ _SLOW = 1e-12
 
 @dataclass(frozen=True)
 class Model:
-    """What terms take part in: x, symbols of the arguments by name; R, body to world; the arms."""
+    """The symbolic vehicle: x, the arguments by name; R, body to world; the arms."""
 
     vehicle: Vehicle
     x: dict[str, SX]

@@ -85,7 +85,7 @@ def stage_code(numbers: Numbers, tree: Tree, model: str) -> Stage:
         def stage_with_states(
             y: State, along: Along, flight: Flight, row: int, push: Push, before: State, h: Real
         ):
-            """What terms add to the state is followed as by Heun: J leaves it out."""
+            """States of terms are integrated by Heun's method: J has no part for them."""
             k, slowest = of_bodies(y, along, flight, row, push, before, h)
             return with_rates(k, y, flight, row, push), slowest
 

@@ -2,17 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from typing import Any, ClassVar, Self
 
 import numpy as np
 import warp as wp
 
-from continuair.kernels.acting import Acting
 from continuair.kernels.arm.tip import tip_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
 from continuair.kernels.numbers import Numbers
+from continuair.kernels.term_sum import Acting
 from continuair.kernels.types import Tree, device_types
 from continuair.kernels.wind import wind_code
 from continuair.terms.term import Stream, Term
@@ -90,8 +89,8 @@ def _still_air(numbers: Numbers, tree: Tree) -> Stream:
 
 
 def _drag_on_arm(numbers: Numbers, tree: Tree, frozen_arm: bool) -> Callable[[int], Any]:
-    """What gives the load on an arm; frozen_arm: bends feel the air on a base that stays as it
-    starts."""
+    """Return the factory of an arm's load; frozen_arm: the air acts on bends of an arm whose base
+    keeps its initial pose."""
     types, tips, loads = (
         device_types(numbers, tree),
         tip_code(numbers, tree),
@@ -208,4 +207,4 @@ def _drag_on_arm(numbers: Numbers, tree: Tree, frozen_arm: bool) -> Callable[[in
 
         return load
 
-    return cache(drag_on_arm)
+    return drag_on_arm

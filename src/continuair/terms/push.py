@@ -5,10 +5,10 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.acting import Acting
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
 from continuair.kernels.numbers import Numbers, number_code
+from continuair.kernels.term_sum import Acting
 from continuair.kernels.types import Tree, device_types
 from continuair.terms.term import Term
 from continuair.vehicle.layout import COMMAND

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from continuair.kernels.acting import Acting
 from continuair.kernels.numbers import Numbers
+from continuair.kernels.term_sum import Acting
 from continuair.kernels.types import Tree
 from continuair.vehicle.vehicle import Vehicle
 

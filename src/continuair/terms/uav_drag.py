@@ -6,10 +6,10 @@ from typing import Any, ClassVar, Self
 import numpy as np
 import warp as wp
 
-from continuair.kernels.acting import Acting
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
 from continuair.kernels.numbers import Numbers
+from continuair.kernels.term_sum import Acting
 from continuair.kernels.types import Tree, device_types
 from continuair.kernels.wind import wind_code
 from continuair.terms.term import Term

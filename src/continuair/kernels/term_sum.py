@@ -15,7 +15,7 @@ from continuair.kernels.types import Tree, device_types
 
 @dataclass(frozen=True)
 class Acting:
-    """What one term does, as device functions; None for what it does not do.
+    """The device functions of one term; None for those that it does not have.
 
     on_uav(y, along, flight, row, push) -> Load, and on_arm(arm), which gives such a function of
     what acts through one arm: on the vehicle about B's origin, and on the bends; base reactions
@@ -71,14 +71,16 @@ def acting_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> ActingCode:
             found = together(found, each)
         return found
 
-    def load_on_arm(arm: int) -> Any:
-        return summed([part.on_arm(arm) for part in parts if part.on_arm])
-
-    each = []
+    each, by_arm = [], []
     for part in parts:
         each += [part.on_uav] if part.on_uav else []
-        each += [summed([part.on_arm(arm) for arm in range(arms)])] if part.on_arm else []
+        if part.on_arm:
+            by_arm.append([part.on_arm(arm) for arm in range(arms)])
+            each.append(summed(by_arm[-1]))
     load_of = summed(each)
+
+    def load_on_arm(arm: int) -> Any:
+        return summed([functions[arm] for functions in by_arm])
 
     def rated(first: Any, second: Any) -> Any:
         @wp.func
