@@ -15,7 +15,7 @@ PACKAGE = Path(continuair.errors.__file__).parent
 ROOMS = {
     "": [
         {"errors"},
-        {"files", "checks", "progress", "warning", "immutable"},
+        {"files", "checks", "progress", "warning", "immutable", "signals"},
         {"vehicle"},
         {"equations"},
         {"kernels"},
@@ -62,6 +62,8 @@ ROOMS = {
         {"step"},
         {"implicit"},
         {"integrators", "logs"},
+        {"signals", "embedded"},
+        {"adaptive"},
         {"rollout", "observe", "deviations", "turning", "slopes"},
     ],
     "terms": [
@@ -76,7 +78,7 @@ ROOMS = {
         {"factory", "packs"},
         {"pack"},
         {"engine", "tangents"},
-        {"loop", "slopes"},
+        {"loop", "slopes", "adaptive"},
         {"pairs"},
     ],
     "flight": [
@@ -88,8 +90,8 @@ ROOMS = {
         {"cohorts"},
         {"prepare"},
         {"dop853", "trajectory"},
-        {"limits", "rollout", "unstable"},
-        {"halving"},
+        {"limits", "rollout", "unstable", "signals"},
+        {"halving", "adaptive"},
         {"growing"},
         {"resolving"},
         {"simulate", "live", "fleet"},

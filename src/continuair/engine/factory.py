@@ -12,10 +12,12 @@ from continuair.engine.compiling import compiles, made_once
 from continuair.engine.law_made import MadeLaw
 from continuair.engine.law_parts import check_reading
 from continuair.errors import InputError
+from continuair.kernels.adaptive import adaptive_kernel
 from continuair.kernels.arguments import Arguments, arguments
 from continuair.kernels.deviations import deviation_kernel
 from continuair.kernels.dynamics import dynamics_code
 from continuair.kernels.flight import FlightCode, flight_code
+from continuair.kernels.integrators import TSIT5
 from continuair.kernels.logs import state_logger, tip_logger
 from continuair.kernels.numbers import DIRECTIONS, Numbers
 from continuair.kernels.observe import observe_kernel, watch_kernel
@@ -119,7 +121,10 @@ def _rollout(
     numbers: Numbers, tree: Tree, model: str, logger: Callable[..., Any], integrator: str
 ) -> wp.Kernel:
     of = numbers, tree
-    return rollout_kernel(*of, dynamics_code(*of, model), no_pilot(*of), logger(*of), integrator)
+    dynamics, pilot = dynamics_code(*of, model), no_pilot(*of)
+    if integrator == TSIT5:
+        return adaptive_kernel(*of, dynamics, pilot, logger(*of))
+    return rollout_kernel(*of, dynamics, pilot, logger(*of), integrator)
 
 
 @made_once
@@ -162,7 +167,10 @@ def closed_loop(law: MadeLaw, model: str, how: Closing) -> LoopKernels:
         pilot = law_pilot(*of, points, found, *choices)
     logger = state_logger(*of)
     dynamics = dynamics_code(*of, model)
-    rollout = rollout_kernel(*of, dynamics, pilot, logger, how.integrator, law.name)
+    if how.integrator == TSIT5:
+        rollout = adaptive_kernel(*of, dynamics, pilot, logger, how.every_stage, law.name)
+    else:
+        rollout = rollout_kernel(*of, dynamics, pilot, logger, how.integrator, law.name)
     remembered = found.Memory._length_ if hasattr(found, "Memory") else 0
     looks = remembered > 0 and found.looks
     eye, lanes = eye_code(*of, points), of[0].lanes

@@ -15,6 +15,7 @@ from continuair.engine.lanes import packs_of, struct_rows
 from continuair.engine.law_made import made_for_packs, made_law
 from continuair.engine.pack import tree_of
 from continuair.errors import InputError, shown
+from continuair.kernels.integrators import TSIT5
 from continuair.vehicle.layout import (
     MOTION,
     frame_columns,
@@ -157,7 +158,11 @@ class PackedLoop:
         found.cameras = struct_rows(_rows(self.cameras, runs), kernels.eye.Camera, *at)
         found.gains = struct_rows(_rows(self.gains, runs), kernels.Gains, *at)
         found.corners = engine.upload(scene.corners)
-        found.motion = engine.upload(_columns(scene.motion, runs))
+        motion = _columns(scene.motion, runs)
+        if timing.every_stage and engine.integrator == TSIT5:
+            # Room for the motion at each stage's time.
+            motion = np.zeros((1, len(runs), width_of(MOTION)))
+        found.motion = engine.upload(motion)
         found.desired = engine.upload(_rows(scene.desired, runs))
         found.frames = engine.upload(self._frames(len(runs), slots))
         found.needed = int(loop.controller.looks)

@@ -26,7 +26,7 @@ from continuair.flight.resolution import (
 )
 from continuair.flight.rotors import within_limits
 from continuair.flight.time_grid import Grid, Marks, seen_at, shared_grids, stage_times
-from continuair.kernels.integrators import INTEGRATORS
+from continuair.kernels.integrators import INTEGRATORS, TSIT5
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import COMMAND, FIELDS
 from continuair.vehicle.runs import per_run
@@ -128,8 +128,13 @@ class Flight:
 
     @property
     def adaptive(self) -> bool:
-        """Whether the integrator takes steps of its own."""
-        return self.integrator not in INTEGRATORS
+        """Whether it is flown by the reference integrator."""
+        return self.integrator == "dop853"
+
+    @property
+    def counted(self) -> bool:
+        """Whether steps are each run's own, as its error allows."""
+        return self.integrator == TSIT5
 
     @property
     def groups(self) -> int:

@@ -92,14 +92,14 @@ def evaluated(name: str, value: Any, times: Array, width: int) -> Array:
     Raises InputError if it does not return that many finite numbers each time, UnsteadyInput if
     these are others when it is asked again.
     """
-    found = _asked(name, value, times, width)
+    found = asked(name, value, times, width)
     again = checks.asked_again(len(times))
-    checks.repeats(name, found[again], _asked(name, value, times[again], width))
+    checks.repeats(name, found[again], asked(name, value, times[again], width))
     return found
 
 
-def _asked(name: str, value: Any, times: Array, width: int) -> Array:
-    """As `evaluated`, of a function that is asked once."""
+def asked(name: str, value: Any, times: Array, width: int) -> Array:
+    """As `evaluated`, but values are not compared with those of a second call."""
     given: list[Any] = []
     returned: list[Any] = []
     try:

@@ -30,7 +30,7 @@ from continuair.flight.rotors import (
 )
 from continuair.flight.steps import automatic_step, declared_rate, steps_of, warn_of_fast_inputs
 from continuair.flight.time_grid import check_steps, marks_of
-from continuair.kernels.integrators import INTEGRATORS
+from continuair.kernels.integrators import INTEGRATORS, TSIT5
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import Layout
@@ -78,6 +78,64 @@ def prepare(
     scenario = with_rotors_running(coupled, scenario)
     if asked is not None:
         check_same_runs(runs, {"step": len(asked)})
+    if integrator == TSIT5:
+        own = [np.full(runs, np.nan)] * 2
+        steps, longest, missed, abrupt = *own, np.zeros(runs, bool), np.zeros(runs)
+    else:
+        steps, longest, missed, abrupt = _steps(
+            coupled,
+            vehicle,
+            scenario,
+            asked,
+            sample,
+            duration,
+            runs,
+            integrator,
+            horizon,
+            stacklevel + 1,
+        )
+    states = state_from_paper(*np.broadcast_arrays(q, qd))
+    parts = states, rotor_speeds(vehicle, scenario), branches_of(q)
+    *state, branches = (np.broadcast_to(each, (runs, each.shape[1])) for each in parts)
+    start = Start(np.hstack(state), branches)
+    late = scenario.controller.latency if scenario.controller is not None else 0.0
+    marks = marks_of(duration, sample, scenario.jumps, scenario.period, late, scenario.knots)
+    check_view(coupled, scenario, start)
+    return Flight(
+        vehicle,
+        scenario,
+        duration,
+        sample,
+        runs,
+        batched,
+        start,
+        steps,
+        longest,
+        missed,
+        abrupt,
+        np.zeros(runs, bool),
+        np.zeros(runs),
+        marks,
+        coupled,
+        automatic=asked is None and integrator in INTEGRATORS,
+        integrator=integrator,
+    )
+
+
+def _steps(
+    coupled: Engine,
+    vehicle: Vehicle,
+    scenario: Scenario,
+    asked: Array | None,
+    sample: float,
+    duration: float,
+    runs: int,
+    integrator: str,
+    horizon: float,
+    stacklevel: int,
+) -> tuple[Array, Array, Array, Array]:
+    """Steps, longest, missed and abrupt, as a `Flight` has them."""
+    q, qd = (np.atleast_2d(np.asarray(each)) for each in (scenario.q, scenario.qd))
     driven = np.broadcast_to(np.maximum(declared_rate(scenario), lag_rate(vehicle)), runs)
     adaptive = integrator not in INTEGRATORS
     by_default = "rk4" if adaptive else integrator
@@ -103,32 +161,7 @@ def prepare(
         abrupt = np.maximum(abrupt, _OF_WASH * coupled.tree.stirred)
         if not distorts:
             warn_of_fast_inputs(steps, driven, stacklevel + 1)
-    states = state_from_paper(*np.broadcast_arrays(q, qd))
-    parts = states, rotor_speeds(vehicle, scenario), branches_of(q)
-    *state, branches = (np.broadcast_to(each, (runs, each.shape[1])) for each in parts)
-    start = Start(np.hstack(state), branches)
-    late = scenario.controller.latency if scenario.controller is not None else 0.0
-    marks = marks_of(duration, sample, scenario.jumps, scenario.period, late, scenario.knots)
-    check_view(coupled, scenario, start)
-    return Flight(
-        vehicle,
-        scenario,
-        duration,
-        sample,
-        runs,
-        batched,
-        start,
-        steps,
-        longest,
-        missed,
-        abrupt,
-        np.zeros(runs, bool),
-        np.zeros(runs),
-        marks,
-        coupled,
-        automatic=asked is None and not adaptive,
-        integrator=integrator,
-    )
+    return steps, longest, missed, abrupt
 
 
 def _engine(vehicle: Vehicle, device: str, threads: int | None) -> Engine:

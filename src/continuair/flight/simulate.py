@@ -9,7 +9,9 @@ import numpy as np
 import xarray as xr
 
 from continuair import checks
+from continuair.engine.adaptive import Tolerance
 from continuair.errors import InputError, nearest, shown
+from continuair.flight.adaptive import checked_record, record
 from continuair.flight.cohorts import Flight
 from continuair.flight.limits import warn_of_limits, with_limited_command
 from continuair.flight.prepare import check_scenario, prepare
@@ -27,11 +29,14 @@ from continuair.flight.trajectory import (
     default_variables,
 )
 from continuair.kernels.dynamics import MODELS
-from continuair.kernels.integrators import INTEGRATORS
+from continuair.kernels.integrators import INTEGRATORS, TSIT5
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
 Array = np.ndarray
+
+LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 1e-2
+_COARSE_TOLERANCE = 1e-4
 
 _FINEST_TOLERANCE = 1e-13
 """Relative tolerance below which rounding errors of float64 would steer DOP853's steps."""
@@ -48,6 +53,10 @@ def simulate(
     variables: Iterable[str] | None = None,
     integrator: str = "rk4",
     tolerance: float = 1e-9,
+    rtol: float = 1e-4,
+    atol: float | None = None,
+    max_step: float = np.inf,
+    check: bool = False,
     dtype: str = "float64",
     device: str = "cpu",
     threads: int | None = None,
@@ -90,6 +99,9 @@ def simulate(
         stacklevel=3,
         integrator=integrator,
     )
+    if flight.counted:
+        chosen = checked_tolerance(rtol, atol, max_step, dtype)
+        return _fly_controlled(flight, model, names, dtype, chosen, checks.flag("check", check))
     if flight.adaptive:
         return _fly_adaptive(flight, model, names, tolerance)
     kept = with_limited_command(names, scenario)
@@ -102,6 +114,44 @@ def simulate(
     warn_of_limits(recorder, stacklevel=3)
     recorder.names = names
     return recorder.dataset(recorder.step | {"flown_again": flown_again})
+
+
+def _fly_controlled(
+    flight: Flight,
+    model: str,
+    names: tuple[str, ...],
+    dtype: str,
+    tolerance: Tolerance,
+    check: bool,
+) -> xr.Dataset:
+    """The trajectories of runs whose steps follow from their errors."""
+    kept = with_limited_command(names, flight.scenario)
+    if check:
+        kept = tuple(dict.fromkeys((*kept, "tip_position")))
+    recorder = Recorder(flight, model, kept, dtype)
+    (checked_record if check else record)(recorder, tolerance)
+    warn_of_saturation(recorder.saturation, stacklevel=4)
+    warn_of_limits(recorder, stacklevel=4)
+    recorder.names = names
+    return recorder.dataset({"rtol": tolerance.relative, "atol": tolerance.absolute or 0.0})
+
+
+def checked_tolerance(rtol: Any, atol: Any, max_step: Any, dtype: str) -> Tolerance:
+    """What steps may err by; raises InputError."""
+    checks.number("rtol", rtol, least=LEAST_TOLERANCE)
+    if rtol > LARGEST_TOLERANCE:
+        raise InputError(
+            f"rtol is {shown(rtol)}, but must be from {LEAST_TOLERANCE:g} to "
+            f"{LARGEST_TOLERANCE:g}; give less."
+        )
+    if dtype == "float32" and rtol < _COARSE_TOLERANCE:
+        raise InputError(
+            f"rtol is {shown(rtol)}, finer than float32 can hold; give {_COARSE_TOLERANCE:g} or "
+            "more, or dtype='float64'."
+        )
+    absolute = None if atol is None else checks.positive("atol", atol)
+    longest = max_step if max_step == np.inf else checks.positive("max_step", max_step, " [s]")
+    return Tolerance(float(rtol), absolute, longest)
 
 
 def _fly_adaptive(flight: Flight, model: str, names: tuple[str, ...], tolerance: float) -> Any:
@@ -123,10 +173,10 @@ def _fly_adaptive(flight: Flight, model: str, names: tuple[str, ...], tolerance:
 
 def _check_integrator(scenario: Any, integrator: Any, tolerance: Any, dtype: Any) -> None:
     """Raise InputError unless an integrator flies the scenario in this precision."""
-    checks.choice("integrator", integrator, (*INTEGRATORS, "dop853"))
+    checks.choice("integrator", integrator, (*INTEGRATORS, TSIT5, "dop853"))
     checks.choice("dtype", dtype, ("float64", "float32"))
     checks.positive("tolerance", tolerance)
-    if integrator in INTEGRATORS:
+    if integrator != "dop853":
         return
     if dtype != "float64":
         raise InputError(f"dtype is {shown(dtype)}, but integrator='dop853' needs 'float64'.")

@@ -34,3 +34,6 @@ INTEGRATORS = {
     ),
 }
 """Integrators of kernels by name, the one by default first."""
+
+TSIT5 = "tsit5"
+"""The embedded pair by whose error steps are controlled (kernels/adaptive.py)."""

@@ -119,7 +119,9 @@ def rollout_kernel(
             decision = decide(i, time, y, branch.direction, flight, pilot, push)
             push = decision.push
             if due >= 0:
-                log_row(log, due, ended, y, flight, branch, push)
+                log_row(
+                    log, Real(Cell(due)), above(ended, zero, zero, one), y, flight, branch, push
+                )
             due = -1
             gone = above(decision.lost, one, overturned, unseen * decision.lost)
             lost = above(ended, zero, zero, gone)
@@ -176,7 +178,7 @@ def rollout_kernel(
             last = count - 1
             time = Real(steps.starts[last]) + Real(steps.lengths[last])
             push = push_at(3 * last + 2, time, y, branch.direction, flight, pilot, push)
-            log_row(log, due, ended, y, flight, branch, push)
+            log_row(log, Real(Cell(due)), above(ended, zero, zero, one), y, flight, branch, push)
         keep_whole(status, run, ended)
         if wp.static(taken.stiff):
             # On average: what a mode that rings adds, it takes back.
