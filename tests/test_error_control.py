@@ -95,37 +95,58 @@ def test_what_inputs_do_between_samples_is_not_missed(name: str) -> None:
     assert gained == pytest.approx(impulse, rel=1e-3, abs=1e-5)
 
 
-def batch(runs: int = 11) -> ca.Scenario:
-    rng = np.random.default_rng(5)
+def batch(chosen: Array) -> ca.Scenario:
+    """Some of eleven runs that differ in their starts and in when a moment begins."""
+    rng, runs = np.random.default_rng(5), 11
     q = np.zeros((runs, 8))
     q[:, 6], q[:, 7] = rng.uniform(0.2, 1.5, runs), rng.uniform(-3.0, 3.0, runs)
-    edges = rng.uniform(0.05, 0.15, runs)
+    edges = rng.uniform(0.05, 0.15, runs)[chosen]
 
     def moment(t: float) -> Array:
-        rows = np.zeros((runs, 3))
-        rows[:, 1] = np.where(t > edges, 0.02, 0.0)
+        rows = np.zeros((*np.shape(edges), 3))
+        rows[..., 1] = np.where(t > edges, 0.02, 0.0)
         return rows
 
-    return ca.Scenario("batch", q, moment=moment, duration=0.25)
+    return ca.Scenario("batch", q[chosen], moment=moment, duration=0.25)
 
 
 def test_a_run_has_the_same_bits_alone_and_in_any_batch_and_for_any_sample() -> None:
-    scenario = batch()
-    given, moment = np.asarray(scenario.q), scenario.moment
-    assert callable(moment)
     names = ["position", "attitude", "bend", "velocity"]
-    together = fly(scenario, variables=names, sample=2.0**-10)
-    order = np.random.default_rng(1).permutation(len(given))
-    shuffled = scenario.replace(q=given[order], qd=None, moment=lambda t: moment(t)[order])
-    turned = fly(shuffled, variables=names, sample=2.0**-10).isel(run=np.argsort(order))
-    coarse = fly(scenario, variables=names, sample=2.0**-5)
-    alone = fly(
-        scenario.replace(q=given[4], qd=None, moment=lambda t: moment(t)[4]), sample=2.0**-10
-    )
+    everyone, order = np.arange(11), np.random.default_rng(1).permutation(11)
+    options: dict[str, Any] = {"variables": names, "sample": 2.0**-10}
+    together = fly(batch(everyone), **options)
+    turned = fly(batch(order), **options).isel(run=np.argsort(order))
+    alone = fly(batch(everyone[4]), **options)
+    coarse = fly(batch(everyone), variables=names, sample=2.0**-5)
     for name in names:
         assert np.array_equal(together[name], turned[name]), name
         assert np.array_equal(together[name][:, ::32], coarse[name]), name
         assert np.array_equal(together[name][4], alone[name]), name
+
+
+@pytest.mark.parametrize("looks", [False, True])
+def test_pairs_are_what_flights_compare_as(looks: bool) -> None:
+    """Metrics, errors and counts, in open loop and under a law that looks."""
+    scenario, vehicle = batch(np.arange(11)), PAPER
+    if looks:
+        vehicle = PAPER.replace({"arm.damping_ratio": 0.03})
+        law = ca.servoing(**ca.design(PAPER, 6.0))
+        scenario = task(vehicle, ["A", "L"], law, 50.0).replace(duration=0.2)
+    options: dict[str, Any] = {"integrator": "tsit5", "rtol": 1e-5, "check": True}
+    pairs = ca.run_pairs(vehicle, scenario, sample=5e-3, **options)
+    flights = [
+        ca.simulate(vehicle, scenario, model=model, sample=5e-3, **options)
+        for model in ("coupled", "decoupled")
+    ]
+    found = pairs.sel(model="decoupled")
+    compared = ca.compare(*flights)
+    assert found["nrmse_t"].to_numpy() == pytest.approx(np.asarray(compared["nrmse_t"]), rel=1e-9)
+    for model, flight in zip(("coupled", "decoupled"), flights, strict=True):
+        own = pairs.sel(model=model)
+        assert np.array_equal(own["steps"], flight["steps"])
+        assert np.array_equal(own["status"], flight["status"])
+        errors = flight["error_estimate"].to_numpy()
+        assert own["error_estimate"].to_numpy() == pytest.approx(errors, rel=1e-6, abs=1e-14)
 
 
 def test_a_run_ends_where_its_bend_is_a_full_circle() -> None:

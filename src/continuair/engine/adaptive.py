@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,8 @@ import warp as wp
 
 from continuair.engine.engine import Engine, Start
 from continuair.engine.lanes import packs_of
-from continuair.kernels.adaptive import COUNTS, FIRST, GROWTH, adaptive_arguments
-from continuair.kernels.embedded import Pair
+from continuair.kernels.adaptive import COUNTS, FIRST, GROWTH, STEPS, adaptive_arguments
+from continuair.kernels.embedded import TSIT5, Pair
 from continuair.kernels.signals import signal_struct
 from continuair.kernels.types import FULL_LENGTH
 from continuair.signals import Signal
@@ -21,6 +21,9 @@ Array = np.ndarray
 
 MOST_STEPS = 10_000_000
 """Steps of one run, rejected ones included, after which it ends."""
+
+TRIAL = 0.05
+"""Length of the trial flight [s] by whose steps runs are put together in packs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,54 +81,77 @@ class Tolerance:
     absolute: float | None = None
     longest: float = np.inf
 
+    def finer(self, period: float | None) -> Tolerance:
+        """A tenth of it, and steps of at most half a controller's period [s]: what both flights
+        differ by tells the error of the first."""
+        absolute = None if self.absolute is None else 0.1 * self.absolute
+        longest = self.longest if period is None else min(self.longest, 0.5 * period)
+        return Tolerance(0.1 * self.relative, absolute, longest)
+
 
 @dataclass(frozen=True, eq=False)
-class AdaptiveLogs:
-    """log (runs, samples, columns), NaN from where a run has ended; status (runs,); counts (runs,
-    COUNTS) of kernels/adaptive.py."""
+class Launch:
+    """A roll-out of some runs, by their indices into the vehicles: from where, with what acting on
+    them, and within which tolerance. loop: the struct of a packed loop; motion: of its targets, if
+    it looks at them at every stage. All but `ticks` and `tolerance` are of these runs."""
 
-    log: Array
-    status: Array
-    counts: Array
+    runs: Array
+    start: Start
+    inputs: Inputs
+    ticks: Ticks
+    tolerance: Tolerance
+    loop: Any = None
+    motion: Track | None = None
+    pair: Pair = TSIT5
 
+    def on(self, engine: Engine, kernel: wp.Kernel, lanes: int, log: Any) -> tuple[Array, Array]:
+        """Fly with a kernel of an engine's model into a log (runs, samples, columns) on its device,
+        which keeps what it holds where a run has ended.
 
-def roll_out(
-    engine: Engine,
-    kernel: wp.Kernel,
-    lanes: int,
-    runs: Array,
-    start: Start,
-    inputs: Inputs,
-    ticks: Ticks,
-    pair: Pair,
-    tolerance: Tolerance,
-    loop: Any = None,
-    motion: Track | None = None,
-) -> AdaptiveLogs:
-    """Fly some runs, by their indices into the vehicles, with the kernel of `engine`'s model.
+        Returns status (runs,) and counts (runs, COUNTS) of kernels/adaptive.py.
+        """
+        n = len(self.runs)
+        status, counts = np.zeros(n, np.int32), np.zeros((n, COUNTS), engine.dtype)
+        out = [engine.upload(status, wp.int32), engine.upload(counts)]
+        arguments = [
+            engine.vehicles(self.runs, engine.kernels_of(lanes)),
+            engine.start(self.start, slice(None)),
+            _drive(engine, self.inputs, n),
+            packed_signals(engine, self.inputs.tracks, n),
+            packed_signals(engine, [self.motion] if self.motion else [], n),
+            _method(engine, self.pair),
+            _control(engine, self.tolerance, self.pair, self.inputs.gravity, self.runs),
+            _ticks(engine, self.ticks),
+            engine.no_loop() if self.loop is None else self.loop,
+            log,
+            *out,
+        ]
+        engine.launch(kernel, packs_of(n, lanes), arguments)
+        for source, target in zip(out, (status, counts), strict=True):
+            engine.download(source, target)
+        return status, counts
 
-    start, inputs: of these runs; loop: the struct of a packed loop, of the same.
-    """
-    n = len(runs)
-    log = np.full((n, len(ticks.samples), engine.layout.log), np.nan, engine.dtype)
-    status, counts = np.zeros(n, np.int32), np.zeros((n, COUNTS), engine.dtype)
-    out = [engine.upload(log), engine.upload(status, wp.int32), engine.upload(counts)]
-    arguments = [
-        engine.vehicles(runs, engine.kernels_of(lanes)),
-        engine.start(start, slice(None)),
-        _drive(engine, inputs, n),
-        packed_signals(engine, inputs.tracks, n),
-        packed_signals(engine, [motion] if motion else [], n),
-        _method(engine, pair),
-        _control(engine, tolerance, pair, inputs.gravity, runs),
-        _ticks(engine, ticks),
-        engine.no_loop() if loop is None else loop,
-        *out,
-    ]
-    engine.launch(kernel, packs_of(n, lanes), arguments)
-    for source, target in zip(out, (log, status, counts), strict=True):
-        engine.download(source, target)
-    return AdaptiveLogs(log, status, counts)
+    def order(self, engine: Engine, kernel: wp.Kernel, lanes: int, columns: int) -> Array:
+        """Places of the runs in an order in which those of a pack take about as many steps, as a
+        short flight counts them; columns: of the kernel's log."""
+        few = len(self.runs) <= lanes or self.ticks.times[-1] <= 2.0 * TRIAL
+        if lanes == 1 or few or self.loop is not None:
+            return np.arange(len(self.runs))
+        times = np.array([0.0, TRIAL])
+        log = wp.empty((len(self.runs), 2, columns), engine.kernels.types.Cell, engine.device)
+        counts = replace(self, ticks=Ticks(times, times)).on(engine, kernel, lanes, log)[1]
+        return np.argsort(counts[:, STEPS], kind="stable")
+
+    def of_runs(self, chosen: Array) -> Launch:
+        """The roll-out of some of its runs, by their places in it, without a loop."""
+        start, motion = self.start, self.motion
+        return replace(
+            self,
+            runs=self.runs[chosen],
+            start=Start(start.states[chosen], start.angle[chosen]),
+            inputs=self.inputs.of_runs(chosen),
+            motion=None if motion is None else motion.of_runs(chosen),
+        )
 
 
 def _drive(engine: Engine, inputs: Inputs, runs: int) -> Any:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from continuair.engine.adaptive import Inputs, Ticks, Tolerance, Track, roll_out
+from continuair.engine.adaptive import Launch, Ticks, Tolerance, Track
 from continuair.engine.engine import Drive, Engine, Logs, Start
 from continuair.engine.loop import Loop
 from continuair.flight.camera_timing import loop_over, motion_of
@@ -14,8 +14,6 @@ from continuair.flight.cohorts import Flight
 from continuair.flight.inputs import field_width
 from continuair.flight.signals import grid_of_ticks, inputs_of, ticks_of
 from continuair.flight.trajectory import OBSERVED_VARIABLES, Recorder
-from continuair.kernels.adaptive import STEPS
-from continuair.kernels.embedded import TSIT5
 from continuair.signals import fit
 from continuair.vehicle.layout import FIELDS, MOTION, width_of
 from continuair.vehicle.runs import per_run
@@ -29,108 +27,99 @@ _NUMBERS_PER_SAMPLE = 50
 _SCANNED = 4000
 """Values of an input that are looked at for each second, of every run with an input of its own."""
 
-_TRIAL = 0.05
-"""Length of the trial flight [s] by whose steps runs are put together in packs."""
-
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """Some runs of a flight, by their indices, with what acts on them."""
+    """Some runs of a flight, with what acts on them and what closes their loop."""
 
-    flight: Flight
-    runs: Array
-    inputs: Inputs
-    ticks: Ticks
+    launch: Launch
     loop: Loop | None
-    motion: Track | None
 
-    def fly(self, engine: Engine, tolerance: Tolerance, observe: bool) -> tuple[Logs, Array]:
+    def fly(self, engine: Engine, observe: bool) -> tuple[Logs, Array]:
         """Return the logs of these runs, and what the roll-out counted (runs, COUNTS)."""
-        lanes = engine.load_rollout(self.loop, observe, len(self.runs))
-        order = self._order(engine, lanes, tolerance)
-        logs, counts = self._flown(engine, lanes, self.ticks, tolerance, order)
-        if observe:
-            table = self.inputs(self.ticks.samples)
-            acting = Drive(table, True, self.inputs.groups, self.inputs.gravity)
-            logs = replace(logs, observed=engine.observe(logs.log, acting, self.runs))
+        launch, given = self.launch, self.launch.runs
+        lanes = engine.load_rollout(self.loop, observe, len(given))
+        kernel = engine.kernels_of(lanes).rollout
+        if self.loop is not None:
+            closed = self.loop.on(engine, len(given))
+            kernel, launch = (
+                closed.kernels.rollout,
+                replace(launch, loop=closed.struct(engine, given)),
+            )
+        columns, samples = engine.layout.log, launch.ticks.samples
+        order = launch.order(engine, kernel, lanes, columns)
         if self.loop is None:
-            return logs, counts
-        watched = self.loop.watch(engine, logs.log, self.runs)
-        return replace(logs, watched=watched, scene=self.loop.scene), counts
-
-    def _order(self, engine: Engine, lanes: int, tolerance: Tolerance) -> Array:
-        """An order in which runs of a pack take about as many steps."""
-        everyone = np.arange(len(self.runs))
-        end = self.ticks.times[-1]
-        if lanes == 1 or len(self.runs) <= lanes or self.loop is not None or end <= 2.0 * _TRIAL:
-            return everyone
-        times = np.array([0.0, _TRIAL])
-        trial = self._flown(engine, lanes, Ticks(times, times), tolerance, everyone)[1]
-        return np.argsort(trial[:, STEPS], kind="stable")
-
-    def _flown(
-        self, engine: Engine, lanes: int, ticks: Ticks, tolerance: Tolerance, order: Array
-    ) -> tuple[Logs, Array]:
-        runs, start = self.runs[order], self.flight.start
-        closed = None if self.loop is None else self.loop.on(engine, len(runs))
-        rollout = engine.kernels_of(lanes).rollout if closed is None else closed.kernels.rollout
-        found = roll_out(
-            engine, rollout, lanes, runs, Start(start.states[runs], start.angle[runs]),
-            self.inputs.of_runs(order), ticks, TSIT5, tolerance,
-            None if closed is None else closed.struct(engine, runs),
-            None if self.motion is None else self.motion.of_runs(order),
-        )  # fmt: skip
+            launch = launch.of_runs(order)
+        log = np.full((len(given), len(samples), columns), np.nan, engine.dtype)
+        out = engine.upload(log)
+        status, counts = launch.on(engine, kernel, lanes, out)
+        engine.download(out, log)
         back = np.argsort(order)
-        log, status, counts = (each[back] for each in (found.log, found.status, found.counts))
-        nothing = np.zeros(len(runs), np.int32)
-        return Logs(log, status, nothing, np.zeros((len(runs), 0))), counts
+        log, status, counts = log[back], status[back], counts[back]
+        nothing = np.zeros(len(given), np.int32)
+        logs = Logs(log, status, nothing, np.zeros((len(given), 0)))
+        if observe:
+            acting = self.launch.inputs
+            drive = Drive(acting(samples), True, acting.groups, acting.gravity)
+            logs = replace(logs, observed=engine.observe(log, drive, given))
+        if self.loop is not None:
+            watched = self.loop.watch(engine, log, given)
+            logs = replace(logs, watched=watched, scene=self.loop.scene)
+        return logs, counts
 
 
-def record(recorder: Recorder, tolerance: Tolerance) -> None:
-    """Fly what a recorder keeps."""
+def launch_of(
+    flight: Flight, runs: Array, ticks: Ticks, tolerance: Tolerance, motion: Track | None = None
+) -> Launch:
+    """Return the roll-out of some runs of a flight, by their indices."""
+    start, layout = flight.start, flight.coupled.layout
+    inputs = inputs_of(flight.scenario, flight.duration, layout, flight.groups, runs)
+    begin = Start(start.states[runs], start.angle[runs])
+    return Launch(runs, begin, inputs, ticks, tolerance, motion=motion)
+
+
+def record(recorder: Recorder, tolerance: Tolerance | None = None) -> None:
+    """Fly what a recorder keeps, within the tolerance of its flight or another one."""
     flight = recorder.flight
+    tolerance = tolerance or flight.tolerance
+    assert tolerance is not None
     engine = flight.engine(recorder.model, recorder.dtype)
     observe = any(name in OBSERVED_VARIABLES for name in recorder.names)
     alone = engine.on_one_thread()
     ticks = ticks_of(flight.scenario, flight.duration, flight.marks.samples)
     loop = _loop(flight, ticks)
-    size = _runs_at_once(flight, engine)
+    size = runs_at_once(flight, engine)
     alone.load_rollout(loop, observe, size)
 
     def work(runs: Array) -> None:
-        inputs = inputs_of(
-            flight.scenario, flight.duration, flight.coupled.layout, flight.groups, runs
-        )
-        motion = _motion(flight, loop, runs)
-        part = _Part(flight, runs, inputs, ticks, loop, motion)
-        recorder.keep_counted(runs, *part.fly(alone, tolerance, observe))
+        launch = launch_of(flight, runs, ticks, tolerance, _motion(flight, loop, runs))
+        recorder.keep_counted(runs, *_Part(launch, loop).fly(alone, observe))
 
     runs = recorder.runs
     engine.side_by_side(work, [runs[at : at + size] for at in range(0, len(runs), size)])
 
 
-def checked_record(recorder: Recorder, tolerance: Tolerance) -> None:
-    """Fly what a recorder keeps twice, and tell how far the tips of both flights are apart."""
-    record(recorder, tolerance)
-    flight = recorder.flight
-    period = flight.scenario.period
-    finer = Tolerance(
-        0.1 * tolerance.relative,
-        None if tolerance.absolute is None else 0.1 * tolerance.absolute,
-        tolerance.longest if period is None else min(tolerance.longest, 0.5 * period),
+def checked_record(recorder: Recorder) -> None:
+    """Fly what a recorder keeps twice, and tell how far the tips of both flights are apart.
+
+    It must keep tip_position.
+    """
+    record(recorder)
+    flight, runs = recorder.flight, recorder.runs
+    assert flight.tolerance is not None
+    second = Recorder(flight, recorder.model, ("tip_position",), recorder.dtype, runs)
+    record(second, flight.tolerance.finer(flight.scenario.period))
+    tips, finer = (each.values("tip_position") for each in (recorder, second))
+    reach = per_run(flight.vehicle.reach, flight.runs)[runs]
+    recorder.error_estimate = np.where(
+        recorder.status == second.status, largest_distance(tips, finer) / reach, np.inf
     )
-    second = Recorder(flight, recorder.model, ("tip_position",), recorder.dtype, recorder.runs)
-    record(second, finer)
-    arms = flight.coupled.layout.arms
-    tips = [
-        each.values("tip_position").reshape(len(recorder.runs), -1, arms, 3)
-        for each in (recorder, second)
-    ]
-    apart = np.linalg.norm(tips[1] - tips[0], axis=-1)
-    reach = per_run(flight.vehicle.reach, flight.runs)[recorder.runs]
-    largest = np.nanmax(apart, axis=(1, 2), initial=0.0) / reach
-    alike = recorder.status == second.status
-    recorder.error_estimate = np.where(alike, largest, np.inf)
+
+
+def largest_distance(tips: Array, others: Array) -> Array:
+    """Largest distance (runs,) of tips (runs, samples, 3 per arm) that both flights reached [m]."""
+    apart = np.asarray(tips - others, float).reshape(*tips.shape[:2], -1, 3)
+    return np.asarray(np.nanmax(np.linalg.norm(apart, axis=-1), axis=(1, 2), initial=0.0))
 
 
 def _loop(flight: Flight, ticks: Ticks) -> Loop | None:
@@ -151,16 +140,17 @@ def _motion(flight: Flight, loop: Loop | None, runs: Array) -> Track | None:
     return Track(fit(evaluate, flight.duration), np.arange(width_of(MOTION)))
 
 
-def _runs_at_once(flight: Flight, engine: Engine) -> int:
-    """How many runs fit into memory, in whole packs, and some for every thread."""
+def runs_at_once(flight: Flight, engine: Engine, signals_alone: bool = False) -> int:
+    """How many runs fit into memory, in whole packs: with their logs, of which every thread has
+    some, or with their inputs alone."""
     kind = engine.device.split(":")[0]
-    numbers = _NUMBERS_PER_SAMPLE * len(flight.marks.samples)
+    numbers = 1 if signals_alone else _NUMBERS_PER_SAMPLE * len(flight.marks.samples)
     scenario, layout = flight.scenario, flight.coupled.layout
     timed = [name for name in FIELDS if callable(getattr(scenario, name))]
     width = sum(field_width(name, layout) for name in timed)
     numbers += int(_SCANNED * max(1.0, flight.duration)) * width
     size = max(1, int(_BYTES[kind] / (8 * numbers)))
-    if kind == "cpu":
+    if kind == "cpu" and not signals_alone:
         size = min(size, -(-flight.runs // engine.threads))
     lanes = engine.lanes(size)
     return lanes * -(-size // lanes)

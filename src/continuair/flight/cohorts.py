@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from continuair.engine.adaptive import Tolerance
 from continuair.engine.engine import Drive, Engine, Logs, Start
 from continuair.engine.loop import Loop
 from continuair.flight.camera_timing import loop_over
@@ -26,7 +27,7 @@ from continuair.flight.resolution import (
 )
 from continuair.flight.rotors import within_limits
 from continuair.flight.time_grid import Grid, Marks, seen_at, shared_grids, stage_times
-from continuair.kernels.integrators import INTEGRATORS, TSIT5
+from continuair.kernels.integrators import INTEGRATORS
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import COMMAND, FIELDS
 from continuair.vehicle.runs import per_run
@@ -100,7 +101,8 @@ class Flight:
     others share what they can with. automatic: whether the steps may
     be made finer; integrator: "rk4", "implicit", or "dop853", which takes steps of its own; told:
     inputs whose jumps have been told of, unseen: that swing between stages; lost: times near which
-    samples did not follow the Euler angles of q [s].
+    samples did not follow the Euler angles of q [s]; tolerance: of steps that follow from their
+    errors.
     """
 
     vehicle: Vehicle
@@ -123,6 +125,7 @@ class Flight:
     told: set[str] = field(default_factory=set)
     unseen: set[str] = field(default_factory=set)
     lost: list[float] = field(default_factory=list)
+    tolerance: Tolerance | None = None
     _sampled: dict[tuple[bytes, bytes], Drive] = field(default_factory=dict)
     _engines: dict[tuple[str, str], Engine] = field(default_factory=dict)
 
@@ -134,7 +137,7 @@ class Flight:
     @property
     def counted(self) -> bool:
         """Whether steps are each run's own, as its error allows."""
-        return self.integrator == TSIT5
+        return self.tolerance is not None
 
     @property
     def groups(self) -> int:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from continuair import checks
+from continuair.engine.adaptive import Tolerance
 from continuair.engine.engine import Engine, Start, check_device
 from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import check_view
@@ -30,13 +31,17 @@ from continuair.flight.rotors import (
 )
 from continuair.flight.steps import automatic_step, declared_rate, steps_of, warn_of_fast_inputs
 from continuair.flight.time_grid import check_steps, marks_of
-from continuair.kernels.integrators import INTEGRATORS, TSIT5
+from continuair.kernels.integrators import INTEGRATORS
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
 Array = np.ndarray
+
+LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 1e-2
+_COARSE_TOLERANCE = 1e-4
+"""Finest tolerance in single precision, whose rounding is of that size over a flight."""
 
 _OF_WASH = 1.0 / 3.0
 """Share of what half the step changes that it errs by, where arms cross the edge of a wash; it was
@@ -53,13 +58,14 @@ def prepare(
     device: Any = "cpu",
     threads: Any = None,
     integrator: str = "rk4",
+    tolerance: Tolerance | None = None,
     horizon: float = 0.0,
     stacklevel: int = 2,
 ) -> Flight:
     """Check vehicle, scenario and choices, as `continuair.simulate` describes them, and join them.
 
-    integrator: as a `Flight` has it. horizon: until when inputs are probed, beyond the duration
-    [s]. Raises InputError; warns of a step that is too coarse, `stacklevel` frames up.
+    integrator, tolerance: as a `Flight` has them. horizon: until when inputs are probed, beyond the
+    duration [s]. Raises InputError; warns of a step that is too coarse, `stacklevel` frames up.
     """
     check_vehicle(vehicle)
     check_scenario(scenario)
@@ -78,7 +84,7 @@ def prepare(
     scenario = with_rotors_running(coupled, scenario)
     if asked is not None:
         check_same_runs(runs, {"step": len(asked)})
-    if integrator == TSIT5:
+    if tolerance is not None:
         own = [np.full(runs, np.nan)] * 2
         steps, longest, missed, abrupt = *own, np.zeros(runs, bool), np.zeros(runs)
     else:
@@ -119,6 +125,7 @@ def prepare(
         coupled,
         automatic=asked is None and integrator in INTEGRATORS,
         integrator=integrator,
+        tolerance=tolerance,
     )
 
 
@@ -162,6 +169,24 @@ def _steps(
         if not distorts:
             warn_of_fast_inputs(steps, driven, stacklevel + 1)
     return steps, longest, missed, abrupt
+
+
+def checked_tolerance(rtol: Any, atol: Any, max_step: Any, dtype: str) -> Tolerance:
+    """What steps may err by; raises InputError."""
+    checks.number("rtol", rtol, least=LEAST_TOLERANCE)
+    if rtol > LARGEST_TOLERANCE:
+        raise InputError(
+            f"rtol is {shown(rtol)}, but must be from {LEAST_TOLERANCE:g} to "
+            f"{LARGEST_TOLERANCE:g}; give less."
+        )
+    if dtype == "float32" and rtol < _COARSE_TOLERANCE:
+        raise InputError(
+            f"rtol is {shown(rtol)}, finer than float32 can hold; give {_COARSE_TOLERANCE:g} or "
+            "more, or dtype='float64'."
+        )
+    absolute = None if atol is None else checks.positive("atol", atol)
+    longest = max_step if max_step == np.inf else checks.positive("max_step", max_step, " [s]")
+    return Tolerance(float(rtol), absolute, longest)
 
 
 def _engine(vehicle: Vehicle, device: str, threads: int | None) -> Engine:

@@ -9,12 +9,11 @@ import numpy as np
 import xarray as xr
 
 from continuair import checks
-from continuair.engine.adaptive import Tolerance
 from continuair.errors import InputError, nearest, shown
 from continuair.flight.adaptive import checked_record, record
 from continuair.flight.cohorts import Flight
 from continuair.flight.limits import warn_of_limits, with_limited_command
-from continuair.flight.prepare import check_scenario, prepare
+from continuair.flight.prepare import check_scenario, checked_tolerance, prepare
 from continuair.flight.resolution import (
     warn_of_coarse_steps,
     warn_of_rounded_places,
@@ -34,9 +33,6 @@ from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
 Array = np.ndarray
-
-LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 1e-2
-_COARSE_TOLERANCE = 1e-4
 
 _FINEST_TOLERANCE = 1e-13
 """Relative tolerance below which rounding errors of float64 would steer DOP853's steps."""
@@ -88,9 +84,13 @@ def simulate(
     _check_integrator(scenario, integrator, tolerance, dtype)
     if dtype == "float32":
         warn_of_rounded_places(np.asarray(scenario.q)[..., :3], vehicle.reach, stacklevel=3)
+    chosen = None
+    if integrator == TSIT5:
+        chosen = checked_tolerance(rtol, atol, max_step, dtype)
     flight = prepare(
         vehicle,
         scenario,
+        tolerance=chosen,
         step=step,
         sample=sample,
         duration=duration,
@@ -100,8 +100,7 @@ def simulate(
         integrator=integrator,
     )
     if flight.counted:
-        chosen = checked_tolerance(rtol, atol, max_step, dtype)
-        return _fly_controlled(flight, model, names, dtype, chosen, checks.flag("check", check))
+        return _fly_controlled(flight, model, names, dtype, checks.flag("check", check))
     if flight.adaptive:
         return _fly_adaptive(flight, model, names, tolerance)
     kept = with_limited_command(names, scenario)
@@ -121,7 +120,6 @@ def _fly_controlled(
     model: str,
     names: tuple[str, ...],
     dtype: str,
-    tolerance: Tolerance,
     check: bool,
 ) -> xr.Dataset:
     """The trajectories of runs whose steps follow from their errors."""
@@ -129,29 +127,11 @@ def _fly_controlled(
     if check:
         kept = tuple(dict.fromkeys((*kept, "tip_position")))
     recorder = Recorder(flight, model, kept, dtype)
-    (checked_record if check else record)(recorder, tolerance)
+    (checked_record if check else record)(recorder)
     warn_of_saturation(recorder.saturation, stacklevel=4)
     warn_of_limits(recorder, stacklevel=4)
     recorder.names = names
-    return recorder.dataset({"rtol": tolerance.relative, "atol": tolerance.absolute or 0.0})
-
-
-def checked_tolerance(rtol: Any, atol: Any, max_step: Any, dtype: str) -> Tolerance:
-    """What steps may err by; raises InputError."""
-    checks.number("rtol", rtol, least=LEAST_TOLERANCE)
-    if rtol > LARGEST_TOLERANCE:
-        raise InputError(
-            f"rtol is {shown(rtol)}, but must be from {LEAST_TOLERANCE:g} to "
-            f"{LARGEST_TOLERANCE:g}; give less."
-        )
-    if dtype == "float32" and rtol < _COARSE_TOLERANCE:
-        raise InputError(
-            f"rtol is {shown(rtol)}, finer than float32 can hold; give {_COARSE_TOLERANCE:g} or "
-            "more, or dtype='float64'."
-        )
-    absolute = None if atol is None else checks.positive("atol", atol)
-    longest = max_step if max_step == np.inf else checks.positive("max_step", max_step, " [s]")
-    return Tolerance(float(rtol), absolute, longest)
+    return recorder.dataset(recorder.step)
 
 
 def _fly_adaptive(flight: Flight, model: str, names: tuple[str, ...], tolerance: float) -> Any:

@@ -140,7 +140,11 @@ class Recorder:
 
     @property
     def step(self) -> dict[str, float]:
-        """The step of a single flight, as an attribute; a batch has a variable."""
+        """The step of a single flight, as an attribute, or the tolerance; a batch of steps of one
+        length each has a variable."""
+        if (tolerance := self.flight.tolerance) is not None:
+            absolute = tolerance.relative if tolerance.absolute is None else tolerance.absolute
+            return {"rtol": tolerance.relative, "atol": absolute, "max_step": tolerance.longest}
         return {} if self.flight.batched else {"step": float(self.flight.steps[self.runs[0]])}
 
     def keep(self, cohort: Cohort, logs: Logs) -> None:
@@ -214,7 +218,7 @@ class Recorder:
                 taken = {"units": "s", "long_name": "integration step"}
                 kept["step"] = ("run",), self.flight.steps[self.runs], taken
             return kept
-        for name, (column, meaning) in _COUNTED.items():
+        for name, (column, meaning) in COUNTED.items():
             counted = self.counts[:, column].astype(int)
             kept[name] = ("run",), counted, {"units": "1", "long_name": meaning}
         if self.error_estimate is not None:
@@ -271,7 +275,7 @@ class Recorder:
         }
 
 
-_COUNTED = {
+COUNTED = {
     "steps": (STEPS, "steps that were accepted"),
     "steps_rejected": (REJECTED, "steps that were rejected"),
     "evaluations": (EVALUATIONS, "evaluations of the equations of motion"),
