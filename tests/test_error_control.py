@@ -17,7 +17,7 @@ RELEASE = ca.Scenario("release", [0, 0, 3, 0, 0, 0, 1.0, 0.4])
 
 
 def fly(scenario: ca.Scenario, vehicle: ca.Vehicle = PAPER, **options: Any) -> xr.Dataset:
-    return ca.simulate(vehicle, scenario, integrator="tsit5", **options)
+    return ca.simulate(vehicle, scenario, method="Tsit5", **options)
 
 
 def apart(one: xr.Dataset, other: xr.Dataset, vehicle: ca.Vehicle = PAPER) -> Array:
@@ -132,7 +132,7 @@ def test_pairs_are_what_flights_compare_as(looks: bool) -> None:
         vehicle = PAPER.replace({"arm.damping_ratio": 0.03})
         law = ca.servoing(**ca.design(PAPER, 6.0))
         scenario = task(vehicle, ["A", "L"], law, 50.0).replace(duration=0.2)
-    options: dict[str, Any] = {"integrator": "tsit5", "rtol": 1e-5, "check": True}
+    options: dict[str, Any] = {"method": "Tsit5", "rtol": 1e-5, "check": True}
     pairs = ca.run_pairs(vehicle, scenario, sample=5e-3, **options)
     flights = [
         ca.simulate(vehicle, scenario, model=model, sample=5e-3, **options)
@@ -218,6 +218,11 @@ def test_closed_loops_agree_with_short_fixed_steps(period: float | None) -> None
 def test_tolerances_that_cannot_be_met_are_refused(options: dict[str, Any], field: str) -> None:
     with pytest.raises(ca.InputError, match=field):
         fly(RELEASE, **options)
+
+
+def test_old_names_are_told_their_new_ones() -> None:
+    with pytest.raises(ca.InputError, match="method"):
+        ca.simulate(PAPER, RELEASE, integrator="rk4")  # type: ignore[call-arg]
 
 
 def test_a_function_that_cannot_be_resolved_is_refused() -> None:

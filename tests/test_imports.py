@@ -89,7 +89,7 @@ ROOMS = {
         {"pulses"},
         {"cohorts"},
         {"prepare"},
-        {"dop853", "trajectory"},
+        {"DOP853", "trajectory"},
         {"limits", "signals"},
         {"adaptive"},
         {"rollout", "unstable"},

@@ -200,8 +200,8 @@ def test_the_reference_integrator_does_not_step_over_a_gust() -> None:
 
     scenario = ca.Scenario("gust", np.zeros(8), force=gust, gravity=0.0, duration=2.0)
     flights = [
-        ca.simulate(VEHICLE, scenario, sample=0.01, integrator=name, variables=["position"])
-        for name in ("rk4", "dop853")
+        ca.simulate(VEHICLE, scenario, sample=0.01, method=name, variables=["position"])
+        for name in ("RK4", "DOP853")
     ]
     ends = [float(flight.position[-1, 0]) for flight in flights]
     assert ends[1] > 0.1
@@ -253,7 +253,7 @@ def test_an_implicit_step_that_misses_the_lag_of_rotors_says_so() -> None:
     vehicle = VEHICLE.replace({"uav.rotors": rotors | {"torque_per_thrust": 0.016}})
     start = ca.Scenario("hover", (0, 0, 2, 0, 0, 0, 0.1, 0), duration=0.02)
     with pytest.warns(ca.ContinuairWarning, match="inputs or rotors change by more than"):
-        found = ca.simulate(vehicle, start, step=2e-3, sample=0.01, integrator="implicit")
+        found = ca.simulate(vehicle, start, step=2e-3, sample=0.01, method="implicit")
     assert float(found["step_error"]) == np.inf
 
 
@@ -384,7 +384,7 @@ def test_the_reference_integrator_meets_what_begins_from_next_to_nothing() -> No
     )  # fmt: skip
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = ca.simulate(SLENDER, scenario, integrator="dop853", sample=0.01)
+        found = ca.simulate(SLENDER, scenario, method="DOP853", sample=0.01)
     impulse = 10.0 * 0.03 * np.sqrt(2.0 * np.pi)
     assert float(found.linear_momentum[-1, 0]) == pytest.approx(impulse, rel=1e-6)
 

@@ -95,7 +95,7 @@ class Engine:
     """One vehicle or batch, packed for one model, precision and device.
 
     `layout` names the columns of its states, inputs and logs. beside: an engine of the coupled
-    model for the same vehicle, from which another model's takes what they share. integrator: of
+    model for the same vehicle, from which another model's takes what they share. method: of
     roll-outs, by its name in kernels/integrators.py.
     """
 
@@ -107,13 +107,13 @@ class Engine:
         device: str = "cpu",
         threads: int | None = None,
         beside: Engine | None = None,
-        integrator: str = "rk4",
+        method: str = "RK4",
     ) -> None:
         start_warp()
-        self.vehicle, self.model, self.integrator = vehicle, model, integrator
+        self.vehicle, self.model, self.method = vehicle, model, method
         self.tree = tree_of(vehicle)
         self.layout = self.tree.layout
-        self.kernels = kernels(precision, self.tree, model, integrator=integrator)
+        self.kernels = kernels(precision, self.tree, model, method=method)
         self.dtype: np.dtype[Any] = np.dtype(precision)
         self.device = device
         self.threads = threads or os.cpu_count() or 1
@@ -235,7 +235,7 @@ class Engine:
 
     def kernels_of(self, lanes: int) -> Kernels:
         """The kernels of packs of so many runs, or of single runs."""
-        return kernels(self.dtype.name, self.tree, self.model, lanes, self.integrator)
+        return kernels(self.dtype.name, self.tree, self.model, lanes, self.method)
 
     def lanes(self, runs: int) -> int:
         """How many of a number of runs fly at once in a thread."""

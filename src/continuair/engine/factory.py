@@ -34,7 +34,7 @@ from continuair.kernels.types import Tree, Types, device_types
 class Kernels:
     """Kernels of a model in open loop, and the structs of their arguments.
 
-    lanes: the runs that a thread flies, 1 or those of a pack. integrator: of roll-outs, by its name
+    lanes: the runs that a thread flies, 1 or those of a pack. method: of roll-outs, by its name
     in kernels/integrators.py. tip_rollout logs the tip's pose and nothing else. A kernel is made
     when it is first asked for, and compiles when it is launched.
     """
@@ -42,7 +42,7 @@ class Kernels:
     numbers: Numbers
     tree: Tree
     model: str
-    integrator: str = "rk4"
+    method: str = "RK4"
 
     @property
     def lanes(self) -> int:
@@ -66,11 +66,11 @@ class Kernels:
 
     @property
     def rollout(self) -> wp.Kernel:
-        return _rollout(self.numbers, self.tree, self.model, state_logger, self.integrator)
+        return _rollout(self.numbers, self.tree, self.model, state_logger, self.method)
 
     @property
     def tip_rollout(self) -> wp.Kernel:
-        return _rollout(self.numbers, self.tree, self.model, tip_logger, self.integrator)
+        return _rollout(self.numbers, self.tree, self.model, tip_logger, self.method)
 
     @property
     def derivative(self) -> wp.Kernel:
@@ -104,11 +104,9 @@ class LoopKernels:
     looks: bool = False
 
 
-def kernels(
-    precision: str, tree: Tree, model: str, lanes: int = 1, integrator: str = "rk4"
-) -> Kernels:
+def kernels(precision: str, tree: Tree, model: str, lanes: int = 1, method: str = "RK4") -> Kernels:
     """The kernels of a model in open loop; lanes: runs that fly at once in a pack, or 1."""
-    return Kernels(Numbers(precision, lanes), tree, model, integrator)
+    return Kernels(Numbers(precision, lanes), tree, model, method)
 
 
 # Types have one maker at a time, too: two of the same name would not be the same.
@@ -118,13 +116,13 @@ _arguments, _no_pilot = made_once(arguments), made_once(no_pilot)
 
 @made_once
 def _rollout(
-    numbers: Numbers, tree: Tree, model: str, logger: Callable[..., Any], integrator: str
+    numbers: Numbers, tree: Tree, model: str, logger: Callable[..., Any], method: str
 ) -> wp.Kernel:
     of = numbers, tree
     dynamics, pilot = dynamics_code(*of, model), no_pilot(*of)
-    if integrator == TSIT5:
+    if method == TSIT5:
         return adaptive_kernel(*of, dynamics, pilot, logger(*of))
-    return rollout_kernel(*of, dynamics, pilot, logger(*of), integrator)
+    return rollout_kernel(*of, dynamics, pilot, logger(*of), method)
 
 
 @made_once
@@ -144,11 +142,11 @@ def _observer_of(term: Any, numbers: Numbers, tree: Tree) -> wp.Kernel | None:
 
 @dataclass(frozen=True)
 class Closing:
-    """How a loop is closed: whether the law acts at every stage, the integrator, whether the
+    """How a loop is closed: whether the law acts at every stage, the method of steps, whether the
     image's error is summed up, and whether the law believes in another vehicle."""
 
     every_stage: bool = False
-    integrator: str = "rk4"
+    method: str = "RK4"
     integrates: bool = False
     believes: bool = False
 
@@ -167,10 +165,10 @@ def closed_loop(law: MadeLaw, model: str, how: Closing) -> LoopKernels:
         pilot = law_pilot(*of, points, found, *choices)
     logger = state_logger(*of)
     dynamics = dynamics_code(*of, model)
-    if how.integrator == TSIT5:
+    if how.method == TSIT5:
         rollout = adaptive_kernel(*of, dynamics, pilot, logger, how.every_stage, law.name)
     else:
-        rollout = rollout_kernel(*of, dynamics, pilot, logger, how.integrator, law.name)
+        rollout = rollout_kernel(*of, dynamics, pilot, logger, how.method, law.name)
     remembered = found.Memory._length_ if hasattr(found, "Memory") else 0
     looks = remembered > 0 and found.looks
     eye, lanes = eye_code(*of, points), of[0].lanes

@@ -113,7 +113,7 @@ class Loop:
         law = self.controller.law, engine.dtype.name, engine.tree, self.points
         how = Closing(
             self.timing.every_stage,
-            engine.integrator,
+            engine.method,
             self.controller.integral > 0.0,
             self.controller.believes is not None,
         )
@@ -159,7 +159,7 @@ class PackedLoop:
         found.gains = struct_rows(_rows(self.gains, runs), kernels.Gains, *at)
         found.corners = engine.upload(scene.corners)
         motion = _columns(scene.motion, runs)
-        if timing.every_stage and engine.integrator == TSIT5:
+        if timing.every_stage and engine.method == TSIT5:
             # Room for the motion at each stage's time.
             motion = np.zeros((1, len(runs), width_of(MOTION)))
         found.motion = engine.upload(motion)

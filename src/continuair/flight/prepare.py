@@ -57,14 +57,14 @@ def prepare(
     duration: Any = None,
     device: Any = "cpu",
     threads: Any = None,
-    integrator: str = "rk4",
+    method: str = "RK4",
     tolerance: Tolerance | None = None,
     horizon: float = 0.0,
     stacklevel: int = 2,
 ) -> Flight:
     """Check vehicle, scenario and choices, as `continuair.simulate` describes them, and join them.
 
-    integrator, tolerance: as a `Flight` has them. horizon: until when inputs are probed, beyond the
+    method, tolerance: as a `Flight` has them. horizon: until when inputs are probed, beyond the
     duration [s]. Raises InputError; warns of a step that is too coarse, `stacklevel` frames up.
     """
     check_vehicle(vehicle)
@@ -96,7 +96,7 @@ def prepare(
             sample,
             duration,
             runs,
-            integrator,
+            method,
             horizon,
             stacklevel + 1,
         )
@@ -123,8 +123,8 @@ def prepare(
         np.zeros(runs),
         marks,
         coupled,
-        automatic=asked is None and integrator in INTEGRATORS,
-        integrator=integrator,
+        automatic=asked is None and method in INTEGRATORS,
+        method=method,
         tolerance=tolerance,
     )
 
@@ -137,15 +137,15 @@ def _steps(
     sample: float,
     duration: float,
     runs: int,
-    integrator: str,
+    method: str,
     horizon: float,
     stacklevel: int,
 ) -> tuple[Array, Array, Array, Array]:
     """Steps, longest, missed and abrupt, as a `Flight` has them."""
     q, qd = (np.atleast_2d(np.asarray(each)) for each in (scenario.q, scenario.qd))
     driven = np.broadcast_to(np.maximum(declared_rate(scenario), lag_rate(vehicle)), runs)
-    adaptive = integrator not in INTEGRATORS
-    by_default = "rk4" if adaptive else integrator
+    adaptive = method not in INTEGRATORS
+    by_default = "RK4" if adaptive else method
     over = scenario, coupled.layout, max(duration, horizon)
     loads = strongest_wind(*over), strongest_pull(*over)
     fine = np.broadcast_to(automatic_step(coupled, q, qd, driven, by_default, *loads), runs)
@@ -156,7 +156,7 @@ def _steps(
         fine = np.minimum(fine, probe.following_step(sample))
         longest = fine if probe.blurs(sample) else longest
     # What an implicit step does to modes that it does not resolve, its step_error tells.
-    distorts = not adaptive and not INTEGRATORS[integrator].stiff
+    distorts = not adaptive and not INTEGRATORS[method].stiff
     steps = steps_of(scenario, asked, fine, sample, stacklevel + 1 if distorts else None)
     check_steps(duration, min(float(steps.min()), sample))
     missed, abrupt = np.zeros(runs, bool), np.zeros(runs)

@@ -38,6 +38,7 @@ _FINEST_TOLERANCE = 1e-13
 """Relative tolerance below which rounding errors of float64 would steer DOP853's steps."""
 
 
+@checks.renamed(integrator="method")
 def simulate(
     vehicle: Vehicle,
     scenario: Scenario,
@@ -47,7 +48,7 @@ def simulate(
     duration: float | None = None,
     sample: float = 1e-3,
     variables: Iterable[str] | None = None,
-    integrator: str = "rk4",
+    method: str = "RK4",
     tolerance: float = 1e-9,
     rtol: float = 1e-4,
     atol: float | None = None,
@@ -57,35 +58,70 @@ def simulate(
     device: str = "cpu",
     threads: int | None = None,
 ) -> xr.Dataset:
-    """Roll out one model of a vehicle through a scenario, one run or a batch.
+    """Simulate one model of a vehicle in a scenario, one run or a batch.
 
-    model: "coupled", "decoupled" (the paper's: UAV-arm blocks of M and C zero) or "independent".
-    step: seconds, one number or one per run, or "auto": every run's own, of whose fastest rate,
-    stiffest mode with its damping or initial motion, it makes 0.2, and at most `sample`. duration:
-    seconds, the scenario's by default. sample: seconds between logged samples, the last interval
-    shorter if need be; steps end at samples. variables: names to keep, all by default. integrator:
-    "rk4"; "implicit", of second order, for arms of several sections whose stiffest modes make RK4's
-    steps short: its automatic step makes 0.05 of the arms' first modes and the initial motion; or
-    "dop853" with relative `tolerance` (single runs, float64; `step` then only times the end of a
-    run that ends early). dtype: "float64" or "float32", which rounds places to 6e-8 of their
-    distance from the origin. device: "cpu" or a CUDA device. threads: CPU threads for a batch.
-    Returns a Dataset over time (and run, for a batch) with `status`,
-    `end_time` and `step_error` per run, and for a batch `step` and the coordinate `batch_row`; the
-    variables, their axes and units are in its attributes. step_error estimates the largest error of
-    the tip that the step makes, in arm lengths: above 1e-3 it warns, but at an automatic step flies
-    that run again at half the step first; attribute `flown_again` counts those runs, each of which
-    costs six flights instead of one, as what halving changes is measured, and up to twelve where
-    errors multiply, as in a loop around a camera. Rotors add
-    largest_saturation, the most that one was asked for beyond its limits, of which it warns too.
-    Raises InputError.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle, or a batch.
+    scenario : Scenario
+        Start, inputs and duration.
+    model : {"coupled", "decoupled", "independent"}
+        "decoupled" is the paper's: the UAV-arm blocks of M and C are zero.
+    method : {"RK4", "Tsit5", "implicit", "DOP853"}
+        "Tsit5" is an embedded pair of order 5(4) with steps of each run's own, controlled by their
+        error. "RK4" and "implicit" (order 2, for stiff arms of several sections) take steps of one
+        length. "DOP853" is SciPy's, for single runs.
+    rtol, atol : float, optional
+        "Tsit5" keeps the error of a step in every component below `rtol` times its natural unit:
+        an arm length, 1 rad, and these per √(length / gravity). With `atol` the bound is
+        ``atol * unit + rtol * abs(component)``.
+    max_step : float, optional
+        Longest step of "Tsit5" [s].
+    check : bool, optional
+        Fly a second time at a tenth of the tolerance, with steps of at most half a control period,
+        and add `error_estimate`.
+    step : float, array_like of shape (runs,), or "auto", optional
+        Step of "RK4" and "implicit" [s]. "auto" is 0.2 over the fastest rate of vehicle and start
+        (0.05 over the first mode's, "implicit"), at most `sample`; runs that these steps do not
+        resolve are flown again at half the step.
+    duration : float, optional
+        The scenario's by default [s].
+    sample : float, optional
+        Time between samples [s]; the last interval may be shorter.
+    variables : iterable of str, optional
+        Names to keep; all by default.
+    tolerance : float, optional
+        Relative tolerance of "DOP853".
+    dtype : {"float64", "float32"}
+        Single precision rounds positions to 6e-8 of their distance from the origin.
+    device : str
+        "cpu" or a CUDA device.
+    threads : int, optional
+        CPU threads of a batch.
+
+    Returns
+    -------
+    xarray.Dataset
+        Variables over time (and run, for a batch), with axes and units in their attributes, and
+        per run `status`, `end_time` [s] and, of rotors, `largest_saturation`, the largest thrust
+        that was asked for beyond their limits, in parts of their range. "Tsit5" adds `steps`,
+        `steps_rejected`, `evaluations`, and with `check` `error_estimate`: the largest distance of
+        a tip from that of the second flight, in arm lengths. Methods with steps of one length add
+        `step_error`, an estimate of the same from the steps themselves, and `step`.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used.
     """
     checks.choice("model", model, MODELS)
     names = _checked_names(vehicle, scenario, variables)
-    _check_integrator(scenario, integrator, tolerance, dtype)
+    _check_method(scenario, method, tolerance, dtype)
     if dtype == "float32":
         warn_of_rounded_places(np.asarray(scenario.q)[..., :3], vehicle.reach, stacklevel=3)
     chosen = None
-    if integrator == TSIT5:
+    if method == TSIT5:
         chosen = checked_tolerance(rtol, atol, max_step, dtype)
     flight = prepare(
         vehicle,
@@ -97,7 +133,7 @@ def simulate(
         device=device,
         threads=threads,
         stacklevel=3,
-        integrator=integrator,
+        method=method,
     )
     if flight.counted:
         return _fly_controlled(flight, model, names, dtype, checks.flag("check", check))
@@ -138,8 +174,8 @@ def _fly_adaptive(flight: Flight, model: str, names: tuple[str, ...], tolerance:
     """The trajectory by the reference integrator, one run."""
     if flight.runs > 1:
         raise InputError(
-            f"integrator is 'dop853', but there are {flight.runs} runs; give one run, or "
-            "use integrator='rk4'."
+            f"method is 'DOP853', but there are {flight.runs} runs; give one run, or "
+            "use method='RK4'."
         )
     # SciPy's integrators are slow to import, and few runs need them.
     from continuair.flight.dop853 import integrate_reference
@@ -151,24 +187,22 @@ def _fly_adaptive(flight: Flight, model: str, names: tuple[str, ...], tolerance:
     return recorder.dataset({"step": "adaptive", "tolerance": tolerance})
 
 
-def _check_integrator(scenario: Any, integrator: Any, tolerance: Any, dtype: Any) -> None:
-    """Raise InputError unless an integrator flies the scenario in this precision."""
-    checks.choice("integrator", integrator, (*INTEGRATORS, TSIT5, "dop853"))
+def _check_method(scenario: Any, method: Any, tolerance: Any, dtype: Any) -> None:
+    """Raise InputError unless a method flies the scenario in this precision."""
+    checks.choice("method", method, (*INTEGRATORS, TSIT5, "DOP853"))
     checks.choice("dtype", dtype, ("float64", "float32"))
     checks.positive("tolerance", tolerance)
-    if integrator != "dop853":
+    if method != "DOP853":
         return
     if dtype != "float64":
-        raise InputError(f"dtype is {shown(dtype)}, but integrator='dop853' needs 'float64'.")
+        raise InputError(f"dtype is {shown(dtype)}, but method='DOP853' needs 'float64'.")
     if tolerance < _FINEST_TOLERANCE:
         raise InputError(
             f"tolerance is {shown(tolerance)}, finer than float64 can hold; give "
             f"{_FINEST_TOLERANCE:g} or more."
         )
     if scenario.controller is not None:
-        raise InputError(
-            "integrator is 'dop853', but a controller closes the loop; use integrator='rk4'."
-        )
+        raise InputError("method is 'DOP853', but a controller closes the loop; use method='RK4'.")
 
 
 def _checked_names(vehicle: Any, scenario: Any, variables: Any) -> tuple[str, ...]:

@@ -191,7 +191,7 @@ def automatic_step(
     q: Any,
     qd: Any = None,
     driven: Any = 0.0,
-    integrator: str = "rk4",
+    method: str = "RK4",
     wind: Any = 0.0,
     pull: Any = 0.0,
 ) -> Array:
@@ -203,7 +203,7 @@ def automatic_step(
     forces on the tips make, pull (runs or 1, arms) [N]. coupled: an engine of the coupled model,
     whose free base raises the rates most. Arms that hang in a wash take half that step.
     q, qd: (runs or 1, 8) paper coordinates and rates, at rest by default. A run that has no finite
-    rate, as a bend past a full circle has none, has the step inf. The integrator "implicit" has
+    rate, as a bend past a full circle has none, has the step inf. The method "implicit" has
     0.05 for 0.2, and of the modes the first of every arm, without what drag and pulls do to them:
     faster ones do not make it unstable. Raises InputError if no run has a finite rate.
     """
@@ -211,7 +211,7 @@ def automatic_step(
     qd = np.zeros_like(q) if qd is None else np.atleast_2d(qd)
     straight = np.array(q)
     straight[:, 6::2] = 0.0
-    taken = INTEGRATORS[integrator]
+    taken = INTEGRATORS[method]
     rate_of = first_frequency if taken.stiff else fastest_rate
     modes = rate_of(coupled, np.stack([straight, q]))
     if not np.isfinite(modes).any():
@@ -286,7 +286,7 @@ def steps_of(
 
 def warn_of_fast_inputs(steps: Array, rates: Array, stacklevel: int) -> None:
     """Warn of steps (runs,) [s] that miss what an input that tells its rate (runs,) [1/s], or the
-    lag of rotors, does: of no integrator do they follow it."""
+    lag of rotors, does: of no method do they follow it."""
     missed = rates * steps > UNSEEN
     if missed.any():
         of = in_runs(missed.sum(), len(steps))

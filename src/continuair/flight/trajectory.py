@@ -268,7 +268,7 @@ class Recorder:
         return {
             **flight.provenance,
             "model": self.model,
-            "integrator": flight.integrator,
+            "method": flight.method,
             "dtype": self.dtype,
             "gravity": flight.scenario.gravity,
             "versions": versions(),

@@ -28,7 +28,7 @@ def rollout_kernel(
     dynamics: Dynamics,
     pilot: PilotCode,
     log_row: Any,
-    integrator: str = "rk4",
+    method: str = "RK4",
     name: str = "rollout",
 ) -> Any:
     """The kernel `rollout` of a model under a pilot; log_row: of kernels/logs.py.
@@ -52,7 +52,7 @@ def rollout_kernel(
     after, compensated = stepping.added, stepping.compensated
     coarse = numbers.precision == "float32"
     Loop, pilot_of, decide, push_at = pilot.Loop, pilot.pilot_of, pilot.decide, pilot.push_at
-    taken = INTEGRATORS[integrator]
+    taken = INTEGRATORS[method]
     step = taken.step_code(numbers, tree, dynamics, pilot)
     carried = resolution_code(numbers, tree).carried
     bend_of, bend_rate_of, lanes = types.bend_of, types.bend_rate_of, code.lanes

@@ -56,6 +56,7 @@ METRICS: dict[str, tuple[str, str]] = {
 Array = np.ndarray
 
 
+@checks.renamed(integrator="method")
 def run_pairs(
     vehicle: Vehicle,
     scenario: Scenario,
@@ -65,7 +66,7 @@ def run_pairs(
     sample: float = 1e-3,
     duration: float | None = None,
     settle: float = 0.0,
-    integrator: str = "rk4",
+    method: str = "RK4",
     rtol: float = 1e-4,
     atol: float | None = None,
     max_step: float = np.inf,
@@ -80,7 +81,7 @@ def run_pairs(
     step: seconds, or "auto": as for `simulate`, every run's own, so that no result depends on the
     batch it was in. sample: seconds between the samples that are compared.
     duration: seconds, the scenario's by default. settle: seconds at the start that the metrics in
-    pixels leave out, and in a loop without a target those of the tip. integrator: "rk4" or
+    pixels leave out, and in a loop without a target those of the tip. method: "Tsit5", "RK4" or
     "implicit", as for `simulate`. device: "cpu" or a CUDA device. threads: CPU threads, all by
     default.
 
@@ -96,9 +97,9 @@ def run_pairs(
     the tip, as `continuair.compare` tells. Raises InputError.
     """
     names = _checked_models(models)
-    checks.choice("integrator", integrator, (*INTEGRATORS, TSIT5))
+    checks.choice("method", method, (*INTEGRATORS, TSIT5))
     tolerance = None
-    if integrator == TSIT5:
+    if method == TSIT5:
         tolerance = checked_tolerance(rtol, atol, max_step, "float64")
     flight = prepare(
         vehicle,
@@ -109,7 +110,7 @@ def run_pairs(
         device=device,
         threads=threads,
         stacklevel=3,
-        integrator=integrator,
+        method=method,
         tolerance=tolerance,
     )
     settle = _checked_settle(settle, flight)
@@ -160,11 +161,11 @@ def _resolved(flight: Flight, models: tuple[str, ...], settle: float) -> tuple[F
 
 def check_pairs(
     vehicle: Vehicle, scenario: Scenario, step: float | str, sample: float, settle: float,
-    integrator: str, device: str,
+    method: str, device: str,
 ) -> None:  # fmt: skip
     """Raise InputError for what `run_pairs` would refuse; nothing is flown."""
     flight = prepare(
-        vehicle, scenario, step=step, sample=sample, device=device, threads=1, integrator=integrator
+        vehicle, scenario, step=step, sample=sample, device=device, threads=1, method=method
     )
     _checked_settle(settle, flight)
 
