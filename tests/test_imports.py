@@ -89,7 +89,7 @@ ROOMS = {
         {"pulses"},
         {"cohorts"},
         {"prepare"},
-        {"DOP853", "trajectory"},
+        {"dop853", "trajectory"},
         {"limits", "signals"},
         {"adaptive"},
         {"rollout", "unstable"},

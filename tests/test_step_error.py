@@ -137,16 +137,6 @@ def test_pairs_tell_it_of_every_model(angle: float) -> None:
         assert told == pytest.approx(float(flight.step_error), rel=1e-9)
 
 
-def test_a_simulation_that_is_stepped_reports_it() -> None:
-    simulation = ca.Simulation(VEHICLE, released(1.0), step=1e-3, control_period=1e-3)
-    for _ in range(200):
-        simulation.step(np.zeros(8))
-    whole = ca.simulate(VEHICLE, released(1.0, 0.2), step=1e-3, sample=1e-3)
-    # A whole flight measures every fourth step, and one of a single step that one.
-    assert simulation.step_error == pytest.approx(float(whole.step_error), rel=0.2)
-    assert float(simulation.trajectory().step_error) == simulation.step_error
-
-
 def test_the_reference_integrator_keeps_its_own_account() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -185,19 +185,6 @@ def test_torques_that_are_in_doubt_at_half_the_step_too_are_told() -> None:
     assert pair.step_error.sel(model="coupled") > off
 
 
-def test_doubts_of_control_periods_do_not_add_up() -> None:
-    """A bend that passes beside straight again and again moves the tip by no more than one pass."""
-    start = np.array([0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.2, 0.0])
-    scenario = ca.Scenario("to and fro", start, 0.05 * AROUND, force=LIFT[:3], duration=1.0)
-    flight = ca.Simulation(VEHICLE, scenario, control_period=2e-3)
-    doubts = []
-    for _ in range(500):
-        flight.step(-0.05 * STIFFNESS * ALONG)
-        doubts.append(flight.step_error)
-    jumps = np.diff([0.0, *doubts])
-    assert 0.02 < doubts[-1] < 0.2 and (jumps > 0.02).sum() == 1
-
-
 def test_torques_across_a_bend_count_in_step_error_where_it_leaves_straight() -> None:
     """Within κ_s they are divided by κ_s, and after a step by much more: half of what they did."""
     vehicle = ca.load_vehicle("slender")

@@ -102,7 +102,7 @@ class Flight:
     be made finer; method: "RK4", "implicit", "Tsit5" or "DOP853"; told:
     inputs whose jumps have been told of, unseen: that swing between stages; lost: times near which
     samples did not follow the Euler angles of q [s]; tolerance: of steps that follow from their
-    errors.
+    errors; plain: whether steps of one length are taken as they are, and tell no error.
     """
 
     vehicle: Vehicle
@@ -126,6 +126,7 @@ class Flight:
     unseen: set[str] = field(default_factory=set)
     lost: list[float] = field(default_factory=list)
     tolerance: Tolerance | None = None
+    plain: bool = False
     _sampled: dict[tuple[bytes, bytes], Drive] = field(default_factory=dict)
     _engines: dict[tuple[str, str], Engine] = field(default_factory=dict)
 

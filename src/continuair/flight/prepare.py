@@ -59,13 +59,13 @@ def prepare(
     threads: Any = None,
     method: str = "RK4",
     tolerance: Tolerance | None = None,
-    horizon: float = 0.0,
+    plain: bool = False,
     stacklevel: int = 2,
 ) -> Flight:
     """Check vehicle, scenario and choices, as `continuair.simulate` describes them, and join them.
 
-    method, tolerance: as a `Flight` has them. horizon: until when inputs are probed, beyond the
-    duration [s]. Raises InputError; warns of a step that is too coarse, `stacklevel` frames up.
+    method, tolerance, plain: as a `Flight` has them. Raises InputError; warns of a step that is too
+    coarse, `stacklevel` frames up.
     """
     check_vehicle(vehicle)
     check_scenario(scenario)
@@ -87,6 +87,11 @@ def prepare(
     if tolerance is not None:
         own = [np.full(runs, np.nan)] * 2
         steps, longest, missed, abrupt = *own, np.zeros(runs, bool), np.zeros(runs)
+    elif plain:
+        fine = np.broadcast_to(automatic_step(coupled, q, qd, lag_rate(vehicle), method), runs)
+        steps = longest = steps_of(scenario, asked, fine, sample, None)
+        check_steps(duration, min(float(steps.min()), sample))
+        missed, abrupt = np.zeros(runs, bool), np.zeros(runs)
     else:
         steps, longest, missed, abrupt = _steps(
             coupled,
@@ -97,7 +102,6 @@ def prepare(
             duration,
             runs,
             method,
-            horizon,
             stacklevel + 1,
         )
     states = state_from_paper(*np.broadcast_arrays(q, qd))
@@ -126,6 +130,7 @@ def prepare(
         automatic=asked is None and method in INTEGRATORS,
         method=method,
         tolerance=tolerance,
+        plain=plain,
     )
 
 
@@ -138,7 +143,6 @@ def _steps(
     duration: float,
     runs: int,
     method: str,
-    horizon: float,
     stacklevel: int,
 ) -> tuple[Array, Array, Array, Array]:
     """Steps, longest, missed and abrupt, as a `Flight` has them."""
@@ -146,11 +150,11 @@ def _steps(
     driven = np.broadcast_to(np.maximum(declared_rate(scenario), lag_rate(vehicle)), runs)
     adaptive = method not in INTEGRATORS
     by_default = "RK4" if adaptive else method
-    over = scenario, coupled.layout, max(duration, horizon)
+    over = scenario, coupled.layout, duration
     loads = strongest_wind(*over), strongest_pull(*over)
     fine = np.broadcast_to(automatic_step(coupled, q, qd, driven, by_default, *loads), runs)
     probed = within_limits(vehicle, scenario)
-    probe = Probe(probed, coupled.layout, max(duration, horizon))
+    probe = Probe(probed, coupled.layout, duration)
     longest = fine
     if asked is None:
         fine = np.minimum(fine, probe.following_step(sample))
@@ -163,7 +167,7 @@ def _steps(
     if not adaptive:
         probe.warn_of_blur(steps, stacklevel + 1)
         missed = probe.missed(steps) | (driven * steps > UNSEEN)
-        speeds = Probe(as_speeds(vehicle, scenario), coupled.layout, max(duration, horizon))
+        speeds = Probe(as_speeds(vehicle, scenario), coupled.layout, duration)
         abrupt = 1.0 * speeds.felt("rotor_command", steps, lag_rate(vehicle))
         abrupt = np.maximum(abrupt, _OF_WASH * coupled.tree.stirred)
         if not distorts:

@@ -150,9 +150,10 @@ class Recorder:
     def keep(self, cohort: Cohort, logs: Logs) -> None:
         """Keep what the logs of a cohort hold."""
         at = self._keep_values(cohort.runs, logs)
-        self.step_error[at] = self.flight.step_error(logs.errors, cohort.runs)
-        self.of_steps[at] = step_error(logs.errors)
-        self.doubt[at] = doubt(logs.errors)
+        if not self.flight.plain:
+            self.step_error[at] = self.flight.step_error(logs.errors, cohort.runs)
+            self.of_steps[at] = step_error(logs.errors)
+            self.doubt[at] = doubt(logs.errors)
         self.saturation[at] = saturation(logs.errors)
         times = np.append(cohort.grid.starts, cohort.grid.samples[-1])
         self.end_time[at] = times[logs.last_step]
@@ -212,8 +213,11 @@ class Recorder:
     def _of_steps(self) -> dict[str, tuple[tuple[str, ...], Array, dict[str, str]]]:
         """Variables that say how the integrator went on."""
         kept: dict[str, tuple[tuple[str, ...], Array, dict[str, str]]] = {}
+        if self.error_estimate is not None:
+            kept["error_estimate"] = ("run",), self.error_estimate, ERROR_ESTIMATE
         if not self.flight.counted:
-            kept["step_error"] = ("run",), self.step_error, STEP_ERROR
+            if not self.flight.plain:
+                kept["step_error"] = ("run",), self.step_error, STEP_ERROR
             if self.flight.batched:
                 taken = {"units": "s", "long_name": "integration step"}
                 kept["step"] = ("run",), self.flight.steps[self.runs], taken
@@ -221,8 +225,6 @@ class Recorder:
         for name, (column, meaning) in COUNTED.items():
             counted = self.counts[:, column].astype(int)
             kept[name] = ("run",), counted, {"units": "1", "long_name": meaning}
-        if self.error_estimate is not None:
-            kept["error_estimate"] = ("run",), self.error_estimate, ERROR_ESTIMATE
         return kept
 
     def _coordinates(self) -> xr.Coordinates:
@@ -284,8 +286,8 @@ COUNTED = {
 
 ERROR_ESTIMATE = {
     "units": "1",
-    "long_name": "largest distance of a tip from that of a second flight at a tenth of the "
-    "tolerance, in arm lengths",
+    "long_name": "largest distance of a tip from that of a second flight with shorter steps, in "
+    "arm lengths",
 }
 """Attributes of error_estimate."""
 
