@@ -213,11 +213,24 @@ def test_closed_loops_agree_with_short_fixed_steps(period: float | None) -> None
         ({"rtol": 1e-5, "dtype": "float32"}, "rtol"),
         ({"atol": 0.0}, "atol"),
         ({"max_step": -1.0}, "max_step"),
+        ({"step": 1e-3}, "step"),
+        ({"method": "RK4", "rtol": 1e-6}, "rtol"),
+        ({"method": "RK4", "max_step": 1e-3}, "max_step"),
+        ({"method": "RK5"}, "method"),
     ],
 )
 def test_tolerances_that_cannot_be_met_are_refused(options: dict[str, Any], field: str) -> None:
     with pytest.raises(ca.InputError, match=field):
-        fly(RELEASE, **options)
+        ca.simulate(PAPER, RELEASE, **({"method": "Tsit5"} | options))
+
+
+@pytest.mark.parametrize("method", ["RK4", "implicit"])
+@pytest.mark.filterwarnings("ignore:step")
+def test_half_the_step_tells_the_error_of_steps_of_one_length(method: str) -> None:
+    short = RELEASE.replace(duration=0.3)
+    found = ca.simulate(PAPER, short, method=method, step=4e-3, sample=0.02, check=True)
+    true = apart(found, fly(short, rtol=1e-10, sample=0.02))
+    assert 0.7 * true < float(found.error_estimate) < 1.1 * true
 
 
 def test_old_names_are_told_their_new_ones() -> None:

@@ -17,7 +17,7 @@ from continuair import checks
 from continuair.analysis.adjoint import OF_STATE, OF_TIPS, Flown, flown, of_rotation, sweep
 from continuair.engine.tangents import tangents_of
 from continuair.errors import InputError, nearest, shown
-from continuair.flight.adaptive import largest_distance
+from continuair.flight.adaptive import error_between
 from continuair.flight.cohorts import Flight
 from continuair.flight.prepare import prepare
 from continuair.flight.resolution import RESOLVED
@@ -126,8 +126,7 @@ def gradient(
 def _error_of(flight: Flown) -> np.ndarray:
     """Largest distance of a tip from that of a flight at half the step, in arm lengths (1,)."""
     finer = flown(flight.cohort.flight.halved(np.arange(1)), flight.model).recorder
-    tips, others = (each.values("tip_position") for each in (flight.recorder, finer))
-    return np.asarray(largest_distance(tips, others) / np.max(flight.cohort.flight.vehicle.reach))
+    return error_between(flight.recorder, finer)
 
 
 def _warn_of_coarse_steps(error: float, step: float, stacklevel: int) -> None:

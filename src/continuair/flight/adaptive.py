@@ -109,11 +109,16 @@ def checked_record(recorder: Recorder) -> None:
     assert flight.tolerance is not None
     second = Recorder(flight, recorder.model, ("tip_position",), recorder.dtype, runs)
     record(second, flight.tolerance.finer(flight.scenario.period))
-    tips, finer = (each.values("tip_position") for each in (recorder, second))
-    reach = per_run(flight.vehicle.reach, flight.runs)[runs]
-    recorder.error_estimate = np.where(
-        recorder.status == second.status, largest_distance(tips, finer) / reach, np.inf
-    )
+    recorder.error_estimate = error_between(recorder, second)
+
+
+def error_between(recorder: Recorder, finer: Recorder) -> Array:
+    """Largest distance of a tip of runs from that of a finer flight (runs,), in arm lengths; inf
+    where both end differently."""
+    tips, others = (each.values("tip_position") for each in (recorder, finer))
+    reach = per_run(recorder.flight.vehicle.reach, recorder.flight.runs)[recorder.runs]
+    apart = largest_distance(tips, others) / reach
+    return np.where(recorder.status == finer.status, apart, np.inf)
 
 
 def largest_distance(tips: Array, others: Array) -> Array:

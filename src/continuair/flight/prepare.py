@@ -31,7 +31,7 @@ from continuair.flight.rotors import (
 )
 from continuair.flight.steps import automatic_step, declared_rate, steps_of, warn_of_fast_inputs
 from continuair.flight.time_grid import check_steps, marks_of
-from continuair.kernels.integrators import INTEGRATORS
+from continuair.kernels.integrators import INTEGRATORS, TSIT5
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import Layout
@@ -39,6 +39,7 @@ from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
 Array = np.ndarray
 
+DEFAULT_TOLERANCE = 1e-4
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 1e-2
 _COARSE_TOLERANCE = 1e-4
 """Finest tolerance in single precision, whose rounding is of that size over a flight."""
@@ -175,8 +176,31 @@ def _steps(
     return steps, longest, missed, abrupt
 
 
-def checked_tolerance(rtol: Any, atol: Any, max_step: Any, dtype: str) -> Tolerance:
-    """What steps may err by; raises InputError."""
+def tolerance_for(
+    method: str, step: Any, rtol: Any, atol: Any, max_step: Any, dtype: str = "float64"
+) -> Tolerance | None:
+    """The tolerance of a method that controls its steps by their error, None for another.
+
+    Raises InputError for what such a method cannot keep, and for choices of the other kind.
+    """
+    if method == TSIT5:
+        if not (isinstance(step, str) and step == "auto"):
+            raise InputError(
+                f"step is {shown(step)}, but method is '{TSIT5}', which chooses its steps; give "
+                "rtol or max_step, or method='RK4'."
+            )
+        return _checked_tolerance(rtol, atol, max_step, dtype)
+    given = {"rtol": rtol != DEFAULT_TOLERANCE, "atol": atol is not None}
+    given["max_step"] = max_step != np.inf
+    for name in (name for name, chosen in given.items() if chosen):
+        raise InputError(
+            f"{name} is given, but method is {shown(method)}, whose steps have one length; give "
+            f"step, or method='{TSIT5}'."
+        )
+    return None
+
+
+def _checked_tolerance(rtol: Any, atol: Any, max_step: Any, dtype: str) -> Tolerance:
     checks.number("rtol", rtol, least=LEAST_TOLERANCE)
     if rtol > LARGEST_TOLERANCE:
         raise InputError(

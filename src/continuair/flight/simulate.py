@@ -13,13 +13,13 @@ from continuair.errors import InputError, nearest, shown
 from continuair.flight.adaptive import checked_record, record
 from continuair.flight.cohorts import Flight
 from continuair.flight.limits import warn_of_limits, with_limited_command
-from continuair.flight.prepare import check_scenario, checked_tolerance, prepare
+from continuair.flight.prepare import DEFAULT_TOLERANCE, check_scenario, prepare, tolerance_for
 from continuair.flight.resolution import (
     warn_of_coarse_steps,
     warn_of_rounded_places,
     warn_of_saturation,
 )
-from continuair.flight.resolving import POSE, record_resolved
+from continuair.flight.resolving import POSE, error_of_steps, record_resolved
 from continuair.flight.trajectory import (
     OF_ROTORS,
     VARIABLES,
@@ -50,7 +50,7 @@ def simulate(
     variables: Iterable[str] | None = None,
     method: str = "RK4",
     tolerance: float = 1e-9,
-    rtol: float = 1e-4,
+    rtol: float = DEFAULT_TOLERANCE,
     atol: float | None = None,
     max_step: float = np.inf,
     check: bool = False,
@@ -79,8 +79,8 @@ def simulate(
     max_step : float, optional
         Longest step of "Tsit5" [s].
     check : bool, optional
-        Fly a second time at a tenth of the tolerance, with steps of at most half a control period,
-        and add `error_estimate`.
+        Fly a second time, at a tenth of the tolerance with steps of at most half a control period,
+        or at half the step, and add `error_estimate`.
     step : float, array_like of shape (runs,), or "auto", optional
         Step of "RK4" and "implicit" [s]. "auto" is 0.2 over the fastest rate of vehicle and start
         (0.05 over the first mode's, "implicit"), at most `sample`; runs that these steps do not
@@ -120,9 +120,8 @@ def simulate(
     _check_method(scenario, method, tolerance, dtype)
     if dtype == "float32":
         warn_of_rounded_places(np.asarray(scenario.q)[..., :3], vehicle.reach, stacklevel=3)
-    chosen = None
-    if method == TSIT5:
-        chosen = checked_tolerance(rtol, atol, max_step, dtype)
+    checks.flag("check", check)
+    chosen = tolerance_for(method, step, rtol, atol, max_step, dtype)
     flight = prepare(
         vehicle,
         scenario,
@@ -136,14 +135,16 @@ def simulate(
         method=method,
     )
     if flight.counted:
-        return _fly_controlled(flight, model, names, dtype, checks.flag("check", check))
+        return _fly_controlled(flight, model, names, dtype, check)
     if flight.adaptive:
         return _fly_adaptive(flight, model, names, tolerance)
     kept = with_limited_command(names, scenario)
-    if scenario.controller is None:
+    if scenario.controller is None or check:
         kept = tuple(dict.fromkeys((*kept, *POSE)))
     recorder = Recorder(flight, model, kept, dtype)
     flown_again = record_resolved(recorder)
+    if check:
+        recorder.error_estimate = error_of_steps(recorder)
     warn_of_coarse_steps(recorder.step_error, recorder.flight.steps, stacklevel=3)
     warn_of_saturation(recorder.saturation, stacklevel=3)
     warn_of_limits(recorder, stacklevel=3)

@@ -15,7 +15,7 @@ from continuair.flight.adaptive import launch_of, runs_at_once
 from continuair.flight.cohorts import Flight
 from continuair.flight.growing import parted
 from continuair.flight.limits import warn_of_runs_at_limits
-from continuair.flight.prepare import checked_tolerance, prepare
+from continuair.flight.prepare import DEFAULT_TOLERANCE, prepare, tolerance_for
 from continuair.flight.resolution import (
     saturation,
     warn_of_coarse_steps,
@@ -67,7 +67,7 @@ def run_pairs(
     duration: float | None = None,
     settle: float = 0.0,
     method: str = "RK4",
-    rtol: float = 1e-4,
+    rtol: float = DEFAULT_TOLERANCE,
     atol: float | None = None,
     max_step: float = np.inf,
     check: bool = False,
@@ -98,9 +98,12 @@ def run_pairs(
     """
     names = _checked_models(models)
     checks.choice("method", method, (*INTEGRATORS, TSIT5))
-    tolerance = None
-    if method == TSIT5:
-        tolerance = checked_tolerance(rtol, atol, max_step, "float64")
+    tolerance = tolerance_for(method, step, rtol, atol, max_step)
+    if checks.flag("check", check) and tolerance is None:
+        raise InputError(
+            f"check is True, but method is {shown(method)}; give method='{TSIT5}', or check of "
+            "simulate."
+        )
     flight = prepare(
         vehicle,
         scenario,
@@ -115,7 +118,7 @@ def run_pairs(
     )
     settle = _checked_settle(settle, flight)
     if flight.counted:
-        found = _fly(flight, names, settle, check=checks.flag("check", check))
+        found = _fly(flight, names, settle, check=check)
     else:
         flight, found = _resolved(flight, names, settle)
         warn_of_coarse_steps(found.step_error, flight.steps, stacklevel=3)
