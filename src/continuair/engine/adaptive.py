@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -118,8 +119,8 @@ class Launch:
             engine.start(self.start, slice(None)),
             _drive(engine, self.inputs, n),
             packed_signals(engine, self.inputs.tracks, n),
-            packed_signals(engine, [self.motion] if self.motion else [], n),
-            _method(engine, self.pair),
+            packed_signals(engine, (self.motion,) if self.motion else (), n),
+            _method(engine.dtype.name, engine.device, self.pair),
             _control(engine, self.tolerance, self.pair, self.inputs.gravity, self.runs),
             _ticks(engine, self.ticks),
             engine.no_loop() if self.loop is None else self.loop,
@@ -167,6 +168,27 @@ def _drive(engine: Engine, inputs: Inputs, runs: int) -> Any:
 
 def packed_signals(engine: Engine, tracks: Sequence[Track], runs: int) -> Any:
     """The struct of tracks, as kernels/signals.py takes it."""
+    return (
+        _packed(engine, tracks, runs) if tracks else _no_signals(engine.dtype.name, engine.device)
+    )
+
+
+@lru_cache(maxsize=8)
+def _no_signals(precision: str, device: str) -> Any:
+    """The struct of no tracks."""
+    found, Cell = signal_struct(precision)(), getattr(wp, precision)
+    for name, kind in (("index", 3), ("kinds", 2), ("break_index", 2), ("cursor", 2)):
+        shape = (1, 0, 2) if kind == 3 else (1, 2) if name == "break_index" else (0, 0)
+        setattr(found, name, wp.zeros(shape, wp.int32, device=device))
+    for name in ("columns", "driven", "offsets"):
+        setattr(found, name, wp.zeros(0, wp.int32, device=device))
+    for name in ("coefficients", "breaks"):
+        setattr(found, name, wp.zeros(0, Cell, device=device))
+    found.edges = wp.zeros((0, 2), Cell, device=device)
+    return found
+
+
+def _packed(engine: Engine, tracks: Sequence[Track], runs: int) -> Any:
     found = signal_struct(engine.dtype.name)()
     signals = [track.signal for track in tracks]
     rows = max([1, *(signal.rows for signal in signals)])
@@ -208,10 +230,11 @@ def _joined(parts: Sequence[Array]) -> Array:
     return np.concatenate([*parts]) if len(parts) else np.zeros(0)
 
 
-def _method(engine: Engine, pair: Pair) -> Any:
-    found = adaptive_arguments(engine.dtype.name).Method()
+@lru_cache(maxsize=8)
+def _method(precision: str, device: str, pair: Pair) -> Any:
+    found, Cell = adaptive_arguments(precision).Method(), getattr(wp, precision)
     for name in ("stages", "nodes", "error", "dense"):
-        setattr(found, name, engine.upload(getattr(pair, name)))
+        setattr(found, name, wp.array(getattr(pair, name), dtype=Cell, device=device))
     found.own, found.before = (exponent / pair.order for exponent in GROWTH)
     found.rejected = -1.0 / pair.order
     return found

@@ -117,7 +117,10 @@ class Engine:
         self.dtype: np.dtype[Any] = np.dtype(precision)
         self.device = device
         self.threads = threads or os.cpu_count() or 1
-        self.plants = pack_plants(vehicle, self.kernels.types.Plant)
+        if beside is not None and beside.dtype == self.dtype:
+            self.plants: Array = beside.plants
+        else:
+            self.plants = pack_plants(vehicle, self.kernels.types.Plant)
         full = pack_table(vehicle, self.threads) if beside is None else beside.full_table
         self.full_table: Array = full
         self.observed = observed_columns(self.layout.arms, self.layout.rotors)

@@ -75,7 +75,7 @@ def prepare(
     check_device(device)
     if threads is not None:
         checks.whole("threads", threads, 1)
-    coupled = _engine(vehicle, device, threads)
+    coupled = _engine(vehicle, device, threads, "RK4" if method == "DOP853" else method)
     check_fits(scenario, coupled.layout)
     check_air_and_rotors(vehicle, scenario, coupled.layout)
     for target in {id(each): each for each in scenario.targets}.values():
@@ -217,14 +217,14 @@ def _checked_tolerance(rtol: Any, atol: Any, max_step: Any, dtype: str) -> Toler
     return Tolerance(float(rtol), absolute, longest)
 
 
-def _engine(vehicle: Vehicle, device: str, threads: int | None) -> Engine:
+def _engine(vehicle: Vehicle, device: str, threads: int | None, method: str) -> Engine:
     """An engine of the coupled model; one that is at hand for a vehicle of one run."""
     of = _engine_of_one if vehicle.runs is None else _new_engine
-    return of(vehicle, device, threads)
+    return of(vehicle, device, threads, method)
 
 
-def _new_engine(vehicle: Vehicle, device: str, threads: int | None) -> Engine:
-    return Engine(vehicle, "coupled", device=device, threads=threads)
+def _new_engine(vehicle: Vehicle, device: str, threads: int | None, method: str) -> Engine:
+    return Engine(vehicle, "coupled", device=device, threads=threads, method=method)
 
 
 # Packing takes longer than a short flight.

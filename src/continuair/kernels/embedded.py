@@ -14,7 +14,7 @@ from continuair.kernels.types import Tree, device_types
 MOST_STAGES = 7
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pair:
     """An embedded pair whose last stage is the first of the next step (FSAL).
 
