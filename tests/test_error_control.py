@@ -95,6 +95,18 @@ def test_what_inputs_do_between_samples_is_not_missed(name: str) -> None:
     assert gained == pytest.approx(impulse, rel=1e-3, abs=1e-5)
 
 
+def test_torques_follow_a_bend_that_passes_beside_straight() -> None:
+    """Test C from 64 starts: the side on which each passes decides where the torques point."""
+    rng = np.random.default_rng(1)
+    q = np.zeros((64, 8))
+    q[:, 6], q[:, 7] = rng.uniform(-1.0, 1.0, 64), rng.uniform(-3.0, 3.0, 64)
+    scenario = ca.open_loop_test("C").replace(q=q, qd=None)
+    found, reference = (
+        fly(scenario, rtol=rtol, variables=["tip_position"]) for rtol in (1e-4, 1e-10)
+    )
+    assert apart(found, reference).max() < 1e-4
+
+
 def batch(chosen: Array) -> ca.Scenario:
     """Some of eleven runs that differ in their starts and in when a moment begins."""
     rng, runs = np.random.default_rng(5), 11

@@ -245,6 +245,7 @@ def _control(engine: Engine, tolerance: Tolerance, pair: Pair, gravity: float, r
     scales, period = error_scales(engine, gravity, runs)
     absolute = tolerance.relative if tolerance.absolute is None else tolerance.absolute
     found.allowed = engine.upload(absolute * scales)
+    found.absolute = absolute
     found.relative = 0.0 if tolerance.absolute is None else tolerance.relative
     first = np.minimum(0.1 * period, tolerance.longest)
     longest = np.full(len(first), min(tolerance.longest, 1e30))

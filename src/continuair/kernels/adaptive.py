@@ -71,12 +71,13 @@ def adaptive_arguments(precision: str) -> Adaptive:
 
     @wp.struct
     class Control:
-        """allowed (runs or 1, state), errors of a step in the kernels' units; relative, the share
-        of a component that is added to these. longest (runs or 1, 2): the first step and any [s];
+        """allowed (runs or 1, state), errors of a step in the kernels' units, which are `absolute`
+        in natural ones; relative, the share of a component that is added to these. longest (runs or 1, 2): the first step and any [s];
         begin: an error of the first step in allowed ones, to the power of 1/order. most: steps of a
         run, rejected ones included."""
 
         allowed: wp.array2d(dtype=Cell)
+        absolute: Cell
         relative: Cell
         longest: wp.array2d(dtype=Cell)
         begin: Cell
@@ -200,9 +201,11 @@ def adaptive_kernel(
     at, of_run, keep_whole, keep_of_run = code.at, code.of_run, code.keep_whole, code.keep_of_run
     width, sections, lanes = types.layout.state, types.layout.sections, code.lanes
     rate_of, excess_of = dynamics.rate_of, dynamics.loads.excess_of
-    limited, coarse = excess_of is not None, numbers.precision == "float32"
+    misdirected, coarse = dynamics.loads.misdirected, numbers.precision == "float32"
+    limited, misleading = excess_of is not None, misdirected is not None
     zero, half, one, two = Real(0.0), Real(0.5), Real(1.0), Real(2.0)
     almost, last_node = Real(1.0 + (1e-4 if coarse else 1e-6)), Real(1.0 - 1e-6)
+    followable = Real(1e-6 if coarse else 1e-9)
     shortest = Real(1e-7 if coarse else 1e-12)
     not_finite, step_limit = Real(float(NOT_FINITE)), Real(float(STEP_LIMIT))
     unseen, overturned = Real(float(UNSEEN)), Real(float(OVERTURNED))
@@ -275,7 +278,7 @@ def adaptive_kernel(
         pilot = pilot_of(loop, run)
         push = Push()
         allowed = allowed_of(control, run)
-        relative = Real(control.relative)
+        relative, absolute = Real(control.relative), Real(control.absolute)
         stages = Stages()
         inside = Interpolant()
         count = method.nodes.shape[0]
@@ -340,6 +343,10 @@ def adaptive_kernel(
                 evaluated += active * (Real(Cell(count - 1)) + fresh)
                 off = step * weighed(stages, method.error, count)
                 error = error_of(off, y, new, allowed, relative)
+                if wp.static(misleading):
+                    # Loads along directions that are followed: short steps see where these turn.
+                    doubt = misdirected(y, new, branch.direction, flight, 0) / absolute
+                    error = wp.max(error, above(step, followable, doubt, zero))
                 good = above(error, one, zero, active)
                 factor = above(
                     good, half, grown(error, before, rejected, method), shrunk(error, method)
