@@ -10,17 +10,17 @@ from scipy.spatial.transform import Rotation
 
 import continuair as ca
 from continuair import terms
-from tests.terms.tip_drag import PER_VELOCITY, TipDrag, WithoutForm
+from continuair.engine.pack import tree_of
+from continuair.vehicle.vehicle_file import as_toml
+from tests.terms.tip_drag import TipDrag
+from tests.terms.tip_spring import TipSpring
 
 VEHICLE = ca.load_vehicle("dual_arm")
-DRAGGING = VEHICLE.replace({"name": TipDrag.name})
+PER_VELOCITY = 0.4
+DRAGGING = VEHICLE.replace({"terms": (TipDrag(PER_VELOCITY),)})
 UP = np.array([0.0, 0.0, 9.81])
+HELD = ca.load_vehicle("paper").replace({"terms": (TipSpring(20.0, (0.1, 0.2, -0.5)),)})
 STATE = ("attitude", "bend", "velocity", "angular_velocity", "bend_rate")
-
-
-@pytest.fixture(autouse=True)
-def listed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(terms, "TERMS", (*terms.TERMS, TipDrag, WithoutForm))
 
 
 def swinging(vehicle: ca.Vehicle, runs: slice | int = 0) -> ca.Scenario:
@@ -104,13 +104,29 @@ def test_casadi_has_it_or_refuses_the_vehicle() -> None:
     for name, expected in zip(names, ca.accelerations(DRAGGING, **state), strict=True):
         value = np.array(found[name]).reshape(expected.shape)
         assert np.abs(value - expected).max() < 1e-9 * np.abs(expected).max()
-    with pytest.raises(ca.InputError, match="tip_drag"):
-        ca.to_casadi(VEHICLE.replace({"name": WithoutForm.name}))
+    with pytest.raises(ca.InputError, match="TipSpring"):
+        ca.to_casadi(HELD)
 
 
-def test_what_does_not_know_it_refuses_it() -> None:
-    with pytest.raises(ca.InputError, match="tip_drag"):
-        ca.gradient(DRAGGING, swinging(DRAGGING), lambda flight: (0.0, {}))
+def test_the_gradient_holds_it() -> None:
+    """Along the start, and along the term's own number, against differences of flights."""
+    at = "terms.0.per_velocity"
+
+    def height(flight: xr.Dataset) -> tuple[float, dict[str, Any]]:
+        tip = flight["tip_position"].to_numpy()
+        slope = np.zeros_like(tip)
+        slope[-1, 0] = 1.0, 2.0, 3.0
+        return float((tip * slope).sum()), {"tip_position": slope}
+
+    found = ca.gradient(DRAGGING, swinging(DRAGGING), height, fields=[at], step=1e-3, sample=0.02)
+    ends = [
+        ca.simulate(DRAGGING.replace({at: value}), swinging(DRAGGING), step=1e-3, sample=0.02)
+        for value in (PER_VELOCITY - 1e-3, PER_VELOCITY + 1e-3)
+    ]
+    below, above = (height(flight)[0] for flight in ends)
+    assert float(found.fields[at]) == pytest.approx((above - below) / 2e-3, rel=1e-6)
+    with pytest.raises(ca.InputError, match="TipSpring"):
+        ca.gradient(HELD, swinging(HELD), height)
 
 
 def test_linearisation_holds_it() -> None:
@@ -121,6 +137,64 @@ def test_linearisation_holds_it() -> None:
     lost = (damped - A)[first : first + 3, first : first + 3]
     fall = ca.accelerations(DRAGGING, velocity=np.array([0.0, 0.0, 1e-3]))[0][2] + 9.81
     assert lost[2, 2] == pytest.approx(fall / 1e-3, rel=1e-6)
+
+
+def test_its_energy_is_part_of_the_total() -> None:
+    """Of undamped arms on springs: the sum stays, in each run of a batch of stiffnesses."""
+    free = HELD.replace({"arm.damping_ratio": 0.0, "terms.0.stiffness": np.linspace(0.0, 40.0, 9)})
+    flight = ca.simulate(free, swinging(HELD), duration=0.1, step=1e-4, sample=0.01)
+    names = ("kinetic", "gravity", "elastic", "term")
+    energy = np.sum([flight[f"{name}_energy"].to_numpy() for name in names], axis=0)
+    assert np.abs(energy - energy[:, :1]).max() < 1e-8 * np.ptp(flight["term_energy"].to_numpy())
+    stretch = flight["tip_position"].to_numpy() - HELD.terms[0].point
+    expected = 0.5 * np.linspace(0.0, 40.0, 9)[:, None] * np.sum(stretch**2, axis=-1)
+    assert flight["term_energy"].to_numpy() == pytest.approx(expected, rel=1e-12)
+    assert "term_energy" not in ca.simulate(DRAGGING, swinging(DRAGGING), sample=0.02)
+
+
+def test_a_stiff_term_is_refused_by_the_implicit_integrator() -> None:
+    with pytest.raises(ca.InputError, match="TipSpring"):
+        ca.simulate(HELD, swinging(HELD), integrator="implicit")
+    flights = [
+        ca.simulate(DRAGGING, swinging(DRAGGING), integrator=name, step=1e-5, sample=0.02)
+        for name in ("implicit", "rk4")
+    ]
+    implicit, explicit = (flight["tip_position"].to_numpy() for flight in flights)
+    assert np.abs(implicit - explicit).max() < 1e-6
+
+
+def test_terms_that_differ_in_numbers_share_kernels() -> None:
+    one, other = (VEHICLE.replace({"terms": (TipDrag(value),)}) for value in (0.1, 0.2))
+    assert one != other
+    assert tree_of(one) == tree_of(other)
+    two = HELD.replace({"terms": (*HELD.terms, TipSpring(1.0, (0.0, 0.0, 0.0)))})
+    assert len(set(tree_of(two).terms[-2:])) == 2
+
+
+def test_a_vehicle_says_its_terms_and_no_file_holds_them() -> None:
+    said = HELD.describe()
+    assert said["terms"] == [
+        {"term": "TipSpring", "stiffness": 20.0, "point": [0.1, 0.2, -0.5], "arm": 0}
+    ]
+    for refused in (lambda: ca.Vehicle(**said), lambda: as_toml(HELD)):
+        with pytest.raises(ca.InputError, match="TipSpring.*code"):
+            refused()
+
+
+@pytest.mark.parametrize(
+    ("changes", "problem"),
+    [
+        ({"terms": TipDrag(1.0)}, "must be a tuple"),
+        ({"terms": (TipDrag,)}, "the class TipDrag"),
+        ({"terms.0.stiffness": "soft"}, "TipSpring.stiffness is 'soft'"),
+        ({"terms.0.point": [1.0, 2.0]}, "3 finite numbers"),
+        ({"terms.0.stiffness": [1.0, np.nan]}, "finite"),
+        ({"terms.0.stiffness": [1.0, 2.0], "uav.mass": [2.0, 2.1, 2.2]}, "holds 2 runs"),
+    ],
+)
+def test_what_is_no_term_is_refused(changes: dict[str, Any], problem: str) -> None:
+    with pytest.raises(ca.InputError, match=problem):
+        HELD.replace(changes)
 
 
 def test_no_file_of_the_device_names_a_term() -> None:

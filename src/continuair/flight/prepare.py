@@ -33,6 +33,7 @@ from continuair.flight.steps import automatic_step, declared_rate, steps_of, war
 from continuair.flight.time_grid import check_steps, marks_of
 from continuair.kernels.integrators import INTEGRATORS, TSIT5
 from continuair.scenario.scenarios import Scenario
+from continuair.terms import name_of, terms_of
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
@@ -75,6 +76,8 @@ def prepare(
     check_device(device)
     if threads is not None:
         checks.whole("threads", threads, 1)
+    if method in INTEGRATORS and INTEGRATORS[method].stiff:
+        _check_not_stiff(vehicle)
     coupled = _engine(vehicle, device, threads, "RK4" if method == "DOP853" else method)
     check_fits(scenario, coupled.layout)
     check_air_and_rotors(vehicle, scenario, coupled.layout)
@@ -215,6 +218,16 @@ def _checked_tolerance(rtol: Any, atol: Any, max_step: Any, dtype: str) -> Toler
     absolute = None if atol is None else checks.positive("atol", atol)
     longest = max_step if max_step == np.inf else checks.positive("max_step", max_step, " [s]")
     return Tolerance(float(rtol), absolute, longest)
+
+
+def _check_not_stiff(vehicle: Vehicle) -> None:
+    """Raise InputError for a term whose derivatives the implicit integrator would need."""
+    for term in terms_of(vehicle):
+        if term.stiff:
+            raise InputError(
+                f"method is 'implicit', which has no derivatives of the term {name_of(term)}; "
+                "use 'RK4', or declare stiff = False in its class if its force changes slowly."
+            )
 
 
 def _engine(vehicle: Vehicle, device: str, threads: int | None, method: str) -> Engine:

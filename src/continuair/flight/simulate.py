@@ -227,6 +227,11 @@ def _checked_names(vehicle: Any, scenario: Any, variables: Any) -> tuple[str, ..
                 f"variables holds {name}, which needs a scenario with a controller and a target; "
                 "give both, or leave it out."
             )
+        if name == "term_energy" and name not in default_variables(vehicle, scenario):
+            raise InputError(
+                "variables holds term_energy, which needs a term with an energy in the vehicle; "
+                "leave it out."
+            )
         if name in OF_ROTORS and name not in default_variables(vehicle, scenario):
             raise InputError(
                 f"variables holds {name}, which needs [uav.rotors]"

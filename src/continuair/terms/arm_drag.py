@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 
 from continuair.kernels.arm.tip import tip_code
+from continuair.kernels.device import Device
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
 from continuair.kernels.numbers import Numbers
@@ -30,8 +31,7 @@ class ArmDrag(Term):
     field: ClassVar[str] = "drag_coefficient"
     in_wind: ClassVar[bool] = True
     in_stream: ClassVar[bool] = True
-    differentiable: ClassVar[bool] = False
-    has_power: ClassVar[bool] = True
+    stiff: ClassVar[bool] = False
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> Self | None:
@@ -51,8 +51,8 @@ class ArmDrag(Term):
                 share = 0.5 * AIR_DENSITY * per_run(section.drag_coefficient, runs)
                 plants["across"][:, index] = share * width * per_run(section.length, runs)
 
-    def device(self, numbers: Numbers, tree: Tree, frozen_arm: bool) -> Acting:
-        return Acting(on_arm=_drag_on_arm(numbers, tree, frozen_arm))
+    def device(self, code: Device) -> Acting:
+        return Acting(on_arm=_drag_on_arm(code.numbers, code.tree, code.frozen_arm))
 
     def casadi(self, model: Any) -> Any:
         found = model.none

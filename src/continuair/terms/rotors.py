@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 
 from continuair.kernels.arguments import arguments
+from continuair.kernels.device import Device
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
 from continuair.kernels.logs import push_reader
@@ -31,8 +32,7 @@ class RotorThrusts(Term):
     they have a radius, and so a wash."""
 
     field: ClassVar[str] = "uav.rotors"
-    differentiable: ClassVar[bool] = False
-    has_power: ClassVar[bool] = True
+    stiff: ClassVar[bool] = False
 
     count: int
     prompt: bool = False
@@ -72,9 +72,9 @@ class RotorThrusts(Term):
             plants["hubs"], plants["disk"] = rotors.hubs, square
             plants["wash"] = 0.5 / (AIR_DENSITY * np.pi * square)
 
-    def device(self, numbers: Numbers, tree: Tree, frozen_arm: bool) -> Acting:
-        code = rotor_code(numbers, tree, self)
-        return Acting(on_uav=code.rotor_load, rates=code.spun_up, excess=code.excess_of)
+    def device(self, code: Device) -> Acting:
+        of = rotor_code(code.numbers, code.tree, self)
+        return Acting(on_uav=of.rotor_load, rates=of.spun_up, excess=of.excess_of)
 
     def left(self, numbers: Numbers, tree: Tree) -> Any:
         """Force and moment of a push are what rotors make of them."""
