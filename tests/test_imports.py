@@ -94,7 +94,7 @@ ROOMS = {
         {"dop853", "trajectory"},
         {"limits", "signals"},
         {"adaptive"},
-        {"rollout", "unstable"},
+        {"rollout", "unstable", "called"},
         {"halving"},
         {"growing"},
         {"resolving"},

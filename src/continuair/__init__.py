@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from continuair.scenario.targets import square as square
     from continuair.scenario.wind import dryden as dryden
     from continuair.scenario.wind import gust as gust
+    from continuair.scenario.wrench import Wrench as Wrench
     from continuair.sweeps import open_sweep as open_sweep
     from continuair.sweeps import run_pairs as run_pairs
     from continuair.sweeps import sweep as sweep
@@ -73,6 +74,7 @@ _HOME = {
     "preset_names": "vehicle.vehicle",
     "Scenario": "scenario.scenarios",
     "Term": "terms.term",
+    "Wrench": "scenario.wrench",
     "open_loop_test": "scenario.paper_tests",
     "simulate": "flight.simulate",
     "accelerations": "analysis.accelerations",

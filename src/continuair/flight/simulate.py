@@ -11,6 +11,7 @@ import xarray as xr
 from continuair import checks
 from continuair.errors import InputError, nearest, shown
 from continuair.flight.adaptive import checked_record, record
+from continuair.flight.called import record_called
 from continuair.flight.cohorts import Flight
 from continuair.flight.limits import warn_of_limits, with_limited_command
 from continuair.flight.prepare import DEFAULT_TOLERANCE, check_scenario, prepare, tolerance_for
@@ -133,7 +134,11 @@ def simulate(
         threads=threads,
         stacklevel=3,
         method=method,
+        plain=scenario.force_callback is not None,
+        with_callback=True,
     )
+    if scenario.force_callback is not None:
+        return _fly_called(flight, model, names, dtype)
     if flight.counted:
         return _fly_controlled(flight, model, names, dtype, check)
     if flight.adaptive:
@@ -171,6 +176,15 @@ def _fly_controlled(
     return recorder.dataset(recorder.step)
 
 
+def _fly_called(flight: Flight, model: str, names: tuple[str, ...], dtype: str) -> Any:
+    """The trajectory under a force_callback."""
+    recorder = Recorder(flight, model, names, dtype)
+    record_called(recorder, stacklevel=4)
+    warn_of_coarse_steps(recorder.step_error, recorder.flight.steps, stacklevel=4)
+    warn_of_saturation(recorder.saturation, stacklevel=4)
+    return recorder.dataset(recorder.step | {"flown_again": 0})
+
+
 def _fly_adaptive(flight: Flight, model: str, names: tuple[str, ...], tolerance: float) -> Any:
     """The trajectory by the reference integrator, one run."""
     if flight.runs > 1:
@@ -193,6 +207,11 @@ def _check_method(scenario: Any, method: Any, tolerance: Any, dtype: Any) -> Non
     checks.choice("method", method, (*INTEGRATORS, TSIT5, "DOP853"))
     checks.choice("dtype", dtype, ("float64", "float32"))
     checks.positive("tolerance", tolerance)
+    if scenario.force_callback is not None and method != "RK4":
+        raise InputError(
+            f"method is {shown(method)}, but the scenario has a force_callback; use method='RK4', "
+            "or write the force as a continuair.Term."
+        )
     if method != "DOP853":
         return
     if dtype != "float64":

@@ -56,7 +56,7 @@ class Term(Effect):
     has_energy : bool, default False
         Whether it has a potential energy, `Acting.energy`; results then hold ``term_energy``.
     stiff : bool, default True
-        Whether it may change faster than the steps of ``integrator="implicit"``, which evaluates
+        Whether it may change faster than the steps of ``method="implicit"``, which evaluates
         terms explicitly and refuses a stiff one.
 
     Raises
