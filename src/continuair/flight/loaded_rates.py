@@ -86,6 +86,30 @@ def linear_drag_rate(engine: Engine) -> Array:
     return np.atleast_1d(drag / per_run(uav.mass, runs))
 
 
+def term_rate(engine: Engine, states: Array, angles: Array) -> Array:
+    """The fastest rate (runs or 1,) [1/s] of a vehicle with terms of its own: the largest
+    |eigenvalue| of the Jacobian at states (runs or 1, state); 0 without such terms.
+
+    angles: what names the branches of their bends.
+    """
+    if not engine.vehicle.terms:
+        return np.zeros(1)
+    layout, runs = engine.layout, np.arange(max(len(states), len(engine.plants)))
+    states, angles = (np.broadcast_to(x, (len(runs), x.shape[1])) for x in (states, angles))
+    rates = slice(layout.velocity.start, layout.bend_rate.stop)
+    columns = np.r_[0 : layout.bend.stop, rates]
+    reach, bends = _of_runs(engine, engine.vehicle.reach, runs)[:, None], _bends(engine, runs)
+    ones = np.ones((len(runs), 1))
+    sizes = [reach, reach, reach, *[ones] * 4, bends, reach, reach, reach, ones, ones, ones, bends]
+    nudges = _NUDGE * np.hstack(sizes)
+    moved = np.repeat(states[None], len(columns), axis=0)
+    for k, column in enumerate(columns):
+        moved[k, :, column] += nudges[:, k]
+    still = {"force": np.zeros((1, len(runs), 3))}
+    slopes = _slopes(engine, states, moved, angles, runs, still)[..., columns]
+    return _largest(slopes / nudges.T[:, :, None])
+
+
 def pull_rate(engine: Engine, q: Array, pull: Array) -> Array:
     """The largest frequency (runs,) [rad/s] of attitude and bends under forces on the tips
     (runs, arms) [N], all along any axis of the world, arms straight at the attitude of q; 0 where

@@ -32,6 +32,9 @@ class RotorThrusts(Term):
     they have a radius, and so a wash."""
 
     field: ClassVar[str] = "uav.rotors"
+    flown: ClassVar[tuple[str, ...]] = (
+        "allocation", "inverse", "lowest", "highest", "lag", "hubs", "disk",
+    )  # fmt: skip
     stiff: ClassVar[bool] = False
 
     count: int

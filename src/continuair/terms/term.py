@@ -55,6 +55,9 @@ class Term(Effect):
         Whether it takes or gives power; if so, `lyapunov` refuses it.
     has_energy : bool, default False
         Whether it has a potential energy, `Acting.energy`; results then hold ``term_energy``.
+    flown : tuple of str, default ()
+        Fields of `parameters` in which a vehicle that a controller believes in must be the one that
+        flies.
     stiff : bool, default True
         Whether it may change faster than the steps of ``method="implicit"``, which evaluates
         terms explicitly and refuses a stiff one.
@@ -71,9 +74,10 @@ class Term(Effect):
     compiles nothing. In `device` it has no value; read it there with ``code.reader(self.name)``. A
     field of any other type is part of the kernels, which another value compiles anew.
 
-    Device code is Warp: a file of it must not use ``from __future__ import annotations``. Sweeps
-    that run in other processes do not have the term, nor does a vehicle file. A file that holds the
-    vehicle's description, such as a result, names the class and its fields.
+    Device code is Warp: a file of it must not use ``from __future__ import annotations``. No file
+    holds code: results name the class and its fields, and `sweep`, which reads vehicles from files,
+    has no terms (`run_pairs` takes any vehicle). `modes` and the designs of controllers do not
+    include it; `linearize` and the automatic step do.
 
     Examples
     --------
@@ -111,6 +115,7 @@ class Term(Effect):
     differentiable: ClassVar[bool] = False
     has_power: ClassVar[bool] = True
     has_energy: ClassVar[bool] = False
+    flown: ClassVar[tuple[str, ...]] = ()
     stiff: ClassVar[bool] = True
 
     @classmethod

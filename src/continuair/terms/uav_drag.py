@@ -24,6 +24,7 @@ class UavDrag(Term):
 
     field: ClassVar[str] = "uav.drag"
     in_wind: ClassVar[bool] = True
+    flown: ClassVar[tuple[str, ...]] = ("drag", "square_drag")
     stiff: ClassVar[bool] = False
 
     @classmethod
