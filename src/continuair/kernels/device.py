@@ -63,12 +63,12 @@ class Device:
 
     @cached_property
     def types(self) -> Types:
-        """Types ``Real``, ``vec3``, ``quat``, ``State``, ``Plant``, … and readers of a state."""
+        """Types `Real`, `vec3`, `quat`, `State`, `Plant`, … and readers of a state."""
         return device_types(self.numbers, self.tree)
 
     @cached_property
     def tips(self) -> TipCode:
-        """Functions of an arm's tip, such as ``world_tip_of(arm)(y, plant)``."""
+        """Functions of an arm's tip, such as `world_tip_of(arm)(y, plant)`."""
         return tip_code(self.numbers, self.tree)
 
     @property

@@ -39,7 +39,7 @@ class Term(Effect):
     """A force on a vehicle, in one class.
 
     Subclass it in a file of your own, as a frozen dataclass, and set instances of it with
-    ``vehicle.replace({"terms": (MyTerm(...),)})``. The class method `device` returns what it does.
+    ``vehicle.replace({"terms": (MyTerm(...),)})``. Its method `device` returns what it does.
 
     Attributes
     ----------
