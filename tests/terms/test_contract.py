@@ -1,5 +1,6 @@
 """What holds of every term, tried on one that only the tests define: it is a file on the list."""
 
+import ast
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,21 @@ VEHICLE = ca.load_vehicle("dual_arm")
 PER_VELOCITY = 0.4
 DRAGGING = VEHICLE.replace({"terms": (TipDrag(PER_VELOCITY),)})
 UP = np.array([0.0, 0.0, 9.81])
+EVERYTHING = DRAGGING.replace(
+    {
+        "uav.rotors": {
+            "layout": "quad_x",
+            "lever": 0.25,
+            "thrust_limits": [0.0, 30.0],
+            "lag": 0.03,
+            "torque_per_thrust": 0.016,
+            "radius": 0.12,
+        },
+        "uav.drag": {"linear": [0.3, 0.2, 0.1], "quadratic": [0.05, 0.06, 0.07]},
+        "arm.0.section.0.drag_coefficient": 1.1,
+    }
+)
+"""One vehicle on which all terms of the list act, and one of the tests."""
 HELD = ca.load_vehicle("paper").replace({"terms": (TipSpring(20.0, (0.1, 0.2, -0.5)),)})
 STATE = ("attitude", "bend", "velocity", "angular_velocity", "bend_rate")
 
@@ -87,21 +103,33 @@ def _damping_of(section: Any) -> str:
 
 
 def test_a_run_of_a_batch_is_the_same_alone() -> None:
-    batch = ca.simulate(DRAGGING, swinging(DRAGGING, slice(None)), sample=0.02)
+    assert {*map(type, terms.terms_of(EVERYTHING))} >= {*terms.TERMS, TipDrag}
+    several = np.random.default_rng(4).normal(size=(9, 12))
+    acting = {
+        "tau": 0.01 * several[:, : 6 + 2 * VEHICLE.sections],
+        "moment": np.array([0.1, 0.0, 0.2]),
+        "tip_wrench": 0.2 * several,
+        "wind": 2.0 * several[:, :3],
+        "rotor_command": 8.0 + several[:, :4],
+    }
+    together = swinging(VEHICLE, slice(None)).replace(**acting)
+    batch = ca.simulate(EVERYTHING, together, step=1e-3, sample=0.02)
     for run in (0, 8):
-        alone = ca.simulate(DRAGGING, swinging(DRAGGING, run), sample=0.02)
-        for name in ("position", "bend", "tip_position"):
+        own = {name: value[run] if value.ndim > 1 else value for name, value in acting.items()}
+        scenario = swinging(VEHICLE, run).replace(**own)
+        alone = ca.simulate(EVERYTHING, scenario, step=1e-3, sample=0.02)
+        for name in ("position", "bend", "tip_position", "base_force", "rotor_thrust"):
             one, same = alone[name].to_numpy(), batch[name].to_numpy()[run]
-            assert np.abs(one - same).max() < 1e-11 * np.abs(one).max()
+            assert np.abs(one - same).max() < 1e-10 * np.abs(one).max(), name
 
 
 def test_casadi_has_it_or_refuses_the_vehicle() -> None:
     pytest.importorskip("casadi")
     flight = ca.simulate(DRAGGING, swinging(DRAGGING), sample=0.02)
     state = {name: value[0] for name, value in state_of(flight).items()}
-    model = ca.to_casadi(DRAGGING)
+    model = ca.to_casadi(EVERYTHING)
     found, names = model.call(state), model.name_out()
-    for name, expected in zip(names, ca.accelerations(DRAGGING, **state), strict=True):
+    for name, expected in zip(names, ca.accelerations(EVERYTHING, **state), strict=True):
         value = np.array(found[name]).reshape(expected.shape)
         assert np.abs(value - expected).max() < 1e-9 * np.abs(expected).max()
     with pytest.raises(ca.InputError, match="TipSpring"):
@@ -197,10 +225,18 @@ def test_what_is_no_term_is_refused(changes: dict[str, Any], problem: str) -> No
         HELD.replace(changes)
 
 
-def test_no_file_of_the_device_names_a_term() -> None:
-    """Engine and kernels go over the list."""
+def test_no_other_file_names_a_term() -> None:
+    """All others go over the list."""
     package = Path(terms.__file__).parents[1]
-    names = [path.stem for path in package.glob("terms/*.py") if path.stem not in ("__init__",)]
-    for path in [*package.glob("kernels/**/*.py"), *package.glob("engine/*.py")]:
-        text = path.read_text(encoding="utf-8")
-        assert not [name for name in names if f"terms.{name}" in text], path.name
+    own = package / "terms"
+    names = {path.stem for path in own.glob("*.py")} - {"__init__", "term"}
+    classes = {term.__name__ for term in terms.TERMS}
+    for path in package.rglob("*.py"):
+        if path.parent == own:
+            continue
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+        found = {f"{each.module}" for each in imports}
+        found |= {f"{each.module}.{name.name}" for each in imports for name in each.names}
+        named = {f"continuair.terms.{name}" for name in names | classes}
+        assert not found & named, path

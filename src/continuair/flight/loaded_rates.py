@@ -13,6 +13,7 @@ from continuair.engine.engine import Drive, Engine, Start
 from continuair.errors import InputError
 from continuair.flight.inputs import evaluated, field_width, told_rate
 from continuair.scenario.scenarios import Scenario
+from continuair.terms import terms_of
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import AIR, GENERAL, TIP, Layout
 from continuair.vehicle.runs import per_run
@@ -80,10 +81,9 @@ def drag_rate(engine: Engine, q: Array, flow: Array) -> Array:
 
 
 def linear_drag_rate(engine: Engine) -> Array:
-    """The fastest decay (runs or 1) [1/s] by linear drag of the UAV alone: arms only slow it."""
-    uav, runs = engine.vehicle.uav, len(engine.plants)
-    drag = 0.0 if uav.drag is None else per_run(uav.drag.linear, runs, 3).max(axis=1)
-    return np.atleast_1d(drag / per_run(uav.mass, runs))
+    """The fastest decay (runs or 1) [1/s] by drag that is linear."""
+    decays = [term.decay(engine.vehicle, len(engine.plants)) for term in terms_of(engine.vehicle)]
+    return np.max(np.vstack(decays), axis=0)
 
 
 def term_rate(engine: Engine, states: Array, angles: Array) -> Array:

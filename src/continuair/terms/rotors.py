@@ -17,13 +17,9 @@ from continuair.kernels.term_sum import Acting
 from continuair.kernels.types import Tree, device_types, holding
 from continuair.terms.term import Stream, Term
 from continuair.vehicle.layout import COMMAND, ROTORS, observed_columns
-from continuair.vehicle.rotors import AIR_DENSITY
+from continuair.vehicle.rotors import AIR_DENSITY, WASH_EDGE
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
-
-EDGE = 0.5
-"""Part of a disk's radius, and of its area, over which the wash begins on either side of its edge:
-air shears there, and a force that jumped would cost the steps their order."""
 
 
 @dataclass(frozen=True)
@@ -239,7 +235,7 @@ def _wash(numbers: Numbers, tree: Tree, term: RotorThrusts) -> Stream:
     )  # fmt: skip
     Push, vec3, rotors = types.Push, types.vec3, term.count
     Induced = wp.types.vector(rotors, Real)
-    edge, half, zero, one, three = Real(EDGE), Real(0.5), Real(0.0), Real(1.0), Real(3.0)
+    edge, half, zero, one, three = Real(WASH_EDGE), Real(0.5), Real(0.0), Real(1.0), Real(3.0)
 
     @wp.func
     def risen(x: Real):
