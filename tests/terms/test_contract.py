@@ -1,6 +1,7 @@
 """What holds of every term, tried on one that only the tests define: it is a file on the list."""
 
 import ast
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from scipy.spatial.transform import Rotation
 import continuair as ca
 from continuair import terms
 from continuair.engine.pack import tree_of
+from continuair.flight.reading import vehicle_of
 from continuair.vehicle.vehicle_file import as_toml
 from tests.terms.tip_drag import TipDrag
 from tests.terms.tip_spring import TipSpring
@@ -36,6 +38,7 @@ EVERYTHING = DRAGGING.replace(
 )
 """One vehicle on which all terms of the list act, and one of the tests."""
 HELD = ca.load_vehicle("paper").replace({"terms": (TipSpring(20.0, (0.1, 0.2, -0.5)),)})
+SOFT = HELD.replace({"terms.0.stiffness": 0.0})
 STATE = ("attitude", "bend", "velocity", "angular_velocity", "bend_rate")
 
 
@@ -207,6 +210,33 @@ def test_a_vehicle_says_its_terms_and_no_file_holds_them() -> None:
     for refused in (lambda: ca.Vehicle(**said), lambda: as_toml(HELD)):
         with pytest.raises(ca.InputError, match="TipSpring.*code"):
             refused()
+    with pytest.raises(ca.InputError, match="TipSpring"):
+        ca.equations.forward_dynamics(HELD, np.zeros(8), np.zeros(8))
+
+
+def test_it_flies_in_pairs_and_steps_and_its_results_are_drawn() -> None:
+    """A result tells the shape of the vehicle, which its terms do not change."""
+    flight = ca.simulate(HELD, swinging(HELD), step=2e-4, sample=0.02)
+    assert vehicle_of(flight) == HELD.replace({"terms": ()})
+    # All models fall apart from their start alike, but for the spring.
+    held, soft = (ca.run_pairs(vehicle, swinging(HELD))["nrmse_t"] for vehicle in (HELD, SOFT))
+    assert not np.allclose(held.to_numpy(), soft.to_numpy())
+    stepped = ca.Simulation(HELD, swinging(HELD), control_period=0.02, step=2e-4)
+    stepped.step()
+    found = stepped.trajectory()
+    for name in ("tip_position", "term_energy"):
+        assert found[name][-1].to_numpy() == pytest.approx(flight[name][-1].to_numpy(), rel=1e-6)
+
+
+def test_a_term_that_is_not_whole_is_refused() -> None:
+    @dataclass(frozen=True)
+    class Nothing(ca.Term):
+        kinds: Any = ()
+
+    with pytest.raises(ca.InputError, match="Nothing has no method device"):
+        ca.simulate(HELD.replace({"terms": (Nothing(),)}), swinging(HELD))
+    with pytest.raises(ca.InputError, match="Nothing.kinds is .* compared"):
+        Nothing([1, 2])
 
 
 @pytest.mark.parametrize(

@@ -29,6 +29,7 @@ from continuair.kernels.sensing.pilot import PilotCode, law_pilot, no_pilot
 from continuair.kernels.slopes import step_slopes_kernel, tip_slopes_kernel
 from continuair.kernels.turning import turning_kernel
 from continuair.kernels.types import Tree, Types, device_types
+from continuair.terms import TERMS
 
 
 @dataclass(frozen=True)
@@ -235,6 +236,12 @@ def step_slopes(tree: Tree, model: str) -> tuple[wp.Kernel, Any]:
     """
     kernel = step_slopes_kernel(_DUAL, tree, dynamics_code(_DUAL, tree, model))
     if not compiles(kernel):
+        own = [type(term).__name__ for term in tree.terms if type(term) not in TERMS]
+        if own:
+            raise InputError(
+                f"gradients do not compile with the term {own[0]}; leave differentiable out of its "
+                "class, or write it for dual numbers."
+            )
         raise InputError(
             f"gradients do not compile here with Warp {wp.__version__}; use another version of it."
         )

@@ -4,6 +4,7 @@ from typing import Any
 
 import warp as wp
 
+from continuair.errors import InputError
 from continuair.kernels.arguments import arguments
 from continuair.kernels.device import Device
 from continuair.kernels.flight import flight_code
@@ -41,7 +42,13 @@ def energies_kernel(numbers: Numbers, tree: Tree) -> Any:
 
     for term in tree.terms:
         if term.has_energy:
-            energy_of = plus(energy_of, term.device(Device(numbers, tree)).energy)
+            own = term.device(Device(numbers, tree)).energy
+            if own is None:
+                raise InputError(
+                    f"term {type(term).__name__} says has_energy, but its device(code) returns no "
+                    "energy; give Acting(energy=...), or leave has_energy out."
+                )
+            energy_of = plus(energy_of, own)
 
     @wp.kernel(enable_backward=False, module="unique", module_options=code.options)
     def energies(

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
+from continuair.errors import InputError
 from continuair.kernels.device import Device, OnDevice
 from continuair.kernels.numbers import Numbers
 from continuair.kernels.term_sum import Acting
@@ -197,7 +198,10 @@ class Term(Effect):
         Acting
             Device functions of its loads, and of what else it has.
         """
-        raise NotImplementedError(f"{type(self).__name__} has no method device(self, code)")
+        raise InputError(
+            f"term {type(self).__name__} has no method device(self, code); define it, as "
+            "continuair.Term says."
+        )
 
     def left(self, numbers: Numbers, tree: Tree) -> Any:
         """Return the device function of the part of a controller's push that this term does not

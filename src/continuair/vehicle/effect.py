@@ -5,6 +5,7 @@ The device code of such an effect is that of `continuair.Term` (terms/term.py).
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass, fields
 from functools import cache
 from types import UnionType
@@ -30,6 +31,13 @@ class Effect(Immutable):
         for name, shape in numbers_of(kind).items():
             value = _checked(f"{kind.__name__}.{name}", getattr(self, name), shape)
             object.__setattr__(self, name, value)
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if not isinstance(value, (np.ndarray, Hashable)):
+                raise InputError(
+                    f"{kind.__name__}.{each.name} is {shown(value)}, which cannot be compared as "
+                    "part of kernels; give a number, text or tuple."
+                )
 
 
 @cache

@@ -16,7 +16,7 @@ from pydantic import BaseModel
 
 from continuair import checks
 from continuair.errors import InputError, named_fields, nearest, shown
-from continuair.vehicle.effect import Effect
+from continuair.vehicle.effect import Effect, numbers_of
 from continuair.vehicle.fields import dimensions, kinds, label, named
 from continuair.vehicle.runs import pick
 from continuair.warning import collected, warn
@@ -35,8 +35,11 @@ class _EffectTree(dict[str, Any]):
     """An effect taken apart; kind: its class."""
 
     def __init__(self, effect: Effect) -> None:
-        super().__init__({each.name: _tree(getattr(effect, each.name)) for each in fields(effect)})
-        self.kind = type(effect)
+        self.kind: Any = type(effect)
+        numbers = numbers_of(self.kind)
+        for each in fields(effect):
+            value = getattr(effect, each.name)
+            self[each.name] = _tree(value) if each.name in numbers else value
 
     def built(self, path: str) -> Effect:
         """Return the effect, of arrays where runs differ."""
