@@ -30,13 +30,12 @@ def flown(callback: Callback | None, runs: slice | int = 0, **fields: Any) -> xr
 
 
 def same(one: xr.Dataset, other: xr.Dataset, tolerance: float) -> None:
-    assert set(one) == set(other)
     for name in ("position", "bend", "tip_velocity", "base_force", "kinetic_energy"):
         a, b = one[name].to_numpy(), other[name].to_numpy()
         assert a.shape == b.shape
         assert np.abs(a - b).max() <= tolerance * np.abs(b).max(), name
-    # Pieces measure every step, whole flights some of them.
-    assert one["step_error"].to_numpy() == pytest.approx(other["step_error"].to_numpy(), rel=0.05)
+    # Steps of a force_callback are taken as they are, and tell no error.
+    assert set(other) - set(one) <= {"step_error"}
     assert (one["status"] == other["status"]).all()
 
 
@@ -88,8 +87,7 @@ def test_a_run_that_ends_early_is_nan_from_there_on() -> None:
         force[3] = 1e9 * (time > 0.009)
         return ca.Wrench(force, at="tip")
 
-    with pytest.warns(ca.ContinuairWarning, match="step_error"):
-        flight = flown(callback, slice(None))
+    flight = flown(callback, slice(None))
     assert (np.flatnonzero(flight["status"]) == [3]).all()
     assert 0.01 <= float(flight["end_time"][3]) < 0.012
     lost = flight["tip_position"].isnull().any("axis")
@@ -133,9 +131,9 @@ def test_what_does_not_call_it_refuses_it() -> None:
         ca.run_pairs(VEHICLE, called)
     with pytest.raises(ca.InputError, match="force_callback"):
         ca.Simulation(VEHICLE, called)
-    for integrator in ("implicit", "dop853"):
+    for method in ("implicit", "DOP853", "Tsit5"):
         with pytest.raises(ca.InputError, match="force_callback"):
-            ca.simulate(VEHICLE, called, integrator=integrator)
+            ca.simulate(VEHICLE, called, method=method)
     with pytest.raises(ca.InputError, match="force_callback"):
         scenario(force_callback=callback, controller=ca.hold(VEHICLE, np.zeros(3)))
     with pytest.raises(ca.InputError, match="force_callback is 3"):

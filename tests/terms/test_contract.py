@@ -185,10 +185,10 @@ def test_its_energy_is_part_of_the_total() -> None:
 
 def test_a_stiff_term_is_refused_by_the_implicit_integrator() -> None:
     with pytest.raises(ca.InputError, match="TipSpring"):
-        ca.simulate(HELD, swinging(HELD), integrator="implicit")
+        ca.simulate(HELD, swinging(HELD), method="implicit")
     flights = [
-        ca.simulate(DRAGGING, swinging(DRAGGING), integrator=name, step=1e-5, sample=0.02)
-        for name in ("implicit", "rk4")
+        ca.simulate(DRAGGING, swinging(DRAGGING), method=name, step=1e-5, sample=0.02)
+        for name in ("implicit", "RK4")
     ]
     implicit, explicit = (flight["tip_position"].to_numpy() for flight in flights)
     assert np.abs(implicit - explicit).max() < 1e-6

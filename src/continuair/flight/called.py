@@ -13,7 +13,7 @@ from continuair.engine.engine import Drive, Engine, Logs, Start
 from continuair.engine.rows import forget_unreached
 from continuair.errors import InputError, shown
 from continuair.flight.cohorts import Cohort
-from continuair.flight.resolution import summed
+from continuair.flight.resolution import saturation
 from continuair.flight.time_grid import Grid, call_times
 from continuair.flight.trajectory import OBSERVED_VARIABLES, Recorder
 from continuair.kernels.rollout import SUMS
@@ -33,8 +33,6 @@ def record_called(recorder: Recorder, stacklevel: int) -> None:
     flight = recorder.flight
     shortest = np.full(flight.runs, flight.steps.min())
     recorder.flight = flight = dataclasses.replace(flight, steps=shortest)
-    # Its calls are not repeated with half the step, so that a wash counts as its steps measure it.
-    flight.abrupt[flight.abrupt < 1.0] = 0.0
     calls = call_times(flight.duration, flight.scenario.callback_rate)
     warn(
         f"force_callback is Python, called {len(calls)} times, and slow; write it as a "
@@ -77,7 +75,7 @@ class _Pieces:
             log[np.ix_(going, at[at >= 0])] = logs.log[going][:, at >= 0]
             # A sample at a call shows what acts from there on, as the next piece overwrites it.
             held[at[at >= 0]] = row
-            errors[going] = summed([errors[going], logs.errors[going]])
+            errors[going, -1] = np.maximum(errors[going, -1], saturation(logs.errors[going]))
             last[going] = begin + logs.last_step[going]
             status[going] = logs.status[going]
             going = status == OK

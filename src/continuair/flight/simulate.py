@@ -180,9 +180,8 @@ def _fly_called(flight: Flight, model: str, names: tuple[str, ...], dtype: str) 
     """The trajectory under a force_callback."""
     recorder = Recorder(flight, model, names, dtype)
     record_called(recorder, stacklevel=4)
-    warn_of_coarse_steps(recorder.step_error, recorder.flight.steps, stacklevel=4)
     warn_of_saturation(recorder.saturation, stacklevel=4)
-    return recorder.dataset(recorder.step | {"flown_again": 0})
+    return recorder.dataset(recorder.step)
 
 
 def _fly_adaptive(flight: Flight, model: str, names: tuple[str, ...], tolerance: float) -> Any:

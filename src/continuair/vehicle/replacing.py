@@ -35,8 +35,8 @@ class _EffectTree(dict[str, Any]):
     """An effect taken apart; kind: its class."""
 
     def __init__(self, effect: Effect) -> None:
-        self.kind: Any = type(effect)
-        numbers = numbers_of(self.kind)
+        kind: Any = type(effect)
+        self.kind, numbers = kind, numbers_of(kind)
         for each in fields(effect):
             value = getattr(effect, each.name)
             self[each.name] = _tree(value) if each.name in numbers else value
