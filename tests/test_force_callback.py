@@ -135,6 +135,8 @@ def test_what_does_not_call_it_refuses_it() -> None:
         with pytest.raises(ca.InputError, match="force_callback"):
             ca.simulate(VEHICLE, called, method=method)
     with pytest.raises(ca.InputError, match="force_callback"):
+        ca.simulate(VEHICLE, called, check=True)
+    with pytest.raises(ca.InputError, match="force_callback"):
         scenario(force_callback=callback, controller=ca.hold(VEHICLE, np.zeros(3)))
     with pytest.raises(ca.InputError, match="force_callback is 3"):
         scenario(force_callback=3)

@@ -121,7 +121,11 @@ def simulate(
     _check_method(scenario, method, tolerance, dtype)
     if dtype == "float32":
         warn_of_rounded_places(np.asarray(scenario.q)[..., :3], vehicle.reach, stacklevel=3)
-    checks.flag("check", check)
+    if checks.flag("check", check) and scenario.force_callback is not None:
+        raise InputError(
+            "check is True, but the scenario has a force_callback, which is called for one flight; "
+            "leave check out, or write the force as a continuair.Term."
+        )
     chosen = tolerance_for(method, step, rtol, atol, max_step, dtype)
     flight = prepare(
         vehicle,
