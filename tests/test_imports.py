@@ -33,6 +33,7 @@ ROOMS = {
         {"cli"},
     ],
     "vehicle": [
+        {"effect"},
         {"fields", "runs", "layout", "poles", "allocation"},
         {"inertia", "replacing", "rotors"},
         {"disk", "camera", "uav", "coordinates"},
@@ -51,6 +52,7 @@ ROOMS = {
         {"arm"},
         {"flight", "elimination"},
         {"load", "wind"},
+        {"device"},
         {"term_sum"},
         {"dynamics"},
         {"sensing.eye", "sensing.guidance"},
@@ -64,7 +66,7 @@ ROOMS = {
         {"integrators", "logs"},
         {"signals", "embedded"},
         {"adaptive"},
-        {"rollout", "observe", "deviations", "turning", "slopes"},
+        {"rollout", "observe", "energies", "deviations", "turning", "slopes"},
     ],
     "terms": [
         {"term"},
@@ -92,7 +94,7 @@ ROOMS = {
         {"dop853", "trajectory"},
         {"limits", "signals"},
         {"adaptive"},
-        {"rollout", "unstable"},
+        {"rollout", "unstable", "called"},
         {"halving"},
         {"growing"},
         {"resolving"},

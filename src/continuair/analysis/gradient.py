@@ -24,7 +24,7 @@ from continuair.flight.resolution import RESOLVED
 from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import OK, STATUS
 from continuair.scenario.scenarios import Scenario
-from continuair.terms import terms_of
+from continuair.terms import name_of, terms_of
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 from continuair.warning import warn
@@ -153,8 +153,8 @@ def _check_plain(vehicle: Vehicle) -> None:
     for term in terms_of(vehicle):
         if not term.differentiable:
             raise InputError(
-                f"vehicle {shown(vehicle.name)} has {term.field}, of which no gradient is known; "
-                "leave it out, and give forces directly."
+                f"vehicle {shown(vehicle.name)} has {name_of(term)}, of which no gradient is "
+                "known; leave it out, and give forces directly."
             )
 
 

@@ -20,7 +20,7 @@ from continuair.engine.packs import lanes_of
 from continuair.engine.rows import adjacent, forget_unreached
 from continuair.errors import InputError, shown
 from continuair.kernels.rollout import SUMS
-from continuair.vehicle.layout import observed_columns, width_of
+from continuair.vehicle.layout import width_of
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -123,7 +123,7 @@ class Engine:
             self.plants = pack_plants(vehicle, self.kernels.types.Plant)
         full = pack_table(vehicle, self.threads) if beside is None else beside.full_table
         self.full_table: Array = full
-        self.observed = observed_columns(self.layout.arms, self.layout.rotors)
+        self.observed = self.layout.observed
         self.table: Array = self.full_table.astype(self.dtype, copy=False)
         self._packed: dict[int, Any] = {}
 

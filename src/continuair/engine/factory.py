@@ -16,6 +16,7 @@ from continuair.kernels.adaptive import adaptive_kernel
 from continuair.kernels.arguments import Arguments, arguments
 from continuair.kernels.deviations import deviation_kernel
 from continuair.kernels.dynamics import dynamics_code
+from continuair.kernels.energies import energies_kernel
 from continuair.kernels.flight import FlightCode, flight_code
 from continuair.kernels.integrators import TSIT5
 from continuair.kernels.logs import state_logger, tip_logger
@@ -28,6 +29,7 @@ from continuair.kernels.sensing.pilot import PilotCode, law_pilot, no_pilot
 from continuair.kernels.slopes import step_slopes_kernel, tip_slopes_kernel
 from continuair.kernels.turning import turning_kernel
 from continuair.kernels.types import Tree, Types, device_types
+from continuair.terms import TERMS
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,9 @@ class Kernels:
     @property
     def observers(self) -> tuple[wp.Kernel, ...]:
         """What looks back along a log, each at its own columns."""
-        of_terms = (_observer_of(term, self.numbers, self.tree) for term in self.tree.terms)
+        of_terms = [_observer_of(term, self.numbers, self.tree) for term in self.tree.terms]
+        if self.tree.layout.energies:
+            of_terms.append(_energies(self.numbers, self.tree))
         return self.observe, *(kernel for kernel in of_terms if kernel is not None)
 
 
@@ -138,6 +142,11 @@ def _observe(numbers: Numbers, tree: Tree, model: str) -> wp.Kernel:
 @made_once
 def _observer_of(term: Any, numbers: Numbers, tree: Tree) -> wp.Kernel | None:
     return term.observer(numbers, tree)
+
+
+@made_once
+def _energies(numbers: Numbers, tree: Tree) -> wp.Kernel:
+    return energies_kernel(numbers, tree)
 
 
 @dataclass(frozen=True)
@@ -227,6 +236,12 @@ def step_slopes(tree: Tree, model: str) -> tuple[wp.Kernel, Any]:
     """
     kernel = step_slopes_kernel(_DUAL, tree, dynamics_code(_DUAL, tree, model))
     if not compiles(kernel):
+        own = [type(term).__name__ for term in tree.terms if type(term) not in TERMS]
+        if own:
+            raise InputError(
+                f"gradients do not compile with the term {own[0]}; leave differentiable out of its "
+                "class, or write it for dual numbers."
+            )
         raise InputError(
             f"gradients do not compile here with Warp {wp.__version__}; use another version of it."
         )

@@ -13,7 +13,7 @@ from continuair.engine.adaptive import Tolerance
 from continuair.engine.engine import Drive, Engine, Logs, Start
 from continuair.engine.loop import Loop
 from continuair.flight.camera_timing import loop_over
-from continuair.flight.inputs import groups_in_use, sample_inputs
+from continuair.flight.inputs import CALLED, groups_in_use, groups_of, sample_inputs
 from continuair.flight.probing import warn_of_jumps
 from continuair.flight.pulses import Pulses
 from continuair.flight.resolution import (
@@ -143,7 +143,9 @@ class Flight:
     @property
     def groups(self) -> int:
         """Bits of the groups of inputs that act."""
-        return groups_in_use(self.scenario) | COMMAND * (self.scenario.controller is not None)
+        called = CALLED if self.scenario.force_callback is not None else ()
+        closed = COMMAND * (self.scenario.controller is not None)
+        return groups_in_use(self.scenario) | groups_of(called) | closed
 
     @property
     def looks(self) -> bool:

@@ -18,6 +18,10 @@ Array = np.ndarray
 _TIMES_AT_ONCE = 256
 
 
+CALLED = ("force", "moment", "tip_wrench")
+"""Fields of a scenario that what a force_callback returns adds to."""
+
+
 def groups_in_use(scenario: Scenario) -> int:
     """Bits of the groups of inputs that a scenario uses."""
     return groups_of(field for field in FIELDS if getattr(scenario, field) is not None)

@@ -30,9 +30,10 @@ from continuair.flight.rotors import (
     within_limits,
 )
 from continuair.flight.steps import automatic_step, declared_rate, steps_of, warn_of_fast_inputs
-from continuair.flight.time_grid import check_steps, marks_of
+from continuair.flight.time_grid import call_times, check_steps, marks_of
 from continuair.kernels.integrators import INTEGRATORS, TSIT5
 from continuair.scenario.scenarios import Scenario
+from continuair.terms import name_of, terms_of
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
@@ -61,20 +62,28 @@ def prepare(
     method: str = "RK4",
     tolerance: Tolerance | None = None,
     plain: bool = False,
+    with_callback: bool = False,
     stacklevel: int = 2,
 ) -> Flight:
     """Check vehicle, scenario and choices, as `continuair.simulate` describes them, and join them.
 
-    method, tolerance, plain: as a `Flight` has them. Raises InputError; warns of a step that is too
-    coarse, `stacklevel` frames up.
+    method, tolerance, plain: as a `Flight` has them. with_callback: whether the caller flies a
+    force_callback. Raises InputError; warns of a step that is too coarse, `stacklevel` frames up.
     """
     check_vehicle(vehicle)
     check_scenario(scenario)
+    if scenario.force_callback is not None and not with_callback:
+        raise InputError(
+            f"scenario {shown(scenario.name)} has a force_callback, which only continuair.simulate "
+            "calls; write the force as a continuair.Term."
+        )
     asked = None if isinstance(step, str) and step == "auto" else checked_step(step)
     duration, sample = _times(scenario, duration, sample)
     check_device(device)
     if threads is not None:
         checks.whole("threads", threads, 1)
+    if method in INTEGRATORS and INTEGRATORS[method].stiff:
+        _check_not_stiff(vehicle)
     coupled = _engine(vehicle, device, threads, "RK4" if method == "DOP853" else method)
     check_fits(scenario, coupled.layout)
     check_air_and_rotors(vehicle, scenario, coupled.layout)
@@ -110,7 +119,11 @@ def prepare(
     *state, branches = (np.broadcast_to(each, (runs, each.shape[1])) for each in parts)
     start = Start(np.hstack(state), branches)
     late = scenario.controller.latency if scenario.controller is not None else 0.0
-    marks = marks_of(duration, sample, scenario.jumps, scenario.period, late, scenario.knots)
+    knots = scenario.knots
+    if scenario.force_callback is not None:
+        check_steps(duration, 1.0 / scenario.callback_rate)
+        knots = np.append(knots, call_times(duration, scenario.callback_rate))
+    marks = marks_of(duration, sample, scenario.jumps, scenario.period, late, knots)
     check_view(coupled, scenario, start)
     return Flight(
         vehicle,
@@ -215,6 +228,16 @@ def _checked_tolerance(rtol: Any, atol: Any, max_step: Any, dtype: str) -> Toler
     absolute = None if atol is None else checks.positive("atol", atol)
     longest = max_step if max_step == np.inf else checks.positive("max_step", max_step, " [s]")
     return Tolerance(float(rtol), absolute, longest)
+
+
+def _check_not_stiff(vehicle: Vehicle) -> None:
+    """Raise InputError for a term whose derivatives the implicit integrator would need."""
+    for term in terms_of(vehicle):
+        if term.stiff:
+            raise InputError(
+                f"method is 'implicit', which has no derivatives of the term {name_of(term)}; "
+                "use 'RK4', or declare stiff = False in its class if its force changes slowly."
+            )
 
 
 def _engine(vehicle: Vehicle, device: str, threads: int | None, method: str) -> Engine:

@@ -11,6 +11,7 @@ import xarray as xr
 from continuair import checks
 from continuair.errors import InputError, nearest, shown
 from continuair.flight.adaptive import checked_record, record
+from continuair.flight.called import record_called
 from continuair.flight.cohorts import Flight
 from continuair.flight.limits import warn_of_limits, with_limited_command
 from continuair.flight.prepare import DEFAULT_TOLERANCE, check_scenario, prepare, tolerance_for
@@ -120,7 +121,11 @@ def simulate(
     _check_method(scenario, method, tolerance, dtype)
     if dtype == "float32":
         warn_of_rounded_places(np.asarray(scenario.q)[..., :3], vehicle.reach, stacklevel=3)
-    checks.flag("check", check)
+    if checks.flag("check", check) and scenario.force_callback is not None:
+        raise InputError(
+            "check is True, but the scenario has a force_callback, which is called for one flight; "
+            "leave check out, or write the force as a continuair.Term."
+        )
     chosen = tolerance_for(method, step, rtol, atol, max_step, dtype)
     flight = prepare(
         vehicle,
@@ -133,7 +138,11 @@ def simulate(
         threads=threads,
         stacklevel=3,
         method=method,
+        plain=scenario.force_callback is not None,
+        with_callback=True,
     )
+    if scenario.force_callback is not None:
+        return _fly_called(flight, model, names, dtype)
     if flight.counted:
         return _fly_controlled(flight, model, names, dtype, check)
     if flight.adaptive:
@@ -171,6 +180,14 @@ def _fly_controlled(
     return recorder.dataset(recorder.step)
 
 
+def _fly_called(flight: Flight, model: str, names: tuple[str, ...], dtype: str) -> Any:
+    """The trajectory under a force_callback."""
+    recorder = Recorder(flight, model, names, dtype)
+    record_called(recorder, stacklevel=4)
+    warn_of_saturation(recorder.saturation, stacklevel=4)
+    return recorder.dataset(recorder.step)
+
+
 def _fly_adaptive(flight: Flight, model: str, names: tuple[str, ...], tolerance: float) -> Any:
     """The trajectory by the reference integrator, one run."""
     if flight.runs > 1:
@@ -193,6 +210,11 @@ def _check_method(scenario: Any, method: Any, tolerance: Any, dtype: Any) -> Non
     checks.choice("method", method, (*INTEGRATORS, TSIT5, "DOP853"))
     checks.choice("dtype", dtype, ("float64", "float32"))
     checks.positive("tolerance", tolerance)
+    if scenario.force_callback is not None and method != "RK4":
+        raise InputError(
+            f"method is {shown(method)}, but the scenario has a force_callback; use method='RK4', "
+            "or write the force as a continuair.Term."
+        )
     if method != "DOP853":
         return
     if dtype != "float64":
@@ -226,6 +248,11 @@ def _checked_names(vehicle: Any, scenario: Any, variables: Any) -> tuple[str, ..
             raise InputError(
                 f"variables holds {name}, which needs a scenario with a controller and a target; "
                 "give both, or leave it out."
+            )
+        if name == "term_energy" and name not in default_variables(vehicle, scenario):
+            raise InputError(
+                "variables holds term_energy, which needs a term with an energy in the vehicle; "
+                "leave it out."
             )
         if name in OF_ROTORS and name not in default_variables(vehicle, scenario):
             raise InputError(

@@ -9,7 +9,7 @@ import numpy as np
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.errors import InputError
 from continuair.flight.inputs import told_rate
-from continuair.flight.loaded_rates import drag_rate, linear_drag_rate, pull_rate
+from continuair.flight.loaded_rates import drag_rate, linear_drag_rate, pull_rate, term_rate
 from continuair.flight.resolution import UNSEEN, in_runs
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.scenario.scenarios import Scenario
@@ -199,9 +199,10 @@ def automatic_step(
 
     That rate is `driven`, of its inputs, or the spin |ω| at the start, plus what is fastest seen
     from the turning body: the stiffest mode (straight or at the initial bend, with its damping), a
-    tip's turning Σ |k̇| l, the decay by drag, in a wind (runs or 1) [m/s], or the frequency that
-    forces on the tips make, pull (runs or 1, arms) [N]. coupled: an engine of the coupled model,
-    whose free base raises the rates most. Arms that hang in a wash take half that step.
+    tip's turning Σ |k̇| l, the decay by drag, in a wind (runs or 1) [m/s], the frequency that
+    forces on the tips make, pull (runs or 1, arms) [N], or what a user's own terms make.
+    coupled: an engine of the coupled model, whose free base raises the rates most. Arms that hang
+    in a wash take half that step.
     q, qd: (runs or 1, 8) paper coordinates and rates, at rest by default. A run that has no finite
     rate, as a bend past a full circle has none, has the step inf. The method "implicit" has
     0.05 for 0.2, and of the modes the first of every arm, without what drag and pulls do to them:
@@ -232,6 +233,7 @@ def automatic_step(
             moves = np.linalg.norm(state[:, layout.velocity], axis=1)
             moves = moves + coupled.vehicle.reach * (spin + turning)
             loaded = _loaded_rate(coupled, q, wind + moves, np.atleast_2d(pull), len(modes))
+            loaded = np.fmax(loaded, term_rate(coupled, state, branches_of(q)))
         seen = np.fmax.reduce(np.broadcast_arrays(modes, turning, loaded))
         step = taken.phase / np.fmax(seen + spin, driven)
     if coupled.tree.stirred:

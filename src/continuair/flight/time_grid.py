@@ -164,6 +164,11 @@ def control_times(duration: float, period: float | None, latency: float = 0.0) -
     return times
 
 
+def call_times(duration: float, rate: float) -> np.ndarray:
+    """The times from 0 on, before the end of a flight, at which a force_callback is called [s]."""
+    return np.arange(max(1, int(np.ceil(duration * rate * (1.0 - 1e-9))))) / rate
+
+
 def instants_at(grid: Grid, period: float, latency: float = 0.0) -> np.ndarray:
     """Which control instant (m,) starts a step, or was a latency [s] before, and -1 for none.
 

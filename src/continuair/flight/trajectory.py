@@ -21,6 +21,7 @@ from continuair.flight.resolution import doubt, saturation, step_error, warn_of_
 from continuair.flight.turns import followed_euler, in_body_axes, on_triple
 from continuair.kernels.adaptive import COUNTS, EVALUATIONS, REACHED, REJECTED, SATURATION, STEPS
 from continuair.kernels.step import OK, STATUS
+from continuair.terms import terms_of
 from continuair.vehicle.layout import (
     MOTION,
     OF_ARM,
@@ -53,6 +54,7 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "kinetic_energy": ("", "J", "kinetic energy of the model"),
     "gravity_energy": ("", "J", "potential energy of gravity, 0 at world z = 0"),
     "elastic_energy": ("", "J", "½ E I l |k|² of all sections"),
+    "term_energy": ("", "J", "potential energy of the vehicle's terms that have one"),
     "linear_momentum": ("axis", "kg m/s", "linear momentum of what the model moves, world axes"),
     "angular_momentum": ("axis", "kg m²/s", "angular momentum about the world origin, world axes"),
     "base_force": ("axis", "N", "force that the arm puts on the UAV, body axes"),
@@ -100,7 +102,7 @@ WATCHED_VARIABLES = frozenset(
 OF_ROTORS = frozenset({"rotor_thrust", "rotor_power", "saturation"})
 """Variables of a vehicle with rotors."""
 
-OBSERVED_VARIABLES = frozenset(observed_columns(1)) | OF_ROTORS
+OBSERVED_VARIABLES = frozenset(observed_columns(1, energies=True)) | OF_ROTORS
 
 _OF_SECTION = ("bend", "bend_rate")
 """Variables that each section has."""
@@ -337,7 +339,7 @@ def _observed(name: str, logs: Logs, flight: Flight, runs: Array) -> Array:
     """What a kernel finds along the log, and the power of thrusts."""
     assert logs.observed is not None
     layout, vehicle = flight.coupled.layout, flight.vehicle
-    columns = observed_columns(layout.arms, layout.rotors)
+    columns = layout.observed
     if name != "rotor_power":
         return logs.observed[..., columns[name]]
     assert vehicle.uav.rotors is not None
@@ -381,6 +383,8 @@ def default_variables(vehicle: Vehicle, scenario: Any) -> tuple[str, ...]:
         absent |= OF_ROTORS
     elif vehicle.uav.rotors.radius is None:
         absent |= {"rotor_power"}
+    if not any(term.has_energy for term in terms_of(vehicle)):
+        absent |= {"term_energy"}
     if scenario.controller is None:
         absent |= {"command"}
     if scenario.controller is None or not scenario.targets:

@@ -49,7 +49,16 @@ class Tree:
     @property
     def layout(self) -> Layout:
         """Columns of its states, inputs and logs."""
-        return Layout(self.sections, sum(term.states for term in self.terms), self.air)
+        states = sum(term.states for term in self.terms)
+        energies = any(term.has_energy for term in self.terms)
+        return Layout(self.sections, states, self.air, energies)
+
+    @property
+    def parameters(self) -> dict[str, tuple[int, ...]]:
+        """Fields of the Plant that terms read, with the shape of each."""
+        found = {k: shape for term in self.terms for k, shape in term.parameters(self).items()}
+        width = sum(term.width for term in self.terms)
+        return found | ({"term_numbers": (width,)} if width else {})
 
     @property
     def first(self) -> tuple[int, ...]:
@@ -159,9 +168,8 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
         body_moment: Vectors
         body_inertia: Matrices
 
-    for term in tree.terms:
-        for name, shape in term.parameters(tree).items():
-            Plant.__annotations__[name] = _kind(Real, shape)
+    for name, shape in tree.parameters.items():
+        Plant.__annotations__[name] = _kind(Real, shape)
     Plant = wp.struct(Plant)
 
     @wp.func
