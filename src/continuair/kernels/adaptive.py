@@ -72,9 +72,9 @@ def adaptive_arguments(precision: str) -> Adaptive:
     @wp.struct
     class Control:
         """allowed (runs or 1, state), errors of a step in the kernels' units, which are `absolute`
-        in natural ones; relative, the share of a component that is added to these. longest (runs or 1, 2): the first step and any [s];
-        begin: an error of the first step in allowed ones, to the power of 1/order. most: steps of a
-        run, rejected ones included."""
+        in natural ones; relative, the share of a component that is added to these. longest (runs
+        or 1, 2): the first step and any [s]; begin: an error of the first step in allowed ones, to
+        the power of 1/order. most: steps of a run, rejected ones included."""
 
         allowed: wp.array2d(dtype=Cell)
         absolute: Cell
