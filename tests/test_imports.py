@@ -65,6 +65,7 @@ ROOMS = {
         {"implicit"},
         {"integrators", "logs"},
         {"signals", "embedded"},
+        {"step_control"},
         {"adaptive"},
         {"rollout", "observe", "energies", "deviations", "turning", "slopes"},
     ],

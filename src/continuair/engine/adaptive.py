@@ -12,9 +12,10 @@ import warp as wp
 
 from continuair.engine.engine import Engine, Start
 from continuair.engine.lanes import packs_of
-from continuair.kernels.adaptive import COUNTS, FIRST, GROWTH, STEPS, adaptive_arguments
+from continuair.kernels.adaptive import COUNTS, STEPS
 from continuair.kernels.embedded import TSIT5, Pair
 from continuair.kernels.signals import signal_struct
+from continuair.kernels.step_control import FIRST, GROWTH, control_arguments
 from continuair.kernels.types import FULL_LENGTH
 from continuair.signals import Signal
 
@@ -232,7 +233,7 @@ def _joined(parts: Sequence[Array]) -> Array:
 
 @lru_cache(maxsize=8)
 def _method(precision: str, device: str, pair: Pair) -> Any:
-    found, Cell = adaptive_arguments(precision).Method(), getattr(wp, precision)
+    found, Cell = control_arguments(precision).Method(), getattr(wp, precision)
     for name in ("stages", "nodes", "error", "dense"):
         setattr(found, name, wp.array(getattr(pair, name), dtype=Cell, device=device))
     found.own, found.before = (exponent / pair.order for exponent in GROWTH)
@@ -241,7 +242,7 @@ def _method(precision: str, device: str, pair: Pair) -> Any:
 
 
 def _control(engine: Engine, tolerance: Tolerance, pair: Pair, gravity: float, runs: Array) -> Any:
-    found = adaptive_arguments(engine.dtype.name).Control()
+    found = control_arguments(engine.dtype.name).Control()
     scales, period = error_scales(engine, gravity, runs)
     absolute = tolerance.relative if tolerance.absolute is None else tolerance.absolute
     found.allowed = engine.upload(absolute * scales)
@@ -275,7 +276,7 @@ def error_scales(engine: Engine, gravity: float, runs: Array) -> tuple[Array, Ar
 
 
 def _ticks(engine: Engine, ticks: Ticks) -> Any:
-    found = adaptive_arguments(engine.dtype.name).Ticks()
+    found = control_arguments(engine.dtype.name).Ticks()
     found.starts, found.ends = engine.upload(ticks.times[:-1]), engine.upload(ticks.times[1:])
     found.samples = engine.upload(ticks.samples)
     return found

@@ -5,8 +5,6 @@ of its own. A step ends at the run's next break or at the tick, and never passes
 its signals. Samples are read from the pair's interpolant, and so do not change the steps.
 """
 
-from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import warp as wp
@@ -15,10 +13,11 @@ from continuair.kernels.arguments import arguments
 from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.embedded import stage_code
 from continuair.kernels.flight import flight_code
-from continuair.kernels.numbers import Numbers, holding, number_code
+from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.pilot import PilotCode
 from continuair.kernels.signals import signal_code
 from continuair.kernels.step import NOT_FINITE, OVERTURNED, STEP_LIMIT, UNSEEN, stepping_code
+from continuair.kernels.step_control import LARGEST_ERROR, control_arguments, control_code
 from continuair.kernels.types import Tree, device_types
 
 COUNTS = 5
@@ -27,131 +26,8 @@ time reached [s], and the most that rotors were asked for beyond their limits.""
 
 STEPS, REJECTED, EVALUATIONS, REACHED, SATURATION = range(COUNTS)
 
-GROWTH = (-0.3, 0.1)
-"""Exponents, times one over the order, of the error of this step and of the one before in the next
-step: gentle ones, as errors swing with a vibration."""
-
-SAFETY, LEAST, MOST = 0.9, 0.2, 5.0
-"""Factor of a step's length that the error allows, and by what a step may differ from the last."""
-
-FIRST = 0.01
-"""Share of the allowed error that the first step is chosen for."""
-
-_LARGEST_ERROR = 1e10
-_SMALLEST_ERROR = 1e-10
 _BISECTIONS = 40
-
-
-@dataclass(frozen=True)
-class Adaptive:
-    """Structs of the kernel's arguments besides those of any roll-out."""
-
-    Method: Any
-    Control: Any
-    Ticks: Any
-
-
-@cache
-def adaptive_arguments(precision: str) -> Adaptive:
-    """The structs for one precision."""
-    Cell = getattr(wp, precision)
-
-    @wp.struct
-    class Method:
-        """A `Pair`: stages (S, S), nodes (S,), error (S,), dense (S, 4); exponents of the error of
-        this step, of the one before, and of a rejected one."""
-
-        stages: wp.array2d(dtype=Cell)
-        nodes: wp.array(dtype=Cell)
-        error: wp.array(dtype=Cell)
-        dense: wp.array2d(dtype=Cell)
-        own: Cell
-        before: Cell
-        rejected: Cell
-
-    @wp.struct
-    class Control:
-        """allowed (runs or 1, state), errors of a step in the kernels' units, which are `absolute`
-        in natural ones; relative, the share of a component that is added to these. longest (runs
-        or 1, 2): the first step and any [s]; begin: an error of the first step in allowed ones, to
-        the power of 1/order. most: steps of a run, rejected ones included."""
-
-        allowed: wp.array2d(dtype=Cell)
-        absolute: Cell
-        relative: Cell
-        longest: wp.array2d(dtype=Cell)
-        begin: Cell
-        most: Cell
-
-    @wp.struct
-    class Ticks:
-        """Starts and ends of the intervals between ticks, and times of samples [s]."""
-
-        starts: wp.array(dtype=Cell)
-        ends: wp.array(dtype=Cell)
-        samples: wp.array(dtype=Cell)
-
-    return holding(Adaptive, locals())
-
-
-@dataclass(frozen=True)
-class _Control:
-    """error_of(off, y, new, allowed, relative), the largest error over what is allowed;
-    first_of(rate, y, allowed, control), a first step [s]; grown(error, before, rejected, method)
-    and shrunk(error, method), factors of the next step."""
-
-    error_of: Any
-    first_of: Any
-    grown: Any
-    shrunk: Any
-
-
-@cache
-def _control_code(numbers: Numbers, tree: Tree) -> _Control:
-    """How long steps are."""
-    types, code, sums = device_types(numbers, tree), number_code(numbers), stage_code(numbers, tree)
-    Real, State, width, power = types.Real, types.State, types.layout.state, sums.power
-    above, finite = code.above, code.finite
-    Control, Method = (
-        adaptive_arguments(numbers.precision).Control,
-        adaptive_arguments(numbers.precision).Method,
-    )
-    zero, one, half = Real(0.0), Real(1.0), Real(0.5)
-    smallest, largest = Real(_SMALLEST_ERROR), Real(_LARGEST_ERROR)
-    safety, least, most = Real(SAFETY), Real(LEAST), Real(MOST)
-
-    @wp.func
-    def error_of(off: State, y: State, new: State, allowed: State, relative: Real):
-        """The largest error of a component, over what is allowed; very large if not finite."""
-        worst = zero
-        for j in range(width):
-            bound = allowed[j] + relative * wp.max(wp.abs(y[j]), wp.abs(new[j]))
-            worst = wp.max(worst, wp.abs(off[j]) / bound)
-        worst = finite(wp.length_sq(off) + wp.length_sq(new), worst, largest)
-        return wp.min(wp.max(worst, smallest), largest)
-
-    @wp.func
-    def first_of(rate: State, y: State, allowed: State, control: Control):
-        """A first step: it changes the state by little."""
-        fastest = smallest
-        for j in range(width):
-            bound = allowed[j] + Real(control.relative) * wp.abs(y[j])
-            fastest = wp.max(fastest, wp.abs(rate[j]) / bound)
-        return finite(fastest, Real(control.begin) / fastest, one)
-
-    @wp.func
-    def grown(error: Real, before: Real, rejected: Real, method: Method):
-        """The factor by which the next step is longer than one that was accepted."""
-        factor = safety * power(error, method.own) * power(before, method.before)
-        factor = wp.min(wp.max(factor, least), most)
-        return above(rejected, half, wp.min(factor, one), factor)
-
-    @wp.func
-    def shrunk(error: Real, method: Method):
-        """The factor by which a rejected step is tried again."""
-        return wp.min(wp.max(safety * power(error, method.rejected), least), one)
-
-    return holding(_Control, locals())
+"""Of a step in which a run ends: to 1e-12 of its length."""
 
 
 def adaptive_kernel(
@@ -171,77 +47,252 @@ def adaptive_kernel(
     """
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
     stepping, begins = stepping_code(numbers, tree), arguments(numbers.precision)
-    own, signals_of = adaptive_arguments(numbers.precision), signal_code(numbers)
-    code, sums, steer = (
-        number_code(numbers),
-        stage_code(numbers, tree),
-        _control_code(numbers, tree),
-    )
+    own, signals_of = control_arguments(numbers.precision), signal_code(numbers)
+    code, sums, steer = number_code(numbers), stage_code(numbers, tree), control_code(numbers, tree)
     Cell, Real, State, Push = types.Cell, types.Real, types.State, types.Push
     Vehicles, Drive, Start = structs.Vehicles, begins.Drive, begins.Start
     Method, Control, Ticks, Signals = own.Method, own.Control, own.Ticks, signals_of.Signals
-    flight_of, freeze, load_state = structs.flight_of, structs.freeze, types.load_state
-    Branch, branch_at, followed = stepping.Branch, stepping.branch_at, stepping.followed
-    end_of, added, compensated = stepping.end_of, stepping.added, stepping.compensated
-    Loop, pilot_of, decide, push_at = pilot.Loop, pilot.pilot_of, pilot.decide, pilot.push_at
-    Stages, Interpolant, combined, weighed = (
-        sums.Stages, sums.Interpolant, sums.combined, sums.weighed,
-    )  # fmt: skip
-    store, stored, interpolate, between = sums.store, sums.stored, sums.interpolate, sums.at
-    mixed = sums.mixed
-    evaluate, longest_at, next_break = (
-        signals_of.evaluate,
-        signals_of.longest,
-        signals_of.next_break,
-    )
-    error_of, first_of, grown, shrunk = (
-        steer.error_of, steer.first_of, steer.grown, steer.shrunk,
-    )  # fmt: skip
+    Flight, flight_of, freeze = structs.Flight, structs.flight_of, structs.freeze
+    load_state, Branch, branch_at = types.load_state, stepping.Branch, stepping.branch_at
+    followed, end_of = stepping.followed, stepping.end_of
+    added, compensated = stepping.added, stepping.compensated
+    Loop, Pilot, pilot_of = pilot.Loop, pilot.Pilot, pilot.pilot_of
+    decide, push_at = pilot.decide, pilot.push_at
+    Stages, Interpolant = sums.Stages, sums.Interpolant
+    combined, weighed, store, stored = sums.combined, sums.weighed, sums.store, sums.stored
+    interpolate, between, mixed = sums.interpolate, sums.at, sums.mixed
+    evaluate, longest_at = signals_of.evaluate, signals_of.longest
+    next_break, stepped = signals_of.next_break, steer.stepped
+    allowed_of, error_of, first_of = steer.allowed_of, steer.error_of, steer.first_of
+    factor_of = steer.factor_of
     above, any_above, all_above = code.above, code.any_above, code.all_above
     at, of_run, keep_whole, keep_of_run = code.at, code.of_run, code.keep_whole, code.keep_of_run
-    width, sections, lanes = types.layout.state, types.layout.sections, code.lanes
+    sections, lanes = types.layout.sections, code.lanes
     rate_of, excess_of = dynamics.rate_of, dynamics.loads.excess_of
     misdirected, coarse = dynamics.loads.misdirected, numbers.precision == "float32"
     limited, misleading = excess_of is not None, misdirected is not None
-    zero, half, one, two = Real(0.0), Real(0.5), Real(1.0), Real(2.0)
-    almost, last_node = Real(1.0 + (1e-4 if coarse else 1e-6)), Real(1.0 - 1e-6)
-    followable = Real(1e-6 if coarse else 1e-9)
-    shortest = Real(1e-7 if coarse else 1e-12)
+    zero, half, one = Real(0.0), Real(0.5), Real(1.0)
+    last_node, almost = Real(1.0 - 1e-6), Real(1.0 + 1e-6)
+    # Of 64-bit and 32-bit numbers: steps that see on which side a direction turns, and the least.
+    followable, shortest = Real(1e-6 if coarse else 1e-9), Real(1e-7 if coarse else 1e-12)
     not_finite, step_limit = Real(float(NOT_FINITE)), Real(float(STEP_LIMIT))
     unseen, overturned = Real(float(UNSEEN)), Real(float(OVERTURNED))
-    beyond_any = Real(0.5 * _LARGEST_ERROR)
-    least_memory, bisections = Real(1e-4), _BISECTIONS
+    beyond_any, least_error, bisections = Real(0.5 * LARGEST_ERROR), Real(1e-4), _BISECTIONS
+
+    @wp.struct
+    class Course:
+        """What a run is flown by: its inputs and the motion of its target over time, how steps are
+        made and what they may err by, when it is acted on, and the loop."""
+
+        signals: Signals
+        motion: Signals
+        method: Method
+        control: Control
+        ticks: Ticks
+        loop: Loop
+
+    @wp.struct
+    class Progress:
+        """How far a run is. rest: what rounding added to y, in single precision. upcoming, sample:
+        index of its next break and of its next sample. before, rejected: error of the step before,
+        and 1 if the last was rejected. fresh: 1 where the first stage is to be evaluated anew.
+        waiting: 1 until the next tick; ended: its status."""
+
+        y: State
+        rest: State
+        branch: Branch
+        push: Push
+        stages: Stages
+        inside: Interpolant
+        t: Real
+        h: Real
+        upcoming: Real
+        sample: Real
+        before: Real
+        rejected: Real
+        fresh: Real
+        waiting: Real
+        ended: Real
+        taken: Real
+        refused: Real
+        evaluated: Real
+        excess: Real
+
+    @wp.struct
+    class Attempt:
+        """A step from t to its end, and y, the state there. reaches: 1 where that is a break or the
+        tick; good: 1 where it is accepted; status: that the run ends with in it, or 0."""
+
+        step: Real
+        end: Real
+        reaches: Real
+        y: State
+        error: Real
+        good: Real
+        status: Real
 
     @wp.func
-    def allowed_of(control: Control, run: int):
-        out = State()
-        for j in range(width):
-            out[j] = of_run(control.allowed, run, j)
+    def put_inputs(course: Course, flight: Flight, time: Real, before: Real):
+        """Write inputs, and the target's motion, at a time; before: 1 for just before a break."""
+        if course.signals.driven.shape[0] > 0:
+            evaluate(course.signals, flight.inputs, flight.run, time, before)
+        if wp.static(every_stage):
+            evaluate(course.motion, course.loop.motion, flight.run, time, before)
+
+    @wp.func
+    def longest_of(course: Course, flight: Flight, t: Real):
+        """The longest step from a time."""
+        out = of_run(course.control.longest, flight.run, 1)
+        if course.signals.driven.shape[0] > 0:
+            out = wp.min(out, longest_at(course.signals, flight.run, t))
+        if wp.static(every_stage):
+            out = wp.min(out, longest_at(course.motion, flight.run, t))
         return out
 
     @wp.func
-    def stepped(trial: Real, t: Real, target: Real):
-        """A step from a time towards a target: its length, its end, and whether it gets there.
-
-        Two steps that are left are of one length. Ends are numbers, and lengths their difference.
-        """
-        left = target - t
-        reaches = above(trial * almost, left, one, zero)
-        step = above(two * trial, left, half * left, trial)
-        end = above(reaches, half, target, t + step)
-        return end - t, end, reaches
+    def is_left(course: Course, sample: Real):
+        """1 where there is another sample."""
+        return above(Real(Cell(course.ticks.samples.shape[0])), sample, one, zero)
 
     @wp.func
-    def due_until(samples: wp.array(dtype=Cell), sample: Real, t: Real):
-        """1 where the next sample is not after a time."""
-        there = above(at(samples, sample), t, zero, one)
-        return above(Real(Cell(samples.shape[0])), sample, there, zero)
+    def log_now(
+        course: Course, flight: Flight, p: wp.ref[Progress], log: wp.array3d(dtype=Cell), push: Push
+    ):
+        """Log the sample that is due, if any."""
+        due = is_left(course, p.sample) * above(at(course.ticks.samples, p.sample), p.t, zero, one)
+        due = above(p.ended, zero, zero, due)
+        log_row(log, p.sample, due, p.y, flight, p.branch, push)
+        p.sample = p.sample + due
 
     @wp.func
-    def due_before(samples: wp.array(dtype=Cell), sample: Real, t: Real):
-        """1 where the next sample is before a time."""
-        there = above(t, at(samples, sample), one, zero)
-        return above(Real(Cell(samples.shape[0])), sample, there, zero)
+    def begin_tick(
+        i: int, course: Course, flight: Flight, pilot: Pilot, p: wp.ref[Progress],
+        log: wp.array3d(dtype=Cell),
+    ):  # fmt: skip
+        """Let the controller act."""
+        if wp.static(every_stage):
+            evaluate(course.motion, course.loop.motion, flight.run, p.t, zero)
+        decision = decide(i, p.t, p.y, p.branch.direction, flight, pilot, p.push)
+        p.push = decision.push
+        log_now(course, flight, p, log, p.push)
+        gone = above(decision.lost, one, overturned, unseen * decision.lost)
+        p.ended = p.ended + above(p.ended, zero, zero, gone)
+        p.fresh = one
+        p.waiting = above(p.ended, zero, zero, one)
+
+    @wp.func
+    def attempt(
+        course: Course,
+        flight: Flight,
+        pilot: Pilot,
+        p: wp.ref[Progress],
+        allowed: State,
+        tick: Real,
+    ):
+        """Evaluate all stages of a step, and its error."""
+        out = Attempt()
+        method, along = course.method, p.branch.direction
+        target = wp.min(next_break(course.signals, flight.run, p.upcoming), tick)
+        most = longest_of(course, flight, p.t)
+        trial = stepped(wp.min(p.h, most), p.t, target)
+        count = method.nodes.shape[0]
+        begin = wp.int32(1)
+        if any_above(p.fresh, half):
+            begin = wp.int32(0)
+        out.y = p.y
+        for stage in range(begin, count):
+            node = Real(method.nodes[stage])
+            at_end = above(node, last_node, one, zero)
+            time = above(at_end, half, trial.end, p.t + node * trial.step)
+            out.y = added(p.y, trial.step * combined(p.stages, method.stages, stage))
+            put_inputs(course, flight, time, at_end)
+            push = push_at(0, time, out.y, along, flight, pilot, p.push)
+            k = rate_of(out.y, along, flight, 0, push)
+            if stage == 0:
+                k = mixed(p.fresh, k, stored(p.stages, 0))
+            store(p.stages, stage, k)
+            if stage == 0 and any_above(zero, p.h):
+                # The first step of all follows from the rates at the start.
+                first = wp.min(
+                    first_of(k, p.y, allowed, course.control),
+                    of_run(course.control.longest, flight.run, 0),
+                )
+                p.h = above(zero, p.h, first, p.h)
+                trial = stepped(wp.min(p.h, most), p.t, target)
+        out.step = trial.step
+        out.end = trial.end
+        out.reaches = trial.reaches
+        off = out.step * weighed(p.stages, method.error, count)
+        out.error = error_of(off, p.y, out.y, allowed, Real(course.control.relative))
+        if wp.static(misleading):
+            # Loads along directions that are followed: short steps see where these turn.
+            doubt = misdirected(p.y, out.y, along, flight, 0) / Real(course.control.absolute)
+            out.error = wp.max(out.error, above(out.step, followable, doubt, zero))
+        out.good = above(out.error, one, zero, p.waiting)
+        p.evaluated = p.evaluated + p.waiting * (Real(Cell(count - 1)) + p.fresh)
+        return out
+
+    @wp.func
+    def choose_step(course: Course, p: wp.ref[Progress], tried: wp.ref[Attempt]):
+        """The next step, by the error of this one; a run that cannot go on ends."""
+        factor = factor_of(tried.error, p.before, p.rejected, tried.good, course.method)
+        proposed = factor * tried.step
+        # A step that something else cut short tells little of the next one.
+        cut = above(p.h, almost * tried.step, tried.good, zero)
+        kept = above(cut, half, wp.max(proposed, p.h), proposed)
+        p.h = above(p.waiting, half, kept, p.h)
+        p.before = above(tried.good, half, wp.max(tried.error, least_error), p.before)
+        p.rejected = above(p.waiting, half, one - tried.good, p.rejected)
+        p.taken = p.taken + tried.good
+        p.refused = p.refused + p.waiting - tried.good
+        # Too short to go on: of rates that are no numbers, or of kinks.
+        why = above(tried.error, beyond_any, not_finite, step_limit)
+        tried.status = above(shortest, p.h, p.waiting * why, zero)
+        many = above(p.taken + p.refused, Real(course.control.most), p.waiting, zero)
+        tried.status = above(many, half, step_limit, tried.status)
+
+    @wp.func
+    def locate_end(course: Course, p: wp.ref[Progress], tried: wp.ref[Attempt]):
+        """Cut a step short where its run ends in it."""
+        ends = tried.good * end_of(tried.y)
+        if any_above(ends, zero):
+            interpolate(p.inside, p.stages, course.method.dense, course.method.nodes.shape[0])
+            low = zero
+            high = one
+            for _ in range(bisections):
+                middle = half * (low + high)
+                there = end_of(added(p.y, tried.step * between(p.inside, middle)))
+                low = above(there, zero, low, middle)
+                high = above(there, zero, middle, high)
+            last = added(p.y, tried.step * between(p.inside, high))
+            tried.y = mixed(ends, last, tried.y)
+            tried.end = above(ends, zero, p.t + high * tried.step, tried.end)
+            tried.status = above(ends, zero, ends, tried.status)
+
+    @wp.func
+    def due_within(course: Course, p: wp.ref[Progress], tried: wp.ref[Attempt]):
+        """1 where the next sample is within a step that is accepted."""
+        there = above(tried.end, at(course.ticks.samples, p.sample), tried.good, zero)
+        return there * is_left(course, p.sample)
+
+    @wp.func
+    def log_samples(
+        course: Course, flight: Flight, pilot: Pilot, p: wp.ref[Progress], tried: wp.ref[Attempt],
+        log: wp.array3d(dtype=Cell),
+    ):  # fmt: skip
+        """Log the samples within a step, from the interpolant."""
+        due = due_within(course, p, tried)
+        if any_above(due, half):
+            interpolate(p.inside, p.stages, course.method.dense, course.method.nodes.shape[0])
+            while any_above(due, half):
+                time = at(course.ticks.samples, p.sample)
+                y = added(p.y, tried.step * between(p.inside, (time - p.t) / tried.step))
+                if wp.static(every_stage):
+                    evaluate(course.motion, course.loop.motion, flight.run, time, zero)
+                push = push_at(0, time, y, p.branch.direction, flight, pilot, p.push)
+                log_row(log, p.sample, due, y, flight, followed(p.branch, y), push)
+                p.sample = p.sample + due
+                due = due_within(course, p, tried)
 
     @wp.func
     def mixed_branches(which: Real, x: Branch, y: Branch):
@@ -251,6 +302,45 @@ def adaptive_kernel(
         for j in range(sections):
             out.turns[j] = above(which, half, x.turns[j], y.turns[j])
         return out
+
+    @wp.func
+    def accept(
+        i: int, course: Course, flight: Flight, pilot: Pilot, p: wp.ref[Progress],
+        tried: wp.ref[Attempt],
+    ):  # fmt: skip
+        """Go to the end of a step where it is accepted."""
+        good, count = tried.good, course.method.nodes.shape[0]
+        if wp.static(limited):
+            put_inputs(course, flight, tried.end, one)
+            push = push_at(0, tried.end, tried.y, p.branch.direction, flight, pilot, p.push)
+            p.excess = wp.max(p.excess, good * excess_of(tried.y, flight, 0, push))
+        if wp.static(coarse):
+            change = tried.step * combined(p.stages, course.method.stages, count - 1)
+            summed, rest = compensated(p.y, p.rest, change)
+            p.rest = mixed(good, rest, p.rest)
+            tried.y = mixed(above(tried.status, zero, zero, one), summed, tried.y)
+        p.branch = mixed_branches(good, followed(p.branch, tried.y), p.branch)
+        p.y = mixed(good, tried.y, p.y)
+        p.t = above(good, half, tried.end, p.t)
+        store(p.stages, 0, mixed(good, stored(p.stages, count - 1), stored(p.stages, 0)))
+        if wp.static(every_stage):
+            evaluate(course.motion, course.loop.motion, flight.run, p.t, zero)
+            decision = decide(i, p.t, p.y, p.branch.direction, flight, pilot, p.push)
+            lost = above(good, half, unseen * decision.lost, zero)
+            tried.status = above(tried.status, zero, tried.status, lost)
+
+    @wp.func
+    def settle(
+        course: Course, flight: Flight, p: wp.ref[Progress], tried: wp.ref[Attempt], tick: Real
+    ):
+        """Pass a break that was reached, and wait at the tick."""
+        arrived = tried.good * tried.reaches
+        there = above(next_break(course.signals, flight.run, p.upcoming), p.t, zero, arrived)
+        p.upcoming = p.upcoming + there
+        p.fresh = above(p.waiting, half, there, p.fresh)
+        p.ended = p.ended + p.waiting * tried.status
+        short_of = above(arrived, half, above(tick, p.t, one, zero), p.waiting)
+        p.waiting = above(p.ended, zero, zero, short_of)
 
     @wp.kernel(name=name, enable_backward=False, module="unique", module_options=code.options)
     def adaptive(
@@ -269,177 +359,44 @@ def adaptive_kernel(
     ):
         run = wp.tid() * lanes
         flight = flight_of(vehicles, drive, run)
-        unit = flight.plant.unit
         if wp.static(dynamics.freezes):
-            flight.frozen = freeze(flight, load_state(start.frozen, run, 0, unit))
-        y = load_state(start.states, run, 0, unit)
-        rest = State()
-        branch = branch_at(start.angle, run)
+            flight.frozen = freeze(flight, load_state(start.frozen, run, 0, flight.plant.unit))
         pilot = pilot_of(loop, run)
-        push = Push()
         allowed = allowed_of(control, run)
-        relative, absolute = Real(control.relative), Real(control.absolute)
-        stages = Stages()
-        inside = Interpolant()
-        count = method.nodes.shape[0]
-        timed = signals.driven.shape[0] > 0
-        first_step = of_run(control.longest, run, 0)
-        longest = of_run(control.longest, run, 1)
-        h = Real(-1.0)
-        t = Real(ticks.starts[0])
-        upcoming = Real(0.0)
-        sample = Real(0.0)
-        ended = Real(0.0)
-        before = Real(1.0)
-        rejected = Real(0.0)
-        taken = Real(0.0)
-        refused = Real(0.0)
-        evaluated = Real(0.0)
-        excess = Real(0.0)
+        course = Course()
+        course.signals = signals
+        course.motion = motion
+        course.method = method
+        course.control = control
+        course.ticks = ticks
+        course.loop = loop
+        p = Progress()
+        p.y = load_state(start.states, run, 0, flight.plant.unit)
+        p.branch = branch_at(start.angle, run)
+        p.t = Real(ticks.starts[0])
+        p.h = Real(-1.0)
+        p.before = one
         for i in range(ticks.starts.shape[0]):
             tick = Real(ticks.ends[i])
-            if wp.static(every_stage):
-                evaluate(motion, loop.motion, run, t, zero)
-            decision = decide(i, t, y, branch.direction, flight, pilot, push)
-            push = decision.push
-            due = above(ended, zero, zero, due_until(ticks.samples, sample, t))
-            log_row(log, sample, due, y, flight, branch, push)
-            sample += due
-            gone = above(decision.lost, one, overturned, unseen * decision.lost)
-            ended += above(ended, zero, zero, gone)
-            fresh = Real(1.0)
-            waiting = above(ended, zero, one, zero)
-            while not all_above(waiting, half):
-                active = one - waiting
-                target = wp.min(next_break(signals, run, upcoming), tick)
-                most = longest
-                if timed:
-                    most = wp.min(most, longest_at(signals, run, t))
-                if wp.static(every_stage):
-                    most = wp.min(most, longest_at(motion, run, t))
-                begin = wp.int32(1)
-                if any_above(fresh, half):
-                    begin = wp.int32(0)
-                step, end, reaches = stepped(wp.min(h, most), t, target)
-                new = y
-                for stage in range(begin, count):
-                    node = Real(method.nodes[stage])
-                    time = above(node, last_node, end, t + node * step)
-                    new = added(y, step * combined(stages, method.stages, stage))
-                    before_break = above(node, last_node, one, zero)
-                    if timed:
-                        evaluate(signals, flight.inputs, run, time, before_break)
-                    if wp.static(every_stage):
-                        evaluate(motion, loop.motion, run, time, before_break)
-                    pushing = push_at(0, time, new, branch.direction, flight, pilot, push)
-                    k = rate_of(new, branch.direction, flight, 0, pushing)
-                    if stage == 0:
-                        k = mixed(fresh, k, stored(stages, 0))
-                    store(stages, stage, k)
-                    if stage == 0 and any_above(zero, h):
-                        # The first step of all follows from the rates at the start.
-                        h = above(zero, h, wp.min(first_of(k, y, allowed, control), first_step), h)
-                        step, end, reaches = stepped(wp.min(h, most), t, target)
-                evaluated += active * (Real(Cell(count - 1)) + fresh)
-                off = step * weighed(stages, method.error, count)
-                error = error_of(off, y, new, allowed, relative)
-                if wp.static(misleading):
-                    # Loads along directions that are followed: short steps see where these turn.
-                    doubt = misdirected(y, new, branch.direction, flight, 0) / absolute
-                    error = wp.max(error, above(step, followable, doubt, zero))
-                good = above(error, one, zero, active)
-                factor = above(
-                    good, half, grown(error, before, rejected, method), shrunk(error, method)
-                )
-                proposed = factor * step
-                # A step that something else cut short tells little of the next one.
-                kept = above(
-                    good, half, above(h, almost * step, wp.max(proposed, h), proposed), proposed
-                )
-                h = above(active, half, kept, h)
-                before = above(good, half, wp.max(error, least_memory), before)
-                rejected = above(active, half, one - good, rejected)
-                taken += good
-                refused += active - good
-                # A step that is too short to go on: of rates that are no numbers, or of kinks.
-                why = above(error, beyond_any, not_finite, step_limit)
-                failed = above(shortest, h, active * why, zero)
-                failed = above(taken + refused, Real(control.most), active * step_limit, failed)
-                now = above(good, half, end_of(new), zero)
-                whole = one
-                if any_above(good, half):
-                    if any_above(now, zero):
-                        # Where in the step the status begins.
-                        interpolate(inside, stages, method.dense, count)
-                        low = zero
-                        for _ in range(bisections):
-                            middle = half * (low + whole)
-                            there = end_of(added(y, step * between(inside, middle)))
-                            low = above(there, zero, low, middle)
-                            whole = above(there, zero, middle, whole)
-                        whole = above(now, zero, whole, one)
-                        new = mixed(now, added(y, step * between(inside, whole)), new)
-                        end = above(now, zero, t + whole * step, end)
-                    reached = good * due_before(ticks.samples, sample, end)
-                    if any_above(reached, half):
-                        interpolate(inside, stages, method.dense, count)
-                        while any_above(reached, half):
-                            time = at(ticks.samples, sample)
-                            seen = added(y, step * between(inside, (time - t) / step))
-                            if wp.static(every_stage):
-                                evaluate(motion, loop.motion, run, time, zero)
-                            pushing = push_at(0, time, seen, branch.direction, flight, pilot, push)
-                            log_row(
-                                log, sample, reached, seen, flight, followed(branch, seen), pushing
-                            )
-                            sample += reached
-                            reached = reached * due_before(ticks.samples, sample, end)
-                    if wp.static(limited):
-                        if timed:
-                            evaluate(signals, flight.inputs, run, end, one)
-                        beyond = excess_of(
-                            new,
-                            flight,
-                            0,
-                            push_at(0, end, new, branch.direction, flight, pilot, push),
-                        )
-                        excess = wp.max(excess, above(good, half, beyond, zero))
-                    if wp.static(coarse):
-                        summed, left_over = compensated(
-                            y, rest, step * combined(stages, method.stages, count - 1)
-                        )
-                        rest = mixed(good, left_over, rest)
-                        new = mixed(above(now, zero, zero, one), summed, new)
-                    branch = mixed_branches(good, followed(branch, new), branch)
-                    y = mixed(good, new, y)
-                    t = above(good, half, end, t)
-                    store(stages, 0, mixed(good, stored(stages, count - 1), stored(stages, 0)))
-                arrived = good * reaches
-                on_break = above(
-                    arrived, half, above(next_break(signals, run, upcoming), t, zero, one), zero
-                )
-                upcoming += on_break
-                fresh = above(active, half, on_break, fresh)
-                if wp.static(every_stage):  # noqa: SIM102 (the first is decided as code is made)
-                    if any_above(good, half):
-                        evaluate(motion, loop.motion, run, t, zero)
-                        decision = decide(i, t, y, branch.direction, flight, pilot, push)
-                        gone = above(good, half, unseen * decision.lost, zero)
-                        now = above(now, zero, now, gone)
-                ended += active * above(now, zero, now, failed)
-                waiting = above(
-                    ended, zero, one, above(arrived, half, above(tick, t, zero, one), waiting)
-                )
-            if all_above(ended, zero):
+            begin_tick(i, course, flight, pilot, p, log)
+            while any_above(p.waiting, half):
+                tried = attempt(course, flight, pilot, p, allowed, tick)
+                choose_step(course, p, tried)
+                if any_above(tried.good, half):
+                    locate_end(course, p, tried)
+                    log_samples(course, flight, pilot, p, tried, log)
+                    accept(i, course, flight, pilot, p, tried)
+                settle(course, flight, p, tried, tick)
+            if all_above(p.ended, zero):
                 break
-        due = above(ended, zero, zero, due_until(ticks.samples, sample, t))
-        pushing = push_at(0, t, y, branch.direction, flight, pilot, push)
-        log_row(log, sample, due, y, flight, branch, pushing)
-        keep_whole(status, run, ended)
-        keep_of_run(counts, run, 0, taken)
-        keep_of_run(counts, run, 1, refused)
-        keep_of_run(counts, run, 2, evaluated)
-        keep_of_run(counts, run, 3, t)
-        keep_of_run(counts, run, 4, excess)
+        log_now(
+            course, flight, p, log, push_at(0, p.t, p.y, p.branch.direction, flight, pilot, p.push)
+        )
+        keep_whole(status, run, p.ended)
+        keep_of_run(counts, run, 0, p.taken)
+        keep_of_run(counts, run, 1, p.refused)
+        keep_of_run(counts, run, 2, p.evaluated)
+        keep_of_run(counts, run, 3, p.t)
+        keep_of_run(counts, run, 4, p.excess)
 
     return adaptive
