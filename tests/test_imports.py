@@ -33,6 +33,7 @@ ROOMS = {
         {"cli"},
     ],
     "vehicle": [
+        {"arc"},
         {"fields", "runs", "layout", "poles", "allocation"},
         {"inertia", "replacing", "rotors"},
         {"disk", "camera", "uav", "coordinates"},

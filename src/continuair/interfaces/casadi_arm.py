@@ -110,9 +110,10 @@ class Arm:
 
 def arms_of(vehicle: Vehicle, bends: SX) -> list[Arm]:
     """The arms of a vehicle at bends (N, 2) that are symbols."""
-    z = DM.eye(6 + 2 * vehicle.sections)
+    z = DM.eye(vehicle.layout.coordinates)
     tables = np.split(pack_table(vehicle, threads=1)[0], vehicle.sections)
-    each = ((bends[i, :].T, z[6 + 2 * i : 8 + 2 * i, :], table) for i, table in enumerate(tables))
+    own = vehicle.layout.polar_of
+    each = ((bends[i, :].T, z[own(i), :], table) for i, table in enumerate(tables))
     arms = []
     for chain in vehicle.arms:
         T = DM(Rotation.from_quat(chain.attitude).as_matrix())

@@ -1,6 +1,6 @@
 """Warp types of one kind of numbers and tree of arms, and the parts of a state by name."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -49,7 +49,11 @@ class Tree:
     @property
     def layout(self) -> Layout:
         """Columns of its states, inputs and logs."""
-        return Layout(self.sections, sum(term.states for term in self.terms), self.air)
+        return replace(
+            Layout.of_arcs(*self.sections),
+            rotors=sum(term.states for term in self.terms),
+            air=self.air,
+        )
 
     @property
     def first(self) -> tuple[int, ...]:
