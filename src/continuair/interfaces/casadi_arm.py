@@ -15,9 +15,9 @@ import numpy as np
 from casadi import DM, SX
 from scipy.spatial.transform import Rotation
 
-from continuair.engine.moments import length_unit
 from continuair.engine.pack import pack_table
-from continuair.kernels.types import FULL_LENGTH, MOMENTS
+from continuair.kernels.types import FULL_LENGTH
+from continuair.sections.arc.moments import MOMENTS, length_unit
 from continuair.vehicle.arms import ArmChain, TipBody
 from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle

@@ -29,6 +29,8 @@ class Section(Part):
     bits in an array and alone, and on every processor; powers have not.
     """
 
+    kind: ClassVar[str] = "arc"
+
     refused: ClassVar[Mapping[str, str]] = {
         "poisson_ratio": "is not needed, because bending alone does not use it; leave it out",
         "tendons": "are not simulated yet; leave the tables out, and give bend moments directly",
