@@ -31,7 +31,7 @@ from continuair.flight.rotors import still
 from continuair.scenario.excitations import Shared, Swelling, Wave, plus
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.standard_loops import hover_loop
-from continuair.vehicle.arc import polar_of
+from continuair.vehicle.arc import bend_vectors, polar_of
 from continuair.vehicle.layout import OF_NAME, Layout
 from continuair.vehicle.vehicle import Vehicle
 
@@ -212,7 +212,7 @@ def _shared(wave: Wave, arm: ExcitedArm) -> Shared:
     """A wave on the first section of an arm, with what makes its further ones bend alike."""
     shares = np.zeros((*arm.moments.shape[:-1], wave.width))
     for place, section in enumerate(arm.places):
-        shares[..., 2 * section] = arm.moments[..., place] / arm.moments[..., 0]
+        bend_vectors(shares)[..., section, 0] = arm.moments[..., place] / arm.moments[..., 0]
     return _spread(wave, shares)
 
 
