@@ -71,8 +71,8 @@ ROOMS = {
         {"integrators", "logs"},
         {"rollout", "observe", "deviations", "turning", "slopes"},
     ],
-    "sections": [{"kind"}, {"arc"}],
-    "sections.arc": [{"moments", "bend"}, {"element", "place"}, {"joint"}],
+    "sections": [{"kind", "symbolic"}, {"arc"}],
+    "sections.arc": [{"moments", "bend"}, {"element", "place", "symbolic"}, {"joint"}],
     "terms": [
         {"term"},
         {"push", "paper_torques", "rotors", "uav_drag", "arm_drag", "tip_wrench"},

@@ -17,9 +17,9 @@ from casadi import DM, SX, Function
 
 from continuair.errors import InputError, shown
 from continuair.interfaces.casadi_arm import Arm, arms_of, body_inertia
-from continuair.kernels.types import MAX_BEND_ANGLE
+from continuair.sections import kind_of
 from continuair.terms import terms_of
-from continuair.vehicle.arc import AXES, COORDINATES
+from continuair.vehicle.arc import COORDINATES
 from continuair.vehicle.vehicle import Vehicle
 
 _SLOW = 1e-12
@@ -129,15 +129,17 @@ def _velocity_terms(bodies: list[tuple[SX, SX]], x: dict[str, SX]) -> SX:
 
 def _springs(x: dict[str, SX], arms: list[Arm]) -> SX:
     sections = [each.section for arm in arms for each in arm.sections]
-    stiff = DM([each.bending_stiffness * each.length for each in sections for _ in AXES])
-    damped = DM([each.structural_damping * each.length for each in sections for _ in AXES])
+    stiff, damped = (
+        DM(np.concatenate([getattr(kind_of(each), name)(each, 1)[0] for each in sections]))
+        for name in ("stiffness", "damping")
+    )
     return ca.vertcat(SX(6, 1), -stiff * _flat(x["bend"]) - damped * _flat(x["bend_rate"]))
 
 
 def _valid(arms: list[Arm]) -> SX:
-    """1, and NaN where a section is bent beyond a full circle, where nothing here holds."""
-    angles = [ca.sumsqr(each.bend * each.section.length) for arm in arms for each in arm.sections]
-    return ca.if_else(ca.mmax(ca.vertcat(*angles)) > MAX_BEND_ANGLE**2, np.nan, 1)
+    """1, and NaN where a section is bent beyond its range, where nothing here holds."""
+    bent = [each.bent for arm in arms for each in arm.sections]
+    return ca.if_else(ca.mmax(ca.vertcat(*bent)) > 1, np.nan, 1)
 
 
 def _flat(per_section: SX) -> SX:

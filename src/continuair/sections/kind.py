@@ -308,6 +308,30 @@ class SectionKind:
         """
         raise NotImplementedError
 
+    def symbolic(self, section: Section, base: Any, coordinates: Any, rate: Any, table: Any) -> Any:
+        """Return the section in CasADi, or None for a kind that has no such form.
+
+        Parameters
+        ----------
+        section : Section
+            A section of a vehicle.
+        base : Frame
+            The frame at its base, of sections/symbolic.py.
+        coordinates : SX
+            Its coordinates.
+        rate : DM
+            What the rates of the coordinates are of the rates of the vehicle, z.
+        table : ndarray
+            Its table of coefficients.
+
+        Returns
+        -------
+        object or None
+            An object with `section`, `frame(share)` at a share of the length, `motion` of base and
+            coordinates, `inertia` in that, and `bent`, the part of the range that is used.
+        """
+        return None
+
     def device(self, numbers: Numbers, tree: Tree, section: int) -> SectionCode:
         """Return the device code of a section; the same code for the same arguments.
 

@@ -6,7 +6,7 @@ arrays in vehicle/arc.py.
 
 from dataclasses import dataclass
 from functools import cache
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import warp as wp
@@ -55,6 +55,11 @@ class Arc(SectionKind):
         rod = _Rod(section, runs)
         disks = [[part[at] for part in disk] for disk in rod.disks]
         return polynomials(rod.length[at], [part[at] for part in rod.backbone], disks)
+
+    def symbolic(self, section: Section, base: Any, coordinates: Any, rate: Any, table: Any) -> Any:
+        from continuair.sections.arc.symbolic import BentArc
+
+        return BentArc(section, base, coordinates, rate, table)
 
     def device(self, numbers: Numbers, tree: Tree, section: int) -> SectionCode:
         return _device(numbers, tree, section)
