@@ -10,6 +10,15 @@ import continuair
 import continuair.errors
 
 PACKAGE = Path(continuair.errors.__file__).parent
+# Kernels that sections are written with; all other kernels are built on the sections.
+NUMBERS_AND_STATES = [
+    {"options"},
+    {"single"},
+    {"packs", "duals"},
+    {"numbers"},
+    {"elementary", "arguments"},
+    {"types", "probe"},
+]
 # Folder -> layers of what is in it, by name. A module may import from earlier layers only, and from
 # what it is in itself: a folder counts as one, but for a file in it that is named with it.
 ROOMS = {
@@ -18,6 +27,8 @@ ROOMS = {
         {"files", "checks", "progress", "warning", "immutable", "signals"},
         {"vehicle"},
         {"equations"},
+        *({f"kernels.{name}" for name in layer} for layer in NUMBERS_AND_STATES),
+        {"sections"},
         {"kernels"},
         {"terms"},
         {"controllers"},
@@ -33,7 +44,7 @@ ROOMS = {
         {"cli"},
     ],
     "vehicle": [
-        {"effect"},
+        {"effect", "arc"},
         {"fields", "runs", "layout", "poles", "allocation"},
         {"inertia", "replacing", "rotors"},
         {"disk", "camera", "uav", "coordinates"},
@@ -43,12 +54,7 @@ ROOMS = {
         {"vehicle_file", "template", "bending"},
     ],
     "kernels": [
-        {"options"},
-        {"single"},
-        {"packs", "duals"},
-        {"numbers"},
-        {"elementary", "arguments"},
-        {"types", "probe"},
+        *NUMBERS_AND_STATES,
         {"arm"},
         {"flight", "elimination"},
         {"load", "wind"},
@@ -69,12 +75,14 @@ ROOMS = {
         {"adaptive"},
         {"rollout", "observe", "energies", "deviations", "turning", "slopes"},
     ],
+    "sections": [{"kind", "symbolic"}, {"arc"}],
+    "sections.arc": [{"moments", "bend"}, {"element", "place", "symbolic"}, {"joint"}],
     "terms": [
         {"term"},
         {"push", "paper_torques", "rotors", "uav_drag", "arm_drag", "tip_wrench"},
     ],
     "engine": [
-        {"moments", "compiling", "lanes", "rows", "law_names", "law_reading"},
+        {"compiling", "lanes", "rows", "law_names", "law_reading"},
         {"law_numbers"},
         {"law_parts"},
         {"law_made"},
@@ -227,6 +235,7 @@ ROOMS = {
 # The readable form is the oracle of the fast one, so that form must not be built on it.
 INDEPENDENT_OF_EQUATIONS = (
     "kernels",
+    "sections",
     "terms",
     "engine",
     "flight",
@@ -311,7 +320,7 @@ def test_what_is_static_in_device_code_is_so_when_it_is_defined() -> None:
     at once: one of a loop's variable is not, so that another process would compile the module anew,
     and a changed value might not be noticed."""
     late = []
-    device = (PACKAGE / room for room in ("kernels", "terms"))
+    device = (PACKAGE / room for room in ("kernels", "sections", "terms"))
     for path in sorted(path for room in device for path in room.rglob("*.py")):
         for function in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(function, ast.FunctionDef):

@@ -18,6 +18,7 @@ import continuair as ca
 from continuair.engine import factory
 from continuair.engine.law_made import made_law
 from continuair.kernels.types import Tree
+from continuair.sections import arcs
 from continuair.terms import UavDrag
 
 VEHICLE = ca.load_vehicle("paper")
@@ -123,7 +124,8 @@ def test_laws_differ_by_their_last_digit(lanes: int) -> None:
     """In single precision, by which Warp tells a pack's numbers apart, both are the same."""
     near = 0.5 + 1e-9
     made = [
-        made_law(partial(law_of, number), "float64", Tree((1,)), 0, lanes) for number in (0.5, near)
+        made_law(partial(law_of, number), "float64", Tree(arcs(1)), 0, lanes)
+        for number in (0.5, near)
     ]
     assert made[0] != made[1] and made[0].name != made[1].name
     slow, same, faster = (moved(partial(law_of, each)) for each in (0.5, 0.5, near))
@@ -133,12 +135,12 @@ def test_laws_differ_by_their_last_digit(lanes: int) -> None:
 
 def test_a_law_of_the_same_text_is_another_one_for_another_tree_of_arms() -> None:
     trees = (
-        Tree((1,)),
-        Tree((1,), bodies=True),
-        Tree((1,), turned=True),
-        Tree((1,), terms=(UavDrag(),)),
+        Tree(arcs(1)),
+        Tree(arcs(1), bodies=True),
+        Tree(arcs(1), turned=True),
+        Tree(arcs(1), terms=(UavDrag(),)),
     )
-    assert len({made_law(pushing, "float64", tree, 0) for tree in (*trees, Tree((1,)))}) == 4
+    assert len({made_law(pushing, "float64", tree, 0) for tree in (*trees, Tree(arcs(1)))}) == 4
 
 
 def test_a_law_whose_file_is_edited_flies_on_as_the_program_has_read_it(

@@ -12,13 +12,14 @@ from continuair.engine.factory import Closing, closed_loop, kernels, watching
 from continuair.engine.law_made import made_law
 from continuair.kernels.laws.servoing import law
 from continuair.kernels.types import Tree
+from continuair.sections import arcs
 from continuair.terms import ArmDrag, DirectPush, PaperTorques, RotorThrusts, TipWrench, UavDrag
 
 INPUTS = DirectPush(), PaperTorques(), TipWrench()
-ONE, ARMS = Tree((1,), terms=INPUTS), Tree((2, 1), bodies=True, turned=True, terms=INPUTS)
+ONE, ARMS = Tree(arcs(1), terms=INPUTS), Tree(arcs(2, 1), bodies=True, turned=True, terms=INPUTS)
 THRUSTS = RotorThrusts(count=6, prompt=True, washing=True)
 ALL = DirectPush(), PaperTorques(), THRUSTS, UavDrag(), ArmDrag(), TipWrench()
-FURNISHED = Tree((2, 1), turned=True, terms=ALL)
+FURNISHED = Tree(arcs(2, 1), turned=True, terms=ALL)
 HOPPER = 90
 """Compute capability 9.0, of the H100 and H200."""
 

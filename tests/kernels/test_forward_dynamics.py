@@ -5,8 +5,8 @@ import pytest
 
 import continuair as ca
 from continuair import equations
-from continuair.engine import moments as arc
 from continuair.engine.engine import Drive, Engine, Start
+from continuair.sections.arc import moments as arc
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import GENERAL, PAPER
 from tests.kernels.conftest import Place

@@ -20,7 +20,7 @@ from continuair.engine.slopes import Slopes
 from continuair.engine.tangents import tangents_of
 from continuair.flight.prepare import prepare
 from continuair.flight.rollout import fly
-from continuair.vehicle.layout import GENERAL, TIP, Layout
+from continuair.vehicle.layout import GENERAL, TIP
 
 Array = np.ndarray
 
@@ -67,7 +67,7 @@ CASES = [
 
 def scenario(vehicle: ca.Vehicle, kappa: float, steps: int, **changes: Any) -> ca.Scenario:
     """A flight that turns, moves and bends, under all inputs; kappa: of every section [1/m]."""
-    layout = Layout(vehicle.shape)
+    layout = vehicle.layout
     rng = np.random.default_rng(3)
     q, qd = rng.uniform(-0.4, 0.4, (2, layout.coordinates))
     q[6::2] = kappa

@@ -12,8 +12,9 @@ from continuair.engine.engine import Drive, Engine, Start, check_device
 from continuair.errors import InputError, shown
 from continuair.flight.prepare import check_same_runs
 from continuair.kernels.dynamics import MODELS
+from continuair.vehicle.arc import bend_vectors, polar_of
 from continuair.vehicle.coordinates import branches_of, paper_accelerations, state_from_paper
-from continuair.vehicle.layout import FIELDS, GENERAL, PAPER, TIP, Layout
+from continuair.vehicle.layout import FIELDS, GENERAL, PAPER, TIP
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
 _REGULAR = 1e-9
@@ -43,7 +44,7 @@ def forward_dynamics(
     at κ = 0 if κ_s is 0.
     """
     gravity = _checked(vehicle, model, gravity, dtype, device)
-    layout = Layout(vehicle.shape)
+    layout = vehicle.layout
     arrays = {
         name: checks.rows(name, value, width)
         for name, value, width in (
@@ -99,8 +100,8 @@ def accelerations(
     `independent` freezes its arms as they are here. Raises InputError.
     """
     gravity = _checked(vehicle, model, gravity, dtype, device)
-    layout = Layout(vehicle.shape)
-    per_section, per_arm = (layout.sections, 2), (layout.arms, 6)
+    layout = vehicle.layout
+    per_section, per_arm = bend_vectors(np.zeros(layout.bends)).shape, (layout.arms, 6)
     given = {
         "attitude": (attitude, (4,)),
         "bend": (bend, per_section),
@@ -175,7 +176,7 @@ def _check_regular(q: np.ndarray, kappa_s: np.ndarray) -> None:
             "q holds a pitch of a quarter turn, where roll and yaw have no accelerations; give "
             "another pitch, or simulate, whose state has no singularity."
         )
-    if ((q[:, 6::2] == 0.0) & (kappa_s == 0.0)).any():
+    if ((polar_of(q)[0] == 0.0) & (kappa_s == 0.0)).any():
         raise InputError(
             "q holds a bend of 0 while its kappa_s is 0, where psi_a has no acceleration; give a "
             "bend, or a kappa_s above 0."

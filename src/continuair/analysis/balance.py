@@ -6,6 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from continuair.vehicle.arc import COORDINATES, bend_vectors
+
 Slope = Callable[[np.ndarray], np.ndarray]
 
 _STEPS = 500
@@ -28,8 +30,9 @@ def balance(slope: Slope, largest: np.ndarray) -> np.ndarray | None:
     the lengths of the pairs (n,) stay below. From a balance that is not stable, as of an arm that
     stands upright, it goes on to both sides, where it falls most; the nearer to 0 counts.
     """
-    ways = [np.zeros(2 * len(largest))]
-    for _ in range(1 + 2 * len(largest)):
+    size = COORDINATES * len(largest)
+    ways = [np.zeros(size)]
+    for _ in range(1 + size):
         ends = [end for way in ways if (end := _downhill(slope, way, largest)) is not None]
         for end in sorted(ends, key=lambda end: np.round(np.linalg.norm(end / largest.max()), 6)):
             curvatures, axes = np.linalg.eigh(_curvature(slope, end, largest))
@@ -80,7 +83,7 @@ def _leads_down(
 
 def _curvature(slope: Slope, x: np.ndarray, largest: np.ndarray) -> np.ndarray:
     """The symmetric part of the slopes' slopes (2 n, 2 n)."""
-    h = _DIFFERENCE * np.repeat(largest, 2)
+    h = _DIFFERENCE * np.repeat(largest, COORDINATES)
     aside = np.diag(h)
     ahead, behind = np.split(slope(np.vstack([x + aside, x - aside])), 2)
     found = (ahead - behind) / (2.0 * h[:, None])
@@ -89,4 +92,4 @@ def _curvature(slope: Slope, x: np.ndarray, largest: np.ndarray) -> np.ndarray:
 
 def _sizes(x: np.ndarray) -> np.ndarray:
     """Lengths (n,) of pairs."""
-    return np.asarray(np.linalg.norm(x.reshape(-1, 2), axis=1))
+    return np.asarray(np.linalg.norm(bend_vectors(x), axis=-1))

@@ -14,7 +14,6 @@ from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
 from continuair.controllers.inertias import bend_inertia
-from continuair.vehicle.layout import Layout
 from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle
 
@@ -100,14 +99,17 @@ def _of_chain(vehicle: Vehicle) -> ExcitedArm:
 
 def _lowest_mode(vehicle: Vehicle, places: range) -> tuple[float, float]:
     """Frequency [rad/s] and damping ratio of the lowest clamped mode of an arm's sections."""
-    layout = Layout(vehicle.shape)
+    layout = vehicle.layout
     all_sections = [section for arm in vehicle.arms for section in arm.section]
-    of_arm = np.arange(layout.bends).reshape(-1, 2)[list(places)].ravel()
+    of_arm = np.concatenate([np.arange(layout.bends)[layout.of_section[k]] for k in places])
     stiffness, damping = (
-        np.diag(np.repeat([getattr(all_sections[k], name) * all_sections[k].length
-                           for k in places], 2))
+        np.diag(
+            layout.per_coordinate([getattr(each, name) * each.length for each in all_sections])[
+                of_arm
+            ]
+        )
         for name in ("bending_stiffness", "structural_damping")
-    )  # fmt: skip
+    )
     squares, shapes = eigh(stiffness, bend_inertia(vehicle)[np.ix_(of_arm, of_arm)])
     frequency, shape = float(np.sqrt(squares[0])), shapes[:, 0]
     return frequency, float(shape @ damping @ shape) / (2.0 * frequency)

@@ -68,7 +68,7 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
     if base != "clamped":
         # Velocities of the linear system are in world axes, shapes in those of the body.
         shapes = np.vstack([_attitude(at).inv().as_matrix() @ shapes[:3], shapes[3:]])
-    bends = Layout(vehicle.shape).bends
+    bends = vehicle.layout.bends
     return Modes(found.frequencies, found.ratios, real_shapes(shapes, bends))
 
 
@@ -78,9 +78,7 @@ def _bending(
     """The vibration of the bends, and shapes (coordinates or bends, modes)."""
     felt = 0.0 if free else gravity
     model = "coupled" if free else "independent"
-    held = holding(Engine(vehicle, "decoupled"), at[None], felt)[0][
-        Layout(vehicle.shape).bend_moment
-    ]
+    held = holding(Engine(vehicle, "decoupled"), at[None], felt)[0][vehicle.layout.bend_moment]
     A, _ = linearize(vehicle, at, bend_moment=held, model=model, gravity=felt)
     n = len(A) // 2
     base_rate, bend, rate = slice(n, n + 6), slice(6, n), slice(n + 6, 2 * n)
@@ -95,7 +93,7 @@ def _bending(
 
 def _hovering(vehicle: Vehicle, at: np.ndarray, gravity: float) -> tuple[Vibration, np.ndarray]:
     """As `_bending`, of all motions that something resists."""
-    layout = Layout(vehicle.shape)
+    layout = vehicle.layout
     held = holding(Engine(vehicle, "decoupled"), at[None], gravity)[0]
     push = {name: held[getattr(layout, name)] for name in ("force", "moment", "bend_moment")}
     A, B = linearize(vehicle, at, **push, gravity=gravity)
@@ -126,4 +124,6 @@ def _attitude(at: np.ndarray) -> Rotation:
 def _dampings(vehicle: Vehicle) -> np.ndarray:
     """Moment of each bend per its rate (bends,), of the sections' damping."""
     sections = [section for arm in vehicle.arms for section in arm.section]
-    return np.repeat([section.structural_damping * section.length for section in sections], 2)
+    return vehicle.layout.per_coordinate(
+        [section.structural_damping * section.length for section in sections]
+    )

@@ -13,8 +13,8 @@ from continuair.engine.engine import Engine
 from continuair.errors import InputError
 from continuair.flight.holding import holding
 from continuair.flight.rotors import still
+from continuair.vehicle.arc import bend_vectors, polar_of
 from continuair.vehicle.bending import check_bend, largest_bends
-from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 
@@ -53,12 +53,12 @@ def trim(
         float(checks.row("yaw", yaw, 1)[0]),
         checks.vector("position", position, 3, or_zero=True),
     )
-    layout, engine = Layout(vehicle.shape), Engine(vehicle, "decoupled")
+    layout, engine = vehicle.layout, Engine(vehicle, "decoupled")
     tip_wrench = checks.vector("tip_wrench", tip_wrench, 6 * layout.arms, or_zero=True)
 
     def held(k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Paper coordinates (n, …) at bends k (n, bends), and the pushes that hold them."""
-        x, y = np.moveaxis(k.reshape(len(k), -1, 2), -1, 0)
+        x, y = np.moveaxis(bend_vectors(k), -1, 0)
         polar = np.stack([np.hypot(x, y), np.arctan2(y, x)], axis=-1).reshape(len(k), -1)
         base = np.concatenate([position, [0.0, 0.0, yaw]])
         q = np.hstack([np.broadcast_to(base, (len(k), 6)), polar])
@@ -68,7 +68,7 @@ def trim(
         k = _free_bend(vehicle, lambda k: held(k)[1][:, layout.bend_moment])
     else:
         k = checks.vector("bend", bend, layout.bends)
-        check_bend("bend", bend, np.linalg.norm(k.reshape(-1, 2), axis=1), vehicle)
+        check_bend("bend", bend, np.linalg.norm(bend_vectors(k), axis=-1).ravel(), vehicle)
     (q,), (push,) = held(k[None])
     bend_moment = np.zeros(layout.bends) if bend is None else push[layout.bend_moment]
     return Trim(q, push[layout.force], push[layout.moment], bend_moment)
@@ -82,8 +82,9 @@ def _free_bend(vehicle: Vehicle, needed: Any) -> np.ndarray:
     sections = [section for arm in vehicle.arms for section in arm.section]
     length = np.array([each.length for each in sections])
     # Over √(E I l) moments and bends are those of springs of 1.
-    unit = np.repeat(np.sqrt([each.bending_stiffness for each in sections] * length), 2)
-    largest = largest_bends(vehicle) * unit[::2]
+    of_sections = np.sqrt([each.bending_stiffness for each in sections] * length)
+    unit = vehicle.layout.per_coordinate(of_sections)
+    largest = largest_bends(vehicle) * of_sections
     found = balance(lambda x: needed(x / unit) / unit, largest)
     if found is None:
         raise InputError(
@@ -101,7 +102,7 @@ def held_hover(vehicle: Vehicle, q: np.ndarray, gravity: float = 9.81) -> dict[s
     """
     held = holding(Engine(vehicle, "decoupled"), np.atleast_2d(q), gravity)
     held = held[0] if np.ndim(q) == 1 and vehicle.runs is None else held
-    layout = Layout(vehicle.shape)
+    layout = vehicle.layout
     return still(vehicle) | {
         "force": held[..., layout.force],
         "moment": held[..., layout.moment],
@@ -111,7 +112,7 @@ def held_hover(vehicle: Vehicle, q: np.ndarray, gravity: float = 9.81) -> dict[s
 
 def configuration(name: str, q: Any, vehicle: Vehicle) -> np.ndarray:
     """Paper coordinates (coordinates,) whose bends leave room, 0 by default, or InputError."""
-    width = Layout(vehicle.shape).coordinates
+    width = vehicle.layout.coordinates
     at = np.zeros(width) if q is None else checks.vector(name, q, width, or_zero=True)
-    check_bend(name, at, np.abs(at[6::2]), vehicle)
+    check_bend(name, at, np.abs(polar_of(at)[0]), vehicle)
     return at

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.linalg import eig
 
 from continuair.errors import InputError, shown
+from continuair.vehicle.arc import bend_vectors
 
 _EQUAL = 1e-6
 """Roots that differ by less than this share are those of modes alike."""
@@ -139,7 +140,7 @@ def _nothing_left(of: np.ndarray, count: int) -> np.ndarray:
 def _apart(space: np.ndarray, bends: int) -> np.ndarray:
     """Of motions alike (n, k), orthonormal, those most along x first, and of the first sections:
     a solver leaves the choice to rounding."""
-    later = np.arange(bends // 2) / bends
+    later = np.arange(len(bend_vectors(np.zeros(bends)))) / bends
     most = np.stack([2.0 - later, 1.0 - later], axis=1).ravel()
     bend = space[-bends:]
     return np.asarray(space @ np.linalg.eigh(-bend.conj().T @ (most[:, None] * bend))[1])

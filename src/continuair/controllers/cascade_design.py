@@ -118,8 +118,7 @@ class Design:
         """The value of every field of the law's gains but its noise."""
         ratio, share = self.shape
         k_p, k_v, k_i = position_gains(bandwidths["position"], ratio, share)
-        sections = self.vehicle.sections
-        free = np.repeat(bandwidths["bend"], 2) == 0.0
+        free = self.vehicle.layout.per_coordinate(bandwidths["bend"]) == 0.0
         limits = {name: np.asarray(value) for name, value in self.limits.items()}
         return {
             "period": np.array(self.period),
@@ -136,7 +135,7 @@ class Design:
             "most_thrust": limits["thrust"][1],
             "most_moment": limits["moment"],
             "bend_limit": np.where(free, 0.0, limits["bend_moment"]),
-            "bend_speed": np.full(2 * sections, limits["bend_speed"]),
+            "bend_speed": np.full(self.vehicle.layout.bends, limits["bend_speed"]),
             "bend_washout": per_period(bandwidths["attitude"], self.period),
         }
 

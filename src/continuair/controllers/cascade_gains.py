@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from continuair.controllers.hover import Hover
+from continuair.vehicle.arc import COORDINATES
 
 Array = np.ndarray
 
@@ -48,7 +49,7 @@ def bend_gains(
 
     damping_ratio: of the bends about their references. A section whose rate is 0 gets no moment.
     """
-    rates = np.repeat(rates, 2)
+    rates = np.repeat(rates, COORDINATES)
     held = rates > 0.0
     M = hover.free_bends
     own = hover.stiffness / np.diag(M)

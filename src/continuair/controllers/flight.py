@@ -15,6 +15,7 @@ from continuair.controllers.hover import hover
 from continuair.errors import InputError, nearest, shown
 from continuair.kernels.laws.feeding import FEEDFORWARD
 from continuair.kernels.laws.flight import LAWS
+from continuair.vehicle.arc import bend_vectors
 from continuair.vehicle.bending import check_bend
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
@@ -80,7 +81,7 @@ def flight_controller(
     lag = _lag(vehicle, rotor_lag)
     ratio = checks.positive("damping_ratio", damping_ratio)
     share = checks.number("integral_share", integral_share, least=0.0)
-    bends = np.empty((0, 2 * vehicle.sections)) if bend is None else _bends(vehicle, bend)
+    bends = np.empty((0, vehicle.layout.bends)) if bend is None else _bends(vehicle, bend)
     if not real_gains(ratio, share):
         raise InputError(
             f"integral_share is {shown(integral_share)}, with which damping_ratio {ratio:g} has no "
@@ -215,9 +216,9 @@ def _bend_bandwidth(value: Any, sections: int) -> np.ndarray | None:
 
 def _bends(vehicle: Vehicle, value: Any) -> np.ndarray:
     """Rows (postures, 2 per section) of bends that the arms can have [1/m]."""
-    found = checks.rows("bend", value, 2 * vehicle.sections)
+    found = checks.rows("bend", value, vehicle.layout.bends)
     for each in found:
-        check_bend("bend", value, np.hypot(each[::2], each[1::2]), vehicle)
+        check_bend("bend", value, np.hypot(*bend_vectors(each).T), vehicle)
     return found
 
 

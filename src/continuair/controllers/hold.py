@@ -11,6 +11,7 @@ from continuair.controllers.controller import REACHED, Controller
 from continuair.controllers.inertias import bend_inertia, rigid_inertia
 from continuair.errors import InputError, shown
 from continuair.kernels.laws.hold import law, limited_law
+from continuair.vehicle.arc import bend_vectors
 from continuair.vehicle.bending import check_bend
 from continuair.vehicle.vehicle import check_single_vehicle
 
@@ -43,7 +44,7 @@ def hold(
     """
     check_single_vehicle(vehicle)
     sections = [section for arm in vehicle.arms for section in arm.section]
-    straight = np.zeros(2 * len(sections))
+    straight = np.zeros(vehicle.layout.bends)
     turn = checks.vector("attitude", attitude, 4)
     if not np.linalg.norm(turn) > 0.0:
         raise InputError(f"attitude is {shown(attitude)}; give a unit quaternion (x, y, z, w).")
@@ -55,9 +56,10 @@ def hold(
         "attitude_rate": checks.positive("attitude_rate", attitude_rate),
         "bend_rate": _bend_rate(bend_rate, len(sections)),
     }
-    check_bend("bend", bend, np.linalg.norm(settings["bend"].reshape(-1, 2), axis=1), vehicle)
+    check_bend("bend", bend, np.linalg.norm(bend_vectors(settings["bend"]), axis=1), vehicle)
+    per_coordinate = vehicle.layout.per_coordinate
     held = np.broadcast_to(settings["bend_rate"], len(sections)) > 0.0
-    if settings["bend"][~np.repeat(held, 2)].any():
+    if settings["bend"][~per_coordinate(held)].any():
         raise InputError(
             f"bend is {shown(bend)}, but bend_rate {shown(bend_rate)} leaves sections of it free; "
             "give a rate above 0 [rad/s], or zeros for these."
@@ -67,11 +69,11 @@ def hold(
         "mass": vehicle.mass,
         "inertia": rigid_inertia(vehicle)[3:, 3:],
         # What the others do does not push a section that is free.
-        "bend_inertia": np.where(np.repeat(held, 2)[:, None], bend_inertia(vehicle), 0.0),
-        "stiffness": np.repeat(np.where(held, stiffness, 0.0), 2),
+        "bend_inertia": np.where(per_coordinate(held)[:, None], bend_inertia(vehicle), 0.0),
+        "stiffness": per_coordinate(np.where(held, stiffness, 0.0)),
     }
     gains = {name: np.asarray(value) for name, value in (settings | plant).items()}
-    gains["bend_rate"] = np.repeat(np.broadcast_to(settings["bend_rate"], len(sections)), 2)
+    gains["bend_rate"] = per_coordinate(np.broadcast_to(settings["bend_rate"], len(sections)))
     given = {"force": force, "moment": moment, "bend_moment": bend_moment}
     if all(each is None for each in given.values()):
         return Controller("hold", law, gains, False, settings, asks=6)

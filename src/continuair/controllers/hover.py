@@ -10,6 +10,7 @@ import numpy as np
 from continuair.controllers.inertias import held_inertia
 from continuair.equations.kinematics import skew, unbounded
 from continuair.equations.masses import mass_times_height
+from continuair.vehicle.arc import bend_vectors
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -70,14 +71,16 @@ class Hover:
 def hover(vehicle: Vehicle, gravity: float, bend: tuple[float, ...] | None = None) -> Hover:
     """The linear system of a vehicle of one run, its arms held at bends (2 per section) [1/m],
     straight by default."""
-    held = np.zeros(2 * vehicle.sections) if bend is None else np.array(bend)
-    M = held_inertia(vehicle, held.reshape(-1, 2))
+    held = np.zeros(vehicle.layout.bends) if bend is None else np.array(bend)
+    M = held_inertia(vehicle, bend_vectors(held))
     n, mass = len(M) - 6, float(M[0, 0])
     off = -M[:3, 3:6]
     H = np.array([off[2, 1], off[0, 2], off[1, 0]])
     sections = [each for arm in vehicle.arms for each in arm.section]
     stiffness = _stiffness(vehicle)
-    damping = np.repeat([each.structural_damping * each.length for each in sections], 2)
+    damping = vehicle.layout.per_coordinate(
+        [each.structural_damping * each.length for each in sections]
+    )
     weight = gravity * _height_slopes(unbounded(vehicle), held)
     K = np.zeros((6 + n, 6 + n))
     # A bend moves the centre of mass by F b, on which the thrust turns the vehicle.
@@ -110,7 +113,7 @@ def resting(vehicle: Vehicle, gravity: float, free: Array) -> tuple[float, ...]:
     """Bends (2 per section) [1/m] at which the sections that are free (sections,) rest under
     their weight, the others held straight; straight where no stable rest is found."""
     level, stiffness = unbounded(vehicle), _stiffness(vehicle)
-    lengths, moving = _lengths(vehicle), np.repeat(free, 2)
+    lengths, moving = _lengths(vehicle), vehicle.layout.per_coordinate(free)
     bend = np.zeros(len(lengths))
     for _ in range(_MOST_TRIES if free.any() else 0):
         pull = stiffness * bend + gravity * _height_slope(level, bend)
@@ -130,19 +133,23 @@ def resting(vehicle: Vehicle, gravity: float, free: Array) -> tuple[float, ...]:
 
 def _lengths(vehicle: Vehicle) -> Array:
     """Of the section of each bend coordinate [m]."""
-    return np.repeat([each.length for arm in vehicle.arms for each in arm.section], 2)
+    return vehicle.layout.per_coordinate(
+        [each.length for arm in vehicle.arms for each in arm.section]
+    )
 
 
 def _stiffness(vehicle: Vehicle) -> Array:
     """Of each bend coordinate [N m³]."""
     sections = (each for arm in vehicle.arms for each in arm.section)
-    return np.repeat([each.bending_stiffness * each.length for each in sections], 2)
+    return vehicle.layout.per_coordinate(
+        [each.bending_stiffness * each.length for each in sections]
+    )
 
 
 def _height(level: Vehicle, bend: Array) -> float:
     """Σ m z of the level vehicle at bends (bends,)."""
-    pairs = bend.reshape(-1, 2)
-    kappa = np.maximum(np.hypot(*pairs.T), _STRAIGHT / _lengths(level)[::2])
+    pairs = bend_vectors(bend)
+    kappa = np.maximum(np.hypot(*pairs.T), _STRAIGHT / bend_vectors(_lengths(level))[:, 0])
     polar = np.column_stack([kappa, np.arctan2(pairs[:, 1], pairs[:, 0])])
     return float(mass_times_height(level, np.concatenate([np.zeros(6), polar.ravel()])))
 

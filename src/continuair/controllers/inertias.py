@@ -10,6 +10,7 @@ from continuair import checks
 from continuair.equations import mass_matrix
 from continuair.equations.camera import axes_on_body, on_body
 from continuair.equations.kinematics import skew, unbounded
+from continuair.vehicle.arc import polar_of
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 
@@ -30,8 +31,9 @@ def _lengths(vehicle: Vehicle) -> np.ndarray:
 def _of_polar(vehicle: Vehicle, bend: np.ndarray) -> np.ndarray:
     """M (coordinates, coordinates) of the level vehicle with bends (sections, 2) [1/m] of which
     none is 0, κ_s off."""
-    q = np.zeros(6 + 2 * vehicle.sections)
-    q[6::2], q[7::2] = np.hypot(*bend.T), np.arctan2(*bend.T[::-1])
+    q = np.zeros(vehicle.layout.coordinates)
+    kappa, psi = polar_of(q)
+    kappa[:], psi[:] = np.hypot(*bend.T), np.arctan2(*bend.T[::-1])
     return mass_matrix(unbounded(vehicle), q)
 
 
@@ -61,7 +63,7 @@ def held_inertia(vehicle: Vehicle, bend: np.ndarray) -> np.ndarray:
         rates = np.eye(6 + bend.size)
         for section, (x, y) in enumerate(at):
             # The rates of κ and ψa by those of the bend vector.
-            kappa, own = np.hypot(x, y), slice(6 + 2 * section, 8 + 2 * section)
+            kappa, own = np.hypot(x, y), vehicle.layout.polar_of(section)
             rates[own, own] = [[x / kappa, y / kappa], [-y / kappa**2, x / kappa**2]]
         found.append(rates.T @ _of_polar(vehicle, at) @ rates)
     return np.asarray(np.mean(found, axis=0))

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from continuair.engine.moments import length_unit, polynomials
 from continuair.kernels.types import Tree
+from continuair.sections import kind_of
 from continuair.terms import compiled_terms, pack_terms
 from continuair.vehicle.arms import ArmChain
+from continuair.vehicle.layout import Layout
 from continuair.vehicle.runs import per_run
-from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -27,7 +27,7 @@ def tree_of(vehicle: Vehicle) -> Tree:
     """What kernels are made for to fly a vehicle."""
     arms, straight = vehicle.arms, np.array([0.0, 0.0, 0.0, 1.0])
     return Tree(
-        tuple(len(arm.section) for arm in arms),
+        tuple(tuple(kind_of(section) for section in arm.section) for arm in arms),
         bodies=any(arm.tip is not None for arm in arms),
         turned=any((np.asarray(arm.attitude) != straight).any() for arm in arms),
         eye=vehicle.camera_arm,
@@ -36,16 +36,18 @@ def tree_of(vehicle: Vehicle) -> Tree:
 
 
 def pack_table(vehicle: Vehicle, threads: int) -> Array:
-    """Polynomials (vehicles, sections times terms, functions) of all sections, arm by arm.
+    """Coefficients (vehicles, rows, columns) of all sections, arm by arm, as their kinds have them.
 
     threads: how many blocks of vehicles are sampled at once.
     """
     runs = vehicle.runs or 1
-    sections = [_Rod(each, runs) for arm in vehicle.arms for each in arm.section]
+    sections = [(kind_of(each), each) for arm in vehicle.arms for each in arm.section]
+    columns = max(kind.columns for kind, _ in sections)
     blocks = [slice(first, first + _BLOCK) for first in range(0, runs, _BLOCK)]
 
     def sample(at: slice) -> Array:
-        return np.concatenate([each.polynomials(at) for each in sections], axis=1)
+        tables = (kind.table(section, runs, at) for kind, section in sections)
+        return np.concatenate([_wide(table, columns) for table in tables], axis=1)
 
     if len(blocks) == 1:
         return sample(blocks[0])
@@ -54,35 +56,10 @@ def pack_table(vehicle: Vehicle, threads: int) -> Array:
         return np.concatenate(list(pool.map(sample, blocks)))
 
 
-class _Rod:
-    """A section's parts over runs: length (runs,); (mass, transverse, axial inertia) of the
-    backbone, and after its position of every disk."""
-
-    def __init__(self, section: Section, runs: int) -> None:
-        self.length = per_run(section.length, runs)
-        densities = (
-            section.mass_per_length,
-            section.transverse_inertia_per_length,
-            section.axial_inertia_per_length,
-        )
-        self.backbone = [per_run(density, runs) * self.length for density in densities]
-        self.disks = [
-            [
-                per_run(value, runs)
-                for value in (d.position, d.mass, d.transverse_inertia, d.axial_inertia)
-            ]
-            for d in section.disks
-        ]
-
-    def polynomials(self, at: slice) -> Array:
-        """Coefficients (n, terms, functions) of some runs."""
-        disks = [[part[at] for part in disk] for disk in self.disks]
-        return polynomials(self.length[at], [part[at] for part in self.backbone], disks)
-
-    @property
-    def axial_inertia(self) -> Array:
-        """Of backbone and disks about the tangent (runs,) [kg m²]."""
-        return np.asarray(self.backbone[2] + sum(disk[3] for disk in self.disks))
+def _wide(table: Array, columns: int) -> Array:
+    """A table (n, rows, columns) of a kind that may have fewer columns than others."""
+    missing = columns - table.shape[-1]
+    return np.pad(table, ((0, 0), (0, 0), (0, missing))) if missing else table
 
 
 def pack_plants(vehicle: Vehicle, Plant: Any) -> Array:
@@ -99,7 +76,7 @@ def pack_plants(vehicle: Vehicle, Plant: Any) -> Array:
         plants["arm_mass"][:, index] = per_run(arm.mass, runs)
         _pack_mount(plants, index, arm)
         _pack_body(plants, index, arm)
-        _pack_sections(plants, first, arm, lengths[index])
+        _pack_sections(plants, vehicle.layout, first, arm, lengths[index])
         first += len(arm.section)
     pack_terms(plants, vehicle)
     return plants
@@ -127,27 +104,26 @@ def _pack_body(plants: Array, index: int, arm: ArmChain) -> None:
     plants["body_inertia"][:, index] = inertia.reshape(runs, 9)
 
 
-def _pack_sections(plants: Array, first: int, arm: ArmChain, whole: Array) -> None:
+def _pack_sections(plants: Array, layout: Layout, first: int, arm: ArmChain, whole: Array) -> None:
     """whole: length of the arm (runs,) [m]."""
     runs = len(plants)
     beyond = np.zeros(runs) if arm.tip is None else per_run(arm.tip.mass, runs)
     reach = np.zeros(runs)
     for at in range(len(arm.section) - 1, -1, -1):
         section, where = arm.section[at], first + at
-        length = per_run(section.length, runs)
-        unit = length_unit(length)
+        own, kind = layout.of_section[where], kind_of(section)
+        length, unit = per_run(section.length, runs), kind.units(section, runs)
         mass = per_run(section.mass, runs)
+        plants["unit"][:, own] = unit
+        plants["stiffness"][:, own] = kind.stiffness(section, runs) / unit**2
+        plants["damping"][:, own] = kind.damping(section, runs) / unit**2
         columns = {
-            "unit": unit,
-            "stiffness": per_run(section.bending_stiffness, runs) * length / unit**2,
-            "damping": per_run(section.structural_damping, runs) * length / unit**2,
-            "threshold": per_run(section.kappa_s, runs) * unit,
-            "axial": _Rod(section, runs).axial_inertia,
+            "threshold": per_run(section.kappa_s, runs) * unit[:, 0],
             "section_mass": mass,
             "beyond": beyond,
             "reach": (reach + 0.5 * length) / whole,
         }
-        for name, values in columns.items():
+        for name, values in (columns | kind.pack(section, runs)).items():
             plants[name][:, where] = values
         beyond, reach = beyond + mass, reach + length
 

@@ -135,7 +135,7 @@ def forward_dynamics(
     which Eq. (10) lacks.
     """
     check_without_drag(vehicle)
-    arms, n = len(vehicle.arms), 6 + 2 * vehicle.sections
+    arms, n = len(vehicle.arms), vehicle.layout.coordinates
     kept = _mask(mask, n)
     q, qd = of_shape("q", q, (n,)), of_shape("qd", qd, (n,))
     tau = of_shape("tau", tau, (n,), or_zero=True)

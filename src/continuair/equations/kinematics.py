@@ -80,7 +80,7 @@ def unbounded(vehicle: Vehicle) -> Vehicle:
 
 def check_coordinates(name: str, value: Any, vehicle: Vehicle) -> None:
     """Raise InputError unless a value has the shape of one q of the vehicle; it may be complex."""
-    expected = (6 + 2 * vehicle.sections,)
+    expected = (vehicle.layout.coordinates,)
     if np.shape(value) != expected:
         raise InputError(f"{name} has shape {np.shape(value)}; give an array of shape {expected}.")
     if not checks.means_numbers(value):
@@ -243,5 +243,5 @@ def _found(vehicle: Vehicle, arm: int, section: int) -> tuple[slice, ArmChain]:
     if not 0 <= section < len(chain.section):
         highest = len(chain.section) - 1
         raise InputError(f"section is {shown(section)}; give a whole number from 0 to {highest}.")
-    first = 6 + 2 * (sum(len(each.section) for each in arms[:arm]) + section)
-    return slice(first, first + 2), chain
+    first = sum(len(each.section) for each in arms[:arm])
+    return vehicle.layout.polar_of(first + section), chain

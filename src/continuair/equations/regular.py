@@ -14,6 +14,7 @@ from continuair.equations.dynamics import forward_dynamics, of_shape
 from continuair.equations.kinematics import Array, euler_rate_matrix, rotation, unbounded
 from continuair.equations.turns import of_quaternion
 from continuair.errors import InputError
+from continuair.vehicle.arc import bend_vectors, polar_of
 from continuair.vehicle.vehicle import Vehicle
 
 _COMPLEX_STEP = 1e-30
@@ -52,7 +53,7 @@ def accelerations(
     vectors |= {"force": force, "moment": moment}
     v, ω, F, M = (of_shape(*each, (3,), or_zero=True) for each in vectors.items())
     bends = {"bend": bend, "bend_rate": bend_rate, "bend_moment": bend_moment}
-    per_section = (vehicle.sections, 2)
+    per_section = bend_vectors(np.zeros(vehicle.layout.bends)).shape
     k, k_rate, Q = (of_shape(*each, per_section, or_zero=True) for each in bends.items())
     wrenches = of_shape("tip_wrench", tip_wrench, (len(vehicle.arms), 6), or_zero=True).ravel()
     turned = of_shape("attitude", attitude, (4,))
@@ -85,7 +86,7 @@ def _paper_motion(R: Array, v: Array, ω: Array, k: Array, k_rate: Array) -> tup
 def _polar_forces(q: Array, bend_moment: Array) -> Array:
     """(Q_κ, Q_ψa) of every section (2N,) [N m², N m] of bend moments (N, 2) [N m²]."""
     along, across = _directions(q)
-    return _pairs(_dot(bend_moment, along), q[6::2] * _dot(bend_moment, across))
+    return _pairs(_dot(bend_moment, along), polar_of(q)[0] * _dot(bend_moment, across))
 
 
 def _regular_rates(q: Array, qd: Array, qdd: Array) -> tuple[Array, Array, Array]:
@@ -94,14 +95,16 @@ def _regular_rates(q: Array, qd: Array, qdd: Array) -> tuple[Array, Array, Array
     # The rate of ω is the same vector seen from body and world, as ω × ω is 0.
     ω_rate = rotation(q).T @ (euler_rate_matrix(q) @ qdd[3:6] + T_rate @ qd[3:6])
     along, across = _directions(q)
-    radial = qdd[6::2] - q[6::2] * qd[7::2] ** 2
-    circular = q[6::2] * qdd[7::2] + 2.0 * qd[6::2] * qd[7::2]
+    (κ, _), (κ_d, ψ_d), (κ_dd, ψ_dd) = polar_of(q), polar_of(qd), polar_of(qdd)
+    radial = κ_dd - κ * ψ_d**2
+    circular = κ * ψ_dd + 2.0 * κ_d * ψ_d
     return qdd[:3], ω_rate, radial[:, None] * along + circular[:, None] * across
 
 
 def _directions(q: Array) -> tuple[Array, Array]:
     """Unit vectors (N, 2) along the bends and across them."""
-    sine, cosine = np.sin(q[7::2]), np.cos(q[7::2])
+    _, ψ = polar_of(q)
+    sine, cosine = np.sin(ψ), np.cos(ψ)
     return np.stack([cosine, sine], axis=-1), np.stack([-sine, cosine], axis=-1)
 
 

@@ -15,7 +15,8 @@ from continuair.flight.guiding import guidance_over
 from continuair.flight.time_grid import Grid, instants_at, stage_times
 from continuair.scenario.paths import Path
 from continuair.scenario.scenarios import Scenario
-from continuair.vehicle.layout import Layout, watched_columns
+from continuair.vehicle.arc import angles_of_branch
+from continuair.vehicle.layout import watched_columns
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
 
@@ -35,7 +36,7 @@ def loop_over(vehicle: Vehicle, scenario: Scenario, grid: Grid, runs: int) -> Lo
     blind = controller.guided and not controller.looks
     timing = _blind(grid) if blind else _timing(vehicle, scenario, grid)
     scene = _scene(scenario, grid, timing.every_stage) if scenario.targets else None
-    layout = Layout(vehicle.shape)
+    layout = vehicle.layout
     guidance = guidance_over(scenario, grid, layout) if controller.guided else None
     return Loop(controller, timing, scene, _seeds(scenario.seed, runs), guidance)
 
@@ -72,7 +73,7 @@ def check_view(engine: Engine, scenario: Scenario, start: Start) -> None:
     layout, corners = engine.layout, scenario.targets[0].points
     log = np.zeros((len(start.states), 1, layout.log))
     log[:, 0, : layout.state] = start.states
-    log[:, 0, layout.branch][:, 1::2] = start.angle[:, :-1]
+    angles_of_branch(log[:, 0, layout.branch])[:] = start.angle[:, :-1]
     log[:, 0, layout.roll] = start.angle[:, -1:]
     watched = watch(engine, log, corners, motion_of(scenario, np.zeros(1)))[:, 0]
     columns = watched_columns(len(corners))

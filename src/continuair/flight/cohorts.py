@@ -169,7 +169,7 @@ class Flight:
         found = step_error(sums, looking=self.looks)
         turned = turned_through(sums).reshape(len(chosen), -1).max(axis=1)
         self.turned[chosen] = np.fmax(self.turned[chosen], turned)
-        chained, closed = max(self.coupled.layout.shape) > 1, self.scenario.controller is not None
+        chained, closed = max(self.coupled.vehicle.shape) > 1, self.scenario.controller is not None
         if chained or closed:
             may = may_multiply(sums, self._in_loop(sums, chosen), chained)
             self.sensitive[chosen] |= may.reshape(len(chosen), -1).any(axis=1)

@@ -12,6 +12,7 @@ from continuair.flight.cohorts import Cohort, Flight
 from continuair.flight.time_grid import beside, stage_times
 from continuair.kernels.rollout import SUMS
 from continuair.kernels.step import NOT_FINITE, OK, OVERBENT
+from continuair.vehicle.arc import bend_vectors
 from continuair.vehicle.layout import FIELDS, Layout
 
 Array = np.ndarray
@@ -140,7 +141,7 @@ def _unit(state: np.ndarray, layout: Layout) -> np.ndarray:
 
 def _follow(state: np.ndarray, branch: np.ndarray, layout: Layout) -> np.ndarray:
     """ψa of each bend, and the roll, on the branches nearest to the ones followed so far."""
-    x, y = np.vstack([state[layout.bend].reshape(-1, 2), _tilt(state[layout.attitude])]).T
+    x, y = np.vstack([bend_vectors(state[layout.bend]), _tilt(state[layout.attitude])]).T
     angle = np.arctan2(y, x)
     nearest = angle + np.pi * np.round((branch - angle) / np.pi)
     return np.where((x == 0.0) & (y == 0.0), branch, nearest)
@@ -149,7 +150,7 @@ def _follow(state: np.ndarray, branch: np.ndarray, layout: Layout) -> np.ndarray
 def _row(state: np.ndarray, branch: np.ndarray, layout: Layout) -> np.ndarray:
     psi = branch[:-1]
     along = np.stack([np.cos(psi), np.sin(psi)], axis=-1)
-    kappa = (state[layout.bend].reshape(-1, 2) * along).sum(-1)
+    kappa = (bend_vectors(state[layout.bend]) * along).sum(-1)
     polar = np.stack([kappa, psi], axis=-1).ravel()
     return np.concatenate([state, polar, branch[-1:], np.zeros(layout.push.stop)])
 

@@ -15,8 +15,9 @@ from continuair.flight.time_grid import grid_of
 from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import OK
 from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.arc import angles_of_branch
 from continuair.vehicle.coordinates import branches_of, state_from_paper
-from continuair.vehicle.layout import FIELDS, Layout
+from continuair.vehicle.layout import FIELDS
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
 
@@ -49,7 +50,7 @@ class Fleet:
         self.runs = checks.whole("runs", runs, 1)
         period = checks.positive("period", period, " [s]")
         _check_vehicle(vehicle, runs)
-        width = Layout(vehicle.shape).coordinates
+        width = vehicle.layout.coordinates
         spinning = np.zeros(width)
         spinning[3] = SPIN
         hover = Scenario("hover", np.zeros(width), spinning, duration=period, gravity=gravity)
@@ -94,7 +95,7 @@ class Fleet:
         going = self.status == OK
         self.states[going] = last[going, : layout.state]
         self._follow_at_once(table[0, :, layout.of_input["rotor_command"]], going & self._prompt)
-        branches = np.hstack([last[:, layout.branch][:, 1::2], last[:, layout.roll]])
+        branches = np.hstack([angles_of_branch(last[:, layout.branch]), last[:, layout.roll]])
         self._angles[going] = branches[going]
 
     def _follow_at_once(self, commands: Array, which: Array) -> None:

@@ -8,6 +8,7 @@ from continuair.engine.loop import Guidance
 from continuair.errors import InputError
 from continuair.flight.time_grid import Grid, instants_at
 from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.arc import coordinates_of, from_polar, polar_of, section_of
 from continuair.vehicle.layout import Layout, setpoint_columns, width_of
 
 Array = np.ndarray
@@ -38,8 +39,8 @@ def _check_held(scenario: Scenario, bends: Array) -> None:
         run, bend = ignored[0]
         where = f" in run {run}" if len(free) > 1 or bends.shape[1] > 1 else ""
         raise InputError(
-            f"setpoints bend section {bend // 2}{where}, which the controller {law.name} leaves "
-            "free; give it a bend_bandwidth above 0, or a bend of 0."
+            f"setpoints bend section {section_of(bend)}{where}, which the controller {law.name} "
+            "leaves free; give it a bend_bandwidth above 0, or a bend of 0."
         )
 
 
@@ -74,8 +75,7 @@ def wanted_at(scenario: Scenario, layout: Layout, instants: Array) -> Array:
 def _at_start(scenario: Scenario) -> dict[str, Array]:
     """Position, yaw and bends (runs or 1, 1, width) that a flight starts with."""
     q = np.atleast_2d(scenario.q)[:, None]
-    along = np.stack([np.cos(q[..., 7::2]), np.sin(q[..., 7::2])], axis=-1)
-    bend = (q[..., 6::2, None] * along).reshape(len(q), 1, -1)
+    bend = coordinates_of(from_polar(*polar_of(q)))
     # Of the two triples of Euler angles of an attitude, one says the heading by its opposite.
     yaw = q[..., 5:6] + np.where(np.cos(q[..., 4:5]) < 0.0, np.pi, 0.0)
     return {"position": q[..., :3], "yaw": yaw, "bend": bend}

@@ -27,6 +27,7 @@ from continuair.kernels.dynamics import MODELS
 from continuair.kernels.rollout import SUMS
 from continuair.kernels.step import OK, STATUS
 from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.arc import angles_of_branch
 from continuair.vehicle.coordinates import nearest_euler, paper_rates
 from continuair.vehicle.layout import FIELDS, watched_columns
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
@@ -187,7 +188,7 @@ class Simulation:
             )
         layout, row, grid = self._engine.layout, self._rows[-1], self._grid()
         states, first = row[None, : layout.state], self._rows[0][None, : layout.state]
-        angles = np.append(row[layout.branch][1::2], row[layout.roll])
+        angles = np.append(angles_of_branch(row[layout.branch]), row[layout.roll])
         start = Start(states, angles[None], frozen=first)
         self._groups |= groups_of(name for name, value in given.items() if value is not None)
         self._given |= {name for name, value in given.items() if np.any(value)}

@@ -62,11 +62,9 @@ def first_frequency(engine: Engine, q: Any) -> np.ndarray:
     the faster plane; q as for `fastest_rate`."""
     q = np.atleast_2d(q)
     compliance = _compliance(engine, q.reshape(-1, *q.shape[-2:]))
-    squares, found, first = _symmetric(compliance, _of_bends(engine)[0]), [], 0
-    for count in engine.layout.shape:
-        of_arm = slice(2 * first, 2 * (first + count))
+    squares, found = _symmetric(compliance, _of_bends(engine)[0]), []
+    for of_arm in engine.layout.of_arm:
         found.append(_eigenvalues(squares[..., of_arm, of_arm])[..., 1])
-        first += count
     largest: np.ndarray = np.fmax.reduce(np.sqrt(np.max(found, axis=0)))
     return largest
 

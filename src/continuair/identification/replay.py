@@ -20,6 +20,7 @@ from continuair.flight.time_grid import marks_at
 from continuair.identification.recording import Recording
 from continuair.scenario.paper_tests import open_loop_test
 from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.arc import bend_vectors, polar_of
 from continuair.vehicle.coordinates import continuous_euler, paper_rates
 from continuair.vehicle.layout import ACTUATORS, ONE_SECTION, PUSH, Layout
 from continuair.vehicle.vehicle import Vehicle
@@ -48,7 +49,7 @@ class Replay:
     """A recorded flight, to be flown by vehicles like the one given, with one time grid for all."""
 
     def __init__(self, vehicle: Vehicle, recording: Recording, test: str | None) -> None:
-        self.layout = Layout(vehicle.shape)
+        self.layout = vehicle.layout
         _check_sections(vehicle, recording, test)
         if test is None and recording.inputs is None and recording.rotor_command is None:
             raise InputError(
@@ -160,12 +161,13 @@ def _check_sections(vehicle: Vehicle, recording: Recording, test: str | None) ->
             f"test is {shown(test)}, which does not tell the thrusts that held the vehicle, and "
             "this one has [uav.rotors]; leave it out, and record the inputs."
         )
-    if recording.bend.shape[1] != 2 * vehicle.sections:
+    if recording.bend.shape[1] != vehicle.layout.bends:
+        held = len(bend_vectors(recording.bend[0]))
         raise InputError(
-            f"{recording.name}: holds the bends of {recording.bend.shape[1] // 2} sections, but "
+            f"{recording.name}: holds the bends of {held} sections, but "
             f"the vehicle has {vehicle.sections}; load it with load_recording(path, vehicle)."
         )
-    if test is not None and vehicle.shape != ONE_SECTION.shape:
+    if test is not None and vehicle.layout.widths != ONE_SECTION.widths:
         raise InputError(
             f"test is {shown(test)}, which is for one arm of one section; leave it out, and record "
             "the inputs."
@@ -192,8 +194,8 @@ def _start(rows: Array, layout: Layout, speeds: Array) -> Start:
     rotors = np.repeat(speeds[:, held:], len(rows), 0)
     states = np.hstack([rows[:, :3], attitude, rows[:, 6:], rotors])
     roll = continuous_euler(attitude[:, None])[:, 0, :1]
-    bends = rows[:, 6 : layout.coordinates]
-    return Start(states, np.hstack([np.arctan2(bends[:, 1::2], bends[:, ::2]), roll]))
+    bends = bend_vectors(rows[:, layout.polar])
+    return Start(states, np.hstack([np.arctan2(bends[..., 1], bends[..., 0]), roll]))
 
 
 def _held(recording: Recording, layout: Layout) -> Scenario:
@@ -202,9 +204,9 @@ def _held(recording: Recording, layout: Layout) -> Scenario:
     times, rows = recording.time.tolist(), recording.inputs
     start = _start(first_motion(recording)[None], layout, np.zeros((1, 0)))
     state = start.states
-    bends = state[0, layout.bend]
-    polar = np.stack([np.hypot(bends[::2], bends[1::2]), start.angle[0, :-1]], -1)
-    q = np.hstack([state[:, layout.position], np.zeros((1, 3)), polar.reshape(1, -1)])
+    q = np.hstack([state[:, layout.position], np.zeros((1, 3 + layout.bends))])
+    kappa, psi = polar_of(q)
+    kappa[:], psi[:] = np.hypot(*bend_vectors(state[0, layout.bend]).T), start.angle[0, :-1]
 
     def held(values: Array) -> Callable[[float], Array]:
         # The last row ends the flight, and is not held.

@@ -19,7 +19,7 @@ from continuair.flight.reading import BATCH_ROW, GIVEN_TO_STEPS, run_of, scenari
 from continuair.flight.time_grid import seen_at
 from continuair.interfaces.wash import was_washed
 from continuair.scenario.scenarios import Scenario
-from continuair.vehicle.layout import FIELDS, PUSH, Layout
+from continuair.vehicle.layout import FIELDS, PUSH
 from continuair.vehicle.vehicle import Vehicle
 from continuair.warning import warn
 
@@ -128,7 +128,7 @@ def sampled(field: str, value: Any, flight: xr.Dataset, vehicle: Vehicle) -> Arr
 
     None where it holds rows of the runs of a batch, and the flight does not tell which it is.
     """
-    times, width = flight["time"].to_numpy(), field_width(field, Layout(vehicle.shape))
+    times, width = flight["time"].to_numpy(), field_width(field, vehicle.layout)
     if callable(value):
         seen = seen_at(times, scenario_of(flight).get("jumps", ()))
         rows = evaluated(field, value, seen, width)

@@ -17,8 +17,9 @@ from casadi import DM, SX, Function
 
 from continuair.errors import InputError, shown
 from continuair.interfaces.casadi_arm import Arm, arms_of, body_inertia
-from continuair.kernels.types import MAX_BEND_ANGLE
+from continuair.sections import kind_of
 from continuair.terms import name_of, terms_of
+from continuair.vehicle.arc import COORDINATES
 from continuair.vehicle.vehicle import Vehicle
 
 _SLOW = 1e-12
@@ -37,7 +38,7 @@ class Model:
     @property
     def none(self) -> SX:
         """A generalised force (6 + 2 N,) of nothing."""
-        return SX(6 + 2 * self.vehicle.sections, 1)
+        return SX(self.vehicle.layout.coordinates, 1)
 
     @property
     def body_velocity(self) -> SX:
@@ -68,7 +69,7 @@ def accelerations(vehicle: Vehicle) -> Function:
     outputs = {
         "velocity_rate": v_rate,
         "angular_velocity_rate": found[3:6],
-        "bend_acceleration": ca.reshape(found[6:], 2, -1).T,
+        "bend_acceleration": ca.reshape(found[6:], COORDINATES, -1).T,
     }
     options = {"cse": True, "default_in": [9.81 if name == "gravity" else 0.0 for name in x]}
     return Function("accelerations", [*x.values()], [*outputs.values()], [*x], [*outputs], options)
@@ -89,7 +90,7 @@ def _of_terms(model: Model) -> SX:
 
 def _inputs(vehicle: Vehicle) -> dict[str, SX]:
     """Symbols of the arguments of `continuair.accelerations`, in their order."""
-    sections, arms = (vehicle.sections, 2), (len(vehicle.arms), 6)
+    sections, arms = (vehicle.sections, COORDINATES), (len(vehicle.arms), 6)
     shapes = {
         "attitude": (4, 1), "bend": sections, "velocity": (3, 1), "angular_velocity": (3, 1),
         "bend_rate": sections, "force": (3, 1), "moment": (3, 1), "bend_moment": sections,
@@ -107,7 +108,7 @@ def _rotation(attitude: SX) -> SX:
 
 def _bodies(vehicle: Vehicle, arms: list[Arm]) -> list[tuple[SX, SX]]:
     """What z moves every body by, and its inertia in that: the UAV, sections, bodies on tips."""
-    n = 6 + 2 * vehicle.sections
+    n = vehicle.layout.coordinates
     inertia = ca.diagcat(vehicle.uav.mass * DM.eye(3), DM(np.array(vehicle.uav.inertia)))
     found = [(DM.eye(n)[:6, :], inertia)]
     for arm in arms:
@@ -128,15 +129,17 @@ def _velocity_terms(bodies: list[tuple[SX, SX]], x: dict[str, SX]) -> SX:
 
 def _springs(x: dict[str, SX], arms: list[Arm]) -> SX:
     sections = [each.section for arm in arms for each in arm.sections]
-    stiff = DM([each.bending_stiffness * each.length for each in sections for _ in "xy"])
-    damped = DM([each.structural_damping * each.length for each in sections for _ in "xy"])
+    stiff, damped = (
+        DM(np.concatenate([getattr(kind_of(each), name)(each, 1)[0] for each in sections]))
+        for name in ("stiffness", "damping")
+    )
     return ca.vertcat(SX(6, 1), -stiff * _flat(x["bend"]) - damped * _flat(x["bend_rate"]))
 
 
 def _valid(arms: list[Arm]) -> SX:
-    """1, and NaN where a section is bent beyond a full circle, where nothing here holds."""
-    angles = [ca.sumsqr(each.bend * each.section.length) for arm in arms for each in arm.sections]
-    return ca.if_else(ca.mmax(ca.vertcat(*angles)) > MAX_BEND_ANGLE**2, np.nan, 1)
+    """1, and NaN where a section is bent beyond its range, where nothing here holds."""
+    bent = [each.bent for arm in arms for each in arm.sections]
+    return ca.if_else(ca.mmax(ca.vertcat(*bent)) > 1, np.nan, 1)
 
 
 def _flat(per_section: SX) -> SX:

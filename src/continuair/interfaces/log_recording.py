@@ -14,7 +14,6 @@ from continuair.errors import InputError, shown
 from continuair.flight.rotors import lag_rate
 from continuair.identification.recording import FEWEST_ROWS, Recording
 from continuair.interfaces.log_signals import Signal, aligned, check_unit
-from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 Array = np.ndarray
@@ -58,10 +57,10 @@ def check_roles(vehicle: Vehicle, roles: Any) -> None:
         raise InputError(
             f"{named} named to tell the arm's bend; name one topic for bend, tip or camera."
         )
-    if arm[1] and Layout(vehicle.shape).sections > 1:
+    if arm[1] and vehicle.layout.sections > 1:
         raise InputError(
             "the pose of a tip does not tell the bends of the vehicle's "
-            f"{Layout(vehicle.shape).sections} sections; name a topic for bend."
+            f"{vehicle.layout.sections} sections; name a topic for bend."
         )
     if ("thrust" in roles) != ("torque" in roles):
         given, missing = ("thrust", "torque") if "thrust" in roles else ("torque", "thrust")
@@ -126,7 +125,7 @@ def _commanded(vehicle: Vehicle, signals: Mapping[str, Signal], times: Array) ->
 
 
 def _check_widths(vehicle: Vehicle, signals: Mapping[str, Signal]) -> None:
-    bends = Layout(vehicle.shape).bends
+    bends = vehicle.layout.bends
     rotors = vehicle.uav.rotors.count if vehicle.uav.rotors else 0
     for role, width in (("bend", bends), ("bend_moment", bends), ("rotors", rotors)):
         if role in signals and signals[role].values.shape[1] != width:
@@ -141,7 +140,7 @@ def _inputs(vehicle: Vehicle, attitude: Signal, times: Array, found: Mapping[str
 
     The force turns with the body: it is that of the middle of each interval.
     """
-    layout = Layout(vehicle.shape)
+    layout = vehicle.layout
     rows = np.zeros((len(times), layout.push.stop))
     if "thrust" in found:
         middle = np.append(0.5 * (times[1:] + times[:-1]), times[-1])

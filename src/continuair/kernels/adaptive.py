@@ -67,7 +67,7 @@ def adaptive_kernel(
     factor_of = steer.factor_of
     above, any_above, all_above = code.above, code.any_above, code.all_above
     at, of_run, keep_whole, keep_of_run = code.at, code.of_run, code.keep_whole, code.keep_of_run
-    sections, lanes = types.layout.sections, code.lanes
+    directions, sections, lanes = types.Along._length_, types.layout.sections, code.lanes
     rate_of, excess_of = dynamics.rate_of, dynamics.loads.excess_of
     misdirected, coarse = dynamics.loads.misdirected, numbers.precision == "float32"
     limited, misleading = excess_of is not None, misdirected is not None
@@ -297,7 +297,7 @@ def adaptive_kernel(
     @wp.func
     def mixed_branches(which: Real, x: Branch, y: Branch):
         out = y
-        for j in range(2 * sections + 2):
+        for j in range(directions):
             out.direction[j] = above(which, half, x.direction[j], y.direction[j])
         for j in range(sections):
             out.turns[j] = above(which, half, x.turns[j], y.turns[j])

@@ -98,7 +98,7 @@ def dynamics_code(numbers: Numbers, tree: Tree, model: str) -> Dynamics:
         db = bend_rates_of(y)
         out = Bends()
         for j in range(bends):
-            held = plant.stiffness[j // 2] * b[j] + plant.damping[j // 2] * db[j]
+            held = plant.stiffness[j] * b[j] + plant.damping[j] * db[j]
             pull = total.F[0, j] * felt[0] + total.F[1, j] * felt[1] + total.F[2, j] * felt[2]
             out[j] = load.bend[j] - held - total.bend[j] + pull
         return out

@@ -67,7 +67,7 @@ def stage_code(numbers: Numbers, tree: Tree, model: str) -> Stage:
         rate, explicit = bend_rates_of(y), Bends()
         slowest = flight.plant.stiffness[0] / total.M[0, 0]
         for j in range(bends):
-            K, D = flight.plant.stiffness[j // 2], flight.plant.damping[j // 2]
+            K, D = flight.plant.stiffness[j], flight.plant.damping[j]
             slowest = wp.min(slowest, K / total.M[j, j])
             explicit[j] = rate[j] - two * reach * turning[j]
             ahead = K * (two * turned[j] - explicit[j]) + two * D * turning[j]

@@ -28,6 +28,7 @@ def state_logger(numbers: Numbers, tree: Tree) -> Any:
     Flight, signed_of = flight_code(numbers, tree).Flight, stepping.signed_of
     layout = types.layout
     width, bends, pushes = layout.state, layout.bends, layout.push.stop
+    two_of, sections = types.two_of, layout.sections
     B, DB = layout.bend.start, layout.bend_rate.start
     branch_at, command_at, roll_at = layout.branch.start, layout.command.start, layout.roll.start
     angle_of = elementary_code(numbers).angle_of
@@ -44,14 +45,13 @@ def state_logger(numbers: Numbers, tree: Tree) -> Any:
         for j in range(width):
             row[j] = y[j]
         for j in range(bends):
-            row[B + j] = y[B + j] / unit[j // 2]
-            row[DB + j] = y[DB + j] / unit[j // 2]
-        signed = signed_of(branch, y)
-        for k in range(bends // 2):
-            row[branch_at + 2 * k] = signed[2 * k] / unit[k]
-            row[branch_at + 2 * k + 1] = signed[2 * k + 1]
-        roll = branch.direction
-        row[roll_at] = angle_of(roll[bends + 1], roll[bends])
+            row[B + j] = y[B + j] / unit[j]
+            row[DB + j] = y[DB + j] / unit[j]
+        signed = signed_of(branch, y, unit)
+        for j in range(bends):
+            row[branch_at + j] = signed[j]
+        roll = two_of(branch.direction, sections)
+        row[roll_at] = angle_of(roll[1], roll[0])
         for j in range(pushes):
             row[command_at + j] = push[j]
         for j in range(columns):

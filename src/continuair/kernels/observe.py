@@ -15,6 +15,7 @@ from continuair.kernels.logs import push_reader
 from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.eye import Eye
 from continuair.kernels.types import Tree, device_types
+from continuair.sections.arc.bend import bend_code
 from continuair.vehicle.layout import MOTION, observed_columns, watched_columns
 
 
@@ -25,18 +26,18 @@ def _branches_of_log(numbers: Numbers, tree: Tree) -> Any:
     Cell, Along, sections = types.Cell, types.Along, types.layout.sections
     of_sample, sine, cosine = number_code(numbers).of_sample, known.sine, known.cosine
     branch_at, roll_at = types.layout.branch.start, types.layout.roll.start
+    arcs, vec2, with_two = bend_code(numbers, tree), types.vec2, types.with_two
+    count, section_of, angle_at = arcs.count, arcs.section_of, arcs.angle_at
 
     @wp.func
     def logged_along(log: wp.array3d(dtype=Cell), run: int, sample: int):
         out = Along()
-        for k in range(sections):
-            angle = of_sample(log, run, sample, branch_at + 2 * k + 1)
-            out[2 * k] = cosine(angle)
-            out[2 * k + 1] = sine(angle)
+        for k in range(count):
+            i = section_of(k)
+            angle = of_sample(log, run, sample, branch_at + angle_at(i))
+            out = with_two(out, i, vec2(cosine(angle), sine(angle)))
         roll = of_sample(log, run, sample, roll_at)
-        out[2 * sections] = cosine(roll)
-        out[2 * sections + 1] = sine(roll)
-        return out
+        return with_two(out, sections, vec2(cosine(roll), sine(roll)))
 
     return logged_along
 
@@ -182,7 +183,7 @@ def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
         for j in range(bends):
             swept += db[j] * vec3(total.F[0, j], total.F[1, j], total.F[2, j])
             spun += db[j] * vec3(total.L[0, j], total.L[1, j], total.L[2, j])
-            stored += half * plant.stiffness[j // 2] * b[j] * b[j]
+            stored += half * plant.stiffness[j] * b[j] * b[j]
             for i in range(bends):
                 own_energy += half * total.M[i, j] * db[i] * db[j]
         if wp.static(freezes):

@@ -9,6 +9,7 @@ import warp as wp
 
 from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.types import FULL_LENGTH, Tree, device_types, holding
+from continuair.sections.arc.bend import bend_code
 
 STEP_PHASE = 0.2
 """Largest product of an automatic step and the fastest rate: RK4 then keeps the amplitude of the
@@ -38,7 +39,8 @@ def resolution_code(numbers: Numbers, tree: Tree) -> Resolution:
     Real, State, Plant = types.Real, types.State, types.Plant
     position_of, velocity_of, spin_of = types.position_of, types.velocity_of, types.spin_of
     attitude_of, bends_of, bend_rates_of = types.attitude_of, types.bends_of, types.bend_rates_of
-    bend_rate_of, vec3, Bends = types.bend_rate_of, types.vec3, types.Bends
+    vec3, Bends, arcs = types.vec3, types.Bends, bend_code(numbers, tree)
+    bend_rate_of, pair_of = arcs.bend_rate_of, arcs.pair_of
     zero, one, four, thirty = Real(0.0), Real(1.0), Real(4.0), Real(30.0)
     sections, turn, phase = types.layout.sections, Real(FULL_LENGTH), Real(STEP_PHASE)
     above, finite, vec2 = code.above, code.finite, types.vec2
@@ -50,7 +52,7 @@ def resolution_code(numbers: Numbers, tree: Tree) -> Resolution:
         out = wp.length_sq(place) / (plant.length * plant.length) + turned
         for i in range(sections):
             bending = turn * plant.reach[i]
-            out += bending * bending * wp.length_sq(vec2(bends[2 * i], bends[2 * i + 1]))
+            out += bending * bending * wp.length_sq(pair_of(bends, i))
         return out
 
     @wp.func

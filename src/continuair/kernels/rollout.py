@@ -14,6 +14,7 @@ from continuair.kernels.resolution import resolution_code
 from continuair.kernels.sensing.pilot import PilotCode
 from continuair.kernels.step import OVERTURNED, UNSEEN, stepping_code
 from continuair.kernels.types import FULL_LENGTH, Tree, device_types
+from continuair.sections.arc.bend import bend_code
 
 SUMS = 6
 """Numbers that a roll-out sums up of each run."""
@@ -55,13 +56,14 @@ def rollout_kernel(
     taken = INTEGRATORS[method]
     step = taken.step_code(numbers, tree, dynamics, pilot)
     carried = resolution_code(numbers, tree).carried
-    bend_of, bend_rate_of, lanes = types.bend_of, types.bend_rate_of, code.lanes
+    arcs, lanes = bend_code(numbers, tree), code.lanes
+    bend_of, bend_rate_of, section_of = arcs.bend_of, arcs.bend_rate_of, arcs.section_of
     spin_of, force_of, weightless = types.spin_of, types.force_of, Real(1e-30)
     above, all_above, any_above, finite = code.above, code.all_above, code.any_above, code.finite
     mark, keep_whole, keep_of_run = code.mark, code.keep_whole, code.keep_of_run
     # A stream has an edge, which an arm may cross within a step or two.
     one_of = 1 if tree.stirred else taken.measured_every
-    few, sections, acting = FEW_STEPS, types.layout.sections, dynamics.loads
+    few, swinging, acting = FEW_STEPS, arcs.count, dynamics.loads
     zero, one, full = Real(0.0), Real(1.0), Real(FULL_LENGTH)
     unseen, overturned = Real(float(UNSEEN)), Real(float(OVERTURNED))
     infinite, misdirected, excess_of = Real(np.inf), acting.misdirected, acting.excess_of
@@ -71,8 +73,9 @@ def rollout_kernel(
     def swing_of(y: State):
         """The sum of |b| |ḃ|."""
         out = zero
-        for k in range(sections):
-            out += wp.length(bend_of(y, k)) * wp.length(bend_rate_of(y, k))
+        for k in range(swinging):
+            i = section_of(k)
+            out += wp.length(bend_of(y, i)) * wp.length(bend_rate_of(y, i))
         return out
 
     @wp.kernel(name=name, enable_backward=False, module="unique", module_options=code.options)
@@ -217,8 +220,8 @@ def derivative_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
         y = load_state(start.states, run, 0, unit)
         dy = rate_of(y, branch_at(start.angle, run).direction, flight, 0, Push())
         for j in range(bends):
-            dy[B + j] = dy[B + j] / unit[j // 2]
-            dy[DB + j] = dy[DB + j] / unit[j // 2]
+            dy[B + j] = dy[B + j] / unit[j]
+            dy[DB + j] = dy[DB + j] / unit[j]
         ended = end_of(y)
         for j in range(width):
             keep_of_run(rates, run, j, above(ended, zero, nan, dy[j]))

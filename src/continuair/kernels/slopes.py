@@ -57,20 +57,20 @@ def tip_columns(arms: int) -> dict[str, slice]:
 def _seeded_state(numbers: Numbers, tree: Tree) -> Any:
     """The function that reads a logged state whose numbers are directions from `direction` on."""
     types, seeded = device_types(numbers, tree), seeding()
-    Cell, State, PerSection = types.Cell, types.State, types.PerSection
+    Cell, State, Bends = types.Cell, types.State, types.Bends
     of_sample, layout = number_code(numbers).of_sample, types.layout
     width, bends, B, DB = layout.state, layout.bends, layout.bend.start, layout.bend_rate.start
 
     @wp.func
     def seeded_state(
-        log: wp.array3d(dtype=Cell), sample: int, direction: int, run: int, unit: PerSection
+        log: wp.array3d(dtype=Cell), sample: int, direction: int, run: int, unit: Bends
     ):
         y = State()
         for j in range(width):
             y[j] = seeded(of_sample(log, run, sample, j), direction + j, run)
         for j in range(bends):
-            y[B + j] = y[B + j] * unit[j // 2]
-            y[DB + j] = y[DB + j] * unit[j // 2]
+            y[B + j] = y[B + j] * unit[j]
+            y[DB + j] = y[DB + j] * unit[j]
         return y
 
     return seeded_state
@@ -114,8 +114,8 @@ def step_slopes_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
         change, error = step(i, time, h, y, Along(), flight, Pilot(), Push(), False)
         end = added(y, change)
         for j in range(bends):
-            end[B + j] = end[B + j] / unit[j // 2]
-            end[DB + j] = end[DB + j] / unit[j // 2]
+            end[B + j] = end[B + j] / unit[j]
+            end[DB + j] = end[DB + j] / unit[j]
         for j in range(width):
             keep(slopes, run, at, j, end[j])
 

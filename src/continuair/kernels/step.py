@@ -14,6 +14,7 @@ from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.resolution import resolution_code
 from continuair.kernels.sensing.pilot import PilotCode
 from continuair.kernels.types import Tree, device_types, holding
+from continuair.sections.arc.bend import bend_code
 
 MEASURED_EVERY = 4
 """One step of so many is measured, for all of them: what they leave out changes slowly."""
@@ -33,9 +34,10 @@ STATUS = {
 class Stepping:
     """Branch, a struct, and how it and a state go on; end_of gives the status of a state.
 
-    signed_of(branch, y) is κ and ψa of each section on its branch. added(y, change) is a state
-    after a change, of unit attitude; compensated(y, rest, change) is that and what rounding has
-    added to it, which the next change takes back; rest: from the change before.
+    signed_of(branch, y, unit) holds, for the coordinates of each section, κ [1/m] and ψa on its
+    branch, or for a kind that has none of these the coordinates themselves. added(y, change) is a
+    state after a change, of unit attitude; compensated(y, rest, change) is that and what rounding
+    has added to it, which the next change takes back; rest: from the change before.
     """
 
     Branch: Any
@@ -55,10 +57,13 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
     vec2, Along, tilt_of = types.vec2, types.Along, types.tilt_of
     above, finite, of_run = code.above, code.finite, code.of_run
     sine, cosine, angle_of = known.sine, known.cosine, known.angle_of
-    PerSection, two_of = types.PerSection, types.two_of
-    bend_of, attitude_of, sections = types.bend_of, types.attitude_of, types.layout.sections
+    PerSection, two_of, with_two = types.PerSection, types.two_of, types.with_two
+    attitude_of, sections, bends = types.attitude_of, types.layout.sections, types.layout.bends
+    arcs = bend_code(numbers, tree)
+    count, section_of, bend_of = arcs.count, arcs.section_of, arcs.bend_of
+    bends_of, with_polar = types.bends_of, arcs.with_polar
     Q = types.layout.attitude.start
-    zero, half, one, two = Real(0.0), Real(0.5), Real(1.0), Real(2.0)
+    zero, half, one = Real(0.0), Real(0.5), Real(1.0)
     whole_turn = Real(2.0 * np.pi)
     ok, not_finite, overbent = (Real(float(status)) for status in (OK, NOT_FINITE, OVERBENT))
 
@@ -77,22 +82,23 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
             angle = of_run(angles, run, i)
             x = cosine(angle)
             y = sine(angle)
-            out.direction[2 * i] = x
-            out.direction[2 * i + 1] = y
+            out.direction = with_two(out.direction, i, vec2(x, y))
             out.turns[i] = wp.floor((angle - angle_of(y, x)) / whole_turn + half)
         roll = of_run(angles, run, sections)
-        out.direction[2 * sections] = cosine(roll)
-        out.direction[2 * sections + 1] = sine(roll)
+        out.direction = with_two(out.direction, sections, vec2(cosine(roll), sine(roll)))
         return out
 
     @wp.func
-    def signed_of(branch: Branch, y: State):
+    def signed_of(branch: Branch, y: State, unit: Bends):
         """κ and ψa of each section, ψa continuous."""
-        out = Bends()
-        for i in range(sections):
+        out = bends_of(y)
+        for j in range(bends):
+            out[j] = out[j] / unit[j]
+        for k in range(count):
+            i = section_of(k)
             along = two_of(branch.direction, i)
-            out[2 * i] = wp.dot(bend_of(y, i), along)
-            out[2 * i + 1] = angle_of(along[1], along[0]) + whole_turn * branch.turns[i]
+            angle = angle_of(along[1], along[0]) + whole_turn * branch.turns[i]
+            out = with_polar(out, i, wp.dot(bend_of(y, i), along), angle, unit)
         return out
 
     @wp.func
@@ -108,18 +114,17 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
     def followed(branch: Branch, y: State):
         """κ changes sign when a bend passes through straight, and cos θ at a quarter turn of pitch;
         ψa and roll stay continuous."""
-        for i in range(sections):
+        for k in range(count):
+            i = section_of(k)
             before = two_of(branch.direction, i)
             turned = along_or_against(bend_of(y, i), before)
             # Between the half-planes y < 0 and y >= 0, on the side of negative x, is a turn's end.
             turn = above(zero, turned[1], one, zero) - above(zero, before[1], one, zero)
             crossed = above(zero, before[0] + turned[0], turn, zero)
             branch.turns[i] = branch.turns[i] + crossed
-            branch.direction[2 * i] = turned[0]
-            branch.direction[2 * i + 1] = turned[1]
+            branch.direction = with_two(branch.direction, i, turned)
         roll = along_or_against(tilt_of(y), two_of(branch.direction, sections))
-        branch.direction[2 * sections] = roll[0]
-        branch.direction[2 * sections + 1] = roll[1]
+        branch.direction = with_two(branch.direction, sections, roll)
         return branch
 
     @wp.func
@@ -145,12 +150,26 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
         return out, left
 
     @wp.func
+    def well(y: State):
+        return ok
+
+    def and_section(before: Any, section: int) -> Any:
+        bent = tree.kind_of(section).device(numbers, tree, section).bent
+
+        @wp.func
+        def found(y: State):
+            return above(bent(y), one, overbent, before(y))
+
+        return found
+
+    within = well
+    for section in range(sections):
+        within = and_section(within, section)
+
+    @wp.func
     def end_of(y: State):
         """The status that a state ends a run with, 0 if none."""
-        out = ok
-        for i in range(sections):
-            out = above(wp.length_sq(bend_of(y, i)), two, overbent, out)
-        return finite(wp.length_sq(y), out, not_finite)
+        return finite(wp.length_sq(y), within(y), not_finite)
 
     return holding(Stepping, locals())
 

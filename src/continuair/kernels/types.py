@@ -10,26 +10,24 @@ import warp as wp
 from continuair.kernels.numbers import Numbers, holding, number_code
 from continuair.vehicle.layout import Layout
 
-MOMENTS = ("alpha", "beta", "P", "Q", "S", "KP", "KQ", "KW", "NP", "ND", "A", "Gamma")
-"""Functions of a section (engine/moments.py), in the order in which device code reads them: ten
-moments about its own base, and what its tip's place and turn follow from."""
-
 MAX_BEND_ANGLE = 2.0 * np.pi
 """Largest |k| l [rad] for which the polynomials hold; beyond it a run ends with a status."""
 
 FULL_LENGTH = MAX_BEND_ANGLE / np.sqrt(2.0)
-"""Length of every section in units of its own λ, in which device code measures."""
+"""Length of every arc in units of its own λ, in which device code measures."""
 
 
 @dataclass(frozen=True)
 class Tree:
-    """What kernels are made for: sections of each arm, and what costs time where it is absent.
+    """What kernels are made for: kinds of sections of each arm, and what costs time where it is
+    absent.
 
-    bodies: whether tips carry rigid bodies; turned: whether mounts turn an arm. eye: the arm at
-    whose tip the camera is. terms: what acts, of the package terms.
+    kinds: of sections, of the package sections. bodies: whether tips carry rigid bodies; turned:
+    whether mounts turn an arm. eye: the arm at whose tip the camera is. terms: what acts, of the
+    package terms.
     """
 
-    sections: tuple[int, ...]
+    kinds: tuple[tuple[Any, ...], ...]
     bodies: bool = False
     turned: bool = False
     eye: int = 0
@@ -49,9 +47,34 @@ class Tree:
     @property
     def layout(self) -> Layout:
         """Columns of its states, inputs and logs."""
+        widths = tuple(tuple(kind.coordinates for kind in arm) for arm in self.kinds)
         states = sum(term.states for term in self.terms)
         energies = any(term.has_energy for term in self.terms)
-        return Layout(self.sections, states, self.air, energies)
+        return Layout(widths, states, self.air, energies)
+
+    @property
+    def sections(self) -> tuple[int, ...]:
+        """The number of sections of each arm."""
+        return tuple(len(arm) for arm in self.kinds)
+
+    def kind_of(self, section: int) -> Any:
+        """The kind of a section, by its index among all."""
+        return self._all_kinds[section]
+
+    @property
+    def first_row(self) -> tuple[int, ...]:
+        """The first row of each section in the table of coefficients, and the number of all."""
+        rows = [kind.rows for kind in self._all_kinds]
+        return tuple(sum(rows[:section]) for section in range(len(rows) + 1))
+
+    @property
+    def table_columns(self) -> int:
+        """The number of columns of the table of coefficients."""
+        return int(max(kind.columns for kind in self._all_kinds))
+
+    @property
+    def _all_kinds(self) -> tuple[Any, ...]:
+        return tuple(kind for arm in self.kinds for kind in arm)
 
     @property
     def parameters(self) -> dict[str, tuple[int, ...]]:
@@ -70,11 +93,11 @@ class Tree:
 class Types:
     """Types, and functions of a `State` y and of a `Push`, what actuators do.
 
-    y holds, as `Layout` orders it, position, attitude, b of each section, world velocity, ω and ḃ,
-    and speeds of the rotors.
+    y holds, as `Layout` orders it, position, attitude, coordinates of the sections, world velocity,
+    ω, rates of these coordinates, and speeds of the rotors. Bends holds a number per coordinate.
     A push is push_of(force, moment, bend): world axes [N], body axes [N m], bend moments [N m²].
-    Bends holds two numbers per section; bend_of and bend_rate_of give those of one, by its index.
     Along holds (cos, sin) of ψa of each section and of the roll, on the branches that are followed;
+    two_of and with_two read and change the pair of one section, and the roll's is the last.
     tilt_of(y) is cos θ (cos φ, sin φ), to roll and pitch what b is to ψa and κ.
     """
 
@@ -100,11 +123,10 @@ class Types:
     attitude_of: Any
     bends_of: Any
     bend_rates_of: Any
-    bend_of: Any
-    bend_rate_of: Any
     velocity_of: Any
     spin_of: Any
     two_of: Any
+    with_two: Any
     tilt_of: Any
     state_of: Any
     load_state: Any
@@ -124,11 +146,11 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
     vec2, vec3 = wp.types.vector(2, Real), wp.types.vector(3, Real)
     vec4, mat33 = wp.types.vector(4, Real), wp.types.matrix((3, 3), Real)
     quat = wp.types.quaternion(Real)
-    Row, State = wp.types.vector(len(MOMENTS), Real), wp.types.vector(layout.state, Real)
+    Row, State = wp.types.vector(tree.table_columns, Real), wp.types.vector(layout.state, Real)
     Push, Bends = wp.types.vector(layout.push.stop, Real), wp.types.vector(layout.bends, Real)
-    Along = wp.types.vector(layout.bends + 2, Real)
     Table = code.table_of(Row)
     arms, sections = len(tree.sections), layout.sections
+    Along = wp.types.matrix((sections + 1, 2), Real)
     PerSection, PerArm = wp.types.vector(sections, Real), wp.types.vector(arms, Real)
     Vectors, Matrices = wp.types.matrix((arms, 3), Real), wp.types.matrix((arms, 9), Real)
     Quaternions = wp.types.matrix((arms, 4), Real)
@@ -138,25 +160,24 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
     F, M, BM = layout.force.start, layout.moment.start, layout.bend_moment.start
 
     class Plant:
-        """A vehicle, bends in units of the kernels, λ of each section.
+        """A vehicle; coordinates of sections are in kernels times their unit, and so are stiffness
+        and damping of each.
 
-        Per section: its mass, that of all that hangs on its tip, the polar inertia of its
-        cross-sections, and reach, how far its turning by 1 moves the tip [arm lengths]. Per arm:
-        mass, mount, turn (arm axes to body) and the
-        same as a quaternion; mass, first moment and inertia of the body on its
-        tip about that point, in the last section's axes at it. length: of the longest arm [m].
-        Then the parameters of each term.
+        Per section: κ_s, its mass, that of all that hangs on its tip, and reach, how far its
+        turning by 1 moves the tip [arm lengths]. Per arm: mass, mount, turn (arm axes to body) and
+        the same as a quaternion; mass, first moment and inertia of the body on its tip about that
+        point, in the last section's axes at it. length: of the longest arm [m].
+        Then the parameters of kinds of sections, and of each term.
         """
 
         mass: Real
         uav_mass: Real
         length: Real
         uav_inertia: mat33
-        unit: PerSection
-        stiffness: PerSection
-        damping: PerSection
+        unit: Bends
+        stiffness: Bends
+        damping: Bends
         threshold: PerSection
-        axial: PerSection
         section_mass: PerSection
         beyond: PerSection
         reach: PerSection
@@ -168,6 +189,9 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
         body_moment: Vectors
         body_inertia: Matrices
 
+    for section in range(sections):
+        for name in tree.kind_of(section).parameters:
+            Plant.__annotations__[name] = PerSection
     for name, shape in tree.parameters.items():
         Plant.__annotations__[name] = _kind(Real, shape)
     Plant = wp.struct(Plant)
@@ -195,14 +219,6 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
         return out
 
     @wp.func
-    def bend_of(y: State, section: int):
-        return vec2(y[B + 2 * section], y[B + 2 * section + 1])
-
-    @wp.func
-    def bend_rate_of(y: State, section: int):
-        return vec2(y[DB + 2 * section], y[DB + 2 * section + 1])
-
-    @wp.func
     def velocity_of(y: State):
         return vec3(y[V], y[V + 1], y[V + 2])
 
@@ -213,7 +229,13 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
     @wp.func
     def two_of(along: Along, section: int):
         """(cos ψa, sin ψa) of one section."""
-        return vec2(along[2 * section], along[2 * section + 1])
+        return vec2(along[section, 0], along[section, 1])
+
+    @wp.func
+    def with_two(along: Along, section: int, two: vec2):
+        along[section, 0] = two[0]
+        along[section, 1] = two[1]
+        return along
 
     @wp.func
     def tilt_of(y: State):
@@ -237,13 +259,13 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
         return out
 
     @wp.func
-    def load_state(rows: wp.array3d(dtype=Cell), run: int, sample: int, unit: PerSection):
+    def load_state(rows: wp.array3d(dtype=Cell), run: int, sample: int, unit: Bends):
         y = State()
         for j in range(width):
             y[j] = of_sample(rows, run, sample, j)
         for j in range(bends):
-            y[B + j] = y[B + j] * unit[j // 2]
-            y[DB + j] = y[DB + j] * unit[j // 2]
+            y[B + j] = y[B + j] * unit[j]
+            y[DB + j] = y[DB + j] * unit[j]
         return y
 
     @wp.func

@@ -151,7 +151,7 @@ def inputs(fields: dict[str, Any], layout: Layout) -> dict[str, Any]:
     Raises InputError for a test of the paper on a vehicle that is not the paper's.
     """
     if fields["test"] is not None:
-        if layout.shape != ONE_SECTION.shape:
+        if layout.widths != ONE_SECTION.widths:
             raise InputError(
                 f"scenario.test is {shown(fields['test'])}, which is for one arm of one section; "
                 "give an excitation."
@@ -160,7 +160,7 @@ def inputs(fields: dict[str, Any], layout: Layout) -> dict[str, Any]:
     if fields["excitation"] == "none":
         return {}
     name, component = CHANNELS[fields["on"]]
-    width = OF_NAME[name].width(layout.sections, layout.arms)
+    width = OF_NAME[name].width(layout)
     amplitude = fields["amplitude"]
     if fields["excitation"] == "constant":
         rows = np.zeros((*np.shape(amplitude), width))

@@ -25,8 +25,9 @@ from continuair.scenario.records import with_known_fields
 from continuair.scenario.setpoints import Setpoints
 from continuair.scenario.targets import Target
 from continuair.scenario.wrench import FlightState, Wrench
+from continuair.vehicle.arc import sections_of
 from continuair.vehicle.fields import is_title
-from continuair.vehicle.layout import FIELDS, OF_NAME, ONE_SECTION
+from continuair.vehicle.layout import FIELDS, OF_NAME, ONE_SECTION, Layout
 
 Array = NDArray[np.float64]
 Input = ArrayLike | Callable[[float], ArrayLike] | None
@@ -34,7 +35,7 @@ Input = ArrayLike | Callable[[float], ArrayLike] | None
 _LARGEST_SEED = 2**63 - 1
 
 _ONE = ONE_SECTION.coordinates
-_OF_TIP = OF_NAME["tip_wrench"].width(sections=1)
+_OF_TIP = OF_NAME["tip_wrench"].width(ONE_SECTION)
 
 _INPUTS = {
     field: ", ".join(OF_NAME[name].meaning for name in given) for field, given in FIELDS.items()
@@ -225,7 +226,7 @@ class Scenario(Immutable):
     @property
     def sections(self) -> int:
         """The number of sections of all arms, which q holds the bends of."""
-        return (np.shape(self.q)[-1] - 6) // 2
+        return sections_of(self.q)
 
     @property
     def runs(self) -> int | None:
@@ -283,7 +284,8 @@ def _fits(field: str, found: int, width: int) -> bool:
 
 def _width_of(field: str, width: int) -> int:
     """How many numbers an input has, of one arm, where there are as many coordinates."""
-    return sum(OF_NAME[name].width(width // 2 - 3, rotors=1, air=True) for name in FIELDS[field])
+    layout = Layout.of_coordinates(width)
+    return sum(OF_NAME[name].width(layout) for name in FIELDS[field])
 
 
 def _check_runs(fields: dict[str, Any]) -> None:

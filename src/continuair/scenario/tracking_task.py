@@ -21,6 +21,7 @@ from continuair.scenario import paths
 from continuair.scenario.letters import LETTERS
 from continuair.scenario.scenarios import Scenario
 from continuair.scenario.targets import Target
+from continuair.vehicle.arc import bend_vectors
 from continuair.vehicle.vehicle import Vehicle
 
 LETTER_HEIGHT = 0.8
@@ -162,7 +163,7 @@ def task(
         Target(paths.letter(name, LETTER_HEIGHT, each))
         for name, each in zip(letters, durations, strict=True)
     ]
-    q = np.zeros((len(letters), 6 + 2 * vehicle.sections))
+    q = np.zeros((len(letters), vehicle.layout.coordinates))
     for row, target in zip(q, targets, strict=True):
         centroid = target.path([0.0])[0][0]
         row[:3], row[3:6] = facing(vehicle, centroid, target.distance)
@@ -170,7 +171,9 @@ def task(
             continue
         row[:3] += START_OFFSET
         first = sum(vehicle.shape[: vehicle.camera_arm])
-        bends = row[6:].reshape(-1, 2)[first : first + vehicle.shape[vehicle.camera_arm]]
+        bends = bend_vectors(row[vehicle.layout.polar])[
+            first : first + vehicle.shape[vehicle.camera_arm]
+        ]
         bends[:] = START_BEND, along_x(vehicle, row[3:6])
     return Scenario(
         f"tracking {''.join(letters)}",

@@ -17,7 +17,7 @@ from continuair.flight.rotors import hovering_thrusts, lag_rate
 from continuair.flight.simulate import simulate
 from continuair.flight.steps import automatic_step, fastest_rate
 from continuair.studies.standard_excitations import standard_scenario
-from continuair.vehicle.layout import Layout
+from continuair.vehicle.arc import polar_of
 from continuair.vehicle.rotors import Rotors
 from continuair.vehicle.vehicle import Vehicle
 from continuair.warning import untold
@@ -67,7 +67,7 @@ def facts(vehicle: Vehicle, rest: Trim | None) -> Lines:
 
 def modes_of(vehicle: Vehicle, rest: Trim | None) -> Lines:
     """Modes of straight arms without gravity, and about `at_rest` with it; as MODES has them."""
-    straight = np.zeros(Layout(vehicle.shape).coordinates)
+    straight = np.zeros(vehicle.layout.coordinates)
     lines: Lines = [
         ("clamped, g = 0", *_told(vehicle, straight, "clamped", 0.0)),
         ("free fall", *_told(vehicle, straight, "free", 0.0)),
@@ -96,7 +96,7 @@ def _angles(vehicle: Vehicle, rest: Trim | None) -> Lines:
     if rest is None:
         return [("angles at rest", "none: no balance below a full circle")]
     lengths = [section.length for arm in vehicle.arms for section in arm.section]
-    angles = [kappa * length for kappa, length in zip(rest.q[6::2], lengths, strict=True)]
+    angles = [kappa * length for kappa, length in zip(polar_of(rest.q)[0], lengths, strict=True)]
     return [("angles at rest", ", ".join(f"{angle:.3g}" for angle in angles) + " rad")]
 
 
@@ -106,10 +106,10 @@ def _of_rotors(vehicle: Vehicle) -> Lines:
     rotors, arm = vehicle.uav.rotors, excited_arm(vehicle)
     if rotors is None:
         return []
-    q = np.zeros((1 + _SIDES, Layout(vehicle.shape).coordinates))
-    kappas = 6 + 2 * np.array(arm.places)
-    q[1:, kappas] = BENT / arm.length
-    q[1:, kappas + 1] = 2.0 * pi / _SIDES * np.arange(_SIDES)[:, None]
+    q = np.zeros((1 + _SIDES, vehicle.layout.coordinates))
+    kappa, psi = polar_of(q)
+    kappa[1:, arm.places] = BENT / arm.length
+    psi[1:, arm.places] = 2.0 * pi / _SIDES * np.arange(_SIDES)[:, None]
     thrusts, aside = hovering_thrusts(Engine(vehicle, "decoupled"), q, GRAVITY)
     bent = f"{name_of_excited_arm(vehicle)} bent by {BENT:g} rad"
     return [
@@ -144,7 +144,7 @@ def _told(vehicle: Vehicle, q: np.ndarray, base: str, gravity: float) -> tuple[s
 
 
 def _of_steps(vehicle: Vehicle) -> Lines:
-    straight = [0.0] * Layout(vehicle.shape).coordinates
+    straight = [0.0] * vehicle.layout.coordinates
     driven = np.atleast_1d(lag_rate(vehicle))
     engine = Engine(vehicle, "coupled")
     step = float(automatic_step(engine, straight, driven=driven)[0])

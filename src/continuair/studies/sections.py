@@ -129,7 +129,7 @@ def swayed(vehicle: Vehicle) -> Scenario:
     rate = RATIO * BEAM_CONSTANT * np.sqrt(STIFFNESS / MASS_PER_LENGTH) / LENGTH**2
     return Scenario(
         "sway",
-        np.zeros(6 + 2 * vehicle.sections),
+        np.zeros(vehicle.layout.coordinates),
         duration=DURATION,
         force=lambda t: [SWAY * weight * np.sin(rate * t), 0.0, weight],
     )
@@ -169,7 +169,7 @@ def _row(count: int) -> dict[str, Any]:
 
 def _timed(vehicle: Vehicle, method: str) -> Callable[[], None]:
     """A hover of so many automatic steps, alone: all else is prepared."""
-    straight = np.zeros(6 + 2 * vehicle.sections)
+    straight = np.zeros(vehicle.layout.coordinates)
     step = float(automatic_step(Engine(vehicle, "coupled"), straight, method=method)[0])
     lasts, weight = _TIMED_STEPS * step, 9.81 * vehicle.mass
     hover = Scenario("hover", straight, duration=lasts, force=[0.0, 0.0, weight])

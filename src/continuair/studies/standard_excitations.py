@@ -31,6 +31,7 @@ from continuair.flight.rotors import still
 from continuair.scenario.excitations import Shared, Swelling, Wave, plus
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.standard_loops import hover_loop
+from continuair.vehicle.arc import bend_vectors, polar_of
 from continuair.vehicle.layout import OF_NAME, Layout
 from continuair.vehicle.vehicle import Vehicle
 
@@ -143,15 +144,16 @@ def standard_scenario(
     """
     excitation = EXCITATIONS[checks.choice("excitation", name, EXCITATIONS)]
     controller = loop if isinstance(loop, Controller) else hover_loop(vehicle, loop, bandwidth)
-    arm, layout = excited_arm(vehicle), Layout(vehicle.shape)
+    arm, layout = excited_arm(vehicle), vehicle.layout
     load = excitation.moderate if load is None else load
     clamped = np.asarray(arm.frequency)
     duration = float(periods * 2.0 * np.pi / np.min(clamped))
     shape = np.broadcast_shapes(np.shape(bend), np.shape(arm.length))
     q = np.zeros((*shape, layout.coordinates))
+    kappa, psi = polar_of(q)
     for section in arm.places:
-        q[..., 6 + 2 * section] = np.asarray(bend) / arm.length
-        q[..., 7 + 2 * section] = BEND_DIRECTION
+        kappa[..., section] = np.asarray(bend) / arm.length
+        psi[..., section] = BEND_DIRECTION
     inputs: dict[str, Any] = still(vehicle)
     if excitation.on is not None and excitation.amplitude is not None:
         amplitude = np.asarray(excitation.amplitude(vehicle, arm, load, frequency, gravity))
@@ -185,7 +187,7 @@ def _wave(
     """
     channel, component = OF_NAME[on[0]], on[1]
     place = {"vehicle": 0, "arm": arm.index, "section": arm.places.start}[channel.per]
-    width = channel.width(layout.sections, layout.arms)
+    width = channel.width(layout)
     component += place * len(channel.axes)
     wave = Wave(width, component, amplitude, hertz, hertz, 0.0, last)
     if channel.per == "section":
@@ -210,7 +212,7 @@ def _shared(wave: Wave, arm: ExcitedArm) -> Shared:
     """A wave on the first section of an arm, with what makes its further ones bend alike."""
     shares = np.zeros((*arm.moments.shape[:-1], wave.width))
     for place, section in enumerate(arm.places):
-        shares[..., 2 * section] = arm.moments[..., place] / arm.moments[..., 0]
+        bend_vectors(shares)[..., section, 0] = arm.moments[..., place] / arm.moments[..., 0]
     return _spread(wave, shares)
 
 

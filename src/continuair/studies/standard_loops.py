@@ -20,7 +20,6 @@ from continuair.controllers.hover import hover
 from continuair.controllers.margins import LinearLoop
 from continuair.errors import InputError, shown
 from continuair.vehicle.coordinates import state_from_paper
-from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -57,7 +56,7 @@ def bent_growth(vehicle: Vehicle, held: Controller, q: Array) -> float:
     """The rate [1/s] at which a small tilt grows in a loop, if above 0, while constant moments hold
     the bends of q (coordinates,)."""
     state = state_from_paper(q[None], np.zeros_like(q[None]))[0]
-    bent = hover(vehicle, GRAVITY, tuple(state[Layout(vehicle.shape).bend].tolist()))
+    bent = hover(vehicle, GRAVITY, tuple(state[vehicle.layout.bend].tolist()))
     chosen = held.settings
     loop = LinearLoop(bent, held.gains, chosen["feedforward"], chosen["rotor_lag"])
     return loop.growth(chosen["latency"])

@@ -21,7 +21,7 @@ from continuair.scenario.targets import Target, square
 from continuair.scenario.tracking_task import START_OFFSET
 from continuair.sweeps.design import Design
 from continuair.sweeps.tables import TABLES, TargetTable, changed
-from continuair.vehicle.layout import COORDINATES, Layout
+from continuair.vehicle.layout import COORDINATES
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -121,7 +121,7 @@ def _open_loop(vehicle: Vehicle, fields: dict[str, Any]) -> Scenario:
 
 def _inputs(vehicle: Vehicle, fields: dict[str, Any]) -> dict[str, Any]:
     """The excitation, and a lift in weights of the vehicle."""
-    excited = inputs(fields, Layout(vehicle.shape))
+    excited = inputs(fields, vehicle.layout)
     if np.any(fields["lift"]):
         weight = np.asarray(fields["lift"]) * vehicle.mass * fields["gravity"]
         lift = np.zeros((*np.shape(weight), 3))

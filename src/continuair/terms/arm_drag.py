@@ -97,10 +97,9 @@ def _drag_on_arm(numbers: Numbers, tree: Tree, frozen_arm: bool) -> Callable[[in
     Flight, wind_at = flight_code(numbers, tree).Flight, wind_code(numbers, tree)
     Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
     Load, Along = loads.Load, types.Along
-    vec2, vec3, attitude_of, spin_of = types.vec2, types.vec3, types.attitude_of, types.spin_of
-    velocity_of, bend_of, bend_rate_of = types.velocity_of, types.bend_of, types.bend_rate_of
-    mounted, end_of, swept_by = tips.mounted, tips.end_of, tips.swept_by
-    turned_by, wrench_on_bend = tips.turned_by, tips.wrench_on_bend
+    vec3, attitude_of, spin_of = types.vec3, types.attitude_of, types.spin_of
+    velocity_of, layout, mounted = types.velocity_of, types.layout, tips.mounted
+    Tip, MovingTip = tips.Tip, tips.MovingTip
     zero, one = Real(0.0), Real(1.0)
     low, middle, high = (Real(float(0.5 + 0.5 * x)) for x in DRAG_NODES)
     outer, inner = (Real(float(0.5 * weight)) for weight in DRAG_WEIGHTS[:2])
@@ -112,79 +111,113 @@ def _drag_on_arm(numbers: Numbers, tree: Tree, frozen_arm: bool) -> Callable[[in
         first, count = tree.first[arm], tree.sections[arm]
         Rows = wp.types.matrix((count, 3), Real)
 
+        @wp.struct
+        class Passage:
+            """What is found on the way out: the place with its motion, the load so far, and of each
+            section its force and its moment about the body's origin."""
+
+            on: MovingTip
+            load: Load
+            forces: Rows
+            moments: Rows
+
         @wp.func
-        def drag(y: State, plant: Plant, through: vec3, w: vec3, induced: Induced):
-            """Of a base that moves through the air, body axes: nodes of a section are ends of
-            parts of it."""
-            out = Load()
-            at = mounted(plant, arm)
-            swept = vec3()
-            spun = vec3()
-            forces = Rows()
-            moments = Rows()
-            shares = vec3(low, middle, high)
-            weights = vec3(outer, inner, outer)
-            for k in range(count):
-                i = first + k
-                b = bend_of(y, i)
-                db = bend_rate_of(y, i)
+        def begun(y: State, plant: Plant, through: vec3, w: vec3, induced: Induced):
+            out = Passage()
+            out.on.tip = mounted(plant, arm)
+            return out
+
+        def and_section(before: Any, k: int) -> Any:
+            section = first + k
+            code, own = tree.kind_of(section).device(numbers, tree, section), layout.of_section
+            place, swept_by, pushed_by = code.place, code.swept_by, code.pushed_by
+            begin, width = own[section].start, own[section].stop - own[section].start
+            Coordinates, moved_on = wp.types.vector(width, Real), tips.moved_on(section)
+
+            @wp.func
+            def found(y: State, plant: Plant, through: vec3, w: vec3, induced: Induced):
+                out = before(y, plant, through, w, induced)
+                at = out.on.tip
                 whole = vec3()
                 about = vec3()
-                on = vec2()
+                on = Coordinates()
+                shares = vec3(low, middle, high)
+                weights = vec3(outer, inner, outer)
                 for n in range(3):
-                    s = shares[n]
-                    part = end_of(s * b)
-                    unit = s * plant.unit[i]
-                    step = wp.quat_rotate(at.attitude, unit * part.point)
-                    moved = wp.quat_rotate(at.attitude, swept_by(part, unit, s * b, s * db))
+                    part = place(y, plant, shares[n])
+                    step = wp.quat_rotate(at.attitude, part.point)
+                    moved = wp.quat_rotate(at.attitude, swept_by(part))
                     point = at.point + step
-                    v = through + wp.cross(w, point) + swept + wp.cross(spun, step) + moved
+                    v = through + wp.cross(w, point) + out.on.swept
+                    v = v + wp.cross(out.on.turned, step) + moved
                     v -= washed_at(plant, point, induced)
                     along = wp.quat_rotate(at.attitude * part.turn, vec3(zero, zero, one))
                     v -= wp.dot(v, along) * along
-                    force = -(weights[n] * plant.across[i] * wp.length(v)) * v
+                    force = -(weights[n] * plant.across[section] * wp.length(v)) * v
                     whole += force
                     about += wp.cross(point, force)
-                    local = wp.quat_rotate_inv(at.attitude, force)
-                    on += s * wrench_on_bend(part, unit, s * b, local, vec3())
-                out.bend[2 * i] = on[0]
-                out.bend[2 * i + 1] = on[1]
+                    on += pushed_by(part, wp.quat_rotate_inv(at.attitude, force), vec3())
+                for j in range(width):
+                    out.load.bend[begin + j] = on[j]
                 for j in range(3):
-                    forces[k, j] = whole[j]
-                    moments[k, j] = about[j]
-                end = end_of(b)
-                step = wp.quat_rotate(at.attitude, plant.unit[i] * end.point)
-                moved = wp.quat_rotate(at.attitude, swept_by(end, plant.unit[i], b, db))
-                swept += wp.cross(spun, step) + moved
-                spun += wp.quat_rotate(at.attitude, turned_by(end, b, db))
-                at.point += step
-                at.attitude = at.attitude * end.turn
-                out.force += whole
-                out.moment += about
-            if wp.static(count > 1):
-                out = carried_back(y, plant, out, forces, moments)
-            return out
+                    out.forces[k, j] = whole[j]
+                    out.moments[k, j] = about[j]
+                out.on = moved_on(out.on, y, plant)
+                out.load.force += whole
+                out.load.moment += about
+                return out
+
+            return found
+
+        passage = begun
+        for k in range(count):
+            passage = and_section(passage, k)
 
         @wp.func
-        def carried_back(y: State, plant: Plant, load: Load, forces: Rows, moments: Rows):
-            """With what the sections beyond each one do to its bend."""
-            beyond = load.force
-            about = load.moment
-            at = mounted(plant, arm)
-            for k in range(count):
-                i = first + k
-                b = bend_of(y, i)
-                end = end_of(b)
-                beyond -= vec3(forces[k, 0], forces[k, 1], forces[k, 2])
-                about -= vec3(moments[k, 0], moments[k, 1], moments[k, 2])
-                at.point += wp.quat_rotate(at.attitude, plant.unit[i] * end.point)
+        def carried(
+            load: Load, found: Passage, at: Tip, beyond: vec3, about: vec3, y: State, plant: Plant
+        ):  # fmt: skip
+            return load
+
+        def carried_from(rest: Any, k: int) -> Any:
+            section = first + k
+            code, own = tree.kind_of(section).device(numbers, tree, section), layout.of_section
+            place, pushed_by = code.place, code.pushed_by
+            begin, width = own[section].start, own[section].stop - own[section].start
+
+            @wp.func
+            def carried(
+                load: Load, found: Passage, at: Tip, beyond: vec3, about: vec3, y: State,
+                plant: Plant,
+            ):  # fmt: skip
+                end = place(y, plant, one)
+                beyond -= vec3(found.forces[k, 0], found.forces[k, 1], found.forces[k, 2])
+                about -= vec3(found.moments[k, 0], found.moments[k, 1], found.moments[k, 2])
+                at.point += wp.quat_rotate(at.attitude, end.point)
                 f = wp.quat_rotate_inv(at.attitude, beyond)
                 m = wp.quat_rotate_inv(at.attitude, about - wp.cross(at.point, beyond))
-                on = wrench_on_bend(end, plant.unit[i], b, f, m)
-                load.bend[2 * i] = load.bend[2 * i] + on[0]
-                load.bend[2 * i + 1] = load.bend[2 * i + 1] + on[1]
+                on = pushed_by(end, f, m)
+                for j in range(width):
+                    load.bend[begin + j] = load.bend[begin + j] + on[j]
                 at.attitude = at.attitude * end.turn
-            return load
+                return rest(load, found, at, beyond, about, y, plant)
+
+            return carried
+
+        back = carried
+        for k in reversed(range(count)):
+            back = carried_from(back, k)
+
+        @wp.func
+        def drag(y: State, plant: Plant, through: vec3, w: vec3, induced: Induced):
+            """Of a base that moves through the air, body axes, at nodes along each section."""
+            found = passage(y, plant, through, w, induced)
+            out = found.load
+            if wp.static(count > 1):
+                # What the sections beyond each one do to it.
+                at = mounted(plant, arm)
+                out = back(out, found, at, out.force, out.moment, y, plant)
+            return out
 
         return drag
 

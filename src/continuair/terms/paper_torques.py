@@ -11,6 +11,7 @@ from continuair.kernels.load import load_code
 from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.term_sum import Acting
 from continuair.kernels.types import FULL_LENGTH, Tree, device_types
+from continuair.sections.arc.bend import bend_code
 from continuair.terms.term import Term
 from continuair.vehicle.layout import PAPER
 
@@ -43,7 +44,9 @@ def _load(numbers: Numbers, tree: Tree) -> tuple[Any, Any]:
     Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
     vec2, vec3, quat, layout = types.vec2, types.vec3, types.quat, types.layout
     two_of, tilt_of, attitude_of = types.two_of, types.tilt_of, types.attitude_of
-    bend_of, three_of, sections = types.bend_of, types.three_of, layout.sections
+    three_of, sections, arcs = types.three_of, layout.sections, bend_code(numbers, tree)
+    count, section_of, first_of = arcs.count, arcs.section_of, arcs.first_of
+    bend_of, angle_at, plus_pair = arcs.bend_of, arcs.angle_at, arcs.plus_pair
     euler, polar = layout.of_input["euler_torque"].start, layout.of_input["polar_torque"].start
     zero, one, two, full = Real(0.0), Real(1.0), Real(2.0), Real(FULL_LENGTH)
     # The bend's turn in a step that counts as followed, and the sine of one that is in a plane.
@@ -89,10 +92,10 @@ def _load(numbers: Numbers, tree: Tree) -> tuple[Any, Any]:
     @wp.func
     def polar_load(y: State, along: Along, flight: Flight, row: int, section: int):
         """The paper's torques on the bend of a section."""
-        unit = flight.plant.unit[section]
+        unit = flight.plant.unit[first_of(section)]
         threshold = flight.plant.threshold[section]
-        pushed = of_row(flight.inputs, row, flight.run, polar + 2 * section)
-        around = unit * of_row(flight.inputs, row, flight.run, polar + 2 * section + 1)
+        pushed = of_row(flight.inputs, row, flight.run, polar + first_of(section))
+        around = unit * of_row(flight.inputs, row, flight.run, polar + angle_at(section))
         b = bend_of(y, section)
         return polar_to_bend(b, two_of(along, section), threshold, pushed, around) / unit
 
@@ -105,10 +108,9 @@ def _load(numbers: Numbers, tree: Tree) -> tuple[Any, Any]:
         for j in range(3):
             # At a pitch of a quarter turn no torque is none.
             out.moment[j] = above(size, zero, moment[j], zero)
-        for i in range(sections):
-            pushed = polar_load(y, along, flight, row, i)
-            out.bend[2 * i] = pushed[0]
-            out.bend[2 * i + 1] = pushed[1]
+        for k in range(count):
+            i = section_of(k)
+            out.bend = plus_pair(out.bend, i, polar_load(y, along, flight, row, i))
         return out
 
     @wp.func
@@ -145,14 +147,19 @@ def _load(numbers: Numbers, tree: Tree) -> tuple[Any, Any]:
         either end: at most what they bend a section by at rest there, which moves the tip by its
         reach.
         """
-        around = of_row(flight.inputs, row, flight.run, polar + 2 * section + 1)
+        around = of_row(flight.inputs, row, flight.run, polar + angle_at(section))
         threshold = flight.plant.threshold[section]
         before = wp.length(bend_of(y, section))
         after = wp.length(bend_of(end, section))
         at_start = wp.length(polar_load(y, along, flight, row, section))
         at_end = wp.length(polar_load(end, along, flight, row, section))
         straight = above(before, after, at_end, at_start)
-        moved = flight.plant.reach[section] * full * straight / flight.plant.stiffness[section]
+        moved = (
+            flight.plant.reach[section]
+            * full
+            * straight
+            / flight.plant.stiffness[first_of(section)]
+        )
         leaves = above(wp.max(before, after), two * threshold, wp.min(one, moved), zero)
         leaves = above(wp.min(before, after), threshold, zero, leaves)
         return above(wp.abs(around), zero, leaves, zero)
@@ -175,14 +182,15 @@ def _load(numbers: Numbers, tree: Tree) -> tuple[Any, Any]:
         length, which it is for torques along roll, pitch and yaw near gimbal lock.
         """
         worst = finite(wp.length_sq(end), near_gimbal_lock(y, end, along, flight, row), zero)
-        for i in range(sections):
+        for k in range(count):
+            i = section_of(k)
             b = bend_of(end, i)
             branch = two_of(along, i)
             size = wp.length(b)
             cosine = wp.dot(b, branch) * side_of(bend_of(y, i), branch)
             aside = wp.abs(branch[0] * b[1] - branch[1] * b[0])
             pushed = polar_load(y, along, flight, row, i)
-            bent = wp.length(pushed) / flight.plant.stiffness[i]
+            bent = wp.length(pushed) / flight.plant.stiffness[first_of(i)]
             moved = wp.min(one, flight.plant.reach[i] * two * full * bent)
             beside = above(zero, cosine, above(aside, planar * size, moved, zero), moved)
             beside = above(cosine, clear * size, zero, beside)

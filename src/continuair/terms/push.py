@@ -40,7 +40,7 @@ def _load(numbers: Numbers, tree: Tree) -> Any:
     State, Push, Along, layout = types.State, types.Push, types.Along, types.layout
     attitude_of, force_of = types.attitude_of, types.force_of
     moment_of, bend_moment_of = types.moment_of, types.bend_moment_of
-    pushes, sections = layout.push.stop, layout.sections
+    pushes, bends = layout.push.stop, layout.bends
 
     @wp.func
     def whole(push: Push):
@@ -60,8 +60,8 @@ def _load(numbers: Numbers, tree: Tree) -> Any:
             out.force = wp.quat_rotate_inv(attitude_of(y), force_of(push))
             out.moment = moment_of(push)
             out.bend = bend_moment_of(push)
-            for j in range(2 * sections):
-                out.bend[j] = out.bend[j] / flight.plant.unit[j // 2]
+            for j in range(bends):
+                out.bend[j] = out.bend[j] / flight.plant.unit[j]
         return out
 
     return push_load

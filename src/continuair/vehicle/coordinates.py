@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from continuair.vehicle.arc import bend_vectors, polar_of, sections_of
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.poles import POLE, mend_near_poles, with_roll
 
@@ -22,7 +23,7 @@ other triple is by π - 1.5 and more apart in each, and the pitch never nearer [
 def state_from_paper(q: np.ndarray, qd: np.ndarray) -> np.ndarray:
     """States (runs, state) from paper coordinates and their rates, both (runs, coordinates)."""
     attitude = Rotation.from_euler("ZYX", q[:, [5, 4, 3]]).as_quat()
-    (kappa, psi), (kappa_d, psi_d) = _polar(q), _polar(qd)
+    (kappa, psi), (kappa_d, psi_d) = polar_of(q), polar_of(qd)
     along, across = _bend_directions(psi)
     bend = kappa[..., None] * along
     bend_rate = kappa_d[..., None] * along + (kappa * psi_d)[..., None] * across
@@ -34,7 +35,7 @@ def state_from_paper(q: np.ndarray, qd: np.ndarray) -> np.ndarray:
 def branches_of(q: np.ndarray) -> np.ndarray:
     """What names the branches of the coordinates q (runs, coordinates): ψa of each section and the
     roll, (runs, sections + 1)."""
-    return np.hstack([q[:, 7::2], q[:, 3:4]])
+    return np.hstack([polar_of(q)[1], q[:, 3:4]])
 
 
 def paper_rates(q: np.ndarray, state: np.ndarray, threshold: Any = 0.0) -> np.ndarray:
@@ -44,11 +45,11 @@ def paper_rates(q: np.ndarray, state: np.ndarray, threshold: Any = 0.0) -> np.nd
     count with it (Remark 1), as in `paper_accelerations`. Rates of the Euler angles at a pitch of
     ±π/2 are NaN: roll and yaw have none there.
     """
-    layout, (kappa, psi) = _layout(q), _polar(q)
+    layout, (kappa, psi) = _layout(q), polar_of(q)
     euler = _body_to_euler_rates(q, state[:, layout.angular_velocity])
     euler[np.abs(np.cos(q[:, 4])) < POLE] = np.nan
     along, across = _bend_directions(psi)
-    bend_rate = state[:, layout.bend_rate].reshape(*kappa.shape, 2)
+    bend_rate = bend_vectors(state[:, layout.bend_rate])
     safe = np.copysign(np.maximum(np.abs(kappa), _per_section(threshold)), kappa)
     around = (bend_rate * across).sum(-1)
     psi_d = np.divide(around, safe, out=np.zeros_like(around), where=safe != 0.0)
@@ -63,11 +64,11 @@ def paper_accelerations(
     threshold: κ_s [1/m] (Remark 1), of each section or of all: |κ| below it divides ψ̈a as κ_s, with
     the sign of κ.
     """
-    layout, (kappa, psi), (kappa_d, psi_d) = _layout(q), _polar(q), _polar(qd)
+    layout, (kappa, psi), (kappa_d, psi_d) = _layout(q), polar_of(q), polar_of(qd)
     turned = np.einsum("nij,nj->ni", _euler_to_body_rates_dot(q, qd), qd[:, 3:6])
     euler = _body_to_euler_rates(q, rate[:, layout.angular_velocity] - turned)
     along, across = _bend_directions(psi)
-    bend = rate[:, layout.bend_rate].reshape(*kappa.shape, 2)
+    bend = bend_vectors(rate[:, layout.bend_rate])
     kappa_dd = (bend * along).sum(-1) + kappa * psi_d**2
     safe = np.copysign(np.maximum(np.abs(kappa), _per_section(threshold)), kappa)
     psi_dd = ((bend * across).sum(-1) - 2.0 * kappa_d * psi_d) / safe
@@ -76,12 +77,7 @@ def paper_accelerations(
 
 def _layout(q: np.ndarray) -> Layout:
     """Columns of a state; the arms that sections belong to do not change them."""
-    return Layout((q.shape[1] // 2 - 3,))
-
-
-def _polar(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """κ and ψa (runs, sections), or their rates."""
-    return q[:, 6::2], q[:, 7::2]
+    return Layout.of_arcs(sections_of(q))
 
 
 def _per_section(threshold: Any) -> np.ndarray:

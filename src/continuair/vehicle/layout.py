@@ -1,4 +1,4 @@
-"""Where each quantity sits in states, inputs and logs, for any number of bending sections."""
+"""Where each quantity sits in states, inputs and logs, for any number of sections of any kind."""
 
 from __future__ import annotations
 
@@ -6,6 +6,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
+
+import numpy as np
+
+from continuair.vehicle import arc
 
 GENERAL, PAPER, TIP, COMMAND, AIR, ROTORS = 1, 2, 4, 8, 16, 32
 """What acts, as bits: inputs along the state's own axes, those along the paper's coordinates, the
@@ -17,6 +21,7 @@ commanded of the rotors."""
 class Input:
     """An input of a flight: its columns per vehicle, section, arm or rotor, and what they mean.
 
+    Inputs of a section have as many columns as it has coordinates; axes names those of an arc.
     axes: letters of the components. channel: what a design calls each run of components, if it has
     names for them. bit: of the group that it belongs to.
     """
@@ -34,9 +39,11 @@ class Input:
         """Names of the components for one section, as logs and recordings call them."""
         return tuple(f"{self.name}_{axis}" for axis in self.axes)
 
-    def width(self, sections: int, arms: int = 1, rotors: int = 0, air: bool = False) -> int:
+    def width(self, layout: Layout) -> int:
         """Number of columns."""
-        counts = {"vehicle": 1, "section": sections, "arm": arms, "rotor": rotors, "air": int(air)}
+        if self.per == "section":
+            return layout.bends
+        counts = {"vehicle": 1, "arm": layout.arms, "rotor": layout.rotors, "air": int(layout.air)}
         return len(self.axes) * counts[self.per]
 
 
@@ -91,7 +98,10 @@ def numbered(names: Iterable[str], sections: int | None) -> tuple[str, ...]:
     return tuple(f"{name}_{k}" for k in range(1, sections + 1) for name in names)
 
 
-COORDINATES = ("x", "y", "z", "roll", "pitch", "yaw", "kappa", "psi_a")
+OF_UAV = ("x", "y", "z", "roll", "pitch", "yaw")
+"""Names of the paper's coordinates of the UAV, in order."""
+
+COORDINATES = OF_UAV + arc.POLAR
 """Names of the paper's coordinates, in order, for one section."""
 
 
@@ -107,17 +117,19 @@ def columns(widths: Iterable[tuple[str, int]]) -> dict[str, slice]:
 
 @dataclass(frozen=True)
 class Layout:
-    """Slices of the columns of a vehicle, by the number of sections of each of its arms.
+    """Slices of the columns of a vehicle, by the number of coordinates of each of its sections.
 
     Sections go arm by arm, each from its base out. State: position (world), attitude (x y z w, body
-    to world), bend vectors [1/m], velocity of B's origin (world axes), angular velocity (body
-    axes), bend rates, speeds of the rotors over their greatest. A log row is a state, then (κ, ψa)
-    of each section on its signed branch, the roll, and a controller's push. Inputs: those of the
-    table INPUTS. Attributes named after a quantity are the slice of its columns. rotors: how many
-    there are; air: whether it acts; energies: whether terms have a potential energy.
+    to world), coordinates of the sections (of arcs bend vectors [1/m]), velocity of B's origin
+    (world axes), angular velocity (body axes), rates of these coordinates, speeds of the rotors
+    over their greatest. A log row is a state, then the paper's coordinates of each section ((κ, ψa)
+    of an arc on its signed branch), the roll, and a controller's push. Inputs: those of the table
+    INPUTS. Attributes named after a quantity are the slice of its columns. widths: the number of
+    coordinates of each section of each arm. rotors: how many there are; air: whether it acts.
+    energies: whether terms have a potential energy.
     """
 
-    shape: tuple[int, ...]
+    widths: tuple[tuple[int, ...], ...]
     rotors: int = 0
     air: bool = False
     energies: bool = False
@@ -125,30 +137,77 @@ class Layout:
     position = slice(0, 3)
     attitude = slice(3, 7)
 
+    @classmethod
+    def of_arcs(cls, *sections: int) -> Layout:
+        """Return the layout of arms of so many arcs each."""
+        return cls(tuple((arc.COORDINATES,) * count for count in sections))
+
+    @classmethod
+    def of_coordinates(cls, count: int) -> Layout:
+        """Return that of an arm with so many coordinates q, in air and with a rotor."""
+        return cls(((count - len(OF_UAV),),), rotors=1, air=True)
+
     @cached_property
     def sections(self) -> int:
         """The number of sections of all arms."""
-        return sum(self.shape)
+        return len(self.of_section)
 
     @cached_property
     def arms(self) -> int:
         """The number of arms."""
-        return len(self.shape)
+        return len(self.widths)
 
     @cached_property
     def bends(self) -> int:
-        """The number of bend coordinates."""
-        return 2 * self.sections
+        """The number of coordinates of all sections."""
+        return sum(map(sum, self.widths))
+
+    @cached_property
+    def of_section(self) -> tuple[slice, ...]:
+        """The coordinates of each section among those of all."""
+        return _adjacent(width for arm in self.widths for width in arm)
+
+    @cached_property
+    def of_arm(self) -> tuple[slice, ...]:
+        """The coordinates of each arm among those of all sections."""
+        return _adjacent(map(sum, self.widths))
+
+    @cached_property
+    def owner(self) -> tuple[int, ...]:
+        """The section of each coordinate."""
+        widths = [width for arm in self.widths for width in arm]
+        return tuple(section for section, width in enumerate(widths) for _ in range(width))
+
+    def per_coordinate(self, of_sections: Any, axis: int = -1) -> np.ndarray:
+        """Return what is given of each section along an axis for each of its coordinates."""
+        return np.take(np.asarray(of_sections), self.owner, axis)
 
     @cached_property
     def coordinates(self) -> int:
-        """The number of the paper's coordinates, [x y z φ θ ψ] and (κ, ψa) of each section."""
-        return 6 + self.bends
+        """The number of the paper's coordinates, [x y z φ θ ψ] and those of each section."""
+        return len(OF_UAV) + self.bends
+
+    @cached_property
+    def polar(self) -> slice:
+        """The sections' coordinates among the paper's."""
+        return slice(len(OF_UAV), self.coordinates)
+
+    def polar_of(self, section: int) -> slice:
+        """The coordinates of a section among the paper's."""
+        return _within(self.polar, self.of_section[section])
 
     @cached_property
     def bend(self) -> slice:
-        """Bend vectors in a state."""
+        """Coordinates of the sections in a state, of arcs the bend vectors."""
         return _after(self.attitude, self.bends)
+
+    def bend_of(self, section: int) -> slice:
+        """Coordinates of a section in a state."""
+        return _within(self.bend, self.of_section[section])
+
+    def bend_rate_of(self, section: int) -> slice:
+        """Rates of a section's coordinates in a state."""
+        return _within(self.bend_rate, self.of_section[section])
 
     @cached_property
     def velocity(self) -> slice:
@@ -162,7 +221,7 @@ class Layout:
 
     @cached_property
     def bend_rate(self) -> slice:
-        """Bend rates in a state."""
+        """Rates of the sections' coordinates in a state."""
         return _after(self.angular_velocity, self.bends)
 
     @cached_property
@@ -177,7 +236,7 @@ class Layout:
 
     @cached_property
     def branch(self) -> slice:
-        """(κ, ψa) of each section in a log row."""
+        """The paper's coordinates of each section in a log row."""
         return _after(self.rotor_speed, self.bends)
 
     @cached_property
@@ -198,8 +257,7 @@ class Layout:
     @cached_property
     def of_input(self) -> dict[str, slice]:
         """Columns of each input that there is in a row of inputs."""
-        counts = self.sections, self.arms, self.rotors, self.air
-        widths = {each.name: each.width(*counts) for each in INPUTS}
+        widths = {each.name: each.width(self) for each in INPUTS}
         return columns((name, width) for name, width in widths.items() if width)
 
     @property
@@ -262,12 +320,22 @@ def _after(previous: slice, width: int) -> slice:
     return slice(previous.stop, previous.stop + width)
 
 
+def _within(whole: slice, part: slice) -> slice:
+    """The columns of a part of adjacent ones."""
+    return slice(whole.start + part.start, whole.start + part.stop)
+
+
+def _adjacent(widths: Iterable[int]) -> tuple[slice, ...]:
+    """Slices of adjacent columns, in the order given."""
+    return tuple(columns((str(n), width) for n, width in enumerate(widths)).values())
+
+
 def _joined(parts: list[slice]) -> slice:
     """The columns of adjacent parts together."""
     return slice(parts[0].start, parts[-1].stop)
 
 
-ONE_SECTION = Layout((1,))
+ONE_SECTION = Layout.of_arcs(1)
 """The layout of the paper's vehicle: eight coordinates, 17 numbers in a state."""
 
 OF_ARM = ("tip_position", "tip_attitude", "tip_velocity", "tip_angular_velocity", "base_force",

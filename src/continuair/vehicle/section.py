@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from continuair.errors import InputError
+from continuair.vehicle import arc
 from continuair.vehicle.disk import Disk, disks_of
 from continuair.vehicle.fields import ROUNDING, Name, NotNegative, Part, Positive
 
@@ -30,6 +31,8 @@ class Section(Part):
     they are arrays over the runs. They are made of products and square roots, which have the same
     bits in an array and alone, and on every processor; powers have not.
     """
+
+    kind: ClassVar[str] = "arc"
 
     refused: ClassVar[Mapping[str, str]] = {
         "poisson_ratio": "is not needed, because bending alone does not use it; leave it out",
@@ -135,6 +138,11 @@ class Section(Part):
                 f"{first.replace(' ', ' is ')}, which with {', '.join(others[:-1])} and "
                 f"{others[-1]} gives no finite natural frequency; give all of them in SI units."
             )
+
+    @property
+    def coordinates(self) -> int:
+        """The number of the section's coordinates."""
+        return arc.COORDINATES
 
     @property
     def radius(self) -> float:

@@ -25,6 +25,7 @@ from continuair.vehicle.camera import Camera
 from continuair.vehicle.changes import implied
 from continuair.vehicle.effect import Effect, check_effects
 from continuair.vehicle.fields import Part, Title
+from continuair.vehicle.layout import Layout
 from continuair.vehicle.section import Section
 from continuair.vehicle.uav import Uav
 
@@ -149,8 +150,13 @@ class Vehicle(Part):
 
     @property
     def sections(self) -> int:
-        """The number of sections of all arms, each of constant curvature."""
+        """The number of sections of all arms."""
         return sum(self.shape)
+
+    @property
+    def layout(self) -> Layout:
+        """The columns of the vehicle's coordinates, of states without rotors, and of inputs."""
+        return Layout(tuple(tuple(part.coordinates for part in arm.section) for arm in self.arms))
 
     @property
     def camera_arm(self) -> int:

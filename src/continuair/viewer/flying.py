@@ -41,7 +41,7 @@ def fly(vehicle: Vehicle) -> tuple[Scenario, xr.Dataset, xr.Dataset]:
 
 
 def _hover(vehicle: Vehicle) -> Scenario:
-    q = np.zeros(6 + 2 * vehicle.sections)
+    q = np.zeros(vehicle.layout.coordinates)
     q[2] = HEIGHT * vehicle.reach
     push = np.array([0.0, -_PUSH * vehicle.mass * 9.81, 0.0])
     given: dict[str, Any] = {

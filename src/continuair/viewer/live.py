@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from continuair.flight.live import Simulation
-from continuair.vehicle.layout import Layout
+from continuair.vehicle.arc import bend_vectors
 from continuair.viewer.bodies import bodies
 from continuair.viewer.player import Clock
 from continuair.viewer.scene import Scene
@@ -36,8 +36,8 @@ class Watch(Clock):
 def present(simulation: Simulation) -> Scene:
     """Return the scene of a simulation's present, of one frame."""
     vehicle, time, state = simulation.vehicle, simulation.time, simulation.state
-    layout = Layout(vehicle.shape)
-    bend = state[layout.bend].reshape(1, -1, 2)
+    layout = vehicle.layout
+    bend = bend_vectors(state[None, layout.bend])
     placed = bodies(vehicle, state[None, layout.position], state[None, layout.attitude], bend)
     aim = None
     if simulation.scenario.targets:

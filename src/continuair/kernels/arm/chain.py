@@ -1,12 +1,12 @@
-"""Device code of arms of any number of sections: composite inertias, from the tips to the body.
+"""Device code of arms of sections of any kind: composite inertias, from the tips to the body.
 
-What hangs on a section's tip adds to it as one rigid body that its bends carry, and brings the
-columns of its own bends along. A function per section calls that of the next one between its way
-out, of velocities and what they carry, and its way back, of inertias and wrenches. Everything is
-about a section's base, in its axes; at the body, about B's origin in body axes. Kinds of bias:
+What hangs on a section's tip adds to it as one rigid body that its coordinates move, and brings the
+columns of its own coordinates along. A function per section calls that of the next one between its
+way out, of velocities and what they carry, and its way back, of inertias and wrenches. Everything
+is about a section's base, in its axes; at the body, about B's origin in body axes. Kinds of bias:
 
 "full", all that is quadratic in the rates; "block", for the rows of the UAV B(z, (ω, 0)) and for
-those of the arms B(z, (0, ḃ)), see kernels/arm/element.py; "alone", of arms on a base at rest.
+those of the arms B(z, (0, q̇)), see sections/kind.py; "alone", of arms on a base at rest.
 """
 
 from dataclasses import dataclass
@@ -16,11 +16,11 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.arm.element import element_code
 from continuair.kernels.arm.joint import joint_code
 from continuair.kernels.arm.rigid import rigid_code
 from continuair.kernels.numbers import Numbers
 from continuair.kernels.types import Tree, device_types, holding
+from continuair.sections.kind import carried_type, section_types
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def chain_code(numbers: Numbers, tree: Tree, bias: str) -> ChainCode:
     types, rigid = device_types(numbers, tree), rigid_code(numbers, tree)
     State, Plant, Table = types.State, types.Plant, types.Table
     vec3, spin_of, mount_of = types.vec3, types.spin_of, types.mount_of
-    matrix_of, Carried = rigid.matrix_of, joint_code(numbers, tree).Carried
+    matrix_of, Carried = rigid.matrix_of, carried_type(numbers, tree)
     between, turned_by = rigid.between, rigid.turned_by
     Total = total_types(numbers, tree).Total
     turned, block, alone = tree.turned, bias == "block", bias == "alone"
@@ -82,7 +82,8 @@ def chain_code(numbers: Numbers, tree: Tree, bias: str) -> ChainCode:
     def adding(arm: int) -> Any:
         """The function that adds an arm to the others."""
         visit = _section(numbers, tree, bias, arm, 0).visit
-        first, count = 2 * tree.first[arm], 2 * tree.sections[arm]
+        own = types.layout.of_arm[arm]
+        first, count = own.start, own.stop - own.start
 
         @wp.func
         def add(total: Total, y: State, table: Table, plant: Plant, vehicle: int):
@@ -159,28 +160,32 @@ def _section(numbers: Numbers, tree: Tree, bias: str, arm: int, index: int) -> S
 
     w: how its base turns; v: what of that is the body's turning, not that of bends. turning and
     bending: what the base carries, by the parts of the bias; all in bending unless it is "block".
-    It returns a struct: body, the Rigid that all of it is on the base, and of the bends F, L, M
-    and bias, as in Total.
+    It returns a struct: body, the Rigid that all of it is on the base, and of the coordinates F, L,
+    M and bias, as in Total.
     """
-    types, code = device_types(numbers, tree), element_code(numbers, tree)
-    joints, rigid = joint_code(numbers, tree), rigid_code(numbers, tree)
-    Real, State, Plant, Table = types.Real, types.State, types.Plant, types.Table
-    vec2, vec3, bend_of, bend_rate_of = types.vec2, types.vec3, types.bend_of, types.bend_rate_of
-    Carried, Joint, Rigid, Bias = joints.Carried, joints.Joint, rigid.Rigid, code.Bias
-    Element, Motion, Shape = code.Element, code.Motion, code.Shape
+    at, beyond = tree.first[arm] + index, tree.sections[arm] - index - 1
+    kind = tree.kind_of(at)
+    n, code = kind.coordinates, kind.device(numbers, tree, at)
+    types, own_types = device_types(numbers, tree), section_types(numbers, tree, n)
+    joints, rigid = joint_code(numbers, tree, n), rigid_code(numbers, tree)
+    Real, State, Plant, Table, vec3 = types.Real, types.State, types.Plant, types.Table, types.vec3
+    Carried, Joint, Rigid, Bias = own_types.Carried, own_types.Joint, rigid.Rigid, own_types.Bias
+    Element, Motion, Shape, column = own_types.Element, code.Motion, code.Shape, own_types.column
     shape, motion, element = code.shape, code.motion, code.element
     full_bias, turning_bias, bending_bias = code.full_bias, code.turning_bias, code.bending_bias
-    first_bending, own_bending, joint = code.first_bending, code.own_bending, joints.joint
+    first_bending, own_bending = code.first_bending, code.own_bending
+    joint, carried_alone = code.joint, code.carried
     full_carried, turning_carried = joints.full_carried, joints.turning_carried
     bending_carried, carried_on = joints.bending_carried, joints.carried_on
     turned_by, between, body_on_tip = rigid.turned_by, rigid.between, rigid.body_on_tip
-    at, beyond = tree.first[arm] + index, tree.sections[arm] - index - 1
     first, block, alone = index == 0, bias == "block", bias == "alone"
-    own, others = 2 * (beyond + 1), 2 * beyond
+    inner = _section(numbers, tree, bias, arm, index + 1) if beyond else None
+    others = inner.own if inner else 0
+    own = n + others
     loaded = beyond > 0 or tree.bodies
     Columns, Square = wp.types.matrix((3, own), Real), wp.types.matrix((own, own), Real)
-    OwnBends = wp.types.vector(own, Real)
-    inner = _section(numbers, tree, bias, arm, index + 1) if beyond else None
+    Own = wp.types.vector(own, Real)
+    Loads = own_types.Columns
 
     @wp.struct
     class Chain:
@@ -188,7 +193,7 @@ def _section(numbers: Numbers, tree: Tree, bias: str, arm: int, index: int) -> S
         F: Columns
         L: Columns
         M: Square
-        bend: OwnBends
+        bend: Own
 
     @wp.struct
     class Biases:
@@ -200,11 +205,13 @@ def _section(numbers: Numbers, tree: Tree, bias: str, arm: int, index: int) -> S
         """A bias with what the base carries, too; that of an arm carries no turning."""
         b.force += mass * carried.base
         b.moment += wp.cross(e.H, carried.base)
-        b.bend += vec2(wp.dot(e.c0, carried.base), wp.dot(e.c1, carried.base))
+        for k in range(n):
+            b.coordinates[k] = b.coordinates[k] + wp.dot(column(e.F, k), carried.base)
         if wp.static(not first):
             b.force += wp.cross(carried.spin, e.H)
             b.moment += e.I * carried.spin
-            b.bend += vec2(wp.dot(e.j0, carried.spin), wp.dot(e.j1, carried.spin))
+            for k in range(n):
+                b.coordinates[k] = b.coordinates[k] + wp.dot(column(e.L, k), carried.spin)
         return b
 
     @wp.func
@@ -221,15 +228,15 @@ def _section(numbers: Numbers, tree: Tree, bias: str, arm: int, index: int) -> S
                 out.bending = bending_bias(s, e, m, w, w - v)
                 out.bending = carried_by_base(e, mass, out.bending, bending)
         elif wp.static(alone and first):
-            out.bending.bend = own_bending(s, m)
+            out.bending.coordinates = own_bending(s, m)
         else:
             out.bending = carried_by_base(e, mass, full_bias(s, e, m, w), bending)
         return out
 
     @wp.func
     def bent(
-        y: State, plant: Plant, s: Shape, e: Element, m: Motion, w: vec3, v: vec3,
-        turning: Carried, bending: Carried,
+        plant: Plant, s: Shape, e: Element, m: Motion, w: vec3, v: vec3, turning: Carried,
+        bending: Carried,
     ):  # fmt: skip
         """The section alone."""
         out = Chain()
@@ -240,47 +247,51 @@ def _section(numbers: Numbers, tree: Tree, bias: str, arm: int, index: int) -> S
         out.body.moment = b.bending.moment
         out.body.turning_force = b.turning.force
         out.body.turning_moment = b.turning.moment
-        for r in range(3):
-            out.F[r, 0] = e.c0[r]
-            out.F[r, 1] = e.c1[r]
-            out.L[r, 0] = e.j0[r]
-            out.L[r, 1] = e.j1[r]
-        out.M[0, 0] = e.n00
-        out.M[0, 1] = e.n01
-        out.M[1, 0] = e.n01
-        out.M[1, 1] = e.n11
-        out.bend[0] = b.bending.bend[0]
-        out.bend[1] = b.bending.bend[1]
+        for k in range(n):
+            for r in range(3):
+                out.F[r, k] = e.F[r, k]
+                out.L[r, k] = e.L[r, k]
+            for r in range(n):
+                out.M[r, k] = e.N[r, k]
+            out.bend[k] = b.bending.coordinates[k]
         return out
 
     @wp.func
     def with_body(out: Chain, j: Joint, m: Real, body: Rigid):
         """The section with what hangs on its tip, of mass m, as a rigid body in its axes."""
         H, I, f = body.H, body.I, body.force
-        u0 = m * j.p0 + wp.cross(j.w0, H)
-        u1 = m * j.p1 + wp.cross(j.w1, H)
-        v0 = wp.cross(H, j.p0) + I * j.w0
-        v1 = wp.cross(H, j.p1) + I * j.w1
+        on = Loads()
+        about = Loads()
+        for k in range(n):
+            p = column(j.P, k)
+            w = column(j.W, k)
+            u = m * p + wp.cross(w, H)
+            v = wp.cross(H, p) + I * w
+            for r in range(3):
+                on[r, k] = u[r]
+                about[r, k] = v[r]
         out.body.I += between(j.p, H, m, I)
         out.body.H += H + m * j.p
         out.body.force += f
         out.body.moment += body.moment + wp.cross(j.p, f)
         out.body.turning_force += body.turning_force
         out.body.turning_moment += body.turning_moment + wp.cross(j.p, body.turning_force)
-        n01 = wp.dot(j.p0, u1) + wp.dot(j.w0, v1)
-        out.M[0, 0] += wp.dot(j.p0, u0) + wp.dot(j.w0, v0)
-        out.M[0, 1] += n01
-        out.M[1, 0] += n01
-        out.M[1, 1] += wp.dot(j.p1, u1) + wp.dot(j.w1, v1)
-        out.bend[0] += wp.dot(j.p0, f) + wp.dot(j.w0, body.moment)
-        out.bend[1] += wp.dot(j.p1, f) + wp.dot(j.w1, body.moment)
-        l0 = v0 + wp.cross(j.p, u0)
-        l1 = v1 + wp.cross(j.p, u1)
-        for r in range(3):
-            out.F[r, 0] += u0[r]
-            out.F[r, 1] += u1[r]
-            out.L[r, 0] += l0[r]
-            out.L[r, 1] += l1[r]
+        for k in range(n):
+            p = column(j.P, k)
+            w = column(j.W, k)
+            u = column(on, k)
+            v = column(about, k)
+            out.M[k, k] += wp.dot(p, u) + wp.dot(w, v)
+            for i in range(k):
+                # Of a column and of what the body puts on another; symmetric.
+                shared = wp.dot(column(j.P, i), u) + wp.dot(column(j.W, i), v)
+                out.M[i, k] += shared
+                out.M[k, i] += shared
+            out.bend[k] = out.bend[k] + (wp.dot(p, f) + wp.dot(w, body.moment))
+            lever = v + wp.cross(j.p, u)
+            for r in range(3):
+                out.F[r, k] += u[r]
+                out.L[r, k] += lever[r]
         return out
 
     InnerChain = inner.Chain if inner else Chain
@@ -288,25 +299,23 @@ def _section(numbers: Numbers, tree: Tree, bias: str, arm: int, index: int) -> S
 
     @wp.func
     def brought(out: Chain, j: Joint, c: InnerChain):
-        """With the columns of the bends beyond the joint."""
+        """With the columns of the coordinates beyond the joint."""
         F = j.R * c.F
         L = j.R * c.L
         for k in range(others):
             on = vec3(F[0, k], F[1, k], F[2, k])
             about = vec3(L[0, k], L[1, k], L[2, k])
-            m0 = wp.dot(j.p0, on) + wp.dot(j.w0, about)
-            m1 = wp.dot(j.p1, on) + wp.dot(j.w1, about)
-            out.M[0, k + 2] = m0
-            out.M[1, k + 2] = m1
-            out.M[k + 2, 0] = m0
-            out.M[k + 2, 1] = m1
+            for i in range(n):
+                shared = wp.dot(column(j.P, i), on) + wp.dot(column(j.W, i), about)
+                out.M[i, k + n] = shared
+                out.M[k + n, i] = shared
             about += wp.cross(j.p, on)
             for r in range(3):
-                out.F[r, k + 2] = on[r]
-                out.L[r, k + 2] = about[r]
-            out.bend[k + 2] = c.bend[k]
+                out.F[r, k + n] = on[r]
+                out.L[r, k + n] = about[r]
+            out.bend[k + n] = c.bend[k]
             for r in range(others):
-                out.M[r + 2, k + 2] = c.M[r, k]
+                out.M[r + n, k + n] = c.M[r, k]
         return out
 
     @wp.func
@@ -314,24 +323,22 @@ def _section(numbers: Numbers, tree: Tree, bias: str, arm: int, index: int) -> S
         y: State, table: Table, plant: Plant, vehicle: int, w: vec3, v: vec3,
         turning: Carried, bending: Carried,
     ):  # fmt: skip
-        b = bend_of(y, at)
-        db = bend_rate_of(y, at)
-        s = shape(table, vehicle, at, wp.dot(b, b))
-        m = motion(s, b, db)
-        e = element(s, plant.axial[at], b)
-        out = bent(y, plant, s, e, m, w, v, turning, bending)
+        s = shape(y, table, vehicle)
+        m = motion(y, s)
+        e = element(plant, s, m)
+        out = bent(plant, s, e, m, w, v, turning, bending)
         if wp.static(loaded):
-            j = joint(s, plant.unit[at], b, db)
+            j = joint(plant, s, m)
             back = wp.transpose(j.R)
             tip_w = back * (w + j.turned)
             tip_v = back * v
             on_tip = Carried()
             if wp.static(block):
                 on_tip = carried_on(turning, turning_carried(j, w, v), j)
-                by_bends = bending_carried(s, plant.unit[at], j, m, w, w - v)
+                by_rates = bending_carried(carried_alone(plant, s, m), j, w, w - v)
             else:
-                by_bends = full_carried(s, plant.unit[at], j, m, w)
-            rest = carried_on(bending, by_bends, j)
+                by_rates = full_carried(carried_alone(plant, s, m), j, w)
+            rest = carried_on(bending, by_rates, j)
             if wp.static(beyond == 0):
                 of_bends = tip_w
                 if wp.static(block):
@@ -344,4 +351,4 @@ def _section(numbers: Numbers, tree: Tree, bias: str, arm: int, index: int) -> S
                 out = brought(out, j, c)
         return out
 
-    return SimpleNamespace(visit=visit, Chain=Chain)
+    return SimpleNamespace(visit=visit, Chain=Chain, own=own)

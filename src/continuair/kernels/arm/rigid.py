@@ -6,9 +6,9 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.arm.joint import joint_code
 from continuair.kernels.numbers import Numbers
 from continuair.kernels.types import Tree, device_types, holding
+from continuair.sections.kind import carried_type
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class RigidCode:
 @cache
 def rigid_code(numbers: Numbers, tree: Tree) -> RigidCode:
     """The functions for one kind of numbers and tree."""
-    types, Carried = device_types(numbers, tree), joint_code(numbers, tree).Carried
+    types, Carried = device_types(numbers, tree), carried_type(numbers, tree)
     Real, vec3, mat33, Plant = types.Real, types.vec3, types.mat33, types.Plant
     Matrices = types.Matrices
     half, one, two = Real(0.5), Real(1.0), Real(2.0)

@@ -74,7 +74,7 @@ def feeding_code(numbers: Numbers, tree: Tree) -> FeedingCode:
         """What the bends get with the arms' weight, within the limits [N m²]."""
         pull = apparent_weight(total, felt)
         for j in range(bends):
-            bend[j] = bend[j] + plant.unit[j // 2] * pull[j]
+            bend[j] = bend[j] + plant.unit[j] * pull[j]
         return within(bend, limit)
 
     @wp.func
@@ -106,7 +106,7 @@ def feeding_code(numbers: Numbers, tree: Tree) -> FeedingCode:
         out.force = total.force
         turning = total.moment + wp.cross(w, plant.uav_inertia * w)
         for j in range(bends):
-            faster = plant.unit[j // 2] * ddb[j]
+            faster = plant.unit[j] * ddb[j]
             out.force = out.force + faster * vec3(total.F[0, j], total.F[1, j], total.F[2, j])
             turning = turning + faster * vec3(total.L[0, j], total.L[1, j], total.L[2, j])
         out.moment = turning + wp.cross(total.H, felt - out.force / plant.mass)

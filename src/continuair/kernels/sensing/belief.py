@@ -82,7 +82,7 @@ def belief_code(numbers: Numbers, tree: Tree, points: int) -> BeliefCode:
         for j in range(width):
             out[j] = y[j]
         for j in range(bends):
-            unit = believed.plant.unit[j // 2] / flight.plant.unit[j // 2]
+            unit = believed.plant.unit[j] / flight.plant.unit[j]
             out[B + j] = unit * y[B + j]
             out[DB + j] = unit * y[DB + j]
         return out

@@ -14,6 +14,7 @@ from continuair.kernels.arm.tip import tip_code
 from continuair.kernels.elementary import elementary_code
 from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.types import Tree, device_types, holding
+from continuair.sections.arc.bend import bend_code
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,8 @@ def eye_code(numbers: Numbers, tree: Tree, points: int) -> Eye:
     Real, State, Plant, push_of = types.Real, types.State, types.Plant, types.push_of
     vec2, vec3, quat, Along = types.vec2, types.vec3, types.quat, types.Along
     position_of, attitude_of, velocity_of = types.position_of, types.attitude_of, types.velocity_of
-    bend_of, bend_rate_of, spin_of = types.bend_of, types.bend_rate_of, types.spin_of
+    spin_of, arcs = types.spin_of, bend_code(numbers, tree)
+    bend_of, bend_rate_of, plus_pair = arcs.bend_of, arcs.bend_rate_of, arcs.plus_pair
     Tip, two_of, Cell, code = tips.Tip, types.two_of, types.Cell, number_code(numbers)
     above, any_above, randn = code.above, code.any_above, code.randn
     known = elementary_code(numbers)
@@ -193,10 +195,9 @@ def eye_code(numbers: Numbers, tree: Tree, points: int) -> Eye:
         t = m + wp.cross(view.on_body - view.tip.point, f)
         bend = wrench_on(y, plant, view.tip, f, t)
         on_last = wp.dot(view.axis, t) * spin_per_bend_rate(bend_of(y, last), plant)
-        bend[2 * last] = bend[2 * last] - camera.frenet * on_last[0]
-        bend[2 * last + 1] = bend[2 * last + 1] - camera.frenet * on_last[1]
+        bend = plus_pair(bend, last, -camera.frenet * on_last)
         for j in range(bends):
-            bend[j] = plant.unit[j // 2] * bend[j]
+            bend[j] = plant.unit[j] * bend[j]
         force = wp.quat_rotate(attitude_of(y), f)
         return push_of(force, wp.cross(view.tip.point, f) + t, bend)
 

@@ -118,7 +118,7 @@ def law_code(numbers: Numbers, tree: Tree, points: int) -> LawCode:
         bend = Bends()
         for j in range(bends):
             pull = total.F[0, j] * down[0] + total.F[1, j] * down[1] + total.F[2, j] * down[2]
-            bend[j] = -plant.unit[j // 2] * pull
+            bend[j] = -plant.unit[j] * pull
         return push(lift, wp.cross(down, total.H), bend)
 
     @wp.func
@@ -134,9 +134,9 @@ def law_code(numbers: Numbers, tree: Tree, points: int) -> LawCode:
         db = bend_rates_of(y)
         spring = Bends()
         for j in range(bends):
-            out.bend[j] = b[j] / plant.unit[j // 2]
-            out.bend_rate[j] = db[j] / plant.unit[j // 2]
-            spring[j] = plant.unit[j // 2] * plant.stiffness[j // 2] * b[j]
+            out.bend[j] = b[j] / plant.unit[j]
+            out.bend_rate[j] = db[j] / plant.unit[j]
+            spring[j] = plant.unit[j] * plant.stiffness[j] * b[j]
         out.velocity = velocity_of(y)
         out.angular_velocity = spin_of(y)
         out.weight = weight_push(y, flight)

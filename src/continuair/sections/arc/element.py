@@ -1,15 +1,8 @@
-"""Device code of one section as a body with two bends, about its own base and in its own axes.
+"""Device code of an arc as a body with two coordinates, its bend b, about its own base.
 
-A section's axes are those in which it points along -z where it is straight; lengths along it are in
-units of its λ (engine/moments.py). With a the acceleration of the base, ω and ω̇ its turning,
-
-    force on the base  m a + ω̇×H + J_c b̈ + f        moment  H×a + I ω̇ + J b̈ + n
-    on the bend        J_cᵀ a + Jᵀ ω̇ + N b̈ + q
-
-and f, n, q quadratic in z = (ω, ḃ). docs/numerics.md derives every term. Of the symmetric form
-B(z, z') with (f, n, q) = B(z, z) the block-decoupled models take parts: z' = (ω', 0), how UAV and
-frozen arms turn, for the rows of the UAV, and the rest, z' = z - (ω', 0), for those of the arms.
-Warp reads annotations as types, so they are not postponed here.
+Lengths along the arc are in units of its λ (sections/arc/moments.py). The rows and the parts of
+their biases are those of sections/kind.py, with J_c for F, J for L and q for b; docs/numerics.md
+derives every term. Warp reads annotations as types, so they are not postponed here.
 """
 
 from dataclasses import dataclass
@@ -18,18 +11,19 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.numbers import Numbers, number_code
-from continuair.kernels.types import MOMENTS, Tree, device_types, holding
+from continuair.kernels.numbers import Numbers, holding, number_code
+from continuair.kernels.types import Tree, device_types
+from continuair.sections.arc.moments import MOMENTS, TERMS
+from continuair.sections.kind import section_types
+from continuair.vehicle.arc import COORDINATES
 
 
 @dataclass(frozen=True)
 class ElementCode:
-    """Structs and functions of a section; each is defined, and said what it is, below."""
+    """Structs and functions of an arc; each is defined, and said what it is, below."""
 
     Shape: Any
-    Element: Any
     Motion: Any
-    Bias: Any
     shape: Any
     motion: Any
     element: Any
@@ -43,17 +37,18 @@ class ElementCode:
 @cache
 def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
     """The functions for one kind of numbers; the tree says what types they take."""
-    types = device_types(numbers, tree)
+    types, own = device_types(numbers, tree), section_types(numbers, tree, COORDINATES)
+    Element, Bias, Columns, Square = own.Element, own.Bias, own.Columns, own.Square
     Real, Row, Table = types.Real, types.Row, types.Table
     row_of = number_code(numbers).row_reader(Row)
     vec2, vec3, mat33 = types.vec2, types.vec3, types.mat33
     alpha, beta, P, Q, S, KP, KQ, KW, NP, ND, A, Gamma = range(len(MOMENTS))
     quarter, half, two = Real(0.25), Real(0.5), Real(2.0)
-    sections = types.layout.sections
+    others = tree.first_row[-1] - TERMS
 
     @wp.struct
     class Shape:
-        """Functions of a section at u = |b|², their first derivatives in u, and four second."""
+        """Functions of an arc at u = |b|², their first derivatives in u, and four second."""
 
         f: Row
         d: Row
@@ -64,7 +59,7 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
 
     @wp.struct
     class Motion:
-        """How a section bends: b, ḃ, u̇, b×ḃ; and the first moment's rate, J ḃ."""
+        """How an arc bends: b, ḃ, u̇, b×ḃ; and the first moment's rate, J ḃ."""
 
         b: vec2
         db: vec2
@@ -74,31 +69,9 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
         moved: vec3
         turned: vec3
 
-    @wp.struct
-    class Element:
-        """First moment H, inertia I, columns of J_c and J per bend, and N."""
-
-        H: vec3
-        I: mat33
-        c0: vec3
-        c1: vec3
-        j0: vec3
-        j1: vec3
-        n00: Real
-        n01: Real
-        n11: Real
-
-    @wp.struct
-    class Bias:
-        """f, n and q."""
-
-        force: vec3
-        moment: vec3
-        bend: vec2
-
     @wp.func
-    def shape(table: Table, vehicle: int, section: int, u: Real):
-        """Polynomials of a section, at its bend; the terms of the sections follow each other."""
+    def shape(table: Table, vehicle: int, first: int, u: Real):
+        """Polynomials of an arc at its bend; first: its first row in the table."""
         w = u - Real(1.0)
         f = Row()
         d = Row()
@@ -106,14 +79,15 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
         sb = Real(0.0)
         sA = Real(0.0)
         sG = Real(0.0)
-        terms = table.shape[1] // sections
+        # TERMS, which the compiler does not know so: the loop's body stands there once.
+        terms = table.shape[1] - others
         for j in range(terms):
             sa = sa * w + d[alpha]
             sb = sb * w + d[beta]
             sA = sA * w + d[A]
             sG = sG * w + d[Gamma]
             d = d * w + f
-            f = f * w + row_of(table, vehicle, section * terms + j)
+            f = f * w + row_of(table, vehicle, first + j)
         out = Shape()
         out.f = f
         out.d = d
@@ -142,11 +116,11 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
         return out
 
     @wp.func
-    def element(s: Shape, axial: Real, b: vec2):
+    def element(s: Shape, axial: Real, m: Motion):
         out = Element()
-        x = b[0]
-        y = b[1]
-        u = wp.dot(b, b)
+        x = m.b[0]
+        y = m.b[1]
+        u = m.u
         f = s.f
         out.H = vec3(f[alpha] * x, f[alpha] * y, -f[beta])
         d = axial + u * f[P] + f[S]
@@ -156,19 +130,25 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
         out.I = mat33(d - f[P] * x * x, xy, xz, xy, d - f[P] * y * y, yz, xz, yz, d - f[S])
         ca = two * s.d[alpha]
         cb = -two * s.d[beta]
-        out.c0 = vec3(f[alpha] + ca * x * x, ca * x * y, cb * x)
-        out.c1 = vec3(ca * x * y, f[alpha] + ca * y * y, cb * y)
+        caxy = ca * x * y
+        out.F = Columns(
+            f[alpha] + ca * x * x, caxy,
+            caxy, f[alpha] + ca * y * y,
+            cb * x, cb * y,
+        )  # fmt: skip
         kw = two * f[KW]
-        out.j0 = vec3(kw * x * y, -f[KQ] - kw * x * x, -f[KP] * y)
-        out.j1 = vec3(f[KQ] + kw * y * y, -kw * x * y, f[KP] * x)
-        out.n00 = f[NP] + f[ND] * x * x
-        out.n01 = f[ND] * x * y
-        out.n11 = f[NP] + f[ND] * y * y
+        out.L = Columns(
+            kw * x * y, f[KQ] + kw * y * y,
+            -f[KQ] - kw * x * x, -kw * x * y,
+            -f[KP] * y, f[KP] * x,
+        )  # fmt: skip
+        n = f[ND] * x * y
+        out.N = Square(f[NP] + f[ND] * x * x, n, n, f[NP] + f[ND] * y * y)
         return out
 
     @wp.func
     def second_rate(s: Shape, m: Motion):
-        """d²H/dt² at b̈ = 0, in the section's axes."""
+        """d²H/dt² at b̈ = 0, in axes of the base."""
         ddu = two * wp.dot(m.db, m.db)
         lift = two * s.d[alpha] * m.du
         out = s.d[alpha] * ddu + s.dd_alpha * m.du * m.du
@@ -177,7 +157,7 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
 
     @wp.func
     def second_turn(s: Shape, m: Motion):
-        """The rate of J ḃ at b̈ = 0, in the section's axes."""
+        """The rate of J ḃ at b̈ = 0, in axes of the base."""
         ddu = two * wp.dot(m.db, m.db)
         turn = (s.d[KQ] + s.f[KW]) * m.du
         twist = s.d[KW] * m.du * m.du + s.f[KW] * ddu
@@ -186,7 +166,7 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
 
     @wp.func
     def exchange(s: Shape, m: Motion, w: vec3):
-        """İ ω: the inertia changes as the section bends."""
+        """İ ω: the inertia changes as the arc bends."""
         b, db = m.b, m.db
         bw = b[0] * w[0] + b[1] * w[1]
         dbw = db[0] * w[0] + db[1] * w[1]
@@ -198,7 +178,7 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
 
     @wp.func
     def own_bending(s: Shape, m: Motion):
-        """q of a section whose base does not turn: Ṅ ḃ - ½ ∂(ḃᵀ N ḃ)/∂b."""
+        """q of an arc whose base does not turn: Ṅ ḃ - ½ ∂(ḃᵀ N ḃ)/∂b."""
         ddu = two * wp.dot(m.db, m.db)
         along = quarter * s.d[ND] * m.du * m.du + half * (s.f[ND] - s.d[NP]) * ddu
         return s.d[NP] * m.du * m.db + along * m.b
@@ -228,7 +208,9 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
         out.force = wp.cross(w, wp.cross(w, e.H) + two * m.moved) + second_rate(s, m)
         out.moment = wp.cross(w, e.I * w + m.turned) + exchange(s, m, w) + second_turn(s, m)
         rate = two * across(s, m, w)
-        out.bend = own_bending(s, m) + rate * vec2(-m.db[1], m.db[0]) + centrifugal(s, m, w, w)
+        out.coordinates = (
+            own_bending(s, m) + rate * vec2(-m.db[1], m.db[0]) + centrifugal(s, m, w, w)
+        )
         return out
 
     @wp.func
@@ -250,16 +232,18 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
         out.moment = wp.cross(w, e.I * v + m.turned) + wp.cross(v, e.I * w + m.turned)
         out.moment = half * (out.moment + exchange(s, m, w + v)) + second_turn(s, m)
         rate = across(s, m, w + v)
-        out.bend = own_bending(s, m) + rate * vec2(-m.db[1], m.db[0]) + centrifugal(s, m, w, v)
+        out.coordinates = (
+            own_bending(s, m) + rate * vec2(-m.db[1], m.db[0]) + centrifugal(s, m, w, v)
+        )
         return out
 
     @wp.func
     def first_bending(s: Shape, e: Element, m: Motion, w: vec3):
-        """As bending_bias with v = 0: of a section whose base the arms do not turn."""
+        """As bending_bias with v = 0: of an arc whose base the arms do not turn."""
         out = Bias()
         out.force = wp.cross(w, m.moved) + second_rate(s, m)
         out.moment = half * (wp.cross(w, m.turned) + exchange(s, m, w)) + second_turn(s, m)
-        out.bend = own_bending(s, m) + across(s, m, w) * vec2(-m.db[1], m.db[0])
+        out.coordinates = own_bending(s, m) + across(s, m, w) * vec2(-m.db[1], m.db[0])
         return out
 
     return holding(ElementCode, locals())

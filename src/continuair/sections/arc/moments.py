@@ -1,4 +1,4 @@
-"""Moments of a bent arm as polynomials in the squared bend: the host side of the fast dynamics.
+"""Moments of an arc as polynomials in the squared bend: the host side of the fast dynamics.
 
 All that the dynamics need of a constant-curvature section is smooth in u = |k|², because the
 backbone point is r(s) = (k A, -B) and the tangent (k B, -C) with A, B, C entire in u. The moments
@@ -18,7 +18,11 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from continuair.kernels.types import FULL_LENGTH, MOMENTS
+from continuair.kernels.types import FULL_LENGTH
+
+MOMENTS = ("alpha", "beta", "P", "Q", "S", "KP", "KQ", "KW", "NP", "ND", "A", "Gamma")
+"""Functions of an arc, in the order in which device code reads them: ten moments about its own
+base, and what its tip's place and turn follow from."""
 
 TERMS = 16
 """Polynomial terms; with these the interpolation error is below 1e-13 of each moment's range."""
