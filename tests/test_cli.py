@@ -132,7 +132,7 @@ def test_json_holds_the_metrics_of_every_test_and_model() -> None:
         assert list(entries) == ["coupled", "decoupled"]
         for key in ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_r_rad", "angle_rad"):
             assert entries["coupled"][key] == 0 < entries["decoupled"][key]
-        assert entries["decoupled"]["step_halving_error"] < 0.01
+        assert entries["decoupled"]["relative_error"] < 0.01
 
 
 def test_vehicles_lists_the_presets_with_their_units() -> None:
