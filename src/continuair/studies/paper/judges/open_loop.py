@@ -62,7 +62,7 @@ ANNOUNCED = {
 
 
 def identical_conditions(evidence: Evidence) -> Judgement:
-    """IV.2: is what step and tolerance change small beside the difference of the models?"""
+    """IV.2: is what the tolerance changes small beside the difference of the models?"""
     study = evidence.open_loop.results
     cases = [
         Case(evidence.vehicle.name, BLOCKS, _finer_tolerance(study)),
