@@ -8,10 +8,10 @@ import numpy as np
 import xarray as xr
 from scipy.spatial.transform import Rotation
 
+from continuair.analysis.convergence import RTOL
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.vehicle import Vehicle
 
-STEP = 1e-3
 # How far each model is from the coupled one: tip in x [m], and tip pitch [rad], after 1 s.
 OFFSETS = {"coupled": 0.0, "decoupled": 0.2, "independent": 0.4}
 
@@ -21,19 +21,19 @@ def flight(
     scenario: Scenario,
     *,
     model: str = "coupled",
-    step: float | str = "auto",
     sample: float = 1e-3,
+    method: str = "Tsit5",
+    rtol: float = RTOL,
+    check: bool = False,
     error: float = 0.0,
 ) -> xr.Dataset:
-    """Return a falling, slowly pitching vehicle; `error` [m/s] times t (step/STEP)² is added."""
+    """Return a falling, slowly pitching vehicle; `error` [arm lengths] is its estimate."""
     time = np.linspace(0.0, scenario.duration, round(scenario.duration / sample) + 1)
-    h = STEP if step == "auto" else float(step)
+    assert method == "Tsit5" and check and rtol == RTOL
     offset = OFFSETS[model] * time**2
     position = np.outer(time**2, [0.0, 0.0, -4.905]) + [0.0, 0.0, 5.0]
     attitude = Rotation.from_rotvec(np.outer(0.3 * time + offset, [0.0, 1.0, 0.0]))
     tip = position + np.column_stack([0.1 * time + offset, 0 * time, 0 * time - 1.0])
-    wrong = {"coupled": 0.0}.get(model, error) * (h / STEP) ** 2
-    tip[:, 0] += wrong * time
     kappa = 0.1 * np.cos(20 * time)
     zero = np.zeros_like(time)
     data: dict[str, Any] = {
@@ -46,8 +46,8 @@ def flight(
             (attitude * Rotation.from_quat([1.0, 0, 0, 0])).as_quat(),
         ),
         "status": ((), np.int8(0)),
-        "step_error": ((), 1e-6),
+        "error_estimate": ((), error),
         "end_time": ((), scenario.duration),
     }
-    attrs = {"step": h, "model": model, "gravity": scenario.gravity}
+    attrs = {"model": model, "gravity": scenario.gravity}
     return xr.Dataset(data, {"time": time}, attrs)

@@ -47,7 +47,9 @@ def test_vehicles_with_the_same_groups_have_the_same_scaled_error(excitation: st
         scenario = standard_scenario(excitation, vehicle, **fields)
         step = PERIOD * stretch**0.5 / 120.0
         with angles_unread():
-            pair = ca.run_pairs(vehicle, scenario, ["decoupled"], step=step, sample=3.0 * step)
+            pair = ca.run_pairs(
+                vehicle, scenario, ["decoupled"], method="RK4", step=step, sample=3.0 * step
+            )
         one = pair.sel(model="decoupled")
         found.append([one["nrmse_t"], one["rmse_t_m"] / vehicle.arm.length, one["angle_rad"]])
     # Equal steps in periods: what is left is rounding, grown along the flight.
@@ -91,7 +93,7 @@ def test_the_error_vanishes_with_the_arm(excitation: str) -> None:
     """Where nothing moves the base itself, the error is of the order of the coupling."""
     light = groups_of(3, mass_ratio=[1e-3, 1e-4, 1e-5], inertia_ratio=[1e-3, 1e-4, 1e-5])
     names = varied(excitation)
-    found = fly(excitation, {name: light[name] for name in names}, step=PERIOD / 160)
+    found = fly(excitation, {name: light[name] for name in names}, rtol=1e-6)
     error = found["error"].sel(model="decoupled").to_numpy()
     assert error[1:] / error[:-1] == pytest.approx(0.1, rel=0.05)
 
@@ -178,7 +180,7 @@ def test_the_shipped_atlas_is_of_the_size_that_it_claims_and_small() -> None:
     summary = load()
     assert summary.attrs["runs"] >= 100_000 and summary.attrs["closed_loop_runs"] >= 2_000
     assert int(summary["count"].sum()) > 0.9 * summary.attrs["runs"]
-    assert (summary["halving_error"] < 0.01).all()
+    assert (summary["tolerance_error"] < 0.01).all()
     shipped = Path(figures.__file__).parents[1] / "studies" / "atlas" / "atlas.npz"
     assert shipped.stat().st_size < 300_000
 

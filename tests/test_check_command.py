@@ -44,7 +44,7 @@ def test_check_shows_mass_ratio_and_both_bending_frequencies() -> None:
         assert part in result.stdout
 
 
-def test_check_shows_the_step_that_a_heavily_damped_arm_needs() -> None:
+def test_check_shows_the_fixed_step_that_a_heavily_damped_arm_needs() -> None:
     clamped, free = bending_frequencies(load_vehicle("paper"))
     # Freeing the base raises the decay γ by the square of what it raises the frequency by.
     decay = 4.0 * clamped * (free / clamped) ** 2
@@ -58,17 +58,16 @@ def test_check_shows_the_step_that_a_heavily_damped_arm_needs() -> None:
         assert f"{1e3 * 0.2 / rate:.3g} ms" in shown
 
 
-def test_check_shows_the_same_fastest_rate_in_a_wash_which_halves_the_step() -> None:
+def test_check_shows_the_same_fastest_rate_in_a_wash() -> None:
     rotors = '[uav.rotors]\nlayout = "quad_x"\nlever = 0.2\nthrust_limits = [0.0, 20.0]\n'
     rotors += "torque_per_thrust = 0.016\nradius = 0.12\n\n[arm]\ndrag_coefficient = 1.1"
     Path("washed.toml").write_text(PAPER_TOML.replace("[arm]", rotors))
     _, free = bending_frequencies(load_vehicle("paper"))
     shown = run("check", "washed.toml").stdout
     assert f"{free:.4g} 1/s" in shown
-    assert f"{1e3 * 0.1 / free:.3g} ms" in shown
 
 
-def test_check_shows_modes_about_the_hover_and_the_step_of_a_flight() -> None:
+def test_check_shows_modes_about_the_hover() -> None:
     vehicle = load_vehicle("paper")
     shown = run("check", "paper").stdout
     for base in ("clamped", "hovering"):
@@ -76,7 +75,6 @@ def test_check_shows_modes_about_the_hover_and_the_step_of_a_flight() -> None:
         (line,) = (line for line in shown.splitlines() if line.split()[:1] == [base])
         assert f"{lowest:.4g}" in line
     assert "gravity number g / l ω²" in shown
-    assert "step taken, arm let go" in shown
 
 
 @pytest.mark.parametrize("layout", ["quad_x", "quad_plus"])
@@ -212,7 +210,6 @@ def test_check_warns_of_what_is_hardly_meant_and_cannot_be_flown() -> None:
     Path("soft.toml").write_text(re.sub("youngs_modulus = .*", "youngs_modulus = 40", PAPER_TOML))
     result = run("check", "soft.toml")
     assert result.exit_code == 0, result.output
-    assert "none: too many for a flight" in result.stdout
     assert "arm.youngs_modulus is 40 Pa, less than any material's" in result.stderr
 
 
@@ -231,7 +228,7 @@ def test_check_shows_a_vehicle_that_is_too_stiff_beside_its_softness_for_a_fligh
     Path("rigid.toml").write_text(as_toml(vehicle))
     result = run("check", "rigid.toml")
     assert result.exit_code == 0, result.output
-    assert re.search(r"step taken, arm let go\W+none: too many for a flight", result.stdout)
+    assert re.search(r"fixed step of RK4, 0.2 over it\W+\d\S*e-\d+ ms", result.stdout)
     assert "free fall" in result.stdout
 
 

@@ -105,7 +105,7 @@ def loop(noise: float = 0.0, seed: int = 0) -> xr.Dataset:
             "servo_error": ("time", 0.01 + decay),
             "status": ((), np.int8(0)),
             "end_time": ((), 10.0),
-            "step_error": ((), 1e-5),
+            "error_estimate": ((), 1e-5),
         }
         return xr.Dataset(data, {"time": time, "axis": list("xyz")})
 
@@ -308,13 +308,13 @@ def test_the_table_marks_what_has_not_converged_and_leaves_digits_of_small_numbe
     assert "* Not converged." not in words(overview.table(results))
 
 
-def test_figures_of_flights_that_hang_on_the_step_say_so(
+def test_figures_of_flights_that_have_not_converged_say_so(
     result: study.OpenLoop, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     results = json.loads(json.dumps(result.results))
     results["tests"]["B"]["decoupled"] |= {"converged": False, "status": 0}
     found = written(monkeypatch, figures.write, results, result.datasets)
-    marked = {name for name, figure in found.items() if "hang on the step: dec" in words(figure)}
+    marked = {name for name, figure in found.items() if "Not converged: dec" in words(figure)}
     assert marked == {f"test_B_{kind}" for kind in ("motion", "bending", "differences")}
 
 
@@ -448,15 +448,15 @@ def test_the_papers_largest_ds_is_told_of_its_vehicle_and_setting_only(
     assert name == "mine" or style.UNNAMED in words(found["ds_nominal"]).replace("\n", " ")
 
 
-def test_letters_that_steps_do_not_resolve_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_letters_that_are_not_resolved_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     flights = loop()
-    flights["step_error"].loc[{"model": "decoupled", "letter": "L"}] = 9e-3
+    flights["error_estimate"].loc[{"model": "decoupled", "letter": "L"}] = 9e-3
     given = {"nominal": loop(), "camera": flights}
     found = written(monkeypatch, tracking.write, loop_results(), given, Camera())
     named = {kind for kind, figure in found.items() if "Not resolved" in words(figure)}
     assert "traces_camera" in named and not any("nominal" in kind for kind in named)
     told = words(found["traces_camera"]).replace("\n", " ")
-    assert "Not resolved, so that curves hang on the step: decoupled L." in told
+    assert "Not resolved: decoupled L." in told
 
 
 def test_of_a_start_alone_nothing_is_told_but_that() -> None:

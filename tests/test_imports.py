@@ -181,7 +181,7 @@ ROOMS = {
             "loops",
             "regularised",
             "settled",
-            "shorter",
+            "kept",
             "straight",
             "strokes",
             "times",

@@ -132,7 +132,7 @@ def test_what_counts_as_reached_follows_from_the_flights(study: Region) -> None:
                 assert float(failed["off_by"]) == entry["failed_at"]
                 assert not failed["well"] and entry["reason"]
                 within |= ladder["off_by"] == entry["failed_at"]
-            coarse = ladder["step_error"].to_numpy()[within] > RESOLVED
+            coarse = ladder["error_estimate"].to_numpy()[within] > RESOLVED
             assert entry["unresolved"] == coarse.sum()
     assert sum(each["unresolved"] for case in study.results["cases"] for each in case["directions"])
 

@@ -18,6 +18,7 @@ import continuair.studies.sensitivity.once as once
 import continuair.studies.sensitivity.study as study
 import continuair.studies.sensitivity.swing as swing
 from continuair.analysis.backbone import backbone_point
+from continuair.analysis.convergence import RTOL
 from continuair.analysis.mass import centre_of_mass, mass_distribution, straight_arm_inertia
 from continuair.cli import app
 from continuair.errors import InputError
@@ -239,8 +240,8 @@ def test_a_straight_arm_at_the_start_is_bent_by_the_force_alone() -> None:
     assert with_bend[2]["largest_bend_1_m"] >= 0.1
 
 
-def test_values_that_steps_do_not_resolve_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(once, "STEP_SHARE", 0.0)
+def test_values_that_are_not_resolved_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(once, "ERROR_SHARE", 0.0)
     found = once.sweep_once(PAPER, "UAV mass")
     assert len(found["between"]["unresolved"]) == once.VALUES - len(found["rows"])
     assert len(found["between"]["value"]) == len(found["rows"])
@@ -390,24 +391,24 @@ def test_stored_results_hold_every_sentence_row_and_trajectory(
 def test_a_row_that_has_not_converged_is_said_not_to_have(flown: study.Sensitivity) -> None:
     changed = json.loads(as_json(flown.results))
     entry = changed["sweeps"]["UAV mass"]["rows"][1]["models"]["decoupled"]
-    entry |= {"converged": False, "step_halving_error": 0.3}
+    entry |= {"converged": False, "relative_error": 0.3}
     said = sensitivity_output.remarks(changed)
-    assert "* UAV mass 2 kg, decoupled, has not converged: step error 30 %." in said
-    entry["step_halving_error"] = math.inf
+    assert "* UAV mass 2 kg, decoupled, has not converged: relative error 30 %." in said
+    entry["relative_error"] = math.inf
     (told,) = (line for line in sensitivity_output.remarks(changed) if "2 kg" in line)
-    assert "there is no step error, as not every flight at half the step" in told
+    assert "it ends otherwise at a tenth of the tolerance" in told
 
 
-def test_values_between_whose_steps_make_their_differences_are_left_out_and_told(
+def test_values_between_whose_errors_make_their_differences_are_left_out_and_told(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     whole = study._between
     at = PARAMETERS["UAV mass"]
-    before = whole(PAPER, flight(), at, 1e-3)
+    before = whole(PAPER, flight(), at)
     assert before["unresolved"] == []
-    # As if a difference had to be a million times what the step makes.
-    monkeypatch.setattr(study, "STEP_SHARE", 1e-6)
-    after = whole(PAPER, flight(), at, 1e-3)
+    # As if a difference had to be a hundred million times the error.
+    monkeypatch.setattr(study, "ERROR_SHARE", 1e-8)
+    after = whole(PAPER, flight(), at)
     assert sorted([*after["value"], *after["unresolved"]]) == before["value"]
     assert len(after["unresolved"]) > 5
     sweep = {"rows": [], "between": after}
@@ -445,15 +446,15 @@ def test_an_upper_half_is_that_of_all_values_tried() -> None:
     assert check({"initial roll": sweep}).verdict == UNDECIDED
 
 
-def test_figures_name_values_that_hang_on_the_step(flown: study.Sensitivity) -> None:
+def test_figures_name_values_that_have_not_converged(flown: study.Sensitivity) -> None:
     changed = json.loads(json.dumps(flown.results))
     changed["sweeps"]["UAV mass"]["rows"][1]["models"]["decoupled"]["converged"] = False
     changed["sweeps"]["UAV mass"]["between"]["unresolved"] = [1.5]
     for figure in (figures.errors(changed), figures.paths(changed, flown.datasets)):
         told = " ".join(text.get_text() for text in figure.texts).replace("\n", " ")
-        assert "hang on the step: UAV mass 2 kg." in told
+        assert "Not converged: UAV mass 2 kg." in told
     told = " ".join(text.get_text() for text in figures.errors(changed).texts)
-    assert "do not resolve them: 1 of UAV mass" in told.replace("\n", " ")
+    assert "as they are not resolved: 1 of UAV mass" in told.replace("\n", " ")
 
 
 def test_flights_that_end_early_are_said_to_and_leave_nothing_to_judge_by() -> None:
@@ -496,7 +497,7 @@ def test_no_line_joins_neighbours_that_differ_wildly(flown: study.Sensitivity) -
 def test_the_rows_agree_with_metrics_gathered_while_flying(flown: study.Sensitivity) -> None:
     """`run_pairs` sums up inside the kernel, over steps of each run's own."""
     parameter = PAPER.replace({"uav.mass": PARAMETERS["UAV mass"].values})
-    pairs = run_pairs(parameter, flight()).sel(model="decoupled")
+    pairs = run_pairs(parameter, flight(), method="Tsit5", rtol=RTOL).sel(model="decoupled")
     rows = flown.results["sweeps"]["UAV mass"]["rows"]
     for name in ("nrmse_t", "rmse_t_m", "angle_rad"):
         mine = [row["models"]["decoupled"][name] for row in rows]
@@ -504,7 +505,7 @@ def test_the_rows_agree_with_metrics_gathered_while_flying(flown: study.Sensitiv
 
 
 def test_what_cannot_be_swept_is_refused_before_any_flight(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(study, "fly", None)
+    monkeypatch.setattr(study, "simulate", None)
     with pytest.raises(InputError, match="parameters holds 'UAV mas'.*UAV mass"):
         study.sensitivity(PAPER, ["UAV mas"])
     with pytest.raises(InputError, match="select"):

@@ -73,15 +73,13 @@ def open_loop_of(position: dict[str, float], rotation: dict[str, float] | None =
         }
         for test, error in position.items()
     }
-    return OpenLoop({"tests": tests, "coarser_steps": {test: [] for test in tests}}, {})
+    return OpenLoop({"tests": tests}, {})
 
 
-def hanging(study: OpenLoop, test: str, **coarser: float) -> OpenLoop:
-    """The study with a test that has not converged, and its metrics at a coarser step."""
+def hanging(study: OpenLoop, test: str, share: float = 0.0) -> OpenLoop:
+    """The study with a test that has not converged, and what share of its error is not known."""
     results = copy.deepcopy(study.results)
-    entries = results["tests"][test]
-    entries["decoupled"]["converged"] = False
-    results["coarser_steps"][test] = [{"decoupled": entries["decoupled"] | coarser}]
+    results["tests"][test]["decoupled"] |= {"converged": False, "relative_error": share}
     return OpenLoop(results, {})
 
 
@@ -133,7 +131,7 @@ def _flight(
         "velocity": (("time", "axis"), velocity),
         "angular_velocity": (("time", "axis"), 0.0 * velocity),
         "bend_rate": (("time", "bend_axis"), 0.0 * velocity[:, :2]),
-        "step_error": ((), 1e-5),
+        "error_estimate": ((), 1e-5),
     }
     flight = xr.Dataset(data, {"time": time})
     return flight.expand_dims(model=[model], letter=[letter])

@@ -58,7 +58,7 @@ def on_lines(t: np.ndarray, turns: np.ndarray) -> np.ndarray:
     return np.where(turns, 0.1, 1.0)
 
 
-def test_the_law_is_one_and_its_step_does_not_make_ds(flown: Evidence) -> None:
+def test_the_law_is_one_and_no_error_makes_ds(flown: Evidence) -> None:
     found = closed_loop.one_law(flown)
     assert found.verdict == HOLDS
     ds = found.cases[0].found.numbers["RMS of DS, M [px]"]
@@ -97,7 +97,7 @@ def test_first_accelerations_are_those_of_the_flights(
     """Velocity after 0.1 ms of the push, with a camera that turns how the arm is bent."""
     camera = {"camera.attitude": [0.0, 0.0, np.sin(turned / 2.0), np.cos(turned / 2.0)]}
     evidence = given.evidence(vehicle=flown.vehicle.replace(camera))
-    flight = letter.fly(evidence, plant, sample=1e-4, step=1e-5, duration=1e-3)
+    flight = letter.fly(evidence, plant, sample=1e-4, duration=1e-3)
     to_world = Rotation.from_quat(flight["attitude"].to_numpy()[1])
     moved = to_world.apply(flight["velocity"].to_numpy()[1] / 1e-4)
     found = letter.first_acceleration(evidence.vehicle, flight.isel(time=0), plant)
@@ -182,7 +182,7 @@ def test_one_letter_that_is_tracked_worse_is_an_impact() -> None:
 @pytest.fixture
 def choices(monkeypatch: pytest.MonkeyPatch) -> Any:
     """A function that gives a sentence's verdict for |DS| from our start, and under all others."""
-    entry = {"status": 0, "step_error": 1e-5}
+    entry = {"status": 0, "error_estimate": 1e-5}
 
     def of(ds: float, other: float, ended: int = 0) -> Judgement:
         def with_ds(ds: float) -> dict[str, Any]:
@@ -290,25 +290,24 @@ def test_a_lost_payload_says_nothing_of_the_two_plants(monkeypatch: pytest.Monke
     assert found.verdict == HOLDS and "does not come to the end" in found.evidence
 
 
-@pytest.mark.parametrize(
-    ("change", "step_error", "verdict"),
-    [(0.05, 1e-5, HOLDS), (0.2, 1e-5, UNDECIDED), (0.05, 9e-3, UNDECIDED)],
-)
-def test_what_depends_on_the_step_of_a_letter_is_not_known(
-    change: float, step_error: float, verdict: str, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("estimate", "verdict"), [(1e-5, HOLDS), (9e-3, UNDECIDED)])
+def test_what_rests_on_a_letter_that_is_not_resolved_is_not_known(
+    estimate: float, verdict: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    well = GOOD | {"step_halving_error": 0.01, "step_error": 1e-5}
-    letters = results(well, well | {"step_halving_error": change, "step_error": step_error})
+    well = GOOD | {"error_estimate": 1e-5}
+    letters = results(well, well | {"error_estimate": estimate})
     monkeypatch.setattr(loops, "varied", lambda *_: loop(results(well, well)))
     study = Tracking({"letters": letters}, {"nominal": xr.Dataset()})
     found = closed_loop.JUDGES["V.13"](given.evidence(tracking=study, letter=study))
     assert found.verdict == verdict
 
 
-def test_a_choice_that_its_steps_do_not_resolve_is_not_known(
+def test_a_choice_whose_flights_are_not_resolved_is_not_known(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(loops, "varied", lambda *_: loop(results(GOOD, GOOD | {"step_error": 0.1})))
+    monkeypatch.setattr(
+        loops, "varied", lambda *_: loop(results(GOOD, GOOD | {"error_estimate": 0.1}))
+    )
     study = Tracking({"letters": results(GOOD, GOOD)}, {"nominal": xr.Dataset()})
     found = goals.tasks_done(given.evidence(tracking=study))
     assert [case.found.verdict for case in found.cases] == [HOLDS, UNDECIDED]

@@ -321,12 +321,12 @@ def test_no_arm_is_taken_thicker_than_it_is_long() -> None:
 
 @pytest.mark.long
 def test_states_of_the_tests_are_bent_and_resolved(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a limp arm, whose automatic step is the sampling period."""
+    """Of a limp arm."""
     limp = VEHICLE.replace({"arm.radius": 0.001})
     coarse = disks.states_of_tests(limp)
     assert coarse.shape[1] == 8 and len(coarse) <= 84
     assert np.abs(coarse[:, 6]).min() > 1e-6
-    monkeypatch.setattr(disks, "SHORTER", (2.5e-5,))
+    monkeypatch.setattr(disks, "RTOL", 1e-9)
     np.testing.assert_allclose(disks.states_of_tests(limp), coarse, rtol=1e-4, atol=1e-4)
 
 

@@ -1,4 +1,4 @@
-"""Of flights that ended early, or that no step resolves, sentences are not decided."""
+"""Of flights that ended early, or that are not resolved, sentences are not decided."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,7 +9,6 @@ import pytest
 import xarray as xr
 
 import continuair as ca
-from continuair.flight.resolution import steps_told_of
 from continuair.scenario.paper_tests import open_loop_test
 from continuair.studies.open_loop.study import OpenLoop
 from continuair.studies.paper.evidence import Evidence
@@ -30,33 +29,19 @@ def test_what_rests_on_a_number_that_is_told_as_nan_is_not_decided() -> None:
 
 
 @pytest.mark.parametrize(
-    ("errors", "changes", "verdict"),
-    [
-        ([0.05], [0.01], HOLDS),
-        ([0.05, 0.05], [0.3, 0.01], DEPENDS),
-        ([0.05, 0.08], [0.01, 0.01], DEPENDS),
-        ([0.05], [0.3], DEPENDS),
-        ([np.nan], [np.inf], UNDECIDED),
-    ],
+    ("error", "change", "verdict"),
+    [(0.05, 0.01, HOLDS), (0.05, 0.3, DEPENDS), (np.nan, np.inf, UNDECIDED)],
 )
-def test_halving_a_step_says_nothing_of_flights_that_ended_early(
-    errors: list[float], changes: list[float], verdict: str, monkeypatch: pytest.MonkeyPatch
+def test_a_finer_tolerance_says_nothing_of_flights_that_ended_early(
+    error: float, change: float, verdict: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """IV.2, with errors of Test C at one or two steps, and what halving each changes."""
+    """IV.2, with the error of Test C, and what a tenth of the tolerance changes."""
 
     def entry(error: float, change: float) -> dict[str, Any]:
-        moved = {"rmse_t_m": error, "angle_rad": error, "step_s": 1e-3}
-        return {
-            "decoupled": moved
-            | dict.fromkeys(
-                ("step_halving_error", "step_halving_error_t", "step_halving_error_r"), change
-            )
-        }
+        return {"decoupled": {"rmse_t_m": error, "relative_error": change}}
 
-    levels = [entry(*pair) for pair in zip(errors, changes, strict=True)]
-    tests = {name: entry(0.05, 1e-3) for name in "ABD"} | {"C": levels[-1]}
-    coarser: dict[str, Any] = dict.fromkeys(tests, []) | {"C": levels[:-1]}
-    study = OpenLoop({"tests": tests, "coarser_steps": coarser}, {})
+    tests = {name: entry(0.05, 1e-3) for name in "ABD"} | {"C": entry(error, change)}
+    study = OpenLoop({"rtol": 1e-6, "tests": tests}, {})
     same = SimpleNamespace(table=lambda reading: PRINTED)
     monkeypatch.setattr(open_loop, "fly_tests", lambda vehicle, **_: same)
     found = given.evidence(open_loop=study, table=given.table())
@@ -93,22 +78,20 @@ def test_the_images_slopes_end_with_the_flight() -> None:
 
 
 @pytest.mark.long
-def test_errors_with_disks_and_without_are_those_of_steps_that_resolve_them() -> None:
-    """In Test C the arm passes straight, where longer steps are off by more than 10 %."""
+def test_errors_with_disks_and_without_are_those_of_a_much_finer_tolerance() -> None:
+    """In Test C the arm passes straight, where errors of single steps grow the most."""
     vehicle = VEHICLE.replace(
         {"arm.radius": 3.5e-3, "arm.length": 0.8, "uav.mass": 1.2, "arm.youngs_modulus": 2e11}
     )
     full = disks.with_disks(vehicle)
-    with steps_told_of():
-        fine = ca.run_pairs(full, open_loop_test("C"), ["decoupled"], step=4e-6)
+    fine = ca.run_pairs(full, open_loop_test("C"), ["decoupled"], method="Tsit5", rtol=1e-9)
     expected = float(fine["rmse_t_m"].sel(model="decoupled")[0])
-    assert disks.errors_of_tests(full)["C"] == pytest.approx(expected, rel=0.01)
+    assert disks.errors_of_tests(full)["C"] == pytest.approx(expected, rel=1e-4)
 
 
-def test_shares_of_disks_are_not_known_where_steps_do_not_agree(
+def test_shares_of_disks_are_not_known_where_tolerances_do_not_agree(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(disks, "SHORTER", (1e-3, 5e-4))
     monkeypatch.setattr(disks, "_SAME", 1e-15)
     assert np.isnan(disks.shares_of_energy(VEHICLE, "C")[0].larger)
     assert np.isnan(list(disks.errors_of_tests(VEHICLE).values())).all()

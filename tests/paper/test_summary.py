@@ -134,7 +134,7 @@ def test_free_flight_keeps_momentum_with_the_coupled_model_alone(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     assert summary.mutual_interactions(given.evidence()).verdict == HOLDS
-    # A short arm is fast: what a step loses is not what the model loses.
+    # A short arm is fast.
     short = Evidence(ca.load_vehicle("paper").replace({"arm.length": 0.3}))
     assert summary.mutual_interactions(short).verdict == HOLDS
 
@@ -224,7 +224,7 @@ def test_both_named_conditions_have_to_be_good() -> None:
             for name, d in {"passive": passive, "closed": closed}.items()
         }
         run = of["passive"].isel(letter=[0]).rename(letter="run")
-        entry = {"step_halving_error": 0.01, "rmse_t_m": passive}
+        entry = {"relative_error": 0.01, "rmse_t_m": passive}
         row = {"models": {"decoupled": entry}}
         return summary.certain_conditions(
             given.evidence(

@@ -74,7 +74,7 @@ def test_a_vehicle_drawn_flies_as_it_does_alone(monkeypatch: pytest.MonkeyPatch)
     np.testing.assert_allclose(drawn.measured["oscillation_m"][1], swings, rtol=1e-3)
 
 
-def test_vehicles_that_steps_do_not_resolve_are_not_counted() -> None:
+def test_vehicles_that_are_not_resolved_are_not_counted() -> None:
     def judged(holds: list[bool], usable: list[bool]) -> str:
         drawn = drawn_sweeps.DrawnSweep({}, {}, np.array(usable))
         return parameters._share(drawn, np.array(holds)).verdict

@@ -20,16 +20,19 @@ import numpy as np
 import xarray as xr
 
 from continuair.analysis.metrics import at_camera, differences
+from continuair.engine.adaptive import Tolerance
 from continuair.errors import InputError
 from continuair.flight.cohorts import Flight
-from continuair.flight.prepare import check_scenario, prepare
-from continuair.flight.resolving import POSE, record_resolved
-from continuair.flight.trajectory import Recorder
+from continuair.flight.prepare import DEFAULT_TOLERANCE, check_scenario, prepare
+from continuair.flight.rollout import fly
 from continuair.kernels.dynamics import COUPLINGS
+from continuair.kernels.integrators import TSIT5
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
+
+_POSE = ("tip_position", "tip_attitude")
 
 
 def attribution(
@@ -48,7 +51,10 @@ def attribution(
             f"scenario holds the controller {scenario.controller.name}, which looks at a target; "
             "couplings are told apart in open loop, or under a law that looks at none."
         )
-    flight = prepare(vehicle, scenario, sample=sample, stacklevel=3)
+    tolerance = Tolerance(DEFAULT_TOLERANCE)
+    flight = prepare(
+        vehicle, scenario, sample=sample, method=TSIT5, tolerance=tolerance, stacklevel=3
+    )
     models = {coupling: f"without {coupling}" for coupling in COUPLINGS}
     models["decoupled"] = "decoupled"
     coupled = _tip(flight, "coupled", settle)
@@ -59,9 +65,7 @@ def attribution(
 
 def _tip(flight: Flight, model: str, settle: float) -> xr.Dataset:
     """Pose of the tip that carries the camera, from a time on [s]."""
-    recorder = Recorder(flight, model, POSE, "float64")
-    record_resolved(recorder)
-    found = at_camera(recorder.dataset(recorder.step), flight.vehicle)
+    found = at_camera(fly(flight, model, _POSE), flight.vehicle)
     return found.sel(time=slice(settle, None))
 
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from continuair.flight.resolution import steps_told_of
 from continuair.flight.simulate import simulate
+from continuair.kernels.integrators import TSIT5
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.vehicle import Vehicle
 
@@ -33,11 +33,9 @@ def fly_twice(
     variables: those that the flight holds besides feature_error; options: of `simulate`.
     """
     names = ["feature_error"]
-    with steps_told_of():
-        flight = simulate(vehicle, scenario, variables=[*names, *variables], **options)
-        # At the same steps: nothing but the nudge may tell the two apart.
-        taken = flight["step"].to_numpy() if "step" in flight else flight.attrs["step"]
-        moved = simulate(vehicle, nudged(scenario), variables=names, **(options | {"step": taken}))
+    options |= {"method": TSIT5}
+    flight = simulate(vehicle, scenario, variables=[*names, *variables], **options)
+    moved = simulate(vehicle, nudged(scenario), variables=names, **options)
     return flight, determined(flight, moved)
 
 

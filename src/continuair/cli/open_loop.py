@@ -73,7 +73,7 @@ def _show(study: OpenLoop) -> None:
     from continuair.studies.tables import number
 
     columns = ["test", "model", "NRMSE\nT", "NRMSE\nR", "RMSE T\n[m]", "RMSE R\n[rad]"]
-    columns += ["angle\n[rad]", "step\nerror"]
+    columns += ["angle\n[rad]", "relative\nerror"]
     table = [
         [test, model, *(number(entry[key]) for key in METRICS)]
         for test, model, entry in rows(study.results)

@@ -77,7 +77,7 @@ def _show(study: Sensitivity) -> None:
     from continuair.studies.sensitivity.report import COLUMNS, VALUES, reading, remarks, rows
     from continuair.studies.tables import number
 
-    shown = ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_xy_m", "angle_rad", "step_halving_error")
+    shown = ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_xy_m", "angle_rad", "relative_error")
     # The other model is in table.md: a terminal of 80 columns has no room for both.
     table: list[list[str]] = []
     for name, group in groupby(rows(study.results), key=lambda each: each[0]):
@@ -87,7 +87,7 @@ def _show(study: Sensitivity) -> None:
             for _, row, model, entry in group
             if model == "decoupled"
         ]
-    headings = [re.sub(r"_| (?=\[)|(?<=step) ", "\n", COLUMNS[key]) for key in shown]
+    headings = [re.sub(r"_| (?=\[)|(?<=relative) ", "\n", COLUMNS[key]) for key in shown]
     print_table(["decoupled", *headings], table, err=True)
     for line in remarks(study.results):
         typer.echo(line, err=True)

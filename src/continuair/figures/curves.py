@@ -57,13 +57,13 @@ def failures(dataset: xr.Dataset) -> list[str]:
 
 
 def doubts(dataset: xr.Dataset) -> list[str]:
-    """Return `failures`, and a sentence on flights that their steps do not resolve."""
+    """Return `failures`, and a sentence on flights that are not resolved."""
     named = [
         " ".join(names)
         for names, flight in _flights(dataset, [])
-        if float(flight["step_error"]) > RESOLVED
+        if float(flight["error_estimate"]) > RESOLVED
     ]
-    told = f"Not resolved, so that curves hang on the step: {'; '.join(named)}."
+    told = f"Not resolved: {'; '.join(named)}."
     return [*failures(dataset), *([told] if named else [])]
 
 

@@ -155,9 +155,9 @@ def spectral_peaks(peaks: dict[str, Peak | None]) -> str:
 
 
 def _unconverged(entries: dict[str, dict[str, Any]]) -> list[str]:
-    """A sentence on models whose flights hang on the step; those that ended early are told of."""
+    """A sentence on models whose flights have not converged; those that ended early are told of."""
     names = [name for name, each in entries.items() if not each["converged"] and not each["status"]]
-    return [f"Not converged, so that curves hang on the step: {', '.join(names)}."] if names else []
+    return [f"Not converged: {', '.join(names)}."] if names else []
 
 
 def _tip(dataset: xr.Dataset) -> dict[str, dict[str, Array]]:

@@ -37,7 +37,7 @@ def sections(results: dict[str, Any]) -> Figure:
         counts = [row["count"] for row in rows]
         _lines(panels[0], counts, off, _ERRORS, "off the true beam [%]")
         _lines(panels[1], counts, tips, _TIPS, "tip in a flight, RMS [%]")
-        _lines(panels[2], counts, steps, _INTEGRATORS, "automatic step [ms]")
+        _lines(panels[2], counts, steps, _INTEGRATORS, "step [ms]")
         _lines(panels[3], counts, costs, _INTEGRATORS, "time per second [ms]")
         gained = min(values[0] / values[1] for values in off.values())
         style.head(

@@ -182,24 +182,24 @@ def _failures(results: dict[str, Any]) -> list[str]:
 
 
 def _unconverged(results: dict[str, Any]) -> list[str]:
-    """A sentence on the values compared with flights that hang on the step."""
+    """A sentence on the values compared with flights that have not converged."""
     named = [
         f"{name} {row['label']}"
         for name, sweep in results["sweeps"].items()
         for row in sweep["rows"]
         if any(not e["converged"] and not e["status"] for e in row["models"].values())
     ]
-    return [f"Not converged, so that they hang on the step: {', '.join(named)}."] if named else []
+    return [f"Not converged: {', '.join(named)}."] if named else []
 
 
 def _left_out(results: dict[str, Any]) -> list[str]:
-    """A sentence on the values between that are left out, as their steps do not resolve them."""
+    """A sentence on the values between that are left out, as they are not resolved."""
     named = [
         f"{len(sweep['between']['unresolved'])} of {name}"
         for name, sweep in results["sweeps"].items()
         if sweep["between"]["unresolved"]
     ]
-    return [f"Left out, as steps do not resolve them: {', '.join(named)}."] if named else []
+    return [f"Left out, as they are not resolved: {', '.join(named)}."] if named else []
 
 
 def _panels(figure: Figure, names: Any) -> list[tuple[Any, str]]:

@@ -14,18 +14,18 @@ from continuair.analysis.trim import Trim, trim
 from continuair.engine.engine import Engine
 from continuair.errors import InputError
 from continuair.flight.rotors import hovering_thrusts, lag_rate
-from continuair.flight.simulate import simulate
-from continuair.flight.steps import automatic_step, fastest_rate
-from continuair.studies.standard_excitations import standard_scenario
+from continuair.flight.steps import fastest_rate
 from continuair.vehicle.arc import polar_of
 from continuair.vehicle.rotors import Rotors
 from continuair.vehicle.vehicle import Vehicle
-from continuair.warning import untold
 
 Lines = list[tuple[str, ...]]
 
 MODES = ("modes", "rad/s", "lowest Hz", "damping")
 """Columns of `modes_of`."""
+
+PHASE = 0.2
+"""Of the fastest mode in a fixed step of RK4 that follows it [rad]."""
 
 BENT = 1.0
 """Angle by which the arm that carries the camera is bent to see what rotors have left [rad]."""
@@ -46,7 +46,7 @@ def at_rest(vehicle: Vehicle) -> Trim | None:
 
 
 def facts(vehicle: Vehicle, rest: Trim | None) -> Lines:
-    """Masses, couplings, sections, sag, steps and the error of constant curvature, by name.
+    """Masses, couplings, sections, sag, rates and the error of constant curvature, by name.
 
     rest: of `at_rest`.
     """
@@ -60,7 +60,7 @@ def facts(vehicle: Vehicle, rest: Trim | None) -> Lines:
         *_of_sections(vehicle),
         *_angles(vehicle, rest),
         *_of_rotors(vehicle),
-        *_of_steps(vehicle),
+        *_of_rates(vehicle),
         *([] if vehicle.has_arm_list else _beside_a_beam(vehicle)),
     ]
 
@@ -143,29 +143,15 @@ def _told(vehicle: Vehicle, q: np.ndarray, base: str, gravity: float) -> tuple[s
     return rates, f"{each[0] / (2.0 * pi):.4g}", f"{found.damping[0]:.2g}"
 
 
-def _of_steps(vehicle: Vehicle) -> Lines:
+def _of_rates(vehicle: Vehicle) -> Lines:
     straight = [0.0] * vehicle.layout.coordinates
-    driven = np.atleast_1d(lag_rate(vehicle))
-    engine = Engine(vehicle, "coupled")
-    step = float(automatic_step(engine, straight, driven=driven)[0])
-    fastest = np.fmax(fastest_rate(engine, straight), driven)[0]
+    fastest = float(
+        np.fmax(fastest_rate(Engine(vehicle, "coupled"), straight), lag_rate(vehicle))[0]
+    )
     return [
         ("fastest rate, with damping", f"{fastest:.4g} 1/s"),
-        ("automatic step, at rest", f"{1e3 * step:.3g} ms"),
-        ("step taken, arm let go", _step_taken(vehicle)),
+        (f"fixed step of RK4, {PHASE:g} over it", f"{1e3 * PHASE / fastest:.3g} ms"),
     ]
-
-
-def _step_taken(vehicle: Vehicle) -> str:
-    """The step that `simulate` takes for the arm that is let go, at most the 1 ms between samples
-    that it has by default, or why there is none."""
-    try:
-        with untold():
-            flown = standard_scenario("release", vehicle)
-            flight = simulate(vehicle, flown, variables=["position"])
-    except InputError:
-        return "none: too many for a flight"
-    return f"{1e3 * flight.attrs['step']:.3g} ms"
 
 
 def _beside_a_beam(vehicle: Vehicle) -> Lines:

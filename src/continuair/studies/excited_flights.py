@@ -16,8 +16,9 @@ import numpy as np
 
 from continuair.analysis.excited import excited_arm
 from continuair.controllers.controller import Controller
-from continuair.flight.resolution import RESOLVED, angles_unread, steps_told_of
+from continuair.flight.resolution import RESOLVED, angles_unread
 from continuair.kernels.dynamics import REFERENCE, SIMPLER
+from continuair.kernels.integrators import TSIT5
 from continuair.kernels.step import OK
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.standard_excitations import (
@@ -91,7 +92,7 @@ def excited(
 def sampling(vehicle: Vehicle, scenario: Scenario) -> tuple[float, float]:
     """Time between samples that are compared, and from when they count [s].
 
-    In a loop samples are at instants at which it acts, or between them, so that steps are even.
+    In a loop samples are at instants at which it acts, or between them.
     """
     sample, period = max(sample_time(vehicle), scenario.duration / MOST_SAMPLES), scenario.period
     if period is None:
@@ -112,15 +113,17 @@ def flown_errors(
     """Error (runs,) of each model; infinite where its flight ended early, NaN where that of the
     coupled one did, beside which there is none.
 
-    vehicle: plain or batched; frequency: a number or (runs,), over the clamped one. Where steps do
-    not resolve a flight, its error is at least what they err by.
+    vehicle: plain or batched; frequency: a number or (runs,), over the clamped one. Where a flight
+    is not resolved, its error is at least its error_estimate.
     """
     scenario = excited(vehicle, name, frequency, loop, periods)
     sample, settle = sampling(vehicle, scenario)
-    with steps_told_of(), angles_unread():
-        found = run_pairs(vehicle, scenario, models, sample=sample, settle=settle)
-    by_steps = found["step_error"].max("model").to_numpy()
-    least = np.where(by_steps > RESOLVED, by_steps, 0.0)
+    with angles_unread():
+        found = run_pairs(
+            vehicle, scenario, models, sample=sample, settle=settle, method=TSIT5, check=True
+        )
+    estimate = found["error_estimate"].max("model").to_numpy()
+    least = np.where(estimate > RESOLVED, estimate, 0.0)
     lost = found["status"].sel(model=REFERENCE).to_numpy() != OK
     errors = {model: error_of(found.sel(model=model), vehicle) for model in models}
     return {model: np.where(lost, np.nan, np.maximum(e, least)) for model, e in errors.items()}

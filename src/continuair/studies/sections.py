@@ -14,8 +14,8 @@ from continuair.analysis.trim import trim
 from continuair.engine.engine import Engine
 from continuair.flight.prepare import prepare
 from continuair.flight.simulate import simulate
-from continuair.flight.steps import automatic_step
-from continuair.kernels.integrators import INTEGRATORS
+from continuair.flight.steps import fastest_rate, first_frequency
+from continuair.kernels.integrators import TSIT5
 from continuair.kernels.step import OK
 from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.machine import machine
@@ -37,6 +37,11 @@ BEAM_CONSTANT = 3.516015
 SWAY, RATIO, DURATION = 0.2, 0.5, 3.0
 """The flight: a lateral force on the UAV of so many weights at so much of the beam's first clamped
 frequency, for a time [s]."""
+
+PHASES = {"RK4": 0.2, "implicit": 0.05}
+"""Fixed steps that are compared, times the fastest rate (RK4) or that of the first mode."""
+
+_RTOL = 1e-6
 
 LOADS = (0.01, 0.5, 2.0, 5.0)
 """Loads μ g l³/E I at which the level arm sags."""
@@ -79,9 +84,8 @@ def sag(count: int, load: float) -> float:
     vehicle = cut(count, level=True)
     q = trim(vehicle, gravity=gravity).q
     still = Scenario("level", q, duration=1e-5, gravity=0.0)
-    options: Any = {"step": 1e-5, "sample": 1e-5, "variables": ["tip_position"]}
-    tip = simulate(vehicle, still, **options)["tip_position"].to_numpy()[0].ravel()
-    return float(-tip[2] / LENGTH)
+    flight = simulate(vehicle, still, sample=1e-5, variables=["tip_position"], method=TSIT5)
+    return float(-flight["tip_position"].to_numpy()[0].ravel()[2] / LENGTH)
 
 
 def elastica_sag(load: float) -> float:
@@ -116,9 +120,9 @@ def sections(counts: Iterable[int] = COUNTS) -> dict[str, Any]:
         row["from_finest"] = float(np.sqrt(np.mean(off**2)) / LENGTH)
     times = _shortest({key: fly for row in rows for key, fly in row.pop("flights")})
     for row in rows:
-        each = {name: times[row["count"], name] / _TIMED_STEPS for name in INTEGRATORS}
+        each = {name: times[row["count"], name] / _TIMED_STEPS for name in PHASES}
         row["step_s"] = each
-        row["flight_s"] = {name: each[name] / row["step"][name] for name in INTEGRATORS}
+        row["flight_s"] = {name: each[name] / row["step"][name] for name in PHASES}
     beam: dict[str, Any] = beam_constants() | {"sag": [elastica_sag(load) for load in LOADS]}
     return {"rows": rows, "beam": beam, "loads": list(LOADS), "machine": machine()}
 
@@ -138,17 +142,12 @@ def swayed(vehicle: Vehicle) -> Scenario:
 def _row(count: int) -> dict[str, Any]:
     """What is found of one count, its flights that are to be timed, and its coupled tip."""
     vehicle = cut(count)
-    scenario, engine = swayed(vehicle), Engine(vehicle, "coupled")
-    flown = {
-        name: simulate(vehicle, scenario, sample=_SAMPLE, method=name, variables=["tip_position"])
-        for name in INTEGRATORS
-    }
-    tip = flown["RK4"]["tip_position"].to_numpy().reshape(-1, 3)
-    apart = np.linalg.norm(
-        flown["implicit"]["tip_position"].to_numpy().reshape(-1, 3) - tip, axis=-1
-    )
-    pair = run_pairs(vehicle, scenario, ["decoupled"], sample=_SAMPLE)
-    straight = np.zeros(engine.layout.coordinates)
+    scenario, steps = swayed(vehicle), _steps(vehicle)
+    options: Any = {"sample": _SAMPLE, "variables": ["tip_position"]}
+    flight = simulate(vehicle, scenario, method=TSIT5, rtol=_RTOL, **options)
+    implicit = simulate(vehicle, scenario, method="implicit", step=steps["implicit"], **options)
+    tip, other = (each["tip_position"].to_numpy().reshape(-1, 3) for each in (flight, implicit))
+    pair = run_pairs(vehicle, scenario, ["decoupled"], sample=_SAMPLE, method=TSIT5, rtol=_RTOL)
     return {
         "count": count,
         "clamped": [
@@ -157,20 +156,23 @@ def _row(count: int) -> dict[str, Any]:
         "free": [constant(each) for each in modes(vehicle, gravity=0.0).frequencies[::2]],
         "sag": [sag(count, load) for load in LOADS],
         "decoupled": float(pair["rmse_t_m"].sel(model="decoupled")[0]) / LENGTH,
-        "step": {
-            name: float(automatic_step(engine, straight, method=name)[0]) for name in INTEGRATORS
-        },
-        "implicit_error": float(apart.max() / LENGTH),
-        "step_error": {name: float(flight["step_error"]) for name, flight in flown.items()},
+        "step": steps,
+        "implicit_error": float(np.linalg.norm(other - tip, axis=-1).max() / LENGTH),
         "tip": tip,
-        "flights": [((count, name), _timed(vehicle, name)) for name in INTEGRATORS],
+        "flights": [((count, name), _timed(vehicle, name, step)) for name, step in steps.items()],
     }
 
 
-def _timed(vehicle: Vehicle, method: str) -> Callable[[], None]:
-    """A hover of so many automatic steps, alone: all else is prepared."""
+def _steps(vehicle: Vehicle) -> dict[str, float]:
+    """The fixed step of each method [s]."""
+    engine, straight = Engine(vehicle, "coupled"), np.zeros(vehicle.layout.coordinates)
+    rates = {"RK4": fastest_rate, "implicit": first_frequency}
+    return {name: phase / float(rates[name](engine, straight)[0]) for name, phase in PHASES.items()}
+
+
+def _timed(vehicle: Vehicle, method: str, step: float) -> Callable[[], None]:
+    """A hover of so many steps, alone: all else is prepared."""
     straight = np.zeros(vehicle.layout.coordinates)
-    step = float(automatic_step(Engine(vehicle, "coupled"), straight, method=method)[0])
     lasts, weight = _TIMED_STEPS * step, 9.81 * vehicle.mass
     hover = Scenario("hover", straight, duration=lasts, force=[0.0, 0.0, weight])
     flight = prepare(vehicle, hover, sample=lasts, step=step, threads=1, method=method)

@@ -16,15 +16,15 @@ def as_table(summary: xr.Dataset) -> str:
     """Return the summary in Markdown."""
     made = summary.attrs
     each = round(made["attributed_runs"] / summary.sizes["excitation"])
-    errors = ["NRMSE", "tip error / l", "angle [rad]", "lost", "steps", "map explains"]
+    errors = ["NRMSE", "tip error / l", "angle [rad]", "lost", "tolerance", "map explains"]
     lines = [
         "# When may I decouple? The atlas",
         "",
         f"{made['runs']} paired flights in open loop, {made['closed_loop_runs']} in closed loop, "
         f"seed {made['seed']}, continuair {made['version']}.",
         "",
-        "Decoupled model, median (9 of 10 below) of all flights; steps: what half the step changes "
-        "in 9 of 10.",
+        "Decoupled model, median (9 of 10 below) of all flights; tolerance: what a tenth of it "
+        "changes in 9 of 10.",
         "",
         *_by_excitation(summary, errors, _errors),
         "",
@@ -52,8 +52,8 @@ def _by_excitation(
 def _errors(one: xr.Dataset) -> list[str]:
     one = one.sel(model="decoupled")
     spreads = (one[f"{error}_spread"].to_numpy()[1:] for error in ("nrmse", "error", "angle"))
-    lost, steps, by_map = one["lost"], one["halving_error"], one["by_map"].sel(error="angle")
-    shares = [percent(float(lost)), number(float(steps)), percent(float(by_map))]
+    lost, tolerance, by_map = one["lost"], one["tolerance_error"], one["by_map"].sel(error="angle")
+    shares = [percent(float(lost)), number(float(tolerance)), percent(float(by_map))]
     return [_pair(*spread) for spread in spreads] + shares
 
 

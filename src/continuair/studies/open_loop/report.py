@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -21,7 +20,7 @@ METRICS = {
     "rmse_t_m": "RMSE_T [m]",
     "rmse_r_rad": "RMSE_R [rad]",
     "angle_rad": "angle [rad]",
-    "step_halving_error": "step error",
+    "relative_error": "relative error",
 }
 """The columns of the tables, as keys of the results."""
 
@@ -59,12 +58,11 @@ def as_table(results: dict[str, Any]) -> str:
         "",
         *_errors_table(results),
         "",
-        "Step error: the change of the tip, or of its difference from the coupled one, when the",
-        "step is halved, as a share of that difference (coupled: of the motion beyond free fall);",
-        f"up to {percent(CONVERGED)} counts as converged, for a refined step only if it falls with",
-        "the step.",
+        "Relative error: what a tenth of the tolerance changes of both tips, as a share of their",
+        "difference (coupled: of the tip's motion beyond free fall); up to "
+        f"{percent(CONVERGED)} counts as converged.",
         "",
-        *(remarks(results) or ["Every flight has converged at the automatic step."]),
+        *(remarks(results) or ["Every flight has converged."]),
         *of_angles(results),
         *of_still_rotors(results),
     ]
@@ -85,17 +83,9 @@ def _errors_table(results: dict[str, Any]) -> list[str]:
 
 
 def remarks(results: dict[str, Any]) -> list[str]:
-    """Return a sentence for every test that the automatic step did not settle."""
+    """Return a sentence for every test of which a flight has not converged."""
     lines = []
     for letter, entries in results["tests"].items():
-        if coarser := results["coarser_steps"][letter]:
-            step = entries[REFERENCE]["step_s"]
-            share = max(entry["step_halving_error"] for entry in coarser[0].values())
-            automatic = f"{1e3 * coarser[0][REFERENCE]['step_s']:.2g} ms"
-            why = f"halving the automatic one, {automatic}, changes it by {percent(share)}"
-            if not math.isfinite(share):
-                why = f"not every flight at the automatic one, {automatic}, can be compared"
-            lines.append(f"* Test {letter} is reported at a step of {1e3 * step:.2g} ms: {why}.")
         reasons = dict.fromkeys(entry["reason"] for entry in entries.values() if entry["reason"])
         for reason in reasons:
             alike = [model for model, entry in entries.items() if entry["reason"] == reason]
@@ -114,27 +104,23 @@ def of_angles(results: dict[str, Any]) -> list[str]:
 
 
 def _kappa_s_table(results: dict[str, Any]) -> list[str]:
-    """Test C at coarser steps and with other kappa_s, beside what is reported."""
+    """Test C with other kappa_s, beside what is reported."""
     if not results["kappa_s"]:
         return []
-    given = results["vehicle"]["arm"]["kappa_s"]
-    variants = [
-        (entries[REFERENCE]["step_s"], given, entries)
-        for entries in [*results["coarser_steps"]["C"], results["tests"]["C"]]
-    ]
-    variants += [(row["step_s"], row["kappa_s"], row["models"]) for row in results["kappa_s"]]
-    keys = [key for key in METRICS if key != "step_halving_error"]
-    headings = ["step [ms]", "kappa_s [1/m]", "model", *(METRICS[key] for key in keys)]
+    variants = [(results["vehicle"]["arm"]["kappa_s"], results["tests"]["C"])]
+    variants += [(row["kappa_s"], row["models"]) for row in results["kappa_s"]]
+    keys = [key for key in METRICS if key != "relative_error"]
+    headings = ["kappa_s [1/m]", "model", *(METRICS[key] for key in keys)]
     cells = [
-        [f"{1e3 * step:.3g}", f"{kappa_s:g}", model, *(number(metrics[key]) for key in keys)]
-        for step, kappa_s, models in variants
+        [f"{kappa_s:g}", model, *(number(metrics[key]) for key in keys)]
+        for kappa_s, models in variants
         for model, metrics in models.items()
         if model != REFERENCE
     ]
     return [
         "",
-        "Test C divides Q_psi_a by the bend, and below kappa_s by kappa_s. How far the step and",
-        "kappa_s move it:",
+        "Test C divides Q_psi_a by the bend, and below kappa_s by kappa_s. How far that",
+        "moves it:",
         "",
         *as_markdown(headings, cells, ("model",)),
     ]

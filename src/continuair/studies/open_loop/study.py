@@ -1,7 +1,7 @@
 """The open-loop tests A to D of Amiri et al.: how far simpler models are from the coupled one.
 
-Every flight is simulated with the automatic step h and with h/2, so that a difference between
-models can be told from an error of the integration; where it cannot, the step is halved further.
+Every flight is simulated again within a tenth of its tolerance, so that a difference between models
+can be told from an error of the integration.
 """
 
 from __future__ import annotations
@@ -15,20 +15,19 @@ import xarray as xr
 
 from continuair import checks
 from continuair.analysis.convergence import (
+    RTOL,
     SAMPLE,
     Entries,
     Flown,
     compared_models,
-    halve,
-    settled,
-    step_of,
+    entries_of,
 )
 from continuair.analysis.metrics import differences
 from continuair.analysis.shares import percent
-from continuair.flight.resolution import steps_told_of
 from continuair.flight.rotors import open_loop_flight
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import MODELS, REFERENCE
+from continuair.kernels.integrators import TSIT5
 from continuair.progress import Progress, Steps
 from continuair.scenario.paper_tests import OPEN_LOOP_TESTS
 from continuair.scenario.scenarios import Scenario
@@ -57,7 +56,7 @@ class OpenLoop:
     """Results of the study.
 
     results: JSON-able; results["tests"][test][model] holds the metrics against the coupled run.
-    datasets: test -> trajectories of all models at the step reported, leading dimension `model`.
+    datasets: test -> trajectories of all models, leading dimension `model`.
     """
 
     results: dict[str, Any]
@@ -85,7 +84,7 @@ def open_loop(
     chosen = compared_models(models)
     scenarios = {letter: open_loop_flight(vehicle, letter, f1) for letter in letters}
     others = _other_kappa_s(vehicle) if "C" in letters else []
-    flights = _Flights(progress, chosen, 2 * len(scenarios) + len(others))
+    flights = _Flights(progress, chosen, len(scenarios) + len(others))
     results: dict[str, Any] = {
         "study": "open_loop",
         "vehicle": vehicle.describe(),
@@ -93,16 +92,16 @@ def open_loop(
         "reference": REFERENCE,
         "printed": PRINTED if _as_printed(vehicle, letters, chosen, f1) else {},
         "note": NOTE,
+        "rtol": RTOL,
         "tests": {},
-        "coarser_steps": {},
         "kappa_s": [],
     }
     datasets = {}
     for letter, scenario in scenarios.items():
-        flown, entries, coarser = _converge(flights, vehicle, scenario)
-        results["tests"][letter], results["coarser_steps"][letter] = entries, coarser
+        flown = flights.fly(vehicle, scenario)
+        results["tests"][letter] = _entries(flown, vehicle, scenario)
         if letter == "C":
-            results["kappa_s"] = _vary_kappa_s(others, flights, vehicle, scenario, flown)
+            results["kappa_s"] = _vary_kappa_s(others, flights, vehicle, scenario)
         datasets[letter] = by_model(flown)
     return OpenLoop(results, datasets)
 
@@ -120,34 +119,25 @@ class _Flights:
         self.models = models
         self._steps = Steps(progress, rounds * len(models))
 
-    def fly(self, vehicle: Vehicle, scenario: Scenario, note: str, **policy: Any) -> Flown:
+    def fly(self, vehicle: Vehicle, scenario: Scenario, note: str = "") -> Flown:
         """Trajectories of all models."""
         flown = {}
         for model in self.models:
-            self._steps.begin(f"{scenario.name}, {note}, {model}")
-            with steps_told_of():
-                flown[model] = simulate(vehicle, scenario, model=model, sample=SAMPLE, **policy)
+            self._steps.begin(f"{scenario.name}{note}, {model}")
+            flown[model] = simulate(
+                vehicle, scenario, model=model, sample=SAMPLE, method=TSIT5, rtol=RTOL, check=True
+            )
         return flown
 
 
-def _converge(
-    flights: _Flights, vehicle: Vehicle, scenario: Scenario
-) -> tuple[Flown, Entries, list[Entries]]:
-    """Halve the step until the results have converged; return flights, entries, coarser entries."""
-
-    def fly(step: float | None) -> Flown:
-        if step is None:
-            return flights.fly(vehicle, scenario, "automatic step")
-        return flights.fly(vehicle, scenario, f"step {1e3 * step:.2g} ms", step=step)
-
-    flown, levels = halve(fly, lambda errors: settled(errors, _is_singular(scenario)))
-    history = [entries for (entries,) in levels]
-    for model, entry in history[-1].items():
-        errors = [entries[model] for entries in history]
-        entry["reason"] = _reason(errors, scenario, vehicle, flown[model])
-        if history[-1][REFERENCE]["status"] and not entry["status"]:
+def _entries(flown: Flown, vehicle: Vehicle, scenario: Scenario) -> Entries:
+    """Entries with the reason why a flight has not converged."""
+    entries = entries_of(flown, float(vehicle.reach))
+    for model, entry in entries.items():
+        entry["reason"] = _reason(entry, scenario, vehicle, flown[model])
+        if entries[REFERENCE]["status"] and not entry["status"]:
             entry["reason"] = f"{REFERENCE}, which it is compared with, ended early"
-    return flown, history[-1], history[:-1]
+    return entries
 
 
 def _is_singular(scenario: Scenario) -> bool:
@@ -156,20 +146,15 @@ def _is_singular(scenario: Scenario) -> bool:
 
 
 def _reason(
-    history: list[dict[str, Any]], scenario: Scenario, vehicle: Vehicle, dataset: xr.Dataset
+    entry: dict[str, Any], scenario: Scenario, vehicle: Vehicle, dataset: xr.Dataset
 ) -> str:
-    """Say why a flight has not converged; nothing if it has. history: from the coarsest step."""
-    entry = history[-1]
+    """Say why a flight has not converged; nothing if it has."""
     if entry["converged"]:
         return ""
     if entry["status"]:
         end = float(dataset["end_time"])
         return f"the run ended at {end:g} s with status {entry['status']}"
-    largest = max(level["step_halving_error"] for level in history)
-    text = (
-        f"halving the step changes it by {percent(entry['step_halving_error'])}, at the steps "
-        f"tried by up to {percent(largest)}, and that does not fall with the step"
-    )
+    text = f"its error may be {percent(entry['relative_error'])} of it"
     if _is_singular(scenario):
         closest = np.linalg.norm(dataset["bend"].transpose("time", ...).to_numpy(), axis=-1).min()
         text += (
@@ -177,9 +162,6 @@ def _reason(
             f"{vehicle.arm.kappa_s:g} 1/m below it) and is nearly singular where the arm passes "
             f"straight, here at {closest:.2g} 1/m or less"
         )
-    lowest, highest = (f([level["rmse_t_m"] for level in history]) for f in (min, max))
-    if highest > 0:
-        text += f"; its RMSE_T at these steps is {lowest:.4g} to {highest:.4g} m"
     return text
 
 
@@ -189,14 +171,14 @@ def _other_kappa_s(vehicle: Vehicle) -> list[float]:
 
 
 def _vary_kappa_s(
-    values: Sequence[float], flights: _Flights, vehicle: Vehicle, scenario: Scenario, flown: Flown
+    values: Sequence[float], flights: _Flights, vehicle: Vehicle, scenario: Scenario
 ) -> list[dict[str, Any]]:
-    """Metrics with other thresholds kappa_s, at the step of the flights reported."""
-    rows, step = [], step_of(flown[REFERENCE])
+    """Metrics with other thresholds kappa_s."""
+    rows = []
     for kappa_s in values:
         changed = vehicle.replace({"arm.kappa_s": kappa_s})
-        varied = flights.fly(changed, scenario, f"kappa_s {kappa_s:g} 1/m", step=step)
+        varied = flights.fly(changed, scenario, f", kappa_s {kappa_s:g} 1/m")
         # The remarks say once of each flight that it ended early.
         metrics = {model: differences(varied[REFERENCE], varied[model]) for model in flights.models}
-        rows.append({"kappa_s": kappa_s, "step_s": step, "models": metrics})
+        rows.append({"kappa_s": kappa_s, "models": metrics})
     return rows

@@ -11,7 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from continuair.flight.resolution import RESOLVED, steps_told_of, tells_rotation
+from continuair.analysis.convergence import RTOL
+from continuair.flight.resolution import RESOLVED, tells_rotation
+from continuair.kernels.integrators import TSIT5
 from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, open_loop_test, tip_chirp
 from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.pairs import run_pairs
@@ -30,10 +32,6 @@ RANGES = {
 }
 """Ranges of the paper's sweeps; below 1.5 m it prints no length. The inertia follows the mass."""
 
-STEP = 2e-5
-"""Integration step [s]: Test C turns bends about the straight arm, which longer ones resolve for
-few vehicles."""
-
 MOST = 0.5
 """A share above this counts as most."""
 
@@ -42,8 +40,8 @@ FORCE_ON_UAV, MOMENT_ON_UAV = "the force of Test D on the UAV", "a moment on the
 
 @dataclass(frozen=True)
 class Drawn:
-    """Errors of the decoupled model by test, for each vehicle drawn that flew them all to the end
-    with steps that resolve it.
+    """Errors of the decoupled model by test, for each vehicle drawn that flew them all to the end,
+    resolved.
 
     position: RMSE of the tip [m]; rotation: RMSE of its Euler angles [rad], or of a vehicle whose
     angles samples do not follow in every test the angle between the tips; length: of the arm [m].
@@ -61,8 +59,7 @@ class Drawn:
 def fly_drawn(vehicle: Vehicle) -> Drawn:
     """Fly Tests A to D, and what excites the UAV otherwise, with VEHICLES vehicles."""
     drawn = vehicle.replace(draw(vehicle))
-    with steps_told_of():
-        found = {name: run_pairs(drawn, each, step=STEP) for name, each in _scenarios().items()}
+    found = {name: _fly(drawn, each) for name, each in _scenarios().items()}
     well = np.all([_well(each) for each in found.values()], axis=0)
 
     def of(metric: str) -> dict[str, Array]:
@@ -77,14 +74,17 @@ def fly_drawn(vehicle: Vehicle) -> Drawn:
 
 def error_under_a_moment(vehicle: Vehicle) -> float:
     """RMSE of a vehicle's decoupled tip with the moment on its UAV [m]; NaN as of what is drawn."""
-    with steps_told_of():
-        found = run_pairs(vehicle, _scenarios()[MOMENT_ON_UAV], step=STEP)
+    found = _fly(vehicle, _scenarios()[MOMENT_ON_UAV])
     error = found["rmse_t_m"].sel(model="decoupled").where(_well(found))
     return float(error.item())
 
 
+def _fly(vehicle: Vehicle, scenario: Scenario) -> xr.Dataset:
+    return run_pairs(vehicle, scenario, method=TSIT5, rtol=RTOL, check=True)
+
+
 def _well(found: xr.Dataset) -> Array:
-    ended = (found["status"] != 0) | (found["step_error"] > RESOLVED)
+    ended = (found["status"] != 0) | (found["error_estimate"] > RESOLVED)
     return np.asarray(~ended.any("model"))
 
 

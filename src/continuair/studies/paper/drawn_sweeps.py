@@ -11,7 +11,8 @@ from continuair.flight.resolution import RESOLVED
 from continuair.kernels.dynamics import PLANTS, REFERENCE
 from continuair.studies.paper.drawn import draw
 from continuair.studies.sensitivity.measures import apart, measures, rms
-from continuair.studies.sensitivity.once import DECOUPLED, fly_once, scenario_of
+from continuair.studies.sensitivity.once import DECOUPLED, scenario_of
+from continuair.studies.sensitivity.study import fly_all
 from continuair.studies.sensitivity.task import PARAMETERS
 from continuair.vehicle.vehicle import Vehicle
 
@@ -31,7 +32,7 @@ class DrawnSweep:
 
     fields: of the vehicles, before the parameter is varied. measured: (vehicles, values), the keys
     of `measures`, and "error", the horizontal RMSE of the decoupled tip [m] where that was flown.
-    usable: (vehicles,), flown to the end at all values with steps that resolve it.
+    usable: (vehicles,), flown to the end at all values, and resolved.
     """
 
     fields: dict[str, Array]
@@ -53,13 +54,13 @@ def fly_drawn_sweep(
     repeated = {key: np.repeat(column, len(values), axis=0) for key, column in fields.items()}
     repeated[str(PARAMETERS[name].field)] = np.tile(values, VEHICLES)
     vehicles = vehicle.replace(repeated)
-    flown = fly_once(vehicles, scenario_of(hertz, straight), models)
+    flown = fly_all(vehicles, scenario_of(hertz, straight), models)
     thinned = {model: flights.isel(time=MEASURED) for model, flights in flown.items()}
     measured = measures(vehicles, thinned[REFERENCE])
     if DECOUPLED in flown:
         distances = apart(thinned[REFERENCE], thinned[DECOUPLED])
         measured["error"] = np.array([rms(distance) for distance in distances])
-    well = [(run["status"] == 0) & (run["step_error"] <= RESOLVED) for run in flown.values()]
+    well = [(run["status"] == 0) & (run["error_estimate"] <= RESOLVED) for run in flown.values()]
     return DrawnSweep(
         fields,
         {key: column.reshape(shape) for key, column in measured.items()},

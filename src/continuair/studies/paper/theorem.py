@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from continuair.analysis.convergence import RTOL
 from continuair.analysis.lyapunov import NEEDED, Lyapunov, lyapunov
 from continuair.analysis.metrics import feature_norm, samples
 from continuair.controllers.gains import design
@@ -19,8 +20,9 @@ from continuair.controllers.servoing import servoing
 from continuair.equations import image_jacobian, mass_matrix
 from continuair.equations.camera import facing
 from continuair.errors import InputError, shown
-from continuair.flight.resolution import RESOLVED, steps_told_of
+from continuair.flight.resolution import RESOLVED
 from continuair.flight.simulate import simulate
+from continuair.kernels.integrators import TSIT5
 from continuair.scenario import paths
 from continuair.scenario.scenarios import Scenario
 from continuair.scenario.targets import Target
@@ -67,13 +69,8 @@ class Pace:
 MADE, DRAWN = Pace(12.0, 1e-2), Pace(2.0, 1e-3)
 """Of gains made for the image, and drawn at random: most of those flights end early."""
 
-STEP, FINER, MOST = 1e-4, 8.0, 4e6
-"""Integration step [s] of all flights at first: with gains made for the image what is fastest
-decays at up to 2e4 1/s. What it does not resolve is flown again with steps so much shorter, and
-again, as long as there are no more than so many."""
-
 ALIKE = 0.01
-"""Share of its time by which an early end may move with steps so much shorter."""
+"""Share of its time by which an early end may move at a tenth of the tolerance."""
 
 OFFSETS = (0.2, 0.2, 0.2, 0.05, 0.05, 0.2, 0.1, np.pi)
 """Largest offsets of q at the farthest start [m, rad, 1/m, rad]; those of ψa at every start."""
@@ -96,7 +93,7 @@ class Flown:
     """A set of gains with a target, and its flights.
 
     made: whether the gains are made for the image or drawn at random. resolved: which flights
-    (starts,) their steps resolve. error: ‖e‖ (starts, time) [px]. found: conditions and V of the
+    (starts,) are. error: ‖e‖ (starts, time) [px]. found: conditions and V of the
     flights.
     """
 
@@ -318,28 +315,28 @@ def fly(
 def resolved_flights(
     vehicle: Vehicle, scenario: Scenario, sample: float
 ) -> tuple[xr.Dataset, Array]:
-    """Flights with steps that resolve them, and which (starts,) of them MOST steps did resolve.
+    """Flights, and which (starts,) of them are resolved.
 
-    A flight is resolved if its step_error is small, or if it ends early at the same time with
-    steps that are FINER: what it does last is faster than any step.
+    A flight is if its error_estimate is small, or if it ends early at the same time within a tenth
+    of the tolerance: what it does last is faster than any step.
     """
 
-    def fly(steps: Array) -> xr.Dataset:
-        with steps_told_of():
-            return simulate(vehicle, scenario, step=steps, sample=sample, variables=NEEDED)
+    def fly(rtol: float, check: bool) -> xr.Dataset:
+        return simulate(
+            vehicle,
+            scenario,
+            sample=sample,
+            variables=NEEDED,
+            method=TSIT5,
+            rtol=rtol,
+            check=check,
+        )
 
-    steps = np.full(STARTS, STEP)
-    flight = fly(steps)
-    resolved = _small(flight)
-    while not resolved.all() and scenario.duration * FINER <= MOST * steps.min():
-        steps = np.where(resolved, steps, steps / FINER)
-        coarse, flight = flight, fly(steps)
-        resolved |= _small(flight) | _end_alike(coarse, flight)
+    flight = fly(RTOL, True)
+    resolved = np.asarray(flight["error_estimate"].to_numpy() <= RESOLVED)
+    if not resolved.all():
+        resolved |= _end_alike(flight, fly(0.1 * RTOL, False))
     return flight, resolved
-
-
-def _small(flight: xr.Dataset) -> Array:
-    return np.asarray(flight["step_error"].to_numpy() <= RESOLVED)
 
 
 def _end_alike(*flights: xr.Dataset) -> Array:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from continuair.controllers.controller import Controller
-from continuair.flight.resolution import steps_told_of
 from continuair.flight.simulate import simulate
+from continuair.kernels.integrators import TSIT5
 from continuair.progress import Steps
 from continuair.scenario import paths
 from continuair.scenario.scenarios import Scenario
@@ -40,10 +40,10 @@ class Case:
 
 def kept_of(vehicle: Vehicle) -> tuple[str, ...]:
     """What is kept of a flight: its status, when it ended [s], its largest feature error at the end
-    [px], NaN of one that ended early, how well its steps resolved it, and the most that rotors, if
-    there are any, were asked for beyond their limits."""
+    [px], NaN of one that ended early, its error estimate, and the most that rotors, if there are
+    any, were asked for beyond their limits."""
     saturation = () if vehicle.uav.rotors is None else ("largest_saturation",)
-    return ("status", "end_time", "error", "step_error", *saturation)
+    return ("status", "end_time", "error", "error_estimate", *saturation)
 
 
 def batches(runs: int) -> list[slice]:
@@ -60,10 +60,15 @@ def fly(vehicle: Vehicle, case: Case, law: Controller, q: Array, steps: Steps) -
             "region of operation", q[batch], controller=law, target=TARGET,
             control_period=1.0 / case.rate, duration=DURATION,
         )  # fmt: skip
-        with steps_told_of():
-            data = simulate(
-                vehicle, scenario, model=case.model, sample=_SAMPLE, variables=["feature_error"]
-            )
+        data = simulate(
+            vehicle,
+            scenario,
+            model=case.model,
+            sample=_SAMPLE,
+            variables=["feature_error"],
+            method=TSIT5,
+            check=True,
+        )
         late = abs(data["feature_error"]).sel(time=slice(DURATION - JUDGED, None))
         data["error"] = late.max(("time", "pixel"), skipna=False)
         found.append([data[name] for name in kept_of(vehicle)])

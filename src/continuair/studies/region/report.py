@@ -21,8 +21,8 @@ BOX = (
 )
 """Where random starts are drawn from, of which those with all points in view fly."""
 
-_COARSE = "step_error above 1e-3"
-"""The heading of how many flights their steps resolve too coarsely."""
+_COARSE = "error_estimate above 1e-3"
+"""The heading of how many flights are not resolved."""
 
 _LISTED = 20
 """Failures that the table lists, of each case; the CSV has all."""
@@ -76,7 +76,7 @@ def summary(results: dict[str, Any]) -> list[str]:
         "",
         "The largest value up to which all flights end well, and what is beyond: nothing that was",
         "tried, a failure, or starts with points out of view. The last column counts the flights",
-        "that this rests on and whose steps are too coarse. Of y, roll and yaw the positive side",
+        "that this rests on and that are not resolved. Of y, roll and yaw the positive side",
         "is flown, which the other mirrors where the vehicle is symmetric about the plane of x and",
         "z.",
         "",

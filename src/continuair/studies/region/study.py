@@ -142,7 +142,7 @@ def _found(case: Case, flights: xr.Dataset) -> dict[str, Any]:
             "runs": well.size,
             "well": int(well.sum()),
             "share": float(well.mean()),
-            "unresolved": int((drawn["step_error"] > RESOLVED).sum()),
+            "unresolved": int((drawn["error_estimate"] > RESOLVED).sum()),
             "failures": [_failure(drawn.isel(start=run)) for run in np.flatnonzero(~well)],
         },
     }
@@ -157,13 +157,13 @@ def _saturated(own: xr.Dataset) -> dict[str, int]:
 
 def _reach(own: xr.Dataset, direction: str, bend: float) -> dict[str, Any]:
     """The largest value up to which all flights end well, the next one, and why that does not;
-    and how many of these flights their steps resolve too coarsely."""
+    and how many of these flights are not resolved."""
     along = (own["direction"] == direction) & (own["start_bend"] == bend)
     ladder = own.isel(start=np.flatnonzero(along))
     good = (ladder["well"] & ladder["visible"]).to_numpy()
     count = climbed(good.tolist())
     values = ladder["off_by"].to_numpy()
-    coarse = (ladder["step_error"] > RESOLVED).to_numpy()
+    coarse = (ladder["error_estimate"] > RESOLVED).to_numpy()
     found: dict[str, Any] = {
         "unit": DIRECTIONS[direction].unit,
         "reached": float(values[count - 1]) if count else 0.0,

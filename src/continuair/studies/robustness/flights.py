@@ -11,8 +11,8 @@ import numpy as np
 from continuair.analysis.metrics import feature_rms
 from continuair.controllers.controller import Controller
 from continuair.errors import CannotHover, InputError
-from continuair.flight.resolution import steps_told_of
 from continuair.flight.simulate import simulate
+from continuair.kernels.integrators import TSIT5
 from continuair.kernels.step import OK
 from continuair.scenario.tracking_task import SETTINGS, task
 from continuair.studies.robustness.mistakes import MISTAKES
@@ -67,9 +67,9 @@ def groups(wrong: list[Wrong]) -> list[list[Wrong]]:
 
 
 def fly(nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong]) -> list[dict[str, Any]]:
-    """Status, end [s], step_error, and RMS and largest feature error [px] of the letter under each
-    mistake of a batch, NaN of a flight that ended early; of rotors, the largest saturation. Behind
-    a camera with noise that of the worst of DRAWS.
+    """Status, end [s], error_estimate, and RMS and largest feature error [px] of the letter under
+    each mistake of a batch, NaN of a flight that ended early; of rotors, the largest saturation.
+    Behind a camera with noise that of the worst of DRAWS.
 
     One that rotors do not lift is GROUNDED; raises InputError for others that do not fly.
     """
@@ -89,7 +89,7 @@ def fly(nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong]) -> li
     lost = {"rms_px": np.nan, "max_px": np.nan}
     if nominal.uav.rotors is not None:
         lost[_SATURATION] = np.nan
-    return [{"status": GROUNDED, "end_time_s": 0.0, "step_error": 0.0, **lost}]
+    return [{"status": GROUNDED, "end_time_s": 0.0, "error_estimate": 0.0, **lost}]
 
 
 def harm(flight: dict[str, Any]) -> tuple[bool, float]:
@@ -126,8 +126,15 @@ def _fly_together(
         seed=seeds,
         **acting,
     )
-    with steps_told_of():
-        data = simulate(flown, scenario, model=model, sample=_SAMPLE, variables=["feature_error"])
+    data = simulate(
+        flown,
+        scenario,
+        model=model,
+        sample=_SAMPLE,
+        variables=["feature_error"],
+        method=TSIT5,
+        check=True,
+    )
     found = []
     for run in range(len(wrong)):
         flight = data.isel(run=run)
@@ -138,7 +145,7 @@ def _fly_together(
             {
                 "status": int(flight["status"]),
                 "end_time_s": float(flight["end_time"]),
-                "step_error": float(flight["step_error"]),
+                "error_estimate": float(flight["error_estimate"]),
                 "rms_px": feature_rms(late) if good else np.nan,
                 "max_px": largest,
                 **({_SATURATION: float(flight[_SATURATION])} if _SATURATION in flight else {}),

@@ -98,11 +98,12 @@ def _lost(results: dict[str, Any]) -> list[str]:
 
 
 def _resolved(results: dict[str, Any]) -> str:
-    """How well steps resolved the flights that decide."""
+    """How many of the flights that decide are not resolved."""
     flights = _deciding(results)
-    coarse = sum(each["step_error"] > RESOLVED for each in flights)
+    coarse = sum(each["error_estimate"] > RESOLVED for each in flights)
     return (
-        f"Of the {len(flights)} flights that decide {coarse} have a step_error above {RESOLVED:g}."
+        f"Of the {len(flights)} flights that decide {coarse} have an error_estimate above "
+        f"{RESOLVED:g}."
     )
 
 

@@ -1,32 +1,21 @@
-"""Sweeps of one parameter flown once, at the automatic step, for more vehicles than the study's.
+"""Sweeps of one parameter for more vehicles than the study's.
 
-They hold what the checks of `findings` read. Runs that their steps do not resolve are left out of
-the values between, and marked among those compared.
+They hold what the checks of `findings` read. Runs that are not resolved are left out of the values
+between, and marked among those compared.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
-from continuair.analysis.convergence import CONVERGED, SAMPLE, Flown
+from continuair.analysis.convergence import CONVERGED, Flown
 from continuair.analysis.mass import straight_arm_inertia
-from continuair.flight.prepare import prepare
-from continuair.flight.resolution import steps_told_of
-from continuair.flight.rollout import fly
 from continuair.kernels.dynamics import PLANTS, REFERENCE
 from continuair.scenario.scenarios import Scenario
-from continuair.studies.sensitivity.measures import (
-    VARIABLES,
-    apart,
-    by_second,
-    measures,
-    range_of,
-    rms,
-)
+from continuair.studies.sensitivity.measures import apart, by_second, measures, range_of, rms
+from continuair.studies.sensitivity.study import ERROR_SHARE, fly_all
 from continuair.studies.sensitivity.swing import swings_apart
 from continuair.studies.sensitivity.task import PARAMETERS, batch, flight
 from continuair.vehicle.vehicle import Vehicle
@@ -36,30 +25,7 @@ Array = np.ndarray
 VALUES = 13
 """Values flown from the least to the largest, beside those that the paper compares."""
 
-STEP_SHARE = 0.1
-"""A value between is left out if its steps may make more than this share of its error."""
-
 DECOUPLED = "decoupled"
-
-
-def fly_once(
-    vehicles: Vehicle,
-    scenario: Scenario,
-    models: Sequence[str] = PLANTS,
-    halved: Array | None = None,
-) -> dict[str, xr.Dataset]:
-    """Return flights by model over (run, time), every run at a step of its own.
-
-    It is SAMPLE over a power of two and at most the automatic step, as runs of equal steps fly
-    together. halved: mask (runs,) of those that fly at half of it.
-    """
-    with steps_told_of():
-        automatic = prepare(vehicles, scenario, sample=SAMPLE).steps
-        steps = SAMPLE / 2.0 ** np.ceil(np.log2(SAMPLE / automatic) - 1e-9)
-        if halved is not None:
-            steps = np.where(halved, 0.5 * steps, steps)
-        prepared = prepare(vehicles, scenario, step=steps, sample=SAMPLE)
-        return {model: fly(prepared, model, VARIABLES) for model in models}
 
 
 def scenario_of(hertz: bool, straight: bool) -> Scenario:
@@ -83,12 +49,12 @@ def sweep_once(
     values = parameter.between(VALUES)
     vehicles, starts = batch(vehicle, scenario_of(hertz, straight), parameter, values)
     compared = np.isin(values, parameter.values)
-    flown = fly_once(vehicles, starts, halved=compared)
+    flown = fly_all(vehicles, starts, PLANTS)
     inertia = np.array([straight_arm_inertia(vehicles.select(run)) for run in range(len(values))])
     columns = {"arm_inertia_kg_m2": inertia} | measures(vehicles, flown[REFERENCE])
     distances = apart(flown[REFERENCE], flown[DECOUPLED])
     errors = np.array([rms(distance) for distance in distances])
-    usable = _resolved(vehicles, flown, np.where(compared, CONVERGED, STEP_SHARE) * errors)
+    usable = _resolved(vehicles, flown, np.where(compared, CONVERGED, ERROR_SHARE) * errors)
     rows = [
         {"value": value, "label": parameter.label(value)}
         | {"mass_kg": float(vehicles.select(run).mass)}
@@ -123,8 +89,8 @@ def _add_swings(rows: list[dict[str, Any]], vehicles: Vehicle, flown: Flown, val
 
 
 def _resolved(vehicles: Vehicle, flown: Flown, most: Array) -> Array:
-    """Which runs flew to the end with steps that change the tips by at most `most` (runs,) [m]."""
+    """Which runs flew to the end with tips that are off by at most `most` (runs,) [m]."""
     length = np.asarray(vehicles.arm.length)
-    of_step = sum(length * flights["step_error"].to_numpy() for flights in flown.values())
+    error = sum(length * flights["error_estimate"].to_numpy() for flights in flown.values())
     ended = np.any([flights["status"].to_numpy() != 0 for flights in flown.values()], axis=0)
-    return np.asarray(~ended & (of_step <= most))
+    return np.asarray(~ended & (error <= most))

@@ -8,11 +8,11 @@ from typing import Any
 
 from continuair.analysis.convergence import CONVERGED
 from continuair.analysis.shares import percent
-from continuair.kernels.dynamics import REFERENCE, SIMPLER
+from continuair.kernels.dynamics import SIMPLER
 from continuair.studies.overstated_angles import of_overstated_angles
 from continuair.studies.results import ResultFolder
 from continuair.studies.sensitivity.measures import MEASURES
-from continuair.studies.sensitivity.study import STEP_SHARE, Sensitivity
+from continuair.studies.sensitivity.study import ERROR_SHARE, Sensitivity
 from continuair.studies.still_rotors import of_still_rotors
 from continuair.studies.tables import as_csv, as_markdown, number
 
@@ -23,7 +23,7 @@ COLUMNS = {
     "rmse_r_rad": "RMSE_R [rad]",
     "angle_rad": "angle [rad]",
     "rmse_xy_m": "RMSE xy [m]",
-    "step_halving_error": "step error",
+    "relative_error": "relative error",
 }
 """Columns of the tables, as keys of a model's entry."""
 
@@ -185,10 +185,10 @@ def closer_share(sweep: dict[str, Any]) -> float:
 
 
 def remarks(results: dict[str, Any]) -> list[str]:
-    """Return what the step-halving errors say of every row."""
+    """Return what the errors of the flights say of every row."""
     lines = [
-        f"Step error: what halving the step changes, as a share of the difference; up to "
-        f"{percent(CONVERGED)} counts as converged, after larger ones twice in a row and falling."
+        "Relative error: what a tenth of the tolerance changes of both tips, as a share of their "
+        f"difference; up to {percent(CONVERGED)} counts as converged."
     ]
     unsettled = []
     for name, sweep in results["sweeps"].items():
@@ -203,8 +203,8 @@ def remarks(results: dict[str, Any]) -> list[str]:
             )
         if coarse := len(sweep["between"]["unresolved"]):
             unsettled.append(
-                f"* {name}: {coarse} of the values between are left out, as steps may make more "
-                f"than {percent(STEP_SHARE)} of their differences."
+                f"* {name}: {coarse} of the values between are left out, as errors may make more "
+                f"than {percent(ERROR_SHARE)} of their differences."
             )
     return [
         *lines,
@@ -225,20 +225,19 @@ def _unfollowed(results: dict[str, Any]) -> list[str]:
 
 
 def _unsettled(entry: dict[str, Any]) -> str:
-    share = entry["step_halving_error"]
+    share = entry["relative_error"]
     if not math.isfinite(share):
-        return "there is no step error, as not every flight at half the step can be compared"
-    return f"step error {percent(share)}"
+        return "it ends otherwise at a tenth of the tolerance"
+    return f"relative error {percent(share)}"
 
 
 def _measures_table(results: dict[str, Any]) -> list[str]:
     columns = {"mass_kg": "mass of the vehicle", "arm_inertia_kg_m2": "inertia of the arm"}
     columns |= MEASURES
     cells = [
-        [name, row["label"], f"{1e3 * row['models'][REFERENCE]['step_s']:.3g}"]
-        + [number(row[key]) for key in columns]
+        [name, row["label"], *(number(row[key]) for key in columns)]
         for name, sweep in results["sweeps"].items()
         for row in sweep["rows"]
     ]
-    table = as_markdown(["parameter", "value", "step [ms]", *columns], cells, ("parameter",))
+    table = as_markdown(["parameter", "value", *columns], cells, ("parameter",))
     return [*table, "", "; ".join(f"{key}: {text}" for key, text in columns.items()) + "."]

@@ -7,7 +7,7 @@ from scatter.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,19 +16,12 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from continuair import checks
-from continuair.analysis.convergence import (
-    SAMPLE,
-    Entries,
-    Flown,
-    halve,
-    settled,
-    step_of,
-)
+from continuair.analysis.convergence import RTOL, SAMPLE, Entries, Flown, entries_of
 from continuair.analysis.mass import straight_arm_inertia
-from continuair.flight.prepare import prepare
-from continuair.flight.rollout import fly
 from continuair.flight.rotors import still
+from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import MODELS, REFERENCE, SIMPLER
+from continuair.kernels.integrators import TSIT5
 from continuair.progress import Progress, Steps
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.results import by_model
@@ -43,12 +36,13 @@ from continuair.studies.sensitivity.measures import (
 )
 from continuair.studies.sensitivity.swing import swings_apart
 from continuair.studies.sensitivity.task import PARAMETERS, Parameter, about, batch, flight
+from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle, as_rod, check_one_section
 
 Array = NDArray[np.float64]
 
-STEP_SHARE = 0.1
-"""A value between is left out if its steps may make more than this share of its differences."""
+ERROR_SHARE = 0.1
+"""A value between is left out if errors may make more than this share of its differences."""
 
 
 @dataclass(frozen=True)
@@ -100,9 +94,9 @@ def sensitivity(
     steps = Steps(progress, 2 * len(chosen))
     for parameter in chosen:
         steps.begin(f"{parameter.name}, the values compared")
-        flown, entries = _converge(vehicle, scenario, parameter)
+        flown = _fly(vehicle, scenario, parameter, parameter.values)
         steps.begin(f"{parameter.name}, values between")
-        results["sweeps"][parameter.name] = _sweep(vehicle, scenario, parameter, flown, entries)
+        results["sweeps"][parameter.name] = _sweep(vehicle, scenario, parameter, flown)
         values = ("run", np.array(parameter.values))
         datasets[parameter.name] = by_model(flown).assign_coords(value=values)
     results["claims"] = [] if own else verdicts(results)
@@ -114,45 +108,37 @@ def _chosen(parameters: Iterable[str], known: Mapping[str, Parameter]) -> list[P
     return [parameter for name, parameter in known.items() if name in names]
 
 
-def _fly(
-    vehicle: Vehicle,
-    scenario: Scenario,
-    parameter: Parameter,
-    values: Any,
-    step: Any = "auto",
-) -> Flown:
+def _fly(vehicle: Vehicle, scenario: Scenario, parameter: Parameter, values: Any) -> Flown:
     vehicles, starts = batch(vehicle, scenario, parameter, values)
-    # At one step for all models, which the study halves itself.
-    flight = prepare(vehicles, starts, step=step, sample=SAMPLE)
-    return {model: fly(flight, model, VARIABLES) for model in MODELS}
+    return fly_all(vehicles, starts, MODELS)
 
 
-def _converge(
-    vehicle: Vehicle, scenario: Scenario, parameter: Parameter
-) -> tuple[Flown, list[Entries]]:
-    """Halve the step until every run has converged; return flights and entries[run][model]."""
-
-    def at_step(step: Any) -> Flown:
-        step = "auto" if step is None else step
-        return _fly(vehicle, scenario, parameter, parameter.values, step)
-
-    def early(errors: Sequence[float]) -> bool:
-        # A run that settled early is halved on with the others, down to its rounding.
-        return any(settled(errors[: n + 1], singular=False) for n in range(len(errors)))
-
-    flown, levels = halve(at_step, early)
-    return flown, levels[-1]
+def fly_all(vehicles: Vehicle, scenario: Scenario, models: Iterable[str]) -> Flown:
+    """Return flights by model over (run, time), with their error estimates."""
+    return {
+        model: simulate(
+            vehicles,
+            scenario,
+            model=model,
+            sample=SAMPLE,
+            variables=VARIABLES,
+            method=TSIT5,
+            rtol=RTOL,
+            check=True,
+        )
+        for model in models
+    }
 
 
 def _sweep(
-    vehicle: Vehicle, scenario: Scenario, parameter: Parameter, flown: Flown, entries: list[Entries]
+    vehicle: Vehicle, scenario: Scenario, parameter: Parameter, flown: Flown
 ) -> dict[str, Any]:
     return {
         "units": parameter.units,
         "scale": parameter.scale,
         "values_chosen_here": parameter.chosen,
-        "rows": _rows(vehicle, scenario, parameter, flown, entries),
-        "between": _between(vehicle, scenario, parameter, float(np.min(step_of(flown[REFERENCE])))),
+        "rows": _rows(vehicle, scenario, parameter, flown),
+        "between": _between(vehicle, scenario, parameter),
     }
 
 
@@ -161,7 +147,6 @@ def _rows(
     scenario: Scenario,
     parameter: Parameter,
     flown: Flown,
-    entries: list[Entries],
 ) -> list[dict[str, Any]]:
     """A row per value: measures of the coupled flight, and the models' metrics against it."""
     vehicles, _ = batch(vehicle, scenario, parameter, parameter.values)
@@ -171,6 +156,7 @@ def _rows(
     measured["displacement_frozen_m"] = frozen
     distances = {model: apart(flown[REFERENCE], flown[model]) for model in SIMPLER}
     swings = swings_apart(vehicles, flown, REFERENCE)
+    entries = _entries(vehicles, flown)
     rows = []
     for run, value in enumerate(parameter.values):
         one = vehicles.select(run)
@@ -189,14 +175,20 @@ def _rows(
     return rows
 
 
-def _between(
-    vehicle: Vehicle, scenario: Scenario, parameter: Parameter, step: float
-) -> dict[str, Any]:
+def _entries(vehicles: Vehicle, flown: Flown) -> list[Entries]:
+    """Metrics of every model, by run."""
+    runs = flown[REFERENCE].sizes["run"]
+    each = [{model: data.isel(run=run) for model, data in flown.items()} for run in range(runs)]
+    reach = per_run(vehicles.reach, runs)
+    return [entries_of(*pair) for pair in zip(each, reach, strict=True)]
+
+
+def _between(vehicle: Vehicle, scenario: Scenario, parameter: Parameter) -> dict[str, Any]:
     """Measures and horizontal differences of many values, as lists over those flown to the end and
     resolved, and of each but the first whether the one before it is among them."""
     values = parameter.between()
     vehicles, _ = batch(vehicle, scenario, parameter, values)
-    flown = _fly(vehicle, scenario, parameter, values, step)
+    flown = _fly(vehicle, scenario, parameter, values)
     inertia = np.array([straight_arm_inertia(vehicles.select(run)) for run in range(len(values))])
     columns = {"value": values, "arm_inertia_kg_m2": inertia}
     columns |= measures(vehicles, flown[REFERENCE])
@@ -205,7 +197,7 @@ def _between(
         for model in SIMPLER
     }
     ended = np.any([flown[model]["status"] != 0 for model in MODELS], axis=0)
-    coarse = ~ended & _hangs_on_the_step(vehicles, flown, errors)
+    coarse = ~ended & _is_unresolved(vehicles, flown, errors)
     kept = np.flatnonzero(~ended & ~coarse)
     return {
         "ended_early": values[ended].tolist(),
@@ -216,10 +208,10 @@ def _between(
     }
 
 
-def _hangs_on_the_step(vehicles: Vehicle, flown: Flown, errors: dict[str, Array]) -> Array:
-    """Whether steps may make more than STEP_SHARE of some model's difference, of each value."""
+def _is_unresolved(vehicles: Vehicle, flown: Flown, errors: dict[str, Array]) -> Array:
+    """Whether errors may make more than ERROR_SHARE of some model's difference, of each value."""
     length = np.asarray(vehicles.arm.length)
-    of_step = {model: length * flown[model]["step_error"].to_numpy() for model in MODELS}
+    of = {model: length * flown[model]["error_estimate"].to_numpy() for model in MODELS}
     return np.any(
-        [of_step[REFERENCE] + of_step[each] > STEP_SHARE * errors[each] for each in SIMPLER], axis=0
+        [of[REFERENCE] + of[each] > ERROR_SHARE * errors[each] for each in SIMPLER], axis=0
     )

@@ -15,9 +15,10 @@ from continuair.controllers.classic import classic
 from continuair.controllers.controller import Controller, stack
 from continuair.controllers.gain_files import Gains
 from continuair.controllers.servoing import servoing
-from continuair.flight.resolution import steps_told_of, unresolved
+from continuair.flight.resolution import unresolved
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import PLANTS
+from continuair.kernels.integrators import TSIT5
 from continuair.progress import Progress, Steps
 from continuair.scenario.tracking_task import SETTINGS, equipped, task
 from continuair.vehicle.vehicle import Vehicle
@@ -51,8 +52,8 @@ class Variant:
 def law_variants(
     vehicle: Vehicle, gains: Gains, letter: str = "M", *, progress: Progress | None = None
 ) -> list[dict[str, Any]]:
-    """RMS and largest feature error, bend, tilt, DS and step_error (the larger of both plants) of
-    each variant. Raises InputError."""
+    """RMS and largest feature error, bend, tilt, DS and error_estimate (the larger of both plants)
+    of each variant. Raises InputError."""
     setting = SETTINGS["nominal"]
     damped = equipped(vehicle, setting)
     given = "damping" if damped.arm.damping_ratio is None else "damping_ratio"
@@ -87,10 +88,11 @@ def best_scalar(vehicle: Vehicle, letter: str, compensation: str) -> dict[str, A
     ]
     laws = stack([servoing(**gains, compensation=compensation) for gains in grid])
     scenario = task(vehicle, [letter], laws, SETTINGS["nominal"].duration)
-    with steps_told_of():
-        data = simulate(vehicle, scenario, sample=5e-2, variables=["feature_error"])
+    data = simulate(
+        vehicle, scenario, sample=5e-2, variables=["feature_error"], method=TSIT5, check=True
+    )
     rms = np.nan_to_num(feature_rms(_settled(data)), nan=np.inf)
-    rms[unresolved(data.step_error.to_numpy())] = np.inf
+    rms[unresolved(data.error_estimate.to_numpy())] = np.inf
     return grid[int(np.argmin(rms))]
 
 
@@ -149,7 +151,13 @@ def _fly(
     scenario = task(vehicle, [letter], laws, SETTINGS["nominal"].duration)
     coupled, decoupled = (
         simulate(
-            vehicle, scenario, model=plant, sample=1e-2, variables=["feature_error", "bend", "q"]
+            vehicle,
+            scenario,
+            model=plant,
+            sample=1e-2,
+            variables=["feature_error", "bend", "q"],
+            method=TSIT5,
+            check=True,
         )
         for plant in PLANTS
     )
@@ -159,7 +167,7 @@ def _fly(
     worst = np.abs(settled["feature_error"].to_numpy()).max(axis=(1, 2))
     upright = np.cos(coupled["q"].sel(coordinate=["roll", "pitch"]).to_numpy()).prod(axis=2)
     tilt = np.arccos(np.clip(upright, -1.0, 1.0))
-    step_error = np.max([each["step_error"] for each in (coupled, decoupled)], axis=0)
+    estimate = np.max([each["error_estimate"] for each in (coupled, decoupled)], axis=0)
     return [
         {
             "variant": variant.name,
@@ -172,7 +180,7 @@ def _fly(
             "largest_bend_1_m": _largest(bend[row]),
             "largest_tilt_rad": _largest(tilt[row]),
             "ds_max_px_after_2s": float(ds[row].max()),
-            "step_error": float(step_error[row]),
+            "error_estimate": float(estimate[row]),
         }
         for row, variant in enumerate(variants)
     ]

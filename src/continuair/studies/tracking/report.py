@@ -5,10 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-import numpy as np
-
-from continuair.analysis.convergence import CONVERGED
-from continuair.analysis.metrics import TRANSIENT
 from continuair.flight.resolution import RESOLVED, is_beyond_limits
 from continuair.kernels.dynamics import REFERENCE
 from continuair.kernels.step import STATUS
@@ -25,7 +21,7 @@ COLUMNS = {
     "converged_s": "below 5 px from [s]",
     "force_rms_n": "force [N]",
     "out_of_view_samples": "out of view",
-    "step_halving_error": "step error",
+    "error_estimate": "error estimate",
 }
 """Columns of the tables, as keys of the results."""
 
@@ -80,8 +76,7 @@ def as_table(results: dict[str, Any]) -> str:
         f"error from the coupled plant{_printed(results)}. Forces are the RMS, beyond the mean "
         f"thrust, of samples {1e3 * SAMPLE:g} ms apart,",
         "of which the first push, far from the target, is one. A camera's noise is one draw of it.",
-        f"Step error: the largest change from {TRANSIENT:g} s on that half the step makes, over "
-        "the RMS.",
+        "Error estimate: of the tip, in arm lengths.",
     ]
     settings = {results["setting"]: results, **results["settings"]}
     for setting, part in settings.items():
@@ -98,8 +93,7 @@ def as_table(results: dict[str, Any]) -> str:
 
 def remarks(results: dict[str, Any]) -> list[str]:
     """Return a sentence for the flights of a setting that ended early alike, about the first, and
-    one each for those that the step has not settled, that it does not resolve, and whose rotors
-    saturate, about the worst."""
+    one each for those that are not resolved, and whose rotors saturate, about the worst."""
     lines = []
     for setting in (results["setting"], *results["settings"]):
         flights = {
@@ -109,7 +103,6 @@ def remarks(results: dict[str, Any]) -> list[str]:
         }
         lines += [
             *_ended_early(flights),
-            *_unsettled(flights),
             *_unresolved(flights),
             *_saturated(flights),
         ]
@@ -127,31 +120,16 @@ def _ended_early(flights: dict[str, dict[str, Any]]) -> Iterator[str]:
         yield f"* {first}: ended at {ends[first]:.3g} s, {STATUS[status]}{_more(ends, flights)}."
 
 
-def _unsettled(flights: dict[str, dict[str, Any]]) -> Iterator[str]:
-    # Where the flight at half the step has lost its target, there is no share.
-    shares = {
-        flight: float(np.nan_to_num(entry["step_halving_error"], nan=np.inf))
-        for flight, entry in flights.items()
-        if not entry["status"] and not entry["step_halving_error"] < CONVERGED
-    }
-    if shares:
-        worst = max(shares, key=lambda flight: shares[flight])
-        changes = f"changes the error by {shares[worst]:.1%} of its RMS"
-        if np.isinf(shares[worst]):
-            changes = "leaves no error to compare"
-        yield f"* {worst}: not converged, half the step {changes}{_more(shares, flights)}."
-
-
 def _unresolved(flights: dict[str, dict[str, Any]]) -> Iterator[str]:
     errors = {
-        flight: entry["step_error"]
+        flight: entry["error_estimate"]
         for flight, entry in flights.items()
-        if entry["step_error"] > RESOLVED
+        if entry["error_estimate"] > RESOLVED
     }
     if errors:
         worst = max(errors, key=lambda flight: errors[flight])
-        told = f"not resolved, its step_error is {errors[worst]:.2g} arm lengths"
-        yield f"* {worst}: {told}, and where it goes hangs on the step{_more(errors, flights)}."
+        told = f"not resolved, its error_estimate is {errors[worst]:.2g} arm lengths"
+        yield f"* {worst}: {told}{_more(errors, flights)}."
 
 
 def _saturated(flights: dict[str, dict[str, Any]]) -> Iterator[str]:
@@ -213,7 +191,7 @@ def _variants(results: dict[str, Any]) -> list[str]:
         "largest_bend_1_m": "bend [1/m]",
         "largest_tilt_rad": "tilt [rad]",
         "ds_max_px_after_2s": "DS > 2 s [px]",
-        "step_error": "step_error",
+        "error_estimate": "error_estimate",
     }
     cells = [
         [
@@ -231,8 +209,8 @@ def _variants(results: dict[str, Any]) -> list[str]:
         "",
         f"Letter {results['variants'][0]['letter']} on the coupled plant, nominal camera; DS "
         "against the decoupled plant. Bend and tilt are the",
-        f"largest of samples {1e3 * SAMPLE:g} ms apart. Where step_error is above 1e-3, the "
-        "numbers beside it hang on the step.",
+        f"largest of samples {1e3 * SAMPLE:g} ms apart. Where error_estimate is above 1e-3, the "
+        "numbers beside it are not resolved.",
         "",
         *as_markdown(headings, cells, ("variant", "ended")),
     ]

@@ -14,6 +14,7 @@ from continuair.analysis.shares import percent
 from continuair.flight.resolution import RESOLVED
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import PLANTS
+from continuair.kernels.integrators import TSIT5
 from continuair.scenario.paper_tests import open_loop_test
 from continuair.studies.extremes import largest, least
 from continuair.studies.paper.drawn import MOST
@@ -162,16 +163,23 @@ def small(shares: list[float]) -> Judgement:
 
 
 def _both(vehicles: Vehicle, test: str) -> xr.Dataset:
-    """An open-loop test with both models, over (model, run, time); NaN where steps do not resolve
-    it."""
+    """An open-loop test with both models, over (model, run, time); NaN where it is not
+    resolved."""
     scenario = open_loop_test(test)
     flights = by_model(
         {
-            model: simulate(vehicles, scenario, model=model, variables=["tip_position"])
+            model: simulate(
+                vehicles,
+                scenario,
+                model=model,
+                variables=["tip_position"],
+                method=TSIT5,
+                check=True,
+            )
             for model in PLANTS
         }
     )
-    return flights.where(flights["step_error"] <= RESOLVED)
+    return flights.where(flights["error_estimate"] <= RESOLVED)
 
 
 def share_of_range(flights: xr.Dataset, more: float = 0.0) -> float:

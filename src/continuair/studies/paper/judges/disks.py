@@ -17,11 +17,12 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 from continuair import equations
-from continuair.flight.resolution import angles_unread, steps_told_of
+from continuair.analysis.convergence import RTOL
+from continuair.flight.resolution import angles_unread
 from continuair.flight.simulate import simulate
+from continuair.kernels.integrators import TSIT5
 from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, open_loop_test
 from continuair.studies.extremes import largest
-from continuair.studies.paper.judges.words import SHORTER
 from continuair.sweeps.pairs import run_pairs
 from continuair.vehicle.coordinates import paper_rates
 from continuair.vehicle.vehicle import Vehicle
@@ -42,7 +43,7 @@ RADII = (0.001, 0.005, 0.010)
 _GRAVITY, _BETWEEN_SAMPLES = 9.81, 0.05
 
 _SAME = 0.01
-"""The share within which what is found with two steps in turn is the same."""
+"""The share within which what is found with two tolerances is the same."""
 
 _STRAIGHT = 1e-6
 """Bend angle up to which an arm counts as straight [rad]."""
@@ -79,13 +80,13 @@ def shares_of_energy(vehicle: Vehicle, test: str) -> tuple[Shares, Shares]:
     """Shares of the disks in the energies of the arm, and in those of the whole vehicle.
 
     Along the coupled flight of a test with disks. Energies are summed over its samples, potential
-    energy as what it has changed since the start; up to its end, if it ends early. NaN where steps
-    that are ever shorter do not agree on them.
+    energy as what it has changed since the start; up to its end, if it ends early. NaN where a
+    tenth of the tolerance changes them.
     """
     full = with_disks(vehicle)
 
-    def shares(step: float) -> Array:
-        flown = simulate(full, open_loop_test(test), step=step, sample=_BETWEEN_SAMPLES)
+    def shares(rtol: float) -> Array:
+        flown = _fly(full, test, rtol)
         q, qd = _motion(full, flown)
         whole = _energies(full, q, qd)
         of_disks = np.abs(whole - _energies(vehicle, q, qd)).sum(axis=1)
@@ -106,34 +107,35 @@ def states_of_tests(vehicle: Vehicle) -> Array:
     full = with_disks(vehicle)
     rows = []
     for test in OPEN_LOOP_TESTS:
-        with steps_told_of(), angles_unread():
-            flown = simulate(full, open_loop_test(test), step=SHORTER[0], sample=_BETWEEN_SAMPLES)
+        with angles_unread():
+            flown = _fly(full, test, RTOL)
         rows.append(_motion(full, flown)[0])
     q = np.concatenate(rows)
     return q[np.abs(q[:, 6]) * vehicle.arm.length > _STRAIGHT]
 
 
 def errors_of_tests(vehicle: Vehicle) -> dict[str, float]:
-    """RMSE of the tip between the decoupled and the coupled flight [m], by test; NaN where steps
-    that are ever shorter do not agree on it."""
+    """RMSE of the tip between the decoupled and the coupled flight [m], by test; NaN where a
+    tenth of the tolerance changes it."""
 
-    def error(test: str, step: float) -> Array:
-        pair = run_pairs(vehicle, open_loop_test(test), ["decoupled"], step=step)
+    def error(test: str, rtol: float) -> Array:
+        pair = run_pairs(vehicle, open_loop_test(test), ["decoupled"], method=TSIT5, rtol=rtol)
         return pair["rmse_t_m"].sel(model="decoupled").to_numpy()
 
     return {test: _settled(partial(error, test)).item() for test in OPEN_LOOP_TESTS}
 
 
-def _settled(found_with: Callable[[float], Array]) -> Array:
-    """What is found with a step, from the first one with which it is as with the one before."""
-    before: Array | None = None
-    for step in SHORTER:
-        with steps_told_of(), angles_unread():
-            found = found_with(step)
-        if before is not None and (np.abs(found - before) <= _SAME * np.abs(found)).all():
-            return found
-        before = found
-    return np.full_like(found, np.nan)
+def _fly(vehicle: Vehicle, test: str, rtol: float) -> xr.Dataset:
+    scenario = open_loop_test(test)
+    return simulate(vehicle, scenario, sample=_BETWEEN_SAMPLES, method=TSIT5, rtol=rtol)
+
+
+def _settled(found_within: Callable[[float], Array]) -> Array:
+    """What is found within RTOL; NaN unless a tenth of it gives the same."""
+    with angles_unread():
+        found, finer = found_within(RTOL), found_within(0.1 * RTOL)
+    same = (np.abs(found - finer) <= _SAME * np.abs(finer)).all()
+    return found if same else np.full_like(found, np.nan)
 
 
 def _motion(vehicle: Vehicle, flown: xr.Dataset) -> tuple[Array, Array]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import product
@@ -147,17 +146,15 @@ def errors(evidence: Evidence, key: str = "rmse_t_m") -> Errors:
 
 
 def possible(evidence: Evidence, key: str = "rmse_t_m") -> Iterator[Errors]:
-    """Yield all that `errors` may be: where flights have not converged, what any of the steps
-    gives, and anything where one of them ends a flight early."""
+    """Yield all that `errors` may be: where flights have not converged, the ends of what their
+    relative errors leave open."""
     ours = errors(evidence, key)
-    results = evidence.open_loop.results
     ranges = []
-    for letter, entries in results["tests"].items():
+    for letter, entries in evidence.open_loop.results["tests"].items():
         found = {ours[letter]}
         if not all(entries[model]["converged"] for model in (REFERENCE, "decoupled")):
-            found |= {level["decoupled"][key] for level in results["coarser_steps"][letter]}
-        if not math.isnan(ours[letter]) and any(map(math.isnan, found)):
-            found = {ours[letter], 0.0, math.inf}
+            share = entries["decoupled"]["relative_error"]
+            found |= {ours[letter] * max(0.0, 1.0 - share), ours[letter] * (1.0 + share)}
         ranges.append(found)
     for values in product(*ranges):
         yield dict(zip(ours, values, strict=True))

@@ -117,7 +117,7 @@ def of_resolved(sets: list[Flown], holds: bool, evidence: str, **numbers: float)
     """Return the judgement of a claim about all flights; undecided if it holds for resolved ones
     only."""
     many = sum(int((~flown.resolved).sum()) for flown in sets)
-    told = f"{evidence}. No step tried resolves {many} more flights" if many else evidence
+    told = f"{evidence}. Not resolved: {many} more flights" if many else evidence
     found = judged(holds, told, **numbers)
     return replace(found, verdict=UNDECIDED) if holds and many else found
 

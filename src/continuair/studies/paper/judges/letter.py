@@ -1,4 +1,4 @@
-"""Letter M flown once more: at another step or control period, and what couples along it."""
+"""Letter M flown once more: with another tolerance or control period, and what couples along it."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from continuair.analysis.metrics import samples
 from continuair.controllers.gain_files import load_gains
 from continuair.equations.camera import interaction_matrix, to_normalised
 from continuair.flight.simulate import simulate
+from continuair.kernels.integrators import TSIT5
 from continuair.scenario.tracking_task import SETTINGS, equipped, task
 from continuair.studies.paper.evidence import Evidence
 from continuair.studies.tracking.study import SAMPLE
@@ -41,13 +42,14 @@ def fly(
     vehicle = equipped(evidence.vehicle, NOMINAL)
     controller = load_gains("paper").controller(vehicle)
     scenario = task(vehicle, ["M"], controller, NOMINAL.duration).replace(control_period=period)
-    return simulate(vehicle, scenario, model=model, sample=sample, **options).isel(run=0)
+    found = simulate(vehicle, scenario, model=model, sample=sample, method=TSIT5, **options)
+    return found.isel(run=0)
 
 
-def halved(evidence: Evidence, model: str, *names: str) -> xr.Dataset:
-    """Letter M of the study at half its step; names: of the variables to keep."""
-    step = float(flown(evidence, model)["step"]) / 2.0
-    return fly(evidence, model, step=step, variables=names)
+def finer(evidence: Evidence, model: str, *names: str) -> xr.Dataset:
+    """Letter M of the study within a tenth of its tolerance, with steps of at most half a control
+    period; names: of the variables to keep."""
+    return fly(evidence, model, rtol=1e-5, max_step=5e-4, variables=names)
 
 
 def first_acceleration(vehicle: Vehicle, start: xr.Dataset, plant: str) -> Array:

@@ -13,9 +13,10 @@ import xarray as xr
 from continuair.analysis.excited import excited_arm
 from continuair.analysis.shares import percent
 from continuair.controllers.gain_files import Gains, load_gains
-from continuair.flight.resolution import RESOLVED, steps_told_of
+from continuair.flight.resolution import RESOLVED
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import PLANTS
+from continuair.kernels.integrators import TSIT5
 from continuair.kernels.step import OK
 from continuair.scenario.tracking_task import SETTINGS, equipped, task
 from continuair.studies.paper.evidence import Evidence
@@ -103,11 +104,18 @@ def fly(
     vehicle, gains = equipped(evidence.vehicle, NOMINAL), load_gains("paper")
     law = Gains(gains.name, {**gains.settings, "compensation": compensation}).controller(vehicle)
     scenario = task(vehicle, letters, law, duration, off=off)
-    with steps_told_of():
-        found = {
-            plant: simulate(vehicle, scenario, model=plant, sample=SAMPLE, variables=_VARIABLES)
-            for plant in PLANTS
-        }
+    found = {
+        plant: simulate(
+            vehicle,
+            scenario,
+            model=plant,
+            sample=SAMPLE,
+            variables=_VARIABLES,
+            method=TSIT5,
+            check=True,
+        )
+        for plant in PLANTS
+    }
     return by_model(found).rename(run="letter").assign_coords(letter=letters)
 
 
@@ -131,11 +139,11 @@ def over_loops(
 
 
 def _if_resolved(loop: Loop, found: Judgement) -> Judgement:
-    errors = [entry[plant].get("step_error", 0.0) for entry in loop.entries.values()
+    errors = [entry[plant].get("error_estimate", 0.0) for entry in loop.entries.values()
               for plant in PLANTS]  # fmt: skip
     if max(errors) <= RESOLVED:
         return found
-    told = f"{found.evidence}; the integration step does not resolve these flights"
+    told = f"{found.evidence}; these flights are not resolved"
     return replace(found, verdict=UNDECIDED, evidence=told)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,8 +12,8 @@ from continuair.analysis.mass import centre_of_mass, mass_distribution
 from continuair.analysis.metrics import samples
 from continuair.analysis.shares import percent
 from continuair.equations.dynamics import elastic_vector
-from continuair.flight.resolution import steps_told_of
 from continuair.flight.simulate import simulate
+from continuair.kernels.integrators import TSIT5
 from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, bend_torques, open_loop_test
 from continuair.studies.extremes import largest, largest_of
 from continuair.studies.paper.evidence import Evidence
@@ -23,8 +23,8 @@ from continuair.studies.paper.judges.errors import (
     TABLE_VEHICLE,
     ablation,
 )
-from continuair.studies.paper.judges.shorter import UNRESOLVED, Losses, left
-from continuair.studies.paper.judges.words import NEGLIGIBLE, PRONOUNCED, SHORTER
+from continuair.studies.paper.judges.kept import FINE, UNRESOLVED, is_unresolved
+from continuair.studies.paper.judges.words import NEGLIGIBLE, PRONOUNCED
 from continuair.studies.sensitivity.task import PARAMETERS
 from continuair.studies.table.printed import GRAVITY
 from continuair.studies.table.study import READING, fly_tests
@@ -45,9 +45,6 @@ _UNITS = {1: "N m", 2: "N m²"}
 LOOSE = 1e-3
 """A tolerance that programs take where none is named."""
 
-Levels = Mapping[str, Sequence[Mapping[str, float]]]
-"""Metrics of the decoupled model by test, from the first common step to the last."""
-
 _FALLS = 1e-6
 """Arm lengths within which the centre of mass falls as it does free."""
 
@@ -65,71 +62,27 @@ ANNOUNCED = {
 
 
 def identical_conditions(evidence: Evidence) -> Judgement:
-    """IV.2: is what step and tolerance change small beside the difference of the models?"""
-    levels = {
-        letter: [level["decoupled"] for level in (*coarser, entries)]
-        for (letter, entries), coarser in zip(
-            evidence.open_loop.results["tests"].items(),
-            evidence.open_loop.results["coarser_steps"].values(),
-            strict=True,
-        )
-    }
-    name = evidence.vehicle.name
+    """IV.2: is what the tolerance changes small beside the difference of the models?"""
+    study = evidence.open_loop.results
     cases = [
-        Case(name, f"{BLOCKS}, RMSE over the flight", _halved_rmse(levels)),
-        Case(name, f"{BLOCKS}, worst sample, automatic step", _halved_samples(levels, 0)),
-        Case(name, f"{BLOCKS}, worst sample, shortest step", _halved_samples(levels, -1)),
+        Case(evidence.vehicle.name, BLOCKS, _finer_tolerance(study)),
         *_tolerances(evidence.table),
     ]
     return over_cases(cases, "The paper prints neither solver nor step")
 
 
-def _halved_rmse(levels: Levels) -> Judgement:
-    """Whether halving the first step changes the RMSE of position and rotation little."""
-    keys = {"rmse_t_m": "step_halving_error_t", "angle_rad": "step_halving_error_r"}
-    position, rotation = (
-        {letter: _change(found, key, bound) for letter, found in levels.items()}
-        for key, bound in keys.items()
-    )
-    worst = largest_of(position)
-    most = largest(position.values()), largest(rotation.values())
-    return judged(
-        max(most) < NEGLIGIBLE,
-        f"halving the automatic step changes the RMSE of position by up to {percent(most[0])}, in "
-        f"Test {worst}, and the RMS angle by up to {percent(most[1])}",
-    )
-
-
-def _change(found: Sequence[Mapping[str, float]], key: str, bound: str) -> float:
-    """The share by which an error changes at half the first step, NaN of flights that end early.
-
-    Where no second step was flown, its bound: the largest change of a sample.
-    """
-    if np.isnan(found[-1][key]):
-        return float("nan")
-    return abs(found[1][key] / found[0][key] - 1.0) if len(found) > 1 else found[0][bound]
-
-
-def _halved_samples(levels: Levels, place: int) -> Judgement:
-    """Whether halving the first (0) or last (-1) step changes every sample of the difference
-    little beside its RMS."""
+def _finer_tolerance(study: Mapping[str, Any]) -> Judgement:
+    """Whether a tenth of the tolerance changes every sample of the difference little beside its
+    RMS."""
     changes = {
-        letter: np.nan if np.isnan(found[-1]["rmse_t_m"]) else found[place]["step_halving_error"]
-        for letter, found in levels.items()
+        letter: np.nan if np.isnan(found["rmse_t_m"]) else found["relative_error"]
+        for letter, found in ((each, of["decoupled"]) for each, of in study["tests"].items())
     }
     worst = largest_of(changes)
-    others = largest(change for letter, change in changes.items() if letter != worst)
     return judged(
         changes[worst] < NEGLIGIBLE,
-        f"halving the step of {1e3 * levels[worst][place]['step_s']:.2g} ms changes the difference "
-        f"of the models by up to {percent(changes[worst])} of its RMS, in Test {worst}, and by at "
-        f"most {percent(others)} in the others",
-        # Digits of Test C, whose Q_ψa is divided by a bend near 0, depend on the machine.
-        **{
-            f"change at half the step, Test {letter}": change
-            for letter, change in changes.items()
-            if letter != "C"
-        },
+        f"a tenth of the tolerance {study['rtol']:g} changes the difference of the models by up to "
+        f"{percent(changes[worst])} of its RMS, in Test {worst}",
     )
 
 
@@ -223,31 +176,26 @@ def free_fall(evidence: Evidence) -> Judgement:
 
 
 def _falls(vehicle: Vehicle) -> Judgement:
-    def fly(step: float) -> xr.Dataset:
-        with steps_told_of():
-            flight = simulate(vehicle, open_loop_test("B"), step=step, variables=_PLACES)
-        return flight.expand_dims("run")
-
-    found = left((off_free_fall(vehicle, fly(step)) for step in SHORTER),
-                 _FALLS * vehicle.arm.length)  # fmt: skip
-    if found.of_the_step:
+    flight = simulate(
+        vehicle, open_loop_test("B"), variables=_PLACES, method=TSIT5, rtol=FINE, check=True
+    )
+    off = off_free_fall(vehicle, flight.expand_dims("run"))
+    share = off / vehicle.arm.length
+    if is_unresolved(share, _FALLS, float(flight["error_estimate"])):
         return Judgement(UNDECIDED, UNRESOLVED)
-    off = largest(found.losses.values())
     return judged(
-        found.kept,
+        share < _FALLS,
         f"the common centre of mass falls by ½ g t² within {max(off, 1e-9):.1g} m; the bent arm "
         "swings inside the vehicle",
     )
 
 
-def off_free_fall(vehicle: Vehicle, flight: xr.Dataset) -> tuple[Losses, float]:
-    """How far the centre of mass of a flight (one, time) gets from that of a free fall [m], and its
-    step_error."""
+def off_free_fall(vehicle: Vehicle, flight: xr.Dataset) -> float:
+    """How far the centre of mass of a flight (one, time) gets from that of a free fall [m]."""
     com, _ = mass_distribution(vehicle, samples(flight, "bend", "bend_axis"))
     (places,), time = centre_of_mass(flight, com), flight["time"].to_numpy()
     fall = np.outer(time**2, [0.0, 0.0, -0.5 * GRAVITY])
-    off = float(np.abs(places - places[:1] - fall).max())
-    return {"fall": off}, float(flight["step_error"].max())
+    return float(np.abs(places - places[:1] - fall).max())
 
 
 def excitation_of_the_arm(evidence: Evidence) -> Judgement:

@@ -104,7 +104,7 @@ _OF_EXCITATION = ("largest_bend_1_m", "com_travel_m", "inertia_change")
 def _share(drawn: DrawnSweep, holds: np.ndarray) -> Judgement:
     """Whether a claim holds for most of the vehicles drawn."""
     count, of = int((holds & drawn.usable).sum()), int(drawn.usable.sum())
-    left_out = f"; steps do not resolve {VEHICLES - of} more" if of < VEHICLES else ""
+    left_out = f"; {VEHICLES - of} more are lost or not resolved" if of < VEHICLES else ""
     share = count / of if of else float("nan")
     return judged(
         share > MOST,

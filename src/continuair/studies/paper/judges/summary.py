@@ -10,9 +10,9 @@ from continuair import equations
 from continuair.analysis.accelerations import forward_dynamics
 from continuair.analysis.metrics import samples
 from continuair.analysis.shares import percent
-from continuair.flight.resolution import steps_told_of
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import PLANTS
+from continuair.kernels.integrators import TSIT5
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.extremes import largest, largest_of
 from continuair.studies.paper.evidence import Evidence
@@ -31,6 +31,7 @@ from continuair.studies.paper.judges.errors import (
     as_cases,
     tip_errors,
 )
+from continuair.studies.paper.judges.kept import FINE, UNRESOLVED, is_unresolved
 from continuair.studies.paper.judges.loops import (
     GRAVITY,
     OFF,
@@ -41,7 +42,6 @@ from continuair.studies.paper.judges.loops import (
     reading,
 )
 from continuair.studies.paper.judges.settled import if_settled
-from continuair.studies.paper.judges.shorter import UNRESOLVED, Losses, left
 from continuair.studies.paper.judges.times import (
     by_margin,
     cost_case,
@@ -50,7 +50,7 @@ from continuair.studies.paper.judges.times import (
     seconds,
     unexplained,
 )
-from continuair.studies.paper.judges.words import NEGLIGIBLE, PRONOUNCED, SAME, SHORTER
+from continuair.studies.paper.judges.words import NEGLIGIBLE, PRONOUNCED, SAME
 from continuair.studies.sensitivity.findings import column, if_converged, listed
 from continuair.studies.verdicts import (
     UNDECIDED,
@@ -170,25 +170,23 @@ def mutual_interactions(evidence: Evidence) -> Judgement:
     undamped = evidence.vehicle.replace({"arm.damping": 0.0, "arm.damping_ratio": None})
     kept = ("kinetic_energy", "elastic_energy", "linear_momentum", "angular_momentum")
 
-    def drifts(step: float) -> tuple[Losses, float]:
-        with steps_told_of():
-            data = simulate(undamped, free, step=step, sample=1e-2, variables=kept)
-        return {
-            "energy": _drift((data[kept[0]] + data[kept[1]]).to_numpy()[:, None]),
-            "linear momentum": _drift(samples(data, kept[2], "axis")),
-            "angular momentum": _drift(samples(data, kept[3], "axis")),
-        }, float(data["step_error"])
-
-    found = left(map(drifts, SHORTER), _KEPT)
-    if found.of_the_step:
+    data = simulate(
+        undamped, free, sample=1e-2, variables=kept, method=TSIT5, rtol=FINE, check=True
+    )
+    drifts = {
+        "energy": _drift((data[kept[0]] + data[kept[1]]).to_numpy()[:, None]),
+        "linear momentum": _drift(samples(data, kept[2], "axis")),
+        "angular momentum": _drift(samples(data, kept[3], "axis")),
+    }
+    worst = largest(drifts.values())
+    if is_unresolved(worst, _KEPT, float(data["error_estimate"])):
         return Judgement(UNDECIDED, UNRESOLVED)
-    worst = largest(found.losses.values())
     view = judged(
-        found.kept,
+        worst < _KEPT,
         "in 1 s of free flight without gravity and damping, energy and both momenta of the coupled "
         f"model drift by {_bound(worst)} of their size",
         # Smaller ones are rounding.
-        **{f"drift of the {name}, share": max(drift, 1e-9) for name, drift in found.losses.items()},
+        **{f"drift of the {name}, share": max(drift, 1e-9) for name, drift in drifts.items()},
     )
     return over_cases([Case(evidence.vehicle.name, "free flight", view)])
 
@@ -249,15 +247,14 @@ def certain_conditions(evidence: Evidence) -> Judgement:
         "in Test A": (evidence.open_loop.datasets["A"].expand_dims("run"), test["decoupled"]),
     }
     passive = {
-        name: share_of_range(data, entry["step_halving_error"] * entry["rmse_t_m"])
+        name: share_of_range(data, entry["relative_error"] * entry["rmse_t_m"])
         for name, (data, entry) in flights.items()
     }
     letters = evidence.tracking.datasets["nominal"].rename(letter="run")
-    by_step = (
-        letters["step_error"].sel(model=list(PLANTS)).sum("model") * evidence.vehicle.arm.length
-    )
+    estimates = letters["error_estimate"].sel(model=list(PLANTS)).sum("model")
+    errors = estimates * evidence.vehicle.arm.length
     closed = {
-        str(name): share_of_range(letters.sel(run=[name]), float(by_step.sel(run=name)))
+        str(name): share_of_range(letters.sel(run=[name]), float(errors.sel(run=name)))
         for name in letters["run"].to_numpy()
     }
     told = ", ".join(f"{percent(share)} {name}" for name, share in passive.items())
@@ -279,7 +276,7 @@ def certain_conditions(evidence: Evidence) -> Judgement:
             Case(name, f"closed loop, {reading(evidence, OFF, GRAVITY)}", of_closed),
             cost_case(evidence),
         ],
-        f"The errors include the change at half the step. {OURS}",
+        f"The errors include those of the integration. {OURS}",
     )
 
 

@@ -1,4 +1,4 @@
-"""What the paper's words of degree count as, and the steps that are flown, everywhere alike."""
+"""What the paper's words of degree count as, everywhere alike."""
 
 SAME = 0.1
 """Numbers within this share of each other are the same, similar, on par."""
@@ -8,6 +8,3 @@ NEGLIGIBLE = 0.1
 
 PRONOUNCED = 2.0
 """A factor from this on is pronounced, significant, strong."""
-
-SHORTER = (1e-4, 2.5e-5, 6.25e-6, 1.5625e-6)
-"""Steps [s] that are flown in turn until what is found does not hang on them."""

@@ -1,0 +1,16 @@
+"""Whether what a flight loses is its model's or an error of the integration."""
+
+from __future__ import annotations
+
+FINE = 1e-9
+"""Tolerance of flights in which something should be kept."""
+
+UNRESOLVED = f"a tolerance of {FINE:g} does not resolve this flight yet"
+
+_SMALL = 0.01
+"""Error estimate of a flight that tells of a loss, as a share of the least loss that counts."""
+
+
+def is_unresolved(loss: float, most: float, error_estimate: float) -> bool:
+    """Whether a loss of at least `most` may be an error; both as shares, or in arm lengths."""
+    return not loss < most and not error_estimate <= _SMALL * most
