@@ -15,6 +15,7 @@ author = copyright = "the continuair authors"
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
     "sphinx_gallery.gen_gallery",
     "extensions.mathml",
     "extensions.prose",

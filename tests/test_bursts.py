@@ -51,5 +51,5 @@ def test_dop853_steps_over_no_tap(width: float) -> None:
             return [0.5 * np.pi * impulse / width * on, 0.0, weight]
 
         scenario = ca.Scenario("tap", [0, 0, 3, 0, 0, 0, 0.01, 0], force=tap, duration=0.6)
-        found = ca.simulate(vehicle, scenario, sample=sample, integrator="dop853")
+        found = ca.simulate(vehicle, scenario, sample=sample, method="DOP853")
         assert float(found.linear_momentum[-1, 0]) == pytest.approx(impulse, rel=1e-5)

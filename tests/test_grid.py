@@ -46,9 +46,9 @@ def test_what_is_held_flies_as_the_same_by_its_jumps() -> None:
             lambda t: forces[np.searchsorted(jumps, t, side="right")],
         )
     )
-    for kind in ("rk4", "implicit", "dop853"):
+    for kind in ("RK4", "implicit", "DOP853"):
         one, other = (
-            ca.simulate(vehicle, each, sample=0.01, integrator=kind) for each in (held, by_jumps)
+            ca.simulate(vehicle, each, sample=0.01, method=kind) for each in (held, by_jumps)
         )
         np.testing.assert_array_equal(one["q"], other["q"])
 
@@ -62,8 +62,8 @@ def test_what_an_input_is_at_start_and_end_alone_moves_nothing() -> None:
     )
     start = [0, 0, 3, 0, 0, 0, 0.1, 0]
     smooth, beyond = (ca.Scenario("push", start, force=f, duration=end) for f in forces)
-    for kind in ("rk4", "implicit", "dop853"):
-        one, other = (ca.simulate(vehicle, each, integrator=kind) for each in (smooth, beyond))
+    for kind in ("RK4", "implicit", "DOP853"):
+        one, other = (ca.simulate(vehicle, each, method=kind) for each in (smooth, beyond))
         np.testing.assert_array_equal(one["q"], other["q"])
     sims = [ca.Simulation(vehicle, each, control_period=0.01) for each in (smooth, beyond)]
     for sim in sims:

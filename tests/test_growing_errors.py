@@ -50,21 +50,21 @@ def drifting(kappa: float, duration: float) -> tuple[ca.Vehicle, Scenario]:
 
 
 @pytest.mark.parametrize(
-    ("flown", "integrator"),
-    [(falling_over(), "rk4"), (drifting(1.0, 5.0), "rk4"), (drifting(0.1, 5.0), "implicit")],
+    ("flown", "method"),
+    [(falling_over(), "RK4"), (drifting(1.0, 5.0), "RK4"), (drifting(0.1, 5.0), "implicit")],
 )
 @pytest.mark.filterwarnings("ignore:step_error reaches", "ignore:nrmse_r and rmse_r_rad are NaN")
 def test_it_knows_errors_that_grow_with_the_flight(
-    flown: tuple[ca.Vehicle, Scenario], integrator: str
+    flown: tuple[ca.Vehicle, Scenario], method: str
 ) -> None:
     """As drift, or where it is unstable, and not those of single steps alone."""
     vehicle, scenario = flown
-    found = ca.simulate(vehicle, scenario, sample=0.05, integrator=integrator)
+    found = ca.simulate(vehicle, scenario, sample=0.05, method=method)
     fine = ca.simulate(vehicle, scenario, sample=0.05, step=2.5e-4)
     off = np.linalg.norm(found.tip_position - fine.tip_position, axis=-1).max()
     off = float(off / np.max(vehicle.reach))
     assert 0.3 * off < float(found.step_error) < 30.0 * off
-    pairs = ca.run_pairs(vehicle, scenario, ["decoupled"], sample=0.05, integrator=integrator)
+    pairs = ca.run_pairs(vehicle, scenario, ["decoupled"], sample=0.05, method=method)
     told = float(pairs.step_error.sel(model="coupled")[0])
     assert told == pytest.approx(float(found.step_error), rel=0.3)
 
@@ -169,7 +169,7 @@ def test_errors_that_multiply_under_a_pull_on_the_tip_are_told() -> None:
             tip_wrench=(0.3 * pull, 0.2 * pull, 0.9 * pull, 0, 0, 0),
         )  # fmt: skip
         flight = ca.simulate(vehicle, scenario, sample=0.02)
-        exact = ca.simulate(vehicle, scenario, sample=0.02, integrator="dop853", tolerance=1e-12)
+        exact = ca.simulate(vehicle, scenario, sample=0.02, method="DOP853", tolerance=1e-12)
         assert int(flight.status) == int(exact.status) == 0
         off = np.linalg.norm(flight.tip_position - exact.tip_position, axis=-1).max() / 0.3
         assert off < max(1e-3, 2.0 * float(flight.step_error))

@@ -72,7 +72,7 @@ def test_the_strongest_wind_is_that_of_all_times_and_runs() -> None:
 
 def apart(flight: Any, vehicle: ca.Vehicle, scenario: ca.Scenario, sample: float) -> float:
     """The largest distance of tips from those of the reference [arm lengths]."""
-    exact = ca.simulate(vehicle, scenario, sample=sample, integrator="dop853")
+    exact = ca.simulate(vehicle, scenario, sample=sample, method="DOP853")
     assert int(exact.status) == int(flight.status) == 0
     off = np.linalg.norm(flight.tip_position - exact.tip_position, axis=-1)
     return float(off.max()) / float(vehicle.reach)
@@ -144,5 +144,5 @@ def test_implicit_steps_that_wind_breaks_are_flown_again_and_told_of(wind: float
         duration=0.5,
     )  # fmt: skip
     with pytest.warns(ca.ContinuairWarning, match="step_error reaches"):
-        flight = ca.simulate(light, scenario, sample=0.02, integrator="implicit")
+        flight = ca.simulate(light, scenario, sample=0.02, method="implicit")
     assert flight.attrs["flown_again"] == 1 and 1.0 <= float(flight.step_error) < np.inf

@@ -109,35 +109,6 @@ def test_the_step_of_a_run_hangs_on_no_other_run_of_its_batch() -> None:
         assert float(whole["step"][run]) == alone.attrs["step"]
 
 
-def test_a_simulation_follows_what_is_fast_only_later() -> None:
-    def late(t: float) -> list[float]:
-        return [200.0 * np.cos(2000.0 * np.pi * (t - 0.1)) if t >= 0.1 else 0.0, 0.0, 0.0]
-
-    simulation = ca.Simulation(VEHICLE, push(late, jumps=(0.1,)))
-    for _ in range(200):
-        simulation.step(np.zeros(8))
-    exact = ca.simulate(VEHICLE, push(late, jumps=(0.1,)), step=1e-5, sample=1e-3).tip_position
-    found = simulation.trajectory().tip_position
-    assert float(np.abs(found[-1] - exact[-1]).max()) < 1e-5
-
-
-def test_a_simulation_that_flies_on_tells_of_what_is_fast_only_then() -> None:
-    """At its zeros at every step: beyond the scenario's duration no step was chosen for it."""
-
-    def late(t: float) -> list[float]:
-        return [4e-3 * np.sin(2.0 * np.pi * 100.0 * t) * (t > 1.2), 0.0]
-
-    scenario = ca.Scenario("late", np.zeros(8), bend_moment=late, duration=1.0)
-    sim = ca.Simulation(SLENDER, scenario, control_period=0.02)
-    while sim.time < 0.99:
-        sim.step()
-    assert sim.step_error < 1e-6
-    with pytest.warns(ca.ContinuairWarning, match="bend_moment changes within steps"):
-        sim.step()
-        sim.step()
-    assert np.isinf(sim.step_error)
-
-
 @pytest.mark.filterwarnings("ignore:.*changes within steps")
 @pytest.mark.parametrize("burst", [(0.05037, 0.15093), (0.05012, 0.05042)], ids=["gust", "blow"])
 def test_a_jump_that_is_not_declared_is_told_of(burst: tuple[float, float]) -> None:
@@ -200,8 +171,8 @@ def test_the_reference_integrator_does_not_step_over_a_gust() -> None:
 
     scenario = ca.Scenario("gust", np.zeros(8), force=gust, gravity=0.0, duration=2.0)
     flights = [
-        ca.simulate(VEHICLE, scenario, sample=0.01, integrator=name, variables=["position"])
-        for name in ("rk4", "dop853")
+        ca.simulate(VEHICLE, scenario, sample=0.01, method=name, variables=["position"])
+        for name in ("RK4", "DOP853")
     ]
     ends = [float(flight.position[-1, 0]) for flight in flights]
     assert ends[1] > 0.1
@@ -253,7 +224,7 @@ def test_an_implicit_step_that_misses_the_lag_of_rotors_says_so() -> None:
     vehicle = VEHICLE.replace({"uav.rotors": rotors | {"torque_per_thrust": 0.016}})
     start = ca.Scenario("hover", (0, 0, 2, 0, 0, 0, 0.1, 0), duration=0.02)
     with pytest.warns(ca.ContinuairWarning, match="inputs or rotors change by more than"):
-        found = ca.simulate(vehicle, start, step=2e-3, sample=0.01, integrator="implicit")
+        found = ca.simulate(vehicle, start, step=2e-3, sample=0.01, method="implicit")
     assert float(found["step_error"]) == np.inf
 
 
@@ -384,7 +355,7 @@ def test_the_reference_integrator_meets_what_begins_from_next_to_nothing() -> No
     )  # fmt: skip
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = ca.simulate(SLENDER, scenario, integrator="dop853", sample=0.01)
+        found = ca.simulate(SLENDER, scenario, method="DOP853", sample=0.01)
     impulse = 10.0 * 0.03 * np.sqrt(2.0 * np.pi)
     assert float(found.linear_momentum[-1, 0]) == pytest.approx(impulse, rel=1e-6)
 

@@ -1,4 +1,4 @@
-"""Docstrings as they stand in the code, for Sphinx: prose, names between single backticks."""
+"""Docstrings of prose, for Sphinx: as they stand in the code, names between single backticks."""
 
 import inspect
 import re
@@ -13,6 +13,9 @@ _PUBLIC = {
     *(f"continuair.{name}" for name in ca.__all__),
     *(f"continuair.equations.{name}" for name in ca.equations.__all__),
 }
+_SECTION = re.compile(r"^\w[\w ]*\n-{3,}$", re.MULTILINE)
+"""The heading of a section of a numpydoc docstring."""
+
 # What tells of a result or an error ends the list of parameters before it.
 _OUTCOME = re.compile(r"(?<=[.]) +(?=(?:Returns?|Raises) )")
 
@@ -63,6 +66,8 @@ def _code(text: str, space: str) -> str:
 
 
 def _process(app: Sphinx, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
+    if _SECTION.search(inspect.getdoc(obj) or ""):
+        return  # numpydoc, which sphinx.ext.napoleon reads
     try:
         parameters = tuple(inspect.signature(obj).parameters) if callable(obj) else ()
     except (TypeError, ValueError):

@@ -55,9 +55,11 @@ if TYPE_CHECKING:
     from continuair.scenario.targets import square as square
     from continuair.scenario.wind import dryden as dryden
     from continuair.scenario.wind import gust as gust
+    from continuair.scenario.wrench import Wrench as Wrench
     from continuair.sweeps import open_sweep as open_sweep
     from continuair.sweeps import run_pairs as run_pairs
     from continuair.sweeps import sweep as sweep
+    from continuair.terms.term import Term as Term
     from continuair.vehicle.vehicle import Vehicle as Vehicle
     from continuair.vehicle.vehicle import load_vehicle as load_vehicle
     from continuair.vehicle.vehicle import preset_names as preset_names
@@ -71,6 +73,8 @@ _HOME = {
     "load_vehicle": "vehicle.vehicle",
     "preset_names": "vehicle.vehicle",
     "Scenario": "scenario.scenarios",
+    "Term": "terms.term",
+    "Wrench": "scenario.wrench",
     "open_loop_test": "scenario.paper_tests",
     "simulate": "flight.simulate",
     "accelerations": "analysis.accelerations",

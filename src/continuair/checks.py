@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import wraps
 from importlib.util import find_spec
 from itertools import chain
 from numbers import Integral, Real
-from typing import Any, TypeGuard
+from typing import Any, ParamSpec, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,8 @@ from numpy.typing import NDArray
 from continuair.errors import InputError, nearest, shown
 
 Array = NDArray[np.float64]
+Parameters = ParamSpec("Parameters")
+Returned = TypeVar("Returned")
 
 _ASKED_AGAIN, _SAME = 5, 1e-9
 """Times at which a function is asked once more, and by how much of its values these may differ."""
@@ -185,6 +188,24 @@ def choices(name: str, values: Any, valid: Iterable[str]) -> list[str]:
         if not isinstance(value, str) or value not in valid:
             raise InputError(f"{name} holds {shown(value)}; {nearest(str(value), valid)}.")
     return list(dict.fromkeys(given))
+
+
+def renamed(
+    **names: str,
+) -> Callable[[Callable[Parameters, Returned]], Callable[Parameters, Returned]]:
+    """Let a function refuse arguments by their old names, old=new, in a sentence."""
+
+    def decorate(function: Callable[Parameters, Returned]) -> Callable[Parameters, Returned]:
+        @wraps(function)
+        def called(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Returned:
+            for old, new in names.items():
+                if old in kwargs:
+                    raise InputError(f"{old} is {shown(kwargs[old])}, but is called {new} now.")
+            return function(*args, **kwargs)
+
+        return called
+
+    return decorate
 
 
 def installed(package: str, extra: str) -> None:

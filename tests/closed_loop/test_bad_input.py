@@ -17,7 +17,7 @@ BATCH = flights.VEHICLE.replace({"arm.radius": [0.004, 0.005]})
 
 
 def fly(controller: Any = SERVOING, vehicle: Any = flights.VEHICLE, **changes: Any) -> xr.Dataset:
-    options = {name: changes.pop(name) for name in ("step", "integrator") if name in changes}
+    options = {name: changes.pop(name) for name in ("step", "method") if name in changes}
     return ca.simulate(vehicle, flights.scenario(controller, 0.01, **changes), **options)
 
 
@@ -287,7 +287,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "below the camera",
     ),
     "not a controller": (lambda: fly("hold"), "controller is 'hold'", "continuair.controllers"),
-    "dop853": (lambda: fly(integrator="dop853"), "integrator is 'dop853'", "integrator='rk4'"),
+    "DOP853": (lambda: fly(method="DOP853"), "method is 'DOP853'", "method='RK4'"),
     "bandwidth": (lambda: ca.design(flights.VEHICLE, 0.0), "bandwidth is 0.0", "above 0"),
     "distance of design": (
         lambda: ca.design(flights.VEHICLE, 1.0, distance=-2.0),

@@ -87,7 +87,7 @@ def recordings(rng: Rng, folder: Path) -> None:
 
 _FIELDS = ["q", "qd", "force", "moment", "tau", "tip_wrench", "bend_moment", "gravity", "duration",
            "jumps", "seed", "tip_wrench_sign", "controller", "target"]  # fmt: skip
-_OPTIONS = ["model", "step", "sample", "duration", "variables", "integrator", "tolerance", "dtype",
+_OPTIONS = ["model", "step", "sample", "duration", "variables", "method", "tolerance", "dtype",
             "device", "threads"]  # fmt: skip
 
 

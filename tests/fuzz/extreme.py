@@ -38,7 +38,7 @@ def extreme_flights(rng: Rng, folder: Path) -> None:
     )
     if _apart(flight, finer, vehicle) > 1e-2:
         exact = ca.simulate(
-            vehicle, scenario, sample=sample, integrator="dop853", tolerance=1e-10,
+            vehicle, scenario, sample=sample, method="DOP853", tolerance=1e-10,
             variables=["tip_position"],
         )  # fmt: skip
         off = _apart(flight, exact, vehicle)

@@ -47,7 +47,6 @@ def test_stepped_together_environments_do_what_they_do_one_by_one() -> None:
         np.testing.assert_allclose(found[1], wanted[1], rtol=1e-6, atol=1e-6)
         for mine, theirs in zip(found[2:4], wanted[2:4], strict=True):
             np.testing.assert_array_equal(mine, theirs)
-        np.testing.assert_allclose(found[4]["step_error"], wanted[4]["step_error"], rtol=1e-6)
         ended += int(found[2].sum())
     assert ended >= 5
 
@@ -96,10 +95,9 @@ def test_a_law_on_what_is_observed_brings_disturbed_vehicles_to_their_goal() -> 
     env = gymnasium.make_vec(HOVER, num_envs=4, hold="uav")
     seen, _ = env.reset(seed=0)
     for _ in range(250):
-        seen, _, terminated, truncated, info = env.step(_law(vehicle, seen.astype(float)))
+        seen, _, terminated, truncated, _ = env.step(_law(vehicle, seen.astype(float)))
         assert not terminated.any() and not truncated.any()
     assert np.linalg.norm(seen[:, :3], axis=1).max() < 0.05
-    assert info["step_error"].max() < 1e-3
 
 
 def _law(vehicle: ca.Vehicle, seen: Array) -> Array:

@@ -26,7 +26,7 @@ HOPPER = 90
 KERNELS: dict[str, Callable[[], Any]] = {
     "coupled roll-out, float64": lambda: kernels("float64", ONE, "coupled").rollout,
     "coupled roll-out, float32": lambda: kernels("float32", ONE, "coupled").rollout,
-    "implicit steps": lambda: kernels("float64", ONE, "coupled", integrator="implicit").rollout,
+    "implicit steps": lambda: kernels("float64", ONE, "coupled", method="implicit").rollout,
     "decoupled rates": lambda: kernels("float64", ONE, "decoupled").derivative,
     "independent rates": lambda: kernels("float64", ONE, "independent").derivative,
     "observed quantities": lambda: kernels("float64", ONE, "coupled").observe,

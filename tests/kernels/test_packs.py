@@ -46,13 +46,13 @@ def batch(vehicle: ca.Vehicle) -> ca.Vehicle:
 
 def fly(
     vehicle: ca.Vehicle, model: str, dtype: str = "float64", chosen: Any = slice(None),
-    threads: int = 1, spoiled: int | None = None, stiff: float = 1.0, integrator: str = "rk4",
+    threads: int = 1, spoiled: int | None = None, stiff: float = 1.0, method: str = "RK4",
 ) -> Logs:  # fmt: skip
     """Some of RUNS runs that differ in all, under all groups of inputs; everything observed.
 
     spoiled: a run whose inputs are not numbers; stiff: a factor on one run's bend moment.
     """
-    engine = Engine(vehicle, model, dtype, threads=threads, integrator=integrator)
+    engine = Engine(vehicle, model, dtype, threads=threads, method=method)
     layout, rng = engine.layout, np.random.default_rng(7)
     q, qd = rng.uniform(-0.5, 0.5, (2, RUNS, 6 + layout.bends))
     table = rng.uniform(-0.3, 0.3, (1, RUNS, layout.inputs))
@@ -151,11 +151,11 @@ def test_packs_of_implicit_steps_are_single_runs_to_rounding(
     vehicle: str, model: str, dtype: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     many = batch(VEHICLES[vehicle])
-    flown = fly(many, model, dtype, integrator="implicit")
-    part = fly(many, model, dtype, chosen=[4, 5, 9], integrator="implicit")
+    flown = fly(many, model, dtype, method="implicit")
+    part = fly(many, model, dtype, chosen=[4, 5, 9], method="implicit")
     np.testing.assert_array_equal(part.log, flown.log[[4, 5, 9]])
     one_by_one(monkeypatch)
-    alone = fly(many, model, dtype, integrator="implicit")
+    alone = fly(many, model, dtype, method="implicit")
     assert (alone.status == 0).all()
     assert_equal(flown, alone, dtype)
 
@@ -310,7 +310,7 @@ scenario = ca.Scenario(
 )
 flown = ca.simulate(PAPER_ARM.replace(varied), scenario, sample=0.01).drop_vars("q")
 found = {name: values.to_numpy() for name, values in flown.data_vars.items()}
-several = fly(batch(VEHICLES["two_section"]), "coupled", integrator="implicit").log
+several = fly(batch(VEHICLES["two_section"]), "coupled", method="implicit").log
 np.savez(sys.argv[1], log=fly(batch(PAPER_ARM), "coupled").log, several=several, **found)
 """
 PROCESSORS = {

@@ -95,7 +95,7 @@ def our_tip(duration: float, couple: float) -> np.ndarray:
         bend_moment=lambda t: [couple * ARM.length * share(t), 0.0],
     )
     flight = ca.simulate(
-        HELD, scenario, integrator="dop853", tolerance=1e-10, sample=duration / SAMPLES
+        HELD, scenario, method="DOP853", tolerance=1e-10, sample=duration / SAMPLES
     )
     return np.asarray(flight.tip_position.values)
 

@@ -54,9 +54,7 @@ def reference_tips(model: str, forced: bool, times: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("forced", [False, True], ids=["free", "forced"])
 def test_flights(claim: Claim, model: str, forced: bool) -> None:
     flight = scenario(forced)
-    fine = ca.simulate(
-        VEHICLE, flight, model=model, integrator="dop853", tolerance=1e-11, sample=0.01
-    )
+    fine = ca.simulate(VEHICLE, flight, model=model, method="DOP853", tolerance=1e-11, sample=0.01)
     times = fine.time.values
     tips = reference_tips(model, forced, times)
 

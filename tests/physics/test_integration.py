@@ -20,7 +20,7 @@ turns_untold = pytest.mark.filterwarnings("ignore:q. roll, pitch and yaw are not
 def test_rk4_converges_with_slope_four() -> None:
     steps = [1e-3, 5e-4, 2.5e-4, 1.25e-4]
     reference = ca.simulate(
-        VEHICLE, tumbling(0.2), integrator="dop853", tolerance=1e-13, sample=0.1
+        VEHICLE, tumbling(0.2), method="DOP853", tolerance=1e-13, sample=0.1
     ).tip_position
     errors = [
         float(
@@ -52,7 +52,7 @@ def test_rk4_converges_with_slope_four() -> None:
 def test_dop853_is_within_a_hundred_times_its_tolerance(scenario: ca.Scenario) -> None:
     tolerance = 1e-8
     runs = [
-        ca.simulate(VEHICLE, scenario, integrator="dop853", tolerance=t, sample=0.05)
+        ca.simulate(VEHICLE, scenario, method="DOP853", tolerance=t, sample=0.05)
         for t in (tolerance, tolerance / 100)
     ]
     for name in ("tip_position", "attitude", "bend"):
@@ -61,7 +61,7 @@ def test_dop853_is_within_a_hundred_times_its_tolerance(scenario: ca.Scenario) -
 
 
 def test_attitudes_of_dop853_are_of_unit_length_at_any_tolerance() -> None:
-    run = ca.simulate(VEHICLE, tumbling(1.0), integrator="dop853", tolerance=1e-4, sample=0.05)
+    run = ca.simulate(VEHICLE, tumbling(1.0), method="DOP853", tolerance=1e-4, sample=0.05)
     assert np.abs(np.linalg.norm(run.attitude, axis=1) - 1.0).max() < 1e-15
 
 
@@ -71,7 +71,7 @@ def test_dop853_agrees_with_rk4_across_an_input_jump() -> None:
 
     scenario = ca.Scenario(name="jump", q=np.zeros(8), force=force, duration=0.4, jumps=(0.1234,))
     fine = ca.simulate(VEHICLE, scenario, step=1e-4, sample=0.05)
-    reference = ca.simulate(VEHICLE, scenario, integrator="dop853", tolerance=1e-12, sample=0.05)
+    reference = ca.simulate(VEHICLE, scenario, method="DOP853", tolerance=1e-12, sample=0.05)
     # The tolerance of the reference, times ten.
     assert float(np.abs(fine.tip_position - reference.tip_position).max()) < 1e-11
 
@@ -81,7 +81,7 @@ def test_a_declared_jump_keeps_fourth_order() -> None:
         return [50.0, 0.0, 25.0] if t <= 0.11117 else [0.0, 50.0, 25.0]
 
     scenario = ca.Scenario(name="jump", q=np.zeros(8), force=force, duration=0.2, jumps=(0.11117,))
-    reference = ca.simulate(VEHICLE, scenario, integrator="dop853", tolerance=1e-13, sample=0.2)
+    reference = ca.simulate(VEHICLE, scenario, method="DOP853", tolerance=1e-13, sample=0.2)
     errors = [
         float(
             np.abs(
@@ -199,7 +199,7 @@ def test_single_precision_follows_double() -> None:
         ({"sample": 0}, "sample"),
         ({"variables": ["tip_positon"]}, "tip_position"),
         ({"dtype": "float16"}, "dtype"),
-        ({"integrator": "euler"}, "integrator"),
+        ({"method": "euler"}, "method"),
         ({"duration": np.inf}, "duration"),
         ({"threads": 0}, "threads"),
         ({"device": "cuda:9"}, "device"),
@@ -210,8 +210,8 @@ def test_single_precision_follows_double() -> None:
         ({"sample": [0.1]}, "sample"),
         ({"sample": 2.0}, "sample is 2.0 s, longer than the flight of 1 s"),
         ({"threads": True}, "threads is True"),
-        ({"integrator": "dop853", "tolerance": 1e-30}, "tolerance is 1e-30, .* 1e-13 or more"),
-        ({"integrator": "dop853", "dtype": "float32"}, "dop853' needs 'float64'"),
+        ({"method": "DOP853", "tolerance": 1e-30}, "tolerance is 1e-30, .* 1e-13 or more"),
+        ({"method": "DOP853", "dtype": "float32"}, "DOP853' needs 'float64'"),
     ],
 )
 def test_a_bad_option_is_named_in_one_sentence(options: dict[str, object], words: str) -> None:
@@ -247,7 +247,7 @@ def test_the_automatic_step_follows_what_damping_and_start_make_fast(
     start[list(q)], rates[list(qd)] = list(q.values()), list(qd.values())
     scenario = ca.Scenario("fast", start, rates, duration=0.1, gravity=0.0)
     run = ca.simulate(vehicle, scenario, sample=0.01)
-    reference = ca.simulate(vehicle, scenario, integrator="dop853", tolerance=1e-10, sample=0.01)
+    reference = ca.simulate(vehicle, scenario, method="DOP853", tolerance=1e-10, sample=0.01)
     assert int(run.status) == int(reference.status) == 0
     for name in ("bend", "tip_position"):
         scale = float(np.abs(reference[name]).max())
@@ -263,7 +263,7 @@ def test_the_last_interval_is_the_short_one() -> None:
 
 def test_a_coarse_step_concerns_rk4_alone() -> None:
     scenario = ca.open_loop_test("B").replace(duration=0.1)
-    run = ca.simulate(VEHICLE, scenario, step=0.01, sample=0.1, integrator="dop853")
+    run = ca.simulate(VEHICLE, scenario, step=0.01, sample=0.1, method="DOP853")
     assert int(run.status) == 0  # and no warning, which would be an error here
 
 
@@ -281,18 +281,18 @@ def test_cuda_without_a_cuda_device_is_told_so() -> None:
 
 def test_a_start_beyond_a_full_circle_ends_at_once_with_a_status() -> None:
     bent = ca.Scenario(name="bent", q=[0, 0, 0, 0, 0, 0, 7.0, 0])
-    for integrator in ("rk4", "dop853"):
-        run = ca.simulate(VEHICLE, bent, integrator=integrator)
+    for method in ("RK4", "DOP853"):
+        run = ca.simulate(VEHICLE, bent, method=method)
         assert int(run.status) == 2 and float(run.end_time) == 0.0
 
 
 def test_the_reference_integrator_names_the_same_end_as_rk4() -> None:
     scenario = ca.Scenario(name="overbent", q=np.zeros(8), bend_moment=[5000.0, 0.0])
-    runs = [ca.simulate(VEHICLE, scenario, integrator=i) for i in ("rk4", "dop853")]
+    runs = [ca.simulate(VEHICLE, scenario, method=i) for i in ("RK4", "DOP853")]
     assert [int(run.status) for run in runs] == [2, 2]
     assert float(runs[0].end_time) == pytest.approx(float(runs[1].end_time), abs=2e-3)
-    fine, coarse = (ca.simulate(VEHICLE, scenario, integrator=i, step=step)
-                    for i, step in (("rk4", 1e-5), ("dop853", 1e-2)))  # fmt: skip
+    fine, coarse = (ca.simulate(VEHICLE, scenario, method=i, step=step)
+                    for i, step in (("RK4", 1e-5), ("DOP853", 1e-2)))  # fmt: skip
     # Valid up to it, in whole steps: never beyond the end.
     assert 0.0 <= float(coarse.end_time) <= float(fine.end_time)
 
@@ -366,10 +366,10 @@ def drift(at: float, speed: float) -> ca.Scenario:
     )
 
 
-@pytest.mark.parametrize("integrator", ["rk4", "implicit"])
-def test_slow_motion_is_not_lost_in_the_last_digits_of_float32(integrator: str) -> None:
+@pytest.mark.parametrize("method", ["RK4", "implicit"])
+def test_slow_motion_is_not_lost_in_the_last_digits_of_float32(method: str) -> None:
     """Uncompensated 0.1 m/s at 100 m moved by 0.977 of the way, and at 10 km not at all."""
-    how: Any = {"integrator": integrator, "step": 1e-3, "duration": 4.0, "sample": 0.1}
+    how: Any = {"method": method, "step": 1e-3, "duration": 4.0, "sample": 0.1}
     for at, speed in ((1e4, 0.3), (100.0, 0.1)):
         exact, single = (
             ca.simulate(VEHICLE, drift(at, speed), dtype=d, **how).isel(time=-1)

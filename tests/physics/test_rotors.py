@@ -48,7 +48,7 @@ def breeze(t: float) -> np.ndarray:
 def flown(vehicle: ca.Vehicle, q: Any = BENT, **given: Any) -> xr.Dataset:
     options = {
         name: given.pop(name)
-        for name in ("model", "step", "sample", "integrator", "dtype", "tolerance")
+        for name in ("model", "step", "sample", "method", "dtype", "tolerance")
         if name in given
     }
     given = {"duration": 0.5} | given
@@ -222,7 +222,7 @@ def test_saturation_between_samples_and_unasked_for_is_told_of(reference: bool) 
     start = ca.Scenario("pulse", LEVEL, rotor_command=short_pulse, jumps=(0.06, 0.08), duration=0.2)
     at = 0.01 if reference else 0.05
     kept = ["saturation"] if reference else ["tip_position"]
-    chosen: dict[str, Any] = {"integrator": "dop853"} if reference else {}
+    chosen: dict[str, Any] = {"method": "DOP853"} if reference else {}
     with pytest.warns(ContinuairWarning, match=f"rotors saturate: .* up to {800 / 12:.3g} %"):
         flight = ca.simulate(FURNISHED, start, sample=at, variables=kept, **chosen)
     assert float(flight["largest_saturation"]) == pytest.approx(8.0 / 12.0, rel=1e-12)
@@ -284,7 +284,7 @@ def test_the_reference_integrator_sees_saturation_between_samples() -> None:
 
     start = ca.Scenario("pulse", LEVEL, rotor_command=pulse, duration=0.15)
     with pytest.warns(ContinuairWarning, match="rotors saturate"):
-        exact = ca.simulate(FURNISHED, start, sample=0.05, integrator="dop853")
+        exact = ca.simulate(FURNISHED, start, sample=0.05, method="DOP853")
     assert float(exact["largest_saturation"]) == pytest.approx(8.0 / 12.0, rel=0.1)
 
 
@@ -305,7 +305,7 @@ def test_an_automatic_step_follows_commands_where_limits_cut_them_off(
     with pytest.warns(ContinuairWarning, match="rotors saturate"):
         found = ca.simulate(vehicle, start, sample=0.01)
     with pytest.warns(ContinuairWarning, match="rotors saturate"):
-        exact = ca.simulate(vehicle, start, sample=0.01, integrator="dop853", tolerance=1e-10)
+        exact = ca.simulate(vehicle, start, sample=0.01, method="DOP853", tolerance=1e-10)
     off = np.linalg.norm(found.tip_position - exact.tip_position, axis=1).max()
     assert off < 1e-3 * vehicle.arm.length
 
@@ -377,13 +377,12 @@ def test_the_integrators_agree(model: str) -> None:
     given: dict[str, Any] = {"model": model, "rotor_command": swaying, "wind": breeze}
     given |= {"sample": 0.01}
     fine = flown(FURNISHED, step=2e-4, **given)
-    reference = flown(FURNISHED, integrator="dop853", tolerance=1e-11, **given)
+    reference = flown(FURNISHED, method="DOP853", tolerance=1e-11, **given)
     for name in ("position", "attitude", "bend", "rotor_thrust"):
         np.testing.assert_allclose(fine[name], reference[name], rtol=1e-8, atol=1e-8)
     coarse, finer = (
         np.abs(
-            flown(FURNISHED, integrator="implicit", step=h, **given).rotor_thrust
-            - fine.rotor_thrust
+            flown(FURNISHED, method="implicit", step=h, **given).rotor_thrust - fine.rotor_thrust
         )
         for h in (1e-3, 5e-4)
     )

@@ -47,12 +47,12 @@ def pushed() -> ca.Scenario:
 
 
 @pytest.mark.parametrize(
-    ("model", "integrator", "place"), [("coupled", "rk4", 1), ("decoupled", "implicit", 0)]
+    ("model", "method", "place"), [("coupled", "RK4", 1), ("decoupled", "implicit", 0)]
 )
 def test_a_wrapped_arc_flies_as_the_arc_does_beside_another_one(
-    model: str, integrator: str, place: int
+    model: str, method: str, place: int
 ) -> None:
-    how: dict[str, Any] = {"model": model, "integrator": integrator, "step": 1e-4, "sample": 5e-3}
+    how: dict[str, Any] = {"model": model, "method": method, "step": 1e-4, "sample": 5e-3}
     arcs = ca.simulate(VEHICLE, pushed(), **how)
     wrapped = ca.simulate(mixed(WrappedSection, place), pushed(), **how)
     for name in ("position", "attitude", "bend", "bend_rate", "q", "tip_position", "base_force"):

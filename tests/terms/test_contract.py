@@ -1,5 +1,7 @@
 """What holds of every term, tried on one that only the tests define: it is a file on the list."""
 
+import ast
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,17 +12,34 @@ from scipy.spatial.transform import Rotation
 
 import continuair as ca
 from continuair import terms
-from tests.terms.tip_drag import PER_VELOCITY, TipDrag, WithoutForm
+from continuair.engine.pack import tree_of
+from continuair.flight.reading import vehicle_of
+from continuair.vehicle.vehicle_file import as_toml
+from tests.terms.tip_drag import TipDrag
+from tests.terms.tip_spring import TipSpring
 
 VEHICLE = ca.load_vehicle("dual_arm")
-DRAGGING = VEHICLE.replace({"name": TipDrag.name})
+PER_VELOCITY = 0.4
+DRAGGING = VEHICLE.replace({"terms": (TipDrag(PER_VELOCITY),)})
 UP = np.array([0.0, 0.0, 9.81])
+EVERYTHING = DRAGGING.replace(
+    {
+        "uav.rotors": {
+            "layout": "quad_x",
+            "lever": 0.25,
+            "thrust_limits": [0.0, 30.0],
+            "lag": 0.03,
+            "torque_per_thrust": 0.016,
+            "radius": 0.12,
+        },
+        "uav.drag": {"linear": [0.3, 0.2, 0.1], "quadratic": [0.05, 0.06, 0.07]},
+        "arm.0.section.0.drag_coefficient": 1.1,
+    }
+)
+"""One vehicle on which all terms of the list act, and one of the tests."""
+HELD = ca.load_vehicle("paper").replace({"terms": (TipSpring(20.0, (0.1, 0.2, -0.5)),)})
+SOFT = HELD.replace({"terms.0.stiffness": 0.0})
 STATE = ("attitude", "bend", "velocity", "angular_velocity", "bend_rate")
-
-
-@pytest.fixture(autouse=True)
-def listed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(terms, "TERMS", (*terms.TERMS, TipDrag, WithoutForm))
 
 
 def swinging(vehicle: ca.Vehicle, runs: slice | int = 0) -> ca.Scenario:
@@ -87,30 +106,58 @@ def _damping_of(section: Any) -> str:
 
 
 def test_a_run_of_a_batch_is_the_same_alone() -> None:
-    batch = ca.simulate(DRAGGING, swinging(DRAGGING, slice(None)), sample=0.02)
+    assert {*map(type, terms.terms_of(EVERYTHING))} >= {*terms.TERMS, TipDrag}
+    several = np.random.default_rng(4).normal(size=(9, 12))
+    acting = {
+        "tau": 0.01 * several[:, : 6 + 2 * VEHICLE.sections],
+        "moment": np.array([0.1, 0.0, 0.2]),
+        "tip_wrench": 0.2 * several,
+        "wind": 2.0 * several[:, :3],
+        "rotor_command": 8.0 + several[:, :4],
+    }
+    together = swinging(VEHICLE, slice(None)).replace(**acting)
+    batch = ca.simulate(EVERYTHING, together, step=1e-3, sample=0.02)
     for run in (0, 8):
-        alone = ca.simulate(DRAGGING, swinging(DRAGGING, run), sample=0.02)
-        for name in ("position", "bend", "tip_position"):
+        own = {name: value[run] if value.ndim > 1 else value for name, value in acting.items()}
+        scenario = swinging(VEHICLE, run).replace(**own)
+        alone = ca.simulate(EVERYTHING, scenario, step=1e-3, sample=0.02)
+        for name in ("position", "bend", "tip_position", "base_force", "rotor_thrust"):
             one, same = alone[name].to_numpy(), batch[name].to_numpy()[run]
-            assert np.abs(one - same).max() < 1e-11 * np.abs(one).max()
+            assert np.abs(one - same).max() < 1e-10 * np.abs(one).max(), name
 
 
 def test_casadi_has_it_or_refuses_the_vehicle() -> None:
     pytest.importorskip("casadi")
     flight = ca.simulate(DRAGGING, swinging(DRAGGING), sample=0.02)
     state = {name: value[0] for name, value in state_of(flight).items()}
-    model = ca.to_casadi(DRAGGING)
+    model = ca.to_casadi(EVERYTHING)
     found, names = model.call(state), model.name_out()
-    for name, expected in zip(names, ca.accelerations(DRAGGING, **state), strict=True):
+    for name, expected in zip(names, ca.accelerations(EVERYTHING, **state), strict=True):
         value = np.array(found[name]).reshape(expected.shape)
         assert np.abs(value - expected).max() < 1e-9 * np.abs(expected).max()
-    with pytest.raises(ca.InputError, match="tip_drag"):
-        ca.to_casadi(VEHICLE.replace({"name": WithoutForm.name}))
+    with pytest.raises(ca.InputError, match="TipSpring"):
+        ca.to_casadi(HELD)
 
 
-def test_what_does_not_know_it_refuses_it() -> None:
-    with pytest.raises(ca.InputError, match="tip_drag"):
-        ca.gradient(DRAGGING, swinging(DRAGGING), lambda flight: (0.0, {}))
+def test_the_gradient_holds_it() -> None:
+    """Along the start, and along the term's own number, against differences of flights."""
+    at = "terms.0.per_velocity"
+
+    def height(flight: xr.Dataset) -> tuple[float, dict[str, Any]]:
+        tip = flight["tip_position"].to_numpy()
+        slope = np.zeros_like(tip)
+        slope[-1, 0] = 1.0, 2.0, 3.0
+        return float((tip * slope).sum()), {"tip_position": slope}
+
+    found = ca.gradient(DRAGGING, swinging(DRAGGING), height, fields=[at], step=1e-3, sample=0.02)
+    ends = [
+        ca.simulate(DRAGGING.replace({at: value}), swinging(DRAGGING), step=1e-3, sample=0.02)
+        for value in (PER_VELOCITY - 1e-3, PER_VELOCITY + 1e-3)
+    ]
+    below, above = (height(flight)[0] for flight in ends)
+    assert float(found.fields[at]) == pytest.approx((above - below) / 2e-3, rel=1e-6)
+    with pytest.raises(ca.InputError, match="TipSpring"):
+        ca.gradient(HELD, swinging(HELD), height)
 
 
 def test_linearisation_holds_it() -> None:
@@ -123,10 +170,103 @@ def test_linearisation_holds_it() -> None:
     assert lost[2, 2] == pytest.approx(fall / 1e-3, rel=1e-6)
 
 
-def test_no_file_of_the_device_names_a_term() -> None:
-    """Engine and kernels go over the list."""
+def test_its_energy_is_part_of_the_total() -> None:
+    """Of undamped arms on springs: the sum stays, in each run of a batch of stiffnesses."""
+    free = HELD.replace({"arm.damping_ratio": 0.0, "terms.0.stiffness": np.linspace(0.0, 40.0, 9)})
+    flight = ca.simulate(free, swinging(HELD), duration=0.1, step=1e-4, sample=0.01)
+    names = ("kinetic", "gravity", "elastic", "term")
+    energy = np.sum([flight[f"{name}_energy"].to_numpy() for name in names], axis=0)
+    assert np.abs(energy - energy[:, :1]).max() < 1e-8 * np.ptp(flight["term_energy"].to_numpy())
+    stretch = flight["tip_position"].to_numpy() - HELD.terms[0].point
+    expected = 0.5 * np.linspace(0.0, 40.0, 9)[:, None] * np.sum(stretch**2, axis=-1)
+    assert flight["term_energy"].to_numpy() == pytest.approx(expected, rel=1e-12)
+    assert "term_energy" not in ca.simulate(DRAGGING, swinging(DRAGGING), sample=0.02)
+
+
+def test_a_stiff_term_is_refused_by_the_implicit_integrator() -> None:
+    with pytest.raises(ca.InputError, match="TipSpring"):
+        ca.simulate(HELD, swinging(HELD), method="implicit")
+    flights = [
+        ca.simulate(DRAGGING, swinging(DRAGGING), method=name, step=1e-5, sample=0.02)
+        for name in ("implicit", "RK4")
+    ]
+    implicit, explicit = (flight["tip_position"].to_numpy() for flight in flights)
+    assert np.abs(implicit - explicit).max() < 1e-6
+
+
+def test_terms_that_differ_in_numbers_share_kernels() -> None:
+    one, other = (VEHICLE.replace({"terms": (TipDrag(value),)}) for value in (0.1, 0.2))
+    assert one != other
+    assert tree_of(one) == tree_of(other)
+    two = HELD.replace({"terms": (*HELD.terms, TipSpring(1.0, (0.0, 0.0, 0.0)))})
+    assert len(set(tree_of(two).terms[-2:])) == 2
+
+
+def test_a_vehicle_says_its_terms_and_no_file_holds_them() -> None:
+    said = HELD.describe()
+    assert said["terms"] == [
+        {"term": "TipSpring", "stiffness": 20.0, "point": [0.1, 0.2, -0.5], "arm": 0}
+    ]
+    for refused in (lambda: ca.Vehicle(**said), lambda: as_toml(HELD)):
+        with pytest.raises(ca.InputError, match="TipSpring.*code"):
+            refused()
+    with pytest.raises(ca.InputError, match="TipSpring"):
+        ca.equations.forward_dynamics(HELD, np.zeros(8), np.zeros(8))
+
+
+def test_it_flies_in_pairs_and_steps_and_its_results_are_drawn() -> None:
+    """A result tells the shape of the vehicle, which its terms do not change."""
+    flight = ca.simulate(HELD, swinging(HELD), step=2e-4, sample=0.02)
+    assert vehicle_of(flight) == HELD.replace({"terms": ()})
+    # All models fall apart from their start alike, but for the spring.
+    held, soft = (ca.run_pairs(vehicle, swinging(HELD))["nrmse_t"] for vehicle in (HELD, SOFT))
+    assert not np.allclose(held.to_numpy(), soft.to_numpy())
+    stepped = ca.Simulation(HELD, swinging(HELD), control_period=0.02, step=2e-4)
+    stepped.step()
+    found = stepped.trajectory()
+    for name in ("tip_position", "term_energy"):
+        assert found[name][-1].to_numpy() == pytest.approx(flight[name][-1].to_numpy(), rel=1e-6)
+
+
+def test_a_term_that_is_not_whole_is_refused() -> None:
+    @dataclass(frozen=True)
+    class Nothing(ca.Term):
+        kinds: Any = ()
+
+    with pytest.raises(ca.InputError, match="Nothing has no method device"):
+        ca.simulate(HELD.replace({"terms": (Nothing(),)}), swinging(HELD))
+    with pytest.raises(ca.InputError, match="Nothing.kinds is .* compared"):
+        Nothing([1, 2])
+
+
+@pytest.mark.parametrize(
+    ("changes", "problem"),
+    [
+        ({"terms": TipDrag(1.0)}, "must be a tuple"),
+        ({"terms": (TipDrag,)}, "the class TipDrag"),
+        ({"terms.0.stiffness": "soft"}, "TipSpring.stiffness is 'soft'"),
+        ({"terms.0.point": [1.0, 2.0]}, "3 finite numbers"),
+        ({"terms.0.stiffness": [1.0, np.nan]}, "finite"),
+        ({"terms.0.stiffness": [1.0, 2.0], "uav.mass": [2.0, 2.1, 2.2]}, "holds 2 runs"),
+    ],
+)
+def test_what_is_no_term_is_refused(changes: dict[str, Any], problem: str) -> None:
+    with pytest.raises(ca.InputError, match=problem):
+        HELD.replace(changes)
+
+
+def test_no_other_file_names_a_term() -> None:
+    """All others go over the list."""
     package = Path(terms.__file__).parents[1]
-    names = [path.stem for path in package.glob("terms/*.py") if path.stem not in ("__init__",)]
-    for path in [*package.glob("kernels/**/*.py"), *package.glob("engine/*.py")]:
-        text = path.read_text(encoding="utf-8")
-        assert not [name for name in names if f"terms.{name}" in text], path.name
+    own = package / "terms"
+    names = {path.stem for path in own.glob("*.py")} - {"__init__", "term"}
+    classes = {term.__name__ for term in terms.TERMS}
+    for path in package.rglob("*.py"):
+        if path.parent == own:
+            continue
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+        found = {f"{each.module}" for each in imports}
+        found |= {f"{each.module}.{name.name}" for each in imports for name in each.names}
+        named = {f"continuair.terms.{name}" for name in names | classes}
+        assert not found & named, path

@@ -21,7 +21,6 @@ from continuair.engine.engine import Logs
 from continuair.engine.slopes import Slopes
 from continuair.engine.tangents import Tangents
 from continuair.flight.cohorts import Cohort, Flight
-from continuair.flight.resolving import coarser_than, resolve
 from continuair.flight.trajectory import Recorder
 from continuair.kernels.slopes import tip_columns
 from continuair.vehicle.layout import GENERAL, TIP, Layout, width_of
@@ -41,8 +40,7 @@ _AT_ONCE = 2048
 @dataclass(frozen=True, eq=False)
 class Flown:
     """A flight of one model: log (steps + 1, columns) where steps begin, and at the end; samples
-    (n,), which of these rows are samples; and the recorder that has kept the samples. flown_again:
-    whether an automatic step had to be halved for it."""
+    (n,), which of these rows are samples; and the recorder that has kept the samples."""
 
     cohort: Cohort
     model: str
@@ -50,7 +48,6 @@ class Flown:
     samples: Array
     status: int
     recorder: Recorder
-    flown_again: bool = False
 
     @property
     def layout(self) -> Layout:
@@ -64,20 +61,7 @@ class Flown:
 
 
 def flown(flight: Flight, model: str) -> Flown:
-    """Fly a prepared flight of one run, as `simulate` does, and keep where each step begins."""
-    found = _flown(flight, model)
-
-    def fly_again(finer: Flight, _: Array) -> Array:
-        nonlocal found
-        found = replace(_flown(finer, model), flown_again=True)
-        return found.recorder.step_error[:, None]
-
-    errors, coarser = found.recorder.step_error[:, None], coarser_than(found.recorder)
-    resolve(flight, (model,), errors, coarser, fly_again)
-    return found
-
-
-def _flown(flight: Flight, model: str) -> Flown:
+    """Fly a prepared flight of one run, and keep where each step begins."""
     cohort, engine = next(flight.cohorts()), flight.engine(model)
     grid = cohort.grid
     samples = np.append(0, 1 + np.flatnonzero(grid.sample_after >= 0))

@@ -17,15 +17,17 @@ from continuair import checks
 from continuair.analysis.adjoint import OF_STATE, OF_TIPS, Flown, flown, of_rotation, sweep
 from continuair.engine.tangents import tangents_of
 from continuair.errors import InputError, nearest, shown
+from continuair.flight.adaptive import error_between
 from continuair.flight.cohorts import Flight
 from continuair.flight.prepare import prepare
-from continuair.flight.resolution import warn_of_coarse_steps
+from continuair.flight.resolution import RESOLVED
 from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import OK, STATUS
 from continuair.scenario.scenarios import Scenario
-from continuair.terms import terms_of
+from continuair.terms import name_of, terms_of
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+from continuair.warning import warn
 
 Array = np.ndarray
 Cost = Callable[[xr.Dataset], tuple[float, Mapping[str, Any]]]
@@ -90,14 +92,15 @@ def gradient(
     velocity, angular_velocity, bend, bend_rate, tip_position, tip_attitude, tip_velocity and
     tip_angular_velocity over time. It returns its value, and a mapping from some of these names to
     the derivatives of the value, in the shape of the variable. fields: dotted names of the vehicle,
-    such as "uav.mass" or "arm.length", which change as by `Vehicle.replace`. model, step, duration,
-    sample: as in `simulate`; derivatives are those of its steps, which stay as they are.
+    such as "uav.mass" or "arm.length", which change as by `Vehicle.replace`. It flies by
+    RK4; step: [s], or "auto", 0.2 over the fastest rate of the vehicle and the start, at most
+    `sample`. model, duration, sample: as in `simulate`. Derivatives are those of the steps.
 
     The scenario has no controller and no tau. Raises InputError, also where the flight ends early.
     """
     checks.choice("model", model, MODELS)
     _check_plain(check_single_vehicle(vehicle))
-    flight = prepare(vehicle, scenario, step=step, sample=sample, duration=duration, stacklevel=3)
+    flight = prepare(vehicle, scenario, step=step, sample=sample, duration=duration, plain=True)
     _check_smooth(flight)
     names = _names(fields)
     tangents = tangents_of(vehicle, names, flight.engine(model).kernels.types.Plant)
@@ -108,8 +111,9 @@ def gradient(
             f"the flight ends before its duration, {STATUS[found.status]}; give a shorter "
             "duration, a shorter step or other inputs."
         )
-    warn_of_coarse_steps(recorder.step_error, recorder.flight.steps, stacklevel=3)
-    trajectory = recorder.dataset(recorder.step | {"flown_again": int(found.flown_again)})
+    recorder.error_estimate = error = _error_of(found)
+    _warn_of_coarse_steps(float(error[0]), float(flight.steps[0]), stacklevel=3)
+    trajectory = recorder.dataset(recorder.step)
     value, told = _checked(cost(trajectory), trajectory)
     swept = sweep(found, tangents, told)
     inputs = {name: swept.inputs[:, layout.of_input[name]] for name in _INPUTS}
@@ -117,6 +121,21 @@ def gradient(
     start = _of_start(found, swept.state, layout)
     of_fields = tangents.named(swept.fields)
     return Gradient(value, start, inputs, of_fields, found.times, trajectory)
+
+
+def _error_of(flight: Flown) -> np.ndarray:
+    """Largest distance of a tip from that of a flight at half the step, in arm lengths (1,)."""
+    finer = flown(flight.cohort.flight.halved(np.arange(1)), flight.model).recorder
+    return error_between(flight.recorder, finer)
+
+
+def _warn_of_coarse_steps(error: float, step: float, stacklevel: int) -> None:
+    if not error <= RESOLVED:
+        warn(
+            f"error_estimate is {error:.2g} arm lengths, by half the step of {step:.3g} s; give a "
+            "shorter step, or a shorter flight if it is chaotic.",
+            stacklevel=stacklevel,
+        )
 
 
 def _names(fields: Any) -> tuple[str, ...]:
@@ -134,8 +153,8 @@ def _check_plain(vehicle: Vehicle) -> None:
     for term in terms_of(vehicle):
         if not term.differentiable:
             raise InputError(
-                f"vehicle {shown(vehicle.name)} has {term.field}, of which no gradient is known; "
-                "leave it out, and give forces directly."
+                f"vehicle {shown(vehicle.name)} has {name_of(term)}, of which no gradient is "
+                "known; leave it out, and give forces directly."
             )
 
 

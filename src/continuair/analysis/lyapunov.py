@@ -28,7 +28,7 @@ from continuair.flight.provenance import model_of
 from continuair.flight.reading import BATCH_ROW
 from continuair.kernels.laws.servoing import law
 from continuair.scenario.scenarios import Scenario
-from continuair.terms import terms_of
+from continuair.terms import name_of, terms_of
 from continuair.vehicle.layout import FIELDS
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
@@ -154,7 +154,7 @@ def _residual(gains: Gains, acceleration: Any, jerk: Any) -> Any:
 def other_powers(vehicle: Vehicle) -> list[str]:
     """What of a vehicle takes or gives power beside the push that the law asks for, which no
     Lyapunov function here knows."""
-    return [term.field for term in terms_of(vehicle) if term.has_power]
+    return [name_of(term) for term in terms_of(vehicle) if term.has_power]
 
 
 def _check_pushed_directly(vehicle: Vehicle) -> None:

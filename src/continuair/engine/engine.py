@@ -20,7 +20,7 @@ from continuair.engine.packs import lanes_of
 from continuair.engine.rows import adjacent, forget_unreached
 from continuair.errors import InputError, shown
 from continuair.kernels.rollout import SUMS
-from continuair.vehicle.layout import observed_columns, width_of
+from continuair.vehicle.layout import width_of
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -95,7 +95,7 @@ class Engine:
     """One vehicle or batch, packed for one model, precision and device.
 
     `layout` names the columns of its states, inputs and logs. beside: an engine of the coupled
-    model for the same vehicle, from which another model's takes what they share. integrator: of
+    model for the same vehicle, from which another model's takes what they share. method: of
     roll-outs, by its name in kernels/integrators.py.
     """
 
@@ -107,20 +107,23 @@ class Engine:
         device: str = "cpu",
         threads: int | None = None,
         beside: Engine | None = None,
-        integrator: str = "rk4",
+        method: str = "RK4",
     ) -> None:
         start_warp()
-        self.vehicle, self.model, self.integrator = vehicle, model, integrator
+        self.vehicle, self.model, self.method = vehicle, model, method
         self.tree = tree_of(vehicle)
         self.layout = self.tree.layout
-        self.kernels = kernels(precision, self.tree, model, integrator=integrator)
+        self.kernels = kernels(precision, self.tree, model, method=method)
         self.dtype: np.dtype[Any] = np.dtype(precision)
         self.device = device
         self.threads = threads or os.cpu_count() or 1
-        self.plants = pack_plants(vehicle, self.kernels.types.Plant)
+        if beside is not None and beside.dtype == self.dtype:
+            self.plants: Array = beside.plants
+        else:
+            self.plants = pack_plants(vehicle, self.kernels.types.Plant)
         full = pack_table(vehicle, self.threads) if beside is None else beside.full_table
         self.full_table: Array = full
-        self.observed = observed_columns(self.layout.arms, self.layout.rotors)
+        self.observed = self.layout.observed
         self.table: Array = self.full_table.astype(self.dtype, copy=False)
         self._packed: dict[int, Any] = {}
 
@@ -235,7 +238,7 @@ class Engine:
 
     def kernels_of(self, lanes: int) -> Kernels:
         """The kernels of packs of so many runs, or of single runs."""
-        return kernels(self.dtype.name, self.tree, self.model, lanes, self.integrator)
+        return kernels(self.dtype.name, self.tree, self.model, lanes, self.method)
 
     def lanes(self, runs: int) -> int:
         """How many of a number of runs fly at once in a thread."""

@@ -12,10 +12,13 @@ from continuair.engine.compiling import compiles, made_once
 from continuair.engine.law_made import MadeLaw
 from continuair.engine.law_parts import check_reading
 from continuair.errors import InputError
+from continuair.kernels.adaptive import adaptive_kernel
 from continuair.kernels.arguments import Arguments, arguments
 from continuair.kernels.deviations import deviation_kernel
 from continuair.kernels.dynamics import dynamics_code
+from continuair.kernels.energies import energies_kernel
 from continuair.kernels.flight import FlightCode, flight_code
+from continuair.kernels.integrators import TSIT5
 from continuair.kernels.logs import state_logger, tip_logger
 from continuair.kernels.numbers import DIRECTIONS, Numbers
 from continuair.kernels.observe import observe_kernel, watch_kernel
@@ -26,13 +29,14 @@ from continuair.kernels.sensing.pilot import PilotCode, law_pilot, no_pilot
 from continuair.kernels.slopes import step_slopes_kernel, tip_slopes_kernel
 from continuair.kernels.turning import turning_kernel
 from continuair.kernels.types import Tree, Types, device_types
+from continuair.terms import TERMS
 
 
 @dataclass(frozen=True)
 class Kernels:
     """Kernels of a model in open loop, and the structs of their arguments.
 
-    lanes: the runs that a thread flies, 1 or those of a pack. integrator: of roll-outs, by its name
+    lanes: the runs that a thread flies, 1 or those of a pack. method: of roll-outs, by its name
     in kernels/integrators.py. tip_rollout logs the tip's pose and nothing else. A kernel is made
     when it is first asked for, and compiles when it is launched.
     """
@@ -40,7 +44,7 @@ class Kernels:
     numbers: Numbers
     tree: Tree
     model: str
-    integrator: str = "rk4"
+    method: str = "RK4"
 
     @property
     def lanes(self) -> int:
@@ -64,11 +68,11 @@ class Kernels:
 
     @property
     def rollout(self) -> wp.Kernel:
-        return _rollout(self.numbers, self.tree, self.model, state_logger, self.integrator)
+        return _rollout(self.numbers, self.tree, self.model, state_logger, self.method)
 
     @property
     def tip_rollout(self) -> wp.Kernel:
-        return _rollout(self.numbers, self.tree, self.model, tip_logger, self.integrator)
+        return _rollout(self.numbers, self.tree, self.model, tip_logger, self.method)
 
     @property
     def derivative(self) -> wp.Kernel:
@@ -81,7 +85,9 @@ class Kernels:
     @property
     def observers(self) -> tuple[wp.Kernel, ...]:
         """What looks back along a log, each at its own columns."""
-        of_terms = (_observer_of(term, self.numbers, self.tree) for term in self.tree.terms)
+        of_terms = [_observer_of(term, self.numbers, self.tree) for term in self.tree.terms]
+        if self.tree.layout.energies:
+            of_terms.append(_energies(self.numbers, self.tree))
         return self.observe, *(kernel for kernel in of_terms if kernel is not None)
 
 
@@ -102,11 +108,9 @@ class LoopKernels:
     looks: bool = False
 
 
-def kernels(
-    precision: str, tree: Tree, model: str, lanes: int = 1, integrator: str = "rk4"
-) -> Kernels:
+def kernels(precision: str, tree: Tree, model: str, lanes: int = 1, method: str = "RK4") -> Kernels:
     """The kernels of a model in open loop; lanes: runs that fly at once in a pack, or 1."""
-    return Kernels(Numbers(precision, lanes), tree, model, integrator)
+    return Kernels(Numbers(precision, lanes), tree, model, method)
 
 
 # Types have one maker at a time, too: two of the same name would not be the same.
@@ -116,10 +120,13 @@ _arguments, _no_pilot = made_once(arguments), made_once(no_pilot)
 
 @made_once
 def _rollout(
-    numbers: Numbers, tree: Tree, model: str, logger: Callable[..., Any], integrator: str
+    numbers: Numbers, tree: Tree, model: str, logger: Callable[..., Any], method: str
 ) -> wp.Kernel:
     of = numbers, tree
-    return rollout_kernel(*of, dynamics_code(*of, model), no_pilot(*of), logger(*of), integrator)
+    dynamics, pilot = dynamics_code(*of, model), no_pilot(*of)
+    if method == TSIT5:
+        return adaptive_kernel(*of, dynamics, pilot, logger(*of))
+    return rollout_kernel(*of, dynamics, pilot, logger(*of), method)
 
 
 @made_once
@@ -137,13 +144,18 @@ def _observer_of(term: Any, numbers: Numbers, tree: Tree) -> wp.Kernel | None:
     return term.observer(numbers, tree)
 
 
+@made_once
+def _energies(numbers: Numbers, tree: Tree) -> wp.Kernel:
+    return energies_kernel(numbers, tree)
+
+
 @dataclass(frozen=True)
 class Closing:
-    """How a loop is closed: whether the law acts at every stage, the integrator, whether the
+    """How a loop is closed: whether the law acts at every stage, the method of steps, whether the
     image's error is summed up, and whether the law believes in another vehicle."""
 
     every_stage: bool = False
-    integrator: str = "rk4"
+    method: str = "RK4"
     integrates: bool = False
     believes: bool = False
 
@@ -162,7 +174,10 @@ def closed_loop(law: MadeLaw, model: str, how: Closing) -> LoopKernels:
         pilot = law_pilot(*of, points, found, *choices)
     logger = state_logger(*of)
     dynamics = dynamics_code(*of, model)
-    rollout = rollout_kernel(*of, dynamics, pilot, logger, how.integrator, law.name)
+    if how.method == TSIT5:
+        rollout = adaptive_kernel(*of, dynamics, pilot, logger, how.every_stage, law.name)
+    else:
+        rollout = rollout_kernel(*of, dynamics, pilot, logger, how.method, law.name)
     remembered = found.Memory._length_ if hasattr(found, "Memory") else 0
     looks = remembered > 0 and found.looks
     eye, lanes = eye_code(*of, points), of[0].lanes
@@ -221,6 +236,12 @@ def step_slopes(tree: Tree, model: str) -> tuple[wp.Kernel, Any]:
     """
     kernel = step_slopes_kernel(_DUAL, tree, dynamics_code(_DUAL, tree, model))
     if not compiles(kernel):
+        own = [type(term).__name__ for term in tree.terms if type(term) not in TERMS]
+        if own:
+            raise InputError(
+                f"gradients do not compile with the term {own[0]}; leave differentiable out of its "
+                "class, or write it for dual numbers."
+            )
         raise InputError(
             f"gradients do not compile here with Warp {wp.__version__}; use another version of it."
         )

@@ -15,6 +15,8 @@ from continuair.engine.lanes import packs_of, struct_rows
 from continuair.engine.law_made import made_for_packs, made_law
 from continuair.engine.pack import tree_of
 from continuair.errors import InputError, shown
+from continuair.kernels.integrators import TSIT5
+from continuair.terms import name_of
 from continuair.vehicle.layout import (
     MOTION,
     frame_columns,
@@ -112,7 +114,7 @@ class Loop:
         law = self.controller.law, engine.dtype.name, engine.tree, self.points
         how = Closing(
             self.timing.every_stage,
-            engine.integrator,
+            engine.method,
             self.controller.integral > 0.0,
             self.controller.believes is not None,
         )
@@ -157,7 +159,11 @@ class PackedLoop:
         found.cameras = struct_rows(_rows(self.cameras, runs), kernels.eye.Camera, *at)
         found.gains = struct_rows(_rows(self.gains, runs), kernels.Gains, *at)
         found.corners = engine.upload(scene.corners)
-        found.motion = engine.upload(_columns(scene.motion, runs))
+        motion = _columns(scene.motion, runs)
+        if timing.every_stage and engine.method == TSIT5:
+            # Room for the motion at each stage's time.
+            motion = np.zeros((1, len(runs), width_of(MOTION)))
+        found.motion = engine.upload(motion)
         found.desired = engine.upload(_rows(scene.desired, runs))
         found.frames = engine.upload(self._frames(len(runs), slots))
         found.needed = int(loop.controller.looks)
@@ -199,28 +205,24 @@ class Mind:
     cameras: Array
 
 
-_FLOWN = (
-    "allocation", "inverse", "lowest", "highest", "lag", "hubs", "disk", "drag", "square_drag",
-)  # fmt: skip
-"""What of a vehicle no law computes with: that which flies decides."""
-
-
 def _mind(believed: Vehicle, engine: Engine, Camera: Any) -> Mind:
     """Raises InputError where the vehicles differ by more than numbers."""
     if tree_of(believed) != engine.tree:
         raise InputError(
             f"controller believes in the vehicle {shown(believed.name)}, which has other arms, "
-            f"sections, tips, mounts, rotors or drag than {shown(engine.vehicle.name)} that flies; "
+            f"sections, tips, mounts or terms than {shown(engine.vehicle.name)} that flies; "
             "make it of that one by replace."
         )
     packed = Engine(believed, engine.model, engine.dtype.name, engine.device, engine.threads)
-    names = [name for name in _FLOWN if name in (packed.plants.dtype.names or ())]
-    if any((packed.plants[name] != engine.plants[name]).any() for name in names):
-        raise InputError(
-            f"controller believes in the vehicle {shown(believed.name)}, whose rotors or drag are "
-            f"not those of {shown(engine.vehicle.name)} that flies, but thrusts are shared out by "
-            "what flies, and no law computes with drag; leave uav.rotors and uav.drag as they are."
-        )
+    for term in engine.tree.terms:
+        read = packed.plants.dtype.names or ()
+        names = [name for name in (*term.flown, "term_numbers") if name in read]
+        if any((packed.plants[name] != engine.plants[name]).any() for name in names):
+            raise InputError(
+                f"controller believes in the vehicle {shown(believed.name)}, whose "
+                f"{name_of(term)} is not that of {shown(engine.vehicle.name)} that flies, but no "
+                f"law computes with it; leave {name_of(term)} as it is."
+            )
     return Mind(packed, pack_cameras(believed, Camera))
 
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from continuair.kernels.types import Tree
 from continuair.sections import kind_of
-from continuair.terms import terms_of
+from continuair.terms import compiled_terms, pack_terms
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.runs import per_run
@@ -31,7 +31,7 @@ def tree_of(vehicle: Vehicle) -> Tree:
         bodies=any(arm.tip is not None for arm in arms),
         turned=any((np.asarray(arm.attitude) != straight).any() for arm in arms),
         eye=vehicle.camera_arm,
-        terms=terms_of(vehicle),
+        terms=compiled_terms(vehicle),
     )
 
 
@@ -78,8 +78,7 @@ def pack_plants(vehicle: Vehicle, Plant: Any) -> Array:
         _pack_body(plants, index, arm)
         _pack_sections(plants, vehicle.layout, first, arm, lengths[index])
         first += len(arm.section)
-    for term in terms_of(vehicle):
-        term.pack(plants, vehicle)
+    pack_terms(plants, vehicle)
     return plants
 
 

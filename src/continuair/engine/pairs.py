@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import warp as wp
 
+from continuair.engine.adaptive import Launch, Tolerance
 from continuair.engine.compiling import load
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.engine.factory import Kernels, deviation, turning
 from continuair.engine.lanes import packs_of
+from continuair.kernels.adaptive import COUNTS, REACHED, SATURATION
 from continuair.kernels.rollout import SUMS
+from continuair.kernels.step import OK
 from continuair.vehicle.following import unfollowed
 from continuair.vehicle.layout import DEVIATIONS, EULER_DEVIATIONS, TIP_POSE, width_of
 
@@ -55,7 +59,7 @@ class Pairs:
             begin, acting = first.start(start, part), first.drive(drive, part, 3)
             self._fly_block(runs[part], flown, grid, begin, acting)
 
-        blocks = _blocks(len(runs), flown[0].lanes, grid, len(self.engines), first)
+        blocks = _blocks(len(runs), flown[0].lanes, len(grid.samples), len(self.engines), first)
         if len(blocks) == 1:
             work(blocks[0])
             return
@@ -111,10 +115,63 @@ class Pairs:
         self.tip[runs[flown], column] = log[:, log.shape[1] - 1].numpy()[flown]
 
 
-def _blocks(runs: int, lanes: int, grid: Any, models: int, engine: Engine) -> list[slice]:
+class ControlledPairs(Pairs):
+    """Pairs whose steps follow from their errors: besides what `Pairs` holds, end_time (runs,
+    models) [s], counts (runs, models, COUNTS), and distance (runs, models), the largest one of the
+    tip from that of a second flight, where there is one [m]; inf where they end differently."""
+
+    def __init__(self, engines: Sequence[Engine], runs: int) -> None:
+        super().__init__(engines, runs)
+        shape = (runs, len(engines))
+        self.counts = np.zeros((*shape, COUNTS))
+        self.end_time, self.distance = np.zeros(shape), np.full(shape, np.nan)
+
+    def fly_controlled(self, launch: Launch, finer: Tolerance | None) -> None:
+        """Fly some runs with all models; finer: the tolerance of second flights, if any."""
+        first, n = self.engines[0], len(launch.runs)
+        flown = [engine.kernels_for(n) for engine in self.engines]
+        compared = deviation(first.dtype.name, flown[0].lanes), turning(first.dtype.name)
+        for kernel in (*(kernels.tip_rollout for kernels in flown), *compared):
+            load(kernel, first.device)
+        order = launch.order(first, flown[0].tip_rollout, flown[0].lanes, POSE)
+        launch = launch.of_runs(order)
+        copies = len(self.engines) + 2 * (finer is not None)
+        blocks = _blocks(n, flown[0].lanes, len(launch.ticks.samples), copies, first)
+
+        def work(part: slice) -> None:
+            self._fly_part(launch.of_runs(np.arange(n)[part]), finer, flown)
+
+        with ThreadPoolExecutor(first.threads if first.device == "cpu" else 1) as pool:
+            list(pool.map(work, blocks))
+
+    def _fly_part(self, launch: Launch, finer: Tolerance | None, flown: list[Kernels]) -> None:
+        runs, logs, followed = launch.runs, [], []
+        end = launch.ticks.times[-1]
+        for column, (engine, kernels) in enumerate(zip(self.engines, flown, strict=True)):
+            log, status, counts = self._flown(launch, engine, kernels)
+            logs.append(log)
+            self.status[runs, column], self.counts[runs, column] = status, counts
+            self.end_time[runs, column] = np.where(status == OK, end, counts[:, REACHED])
+            self.errors[runs, column, -1] = counts[:, SATURATION]
+            if finer is not None:
+                again, ended, _ = self._flown(replace(launch, tolerance=finer), engine, kernels)
+                apart = (log.numpy() - again.numpy())[..., TIP_POSE["position"]]
+                largest = np.nanmax(np.linalg.norm(apart, axis=-1), axis=1, initial=0.0)
+                self.distance[runs, column] = np.where(status == ended, largest, np.inf)
+            followed.append(self._followed(status == OK, log))
+            both = followed[0] & followed[column]
+            self._compare(runs, column, logs, both, kernels.lanes)
+
+    def _flown(self, launch: Launch, engine: Engine, kernels: Kernels) -> tuple[Any, Array, Array]:
+        shape = (len(launch.runs), len(launch.ticks.samples), POSE)
+        log = wp.full(shape, np.nan, wp.float64, device=engine.device)
+        return log, *launch.on(engine, kernels.tip_rollout, kernels.lanes, log)
+
+
+def _blocks(runs: int, lanes: int, samples: int, models: int, engine: Engine) -> list[slice]:
     """Parts of the runs that are flown at once: as many as fit, and some for every thread."""
     kind = engine.device.split(":")[0]
-    most = int(_BLOCK_BYTES[kind] / (8 * POSE * models * len(grid.samples)))
+    most = int(_BLOCK_BYTES[kind] / (8 * POSE * models * samples))
     if kind == "cpu" and engine.threads > 1:
         most = min(most, -(-runs // (_BLOCKS_PER_THREAD * engine.threads)))
     size = lanes * max(1, most // lanes)

@@ -149,7 +149,12 @@ def forward_dynamics(
 
 
 def check_without_drag(vehicle: Vehicle) -> None:
-    """Raise InputError for a vehicle with drag, which Eq. (10) lacks."""
+    """Raise InputError for a vehicle with drag or terms of its own, which Eq. (10) lacks."""
+    if vehicle.terms:
+        raise InputError(
+            f"vehicle {shown(vehicle.name)} has the term {type(vehicle.terms[0]).__name__}, which "
+            "Eq. (10) lacks; leave it out, or use continuair.accelerations."
+        )
     sections = (section for arm in vehicle.arms for section in arm.section)
     if vehicle.uav.drag is not None or any(s.drag_coefficient is not None for s in sections):
         raise InputError(

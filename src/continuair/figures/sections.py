@@ -19,7 +19,7 @@ _TIPS = {
     "decoupled": ("s--", _ORANGE, "decoupled from coupled"),
     "from_finest": ("o-", _BLACK, "coupled from that of most sections"),
 }
-_INTEGRATORS = {"rk4": ("o-", _BLACK, "RK4"), "implicit": ("s--", _BLUE, "implicit")}
+_INTEGRATORS = {"RK4": ("o-", _BLACK, "RK4"), "implicit": ("s--", _BLUE, "implicit")}
 
 
 def sections(results: dict[str, Any]) -> Figure:
@@ -43,7 +43,7 @@ def sections(results: dict[str, Any]) -> Figure:
         style.head(
             figure,
             f"Two sections are {gained:.0f} times nearer to the true beam than one; "
-            f"{counts[-1]} sections cut RK4's step {steps['rk4'][0] / steps['rk4'][-1]:.0f}-fold",
+            f"{counts[-1]} sections cut RK4's step {steps['RK4'][0] / steps['RK4'][-1]:.0f}-fold",
             "One uniform arm of 0.6 m, damped by 3 % in its first mode, cut into equal sections. "
             "Tips in arm lengths; times of one core.",
         )

@@ -9,10 +9,11 @@ from functools import cached_property
 
 import numpy as np
 
+from continuair.engine.adaptive import Tolerance
 from continuair.engine.engine import Drive, Engine, Logs, Start
 from continuair.engine.loop import Loop
 from continuair.flight.camera_timing import loop_over
-from continuair.flight.inputs import groups_in_use, sample_inputs
+from continuair.flight.inputs import CALLED, groups_in_use, groups_of, sample_inputs
 from continuair.flight.probing import warn_of_jumps
 from continuair.flight.pulses import Pulses
 from continuair.flight.resolution import (
@@ -92,15 +93,16 @@ class Flight:
     runs: how many; batched: whether results have a dimension for them. start: of all runs; steps:
     of each run (runs,) [s]; longest: those that vehicle, start and inputs bear, however close the
     samples are (runs,) [s]; missed: whether its steps miss what its inputs do (runs,); abrupt:
-    the share of what half the step changes that counts, where it is more than the integrator's, as
+    the share of what half the step changes that counts, where it is more than the method's, as
     inputs move or arms cross a wash as no step follows at full order, or 0 (runs,); both as far as
     has been seen; sensitive: whether errors may multiply, as arms of several sections swing far or
     a law answers to them, and turned: the angle that the UAV turns through in all [rad], once it
     has been flown (runs,); marks: times that steps end at. coupled: an engine of that model, which
     others share what they can with. automatic: whether the steps may
-    be made finer; integrator: "rk4", "implicit", or "dop853", which takes steps of its own; told:
+    be made finer; method: "RK4", "implicit", "Tsit5" or "DOP853"; told:
     inputs whose jumps have been told of, unseen: that swing between stages; lost: times near which
-    samples did not follow the Euler angles of q [s].
+    samples did not follow the Euler angles of q [s]; tolerance: of steps that follow from their
+    errors; plain: whether steps of one length are taken as they are, and tell no error.
     """
 
     vehicle: Vehicle
@@ -119,22 +121,31 @@ class Flight:
     marks: Marks
     coupled: Engine
     automatic: bool
-    integrator: str
+    method: str
     told: set[str] = field(default_factory=set)
     unseen: set[str] = field(default_factory=set)
     lost: list[float] = field(default_factory=list)
+    tolerance: Tolerance | None = None
+    plain: bool = False
     _sampled: dict[tuple[bytes, bytes], Drive] = field(default_factory=dict)
     _engines: dict[tuple[str, str], Engine] = field(default_factory=dict)
 
     @property
     def adaptive(self) -> bool:
-        """Whether the integrator takes steps of its own."""
-        return self.integrator not in INTEGRATORS
+        """Whether it is flown by the reference integrator."""
+        return self.method == "DOP853"
+
+    @property
+    def counted(self) -> bool:
+        """Whether steps are each run's own, as its error allows."""
+        return self.tolerance is not None
 
     @property
     def groups(self) -> int:
         """Bits of the groups of inputs that act."""
-        return groups_in_use(self.scenario) | COMMAND * (self.scenario.controller is not None)
+        called = CALLED if self.scenario.force_callback is not None else ()
+        closed = COMMAND * (self.scenario.controller is not None)
+        return groups_in_use(self.scenario) | groups_of(called) | closed
 
     @property
     def looks(self) -> bool:
@@ -185,7 +196,7 @@ class Flight:
         # What nothing brings back lasts until the end.
         held = np.maximum(slowest, 1.0 / self.duration)
         position, attitude = np.broadcast_to(held, (self.runs, 2)).T
-        phase = INTEGRATORS[self.integrator].phase
+        phase = INTEGRATORS[self.method].phase
         return most_in_loop(self.scenario.gravity / reach / position**2, phase / h / attitude)
 
     def improvable(self, errors: Array) -> Array:
@@ -214,12 +225,12 @@ class Flight:
         """The engine of a model for this flight's vehicle."""
         one, key = self.coupled, (model, dtype)
         # The derivatives that DOP853 drives are those of any engine.
-        taken = one.integrator if self.adaptive else self.integrator
-        if (*key, taken) == (one.model, one.dtype.name, one.integrator):
+        taken = one.method if self.adaptive else self.method
+        if (*key, taken) == (one.model, one.dtype.name, one.method):
             return one
         if key not in self._engines:
             at = one.device, one.threads
-            made = Engine(self.vehicle, model, dtype, *at, beside=one, integrator=taken)
+            made = Engine(self.vehicle, model, dtype, *at, beside=one, method=taken)
             self._engines[key] = made
         return self._engines[key]
 

@@ -11,10 +11,8 @@ from continuair.engine.engine import Drive, Start
 from continuair.errors import InputError
 from continuair.flight.inputs import groups_of
 from continuair.flight.prepare import prepare
-from continuair.flight.resolution import step_error, summed
 from continuair.flight.time_grid import grid_of
 from continuair.kernels.dynamics import MODELS
-from continuair.kernels.rollout import SUMS
 from continuair.kernels.step import OK
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.arc import angles_of_branch
@@ -56,7 +54,7 @@ class Fleet:
         spinning = np.zeros(width)
         spinning[3] = SPIN
         hover = Scenario("hover", np.zeros(width), spinning, duration=period, gravity=gravity)
-        flight = prepare(vehicle, hover, sample=period, duration=period, device=device)
+        flight = prepare(vehicle, hover, sample=period, duration=period, device=device, plain=True)
         self._engine = flight.engine(model)
         self._grid = grid_of(flight.marks, float(flight.steps.min()))
         self.step_length = float(self._grid.steps[0])
@@ -71,14 +69,8 @@ class Fleet:
         self.states = np.empty((runs, self.layout.state))
         self._angles = np.empty((runs, self.layout.sections + 1))
         self._first = np.empty_like(self.states)
-        self.status, self._errors = np.empty(runs, np.int32), np.empty((runs, SUMS))
+        self.status = np.empty(runs, np.int32)
         self.begin(np.arange(runs), np.zeros((runs, width)), np.zeros((runs, width)))
-
-    @property
-    def step_error(self) -> Array:
-        """Estimated largest error of each tip since its begin (runs,) that the step made, in arm
-        lengths."""
-        return step_error(self._errors)
 
     def begin(self, which: Array, q: Array, qd: Array) -> None:
         """Begin some runs, by their indices (n,), anew at paper coordinates and rates (n, …), their
@@ -86,7 +78,7 @@ class Fleet:
         self.states[which] = np.hstack([state_from_paper(q, qd), self._rotors[which]])
         self._angles[which] = branches_of(q)
         self._first[which] = self.states[which]
-        self.status[which], self._errors[which] = OK, 0.0
+        self.status[which] = OK
 
     def step(self, **given: Array) -> None:
         """Advance all runs by a control period under inputs (runs, …) that are held, named as those
@@ -105,7 +97,6 @@ class Fleet:
         self._follow_at_once(table[0, :, layout.of_input["rotor_command"]], going & self._prompt)
         branches = np.hstack([angles_of_branch(last[:, layout.branch]), last[:, layout.roll]])
         self._angles[going] = branches[going]
-        self._errors[on] = summed([self._errors[on], logs.errors[on]])
 
     def _follow_at_once(self, commands: Array, which: Array) -> None:
         """Set the speeds of rotors without lag, which nothing integrates, to what is commanded."""

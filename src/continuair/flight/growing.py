@@ -89,7 +89,7 @@ def _growing(flight: Flight, errors: Array) -> Array:
         return np.zeros(errors.shape, bool)
     may_grow = flight.sensitive[:, None]
     if flight.scenario.controller is None:
-        lasting = INTEGRATORS[flight.integrator].phase * flight.duration / flight.steps
+        lasting = INTEGRATORS[flight.method].phase * flight.duration / flight.steps
         blown = flight.scenario.wind is not None
         turns = flight.twists or blown or flight.vehicle.uav.rotors is not None
         alike, slack = (1.0, 1.0) if turns else (_ALIKE, _SLACK)
@@ -137,6 +137,6 @@ def _grown(flight: Flight, other: Flight, runs: Array, apart: Array, late: Array
     step, coarse = (each.steps[runs, None] for each in (flight, other))
     apart = apart / per_run(flight.vehicle.reach, flight.runs)[runs, None]
     apart = np.where(late > coarse, np.inf, np.nan_to_num(apart, posinf=np.inf))
-    told = _SURE * apart / ((coarse / step) ** INTEGRATORS[flight.integrator].order - 1.0)
+    told = _SURE * apart / ((coarse / step) ** INTEGRATORS[flight.method].order - 1.0)
     lost = (apart > _FAR) & ((told <= RESOLVED) | np.isinf(told))
     return np.where(lost, np.nan, told)

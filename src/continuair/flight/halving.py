@@ -71,7 +71,7 @@ def error_here(flight: Flight, model: str, runs: Array, dtype: str = "float64") 
 
 def _share(flight: Flight) -> float:
     """The error of half the step, as a share of what halving changes."""
-    return 1.0 if flight.twists else INTEGRATORS[flight.integrator].share
+    return 1.0 if flight.twists else INTEGRATORS[flight.method].share
 
 
 def _halved_error(flight: Flight, model: str, runs: Array, dtype: str = "float64") -> Array:

@@ -18,6 +18,10 @@ Array = np.ndarray
 _TIMES_AT_ONCE = 256
 
 
+CALLED = ("force", "moment", "tip_wrench")
+"""Fields of a scenario that what a force_callback returns adds to."""
+
+
 def groups_in_use(scenario: Scenario) -> int:
     """Bits of the groups of inputs that a scenario uses."""
     return groups_of(field for field in FIELDS if getattr(scenario, field) is not None)
@@ -92,14 +96,14 @@ def evaluated(name: str, value: Any, times: Array, width: int) -> Array:
     Raises InputError if it does not return that many finite numbers each time, UnsteadyInput if
     these are others when it is asked again.
     """
-    found = _asked(name, value, times, width)
+    found = asked(name, value, times, width)
     again = checks.asked_again(len(times))
-    checks.repeats(name, found[again], _asked(name, value, times[again], width))
+    checks.repeats(name, found[again], asked(name, value, times[again], width))
     return found
 
 
-def _asked(name: str, value: Any, times: Array, width: int) -> Array:
-    """As `evaluated`, of a function that is asked once."""
+def asked(name: str, value: Any, times: Array, width: int) -> Array:
+    """As `evaluated`, but values are not compared with those of a second call."""
     given: list[Any] = []
     returned: list[Any] = []
     try:

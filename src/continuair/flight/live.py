@@ -18,10 +18,8 @@ from continuair.flight.camera_timing import motion_of
 from continuair.flight.cohorts import Cohort
 from continuair.flight.inputs import field_width, groups_of
 from continuair.flight.prepare import check_scenario, checked_step, prepare
-from continuair.flight.probing import Probe, warn_of_jumps
 from continuair.flight.reading import GIVEN_TO_STEPS
-from continuair.flight.resolution import summed, warn_of_saturation
-from continuair.flight.rotors import within_limits
+from continuair.flight.resolution import saturation, warn_of_saturation
 from continuair.flight.steps import check_divides
 from continuair.flight.time_grid import Grid, Marks, grid_of, marks_at, seen_at, stage_times
 from continuair.flight.trajectory import WATCHED_VARIABLES, Recorder, default_variables, in_front
@@ -64,9 +62,9 @@ class Simulation:
     """One vehicle in a scenario, advanced by `step` under forces held for a control period.
 
     The scenario gives the start, the inputs that disturb the flight, and the target, if any; its
-    duration is not a limit, but the step is chosen for inputs until then, and further on only told
-    of where it does not follow them. model, step: as in `simulate`; control_period: [s]. Raises
-    InputError.
+    duration is not a limit. It flies by RK4. step: [s], or "auto", 0.2 over the fastest rate of the
+    vehicle and the start, at most the control period; inputs that change faster need a shorter one.
+    model: as in `simulate`; control_period: [s]. Raises InputError.
     """
 
     def __init__(
@@ -90,20 +88,17 @@ class Simulation:
             sample=period,
             duration=period,
             threads=1,
-            horizon=scenario.duration,
-            stacklevel=3,
+            plain=True,
         )
         if self._flight.batched:
             raise InputError(
                 f"vehicle and scenario hold {self._flight.runs} runs, but a Simulation is of one; "
                 "give one run, or use continuair.simulate for a batch."
             )
-        # What a program steps cannot be flown again: of a wash its steps tell what they measure.
-        self._flight.abrupt[self._flight.abrupt < 1.0] = 0.0
         self._vehicle, self._scenario, self._model = vehicle, scenario, model
         self._engine, self._step = self._flight.engine(model), float(self._flight.steps[0])
         self._period, self._status, self._ended = period, OK, 0.0
-        self._errors = np.zeros(SUMS)
+        self._saturation = 0.0
         layout = self._engine.layout
         self._hover = np.zeros(layout.inputs)
         if vehicle.uav.rotors is not None and scenario.rotor_command is None:
@@ -116,7 +111,6 @@ class Simulation:
         self._rows, self._pushes, self._groups = [row], [np.zeros(layout.inputs)], 0
         self._euler = nearest_euler(row[layout.attitude], np.zeros(3), row[layout.roll][0])
         self._given: set[str] = set()
-        self._looked_to = max(period, scenario.duration)
 
     def __copy__(self) -> Simulation:
         raise InputError(
@@ -147,12 +141,6 @@ class Simulation:
     def status(self) -> str:
         """ "ok", or how the flight ended."""
         return STATUS[self._status]
-
-    @property
-    def step_error(self) -> float:
-        """Estimated largest error of the tip so far that single steps made, in arm lengths: what
-        such errors grow to in a long flight, which `simulate` measures, is not in it."""
-        return float(self._flight.step_error(self._errors[None], np.zeros(1, int))[0])
 
     @property
     def state(self) -> Array:
@@ -198,8 +186,6 @@ class Simulation:
                 f"step is not possible: the flight ended at {self._ended:g} s ({self.status}); "
                 "start a new Simulation."
             )
-        if self.time >= self._looked_to:
-            self._look_ahead()
         layout, row, grid = self._engine.layout, self._rows[-1], self._grid()
         states, first = row[None, : layout.state], self._rows[0][None, : layout.state]
         angles = np.append(angles_of_branch(row[layout.branch]), row[layout.roll])
@@ -209,7 +195,7 @@ class Simulation:
         acting = self._drive(stage_times(grid), push)
         logs = self._engine.roll_out(_ONE, start, grid, acting)
         self._pushes[-1] = push
-        self._errors = summed([self._errors, logs.errors[0]])
+        self._saturation = max(self._saturation, float(saturation(logs.errors[0])))
         self._status = int(logs.status[0])
         if self._status != OK:
             self._ended = float(grid.starts[logs.last_step[0]])
@@ -260,32 +246,14 @@ class Simulation:
         grid = Grid(times, starts, np.diff(times), *(np.empty(0),) * 3)
         flight = dataclasses.replace(self._flight, marks=Marks(times, times, times[:0]))
         recorder = Recorder(flight, self._model, names, "float64")
-        logs = Logs(log, status, last, self._errors[None], observed, watched, scene)
-        self._look_at_inputs(times)
+        errors = np.zeros((1, SUMS))
+        errors[:, -1] = self._saturation
+        logs = Logs(log, status, last, errors, observed, watched, scene)
         recorder.keep(Cohort(flight, _ONE, grid, acting, None), logs)
         warn_of_saturation(recorder.saturation, stacklevel=3)
         given = dict.fromkeys(sorted(self._given), GIVEN_TO_STEPS)
         told = json.loads(flight.provenance["scenario"]) | given
         return recorder.dataset({"step": self._step, "scenario": json.dumps(told)})
-
-    def _look_ahead(self) -> None:
-        """Warn, as at the beginning, of the scenario's inputs that the step does not follow from
-        here on until twice the time, and mark them."""
-        self._looked_to *= 2.0
-        probed = within_limits(self._vehicle, self._scenario)
-        probe, steps = Probe(probed, self._engine.layout, self._looked_to), np.array([self._step])
-        probe.warn_of_blur(steps, stacklevel=4)
-        self._flight.missed[probe.missed(steps)] = True
-
-    def _look_at_inputs(self, times: Array) -> None:
-        """Warn, as `simulate` does, of the scenario's inputs that jump or swing within the steps
-        taken, and mark what is rough in them."""
-        if len(times) > 1:
-            marks = marks_at(times, self._scenario.jumps, knots=self._scenario.knots)
-            grid = grid_of(marks, self._step)
-            drive = self._flight.drive(stage_times(grid), _ONE)
-            warn_of_jumps(drive, grid.starts, self._engine.layout, set(), stacklevel=4)
-            self._flight.look_for_pulses(drive, grid, _ONE, stacklevel=4)
 
     def _grid(self) -> Grid:
         """The steps of the next control period, between the same jumps as in `simulate`."""

@@ -13,6 +13,7 @@ from continuair.engine.engine import Drive, Engine, Start
 from continuair.errors import InputError
 from continuair.flight.inputs import evaluated, field_width, told_rate
 from continuair.scenario.scenarios import Scenario
+from continuair.terms import terms_of
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import AIR, GENERAL, TIP, Layout
 from continuair.vehicle.runs import per_run
@@ -80,10 +81,33 @@ def drag_rate(engine: Engine, q: Array, flow: Array) -> Array:
 
 
 def linear_drag_rate(engine: Engine) -> Array:
-    """The fastest decay (runs or 1) [1/s] by linear drag of the UAV alone: arms only slow it."""
-    uav, runs = engine.vehicle.uav, len(engine.plants)
-    drag = 0.0 if uav.drag is None else per_run(uav.drag.linear, runs, 3).max(axis=1)
-    return np.atleast_1d(drag / per_run(uav.mass, runs))
+    """The fastest decay (runs or 1) [1/s] by drag that is linear."""
+    decays = [term.decay(engine.vehicle, len(engine.plants)) for term in terms_of(engine.vehicle)]
+    return np.max(np.vstack(decays), axis=0)
+
+
+def term_rate(engine: Engine, states: Array, angles: Array) -> Array:
+    """The fastest rate (runs or 1,) [1/s] of a vehicle with terms of its own: the largest
+    |eigenvalue| of the Jacobian at states (runs or 1, state); 0 without such terms.
+
+    angles: what names the branches of their bends.
+    """
+    if not engine.vehicle.terms:
+        return np.zeros(1)
+    layout, runs = engine.layout, np.arange(max(len(states), len(engine.plants)))
+    states, angles = (np.broadcast_to(x, (len(runs), x.shape[1])) for x in (states, angles))
+    rates = slice(layout.velocity.start, layout.bend_rate.stop)
+    columns = np.r_[0 : layout.bend.stop, rates]
+    reach, bends = _of_runs(engine, engine.vehicle.reach, runs)[:, None], _bends(engine, runs)
+    ones = np.ones((len(runs), 1))
+    sizes = [reach, reach, reach, *[ones] * 4, bends, reach, reach, reach, ones, ones, ones, bends]
+    nudges = _NUDGE * np.hstack(sizes)
+    moved = np.repeat(states[None], len(columns), axis=0)
+    for k, column in enumerate(columns):
+        moved[k, :, column] += nudges[:, k]
+    still = {"force": np.zeros((1, len(runs), 3))}
+    slopes = _slopes(engine, states, moved, angles, runs, still)[..., columns]
+    return _largest(slopes / nudges.T[:, :, None])
 
 
 def pull_rate(engine: Engine, q: Array, pull: Array) -> Array:

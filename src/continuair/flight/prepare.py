@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from continuair import checks
+from continuair.engine.adaptive import Tolerance
 from continuair.engine.engine import Engine, Start, check_device
 from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import check_view
@@ -29,14 +30,20 @@ from continuair.flight.rotors import (
     within_limits,
 )
 from continuair.flight.steps import automatic_step, declared_rate, steps_of, warn_of_fast_inputs
-from continuair.flight.time_grid import check_steps, marks_of
-from continuair.kernels.integrators import INTEGRATORS
+from continuair.flight.time_grid import call_times, check_steps, marks_of
+from continuair.kernels.integrators import INTEGRATORS, TSIT5
 from continuair.scenario.scenarios import Scenario
+from continuair.terms import name_of, terms_of
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
 Array = np.ndarray
+
+DEFAULT_TOLERANCE = 1e-4
+LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 1e-2
+_COARSE_TOLERANCE = 1e-4
+"""Finest tolerance in single precision, whose rounding is of that size over a flight."""
 
 _OF_WASH = 1.0 / 3.0
 """Share of what half the step changes that it errs by, where arms cross the edge of a wash; it was
@@ -52,23 +59,32 @@ def prepare(
     duration: Any = None,
     device: Any = "cpu",
     threads: Any = None,
-    integrator: str = "rk4",
-    horizon: float = 0.0,
+    method: str = "RK4",
+    tolerance: Tolerance | None = None,
+    plain: bool = False,
+    with_callback: bool = False,
     stacklevel: int = 2,
 ) -> Flight:
     """Check vehicle, scenario and choices, as `continuair.simulate` describes them, and join them.
 
-    integrator: as a `Flight` has it. horizon: until when inputs are probed, beyond the duration
-    [s]. Raises InputError; warns of a step that is too coarse, `stacklevel` frames up.
+    method, tolerance, plain: as a `Flight` has them. with_callback: whether the caller flies a
+    force_callback. Raises InputError; warns of a step that is too coarse, `stacklevel` frames up.
     """
     check_vehicle(vehicle)
     check_scenario(scenario)
+    if scenario.force_callback is not None and not with_callback:
+        raise InputError(
+            f"scenario {shown(scenario.name)} has a force_callback, which only continuair.simulate "
+            "calls; write the force as a continuair.Term."
+        )
     asked = None if isinstance(step, str) and step == "auto" else checked_step(step)
     duration, sample = _times(scenario, duration, sample)
     check_device(device)
     if threads is not None:
         checks.whole("threads", threads, 1)
-    coupled = _engine(vehicle, device, threads)
+    if method in INTEGRATORS and INTEGRATORS[method].stiff:
+        _check_not_stiff(vehicle)
+    coupled = _engine(vehicle, device, threads, "RK4" if method == "DOP853" else method)
     check_fits(scenario, coupled.layout)
     check_air_and_rotors(vehicle, scenario, coupled.layout)
     for target in {id(each): each for each in scenario.targets}.values():
@@ -78,37 +94,36 @@ def prepare(
     scenario = with_rotors_running(coupled, scenario)
     if asked is not None:
         check_same_runs(runs, {"step": len(asked)})
-    driven = np.broadcast_to(np.maximum(declared_rate(scenario), lag_rate(vehicle)), runs)
-    adaptive = integrator not in INTEGRATORS
-    by_default = "rk4" if adaptive else integrator
-    over = scenario, coupled.layout, max(duration, horizon)
-    loads = strongest_wind(*over), strongest_pull(*over)
-    fine = np.broadcast_to(automatic_step(coupled, q, qd, driven, by_default, *loads), runs)
-    probed = within_limits(vehicle, scenario)
-    probe = Probe(probed, coupled.layout, max(duration, horizon))
-    longest = fine
-    if asked is None:
-        fine = np.minimum(fine, probe.following_step(sample))
-        longest = fine if probe.blurs(sample) else longest
-    # What an implicit step does to modes that it does not resolve, its step_error tells.
-    distorts = not adaptive and not INTEGRATORS[integrator].stiff
-    steps = steps_of(scenario, asked, fine, sample, stacklevel + 1 if distorts else None)
-    check_steps(duration, min(float(steps.min()), sample))
-    missed, abrupt = np.zeros(runs, bool), np.zeros(runs)
-    if not adaptive:
-        probe.warn_of_blur(steps, stacklevel + 1)
-        missed = probe.missed(steps) | (driven * steps > UNSEEN)
-        speeds = Probe(as_speeds(vehicle, scenario), coupled.layout, max(duration, horizon))
-        abrupt = 1.0 * speeds.felt("rotor_command", steps, lag_rate(vehicle))
-        abrupt = np.maximum(abrupt, _OF_WASH * coupled.tree.stirred)
-        if not distorts:
-            warn_of_fast_inputs(steps, driven, stacklevel + 1)
+    if tolerance is not None:
+        own = [np.full(runs, np.nan)] * 2
+        steps, longest, missed, abrupt = *own, np.zeros(runs, bool), np.zeros(runs)
+    elif plain:
+        fine = np.broadcast_to(automatic_step(coupled, q, qd, lag_rate(vehicle), method), runs)
+        steps = longest = steps_of(scenario, asked, fine, sample, None)
+        check_steps(duration, min(float(steps.min()), sample))
+        missed, abrupt = np.zeros(runs, bool), np.zeros(runs)
+    else:
+        steps, longest, missed, abrupt = _steps(
+            coupled,
+            vehicle,
+            scenario,
+            asked,
+            sample,
+            duration,
+            runs,
+            method,
+            stacklevel + 1,
+        )
     states = state_from_paper(*np.broadcast_arrays(q, qd))
     parts = states, rotor_speeds(vehicle, scenario), branches_of(q)
     *state, branches = (np.broadcast_to(each, (runs, each.shape[1])) for each in parts)
     start = Start(np.hstack(state), branches)
     late = scenario.controller.latency if scenario.controller is not None else 0.0
-    marks = marks_of(duration, sample, scenario.jumps, scenario.period, late, scenario.knots)
+    knots = scenario.knots
+    if scenario.force_callback is not None:
+        check_steps(duration, 1.0 / scenario.callback_rate)
+        knots = np.append(knots, call_times(duration, scenario.callback_rate))
+    marks = marks_of(duration, sample, scenario.jumps, scenario.period, late, knots)
     check_view(coupled, scenario, start)
     return Flight(
         vehicle,
@@ -126,19 +141,113 @@ def prepare(
         np.zeros(runs),
         marks,
         coupled,
-        automatic=asked is None and not adaptive,
-        integrator=integrator,
+        automatic=asked is None and method in INTEGRATORS,
+        method=method,
+        tolerance=tolerance,
+        plain=plain,
     )
 
 
-def _engine(vehicle: Vehicle, device: str, threads: int | None) -> Engine:
+def _steps(
+    coupled: Engine,
+    vehicle: Vehicle,
+    scenario: Scenario,
+    asked: Array | None,
+    sample: float,
+    duration: float,
+    runs: int,
+    method: str,
+    stacklevel: int,
+) -> tuple[Array, Array, Array, Array]:
+    """Steps, longest, missed and abrupt, as a `Flight` has them."""
+    q, qd = (np.atleast_2d(np.asarray(each)) for each in (scenario.q, scenario.qd))
+    driven = np.broadcast_to(np.maximum(declared_rate(scenario), lag_rate(vehicle)), runs)
+    adaptive = method not in INTEGRATORS
+    by_default = "RK4" if adaptive else method
+    over = scenario, coupled.layout, duration
+    loads = strongest_wind(*over), strongest_pull(*over)
+    fine = np.broadcast_to(automatic_step(coupled, q, qd, driven, by_default, *loads), runs)
+    probed = within_limits(vehicle, scenario)
+    probe = Probe(probed, coupled.layout, duration)
+    longest = fine
+    if asked is None:
+        fine = np.minimum(fine, probe.following_step(sample))
+        longest = fine if probe.blurs(sample) else longest
+    # What an implicit step does to modes that it does not resolve, its step_error tells.
+    distorts = not adaptive and not INTEGRATORS[method].stiff
+    steps = steps_of(scenario, asked, fine, sample, stacklevel + 1 if distorts else None)
+    check_steps(duration, min(float(steps.min()), sample))
+    missed, abrupt = np.zeros(runs, bool), np.zeros(runs)
+    if not adaptive:
+        probe.warn_of_blur(steps, stacklevel + 1)
+        missed = probe.missed(steps) | (driven * steps > UNSEEN)
+        speeds = Probe(as_speeds(vehicle, scenario), coupled.layout, duration)
+        abrupt = 1.0 * speeds.felt("rotor_command", steps, lag_rate(vehicle))
+        abrupt = np.maximum(abrupt, _OF_WASH * coupled.tree.stirred)
+        if not distorts:
+            warn_of_fast_inputs(steps, driven, stacklevel + 1)
+    return steps, longest, missed, abrupt
+
+
+def tolerance_for(
+    method: str, step: Any, rtol: Any, atol: Any, max_step: Any, dtype: str = "float64"
+) -> Tolerance | None:
+    """The tolerance of a method that controls its steps by their error, None for another.
+
+    Raises InputError for what such a method cannot keep, and for choices of the other kind.
+    """
+    if method == TSIT5:
+        if not (isinstance(step, str) and step == "auto"):
+            raise InputError(
+                f"step is {shown(step)}, but method is '{TSIT5}', which chooses its steps; give "
+                "rtol or max_step, or method='RK4'."
+            )
+        return _checked_tolerance(rtol, atol, max_step, dtype)
+    given = {"rtol": rtol != DEFAULT_TOLERANCE, "atol": atol is not None}
+    given["max_step"] = max_step != np.inf
+    for name in (name for name, chosen in given.items() if chosen):
+        raise InputError(
+            f"{name} is given, but method is {shown(method)}, whose steps have one length; give "
+            f"step, or method='{TSIT5}'."
+        )
+    return None
+
+
+def _checked_tolerance(rtol: Any, atol: Any, max_step: Any, dtype: str) -> Tolerance:
+    checks.number("rtol", rtol, least=LEAST_TOLERANCE)
+    if rtol > LARGEST_TOLERANCE:
+        raise InputError(
+            f"rtol is {shown(rtol)}, but must be from {LEAST_TOLERANCE:g} to "
+            f"{LARGEST_TOLERANCE:g}; give less."
+        )
+    if dtype == "float32" and rtol < _COARSE_TOLERANCE:
+        raise InputError(
+            f"rtol is {shown(rtol)}, finer than float32 can hold; give {_COARSE_TOLERANCE:g} or "
+            "more, or dtype='float64'."
+        )
+    absolute = None if atol is None else checks.positive("atol", atol)
+    longest = max_step if max_step == np.inf else checks.positive("max_step", max_step, " [s]")
+    return Tolerance(float(rtol), absolute, longest)
+
+
+def _check_not_stiff(vehicle: Vehicle) -> None:
+    """Raise InputError for a term whose derivatives the implicit integrator would need."""
+    for term in terms_of(vehicle):
+        if term.stiff:
+            raise InputError(
+                f"method is 'implicit', which has no derivatives of the term {name_of(term)}; "
+                "use 'RK4', or declare stiff = False in its class if its force changes slowly."
+            )
+
+
+def _engine(vehicle: Vehicle, device: str, threads: int | None, method: str) -> Engine:
     """An engine of the coupled model; one that is at hand for a vehicle of one run."""
     of = _engine_of_one if vehicle.runs is None else _new_engine
-    return of(vehicle, device, threads)
+    return of(vehicle, device, threads, method)
 
 
-def _new_engine(vehicle: Vehicle, device: str, threads: int | None) -> Engine:
-    return Engine(vehicle, "coupled", device=device, threads=threads)
+def _new_engine(vehicle: Vehicle, device: str, threads: int | None, method: str) -> Engine:
+    return Engine(vehicle, "coupled", device=device, threads=threads, method=method)
 
 
 # Packing takes longer than a short flight.

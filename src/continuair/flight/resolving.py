@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from continuair.flight.adaptive import error_between
 from continuair.flight.cohorts import Flight
 from continuair.flight.growing import count_growth, parted
 from continuair.flight.halving import error_by_halving
@@ -63,6 +64,17 @@ def record_resolved(recorder: Recorder) -> int:
     errors, coarser = recorder.step_error[:, None], coarser_than(recorder)
     _, again = resolve(first, (model,), errors, coarser, fly_again, dtype)
     return len(again)
+
+
+def error_of_steps(recorder: Recorder) -> Array:
+    """Largest distance of a tip from that of a flight at half the step (runs,), in arm lengths.
+
+    The recorder must keep tip_position.
+    """
+    flight, runs = recorder.flight, recorder.runs
+    finer = Recorder(flight.halved(runs), recorder.model, ("tip_position",), recorder.dtype, runs)
+    record(finer)
+    return error_between(recorder, finer)
 
 
 def coarser_than(recorder: Recorder) -> Callable[[Flight, Array], tuple[Array, Array]]:

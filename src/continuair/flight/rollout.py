@@ -7,6 +7,7 @@ import xarray as xr
 
 from continuair.engine.engine import Engine
 from continuair.engine.lanes import packs_of
+from continuair.flight import adaptive
 from continuair.flight.cohorts import Cohort, Flight
 from continuair.flight.trajectory import OBSERVED_VARIABLES, Recorder
 
@@ -18,11 +19,23 @@ _NUMBERS_PER_SAMPLE = 50
 
 
 def fly(
-    flight: Flight, model: str, names: tuple[str, ...], runs: Array | None = None
+    flight: Flight,
+    model: str,
+    names: tuple[str, ...],
+    runs: Array | None = None,
+    check: bool = False,
 ) -> xr.Dataset:
-    """Trajectories of one model of a prepared flight, or of some of its runs, by their indices."""
+    """Trajectories of one model of a prepared flight, or of some of its runs, by their indices.
+
+    check: whether steps that follow from their errors are checked by a second flight.
+    """
     recorder = Recorder(flight, model, names, "float64", runs)
-    record(recorder, runs)
+    if not flight.counted:
+        record(recorder, runs)
+    elif check:
+        adaptive.checked_record(recorder)
+    else:
+        adaptive.record(recorder)
     return recorder.dataset(recorder.step)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.errors import InputError
 from continuair.flight.inputs import told_rate
-from continuair.flight.loaded_rates import drag_rate, linear_drag_rate, pull_rate
+from continuair.flight.loaded_rates import drag_rate, linear_drag_rate, pull_rate, term_rate
 from continuair.flight.resolution import UNSEEN, in_runs
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.scenario.scenarios import Scenario
@@ -189,7 +189,7 @@ def automatic_step(
     q: Any,
     qd: Any = None,
     driven: Any = 0.0,
-    integrator: str = "rk4",
+    method: str = "RK4",
     wind: Any = 0.0,
     pull: Any = 0.0,
 ) -> Array:
@@ -197,11 +197,12 @@ def automatic_step(
 
     That rate is `driven`, of its inputs, or the spin |ω| at the start, plus what is fastest seen
     from the turning body: the stiffest mode (straight or at the initial bend, with its damping), a
-    tip's turning Σ |k̇| l, the decay by drag, in a wind (runs or 1) [m/s], or the frequency that
-    forces on the tips make, pull (runs or 1, arms) [N]. coupled: an engine of the coupled model,
-    whose free base raises the rates most. Arms that hang in a wash take half that step.
+    tip's turning Σ |k̇| l, the decay by drag, in a wind (runs or 1) [m/s], the frequency that
+    forces on the tips make, pull (runs or 1, arms) [N], or what a user's own terms make.
+    coupled: an engine of the coupled model, whose free base raises the rates most. Arms that hang
+    in a wash take half that step.
     q, qd: (runs or 1, 8) paper coordinates and rates, at rest by default. A run that has no finite
-    rate, as a bend past a full circle has none, has the step inf. The integrator "implicit" has
+    rate, as a bend past a full circle has none, has the step inf. The method "implicit" has
     0.05 for 0.2, and of the modes the first of every arm, without what drag and pulls do to them:
     faster ones do not make it unstable. Raises InputError if no run has a finite rate.
     """
@@ -209,7 +210,7 @@ def automatic_step(
     qd = np.zeros_like(q) if qd is None else np.atleast_2d(qd)
     straight = np.array(q)
     straight[:, 6::2] = 0.0
-    taken = INTEGRATORS[integrator]
+    taken = INTEGRATORS[method]
     rate_of = first_frequency if taken.stiff else fastest_rate
     modes = rate_of(coupled, np.stack([straight, q]))
     if not np.isfinite(modes).any():
@@ -230,6 +231,7 @@ def automatic_step(
             moves = np.linalg.norm(state[:, layout.velocity], axis=1)
             moves = moves + coupled.vehicle.reach * (spin + turning)
             loaded = _loaded_rate(coupled, q, wind + moves, np.atleast_2d(pull), len(modes))
+            loaded = np.fmax(loaded, term_rate(coupled, state, branches_of(q)))
         seen = np.fmax.reduce(np.broadcast_arrays(modes, turning, loaded))
         step = taken.phase / np.fmax(seen + spin, driven)
     if coupled.tree.stirred:
@@ -284,7 +286,7 @@ def steps_of(
 
 def warn_of_fast_inputs(steps: Array, rates: Array, stacklevel: int) -> None:
     """Warn of steps (runs,) [s] that miss what an input that tells its rate (runs,) [1/s], or the
-    lag of rotors, does: of no integrator do they follow it."""
+    lag of rotors, does: of no method do they follow it."""
     missed = rates * steps > UNSEEN
     if missed.any():
         of = in_runs(missed.sum(), len(steps))

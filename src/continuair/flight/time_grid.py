@@ -150,6 +150,25 @@ def control_instants(duration: float, period: float) -> int:
     return int(np.ceil(duration / period * (1.0 - 1e-12)))
 
 
+def control_times(duration: float, period: float | None, latency: float = 0.0) -> np.ndarray:
+    """Start and end of a flight, and times between them at which a controller acts, one per period
+    [s], or its commands do, a latency later [s]."""
+    times = np.array([0.0, duration])
+    if period is None:
+        return times
+    instants = period * np.arange(control_instants(duration, period))
+    times = _merged(times, instants)
+    if latency > 0.0:
+        late = instants + latency
+        times = _merged(times, late[late < duration * (1.0 - 1e-9)])
+    return times
+
+
+def call_times(duration: float, rate: float) -> np.ndarray:
+    """The times from 0 on, before the end of a flight, at which a force_callback is called [s]."""
+    return np.arange(max(1, int(np.ceil(duration * rate * (1.0 - 1e-9))))) / rate
+
+
 def instants_at(grid: Grid, period: float, latency: float = 0.0) -> np.ndarray:
     """Which control instant (m,) starts a step, or was a latency [s] before, and -1 for none.
 

@@ -19,7 +19,9 @@ from continuair.flight.provenance import provenance_of
 from continuair.flight.reading import BATCH_ROW
 from continuair.flight.resolution import doubt, saturation, step_error, warn_of_lost_coordinates
 from continuair.flight.turns import followed_euler, in_body_axes, on_triple
-from continuair.kernels.step import STATUS
+from continuair.kernels.adaptive import COUNTS, EVALUATIONS, REACHED, REJECTED, SATURATION, STEPS
+from continuair.kernels.step import OK, STATUS
+from continuair.terms import terms_of
 from continuair.vehicle.layout import (
     MOTION,
     OF_ARM,
@@ -52,6 +54,7 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "kinetic_energy": ("", "J", "kinetic energy of the model"),
     "gravity_energy": ("", "J", "potential energy of gravity, 0 at world z = 0"),
     "elastic_energy": ("", "J", "½ E I l |k|² of all sections"),
+    "term_energy": ("", "J", "potential energy of the vehicle's terms that have one"),
     "linear_momentum": ("axis", "kg m/s", "linear momentum of what the model moves, world axes"),
     "angular_momentum": ("axis", "kg m²/s", "angular momentum about the world origin, world axes"),
     "base_force": ("axis", "N", "force that the arm puts on the UAV, body axes"),
@@ -99,7 +102,7 @@ WATCHED_VARIABLES = frozenset(
 OF_ROTORS = frozenset({"rotor_thrust", "rotor_power", "saturation"})
 """Variables of a vehicle with rotors."""
 
-OBSERVED_VARIABLES = frozenset(observed_columns(1)) | OF_ROTORS
+OBSERVED_VARIABLES = frozenset(observed_columns(1, energies=True)) | OF_ROTORS
 
 _OF_SECTION = ("bend", "bend_rate")
 """Variables that each section has."""
@@ -133,25 +136,44 @@ class Recorder:
         self.step_error = np.full(len(self.runs), np.nan)
         self.of_steps = np.zeros(len(self.runs))
         self.doubt = np.zeros(len(self.runs))
+        self.counts = np.zeros((len(self.runs), COUNTS))
+        self.error_estimate: Array | None = None
         self.saturation = np.zeros(len(self.runs))
 
     @property
     def step(self) -> dict[str, float]:
-        """The step of a single flight, as an attribute; a batch has a variable."""
+        """The step of a single flight, as an attribute, or the tolerance; a batch of steps of one
+        length each has a variable."""
+        if (tolerance := self.flight.tolerance) is not None:
+            absolute = tolerance.relative if tolerance.absolute is None else tolerance.absolute
+            return {"rtol": tolerance.relative, "atol": absolute, "max_step": tolerance.longest}
         return {} if self.flight.batched else {"step": float(self.flight.steps[self.runs[0]])}
 
     def keep(self, cohort: Cohort, logs: Logs) -> None:
         """Keep what the logs of a cohort hold."""
-        at = adjacent(self._row[cohort.runs])
-        for name in self.names:
-            self._put(at, name, values_of(name, logs, cohort))
-        self.status[at] = logs.status
-        self.step_error[at] = self.flight.step_error(logs.errors, cohort.runs)
-        self.of_steps[at] = step_error(logs.errors)
-        self.doubt[at] = doubt(logs.errors)
+        at = self._keep_values(cohort.runs, logs)
+        if not self.flight.plain:
+            self.step_error[at] = self.flight.step_error(logs.errors, cohort.runs)
+            self.of_steps[at] = step_error(logs.errors)
+            self.doubt[at] = doubt(logs.errors)
         self.saturation[at] = saturation(logs.errors)
         times = np.append(cohort.grid.starts, cohort.grid.samples[-1])
         self.end_time[at] = times[logs.last_step]
+
+    def keep_counted(self, runs: Array, logs: Logs, counts: Array) -> None:
+        """Keep what the logs of some runs hold, and what a roll-out by error control counted."""
+        at = self._keep_values(runs, logs)
+        self.counts[at] = counts
+        self.end_time[at] = np.where(logs.status == OK, self.flight.duration, counts[:, REACHED])
+        self.saturation[at] = counts[:, SATURATION]
+
+    def _keep_values(self, runs: Array, logs: Logs) -> Array | slice:
+        """Keep variables and status of some runs, and return their rows."""
+        at = adjacent(self._row[runs])
+        for name in self.names:
+            self._put(at, name, values_of(name, logs, self.flight, runs))
+        self.status[at] = logs.status
+        return at
 
     def _put(self, at: Array | slice, name: str, parts: tuple[Array, ...]) -> None:
         """Keep a variable of some runs, whose columns come in parts."""
@@ -181,17 +203,31 @@ class Recorder:
         kept["status"] = ("run",), self.status, {"long_name": f"how the run ended: {codes}"}
         until = {"units": "s", "long_name": "time up to which the run is valid"}
         kept["end_time"] = ("run",), self.end_time, until
-        kept["step_error"] = ("run",), self.step_error, STEP_ERROR
+        kept |= self._of_steps()
         if self.flight.vehicle.uav.rotors is not None:
             kept["largest_saturation"] = ("run",), self.saturation, LARGEST_SATURATION
         attributes = self._attributes() | provenance
         kept |= provenance_of(attributes, len(self.runs))
-        if self.flight.batched:
-            taken = {"units": "s", "long_name": "integration step"}
-            kept["step"] = ("run",), self.flight.steps[self.runs], taken
-        else:
+        if not self.flight.batched:
             kept = {name: (dims[1:], of[0], told) for name, (dims, of, told) in kept.items()}
         return xr.Dataset(kept, self._coordinates(), attributes)
+
+    def _of_steps(self) -> dict[str, tuple[tuple[str, ...], Array, dict[str, str]]]:
+        """Variables that say how the integrator went on."""
+        kept: dict[str, tuple[tuple[str, ...], Array, dict[str, str]]] = {}
+        if self.error_estimate is not None:
+            kept["error_estimate"] = ("run",), self.error_estimate, ERROR_ESTIMATE
+        if not self.flight.counted:
+            if not self.flight.plain:
+                kept["step_error"] = ("run",), self.step_error, STEP_ERROR
+            if self.flight.batched:
+                taken = {"units": "s", "long_name": "integration step"}
+                kept["step"] = ("run",), self.flight.steps[self.runs], taken
+            return kept
+        for name, (column, meaning) in COUNTED.items():
+            counted = self.counts[:, column].astype(int)
+            kept[name] = ("run",), counted, {"units": "1", "long_name": meaning}
+        return kept
 
     def _coordinates(self) -> xr.Coordinates:
         """Coordinates with their indexes, as xarray takes longer to make them than to fly a run."""
@@ -236,12 +272,26 @@ class Recorder:
         return {
             **flight.provenance,
             "model": self.model,
-            "integrator": flight.integrator,
+            "method": flight.method,
             "dtype": self.dtype,
             "gravity": flight.scenario.gravity,
             "versions": versions(),
         }
 
+
+COUNTED = {
+    "steps": (STEPS, "steps that were accepted"),
+    "steps_rejected": (REJECTED, "steps that were rejected"),
+    "evaluations": (EVALUATIONS, "evaluations of the equations of motion"),
+}
+"""Variables of what a roll-out by error control counts: column of the counts, and meaning."""
+
+ERROR_ESTIMATE = {
+    "units": "1",
+    "long_name": "largest distance of a tip from that of a second flight with shorter steps, in "
+    "arm lengths",
+}
+"""Attributes of error_estimate."""
 
 STEP_ERROR = {"units": "1", "long_name": "estimated largest error of the tip, in arm lengths"}
 """Attributes of step_error."""
@@ -260,53 +310,53 @@ def versions() -> str:
     return json.dumps({name: version(name) for name in names})
 
 
-def values_of(name: str, logs: Logs, cohort: Cohort) -> tuple[Array, ...]:
-    """Values (runs, samples, columns) of a variable of VARIABLES, from the logs of a cohort.
+def values_of(name: str, logs: Logs, flight: Flight, runs: Array) -> tuple[Array, ...]:
+    """Values (runs, samples, columns) of a variable of VARIABLES, from the logs of some runs.
 
     The columns come in parts, that they may be put where they are kept without a copy before.
     """
-    layout = cohort.flight.coupled.layout
+    layout = flight.coupled.layout
     if name in WATCHED_VARIABLES:
-        return (_watched(name, logs, cohort),)
+        return (_watched(name, logs, flight, runs),)
     if name in OBSERVED_VARIABLES:
-        return (_observed(name, logs, cohort),)
+        return (_observed(name, logs, flight, runs),)
     log = logs.log
     if name in _LOGGED:
         return (log[..., getattr(layout, name)],)
     attitude = log[..., layout.attitude]
     if name == "q":
-        spin, times = log[..., layout.angular_velocity], cohort.flight.marks.samples
+        spin, times = log[..., layout.angular_velocity], flight.marks.samples
         euler, lost = followed_euler(attitude, spin, times)
         if np.isfinite(lost):
-            cohort.flight.lost.append(lost)
+            flight.lost.append(lost)
         euler = on_triple(euler, log[..., layout.roll.start])
         return log[..., layout.position], euler, log[..., layout.branch]
     # The kernels integrate the velocity of B's origin in world axes.
     return (in_body_axes(log[..., layout.velocity], attitude),)
 
 
-def _observed(name: str, logs: Logs, cohort: Cohort) -> Array:
+def _observed(name: str, logs: Logs, flight: Flight, runs: Array) -> Array:
     """What a kernel finds along the log, and the power of thrusts."""
     assert logs.observed is not None
-    layout, vehicle = cohort.flight.coupled.layout, cohort.flight.vehicle
-    columns = observed_columns(layout.arms, layout.rotors)
+    layout, vehicle = flight.coupled.layout, flight.vehicle
+    columns = layout.observed
     if name != "rotor_power":
         return logs.observed[..., columns[name]]
     assert vehicle.uav.rotors is not None
-    rotors = vehicle.uav.rotors if vehicle.runs is None else take(vehicle.uav.rotors, cohort.runs)
+    rotors = vehicle.uav.rotors if vehicle.runs is None else take(vehicle.uav.rotors, runs)
     return rotors.power(logs.observed[..., columns["rotor_thrust"]])
 
 
-def _watched(name: str, logs: Logs, cohort: Cohort) -> Array:
+def _watched(name: str, logs: Logs, flight: Flight, runs: Array) -> Array:
     """What the camera sees, in pixels, and where it and its target are."""
     assert logs.scene is not None and logs.watched is not None
-    watched, scene, camera = logs.watched, logs.scene, cohort.flight.vehicle.camera
+    watched, scene, camera = logs.watched, logs.scene, flight.vehicle.camera
     n = len(scene.corners)
     columns = watched_columns(n)
 
     def of_runs(rows: Any) -> Array:
         rows = np.atleast_2d(rows)
-        return rows if len(rows) == 1 else rows[cohort.runs]
+        return rows if len(rows) == 1 else rows[runs]
 
     if name in ("target_position", "target_velocity"):
         of_motion = scene.motion_at_samples[..., MOTION[name.removeprefix("target_")]]
@@ -333,6 +383,8 @@ def default_variables(vehicle: Vehicle, scenario: Any) -> tuple[str, ...]:
         absent |= OF_ROTORS
     elif vehicle.uav.rotors.radius is None:
         absent |= {"rotor_power"}
+    if not any(term.has_energy for term in terms_of(vehicle)):
+        absent |= {"term_energy"}
     if scenario.controller is None:
         absent |= {"command"}
     if scenario.controller is None or not scenario.targets:

@@ -67,6 +67,7 @@ def untold_of(
         found.append("command")
     if not told:
         found.append("the scenario's inputs, if it had any")
+    found += ["force_callback"] if told.get("force_callback") else []
     return found + [name for name in fields if isinstance(told.get(name), str)]
 
 
@@ -91,7 +92,8 @@ def told_of(flight: xr.Dataset, scenario: Scenario | None = None) -> dict[str, A
         return told
     check_scenario(scenario)
     _check_flown(scenario, told)
-    known = {name: getattr(scenario, name) for name in (*FIELDS, "tip_wrench_sign", "controller")}
+    names = (*FIELDS, "tip_wrench_sign", "controller", "force_callback")
+    known = {name: getattr(scenario, name) for name in names}
     return known | {name: value for name, value in told.items() if value == GIVEN_TO_STEPS}
 
 

@@ -18,7 +18,7 @@ from casadi import DM, SX, Function
 from continuair.errors import InputError, shown
 from continuair.interfaces.casadi_arm import Arm, arms_of, body_inertia
 from continuair.sections import kind_of
-from continuair.terms import terms_of
+from continuair.terms import name_of, terms_of
 from continuair.vehicle.arc import COORDINATES
 from continuair.vehicle.vehicle import Vehicle
 
@@ -81,7 +81,7 @@ def _of_terms(model: Model) -> SX:
         force = term.casadi(model)
         if force is None:
             raise InputError(
-                f"vehicle {shown(model.vehicle.name)} has {term.field}, which has no form in "
+                f"vehicle {shown(model.vehicle.name)} has {name_of(term)}, which has no form in "
                 "CasADi; leave it out."
             )
         found += force

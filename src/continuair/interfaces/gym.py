@@ -34,10 +34,7 @@ def _spaces(task: Hovering) -> tuple[Box, Box]:
 
 
 class HoverEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]
-    """One vehicle that is to hold a point; `Hovering` says what of, and takes the same options.
-
-    info: step_error, the sum over single steps since the episode began.
-    """
+    """One vehicle that is to hold a point; `Hovering` says what of, and takes the same options."""
 
     def __init__(self, vehicle: Any = None, render_mode: None = None, **options: Any) -> None:
         self.render_mode = render_mode
@@ -50,16 +47,13 @@ class HoverEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]
         """Begin an episode."""
         super().reset(seed=seed)
         self._task.begin([0], [self.np_random])
-        return self._task.observed()[0].astype(np.float32), self._info()
+        return self._task.observed()[0].astype(np.float32), {}
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Advance a control period."""
         found = self._task.step(_checked(action, (1, self._task.actions)))
         observation = found.observation[0].astype(np.float32)
-        return observation, float(found.reward[0]), bool(found.terminated[0]), False, self._info()
-
-    def _info(self) -> dict[str, Any]:
-        return {"step_error": float(self._task.fleet.step_error[0])}
+        return observation, float(found.reward[0]), bool(found.terminated[0]), False, {}
 
 
 class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
@@ -106,7 +100,7 @@ class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
         if seeds is not None or not self._randoms:
             self._randoms = [seeding.np_random(each)[0] for each in seeds or [None] * count]
         self._begin(np.ones(count, bool))
-        return self._task.observed().astype(np.float32), self._info()
+        return self._task.observed().astype(np.float32), {}
 
     def step(self, actions: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
         """Advance all by a control period, but for those that begin anew."""
@@ -120,16 +114,12 @@ class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
         terminated = found.terminated & ~anew
         truncated = (self._steps >= self._longest) & ~anew
         self._ended = terminated | truncated
-        return observation.astype(np.float32), reward, terminated, truncated, self._info()
+        return observation.astype(np.float32), reward, terminated, truncated, {}
 
     def _begin(self, which: Array) -> None:
         runs = np.flatnonzero(which)
         self._task.begin(runs.tolist(), [self._randoms[run] for run in runs])
         self._steps[which], self._ended[which] = 0, False
-
-    def _info(self) -> dict[str, Any]:
-        known = np.ones(self.num_envs, bool)
-        return {"step_error": self._task.fleet.step_error, "_step_error": known}
 
 
 def _checked(action: Any, shape: tuple[int, int]) -> Array:

@@ -37,7 +37,7 @@ PIECES = 16
 """Straight pieces of a section."""
 
 _GREY, _ORANGE = (0.25, 0.27, 0.3, 1.0), (0.85, 0.4, 0.1, 1.0)
-_KEPT = ("integrator", "versions")
+_KEPT = ("method", "versions")
 
 
 def to_mcap(

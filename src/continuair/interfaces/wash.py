@@ -6,10 +6,9 @@ import numpy as np
 
 from continuair.analysis.backbone import along_at, parts
 from continuair.analysis.motion import Motion
-from continuair.terms.arm_drag import NODES
-from continuair.terms.rotors import EDGE
 from continuair.vehicle.arms import ArmChain
-from continuair.vehicle.rotors import Rotors
+from continuair.vehicle.rotors import WASH_EDGE, Rotors
+from continuair.vehicle.section import DRAG_NODES
 
 Array = np.ndarray
 
@@ -31,7 +30,7 @@ def _nodes(arm: ArmChain, bend: Array) -> Array:
     start, found = 0.0, []
     for section in arm.section:
         if section.drag_coefficient:
-            found.append(start + 0.5 * section.length * (1.0 + NODES))
+            found.append(start + 0.5 * section.length * (1.0 + DRAG_NODES))
         start += section.length
     return along_at(arm, bend, np.concatenate([np.empty(0), *found]))[0]
 
@@ -42,4 +41,4 @@ def _in_wash(points: Array, rotors: Rotors) -> Array:
     from_hub = points[..., None, :] - rotors.hubs
     height = (from_hub * rotors.axes).sum(-1)
     aside = np.linalg.norm(from_hub - height[..., None] * rotors.axes, axis=-1)
-    return np.asarray((aside**2 < (1.0 + EDGE) * radius**2) & (height < EDGE * radius))
+    return np.asarray((aside**2 < (1.0 + WASH_EDGE) * radius**2) & (height < WASH_EDGE * radius))

@@ -150,7 +150,7 @@ def numbers_of_duals(precision: str, lanes: int) -> dict[str, Any]:
     options = {"cpu_compiler_flags": flags, "extra_build_options": build}
     any_above = all_above
     # No run is flown to its end with dual numbers, and no law looks through a camera.
-    keep_whole = mark = randn = None
+    keep_where = keep_whole = mark = at = randn = None
     return locals()
 
 

@@ -28,9 +28,12 @@ class Integrator:
 
 
 INTEGRATORS = {
-    "rk4": Integrator(step_code, 4, STEP_PHASE, MEASURED_EVERY, stiff=False),
+    "RK4": Integrator(step_code, 4, STEP_PHASE, MEASURED_EVERY, stiff=False),
     "implicit": Integrator(
         implicit_step_code, 2, IMPLICIT_PHASE, IMPLICIT_MEASURED_EVERY, stiff=True
     ),
 }
 """Integrators of kernels by name, the one by default first."""
+
+TSIT5 = "Tsit5"
+"""The embedded pair by whose error steps are controlled (kernels/adaptive.py)."""

@@ -18,13 +18,13 @@ from continuair.vehicle.layout import TIP_POSE
 def state_logger(numbers: Numbers, tree: Tree) -> Any:
     """The function `log_row`: state, branches and push, as `Layout` orders a log row.
 
-    Of a run that has ended it writes NaN.
+    It writes a sample of each run's own, where it is due.
     """
     types, stepping = device_types(numbers, tree), stepping_code(numbers, tree)
     Cell, Real, State, Push, Branch = (
         types.Cell, types.Real, types.State, types.Push, stepping.Branch,
     )  # fmt: skip
-    above, keep = number_code(numbers).above, number_code(numbers).keep
+    keep_where = number_code(numbers).keep_where
     Flight, signed_of = flight_code(numbers, tree).Flight, stepping.signed_of
     layout = types.layout
     width, bends, pushes = layout.state, layout.bends, layout.push.stop
@@ -32,12 +32,12 @@ def state_logger(numbers: Numbers, tree: Tree) -> Any:
     B, DB = layout.bend.start, layout.bend_rate.start
     branch_at, command_at, roll_at = layout.branch.start, layout.command.start, layout.roll.start
     angle_of = elementary_code(numbers).angle_of
-    columns, zero, nan = layout.log, Real(0.0), Real(float("nan"))
+    columns = layout.log
     Row = wp.types.vector(columns, Real)
 
     @wp.func
     def log_row(
-        log: wp.array3d(dtype=Cell), sample: int, ended: Real, y: State, flight: Flight,
+        log: wp.array3d(dtype=Cell), sample: Real, due: Real, y: State, flight: Flight,
         branch: Branch, push: Push,
     ):  # fmt: skip
         unit = flight.plant.unit
@@ -55,7 +55,7 @@ def state_logger(numbers: Numbers, tree: Tree) -> Any:
         for j in range(pushes):
             row[command_at + j] = push[j]
         for j in range(columns):
-            keep(log, flight.run, sample, j, above(ended, zero, nan, row[j]))
+            keep_where(log, flight.run, sample, j, row[j], due)
 
     return log_row
 
@@ -82,18 +82,17 @@ def tip_logger(numbers: Numbers, tree: Tree) -> Any:
     """The function `log_row` that writes the pose of the camera's tip, TIP_POSE."""
     types, tip_of = device_types(numbers, tree), tip_code(numbers, tree).tip_of(tree.eye)
     Cell, Real, State, Push = types.Cell, types.Real, types.State, types.Push
-    above, keep = number_code(numbers).above, number_code(numbers).keep
+    keep_where = number_code(numbers).keep_where
     Flight, Branch = (
         flight_code(numbers, tree).Flight,
         stepping_code(numbers, tree).Branch,
     )
     position_of, attitude_of = types.position_of, types.attitude_of
     P, Q = TIP_POSE["position"].start, TIP_POSE["attitude"].start
-    zero, nan = Real(0.0), Real(float("nan"))
 
     @wp.func
     def log_row(
-        log: wp.array3d(dtype=Cell), sample: int, ended: Real, y: State, flight: Flight,
+        log: wp.array3d(dtype=Cell), sample: Real, due: Real, y: State, flight: Flight,
         branch: Branch, push: Push,
     ):  # fmt: skip
         q = attitude_of(y)
@@ -101,8 +100,8 @@ def tip_logger(numbers: Numbers, tree: Tree) -> Any:
         at = position_of(y) + wp.quat_rotate(q, tip.point)
         turn = q * tip.attitude
         for j in range(3):
-            keep(log, flight.run, sample, P + j, above(ended, zero, nan, at[j]))
+            keep_where(log, flight.run, sample, P + j, at[j], due)
         for j in range(4):
-            keep(log, flight.run, sample, Q + j, above(ended, zero, nan, turn[j]))
+            keep_where(log, flight.run, sample, Q + j, turn[j], due)
 
     return log_row

@@ -48,10 +48,12 @@ class NumberCode:
 
     Readers take the first run of a pack: of_run(cells, run, column), of_row(cells, row, run,
     column) and of_sample(cells, run, sample, column); the first two read one run for all, where
-    there is one. keep, keep_of_run and keep_whole write what the runs hold that there are; mark a
-    whole number where x > 0. rows_of(Struct) is the type of an array of structs of numbers, and
-    reader_of(Struct) its reader; table_of(Row) and row_reader(Row) are those of the tables of
-    moments. two_to(k): 2^k for a whole k. randn: the noise of frames.
+    there is one; at(cells, index) reads an entry of each run's own. keep, keep_of_run and
+    keep_whole write what the runs hold that there are; keep_where(cells, run, sample, column, x,
+    due), at a sample of each run's own, where due > 0; mark a whole number where x > 0.
+    rows_of(Struct) is the type of an array of structs of numbers, and reader_of(Struct) its reader;
+    table_of(Row) and row_reader(Row) are those of the tables of moments. two_to(k): 2^k for a whole
+    k. randn: the noise of frames.
     """
 
     Cell: Any
@@ -67,9 +69,11 @@ class NumberCode:
     of_row: Any
     of_sample: Any
     keep: Any
+    keep_where: Any
     keep_of_run: Any
     keep_whole: Any
     mark: Any
+    at: Any
     randn: Any
     rows_of: Callable[[Any], Any]
     reader_of: Callable[[Any], Any]

@@ -117,6 +117,20 @@ def numbers_of_packs(precision: str, lanes: int) -> dict[str, Any]:
     def keep(cells: wp.array3d(dtype=Cell), run: int, sample: int, column: int, x: Real): ...
 
     @wp.func_native(
+        "wp::for_each(run, cells.shape[0], [&](int i) {"
+        " if (due.v[i] > 0) wp::cell(cells, run + i, (int)sample.v[i], column) = x.v[i]; });"
+    )
+    def keep_where(
+        cells: wp.array3d(dtype=Cell), run: int, sample: Real, column: int, x: Real, due: Real
+    ): ...
+
+    @wp.func_native(
+        "int n = cells.shape[0]; return wp::each("
+        "[&](int i) { return cells.data[wp::within((int)index.v[i], n)]; });"
+    )
+    def at(cells: wp.array(dtype=Cell), index: Real) -> Real: ...
+
+    @wp.func_native(
         "wp::for_each(run, cells.shape[0], "
         "[&](int i) { wp::cell(cells, run + i, column) = x.v[i]; });"
     )

@@ -29,7 +29,7 @@ def rollout_kernel(
     dynamics: Dynamics,
     pilot: PilotCode,
     log_row: Any,
-    integrator: str = "rk4",
+    method: str = "RK4",
     name: str = "rollout",
 ) -> Any:
     """The kernel `rollout` of a model under a pilot; log_row: of kernels/logs.py.
@@ -53,7 +53,7 @@ def rollout_kernel(
     after, compensated = stepping.added, stepping.compensated
     coarse = numbers.precision == "float32"
     Loop, pilot_of, decide, push_at = pilot.Loop, pilot.pilot_of, pilot.decide, pilot.push_at
-    taken = INTEGRATORS[integrator]
+    taken = INTEGRATORS[method]
     step = taken.step_code(numbers, tree, dynamics, pilot)
     carried = resolution_code(numbers, tree).carried
     arcs, lanes = bend_code(numbers, tree), code.lanes
@@ -122,7 +122,9 @@ def rollout_kernel(
             decision = decide(i, time, y, branch.direction, flight, pilot, push)
             push = decision.push
             if due >= 0:
-                log_row(log, due, ended, y, flight, branch, push)
+                log_row(
+                    log, Real(Cell(due)), above(ended, zero, zero, one), y, flight, branch, push
+                )
             due = -1
             gone = above(decision.lost, one, overturned, unseen * decision.lost)
             lost = above(ended, zero, zero, gone)
@@ -179,7 +181,7 @@ def rollout_kernel(
             last = count - 1
             time = Real(steps.starts[last]) + Real(steps.lengths[last])
             push = push_at(3 * last + 2, time, y, branch.direction, flight, pilot, push)
-            log_row(log, due, ended, y, flight, branch, push)
+            log_row(log, Real(Cell(due)), above(ended, zero, zero, one), y, flight, branch, push)
         keep_whole(status, run, ended)
         if wp.static(taken.stiff):
             # On average: what a mode that rings adds, it takes back.

@@ -73,6 +73,17 @@ def numbers_of_runs(precision: str, lanes: int) -> dict[str, Any]:
         cells[run, sample, column] = x
 
     @wp.func
+    def keep_where(
+        cells: wp.array3d(dtype=Cell), run: int, sample: Real, column: int, x: Real, due: Real
+    ):
+        if due > Real(0.0):
+            cells[run, wp.int32(sample), column] = x
+
+    @wp.func
+    def at(cells: wp.array(dtype=Cell), index: Real):
+        return cells[wp.min(wp.int32(index), cells.shape[0] - 1)]
+
+    @wp.func
     def keep_of_run(cells: wp.array2d(dtype=Cell), run: int, column: int, x: Real):
         cells[run, column] = x
 

@@ -19,13 +19,14 @@ from continuair.sections.arc.bend import bend_code
 MEASURED_EVERY = 4
 """One step of so many is measured, for all of them: what they leave out changes slowly."""
 
-OK, NOT_FINITE, OVERBENT, UNSEEN, OVERTURNED = 0, 1, 2, 3, 4
+OK, NOT_FINITE, OVERBENT, UNSEEN, OVERTURNED, STEP_LIMIT = 0, 1, 2, 3, 4, 5
 STATUS = {
     OK: "ok",
     NOT_FINITE: "not finite",
     OVERBENT: "bent beyond a full circle",
     UNSEEN: "all feature points lost from view",
     OVERTURNED: "turned over under its flight controller",
+    STEP_LIMIT: "step limit reached",
 }
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import warp as wp
 
+from continuair.kernels.device import Device
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
 from continuair.kernels.numbers import Numbers, holding
@@ -17,12 +18,24 @@ from continuair.kernels.types import Tree, device_types
 class Acting:
     """The device functions of one term; None for those that it does not have.
 
-    on_uav(y, along, flight, row, push) -> Load, and on_arm(arm), which gives such a function of
-    what acts through one arm: on the vehicle about B's origin, and on the bends; base reactions
-    leave it out. rates(rate, y, flight, row, push) -> rate with those of the term's own states.
-    excess(y, flight, row, push), the part of its range by which more is asked of it than it gives.
-    misdirected(begun, end, along, flight, row), how far it may have moved the tip the wrong way in
-    a step [arm lengths].
+    Attributes
+    ----------
+    on_uav : wp.func
+        ``load(y, along, flight, row, push)`` of state, branches, run, row of inputs and push: the
+        `Load` on the UAV and the bends.
+    on_arm : callable
+        Of the index of an arm: the device function, as on_uav, of the load through that arm, on the
+        vehicle about B's origin and on the bends. Base reactions account for it.
+    rates : wp.func
+        ``rates(rate, y, flight, row, push)``: the rate of a state with those of the term's states.
+    excess : wp.func
+        ``excess(y, flight, row, push)``: the part of its range by which more is asked of it than it
+        gives.
+    misdirected : wp.func
+        ``misdirected(begun, end, along, flight, row)``: how far it may have moved the tip the wrong
+        way in a step [arm lengths].
+    energy : wp.func
+        ``energy(y, flight, row)``: its potential energy [J].
     """
 
     on_uav: Any = None
@@ -30,6 +43,7 @@ class Acting:
     rates: Any = None
     excess: Any = None
     misdirected: Any = None
+    energy: Any = None
 
 
 @dataclass(frozen=True)
@@ -51,7 +65,7 @@ def acting_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> ActingCode:
     types, loads = device_types(numbers, tree), load_code(numbers, tree)
     State, Push, Along = types.State, types.Push, types.Along
     Flight, Load, plus = flight_code(numbers, tree).Flight, loads.Load, loads.plus
-    parts = [term.device(numbers, tree, frozen_arm) for term in tree.terms]
+    parts = [term.device(Device(numbers, tree, frozen_arm)) for term in tree.terms]
     arms = len(tree.sections)
 
     @wp.func

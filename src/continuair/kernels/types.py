@@ -48,7 +48,9 @@ class Tree:
     def layout(self) -> Layout:
         """Columns of its states, inputs and logs."""
         widths = tuple(tuple(kind.coordinates for kind in arm) for arm in self.kinds)
-        return Layout(widths, sum(term.states for term in self.terms), self.air)
+        states = sum(term.states for term in self.terms)
+        energies = any(term.has_energy for term in self.terms)
+        return Layout(widths, states, self.air, energies)
 
     @property
     def sections(self) -> tuple[int, ...]:
@@ -73,6 +75,13 @@ class Tree:
     @property
     def _all_kinds(self) -> tuple[Any, ...]:
         return tuple(kind for arm in self.kinds for kind in arm)
+
+    @property
+    def parameters(self) -> dict[str, tuple[int, ...]]:
+        """Fields of the Plant that terms read, with the shape of each."""
+        found = {k: shape for term in self.terms for k, shape in term.parameters(self).items()}
+        width = sum(term.width for term in self.terms)
+        return found | ({"term_numbers": (width,)} if width else {})
 
     @property
     def first(self) -> tuple[int, ...]:
@@ -183,9 +192,8 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
     for section in range(sections):
         for name in tree.kind_of(section).parameters:
             Plant.__annotations__[name] = PerSection
-    for term in tree.terms:
-        for name, shape in term.parameters(tree).items():
-            Plant.__annotations__[name] = _kind(Real, shape)
+    for name, shape in tree.parameters.items():
+        Plant.__annotations__[name] = _kind(Real, shape)
     Plant = wp.struct(Plant)
 
     @wp.func

@@ -24,6 +24,7 @@ from continuair.immutable import Immutable
 from continuair.scenario.records import with_known_fields
 from continuair.scenario.setpoints import Setpoints
 from continuair.scenario.targets import Target
+from continuair.scenario.wrench import FlightState, Wrench
 from continuair.vehicle.arc import sections_of
 from continuair.vehicle.fields import is_title
 from continuair.vehicle.layout import FIELDS, OF_NAME, ONE_SECTION, Layout
@@ -117,6 +118,13 @@ class Scenario(Immutable):
     setpoints: Setpoints | None = None
     """what a flight controller follows: continuair.Setpoints; the start by default"""
 
+    force_callback: Callable[[float, FlightState], Wrench | Sequence[Wrench]] | None = None
+    """a Python function f(t, state) that returns a continuair.Wrench, or several; it adds to the
+    inputs, is held between calls, and is slow"""
+
+    callback_rate: float = 1000.0
+    """how often force_callback is called [Hz]"""
+
     def __post_init__(self) -> None:
         if not is_title(self.name):
             raise InputError(f"name is {shown(self.name)}, but must be text; give a name.")
@@ -140,6 +148,8 @@ class Scenario(Immutable):
             period = checks.positive("control_period", self.control_period, otherwise)
             checked["control_period"] = period
         self._check_loop()
+        checked["callback_rate"] = checks.positive("callback_rate", self.callback_rate, " [Hz]")
+        self._check_callback()
         for name, value in checked.items():
             object.__setattr__(self, name, value)
 
@@ -157,6 +167,20 @@ class Scenario(Immutable):
             raise InputError(
                 f"target is None, but the controller {self.controller.name} looks at one; give a "
                 "continuair.Target."
+            )
+
+    def _check_callback(self) -> None:
+        if self.force_callback is None:
+            return
+        if not callable(self.force_callback):
+            raise InputError(
+                f"force_callback is {shown(self.force_callback)}; give a function f(t, state) that "
+                "returns a continuair.Wrench."
+            )
+        if self.controller is not None:
+            raise InputError(
+                f"force_callback is given beside the controller {self.controller.name}, but it "
+                "flies in open loop alone; write the force as a continuair.Term."
             )
 
     def _check_setpoints(self) -> None:
@@ -218,6 +242,8 @@ class Scenario(Immutable):
     def describe(self) -> dict[str, Any]:
         """Return all fields as JSON can hold them, functions of time by their name."""
         fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        if self.force_callback is None:
+            del fields["force_callback"], fields["callback_rate"]
         return {name: _plain(value) for name, value in fields.items()}
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.immutable import Immutable
+from continuair.signals import Signal, sampled
 
 Array = np.ndarray
 
@@ -95,6 +96,12 @@ class Dryden(Immutable):
         before, after = self.knots[:, first], self.knots[:, first + 1]
         found = before + (at - first) * (after - before)
         return np.asarray(found if len(found) > 1 else found[0])
+
+    def signal(self, duration: float) -> Signal:
+        """Return the wind over a duration [s] as a signal, straight between its knots."""
+        if duration > self.step * (self.knots.shape[1] - 1) * (1.0 + 1e-9):
+            self(duration)
+        return sampled(self.knots, self.step, duration)
 
     @property
     def knot_times(self) -> Array:

@@ -140,12 +140,10 @@ def _row(count: int) -> dict[str, Any]:
     vehicle = cut(count)
     scenario, engine = swayed(vehicle), Engine(vehicle, "coupled")
     flown = {
-        name: simulate(
-            vehicle, scenario, sample=_SAMPLE, integrator=name, variables=["tip_position"]
-        )
+        name: simulate(vehicle, scenario, sample=_SAMPLE, method=name, variables=["tip_position"])
         for name in INTEGRATORS
     }
-    tip = flown["rk4"]["tip_position"].to_numpy().reshape(-1, 3)
+    tip = flown["RK4"]["tip_position"].to_numpy().reshape(-1, 3)
     apart = np.linalg.norm(
         flown["implicit"]["tip_position"].to_numpy().reshape(-1, 3) - tip, axis=-1
     )
@@ -160,8 +158,7 @@ def _row(count: int) -> dict[str, Any]:
         "sag": [sag(count, load) for load in LOADS],
         "decoupled": float(pair["rmse_t_m"].sel(model="decoupled")[0]) / LENGTH,
         "step": {
-            name: float(automatic_step(engine, straight, integrator=name)[0])
-            for name in INTEGRATORS
+            name: float(automatic_step(engine, straight, method=name)[0]) for name in INTEGRATORS
         },
         "implicit_error": float(apart.max() / LENGTH),
         "step_error": {name: float(flight["step_error"]) for name, flight in flown.items()},
@@ -170,13 +167,13 @@ def _row(count: int) -> dict[str, Any]:
     }
 
 
-def _timed(vehicle: Vehicle, integrator: str) -> Callable[[], None]:
+def _timed(vehicle: Vehicle, method: str) -> Callable[[], None]:
     """A hover of so many automatic steps, alone: all else is prepared."""
     straight = np.zeros(vehicle.layout.coordinates)
-    step = float(automatic_step(Engine(vehicle, "coupled"), straight, integrator=integrator)[0])
+    step = float(automatic_step(Engine(vehicle, "coupled"), straight, method=method)[0])
     lasts, weight = _TIMED_STEPS * step, 9.81 * vehicle.mass
     hover = Scenario("hover", straight, duration=lasts, force=[0.0, 0.0, weight])
-    flight = prepare(vehicle, hover, sample=lasts, step=step, threads=1, integrator=integrator)
+    flight = prepare(vehicle, hover, sample=lasts, step=step, threads=1, method=method)
     engine, cohort = flight.engine("coupled"), next(flight.cohorts())
 
     def fly() -> None:

@@ -11,6 +11,7 @@ from continuair.analysis.metrics import at_camera, differences, feature_rms, nor
 from continuair.flight.cohorts import Flight
 from continuair.flight.limits import share_at_limits, with_limited_command
 from continuair.flight.rollout import fly
+from continuair.flight.trajectory import COUNTED
 from continuair.vehicle.layout import DEVIATIONS
 
 Array = np.ndarray
@@ -24,7 +25,8 @@ _BYTES_PER_SAMPLE = 1000
 class Reduced:
     """What is kept of flights: metrics, status, end_time, step_error, the largest saturation and
     the share of samples at the controller's limits (runs, models), and the tip's pose at the end
-    (runs, models, 7)."""
+    (runs, models, 7). Where steps follow from their errors, step_error is error_estimate, NaN
+    without a second flight, and counts (runs, models, COUNTS) are those of kernels/adaptive.py."""
 
     metrics: dict[str, Array]
     tip: Array
@@ -33,6 +35,7 @@ class Reduced:
     step_error: Array
     saturation: Array
     at_limits: Array
+    counts: Array | None = None
 
     def updated(self, runs: Array, found: Reduced) -> Reduced:
         """With some runs, by their indices, as they were found later."""
@@ -48,7 +51,11 @@ class Reduced:
 
 
 def track(
-    flight: Flight, models: tuple[str, ...], settle: float, chosen: Array | None = None
+    flight: Flight,
+    models: tuple[str, ...],
+    settle: float,
+    chosen: Array | None = None,
+    check: bool = False,
 ) -> Reduced:
     """Fly each model's closed loop, the runs or those chosen in blocks that fit into memory."""
     kind = flight.coupled.device.split(":")[0]
@@ -57,9 +64,12 @@ def track(
     names = ("tip_position", "tip_attitude") + ("feature_error",) * bool(flight.scenario.targets)
     names = with_limited_command(names, flight.scenario)
     parts, order = [], []
-    for same, _ in flight.grids(chosen):
+    alike = [np.arange(flight.runs) if chosen is None else chosen]
+    if not flight.counted:
+        alike = [same for same, _ in flight.grids(chosen)]
+    for same in alike:
         for runs in (same[first : first + size] for first in range(0, len(same), size)):
-            flown = (fly(flight, model, names, runs=runs) for model in models)
+            flown = (fly(flight, model, names, runs, check) for model in models)
             flights = [_with_runs(at_camera(each, flight.vehicle)) for each in flown]
             at_limits = [share_at_limits(flight.scenario, each, runs) for each in flights]
             parts.append(replace(reduced(flights, settle), at_limits=np.stack(at_limits, -1)))
@@ -77,6 +87,9 @@ def track(
         joined([part.step_error for part in parts]),
         joined([part.saturation for part in parts]),
         joined([part.at_limits for part in parts]),
+        joined([part.counts for part in parts if part.counts is not None])
+        if flight.counted
+        else None,
     )
 
 
@@ -105,16 +118,21 @@ def reduced(flights: list[xr.Dataset], settle: float) -> Reduced:
         )
         for flight in flights
     ]
-    end_time, error = (
-        np.stack([flight[name].to_numpy() for flight in flights], axis=-1)
-        for name in ("end_time", "step_error")
-    )
+
+    def each(name: str) -> Array:
+        return np.stack([flight[name].to_numpy() for flight in flights], axis=-1)
+
+    counted = "steps" in reference
+    error = np.full(status.shape, np.nan)
+    told = "error_estimate" if counted else "step_error"
+    if told in reference:
+        error = each(told)
+    counts = np.stack([each(name) for name in COUNTED], axis=-1) if counted else None
     saturated = np.zeros(status.shape)
     if "largest_saturation" in reference:
-        each = [flight["largest_saturation"].to_numpy() for flight in flights]
-        saturated = np.stack(each, axis=-1)
-    free = np.zeros(status.shape)
-    return Reduced(metrics, np.stack(poses, axis=1), status, end_time, error, saturated, free)
+        saturated = each("largest_saturation")
+    free, tips = np.zeros(status.shape), np.stack(poses, axis=1)
+    return Reduced(metrics, tips, status, each("end_time"), error, saturated, free, counts)
 
 
 def _metrics(reference: xr.Dataset, flight: xr.Dataset, settle: float) -> dict[str, Array]:

@@ -105,8 +105,8 @@ class Design:
         """The base and the vehicle as JSON can hold them."""
         base = self.base.model_dump()
         # Stores that were begun before there was a choice go on.
-        if base["integrator"] == "rk4":
-            del base["integrator"]
+        if base["method"] == "RK4":
+            del base["method"]
         for name, before in (("gains", "constant"), ("integral", 0.0)):
             if base["controller"] and base["controller"][name] == before:
                 del base["controller"][name]

@@ -9,12 +9,13 @@ import numpy as np
 import xarray as xr
 
 from continuair import checks
-from continuair.engine.pairs import Pairs
+from continuair.engine.pairs import ControlledPairs, Pairs
 from continuair.errors import InputError, shown
+from continuair.flight.adaptive import launch_of, runs_at_once
 from continuair.flight.cohorts import Flight
 from continuair.flight.growing import parted
 from continuair.flight.limits import warn_of_runs_at_limits
-from continuair.flight.prepare import prepare
+from continuair.flight.prepare import DEFAULT_TOLERANCE, prepare, tolerance_for
 from continuair.flight.resolution import (
     saturation,
     warn_of_coarse_steps,
@@ -23,13 +24,21 @@ from continuair.flight.resolution import (
     warn_of_saturation,
 )
 from continuair.flight.resolving import resolve
-from continuair.flight.trajectory import LARGEST_SATURATION, STEP_ERROR
+from continuair.flight.signals import ticks_of
+from continuair.flight.trajectory import (
+    COUNTED,
+    ERROR_ESTIMATE,
+    LARGEST_SATURATION,
+    STEP_ERROR,
+)
+from continuair.kernels.adaptive import SATURATION
 from continuair.kernels.dynamics import MODELS, REFERENCE, SIMPLER
-from continuair.kernels.integrators import INTEGRATORS
+from continuair.kernels.integrators import INTEGRATORS, TSIT5
 from continuair.kernels.step import STATUS
 from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.closed_pairs import Reduced, track
 from continuair.vehicle.layout import DEVIATIONS, EULER_DEVIATIONS
+from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
 
 METRICS: dict[str, tuple[str, str]] = {
@@ -47,6 +56,7 @@ METRICS: dict[str, tuple[str, str]] = {
 Array = np.ndarray
 
 
+@checks.renamed(integrator="method")
 def run_pairs(
     vehicle: Vehicle,
     scenario: Scenario,
@@ -56,7 +66,11 @@ def run_pairs(
     sample: float = 1e-3,
     duration: float | None = None,
     settle: float = 0.0,
-    integrator: str = "rk4",
+    method: str = "RK4",
+    rtol: float = DEFAULT_TOLERANCE,
+    atol: float | None = None,
+    max_step: float = np.inf,
+    check: bool = False,
     device: str = "cpu",
     threads: int | None = None,
 ) -> xr.Dataset:
@@ -67,7 +81,7 @@ def run_pairs(
     step: seconds, or "auto": as for `simulate`, every run's own, so that no result depends on the
     batch it was in. sample: seconds between the samples that are compared.
     duration: seconds, the scenario's by default. settle: seconds at the start that the metrics in
-    pixels leave out, and in a loop without a target those of the tip. integrator: "rk4" or
+    pixels leave out, and in a loop without a target those of the tip. method: "Tsit5", "RK4" or
     "implicit", as for `simulate`. device: "cpu" or a CUDA device. threads: CPU threads, all by
     default.
 
@@ -83,7 +97,13 @@ def run_pairs(
     the tip, as `continuair.compare` tells. Raises InputError.
     """
     names = _checked_models(models)
-    checks.choice("integrator", integrator, tuple(INTEGRATORS))
+    checks.choice("method", method, (*INTEGRATORS, TSIT5))
+    tolerance = tolerance_for(method, step, rtol, atol, max_step)
+    if checks.flag("check", check) and tolerance is None:
+        raise InputError(
+            f"check is True, but method is {shown(method)}; give method='{TSIT5}', or check of "
+            "simulate."
+        )
     flight = prepare(
         vehicle,
         scenario,
@@ -93,11 +113,15 @@ def run_pairs(
         device=device,
         threads=threads,
         stacklevel=3,
-        integrator=integrator,
+        method=method,
+        tolerance=tolerance,
     )
     settle = _checked_settle(settle, flight)
-    flight, found = _resolved(flight, names, settle)
-    warn_of_coarse_steps(found.step_error, flight.steps, stacklevel=3)
+    if flight.counted:
+        found = _fly(flight, names, settle, check=check)
+    else:
+        flight, found = _resolved(flight, names, settle)
+        warn_of_coarse_steps(found.step_error, flight.steps, stacklevel=3)
     warn_of_saturation(found.saturation, stacklevel=3)
     warn_of_runs_at_limits(found.at_limits, scenario, stacklevel=3)
     lost = lost_angles(found.metrics["nrmse_r"], found.status)
@@ -107,7 +131,15 @@ def run_pairs(
     data = _variables(found)
     if vehicle.uav.rotors is not None:
         data["largest_saturation"] = (("run", "model"), found.saturation, LARGEST_SATURATION)
-    data["step"] = ("run", flight.steps, {"units": "s", "long_name": "integration step"})
+    if found.counts is None:
+        data["step_error"] = (("run", "model"), found.step_error, STEP_ERROR)
+        data["step"] = ("run", flight.steps, {"units": "s", "long_name": "integration step"})
+    else:
+        if check:
+            data["error_estimate"] = (("run", "model"), found.step_error, ERROR_ESTIMATE)
+        for column, (name, (_, meaning)) in enumerate(COUNTED.items()):
+            counted = found.counts[..., column].astype(int)
+            data[name] = (("run", "model"), counted, {"units": "1", "long_name": meaning})
     coordinates = {"run": np.arange(flight.runs), "model": list(names)}
     coordinates |= {"axis": list("xyz"), "quaternion": list("xyzw")}
     return xr.Dataset(data, coordinates)
@@ -132,11 +164,11 @@ def _resolved(flight: Flight, models: tuple[str, ...], settle: float) -> tuple[F
 
 def check_pairs(
     vehicle: Vehicle, scenario: Scenario, step: float | str, sample: float, settle: float,
-    integrator: str, device: str,
+    method: str, device: str,
 ) -> None:  # fmt: skip
     """Raise InputError for what `run_pairs` would refuse; nothing is flown."""
     flight = prepare(
-        vehicle, scenario, step=step, sample=sample, device=device, threads=1, integrator=integrator
+        vehicle, scenario, step=step, sample=sample, device=device, threads=1, method=method
     )
     _checked_settle(settle, flight)
 
@@ -151,12 +183,20 @@ def lost_angles(metric: Array, status: Array) -> Array:
 
 
 def _fly(
-    flight: Flight, models: tuple[str, ...], settle: float, chosen: Array | None = None
+    flight: Flight,
+    models: tuple[str, ...],
+    settle: float,
+    chosen: Array | None = None,
+    check: bool = False,
 ) -> Reduced:
     """Fly the runs, or those chosen by their indices."""
     chosen = np.arange(flight.runs) if chosen is None else chosen
-    closed = flight.scenario.controller is not None
-    found = track(flight, models, settle, chosen) if closed else _fly_open(flight, models, chosen)
+    if flight.scenario.controller is not None:
+        found = track(flight, models, settle, chosen, check)
+    elif flight.counted:
+        found = _fly_controlled(flight, models, check)
+    else:
+        found = _fly_open(flight, models, chosen)
     spin = flight.start.states[chosen][:, flight.coupled.layout.angular_velocity]
     # Whole turns between samples, which attitudes do not show.
     lost = np.linalg.norm(spin, axis=1) * flight.sample > np.pi
@@ -179,6 +219,30 @@ def _fly_open(flight: Flight, models: tuple[str, ...], chosen: Array) -> Reduced
     return Reduced(metrics, tip, status, ends, *told, np.zeros(status.shape))
 
 
+def _fly_controlled(flight: Flight, models: tuple[str, ...], check: bool) -> Reduced:
+    """Fly all runs without a controller, their steps as their errors allow."""
+    assert flight.tolerance is not None
+    pairs = ControlledPairs([flight.engine(model) for model in models], flight.runs)
+    ticks = ticks_of(flight.scenario, flight.duration, flight.marks.samples)
+    finer = flight.tolerance.finer(None) if check else None
+    size = runs_at_once(flight, flight.coupled, signals_alone=True)
+    for first in range(0, flight.runs, size):
+        runs = np.arange(first, min(first + size, flight.runs))
+        pairs.fly_controlled(launch_of(flight, runs, ticks, flight.tolerance), finer)
+    metrics = {name: pairs.deviations[..., i] for i, name in enumerate(DEVIATIONS)}
+    reach = per_run(flight.vehicle.reach, flight.runs)[:, None]
+    return Reduced(
+        metrics,
+        pairs.tip,
+        pairs.status,
+        pairs.end_time,
+        pairs.distance / reach,
+        pairs.counts[..., SATURATION],
+        np.zeros(pairs.status.shape),
+        pairs.counts,
+    )
+
+
 def _variables(found: Reduced) -> dict[str, Any]:
     """Variables of a result over (run, model), with their units."""
     dims = ("run", "model")
@@ -198,7 +262,6 @@ def _variables(found: Reduced) -> dict[str, Any]:
     )
     until = {"units": "s", "long_name": "time up to which the run is valid"}
     data["end_time"] = (dims, found.end_time, until)
-    data["step_error"] = (dims, found.step_error, STEP_ERROR)
     return data
 
 

@@ -211,7 +211,7 @@ class Base(Part):
     step: Step = "auto"
     """the integration step [s], or 'auto'"""
 
-    integrator: Literal["rk4", "implicit"] = "rk4"
+    method: Literal["RK4", "implicit"] = "RK4"
     """how steps are taken"""
 
     sample: Positive = 2e-3

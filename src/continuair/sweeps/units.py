@@ -81,7 +81,7 @@ def _check_whole(design: Design, vehicle: Vehicle, scenario: Scenario, device: s
     base = design.base
     # The step of every run is kept, and a coarse one was asked for.
     with untold():
-        choices = base.step, base.sample, base.settle, base.integrator
+        choices = base.step, base.sample, base.settle, base.method
         check_pairs(vehicle, scenario, *choices, device)
 
 
@@ -113,7 +113,7 @@ def _fly(
             step=base.step,
             sample=base.sample,
             settle=min(base.settle, 0.5 * options.get("duration", np.inf)),
-            integrator=base.integrator,
+            method=base.method,
             device=device,
             threads=threads,
             **options,

@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 
 from continuair.kernels.arm.tip import tip_code
+from continuair.kernels.device import Device
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
 from continuair.kernels.numbers import Numbers
@@ -17,10 +18,8 @@ from continuair.kernels.wind import wind_code
 from continuair.terms.term import Stream, Term
 from continuair.vehicle.rotors import AIR_DENSITY
 from continuair.vehicle.runs import per_run
+from continuair.vehicle.section import DRAG_NODES, DRAG_WEIGHTS
 from continuair.vehicle.vehicle import Vehicle
-
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(3)
-"""Of Gauss's rule along a section, from -1 to 1."""
 
 
 @dataclass(frozen=True)
@@ -30,8 +29,7 @@ class ArmDrag(Term):
     field: ClassVar[str] = "drag_coefficient"
     in_wind: ClassVar[bool] = True
     in_stream: ClassVar[bool] = True
-    differentiable: ClassVar[bool] = False
-    has_power: ClassVar[bool] = True
+    stiff: ClassVar[bool] = False
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> Self | None:
@@ -51,8 +49,8 @@ class ArmDrag(Term):
                 share = 0.5 * AIR_DENSITY * per_run(section.drag_coefficient, runs)
                 plants["across"][:, index] = share * width * per_run(section.length, runs)
 
-    def device(self, numbers: Numbers, tree: Tree, frozen_arm: bool) -> Acting:
-        return Acting(on_arm=_drag_on_arm(numbers, tree, frozen_arm))
+    def device(self, code: Device) -> Acting:
+        return Acting(on_arm=_drag_on_arm(code.numbers, code.tree, code.frozen_arm))
 
     def casadi(self, model: Any) -> Any:
         found = model.none
@@ -65,7 +63,7 @@ class ArmDrag(Term):
 def _drag_in_casadi(model: Any, bent: Any) -> Any:
     section, found = bent.section, model.none
     across = AIR_DENSITY * section.drag_coefficient * section.radius * section.length
-    for node, weight in zip(NODES, WEIGHTS, strict=True):
+    for node, weight in zip(DRAG_NODES, DRAG_WEIGHTS, strict=True):
         moves = bent.frame(0.5 + 0.5 * node).moves
         v = moves @ model.rates
         v[2] = 0
@@ -103,8 +101,8 @@ def _drag_on_arm(numbers: Numbers, tree: Tree, frozen_arm: bool) -> Callable[[in
     velocity_of, layout, mounted = types.velocity_of, types.layout, tips.mounted
     Tip, MovingTip = tips.Tip, tips.MovingTip
     zero, one = Real(0.0), Real(1.0)
-    low, middle, high = (Real(float(0.5 + 0.5 * x)) for x in NODES)
-    outer, inner = (Real(float(0.5 * weight)) for weight in WEIGHTS[:2])
+    low, middle, high = (Real(float(0.5 + 0.5 * x)) for x in DRAG_NODES)
+    outer, inner = (Real(float(0.5 * weight)) for weight in DRAG_WEIGHTS[:2])
     streams = [term.stream(numbers, tree) for term in tree.terms if term.moves_air]
     (stream,) = streams or [_still_air(numbers, tree)]
     Induced, induced_of, washed_at = stream.State, stream.begun, stream.velocity

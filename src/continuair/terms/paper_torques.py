@@ -1,10 +1,11 @@
 """The paper's torques: conjugate to Euler angles, and to κ and ψa on signed branches."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import warp as wp
 
+from continuair.kernels.device import Device
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
 from continuair.kernels.numbers import Numbers, number_code
@@ -19,8 +20,12 @@ from continuair.vehicle.layout import PAPER
 class PaperTorques(Term):
     """Those of `tau` of a scenario; without it they are none."""
 
-    def device(self, numbers: Numbers, tree: Tree, frozen_arm: bool) -> Acting:
-        load, misdirected = _load(numbers, tree)
+    differentiable: ClassVar[bool] = True
+    has_power: ClassVar[bool] = False
+    stiff: ClassVar[bool] = False
+
+    def device(self, code: Device) -> Acting:
+        load, misdirected = _load(code.numbers, code.tree)
         return Acting(on_uav=load, misdirected=misdirected)
 
     def casadi(self, model: Any) -> Any:

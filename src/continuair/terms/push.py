@@ -1,10 +1,11 @@
 """What pushes directly: the inputs force, moment and bend moment, and a law's push."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import warp as wp
 
+from continuair.kernels.device import Device
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
 from continuair.kernels.numbers import Numbers, number_code
@@ -18,8 +19,12 @@ from continuair.vehicle.layout import COMMAND
 class DirectPush(Term):
     """Forces and moments on the UAV and on bends, but for what other terms take over of them."""
 
-    def device(self, numbers: Numbers, tree: Tree, frozen_arm: bool) -> Acting:
-        return Acting(on_uav=_load(numbers, tree))
+    differentiable: ClassVar[bool] = True
+    has_power: ClassVar[bool] = False
+    stiff: ClassVar[bool] = False
+
+    def device(self, code: Device) -> Acting:
+        return Acting(on_uav=_load(code.numbers, code.tree))
 
     def casadi(self, model: Any) -> Any:
         import casadi

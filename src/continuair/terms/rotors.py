@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 
 from continuair.kernels.arguments import arguments
+from continuair.kernels.device import Device
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
 from continuair.kernels.logs import push_reader
@@ -16,13 +17,9 @@ from continuair.kernels.term_sum import Acting
 from continuair.kernels.types import Tree, device_types, holding
 from continuair.terms.term import Stream, Term
 from continuair.vehicle.layout import COMMAND, ROTORS, observed_columns
-from continuair.vehicle.rotors import AIR_DENSITY
+from continuair.vehicle.rotors import AIR_DENSITY, WASH_EDGE
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
-
-EDGE = 0.5
-"""Part of a disk's radius, and of its area, over which the wash begins on either side of its edge:
-air shears there, and a force that jumped would cost the steps their order."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +28,10 @@ class RotorThrusts(Term):
     they have a radius, and so a wash."""
 
     field: ClassVar[str] = "uav.rotors"
-    differentiable: ClassVar[bool] = False
-    has_power: ClassVar[bool] = True
+    flown: ClassVar[tuple[str, ...]] = (
+        "allocation", "inverse", "lowest", "highest", "lag", "hubs", "disk",
+    )  # fmt: skip
+    stiff: ClassVar[bool] = False
 
     count: int
     prompt: bool = False
@@ -72,9 +71,9 @@ class RotorThrusts(Term):
             plants["hubs"], plants["disk"] = rotors.hubs, square
             plants["wash"] = 0.5 / (AIR_DENSITY * np.pi * square)
 
-    def device(self, numbers: Numbers, tree: Tree, frozen_arm: bool) -> Acting:
-        code = rotor_code(numbers, tree, self)
-        return Acting(on_uav=code.rotor_load, rates=code.spun_up, excess=code.excess_of)
+    def device(self, code: Device) -> Acting:
+        of = rotor_code(code.numbers, code.tree, self)
+        return Acting(on_uav=of.rotor_load, rates=of.spun_up, excess=of.excess_of)
 
     def left(self, numbers: Numbers, tree: Tree) -> Any:
         """Force and moment of a push are what rotors make of them."""
@@ -236,7 +235,7 @@ def _wash(numbers: Numbers, tree: Tree, term: RotorThrusts) -> Stream:
     )  # fmt: skip
     Push, vec3, rotors = types.Push, types.vec3, term.count
     Induced = wp.types.vector(rotors, Real)
-    edge, half, zero, one, three = Real(EDGE), Real(0.5), Real(0.0), Real(1.0), Real(3.0)
+    edge, half, zero, one, three = Real(WASH_EDGE), Real(0.5), Real(0.0), Real(1.0), Real(3.0)
 
     @wp.func
     def risen(x: Real):

@@ -6,6 +6,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 import warp as wp
 
+from continuair.kernels.device import Device
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
 from continuair.kernels.numbers import Numbers
@@ -23,8 +24,8 @@ class UavDrag(Term):
 
     field: ClassVar[str] = "uav.drag"
     in_wind: ClassVar[bool] = True
-    differentiable: ClassVar[bool] = False
-    has_power: ClassVar[bool] = True
+    flown: ClassVar[tuple[str, ...]] = ("drag", "square_drag")
+    stiff: ClassVar[bool] = False
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> Self | None:
@@ -40,8 +41,15 @@ class UavDrag(Term):
         plants["drag"] = per_run(drag.linear, runs, 3)
         plants["square_drag"] = per_run(drag.quadratic, runs, 3)
 
-    def device(self, numbers: Numbers, tree: Tree, frozen_arm: bool) -> Acting:
-        return Acting(on_uav=_load(numbers, tree))
+    def decay(self, vehicle: Vehicle, runs: int) -> np.ndarray:
+        """By linear drag of the UAV alone: arms only slow it."""
+        assert vehicle.uav.drag is not None
+        return per_run(vehicle.uav.drag.linear, runs, 3).max(axis=1) / per_run(
+            vehicle.uav.mass, runs
+        )
+
+    def device(self, code: Device) -> Acting:
+        return Acting(on_uav=_load(code.numbers, code.tree))
 
     def casadi(self, model: Any) -> Any:
         import casadi

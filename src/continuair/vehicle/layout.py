@@ -125,12 +125,14 @@ class Layout:
     over their greatest. A log row is a state, then the paper's coordinates of each section ((κ, ψa)
     of an arc on its signed branch), the roll, and a controller's push. Inputs: those of the table
     INPUTS. Attributes named after a quantity are the slice of its columns. widths: the number of
-    coordinates of each section of each arm. rotors: how many there are; air: whether it acts.
+    coordinates of each section of each arm. rotors: how many there are; air: whether it acts;
+    energies: whether terms have a potential energy.
     """
 
     widths: tuple[tuple[int, ...], ...]
     rotors: int = 0
     air: bool = False
+    energies: bool = False
 
     position = slice(0, 3)
     attitude = slice(3, 7)
@@ -288,6 +290,11 @@ class Layout:
         """Columns of a row of inputs."""
         return width_of(self.of_input)
 
+    @property
+    def observed(self) -> dict[str, slice]:
+        """Columns of what is observed along a log."""
+        return observed_columns(self.arms, self.rotors, self.energies)
+
     def alike(self, names: Iterable[str]) -> list[slice]:
         """Columns, of inputs side by side, that are of one unit and act on one arm or section."""
         found: list[slice] = []
@@ -336,7 +343,7 @@ OF_ARM = ("tip_position", "tip_attitude", "tip_velocity", "tip_angular_velocity"
 """What is observed of each arm."""
 
 
-def observed_columns(arms: int, rotors: int = 0) -> dict[str, slice]:
+def observed_columns(arms: int, rotors: int = 0, energies: bool = False) -> dict[str, slice]:
     """Columns of what is observed along a log; those of each arm follow one another."""
     widths = [
         ("tip_position", 3), ("tip_attitude", 4), ("tip_velocity", 3), ("tip_angular_velocity", 3),
@@ -344,6 +351,7 @@ def observed_columns(arms: int, rotors: int = 0) -> dict[str, slice]:
         ("elastic_energy", 1), ("linear_momentum", 3), ("angular_momentum", 3),
     ]  # fmt: skip
     widths += [("rotor_thrust", rotors), ("saturation", 1)] if rotors else []
+    widths += [("term_energy", 1)] if energies else []
     return columns((name, width * (arms if name in OF_ARM else 1)) for name, width in widths)
 
 

@@ -7,7 +7,7 @@ A *tree* is a model taken apart into dicts and lists; a field that differs from 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from numbers import Real
 from typing import Any, TypeVar
 
@@ -16,6 +16,7 @@ from pydantic import BaseModel
 
 from continuair import checks
 from continuair.errors import InputError, named_fields, nearest, shown
+from continuair.vehicle.effect import Effect, numbers_of
 from continuair.vehicle.fields import dimensions, kinds, label, named
 from continuair.vehicle.runs import pick
 from continuair.warning import collected, warn
@@ -28,6 +29,25 @@ class _Runs:
     values: list[Any]
     note: str = ""
     """how the values were understood, where there was a choice"""
+
+
+class _EffectTree(dict[str, Any]):
+    """An effect taken apart; kind: its class."""
+
+    def __init__(self, effect: Effect) -> None:
+        kind: Any = type(effect)
+        self.kind, numbers = kind, numbers_of(kind)
+        for each in fields(effect):
+            value = getattr(effect, each.name)
+            self[each.name] = _tree(value) if each.name in numbers else value
+
+    def built(self, path: str) -> Effect:
+        """Return the effect, of arrays where runs differ."""
+        given = {name: _array_or_value(node) for name, node in self.items()}
+        try:
+            return self.kind(**given)
+        except InputError as error:
+            raise error.within(f"{path}: ") from None
 
 
 def replace(model: Model, changes: Mapping[str, Any], implied: Mapping[str, Any]) -> Model:
@@ -78,6 +98,8 @@ def _of_run(model: type[BaseModel], field: str, value: Any, run: int) -> Any:
 def _tree(value: Any) -> Any:
     if isinstance(value, BaseModel):
         return {name: _tree(child) for name, child in value}
+    if isinstance(value, Effect):
+        return _EffectTree(value)
     if isinstance(value, Mapping):
         return {name: _tree(child) for name, child in value.items()}
     if isinstance(value, np.ndarray) and value.ndim:
@@ -211,6 +233,10 @@ def _row(node: Any, run: int) -> Any:
     return [_row(child, run) for child in node] if isinstance(node, list) else node
 
 
+def _array_or_value(node: Any) -> Any:
+    return np.array(node.values) if isinstance(node, _Runs) else node
+
+
 def _rebuilt(model: type[BaseModel], field: str, node: Any, runs: int) -> Any:
     """Return what a field holds, from its tree: parts are built, and anything else is as it is."""
     of_table, of_entries = kinds(model, field)
@@ -221,7 +247,12 @@ def _rebuilt(model: type[BaseModel], field: str, node: Any, runs: int) -> Any:
             _build(of_entries, named(each, index), runs, f"{field}.{label(each, index)}.")
             for index, each in enumerate(node)
         )
-    return node
+    if isinstance(node, list) and any(isinstance(each, _EffectTree) for each in node):
+        return tuple(
+            each.built(f"{field}.{index}") if isinstance(each, _EffectTree) else each
+            for index, each in enumerate(node)
+        )
+    return node.built(field) if isinstance(node, _EffectTree) else node
 
 
 def _build(model: type[Model], fields: dict[str, Any], runs: int, prefix: str) -> Model:

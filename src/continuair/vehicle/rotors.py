@@ -33,6 +33,10 @@ Array = np.ndarray
 AIR_DENSITY = 1.225
 """Of the standard atmosphere at sea level [kg/m³]."""
 
+WASH_EDGE = 0.5
+"""Part of a disk's radius, and of its area, over which the wash begins on either side of its edge:
+air shears there, and a force that jumped would cost the steps their order."""
+
 _DEAREST = 40.0
 """Thrust that a side force may cost, in that of as much lift: of six rotors that lean by 3 degrees
 in turn. From there on it counts as none that they give."""

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
 from pydantic import BaseModel
 
 from continuair import checks
+from continuair.vehicle import effect
+from continuair.vehicle.effect import Effect
 
 
 def count(value: object) -> int | None:
@@ -24,6 +27,8 @@ def pick(value: Any, run: int) -> Any:
         return _tuples(value[run].tolist())
     if isinstance(value, BaseModel):
         return type(value).model_construct(**{name: pick(child, run) for name, child in value})
+    if isinstance(value, Effect):
+        return _changed(value, lambda child: pick(child, run))
     return tuple(pick(child, run) for child in value) if isinstance(value, tuple) else value
 
 
@@ -33,6 +38,8 @@ def take(value: Any, runs: np.ndarray) -> Any:
         return checks.frozen(value[runs])
     if isinstance(value, BaseModel):
         return type(value).model_construct(**{name: take(child, runs) for name, child in value})
+    if isinstance(value, Effect):
+        return _changed(value, lambda child: take(child, runs))
     return tuple(take(child, runs) for child in value) if isinstance(value, tuple) else value
 
 
@@ -40,6 +47,8 @@ def plain(value: Any) -> Any:
     """Return a model, batched or not, as dicts, lists and numbers that JSON can hold."""
     if isinstance(value, BaseModel):
         return {name: plain(child) for name, child in value}
+    if isinstance(value, Effect):
+        return effect.plain(value)
     if isinstance(value, tuple):
         return [plain(child) for child in value]
     return value.tolist() if isinstance(value, np.ndarray) else value
@@ -48,7 +57,15 @@ def plain(value: Any) -> Any:
 def _children(value: object) -> Iterator[object]:
     if isinstance(value, BaseModel):
         return (child for _, child in value)
+    if isinstance(value, Effect):
+        return (getattr(value, each.name) for each in fields(value))
     return iter(value) if isinstance(value, tuple) else iter(())
+
+
+def _changed(value: Effect, change: Callable[[Any], Any]) -> Effect:
+    return replace(
+        value, **{each.name: change(getattr(value, each.name)) for each in fields(value)}
+    )
 
 
 def _tuples(value: Any) -> Any:

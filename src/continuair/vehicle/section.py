@@ -14,6 +14,9 @@ from continuair.vehicle import arc
 from continuair.vehicle.disk import Disk, disks_of
 from continuair.vehicle.fields import ROUNDING, Name, NotNegative, Part, Positive
 
+DRAG_NODES, DRAG_WEIGHTS = np.polynomial.legendre.leggauss(3)
+"""Of Gauss's rule along a section, from -1 to 1, by which its drag is summed."""
+
 EITHER = {"youngs_modulus": "bending_stiffness", "density": "mass_per_length"}
 """A property of the rod's material -> the one of the whole section that may stand in its place."""
 

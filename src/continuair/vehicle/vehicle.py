@@ -23,6 +23,7 @@ from continuair.vehicle import runs as batch
 from continuair.vehicle.arms import ArmChain, members
 from continuair.vehicle.camera import Camera
 from continuair.vehicle.changes import implied
+from continuair.vehicle.effect import Effect, check_effects
 from continuair.vehicle.fields import Part, Title
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.section import Section
@@ -51,12 +52,20 @@ class Vehicle(Part):
     camera: Camera = Camera()
     """the camera's parameters, a table ([camera])"""
 
-    @field_validator("uav", "arm_tables", "camera", mode="before")
+    terms: Any = ()
+    """forces of your own, a tuple of instances of subclasses of continuair.Term"""
+
+    @field_validator("uav", "arm_tables", "camera", "terms", mode="before")
     @classmethod
     def _one_run(cls, value: object) -> object:
         if batch.count(tuple(value) if isinstance(value, list) else value) is not None:
             raise ValueError("must be of one run (a batched vehicle is made by vehicle.replace)")
         return value
+
+    @field_validator("terms", mode="before")
+    @classmethod
+    def _are_effects(cls, value: object) -> tuple[Effect, ...]:
+        return check_effects(value)
 
     @field_validator("arm_tables", mode="before")
     @classmethod
@@ -216,6 +225,8 @@ class Vehicle(Part):
     def describe(self) -> dict[str, Any]:
         """Return all parameters as nested dicts and lists that JSON can hold, for provenance."""
         description: dict[str, Any] = batch.plain(self)
+        if not self.terms:
+            del description["terms"]
         return description
 
 
@@ -254,8 +265,10 @@ def load_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
 def vehicle_of_run(description: Mapping[str, Any], run: int | None) -> Vehicle:
     """Return the vehicle that `Vehicle.describe` described, of a batch that of a run.
 
+    Its terms are left out: they are code, which no description holds, and do not change its shape.
     Raises what follows, ValueErrors and others, from a description that is none.
     """
+    description = {name: value for name, value in description.items() if name != "terms"}
     if run is not None:
         description = replacing.of_run(Vehicle, description, run)
     return Vehicle(**description)

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from continuair.errors import InputError
+from continuair.errors import InputError, shown
 from continuair.files import new_file, printed, replace, user_path, write_new, writing
 from continuair.vehicle.vehicle import Vehicle
 
@@ -16,7 +16,15 @@ _MARK = "A vehicle written by continuair; without this line it is not replaced."
 
 
 def as_toml(vehicle: Vehicle, comment: Iterable[str] = ()) -> str:
-    """A plain vehicle as TOML, all its fields, under comment lines."""
+    """A plain vehicle as TOML, all its fields, under comment lines.
+
+    Raises InputError for one with terms of a user's own.
+    """
+    if vehicle.terms:
+        raise InputError(
+            f"vehicle {shown(vehicle.name)} has the term {type(vehicle.terms[0]).__name__}, which "
+            "is code that no file holds; leave it out with vehicle.replace({'terms': ()})."
+        )
     fields = vehicle.describe()
     uav, arms = fields["uav"], fields["arm"]
     if vehicle.has_arm_list:

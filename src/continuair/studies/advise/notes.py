@@ -221,6 +221,7 @@ def _outside(results: dict[str, Any]) -> list[str]:
     found += ["a mount off the centre"] * any(uav["mount"])
     found += ["rotors"] * bool(uav.get("rotors"))
     found += ["drag"] * bool(uav.get("drag") or arm.get("drag_coefficient"))
+    found += [f"the term {each['term']}" for each in vehicle.get("terms", ())]
     found += ["unequal inertia in roll and pitch"] * _are_unequal(roll, pitch)
     loop = results["loop"]["name"]
     found += [f"the loop {loop}"] * (loop == "attitude" and bool(results["excitations"]))

@@ -1,0 +1,161 @@
+"""Flights with steps of each run's own, as its error allows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from continuair.engine.adaptive import Launch, Ticks, Tolerance, Track
+from continuair.engine.engine import Drive, Engine, Logs, Start
+from continuair.engine.loop import Loop
+from continuair.flight.camera_timing import loop_over, motion_of
+from continuair.flight.cohorts import Flight
+from continuair.flight.inputs import field_width
+from continuair.flight.signals import grid_of_ticks, inputs_of, ticks_of
+from continuair.flight.trajectory import OBSERVED_VARIABLES, Recorder
+from continuair.signals import fit
+from continuair.vehicle.layout import FIELDS, MOTION, width_of
+from continuair.vehicle.runs import per_run
+
+Array = np.ndarray
+
+_BYTES = {"cpu": 1e8, "cuda": 2e9}
+"""What the logs, and the scans of inputs, of runs flown at once may take."""
+
+_NUMBERS_PER_SAMPLE = 50
+_SCANNED = 4000
+"""Values of an input that are looked at for each second, of every run with an input of its own."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """Some runs of a flight, with what acts on them and what closes their loop."""
+
+    launch: Launch
+    loop: Loop | None
+
+    def fly(self, engine: Engine, observe: bool) -> tuple[Logs, Array]:
+        """Return the logs of these runs, and what the roll-out counted (runs, COUNTS)."""
+        launch, given = self.launch, self.launch.runs
+        lanes = engine.load_rollout(self.loop, observe, len(given))
+        kernel = engine.kernels_of(lanes).rollout
+        if self.loop is not None:
+            closed = self.loop.on(engine, len(given))
+            kernel, launch = (
+                closed.kernels.rollout,
+                replace(launch, loop=closed.struct(engine, given)),
+            )
+        columns, samples = engine.layout.log, launch.ticks.samples
+        order = launch.order(engine, kernel, lanes, columns)
+        if self.loop is None:
+            launch = launch.of_runs(order)
+        log = np.full((len(given), len(samples), columns), np.nan, engine.dtype)
+        out = engine.upload(log)
+        status, counts = launch.on(engine, kernel, lanes, out)
+        engine.download(out, log)
+        back = np.argsort(order)
+        log, status, counts = log[back], status[back], counts[back]
+        nothing = np.zeros(len(given), np.int32)
+        logs = Logs(log, status, nothing, np.zeros((len(given), 0)))
+        if observe:
+            acting = self.launch.inputs
+            drive = Drive(acting(samples), True, acting.groups, acting.gravity)
+            logs = replace(logs, observed=engine.observe(log, drive, given))
+        if self.loop is not None:
+            watched = self.loop.watch(engine, log, given)
+            logs = replace(logs, watched=watched, scene=self.loop.scene)
+        return logs, counts
+
+
+def launch_of(
+    flight: Flight, runs: Array, ticks: Ticks, tolerance: Tolerance, motion: Track | None = None
+) -> Launch:
+    """Return the roll-out of some runs of a flight, by their indices."""
+    start, layout = flight.start, flight.coupled.layout
+    inputs = inputs_of(flight.scenario, flight.duration, layout, flight.groups, runs)
+    begin = Start(start.states[runs], start.angle[runs])
+    return Launch(runs, begin, inputs, ticks, tolerance, motion=motion)
+
+
+def record(recorder: Recorder, tolerance: Tolerance | None = None) -> None:
+    """Fly what a recorder keeps, within the tolerance of its flight or another one."""
+    flight = recorder.flight
+    tolerance = tolerance or flight.tolerance
+    assert tolerance is not None
+    engine = flight.engine(recorder.model, recorder.dtype)
+    observe = any(name in OBSERVED_VARIABLES for name in recorder.names)
+    alone = engine.on_one_thread()
+    ticks = ticks_of(flight.scenario, flight.duration, flight.marks.samples)
+    loop = _loop(flight, ticks)
+    size = runs_at_once(flight, engine)
+    alone.load_rollout(loop, observe, size)
+
+    def work(runs: Array) -> None:
+        launch = launch_of(flight, runs, ticks, tolerance, _motion(flight, loop, runs))
+        recorder.keep_counted(runs, *_Part(launch, loop).fly(alone, observe))
+
+    runs = recorder.runs
+    engine.side_by_side(work, [runs[at : at + size] for at in range(0, len(runs), size)])
+
+
+def checked_record(recorder: Recorder) -> None:
+    """Fly what a recorder keeps twice, and tell how far the tips of both flights are apart.
+
+    It must keep tip_position.
+    """
+    record(recorder)
+    flight, runs = recorder.flight, recorder.runs
+    assert flight.tolerance is not None
+    second = Recorder(flight, recorder.model, ("tip_position",), recorder.dtype, runs)
+    record(second, flight.tolerance.finer(flight.scenario.period))
+    recorder.error_estimate = error_between(recorder, second)
+
+
+def error_between(recorder: Recorder, finer: Recorder) -> Array:
+    """Largest distance of a tip of runs from that of a finer flight (runs,), in arm lengths; inf
+    where both end differently."""
+    tips, others = (each.values("tip_position") for each in (recorder, finer))
+    reach = per_run(recorder.flight.vehicle.reach, recorder.flight.runs)[recorder.runs]
+    apart = largest_distance(tips, others) / reach
+    return np.where(recorder.status == finer.status, apart, np.inf)
+
+
+def largest_distance(tips: Array, others: Array) -> Array:
+    """Largest distance (runs,) of tips (runs, samples, 3 per arm) that both flights reached [m]."""
+    apart = np.asarray(tips - others, float).reshape(*tips.shape[:2], -1, 3)
+    return np.asarray(np.nanmax(np.linalg.norm(apart, axis=-1), axis=(1, 2), initial=0.0))
+
+
+def _loop(flight: Flight, ticks: Ticks) -> Loop | None:
+    if flight.scenario.controller is None:
+        return None
+    return loop_over(flight.vehicle, flight.scenario, grid_of_ticks(ticks), flight.runs)
+
+
+def _motion(flight: Flight, loop: Loop | None, runs: Array) -> Track | None:
+    """The motion of the targets, where a law looks at it at every stage."""
+    if loop is None or loop.scene is None or not loop.timing.every_stage:
+        return None
+
+    def evaluate(times: Array) -> Array:
+        rows = motion_of(flight.scenario, times)
+        return rows if rows.shape[1] == 1 else rows[:, runs]
+
+    return Track(fit(evaluate, flight.duration), np.arange(width_of(MOTION)))
+
+
+def runs_at_once(flight: Flight, engine: Engine, signals_alone: bool = False) -> int:
+    """How many runs fit into memory, in whole packs: with their logs, of which every thread has
+    some, or with their inputs alone."""
+    kind = engine.device.split(":")[0]
+    numbers = 1 if signals_alone else _NUMBERS_PER_SAMPLE * len(flight.marks.samples)
+    scenario, layout = flight.scenario, flight.coupled.layout
+    timed = [name for name in FIELDS if callable(getattr(scenario, name))]
+    width = sum(field_width(name, layout) for name in timed)
+    numbers += int(_SCANNED * max(1.0, flight.duration)) * width
+    size = max(1, int(_BYTES[kind] / (8 * numbers)))
+    if kind == "cpu" and not signals_alone:
+        size = min(size, -(-flight.runs // engine.threads))
+    lanes = engine.lanes(size)
+    return lanes * -(-size // lanes)

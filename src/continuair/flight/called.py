@@ -1,0 +1,201 @@
+"""Flights under a scenario's force_callback: rolled out piece by piece between its calls."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from continuair import checks
+from continuair.engine.engine import Drive, Engine, Logs, Start
+from continuair.engine.rows import forget_unreached
+from continuair.errors import InputError, shown
+from continuair.flight.cohorts import Cohort
+from continuair.flight.resolution import saturation
+from continuair.flight.time_grid import Grid, call_times
+from continuair.flight.trajectory import OBSERVED_VARIABLES, Recorder
+from continuair.kernels.rollout import SUMS
+from continuair.kernels.step import OK
+from continuair.scenario.wrench import FlightState, Wrench
+from continuair.vehicle.layout import Layout
+from continuair.warning import warn
+
+Array = np.ndarray
+
+
+def record_called(recorder: Recorder, stacklevel: int) -> None:
+    """Fly what a recorder keeps, all runs at once; warn, so many levels up, that it is slow.
+
+    All runs take the shortest of their steps, as one call is for all of them.
+    """
+    flight = recorder.flight
+    shortest = np.full(flight.runs, flight.steps.min())
+    recorder.flight = flight = dataclasses.replace(flight, steps=shortest)
+    calls = call_times(flight.duration, flight.scenario.callback_rate)
+    warn(
+        f"force_callback is Python, called {len(calls)} times, and slow; write it as a "
+        "continuair.Term to fly at full speed.",
+        stacklevel + 1,
+    )
+    ((runs, grid),) = flight.grids()
+    cohort = flight.cohort(runs, grid)
+    engine = flight.engine(recorder.model, recorder.dtype)
+    observe = any(name in OBSERVED_VARIABLES for name in recorder.names)
+    recorder.keep(cohort, _Pieces(cohort, engine, calls).fly(observe))
+
+
+class _Pieces:
+    """The flight of a cohort, from call to call."""
+
+    def __init__(self, cohort: Cohort, engine: Engine, calls: Array) -> None:
+        self.cohort, self.engine, self.calls = cohort, engine, calls
+        self.flight, self.layout, self.grid = cohort.flight, engine.layout, cohort.grid
+        # The step that begins at each call; marks meet them to rounding.
+        ends = np.searchsorted(self.grid.starts, calls - 0.5 * self.grid.steps.min())
+        self.edges = np.append(ends, len(self.grid.steps))
+
+    def fly(self, observe: bool) -> Logs:
+        """Fly all pieces, and observe the samples if asked to."""
+        cohort, grid, layout, n = self.cohort, self.grid, self.layout, len(self.cohort.runs)
+        log = np.full((n, len(grid.samples), layout.log), np.nan, self.engine.dtype)
+        status, last = np.full(n, OK, np.int32), np.zeros(n, np.int32)
+        errors = np.zeros((n, SUMS), self.engine.dtype)
+        first = cohort.start
+        start = Start(first.states, first.angle, frozen=first.states)
+        held = np.zeros((len(grid.samples), n, layout.inputs))
+        states = np.array(first.states, self.engine.dtype)
+        for begin, end in zip(self.edges[:-1], self.edges[1:], strict=True):
+            time = float(grid.starts[begin])
+            row = self._called(time, states)
+            piece, at = _piece(grid, begin, end)
+            logs = self.engine.roll_out(cohort.runs, start, piece, self._drive(begin, end, row))
+            going = status == OK
+            log[np.ix_(going, at[at >= 0])] = logs.log[going][:, at >= 0]
+            # A sample at a call shows what acts from there on, as the next piece overwrites it.
+            held[at[at >= 0]] = row
+            errors[going, -1] = np.maximum(errors[going, -1], saturation(logs.errors[going]))
+            last[going] = begin + logs.last_step[going]
+            status[going] = logs.status[going]
+            going = status == OK
+            ends = logs.log[:, -1]
+            states[going] = ends[going, : layout.state]
+            angle = np.array(start.angle)
+            angle[going] = np.hstack([ends[:, layout.branch][:, 1::2], ends[:, layout.roll]])[going]
+            start = Start(states, angle, frozen=first.states)
+        observed = None
+        if observe:
+            acting = cohort.at_samples
+            table = acting.table + held
+            seen = Drive(table, len(table) > 1, acting.groups, acting.gravity)
+            observed = self.engine.observe(log, seen, cohort.runs)
+        for each in (log, observed) if observed is not None else (log,):
+            forget_unreached(each, status, last, grid.sample_after)
+        return Logs(log, status, last, errors, observed)
+
+    def _drive(self, begin: int, end: int, row: Array) -> Drive:
+        """What acts in the steps from one to before another, besides row (runs, inputs)."""
+        drive = self.cohort.drive
+        table = drive.table[3 * begin : 3 * end] if drive.timed else drive.table
+        return Drive(table + row, drive.timed, drive.groups, drive.gravity)
+
+    def _called(self, time: float, states: Array) -> Array:
+        """Return a row of inputs (runs, inputs) of what the callback returns."""
+        state = self._state(states)
+        given = state if self.flight.batched else _of_first(state)
+        callback = self.flight.scenario.force_callback
+        assert callback is not None
+        try:
+            found = callback(time, given)
+        except Exception as error:  # whatever a user's function raises
+            reason = " ".join(f"{type(error).__name__}: {error}".split())
+            raise InputError(
+                f"force_callback cannot be evaluated at t = {time:g} s ({reason}); return a "
+                "continuair.Wrench for every state."
+            ) from error
+        wrenches = found if isinstance(found, (list, tuple)) else [found]
+        row = np.zeros((len(states), self.layout.inputs))
+        for wrench in wrenches:
+            if not isinstance(wrench, Wrench):
+                raise InputError(
+                    f"force_callback returns {shown(found)} at t = {time:g} s; return a "
+                    "continuair.Wrench(force), or a list of them."
+                )
+            _add(row, wrench, state.attitude, self.layout, time)
+        return row
+
+    def _state(self, states: Array) -> FlightState:
+        """Return what the callback receives, of all runs."""
+        layout, vehicle, n = self.layout, self.flight.vehicle, len(states)
+        rows = np.zeros((n, 1, layout.log))
+        rows[:, 0, : layout.state] = states
+        still = Drive(np.zeros((1, 1, layout.inputs)), False, 0, self.flight.scenario.gravity)
+        seen = self.engine.observe(rows, still, self.cohort.runs)[:, 0].astype(float)
+        state = rows[:, 0]
+        many = vehicle.has_arm_list
+        sections = (n, layout.sections, 2) if many else (n, 2)
+        arms = (n, layout.arms, 3) if many else (n, 3)
+        return FlightState(
+            state[:, layout.position],
+            state[:, layout.attitude],
+            state[:, layout.velocity],
+            state[:, layout.angular_velocity],
+            state[:, layout.bend].reshape(sections),
+            state[:, layout.bend_rate].reshape(sections),
+            seen[:, layout.observed["tip_position"]].reshape(arms),
+            seen[:, layout.observed["tip_velocity"]].reshape(arms),
+        )
+
+
+def _of_first(state: FlightState) -> FlightState:
+    """Return the state of the only run."""
+    return FlightState(*(getattr(state, each.name)[0] for each in dataclasses.fields(state)))
+
+
+def _add(row: Array, wrench: Wrench, attitude: Array, layout: Layout, time: float) -> None:
+    """Add a wrench to a row of inputs (runs, inputs)."""
+    runs = len(row)
+    force = _three("force", wrench.force, runs, time)
+    moment = _three("moment", np.zeros(3) if wrench.moment is None else wrench.moment, runs, time)
+    if wrench.at == "uav":
+        row[:, layout.force] += force
+        row[:, layout.moment] += Rotation.from_quat(attitude).inv().apply(moment)
+        return
+    arm = wrench.at[1] if isinstance(wrench.at, tuple) else 0
+    if not 0 <= arm < layout.arms:
+        raise InputError(
+            f"force_callback returns a wrench at {wrench.at!r}, but the vehicle has "
+            f"{layout.arms} arms; give an index from 0 to {layout.arms - 1}."
+        )
+    first = layout.tip_wrench.start + 6 * arm
+    row[:, first : first + 3] += force
+    row[:, first + 3 : first + 6] += moment
+
+
+def _three(name: str, value: Any, runs: int, time: float) -> Array:
+    """Return three numbers of each run, or of all."""
+    found = checks.finite_array(value)
+    if found is None or found.shape not in ((3,), (runs, 3)):
+        rows = f" or {runs} rows of them" if runs > 1 else ""
+        raise InputError(
+            f"force_callback returns the {name} {shown(value)} at t = {time:g} s; return 3 finite "
+            f"numbers{rows}."
+        )
+    return found
+
+
+def _piece(grid: Grid, begin: int, end: int) -> tuple[Grid, Array]:
+    """Return the grid of the steps from one to before another, and the sample of the whole grid
+    that each of its samples is, or -1: its first and last are its start and end."""
+    after = grid.sample_after[begin:end]
+    before = grid.sample_after[begin - 1] if begin else 0
+    inner = np.flatnonzero(after[:-1] >= 0)
+    at = np.concatenate([[before], after[inner], after[-1:]]).astype(int)
+    sample_after = np.full(end - begin, -1, np.int32)
+    sample_after[inner] = 1 + np.arange(len(inner))
+    sample_after[-1] = 1 + len(inner)
+    starts, steps = grid.starts[begin:end], grid.steps[begin:end]
+    samples = np.concatenate([starts[:1], (starts + steps)[inner], [starts[-1] + steps[-1]]])
+    within = slice(begin, end)
+    return Grid(samples, starts, steps, sample_after, grid.opens[within], grid.closes[within]), at

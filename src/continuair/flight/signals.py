@@ -1,0 +1,111 @@
+"""Inputs of a scenario as signals, and when a controller acts on them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from continuair.engine.adaptive import Inputs, Ticks, Track
+from continuair.errors import InputError
+from continuair.flight.inputs import asked, evaluated
+from continuair.flight.time_grid import Grid, control_times
+from continuair.scenario.scenarios import Scenario
+from continuair.signals import Signal, UnresolvedSignal, fit
+from continuair.vehicle.layout import FIELDS, Layout
+
+Array = np.ndarray
+
+
+def inputs_of(
+    scenario: Scenario, duration: float, layout: Layout, groups: int, runs: Array | None = None
+) -> Inputs:
+    """Return what acts on a vehicle over a flight.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    duration : float
+        Length of the flight [s].
+    layout : Layout
+        Columns of the inputs.
+    groups : int
+        Bits of the groups of inputs in use.
+    runs : ndarray of int, optional
+        Runs that are wanted, of inputs with a row for each; all by default.
+
+    Raises
+    ------
+    InputError
+        If a function of time fails, returns other shapes or values than numbers, or changes too
+        fast to be resolved.
+    """
+    constants = np.zeros((1, layout.inputs))
+    tracks = []
+    for name in FIELDS:
+        value = getattr(scenario, name)
+        if value is None:
+            continue
+        columns = np.concatenate(
+            [np.arange(layout.inputs)[layout.of_input[given]] for given in FIELDS[name]]
+        )
+        sign = scenario.tip_wrench_sign if name == "tip_wrench" else 1.0
+        if callable(value):
+            signal = signal_of(name, value, duration, len(columns), scenario.jumps, runs)
+            if not signal.is_constant:
+                tracks.append(Track(signal.scaled(sign), columns))
+                continue
+            value = signal.coefficients[..., 0]
+        rows = np.atleast_2d(value)
+        rows = rows if runs is None or len(rows) == 1 else rows[runs]
+        constants = np.array(
+            np.broadcast_to(constants, (max(len(rows), len(constants)), layout.inputs))
+        )
+        constants[:, columns] += sign * rows
+    return Inputs(constants, tuple(tracks), groups, scenario.gravity)
+
+
+def signal_of(
+    name: str,
+    value: Any,
+    duration: float,
+    width: int,
+    jumps: tuple[float, ...] = (),
+    runs: Array | None = None,
+) -> Signal:
+    """Return a function of time as a signal: its own, if it has one, or a fit.
+
+    Raises InputError as `inputs_of` does.
+    """
+    own = getattr(value, "signal", None)
+    if own is not None:
+        found: Signal = own(duration)
+        return found if runs is None or found.rows == 1 else found.of_runs(runs)
+    first = True
+
+    def evaluate(times: Array) -> Array:
+        nonlocal first
+        rows = (evaluated if first else asked)(name, value, times, width)
+        first = False
+        return rows if runs is None or rows.shape[1] == 1 else rows[:, runs]
+
+    try:
+        return fit(evaluate, duration, jumps=jumps)
+    except UnresolvedSignal as error:
+        raise InputError(
+            f"{name} changes too fast near t = {error.time:g} s to be resolved in {error.calls:,} "
+            "calls; give a smoother function, or interpolate between samples."
+        ) from error
+
+
+def ticks_of(scenario: Scenario, duration: float, samples: Array) -> Ticks:
+    """Return the times at which the scenario's controller acts, or its commands do."""
+    late = 0.0 if scenario.controller is None else scenario.controller.latency
+    return Ticks(control_times(duration, scenario.period, late), samples)
+
+
+def grid_of_ticks(ticks: Ticks) -> Grid:
+    """Return the intervals between ticks as a grid, by which loops are made."""
+    starts, steps = ticks.times[:-1], np.diff(ticks.times)
+    none = np.zeros(len(steps), bool)
+    return Grid(ticks.samples, starts, steps, np.full(len(steps), -1, np.int32), none, none)

@@ -1,0 +1,403 @@
+"""The roll-out by an embedded pair: each run takes the steps that its own error allows.
+
+Between two ticks, instants at which a controller acts on all runs of a pack, every run has a time
+of its own. A step ends at the run's next break or at the tick, and never passes over a piece of
+its signals. Samples are read from the pair's interpolant, and so do not change the steps.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from continuair.kernels.arguments import arguments
+from continuair.kernels.dynamics import Dynamics
+from continuair.kernels.embedded import stage_code
+from continuair.kernels.flight import flight_code
+from continuair.kernels.numbers import Numbers, number_code
+from continuair.kernels.sensing.pilot import PilotCode
+from continuair.kernels.signals import signal_code
+from continuair.kernels.step import NOT_FINITE, OVERTURNED, STEP_LIMIT, UNSEEN, stepping_code
+from continuair.kernels.step_control import LARGEST_ERROR, control_arguments, control_code
+from continuair.kernels.types import Tree, device_types
+
+COUNTS = 5
+"""Columns of what is counted of each run: steps taken, steps rejected, evaluations of the rates,
+time reached [s], and the most that rotors were asked for beyond their limits."""
+
+STEPS, REJECTED, EVALUATIONS, REACHED, SATURATION = range(COUNTS)
+
+_BISECTIONS = 40
+"""Of a step in which a run ends: to 1e-12 of its length."""
+
+
+def adaptive_kernel(
+    numbers: Numbers,
+    tree: Tree,
+    dynamics: Dynamics,
+    pilot: PilotCode,
+    log_row: Any,
+    every_stage: bool = False,
+    name: str = "adaptive",
+) -> Any:
+    """The kernel of a roll-out of a model under a pilot, by an embedded pair.
+
+    log_row, name: as `rollout_kernel` has them. every_stage: whether the pilot acts at every stage.
+    log: (runs, samples, columns), of which samples that a run does not reach stay as they are.
+    status: (runs,); counts: (runs, COUNTS).
+    """
+    types, structs = device_types(numbers, tree), flight_code(numbers, tree)
+    stepping, begins = stepping_code(numbers, tree), arguments(numbers.precision)
+    own, signals_of = control_arguments(numbers.precision), signal_code(numbers)
+    code, sums, steer = number_code(numbers), stage_code(numbers, tree), control_code(numbers, tree)
+    Cell, Real, State, Push = types.Cell, types.Real, types.State, types.Push
+    Vehicles, Drive, Start = structs.Vehicles, begins.Drive, begins.Start
+    Method, Control, Ticks, Signals = own.Method, own.Control, own.Ticks, signals_of.Signals
+    Flight, flight_of, freeze = structs.Flight, structs.flight_of, structs.freeze
+    load_state, Branch, branch_at = types.load_state, stepping.Branch, stepping.branch_at
+    followed, end_of = stepping.followed, stepping.end_of
+    added, compensated = stepping.added, stepping.compensated
+    Loop, Pilot, pilot_of = pilot.Loop, pilot.Pilot, pilot.pilot_of
+    decide, push_at = pilot.decide, pilot.push_at
+    Stages, Interpolant = sums.Stages, sums.Interpolant
+    combined, weighed, store, stored = sums.combined, sums.weighed, sums.store, sums.stored
+    interpolate, between, mixed = sums.interpolate, sums.at, sums.mixed
+    evaluate, longest_at = signals_of.evaluate, signals_of.longest
+    next_break, stepped = signals_of.next_break, steer.stepped
+    allowed_of, error_of, first_of = steer.allowed_of, steer.error_of, steer.first_of
+    factor_of = steer.factor_of
+    above, any_above, all_above = code.above, code.any_above, code.all_above
+    at, of_run, keep_whole, keep_of_run = code.at, code.of_run, code.keep_whole, code.keep_of_run
+    sections, lanes = types.layout.sections, code.lanes
+    rate_of, excess_of = dynamics.rate_of, dynamics.loads.excess_of
+    misdirected, coarse = dynamics.loads.misdirected, numbers.precision == "float32"
+    limited, misleading = excess_of is not None, misdirected is not None
+    zero, half, one = Real(0.0), Real(0.5), Real(1.0)
+    last_node, almost = Real(1.0 - 1e-6), Real(1.0 + 1e-6)
+    # Of 64-bit and 32-bit numbers: steps that see on which side a direction turns, and the least.
+    followable, shortest = Real(1e-6 if coarse else 1e-9), Real(1e-7 if coarse else 1e-12)
+    not_finite, step_limit = Real(float(NOT_FINITE)), Real(float(STEP_LIMIT))
+    unseen, overturned = Real(float(UNSEEN)), Real(float(OVERTURNED))
+    beyond_any, least_error, bisections = Real(0.5 * LARGEST_ERROR), Real(1e-4), _BISECTIONS
+
+    @wp.struct
+    class Course:
+        """What a run is flown by: its inputs and the motion of its target over time, how steps are
+        made and what they may err by, when it is acted on, and the loop."""
+
+        signals: Signals
+        motion: Signals
+        method: Method
+        control: Control
+        ticks: Ticks
+        loop: Loop
+
+    @wp.struct
+    class Progress:
+        """How far a run is. rest: what rounding added to y, in single precision. upcoming, sample:
+        index of its next break and of its next sample. before, rejected: error of the step before,
+        and 1 if the last was rejected. fresh: 1 where the first stage is to be evaluated anew.
+        waiting: 1 until the next tick; ended: its status."""
+
+        y: State
+        rest: State
+        branch: Branch
+        push: Push
+        stages: Stages
+        inside: Interpolant
+        t: Real
+        h: Real
+        upcoming: Real
+        sample: Real
+        before: Real
+        rejected: Real
+        fresh: Real
+        waiting: Real
+        ended: Real
+        taken: Real
+        refused: Real
+        evaluated: Real
+        excess: Real
+
+    @wp.struct
+    class Attempt:
+        """A step from t to its end, and y, the state there. reaches: 1 where that is a break or the
+        tick; good: 1 where it is accepted; status: that the run ends with in it, or 0."""
+
+        step: Real
+        end: Real
+        reaches: Real
+        y: State
+        error: Real
+        good: Real
+        status: Real
+
+    @wp.func
+    def put_inputs(course: Course, flight: Flight, time: Real, before: Real):
+        """Write inputs, and the target's motion, at a time; before: 1 for just before a break."""
+        if course.signals.driven.shape[0] > 0:
+            evaluate(course.signals, flight.inputs, flight.run, time, before)
+        if wp.static(every_stage):
+            evaluate(course.motion, course.loop.motion, flight.run, time, before)
+
+    @wp.func
+    def longest_of(course: Course, flight: Flight, t: Real):
+        """The longest step from a time."""
+        out = of_run(course.control.longest, flight.run, 1)
+        if course.signals.driven.shape[0] > 0:
+            out = wp.min(out, longest_at(course.signals, flight.run, t))
+        if wp.static(every_stage):
+            out = wp.min(out, longest_at(course.motion, flight.run, t))
+        return out
+
+    @wp.func
+    def is_left(course: Course, sample: Real):
+        """1 where there is another sample."""
+        return above(Real(Cell(course.ticks.samples.shape[0])), sample, one, zero)
+
+    @wp.func
+    def log_now(
+        course: Course, flight: Flight, p: wp.ref[Progress], log: wp.array3d(dtype=Cell), push: Push
+    ):
+        """Log the sample that is due, if any."""
+        due = is_left(course, p.sample) * above(at(course.ticks.samples, p.sample), p.t, zero, one)
+        due = above(p.ended, zero, zero, due)
+        log_row(log, p.sample, due, p.y, flight, p.branch, push)
+        p.sample = p.sample + due
+
+    @wp.func
+    def begin_tick(
+        i: int, course: Course, flight: Flight, pilot: Pilot, p: wp.ref[Progress],
+        log: wp.array3d(dtype=Cell),
+    ):  # fmt: skip
+        """Let the controller act."""
+        if wp.static(every_stage):
+            evaluate(course.motion, course.loop.motion, flight.run, p.t, zero)
+        decision = decide(i, p.t, p.y, p.branch.direction, flight, pilot, p.push)
+        p.push = decision.push
+        log_now(course, flight, p, log, p.push)
+        gone = above(decision.lost, one, overturned, unseen * decision.lost)
+        p.ended = p.ended + above(p.ended, zero, zero, gone)
+        p.fresh = one
+        p.waiting = above(p.ended, zero, zero, one)
+
+    @wp.func
+    def attempt(
+        course: Course,
+        flight: Flight,
+        pilot: Pilot,
+        p: wp.ref[Progress],
+        allowed: State,
+        tick: Real,
+    ):
+        """Evaluate all stages of a step, and its error."""
+        out = Attempt()
+        method, along = course.method, p.branch.direction
+        target = wp.min(next_break(course.signals, flight.run, p.upcoming), tick)
+        most = longest_of(course, flight, p.t)
+        trial = stepped(wp.min(p.h, most), p.t, target)
+        count = method.nodes.shape[0]
+        begin = wp.int32(1)
+        if any_above(p.fresh, half):
+            begin = wp.int32(0)
+        out.y = p.y
+        for stage in range(begin, count):
+            node = Real(method.nodes[stage])
+            at_end = above(node, last_node, one, zero)
+            time = above(at_end, half, trial.end, p.t + node * trial.step)
+            out.y = added(p.y, trial.step * combined(p.stages, method.stages, stage))
+            put_inputs(course, flight, time, at_end)
+            push = push_at(0, time, out.y, along, flight, pilot, p.push)
+            k = rate_of(out.y, along, flight, 0, push)
+            if stage == 0:
+                k = mixed(p.fresh, k, stored(p.stages, 0))
+            store(p.stages, stage, k)
+            if stage == 0 and any_above(zero, p.h):
+                # The first step of all follows from the rates at the start.
+                first = wp.min(
+                    first_of(k, p.y, allowed, course.control),
+                    of_run(course.control.longest, flight.run, 0),
+                )
+                p.h = above(zero, p.h, first, p.h)
+                trial = stepped(wp.min(p.h, most), p.t, target)
+        out.step = trial.step
+        out.end = trial.end
+        out.reaches = trial.reaches
+        off = out.step * weighed(p.stages, method.error, count)
+        out.error = error_of(off, p.y, out.y, allowed, Real(course.control.relative))
+        if wp.static(misleading):
+            # Loads along directions that are followed: short steps see where these turn.
+            doubt = misdirected(p.y, out.y, along, flight, 0) / Real(course.control.absolute)
+            out.error = wp.max(out.error, above(out.step, followable, doubt, zero))
+        out.good = above(out.error, one, zero, p.waiting)
+        p.evaluated = p.evaluated + p.waiting * (Real(Cell(count - 1)) + p.fresh)
+        return out
+
+    @wp.func
+    def choose_step(course: Course, p: wp.ref[Progress], tried: wp.ref[Attempt]):
+        """The next step, by the error of this one; a run that cannot go on ends."""
+        factor = factor_of(tried.error, p.before, p.rejected, tried.good, course.method)
+        proposed = factor * tried.step
+        # A step that something else cut short tells little of the next one.
+        cut = above(p.h, almost * tried.step, tried.good, zero)
+        kept = above(cut, half, wp.max(proposed, p.h), proposed)
+        p.h = above(p.waiting, half, kept, p.h)
+        p.before = above(tried.good, half, wp.max(tried.error, least_error), p.before)
+        p.rejected = above(p.waiting, half, one - tried.good, p.rejected)
+        p.taken = p.taken + tried.good
+        p.refused = p.refused + p.waiting - tried.good
+        # Too short to go on: of rates that are no numbers, or of kinks.
+        why = above(tried.error, beyond_any, not_finite, step_limit)
+        tried.status = above(shortest, p.h, p.waiting * why, zero)
+        many = above(p.taken + p.refused, Real(course.control.most), p.waiting, zero)
+        tried.status = above(many, half, step_limit, tried.status)
+
+    @wp.func
+    def locate_end(course: Course, p: wp.ref[Progress], tried: wp.ref[Attempt]):
+        """Cut a step short where its run ends in it."""
+        ends = tried.good * end_of(tried.y)
+        if any_above(ends, zero):
+            interpolate(p.inside, p.stages, course.method.dense, course.method.nodes.shape[0])
+            low = zero
+            high = one
+            for _ in range(bisections):
+                middle = half * (low + high)
+                there = end_of(added(p.y, tried.step * between(p.inside, middle)))
+                low = above(there, zero, low, middle)
+                high = above(there, zero, middle, high)
+            last = added(p.y, tried.step * between(p.inside, high))
+            tried.y = mixed(ends, last, tried.y)
+            tried.end = above(ends, zero, p.t + high * tried.step, tried.end)
+            tried.status = above(ends, zero, ends, tried.status)
+
+    @wp.func
+    def due_within(course: Course, p: wp.ref[Progress], tried: wp.ref[Attempt]):
+        """1 where the next sample is within a step that is accepted."""
+        there = above(tried.end, at(course.ticks.samples, p.sample), tried.good, zero)
+        return there * is_left(course, p.sample)
+
+    @wp.func
+    def log_samples(
+        course: Course, flight: Flight, pilot: Pilot, p: wp.ref[Progress], tried: wp.ref[Attempt],
+        log: wp.array3d(dtype=Cell),
+    ):  # fmt: skip
+        """Log the samples within a step, from the interpolant."""
+        due = due_within(course, p, tried)
+        if any_above(due, half):
+            interpolate(p.inside, p.stages, course.method.dense, course.method.nodes.shape[0])
+            while any_above(due, half):
+                time = at(course.ticks.samples, p.sample)
+                y = added(p.y, tried.step * between(p.inside, (time - p.t) / tried.step))
+                if wp.static(every_stage):
+                    evaluate(course.motion, course.loop.motion, flight.run, time, zero)
+                push = push_at(0, time, y, p.branch.direction, flight, pilot, p.push)
+                log_row(log, p.sample, due, y, flight, followed(p.branch, y), push)
+                p.sample = p.sample + due
+                due = due_within(course, p, tried)
+
+    @wp.func
+    def mixed_branches(which: Real, x: Branch, y: Branch):
+        out = y
+        for j in range(sections + 1):
+            for k in range(2):
+                out.direction[j, k] = above(which, half, x.direction[j, k], y.direction[j, k])
+        for j in range(sections):
+            out.turns[j] = above(which, half, x.turns[j], y.turns[j])
+        return out
+
+    @wp.func
+    def accept(
+        i: int, course: Course, flight: Flight, pilot: Pilot, p: wp.ref[Progress],
+        tried: wp.ref[Attempt],
+    ):  # fmt: skip
+        """Go to the end of a step where it is accepted."""
+        good, count = tried.good, course.method.nodes.shape[0]
+        if wp.static(limited):
+            put_inputs(course, flight, tried.end, one)
+            push = push_at(0, tried.end, tried.y, p.branch.direction, flight, pilot, p.push)
+            p.excess = wp.max(p.excess, good * excess_of(tried.y, flight, 0, push))
+        if wp.static(coarse):
+            change = tried.step * combined(p.stages, course.method.stages, count - 1)
+            summed, rest = compensated(p.y, p.rest, change)
+            p.rest = mixed(good, rest, p.rest)
+            tried.y = mixed(above(tried.status, zero, zero, one), summed, tried.y)
+        p.branch = mixed_branches(good, followed(p.branch, tried.y), p.branch)
+        p.y = mixed(good, tried.y, p.y)
+        p.t = above(good, half, tried.end, p.t)
+        store(p.stages, 0, mixed(good, stored(p.stages, count - 1), stored(p.stages, 0)))
+        if wp.static(every_stage):
+            evaluate(course.motion, course.loop.motion, flight.run, p.t, zero)
+            decision = decide(i, p.t, p.y, p.branch.direction, flight, pilot, p.push)
+            lost = above(good, half, unseen * decision.lost, zero)
+            tried.status = above(tried.status, zero, tried.status, lost)
+
+    @wp.func
+    def settle(
+        course: Course, flight: Flight, p: wp.ref[Progress], tried: wp.ref[Attempt], tick: Real
+    ):
+        """Pass a break that was reached, and wait at the tick."""
+        arrived = tried.good * tried.reaches
+        there = above(next_break(course.signals, flight.run, p.upcoming), p.t, zero, arrived)
+        p.upcoming = p.upcoming + there
+        p.fresh = above(p.waiting, half, there, p.fresh)
+        p.ended = p.ended + p.waiting * tried.status
+        short_of = above(arrived, half, above(tick, p.t, one, zero), p.waiting)
+        p.waiting = above(p.ended, zero, zero, short_of)
+
+    @wp.kernel(name=name, enable_backward=False, module="unique", module_options=code.options)
+    def adaptive(
+        vehicles: Vehicles,
+        start: Start,
+        drive: Drive,
+        signals: Signals,
+        motion: Signals,
+        method: Method,
+        control: Control,
+        ticks: Ticks,
+        loop: Loop,
+        log: wp.array3d(dtype=Cell),
+        status: wp.array(dtype=wp.int32),
+        counts: wp.array2d(dtype=Cell),
+    ):
+        run = wp.tid() * lanes
+        flight = flight_of(vehicles, drive, run)
+        if wp.static(dynamics.freezes):
+            flight.frozen = freeze(flight, load_state(start.frozen, run, 0, flight.plant.unit))
+        pilot = pilot_of(loop, run)
+        allowed = allowed_of(control, run)
+        course = Course()
+        course.signals = signals
+        course.motion = motion
+        course.method = method
+        course.control = control
+        course.ticks = ticks
+        course.loop = loop
+        p = Progress()
+        p.y = load_state(start.states, run, 0, flight.plant.unit)
+        p.branch = branch_at(start.angle, run)
+        p.t = Real(ticks.starts[0])
+        p.h = Real(-1.0)
+        p.before = one
+        for i in range(ticks.starts.shape[0]):
+            tick = Real(ticks.ends[i])
+            begin_tick(i, course, flight, pilot, p, log)
+            while any_above(p.waiting, half):
+                tried = attempt(course, flight, pilot, p, allowed, tick)
+                choose_step(course, p, tried)
+                if any_above(tried.good, half):
+                    locate_end(course, p, tried)
+                    log_samples(course, flight, pilot, p, tried, log)
+                    accept(i, course, flight, pilot, p, tried)
+                settle(course, flight, p, tried, tick)
+            if all_above(p.ended, zero):
+                break
+        log_now(
+            course, flight, p, log, push_at(0, p.t, p.y, p.branch.direction, flight, pilot, p.push)
+        )
+        keep_whole(status, run, p.ended)
+        keep_of_run(counts, run, 0, p.taken)
+        keep_of_run(counts, run, 1, p.refused)
+        keep_of_run(counts, run, 2, p.evaluated)
+        keep_of_run(counts, run, 3, p.t)
+        keep_of_run(counts, run, 4, p.excess)
+
+    return adaptive

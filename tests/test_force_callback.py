@@ -1,0 +1,144 @@
+"""Forces that a Python function returns, held between its calls."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.spatial.transform import Rotation
+
+import continuair as ca
+from continuair.scenario.wrench import FlightState
+from tests.terms.tip_drag import TipDrag
+
+VEHICLE = ca.load_vehicle("paper")
+Callback = Callable[[float, FlightState], Any]
+
+pytestmark = pytest.mark.filterwarnings("ignore:force_callback is Python")
+
+
+def scenario(runs: slice | int = 0, **fields: Any) -> ca.Scenario:
+    q, qd = np.random.default_rng(5).normal(size=(2, 9, 8))
+    return ca.Scenario("called", 0.2 * q[runs], 0.5 * qd[runs], duration=0.02, **fields)
+
+
+def flown(callback: Callback | None, runs: slice | int = 0, **fields: Any) -> xr.Dataset:
+    vehicle = fields.pop("vehicle", VEHICLE)
+    chosen = scenario(runs, force_callback=callback, **fields)
+    return ca.simulate(vehicle, chosen, step=5e-4, sample=2e-3)
+
+
+def same(one: xr.Dataset, other: xr.Dataset, tolerance: float) -> None:
+    for name in ("position", "bend", "tip_velocity", "base_force", "kinetic_energy"):
+        a, b = one[name].to_numpy(), other[name].to_numpy()
+        assert a.shape == b.shape
+        assert np.abs(a - b).max() <= tolerance * np.abs(b).max(), name
+    # Steps of a force_callback are taken as they are, and tell no error.
+    assert set(other) - set(one) <= {"step_error"}
+    assert (one["status"] == other["status"]).all()
+
+
+def test_a_constant_wrench_is_that_input() -> None:
+    force, moment = [1.0, 2.0, 12.0], np.array([0.1, -0.2, 0.05])
+    wrench = [0.2, 0.1, 0.3, 0.0, 0.01, 0.0]
+
+    def callback(time: float, state: FlightState) -> list[ca.Wrench]:
+        turned = Rotation.from_quat(state.attitude).apply(moment)
+        return [ca.Wrench(force, turned), ca.Wrench(wrench[:3], wrench[3:], at="tip")]
+
+    expected = flown(None, force=force, moment=moment, tip_wrench=wrench)
+    same(flown(callback), expected, 1e-9)
+    # Also of calls that meet neither steps nor samples.
+    between = flown(callback, callback_rate=777.0)["tip_position"].to_numpy()
+    assert between == pytest.approx(expected["tip_position"].to_numpy(), rel=1e-6)
+
+
+def test_a_batch_is_called_once_for_all_its_runs() -> None:
+    shapes = []
+
+    def callback(time: float, state: FlightState) -> ca.Wrench:
+        shapes.append(state.tip_velocity.shape)
+        return ca.Wrench(-0.4 * state.tip_velocity, at=("tip", 0))
+
+    batch = flown(callback, slice(None))
+    assert shapes == [(9, 3)] * 20
+    for run in (0, 8):
+        same(flown(callback, run), batch.isel(run=run).drop_vars("step"), 1e-11)
+
+
+def test_drag_converges_to_the_term_at_first_order() -> None:
+    def callback(time: float, state: FlightState) -> ca.Wrench:
+        return ca.Wrench(-0.4 * state.tip_velocity, at="tip")
+
+    exact = flown(None, vehicle=VEHICLE.replace({"terms": (TipDrag(0.4),)}))["tip_velocity"]
+    errors = [
+        float(np.abs(flown(callback, callback_rate=rate)["tip_velocity"] - exact).max())
+        for rate in (500.0, 1000.0, 2000.0)
+    ]
+    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.1)
+    assert errors[1] / errors[2] == pytest.approx(2.0, rel=0.1)
+
+
+def test_a_run_that_ends_early_is_nan_from_there_on() -> None:
+    def callback(time: float, state: FlightState) -> ca.Wrench:
+        assert np.isfinite(state.tip_position).all()
+        force = np.zeros((9, 3))
+        force[3] = 1e9 * (time > 0.009)
+        return ca.Wrench(force, at="tip")
+
+    flight = flown(callback, slice(None))
+    assert (np.flatnonzero(flight["status"]) == [3]).all()
+    assert 0.01 <= float(flight["end_time"][3]) < 0.012
+    lost = flight["tip_position"].isnull().any("axis")
+    assert lost.sum("time").to_numpy().tolist() == [0, 0, 0, 5, 0, 0, 0, 0, 0]
+
+
+def test_it_warns_that_it_is_slow() -> None:
+    with pytest.warns(ca.ContinuairWarning, match="slow") as caught:
+        flown(lambda time, state: ca.Wrench([0.0, 0.0, 1.0]))
+    assert caught[0].filename == __file__
+
+
+@pytest.mark.parametrize(
+    ("returned", "problem"),
+    [
+        ([0.0, 0.0, 1.0], "return a continuair.Wrench"),
+        (ca.Wrench([0.0, 1.0]), "3 finite"),
+        (ca.Wrench([0.0, np.nan, 1.0]), "3 finite"),
+        (ca.Wrench([0.0, 0.0, 1.0], ["a"]), "the moment"),
+        (ca.Wrench([0.0, 0.0, 1.0], at=("tip", 1)), "has 1 arms"),
+        (ZeroDivisionError("no"), "ZeroDivisionError: no"),
+    ],
+)
+def test_what_is_no_wrench_is_refused(returned: Any, problem: str) -> None:
+    def callback(time: float, state: FlightState) -> Any:
+        if isinstance(returned, Exception):
+            raise returned
+        return returned
+
+    with pytest.raises(ca.InputError, match=problem) as caught:
+        flown(callback)
+    assert len(caught.value.sentences) == 1
+
+
+def test_what_does_not_call_it_refuses_it() -> None:
+    def callback(time: float, state: FlightState) -> ca.Wrench:
+        return ca.Wrench([0.0, 0.0, 1.0])
+
+    called = scenario(force_callback=callback)
+    with pytest.raises(ca.InputError, match="force_callback"):
+        ca.run_pairs(VEHICLE, called)
+    with pytest.raises(ca.InputError, match="force_callback"):
+        ca.Simulation(VEHICLE, called)
+    for method in ("implicit", "DOP853", "Tsit5"):
+        with pytest.raises(ca.InputError, match="force_callback"):
+            ca.simulate(VEHICLE, called, method=method)
+    with pytest.raises(ca.InputError, match="force_callback"):
+        ca.simulate(VEHICLE, called, check=True)
+    with pytest.raises(ca.InputError, match="force_callback"):
+        scenario(force_callback=callback, controller=ca.hold(VEHICLE, np.zeros(3)))
+    with pytest.raises(ca.InputError, match="force_callback is 3"):
+        scenario(force_callback=3)
+    with pytest.raises(ca.InputError, match="at is 'base'"):
+        ca.Wrench([0.0, 0.0, 1.0], at="base")  # type: ignore[arg-type]
