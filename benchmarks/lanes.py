@@ -23,7 +23,8 @@ from peaks import WIDE, shortest
 import continuair as ca
 from continuair.engine.compiling import start_warp
 from continuair.engine.engine import Engine
-from continuair.sections.arc.moments import MOMENTS, TERMS
+from continuair.engine.moments import TERMS
+from continuair.kernels.types import MOMENTS
 
 RUNS, STEPS, STEP = 16, 2000, 1e-4
 POLYNOMIALS = TERMS * len(MOMENTS)

@@ -44,7 +44,7 @@ ROOMS = {
         {"cli"},
     ],
     "vehicle": [
-        {"arc", "effect"},
+        {"effect", "arc"},
         {"fields", "runs", "layout", "poles", "allocation"},
         {"inertia", "replacing", "rotors"},
         {"disk", "camera", "uav", "coordinates"},
