@@ -18,12 +18,12 @@ from typing import Any
 import gpu
 import numpy as np
 import warp as wp
+from continuair.engine.moments import TERMS
 from peaks import WIDE, shortest
 
 import continuair as ca
 from continuair.engine.compiling import start_warp
 from continuair.engine.engine import Engine
-from continuair.engine.moments import TERMS
 from continuair.kernels.types import MOMENTS
 
 RUNS, STEPS, STEP = 16, 2000, 1e-4

@@ -20,6 +20,7 @@ SIGNS = {"add": "+", "mul": "*", "div": "/"}
 
 def trace(model: str) -> dict[str, Any]:
     from continuair.engine.moments import TERMS
+
     from continuair.engine.pack import tree_of
     from continuair.kernels.dynamics import dynamics_code
     from continuair.kernels.flight import flight_code

@@ -67,7 +67,7 @@ def adaptive_kernel(
     factor_of = steer.factor_of
     above, any_above, all_above = code.above, code.any_above, code.all_above
     at, of_run, keep_whole, keep_of_run = code.at, code.of_run, code.keep_whole, code.keep_of_run
-    sections, lanes = types.layout.sections, code.lanes
+    lanes, chosen = code.lanes, stepping.chosen
     rate_of, excess_of = dynamics.rate_of, dynamics.loads.excess_of
     misdirected, coarse = dynamics.loads.misdirected, numbers.precision == "float32"
     limited, misleading = excess_of is not None, misdirected is not None
@@ -295,16 +295,6 @@ def adaptive_kernel(
                 due = due_within(course, p, tried)
 
     @wp.func
-    def mixed_branches(which: Real, x: Branch, y: Branch):
-        out = y
-        for j in range(sections + 1):
-            for k in range(2):
-                out.direction[j, k] = above(which, half, x.direction[j, k], y.direction[j, k])
-        for j in range(sections):
-            out.turns[j] = above(which, half, x.turns[j], y.turns[j])
-        return out
-
-    @wp.func
     def accept(
         i: int, course: Course, flight: Flight, pilot: Pilot, p: wp.ref[Progress],
         tried: wp.ref[Attempt],
@@ -320,7 +310,7 @@ def adaptive_kernel(
             summed, rest = compensated(p.y, p.rest, change)
             p.rest = mixed(good, rest, p.rest)
             tried.y = mixed(above(tried.status, zero, zero, one), summed, tried.y)
-        p.branch = mixed_branches(good, followed(p.branch, tried.y), p.branch)
+        p.branch = chosen(good, followed(p.branch, tried.y), p.branch)
         p.y = mixed(good, tried.y, p.y)
         p.t = above(good, half, tried.end, p.t)
         store(p.stages, 0, mixed(good, stored(p.stages, count - 1), stored(p.stages, 0)))

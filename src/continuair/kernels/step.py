@@ -44,6 +44,7 @@ class Stepping:
     branch_at: Any
     signed_of: Any
     followed: Any
+    chosen: Any
     added: Any
     compensated: Any
     end_of: Any
@@ -126,6 +127,20 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
         roll = along_or_against(tilt_of(y), two_of(branch.direction, sections))
         branch.direction = with_two(branch.direction, sections, roll)
         return branch
+
+    @wp.func
+    def chosen(which: Real, x: Branch, y: Branch):
+        """x where which > 0, else y."""
+        out = y
+        for i in range(sections + 1):
+            one_of, other = two_of(x.direction, i), two_of(y.direction, i)
+            both = vec2(
+                above(which, zero, one_of[0], other[0]), above(which, zero, one_of[1], other[1])
+            )
+            out.direction = with_two(out.direction, i, both)
+        for i in range(sections):
+            out.turns[i] = above(which, zero, x.turns[i], y.turns[i])
+        return out
 
     @wp.func
     def added(y: State, change: State):
