@@ -125,7 +125,7 @@ class Layout:
     over their greatest. A log row is a state, then the paper's coordinates of each section ((κ, ψa)
     of an arc on its signed branch), the roll, and a controller's push. Inputs: those of the table
     INPUTS. Attributes named after a quantity are the slice of its columns. widths: the number of
-    coordinates of each section of each arm. rotors: how many there are; air: whether it acts.
+    coordinates of each section of each arm. rotors: how many there are; air: whether it acts;
     energies: whether terms have a potential energy.
     """
 
