@@ -239,11 +239,6 @@ def warn_of_lost_coordinates(sample: float, time: float, stacklevel: int) -> Non
     )
 
 
-def steps_told_of() -> AbstractContextManager[None]:
-    """For a study that looks at step_error itself: no warnings of coarse steps."""
-    return untold("step_error reaches", "step is .* s, which is too coarse")
-
-
 def angles_unread() -> AbstractContextManager[None]:
     """For a study that reads no Euler angles: no warnings of those that samples do not follow."""
     return untold("nrmse_r and rmse_r_rad", "q: roll, pitch and yaw")

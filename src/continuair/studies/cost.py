@@ -131,7 +131,15 @@ def ratio_printed() -> float:
 
 def _flight(vehicle: Vehicle, scenario: Scenario, model: str) -> Callable[[], None]:
     """A roll-out alone: everything that can be prepared is."""
-    flight = prepare(vehicle, scenario, step=PERIOD, sample=DURATION, duration=DURATION, threads=1)
+    flight = prepare(
+        vehicle,
+        scenario,
+        method="RK4",
+        step=PERIOD,
+        sample=DURATION,
+        duration=DURATION,
+        threads=1,
+    )
     engine, cohort = flight.engine(model), next(flight.cohorts())
 
     def fly() -> None:
