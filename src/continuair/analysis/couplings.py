@@ -33,6 +33,9 @@ Array = np.ndarray
 
 _POSE = ("tip_position", "tip_attitude")
 
+_RTOL = 1e-6
+"""Tolerance of the flights, whose differences are small for weak couplings."""
+
 
 def attribution(
     vehicle: Vehicle, scenario: Scenario, sample: float, settle: float = 0.0
@@ -50,7 +53,7 @@ def attribution(
             f"scenario holds the controller {scenario.controller.name}, which looks at a target; "
             "couplings are told apart in open loop, or under a law that looks at none."
         )
-    tolerance = checked_tolerance(1e-4, None, np.inf, "float64")
+    tolerance = checked_tolerance(_RTOL, None, np.inf, "float64")
     flight = prepare(
         vehicle, scenario, sample=sample, method=TSIT5, tolerance=tolerance, stacklevel=3
     )
