@@ -247,7 +247,9 @@ def test_half_the_step_tells_the_error_of_steps_of_one_length(method: str) -> No
 
 def test_old_names_are_told_their_new_ones() -> None:
     with pytest.raises(ca.InputError, match="method"):
-        ca.simulate(PAPER, RELEASE, integrator="rk4")  # type: ignore[call-arg]
+        ca.simulate(PAPER, RELEASE, integrator="rk4")
+    with pytest.raises(TypeError, match="integrate"):
+        ca.simulate(PAPER, RELEASE, integrate=True)
 
 
 def test_a_function_that_cannot_be_resolved_is_refused() -> None:

@@ -229,7 +229,11 @@ def test_of_the_noise_of_a_camera_no_single_draw_decides() -> None:
     own = []
     for seed in range(4):
         flight = ca.simulate(
-            noisy, start.replace(seed=seed), sample=0.01, variables=["feature_error"]
+            noisy,
+            start.replace(seed=seed),
+            sample=0.01,
+            variables=["feature_error"],
+            method="Tsit5",
         )
         late = flight.sel(time=slice(SETTING.settled, None))["feature_error"]
         own.append(float(np.sqrt((late**2).mean())))

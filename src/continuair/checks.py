@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
-from functools import wraps
+from collections.abc import Iterable
 from importlib.util import find_spec
 from itertools import chain
 from numbers import Integral, Real
-from typing import Any, ParamSpec, TypeGuard, TypeVar
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +15,6 @@ from numpy.typing import NDArray
 from continuair.errors import InputError, nearest, shown
 
 Array = NDArray[np.float64]
-Parameters = ParamSpec("Parameters")
-Returned = TypeVar("Returned")
 
 _ASKED_AGAIN, _SAME = 5, 1e-9
 """Times at which a function is asked once more, and by how much of its values these may differ."""
@@ -190,22 +187,13 @@ def choices(name: str, values: Any, valid: Iterable[str]) -> list[str]:
     return list(dict.fromkeys(given))
 
 
-def renamed(
-    **names: str,
-) -> Callable[[Callable[Parameters, Returned]], Callable[Parameters, Returned]]:
-    """Let a function refuse arguments by their old names, old=new, in a sentence."""
-
-    def decorate(function: Callable[Parameters, Returned]) -> Callable[Parameters, Returned]:
-        @wraps(function)
-        def called(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Returned:
-            for old, new in names.items():
-                if old in kwargs:
-                    raise InputError(f"{old} is {shown(kwargs[old])}, but is called {new} now.")
-            return function(*args, **kwargs)
-
-        return called
-
-    return decorate
+def renamed(function: str, given: dict[str, Any], **names: str) -> None:
+    """Refuse arguments that a function does not have, those by their old names, old=new, in a
+    sentence; raises InputError or TypeError."""
+    for name, value in given.items():
+        if name in names:
+            raise InputError(f"{name} is {shown(value)}, but is called {names[name]} now.")
+        raise TypeError(f"{function}() got an unexpected keyword argument {name!r}")
 
 
 def installed(package: str, extra: str) -> None:

@@ -23,7 +23,7 @@ from continuair.analysis.metrics import at_camera, differences
 from continuair.engine.adaptive import Tolerance
 from continuair.errors import InputError
 from continuair.flight.cohorts import Flight
-from continuair.flight.prepare import DEFAULT_TOLERANCE, check_scenario, prepare
+from continuair.flight.prepare import check_scenario, prepare
 from continuair.flight.rollout import fly
 from continuair.kernels.dynamics import COUPLINGS
 from continuair.kernels.integrators import TSIT5
@@ -33,6 +33,9 @@ from continuair.vehicle.vehicle import Vehicle
 Array = np.ndarray
 
 _POSE = ("tip_position", "tip_attitude")
+
+_RTOL = 1e-6
+"""Tolerance of the flights, whose differences are small for weak couplings."""
 
 
 def attribution(
@@ -51,7 +54,7 @@ def attribution(
             f"scenario holds the controller {scenario.controller.name}, which looks at a target; "
             "couplings are told apart in open loop, or under a law that looks at none."
         )
-    tolerance = Tolerance(DEFAULT_TOLERANCE)
+    tolerance = Tolerance(_RTOL)
     flight = prepare(
         vehicle, scenario, sample=sample, method=TSIT5, tolerance=tolerance, stacklevel=3
     )

@@ -100,7 +100,9 @@ def gradient(
     """
     checks.choice("model", model, MODELS)
     _check_plain(check_single_vehicle(vehicle))
-    flight = prepare(vehicle, scenario, step=step, sample=sample, duration=duration, plain=True)
+    flight = prepare(
+        vehicle, scenario, step=step, sample=sample, duration=duration, plain=True, stacklevel=3
+    )
     _check_smooth(flight)
     names = _names(fields)
     tangents = tangents_of(vehicle, names, flight.engine(model).kernels.types.Plant)

@@ -89,6 +89,7 @@ class Simulation:
             duration=period,
             threads=1,
             plain=True,
+            stacklevel=3,
         )
         if self._flight.batched:
             raise InputError(

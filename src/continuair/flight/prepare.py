@@ -99,7 +99,9 @@ def prepare(
         steps, longest, missed, abrupt = *own, np.zeros(runs, bool), np.zeros(runs)
     elif plain:
         fine = np.broadcast_to(automatic_step(coupled, q, qd, lag_rate(vehicle), method), runs)
-        steps = longest = steps_of(scenario, asked, fine, sample, None)
+        distorts = not INTEGRATORS[method].stiff
+        steps = steps_of(scenario, asked, fine, sample, stacklevel + 1 if distorts else None)
+        longest = steps
         check_steps(duration, min(float(steps.min()), sample))
         missed, abrupt = np.zeros(runs, bool), np.zeros(runs)
     else:

@@ -39,7 +39,6 @@ _FINEST_TOLERANCE = 1e-13
 """Relative tolerance below which rounding errors of float64 would steer DOP853's steps."""
 
 
-@checks.renamed(integrator="method")
 def simulate(
     vehicle: Vehicle,
     scenario: Scenario,
@@ -58,6 +57,7 @@ def simulate(
     dtype: str = "float64",
     device: str = "cpu",
     threads: int | None = None,
+    **others: Any,
 ) -> xr.Dataset:
     """Simulate one model of a vehicle in a scenario, one run or a batch.
 
@@ -116,6 +116,7 @@ def simulate(
     InputError
         If an argument cannot be used.
     """
+    checks.renamed("simulate", others, integrator="method")
     checks.choice("model", model, MODELS)
     names = _checked_names(vehicle, scenario, variables)
     _check_method(scenario, method, tolerance, dtype)

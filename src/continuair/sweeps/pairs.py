@@ -56,7 +56,6 @@ METRICS: dict[str, tuple[str, str]] = {
 Array = np.ndarray
 
 
-@checks.renamed(integrator="method")
 def run_pairs(
     vehicle: Vehicle,
     scenario: Scenario,
@@ -73,6 +72,7 @@ def run_pairs(
     check: bool = False,
     device: str = "cpu",
     threads: int | None = None,
+    **others: Any,
 ) -> xr.Dataset:
     """Fly models of many runs beside the coupled one, and return metrics, not trajectories.
 
@@ -96,6 +96,7 @@ def run_pairs(
     nrmse_r and rmse_r_rad are NaN, with a warning, where samples do not follow the Euler angles of
     the tip, as `continuair.compare` tells. Raises InputError.
     """
+    checks.renamed("run_pairs", others, integrator="method")
     names = _checked_models(models)
     checks.choice("method", method, (*INTEGRATORS, TSIT5))
     tolerance = tolerance_for(method, step, rtol, atol, max_step)
