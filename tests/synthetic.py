@@ -24,7 +24,7 @@ def flight(
     sample: float = 1e-3,
     method: str = "Tsit5",
     rtol: float = RTOL,
-    check: bool = False,
+    check: bool = True,
     error: float = 0.0,
 ) -> xr.Dataset:
     """Return a falling, slowly pitching vehicle; `error` [arm lengths] is its estimate."""

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import continuair as ca
 from continuair.scenario.scenarios import Scenario
@@ -119,26 +118,6 @@ def test_it_knows_errors_that_multiply(flown: tuple[ca.Vehicle, Scenario]) -> No
     off /= float(np.max(vehicle.reach))
     assert off > 1e-3
     assert off / 20.0 < float(found.step_error) < 20.0 * off
-
-
-@pytest.mark.filterwarnings("ignore:step_error reaches")
-def test_a_gradient_flies_as_simulate_does_where_errors_multiply() -> None:
-    vehicle, scenario = limp(controlled=False)
-    scenario = scenario.replace(duration=8.0)
-
-    def height(flight: xr.Dataset) -> tuple[float, dict[str, np.ndarray]]:
-        slope = np.zeros(flight["tip_position"].shape)
-        slope[-1, 0, 2] = 1.0
-        return float(flight["tip_position"][-1, 0, 2]), {"tip_position": slope}
-
-    found = ca.gradient(vehicle, scenario, height, sample=0.02).trajectory
-    flight = ca.simulate(vehicle, scenario, sample=0.02)
-    assert flight.attrs["flown_again"] == 1
-    assert {name: found.attrs[name] for name in ("step", "flown_again")} == {
-        name: flight.attrs[name] for name in ("step", "flown_again")
-    }
-    assert float(found.step_error) == float(flight.step_error)
-    np.testing.assert_array_equal(found["tip_position"], flight["tip_position"])
 
 
 @pytest.mark.filterwarnings("ignore:step_error reaches")

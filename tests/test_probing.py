@@ -322,13 +322,6 @@ def test_taps_of_a_batch_are_judged_run_by_run() -> None:
     )
 
 
-def test_a_simulation_tells_of_taps_too() -> None:
-    sim = ca.Simulation(SLENDER, tapped(), control_period=0.01, step=2e-3)
-    while sim.time < 0.5:
-        sim.step()
-    assert float(sim.trajectory().step_error) > 1e-3
-
-
 @pytest.mark.filterwarnings("ignore:step_error reaches")
 @pytest.mark.filterwarnings("ignore:rotors saturate")
 def test_commands_that_limits_cut_off_within_steps_are_in_step_error() -> None:

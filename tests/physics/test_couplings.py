@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 import continuair as ca
 from continuair import equations
 from continuair.analysis.couplings import attribution
+from continuair.engine.adaptive import Tolerance
 from continuair.flight.prepare import prepare
 from continuair.flight.rollout import fly
 from continuair.kernels.dynamics import COUPLINGS
@@ -28,7 +29,9 @@ def tip_without(
     coupling: str, vehicle: ca.Vehicle, scenario: ca.Scenario, sample: float
 ) -> xr.DataArray:
     """Tip position of the coupled model without one coupling."""
-    flight = prepare(vehicle, scenario, sample=sample)
+    flight = prepare(
+        vehicle, scenario, sample=sample, method="Tsit5", tolerance=Tolerance(relative=1e-6)
+    )
     return fly(flight, f"without {coupling}", ("tip_position",))["tip_position"]
 
 
@@ -82,7 +85,7 @@ def test_a_flight_without_one_coupling_agrees_with_the_readable_form(
     coupling: str, scenario: ca.Scenario
 ) -> None:
     tip = tip_without(coupling, VEHICLE, scenario, 2.5e-4).isel(time=-1).to_numpy()
-    # Steps of 0.25 ms err by 3e-8 m; carriage, the least of the couplings, moves the tip by 2e-5.
+    # A tolerance of 1e-6 errs by some 1e-7 m; carriage, the least of the couplings, moves the tip by 2e-5.
     assert np.abs(tip - readable(coupling)).max() < 3e-7
 
 
@@ -94,7 +97,8 @@ def test_free_fall_carries_the_arm_along_and_hovering_does_not() -> None:
     )
     shift = []
     for scenario in (falling, held):
-        coupled = ca.simulate(VEHICLE, scenario, sample=1e-2)["tip_position"]
+        flight = ca.simulate(VEHICLE, scenario, sample=1e-2, method="Tsit5", rtol=1e-6)
+        coupled = flight["tip_position"]
         without = tip_without("carriage", VEHICLE, scenario, 1e-2)
         shift.append(float(abs(without - coupled).max()))
     assert shift[0] > 1e-4
@@ -114,7 +118,8 @@ def test_attribution_tells_how_far_each_of_these_flights_is_from_the_coupled_one
     scenario: ca.Scenario,
 ) -> None:
     found = attribution(VEHICLE, scenario, 1e-2)
-    coupled = ca.simulate(VEHICLE, scenario, sample=1e-2)["tip_position"]
+    flight = ca.simulate(VEHICLE, scenario, sample=1e-2, method="Tsit5", rtol=1e-6)
+    coupled = flight["tip_position"]
     assert list(found) == [*COUPLINGS, "decoupled"]
     for coupling in COUPLINGS:
         off = tip_without(coupling, VEHICLE, scenario, 1e-2) - coupled
