@@ -27,11 +27,18 @@ KERNELS: dict[str, Callable[[], Any]] = {
     "coupled roll-out, float64": lambda: kernels("float64", ONE, "coupled").rollout,
     "coupled roll-out, float32": lambda: kernels("float32", ONE, "coupled").rollout,
     "implicit steps": lambda: kernels("float64", ONE, "coupled", method="implicit").rollout,
+    "error control": lambda: kernels("float64", ONE, "coupled", method="Tsit5").rollout,
+    "error control, tips, float32": lambda: (
+        kernels("float32", ONE, "coupled", method="Tsit5").tip_rollout
+    ),
     "decoupled rates": lambda: kernels("float64", ONE, "decoupled").derivative,
     "independent rates": lambda: kernels("float64", ONE, "independent").derivative,
     "observed quantities": lambda: kernels("float64", ONE, "coupled").observe,
     "closed loop": lambda: (
         closed_loop(made_law(law, "float64", ONE, 4), "coupled", Closing()).rollout
+    ),
+    "closed loop, error control": lambda: (
+        closed_loop(made_law(law, "float64", ONE, 4), "coupled", Closing(method="Tsit5")).rollout
     ),
     "two arms, one of two sections": lambda: kernels("float64", ARMS, "coupled").rollout,
     "what the camera sees": lambda: watching("float64", ONE, 4)[0],
@@ -40,7 +47,12 @@ KERNELS: dict[str, Callable[[], Any]] = {
 }
 
 
-_LONG = ("two arms, one of two sections", "rotors, drag and wash", "closed loop")
+_LONG = (
+    "two arms, one of two sections",
+    "rotors, drag and wash",
+    "closed loop",
+    "closed loop, error control",
+)
 
 
 @pytest.mark.long

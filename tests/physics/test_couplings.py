@@ -85,7 +85,8 @@ def test_a_flight_without_one_coupling_agrees_with_the_readable_form(
     coupling: str, scenario: ca.Scenario
 ) -> None:
     tip = tip_without(coupling, VEHICLE, scenario, 2.5e-4).isel(time=-1).to_numpy()
-    # A tolerance of 1e-6 errs by some 1e-7 m; carriage, the least of the couplings, moves the tip by 2e-5.
+    # A tolerance of 1e-6 errs by some 1e-7 m; carriage, the least of the couplings, moves the tip
+    # by 2e-5.
     assert np.abs(tip - readable(coupling)).max() < 3e-7
 
 

@@ -128,7 +128,7 @@ def stage_code(numbers: Numbers, tree: Tree) -> StageCode:
         return (
             f"{state} {rolled} for (int j = 0; j < {count}; ++j) {{ {number} a = {weight};"
             f" for (int i = 0; i < {width}; ++i)"
-            f" out.c[i] += stages.rates.c[j * {width} + i] * {pack}(a); }} return out;"
+            f" out.c[i] += stages.rates.c[j * {width} + i] * ({pack})(a); }} return out;"
         )
 
     @wp.func_native(summed("weights.data[(long)row * weights.shape[1] + j]", "row"))
@@ -151,7 +151,7 @@ def stage_code(numbers: Numbers, tree: Tree) -> StageCode:
     @wp.func_native(
         f"{rolled} for (int p = 0; p < 4; ++p) {rolled} for (int i = 0; i < {width}; ++i) {{"
         f" {pack} s(({number})0); {rolled} for (int j = 0; j < count; ++j)"
-        f" s = s + stages.rates.c[j * {width} + i] * {pack}(dense.data[j * dense.shape[1] + p]);"
+        f" s = s + stages.rates.c[j * {width} + i] * ({pack})(dense.data[j * dense.shape[1] + p]);"
         f" of.powers.c[p * {width} + i] = s; }}"
     )
     def interpolate(
