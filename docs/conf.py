@@ -27,6 +27,8 @@ exclude_patterns = ["_build", "soak.md", "gallery/*.ipynb", "gallery/*.py", "gal
 add_module_names = False
 autodoc_type_aliases = {"Array": "ndarray"}
 autodoc_typehints_format = "short"
+# Shapes, such as (runs, 3), name dimensions as properties of several classes are called.
+suppress_warnings = ["ref.python"]
 python_maximum_signature_line_length = 88
 python_use_unqualified_type_names = True
 
