@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import AbstractContextManager
 
 import numpy as np
@@ -112,13 +111,6 @@ def saturation(errors: Array) -> Array:
 def is_beyond_limits(largest: Array | float) -> Array:
     """Whether rotors were asked for more than rounding beyond their limits, by the saturation."""
     return np.asarray(largest) > _ROUNDING
-
-
-def summed(errors: Sequence[Array]) -> Array:
-    """The sums (..., SUMS) of a roll-out, of those of its parts in turn."""
-    parts = np.array(errors)
-    both = parts[..., :3].sum(axis=0), parts[..., 3:].max(axis=0)
-    return np.concatenate(both, axis=-1)
 
 
 def unresolved(errors: Array) -> Array:

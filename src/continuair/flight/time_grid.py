@@ -83,12 +83,7 @@ def marks_at(
     inside = inside[(inside >= samples[0]) & (inside <= end)]
     times, kinks = np.union1d(samples, inside), np.array(knots, float)
     times = _merged(times, kinks[(kinks > samples[0]) & (kinks < end)])
-    if control_period is not None:
-        instants = control_period * np.arange(control_instants(end, control_period))
-        times = _merged(times, instants)
-        if latency > 0.0:
-            late = instants + latency
-            times = _merged(times, late[late < end * (1.0 - 1e-9)])
+    times = _merged(times, control_times(end, control_period, latency)[1:-1])
     return Marks(samples, times, inside)
 
 
