@@ -451,7 +451,7 @@ def fly(model: str, steps: int) -> tuple[Tally, np.ndarray]:
     from continuair.kernels.dynamics import dynamics_code
     from continuair.kernels.logs import state_logger
     from continuair.kernels.numbers import Numbers
-    from continuair.kernels.rollout import SUMS, rollout_kernel
+    from continuair.kernels.rollout import rollout_kernel
     from continuair.kernels.sensing.pilot import no_pilot
     from continuair.vehicle.coordinates import branches_of, state_from_paper
     from continuair.vehicle.layout import GENERAL
@@ -465,7 +465,7 @@ def fly(model: str, steps: int) -> tuple[Tally, np.ndarray]:
     after = np.full(steps, -1)
     after[-1] = 1
     log, lengths = np.zeros((1, 2, layout.log)), np.full(steps, STEP)
-    ends = [*(Array(np.zeros(1, int), int) for _ in range(2)), Array(np.zeros((1, SUMS)), int)]
+    ends = [*(Array(np.zeros(1, int), int) for _ in range(2)), Array(np.zeros((1, 1)), int)]
     rollout_kernel(*of, dynamics_code(*of, model), pilot, state_logger(*of))(
         packed(vehicle, *of),
         filled(begins.Start, states=states, frozen=states, angle=Array(branches_of(q))),
@@ -502,28 +502,29 @@ def filled(kind: Any, **fields: Any) -> Any:
     return made
 
 
+BEFORE, STEPS = 32, 4
+"""Steps that are flown before those that are counted, and of these."""
+
+
 def counted(model: str) -> dict[str, Any]:
     """What `per_step` finds, from a process of its own, for one that has imported Warp."""
     return dict(json.loads(subprocess.check_output([sys.executable, __file__, model])))
 
 
 def per_step(model: str) -> dict[str, Any]:
-    """What one step takes: the mean of as many as one is measured of, late in a flight."""
-    from continuair.kernels.rollout import FEW_STEPS
-    from continuair.kernels.step import MEASURED_EVERY
-
-    (few, _), (more, _) = fly(model, FEW_STEPS), fly(model, FEW_STEPS + MEASURED_EVERY)
+    """What one step takes: the mean of some, late in a flight."""
+    (few, _), (more, _) = fly(model, BEFORE), fly(model, BEFORE + STEPS)
     _, state = fly(model, 3)
     (fewer, little), (most, much) = few.needed(), more.needed()
-    written = mean(few.written, more.written, MEASURED_EVERY)
-    distinct = mean(fewer, most, MEASURED_EVERY)
+    written = mean(few.written, more.written, STEPS)
+    distinct = mean(fewer, most, STEPS)
     return {
         "model": model,
         "written": written,
         "distinct": distinct,
         "flops": sum(distinct.get(name, 0) for name in FLOPS),
         "flops_written": sum(written.get(name, 0) for name in FLOPS),
-        "loads": (much - little) / MEASURED_EVERY,
+        "loads": (much - little) / STEPS,
         "state_after_3_steps": state.tolist(),
     }
 

@@ -29,7 +29,6 @@ import continuair as ca
 from continuair.engine.engine import Drive, Engine, Start, check_device
 from continuair.errors import InputError
 from continuair.flight.time_grid import grid_of, marks_of
-from continuair.kernels.rollout import SUMS
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import GENERAL
 
@@ -48,13 +47,13 @@ def roll_out(engine: Engine, runs: int, steps: int) -> Any:
     real = getattr(wp, engine.dtype.name)
     begin = Start(state_from_paper(q, qd), branches_of(q))
     status, last = (wp.zeros(runs, wp.int32, device=engine.device) for _ in range(2))
-    errors = wp.zeros((runs, SUMS), real, device=engine.device)
+    saturation = wp.zeros((runs, 1), real, device=engine.device)
     log = wp.zeros((runs, 2, engine.layout.log), real, device=engine.device)
     everything = slice(None)
     arguments = [
         *(engine.vehicles(everything, engine.kernels), engine.start(begin, everything)),
         *(engine.drive(Drive(inputs, False, GENERAL, 9.81), everything, 3), engine.steps(grid)),
-        *(engine.no_loop(), log, status, last, errors),
+        *(engine.no_loop(), log, status, last, saturation),
     ]
 
     def fly() -> None:
@@ -98,6 +97,7 @@ def whole_call(device: str, dtype: str, runs: int) -> float:
             vehicles,
             ca.open_loop_test("A"),
             duration=1.0,
+            method="RK4",
             step=1e-3,
             sample=0.1,
             dtype=dtype,

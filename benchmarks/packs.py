@@ -30,7 +30,6 @@ from continuair.flight.cohorts import Cohort
 from continuair.flight.prepare import prepare
 from continuair.flight.time_grid import grid_of, marks_of
 from continuair.kernels.numbers import LANES, NARROW
-from continuair.kernels.rollout import SUMS
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import GENERAL, PAPER, TIP
 
@@ -114,7 +113,7 @@ def launches(case: Case, lanes: int) -> Callable[[], None]:
     arguments = [
         *(engine.vehicles(everything, engine.kernels_of(lanes)), engine.start(start, everything)),
         *(engine.drive(drive, everything, 3), engine.steps(grid), loop),
-        *(engine.upload(log), status, last, engine.upload(np.zeros((RUNS, SUMS)))),
+        *(engine.upload(log), status, last, engine.upload(np.zeros((RUNS, 1)))),
     ]
 
     def fly() -> None:

@@ -43,6 +43,7 @@ def fly(vehicle: ca.Vehicle, model: str, steps: int, threads: int = 1, **options
         vehicle,
         ca.Scenario("free flight", q, qd, force=weight, duration=STEP * steps),
         model=model,
+        method="RK4",
         step=STEP,
         sample=STEP * steps,
         variables=("position",),

@@ -250,7 +250,7 @@ def test_a_note_tells_whose_flights_ended_early() -> None:
     assert not [each for each in notes(case) if "ended early" in each]
 
 
-@pytest.mark.filterwarnings("ignore:controller flight controller", "ignore:step_error reaches")
+@pytest.mark.filterwarnings("ignore:controller flight controller")
 def test_a_loop_in_which_the_coupled_model_alone_is_lost_has_no_errors() -> None:
     """A soft side arm with a load swings a tight loop up; the decoupled model knows none of it."""
     section = {"length": 0.7, "mass_per_length": 0.05, "bending_stiffness": 2.1952}
@@ -264,7 +264,7 @@ def test_a_loop_in_which_the_coupled_model_alone_is_lost_has_no_errors() -> None
     )
     loop = Loop("position", 40.0)
     found = ca.run_pairs(vehicle, excited(vehicle, "tip", 0.5, loop), sample=0.01)
-    assert found["status"].to_numpy().tolist() == [[2, 0]]
+    assert (found["status"].to_numpy() > 0).tolist() == [[True, False]]
     for errors in flown_errors(vehicle, "tip", np.array([0.5]), loop).values():
         assert np.isnan(errors).all()
     assert excitations._alike(math.nan, math.nan) is None

@@ -33,7 +33,6 @@ def groups_of(runs: int = 1, **changes: object) -> dict[str, np.ndarray]:
     return {name: np.broadcast_to(np.asarray(v, float), runs) for name, v in values.items()}
 
 
-@pytest.mark.filterwarnings("ignore:step_error reaches")
 @pytest.mark.parametrize("excitation", EXCITATIONS)
 def test_vehicles_with_the_same_groups_have_the_same_scaled_error(excitation: str) -> None:
     """Length 400 times, mass 10^4 times, period 20 times as large."""

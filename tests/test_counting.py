@@ -26,7 +26,7 @@ def test_counted_source_computes_the_kernels_flight(model: str) -> None:
         force=(0.0, 0.0, 9.81 * vehicle.mass),
         duration=3e-4,
     )
-    flight = ca.simulate(vehicle, scenario, model=model, step=1e-4, sample=3e-4)
+    flight = ca.simulate(vehicle, scenario, model=model, method="RK4", step=1e-4, sample=3e-4)
     names = ("position", "attitude", "bend")
     flown = np.concatenate([flight[name].to_numpy()[-1].ravel() for name in names])
     # The CPU flies packs, which fuse products and sums; the counted source rounds both, to 1e-16 of

@@ -48,7 +48,6 @@ print(json.dumps({name: value.tolist() for name, value in found.items()}))
 """
 
 
-@pytest.mark.filterwarnings("ignore:step_error reaches")
 @pytest.mark.parametrize(("gains", "expected"), [(HOLDING, True), (CHATTERING, False)])
 def test_a_loop_that_holds_is_determined_and_one_that_chatters_is_not(
     gains: Gains, expected: bool

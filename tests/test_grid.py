@@ -1,10 +1,18 @@
 """The time grid: steps end at jumps, and see the inputs of their own side only."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import continuair as ca
 from continuair.flight.time_grid import grid_of, instants_at, marks_of, stage_times
+
+METHODS: tuple[dict[str, Any], ...] = (
+    {},
+    {"method": "RK4", "step": "auto"},
+    {"method": "implicit", "step": "auto"},
+)
 
 
 def test_every_stage_lies_on_its_steps_own_side_of_a_jump() -> None:
@@ -33,7 +41,7 @@ def test_what_is_held_from_jump_to_jump_is_so_at_every_stage(period: float) -> N
 
 @pytest.mark.slow
 def test_what_is_held_flies_as_the_same_by_its_jumps() -> None:
-    """In steps of either kind, and as DOP853: a force that int(t / period) looks up in a list."""
+    """By all methods: a force that int(t / period) looks up in a list."""
     vehicle, period = ca.load_vehicle("paper"), 0.07
     jumps = period * np.arange(1, 20)
     forces = np.random.default_rng(0).uniform(0.0, 50.0, (20, 3))
@@ -46,15 +54,13 @@ def test_what_is_held_flies_as_the_same_by_its_jumps() -> None:
             lambda t: forces[np.searchsorted(jumps, t, side="right")],
         )
     )
-    for kind in ("RK4", "implicit", "DOP853"):
-        one, other = (
-            ca.simulate(vehicle, each, sample=0.01, method=kind) for each in (held, by_jumps)
-        )
+    for given in METHODS:
+        one, other = (ca.simulate(vehicle, each, sample=0.01, **given) for each in (held, by_jumps))
         np.testing.assert_array_equal(one["q"], other["q"])
 
 
 def test_what_an_input_is_at_start_and_end_alone_moves_nothing() -> None:
-    """In steps of either kind, as DOP853 and as a Simulation: a force of another value there."""
+    """By all methods and as a Simulation: a force of another value there."""
     vehicle, end = ca.load_vehicle("paper"), 0.05
     forces = (
         lambda t: [1.0, 0.0, 26.0],
@@ -62,8 +68,8 @@ def test_what_an_input_is_at_start_and_end_alone_moves_nothing() -> None:
     )
     start = [0, 0, 3, 0, 0, 0, 0.1, 0]
     smooth, beyond = (ca.Scenario("push", start, force=f, duration=end) for f in forces)
-    for kind in ("RK4", "implicit", "DOP853"):
-        one, other = (ca.simulate(vehicle, each, method=kind) for each in (smooth, beyond))
+    for given in METHODS:
+        one, other = (ca.simulate(vehicle, each, **given) for each in (smooth, beyond))
         np.testing.assert_array_equal(one["q"], other["q"])
     sims = [ca.Simulation(vehicle, each, control_period=0.01) for each in (smooth, beyond)]
     for sim in sims:

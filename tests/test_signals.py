@@ -20,6 +20,7 @@ def column(values: Array) -> Array:
 SMOOTH: dict[str, Callable[[Array], Array]] = {
     "a sine of 50 Hz": lambda t: np.sin(2.0 * np.pi * 50.0 * t),
     "a sine of 1 kHz": lambda t: np.sin(2.0 * np.pi * 1000.0 * t),
+    "a ripple of 2 kHz": lambda t: 1.0 + 9e-3 * np.cos(2.0 * np.pi * 2000.0 * t),
     "a chirp": lambda t: np.sin(2.0 * np.pi * (0.5 * t + 4.0 * t * t)),
     "a pulse of 1 ms": lambda t: np.exp(-(((t - 0.4) / 1e-3) ** 2)),
     "a kink in the curvature": lambda t: np.maximum(t - EDGE, 0.0) ** 2,

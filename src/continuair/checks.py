@@ -67,19 +67,15 @@ def frozen(array: Array) -> Array:
     return array
 
 
-class UnsteadyInput(InputError):
-    """A function that is not one of the time alone."""
-
-
 def asked_again(count: int) -> NDArray[np.intp]:
     """Indices of some of so many times, from the last to the first, to ask a function for again."""
     return np.unique(np.linspace(0, count - 1, _ASKED_AGAIN).astype(int))[::-1]
 
 
 def repeats(name: str, first: Array, again: Array) -> None:
-    """Raise UnsteadyInput for values of a function that are others when it is asked once more."""
+    """Raise InputError for values of a function that are others when it is asked once more."""
     if first.shape != again.shape or np.abs(again - first).max() > _SAME * np.abs(first).max():
-        raise UnsteadyInput(
+        raise InputError(
             f"{name} gives other values when it is asked for the same times again, as what keeps a "
             "state or draws noise does; give a function of the time alone, such as np.interp over "
             "values made beforehand, or step a Simulation."

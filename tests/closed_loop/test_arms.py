@@ -121,7 +121,7 @@ def above(vehicle: ca.Vehicle, offset: Any = (0.0, 0.0, 0.0)) -> np.ndarray:
 
 def served(vehicle: ca.Vehicle, q: Any, law: ca.Controller, **fields: Any) -> xr.Dataset:
     scenario = ca.Scenario("servoing", q, controller=law, target=STILL, **fields)
-    return ca.simulate(vehicle, scenario, sample=0.02)
+    return ca.simulate(vehicle, scenario, sample=0.02, rtol=1e-7)
 
 
 @pytest.mark.parametrize("vehicle", [TWO, DUAL], ids=lambda vehicle: vehicle.name)

@@ -204,12 +204,12 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "as many points",
     ),
     "period no multiple": (
-        lambda: fly(step=3e-4),
+        lambda: fly(method="RK4", step=3e-4),
         "control_period is 0.001 s, which is not a multiple of the step, 0.0003 s",
         "step='auto'",
     ),
     "period below the step": (
-        lambda: fly(step=1e-3, control_period=5e-4),
+        lambda: fly(method="RK4", step=1e-3, control_period=5e-4),
         "control_period is 0.0005 s, which is not a multiple of the step, 0.001 s",
         "step='auto'",
     ),
@@ -287,7 +287,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "below the camera",
     ),
     "not a controller": (lambda: fly("hold"), "controller is 'hold'", "continuair.controllers"),
-    "DOP853": (lambda: fly(method="DOP853"), "method is 'DOP853'", "method='RK4'"),
+    "DOP853": (lambda: fly(method="DOP853"), "method is 'DOP853'", "Tsit5"),
     "bandwidth": (lambda: ca.design(flights.VEHICLE, 0.0), "bandwidth is 0.0", "above 0"),
     "distance of design": (
         lambda: ca.design(flights.VEHICLE, 1.0, distance=-2.0),

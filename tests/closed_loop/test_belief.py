@@ -36,7 +36,9 @@ def pushes(
     start = ca.Scenario(
         "believing", q, qd, duration=1e-6, controller=law, control_period=1e-6, target=targets
     )
-    run = ca.simulate(eye.MOUNTED, start, step=1e-6, sample=1e-6, variables=["command"])
+    run = ca.simulate(
+        eye.MOUNTED, start, method="RK4", step=1e-6, sample=1e-6, variables=["command"]
+    )
     return eye.in_paper_coordinates(run["command"].isel(time=0).to_numpy(), q)
 
 

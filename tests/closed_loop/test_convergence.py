@@ -113,21 +113,20 @@ def test_acting_at_every_stage_keeps_the_fourth_order_of_the_steps(tip_frame: st
         control_period=None,
     )
     ends = [
-        ca.simulate(vehicle, scenario, step=step, sample=0.05).features[-1].to_numpy()
+        ca.simulate(vehicle, scenario, method="RK4", step=step, sample=0.05).features[-1].to_numpy()
         for step in (1e-3, 5e-4, 6.25e-5)
     ]
     coarse, fine = (np.abs(end - ends[2]).max() for end in ends[:2])
     assert np.log2(coarse / fine) > 3.7
 
 
-@pytest.mark.filterwarnings("ignore:step_error reaches")
 def test_the_automatic_step_of_a_law_at_every_stage_resolves_the_loop_too() -> None:
     """A soft arm alone would do with steps of 1 ms, which this loop does not survive."""
     soft = flights.VEHICLE.replace({"arm.youngs_modulus": 2e9})
     scenario = flights.scenario(flights.designed(8.0), 0.2, control_period=None)
 
     def image(step: float | str) -> np.ndarray:
-        run = ca.simulate(soft, scenario, step=step, sample=0.01)
+        run = ca.simulate(soft, scenario, method="RK4", step=step, sample=0.01)
         assert run.status == 0
         return run.features.to_numpy()
 
@@ -141,6 +140,7 @@ def test_a_faster_hold_comes_close_to_acting_at_every_stage() -> None:
         ca.simulate(
             flights.VEHICLE,
             flights.scenario(flights.designed(2.0), duration=1.0, control_period=period),
+            method="RK4",
             step=1.25e-4,
         ).features.to_numpy()
         for period in (2.5e-4, 1.25e-4, None)

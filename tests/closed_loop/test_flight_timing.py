@@ -334,4 +334,4 @@ def test_a_rate_whose_margin_would_take_minutes_is_refused() -> None:
 def test_a_rate_that_is_no_multiple_of_the_step_is_refused() -> None:
     scenario = ca.Scenario("x", HOME, controller=ca.flight_controller(RIGID, rate=300.0))
     with pytest.raises(ca.InputError, match="the period of the controller's rate is 0.0033333"):
-        ca.simulate(RIGID, scenario, step=1e-3)
+        ca.simulate(RIGID, scenario, method="RK4", step=1e-3)

@@ -47,7 +47,9 @@ def test_what_it_adds_is_the_error_summed_up_at_its_rate() -> None:
         controller, 0.02, q=flights.start(0.05, 0.04, 0.02), control_period=period
     )
     names = ["command", "q", "camera_twist"]
-    run = ca.simulate(flights.VEHICLE, scenario, step=period, sample=period, variables=names)
+    run = ca.simulate(
+        flights.VEHICLE, scenario, method="RK4", step=period, sample=period, variables=names
+    )
     total = np.zeros(8)
     for k, q in enumerate(run["q"].to_numpy()[:-1]):
         image, depth = equations.look(flights.VEHICLE, q, flights.STILL.points)

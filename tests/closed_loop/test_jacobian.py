@@ -27,7 +27,7 @@ def first_sample(
         control_period=1e-6,
         target=eye.held_before(vehicle, q),
     )
-    run = ca.simulate(vehicle, scenario, step=1e-6, sample=1e-6, variables=names)
+    run = ca.simulate(vehicle, scenario, method="RK4", step=1e-6, sample=1e-6, variables=names)
     return [run[name].isel(time=0).to_numpy() for name in names]
 
 

@@ -55,7 +55,9 @@ def first_pushes(
     scenario = ca.Scenario(
         "moving", q, qd, duration=1e-6, controller=controller, control_period=1e-6, target=targets
     )
-    run = ca.simulate(VEHICLE, scenario, step=1e-6, sample=1e-6, variables=["command"])
+    run = ca.simulate(
+        VEHICLE, scenario, method="RK4", step=1e-6, sample=1e-6, variables=["command"]
+    )
     pushes = eye.in_paper_coordinates(run.command.isel(time=0).to_numpy(), q)
     seen = [Seen(*each) for each in zip(q, qd, targets, strict=True)]
     return list(zip(q, qd, pushes, seen, strict=True))

@@ -116,7 +116,7 @@ def test_each_need_of_the_proof_breaks_alone() -> None:
 
 @pytest.fixture(scope="module")
 def settling() -> xr.Dataset:
-    return ca.simulate(flights.VEHICLE, loop(), step=2.5e-4, sample=2.5e-4)
+    return ca.simulate(flights.VEHICLE, loop(), method="RK4", step=2.5e-4, sample=2.5e-4)
 
 
 def test_conditions_of_a_flight_break_alone(settling: xr.Dataset) -> None:
@@ -136,7 +136,7 @@ def test_conditions_of_a_flight_break_alone(settling: xr.Dataset) -> None:
 def test_where_the_needs_of_the_proof_hold_its_v_falls_by_k_d_alone() -> None:
     """And not by -λ‖e_a‖²: at rest it does not fall at all, whatever e_a is."""
     scenario = by_hand(Cd=np.zeros((8, 8)), Cp=np.eye(8), Cs=np.zeros((8, 8)))
-    run = ca.simulate(flights.VEHICLE, scenario, step=STEP, sample=STEP)
+    run = ca.simulate(flights.VEHICLE, scenario, method="RK4", step=STEP, sample=STEP)
     found = ca.lyapunov(flights.VEHICLE, scenario, run).over_time
     bend_rate = (run.bend_rate**2).sum("bend_axis").to_numpy()
     arm = flights.VEHICLE.arm
@@ -157,7 +157,7 @@ def image_rate(run: xr.Dataset) -> np.ndarray:
 @pytest.mark.parametrize("compensation", ["gravity_only", "literal"])
 def test_the_sound_v_of_a_still_target_falls_by_its_two_dampings(compensation: str) -> None:
     scenario = loop(compensation=compensation, posture_damping=0.3)
-    run = ca.simulate(flights.VEHICLE, scenario, step=STEP, sample=STEP)
+    run = ca.simulate(flights.VEHICLE, scenario, method="RK4", step=STEP, sample=STEP)
     rate = ca.lyapunov(flights.VEHICLE, scenario, run).over_time.lyapunov_sound_rate.to_numpy()
     arm = flights.VEHICLE.arm
     bend_rate = (run.bend_rate**2).sum("bend_axis").to_numpy()
@@ -175,7 +175,7 @@ def test_the_rate_of_the_sound_v_is_its_slope_also_with_a_held_push_and_a_moving
     gains = dataclasses.replace(load_gains("paper"), settings=settings)
     controller = gains.controller(flights.VEHICLE)
     scenario = task(flights.VEHICLE, ["M", "L"], controller, 10.0).replace(duration=0.3)
-    run = ca.simulate(flights.VEHICLE, scenario, model=model, step=STEP, sample=STEP)
+    run = ca.simulate(flights.VEHICLE, scenario, model=model, method="RK4", step=STEP, sample=STEP)
     found = ca.lyapunov(flights.VEHICLE, scenario, run).over_time
     V, rate = (found[f"lyapunov_sound{kind}"].to_numpy() for kind in ("", "_rate"))
     # Every 1 ms the push, and with it the rate, jumps: inside of a period it has a slope.
@@ -188,7 +188,7 @@ def test_the_rate_of_the_sound_v_is_its_slope_also_of_gains_that_have_no_potenti
     """Products that are neither symmetric nor diagonal: V is what their symmetric part stores."""
     scenario = loop({"Kp": 5.0 * UNEQUAL**0.25, "Cp": LINKED, "Cs": 0.05 * LINKED, "Cd": 0.2})
     assert len(broken(scenario, "sound")) == 2
-    run = ca.simulate(flights.VEHICLE, scenario, step=STEP, sample=STEP)
+    run = ca.simulate(flights.VEHICLE, scenario, method="RK4", step=STEP, sample=STEP)
     found = ca.lyapunov(flights.VEHICLE, scenario, run).over_time
     slope = np.gradient(found.lyapunov_sound, STEP)[1:-1]
     rate = found.lyapunov_sound_rate.to_numpy()[1:-1]
@@ -210,7 +210,7 @@ def test_the_preset_gains_break_what_they_break_by_name() -> None:
 def test_the_radius_over_time_is_within_the_ultimate_one_and_ends_with_the_motion() -> None:
     target = ca.Target(paths.line([0, 0, 0], [0.01, 0, 0], 0.1, 0.5))
     scenario = loop().replace(target=target, duration=0.2)
-    run = ca.simulate(flights.VEHICLE, scenario, step=2.5e-4, sample=2.5e-4)
+    run = ca.simulate(flights.VEHICLE, scenario, method="RK4", step=2.5e-4, sample=2.5e-4)
     found = ca.lyapunov(flights.VEHICLE, scenario, run)
     radius = found.over_time.ultimate_radius
     assert 0.5 * found.bound["radius_least"] < radius.max() < found.bound["radius_least"]
@@ -250,7 +250,9 @@ def test_a_flight_that_cannot_tell_is_refused(settling: xr.Dataset) -> None:
 def test_a_target_counts_for_as_long_as_the_flight_lasts() -> None:
     late = ca.paths.from_function(lambda t: [0.01 * max(t - 0.15, 0.0) ** 3, 0, 0], duration=1.0)
     scenario = loop().replace(target=ca.Target(late))
-    flight = ca.simulate(flights.VEHICLE, scenario, duration=0.3, step=2.5e-4, sample=2.5e-4)
+    flight = ca.simulate(
+        flights.VEHICLE, scenario, duration=0.3, method="RK4", step=2.5e-4, sample=2.5e-4
+    )
     assert "target at rest" not in broken(scenario, "sound")
     assert "target at rest" in broken(scenario, "sound", flight)
     found = ca.lyapunov(flights.VEHICLE, scenario, flight)

@@ -38,7 +38,7 @@ def still(gains: dict[str, Any], compensation: str, duration: float) -> ca.Scena
 
 
 def flight(scenario: ca.Scenario, model: str, step: float) -> xr.Dataset:
-    run = ca.simulate(flights.VEHICLE, scenario, model=model, step=step, sample=step)
+    run = ca.simulate(flights.VEHICLE, scenario, model=model, method="RK4", step=step, sample=step)
     assert run.status == 0
     return run
 

@@ -23,7 +23,8 @@ DISK = ROOT / "tests" / "sweeps" / "disk.toml"
 DESIGN = """name = "two"
 vehicle = "paper"
 models = ["decoupled"]
-step = 1e-3
+rtol = 1e-3
+check = true
 sample = 2e-3
 seed = 3
 
@@ -87,8 +88,8 @@ def recordings(rng: Rng, folder: Path) -> None:
 
 _FIELDS = ["q", "qd", "force", "moment", "tau", "tip_wrench", "bend_moment", "gravity", "duration",
            "jumps", "seed", "tip_wrench_sign", "controller", "target"]  # fmt: skip
-_OPTIONS = ["model", "step", "sample", "duration", "variables", "method", "tolerance", "dtype",
-            "device", "threads"]  # fmt: skip
+_OPTIONS = ["model", "step", "sample", "duration", "variables", "method", "rtol", "atol",
+            "max_step", "check", "dtype", "device", "threads"]  # fmt: skip
 
 
 def calls(rng: Rng, folder: Path) -> None:

@@ -46,8 +46,8 @@ def check_section(section: Section) -> None:
 
 
 def check_flight(flight: xr.Dataset) -> None:
-    """Ended in a known way, finite up to there, attitudes of unit length, step_error told."""
-    require(set(np.ravel(flight["status"])) <= {0, 1, 2, 3, 4}, "unknown status")
+    """Ended in a known way, finite up to there, attitudes of unit length."""
+    require(set(np.ravel(flight["status"])) <= {0, 1, 2, 3, 4, 5}, "unknown status")
     valid = flight["time"].to_numpy() <= np.ravel(flight["end_time"])[0]
     for name in ("tip_position", "attitude", "bend"):
         values = flight[name].to_numpy()[valid]
@@ -55,7 +55,8 @@ def check_flight(flight: xr.Dataset) -> None:
     unit = np.linalg.norm(flight["attitude"].to_numpy()[valid], axis=-1)
     good = np.isfinite(unit)
     require(bool(np.abs(unit[good] - 1).max(initial=0) < 1e-9), "attitude of another length than 1")
-    require(not np.isnan(float(flight["step_error"])), "no step_error")
+    if "error_estimate" in flight:
+        require(not np.isnan(float(flight["error_estimate"])), "no error_estimate")
 
 
 def _positive(value: Any) -> bool:

@@ -26,7 +26,7 @@ _HEAD = """## What comes in from outside
 Mutations of real files, odd arguments, flights at the edge, and processes that are killed, start
 together or find the disk full, counted in {minutes:.0f} minutes of `make soak` (`tests/fuzz/`).
 Each is used, or refused in a sentence; a *wrong* one breaks a rule of `tests/fuzz/rules.py`, flies
-off by more than 0.01 arm lengths, by DOP853, while its `step_error` is below 0.001, or leaves
+off by more than 0.01 arm lengths, while its `error_estimate` is below 0.001, or leaves
 another store or folder than an undisturbed one.
 """
 

@@ -66,7 +66,12 @@ def record(
             duration=duration,
         )
     found = ca.simulate(
-        vehicle or true_vehicle(), scenario, sample=SAMPLE, step=step, duration=duration
+        vehicle or true_vehicle(),
+        scenario,
+        sample=SAMPLE,
+        method="RK4",
+        step=step,
+        duration=duration,
     )
     write(path, found, None if test else inputs, (*MEASURED, *ACTUATORS), seed)
 

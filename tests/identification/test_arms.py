@@ -61,7 +61,7 @@ def record(vehicle: ca.Vehicle, seed: int | None = None, duration: float = 1.0) 
         jumps=tuple(time[1:-1]),
         duration=duration,
     )
-    found = ca.simulate(vehicle, scenario, sample=SAMPLE, step=5e-4)
+    found = ca.simulate(vehicle, scenario, sample=SAMPLE, method="RK4", step=5e-4)
     write(Path("flight.csv"), found, rows, headings(len(sections)), seed)
 
 

@@ -27,7 +27,7 @@ def spinning() -> tuple[Recording, np.ndarray]:
     weight = [0.0, 0.0, 9.81 * float(VEHICLE.mass)]
     rates = (0.0, 0.0, 0.0, 0.0, 0.0, SPIN, 0.0, 0.0)
     scenario = ca.Scenario("spin", [0.0] * 8, rates, force=weight, duration=0.05)
-    flown = ca.simulate(VEHICLE, scenario, sample=1e-3, step=2e-5)
+    flown = ca.simulate(VEHICLE, scenario, sample=1e-3, method="RK4", step=2e-5)
     names = ("time", "position", "attitude", "bend")
     time, position, attitude, bend = (flown[name].to_numpy() for name in names)
     inputs = np.tile([*weight, *[0.0] * 5], (len(time), 1))
@@ -78,7 +78,7 @@ def test_recorded_thrusts_of_rotors_fly_with_their_limits_and_lag(tmp_path: Path
     scenario = ca.Scenario(
         "flown", [0.0] * 8, rotor_command=held, jumps=tuple(time[1:-1]), duration=0.1
     )
-    found = ca.simulate(flying, scenario, sample=0.01, step=5e-4)
+    found = ca.simulate(flying, scenario, sample=0.01, method="RK4", step=5e-4)
     names = tuple(f"rotor_command_{rotor}" for rotor in (1, 2, 3, 4))
     write(tmp_path / "flight.csv", found, thrusts, (*MEASURED, *names), None)
     recording = load_recording(tmp_path / "flight.csv", flying)

@@ -35,7 +35,7 @@ def switched_off() -> tuple[Recording, np.ndarray]:
 
     q = (0.3, -0.2, 5.0, 0.05, -0.04, 0.2, 0.8, 0.5)
     scenario = ca.Scenario("off", q, rotor_command=held, jumps=tuple(time[1:-1]), duration=time[-1])
-    flown = ca.simulate(VEHICLE, scenario, sample=0.01, step=5e-4)
+    flown = ca.simulate(VEHICLE, scenario, sample=0.01, method="RK4", step=5e-4)
     names = ("position", "attitude", "bend", "rotor_thrust")
     position, attitude, bend, thrust = (flown[name].to_numpy()[20:] for name in names)
     inputs = np.zeros((ROWS + 1, 8))

@@ -49,7 +49,7 @@ def pushed(duration: float = 0.5) -> tuple[xr.Dataset, Array]:
         jumps=tuple(time[1:-1]),
         duration=duration,
     )
-    fine = ca.simulate(true_vehicle(), scenario, sample=0.5 * SAMPLE, step=5e-4)
+    fine = ca.simulate(true_vehicle(), scenario, sample=0.5 * SAMPLE, method="RK4", step=5e-4)
     attitude = fine["attitude"].to_numpy()
     halfway = ("time", "quaternion"), np.vstack([attitude[1::2], attitude[-1:]])
     return fine.isel(time=slice(None, None, 2)).assign(halfway=halfway), inputs
@@ -71,7 +71,7 @@ def flown(
     scenario = ca.Scenario(
         "flown", q, rotor_command=held, jumps=tuple(time[1:-1]), duration=duration
     )
-    return ca.simulate(vehicle, scenario, sample=sample, step=5e-4), thrusts
+    return ca.simulate(vehicle, scenario, sample=sample, method="RK4", step=5e-4), thrusts
 
 
 def to_ned(vectors: Array) -> Array:

@@ -154,7 +154,7 @@ def test_commands_that_jitter_within_rows_give_lagging_rotors_the_thrust_that_th
     start = (0.3, -0.2, 5.0, 0.05, -0.04, 0.2, 0.8, 0.5)
     jumps = tuple(time[1:-1])
     flight = ca.Scenario("jitter", start, rotor_command=held, jumps=jumps, duration=0.5)
-    found = ca.simulate(vehicle, flight, sample=0.0025, step=6.25e-4)
+    found = ca.simulate(vehicle, flight, sample=0.0025, method="RK4", step=6.25e-4)
     topics = {
         name: (at[::8], {field: values[::8] for field, values in fields.items()})
         for name, (at, fields) in px4_estimates(found).items()

@@ -41,7 +41,6 @@ def worst(found: xr.Dataset, expected: xr.Dataset) -> float:
     return max(errors)
 
 
-@pytest.mark.filterwarnings("ignore:step_error reaches")
 @pytest.mark.parametrize("model", ["coupled", "decoupled", "independent"])
 def test_a_batch_in_open_loop(model: str, place: Place) -> None:
     """Forces, Euler torques, a bend moment and a tip wrench at once; everything that is logged."""
@@ -55,7 +54,7 @@ def test_a_batch_in_open_loop(model: str, place: Place) -> None:
         duration=0.1,
     )
     runs = [
-        ca.simulate(VEHICLES, scenario, model=model, step=1e-4, sample=0.02, **where)
+        ca.simulate(VEHICLES, scenario, model=model, method="RK4", step=1e-4, sample=0.02, **where)
         for where in (here(place), REFERENCE)
     ]
     assert worst(*runs) < (1e-10 if place.exact else 1e-4)
@@ -74,7 +73,7 @@ def test_a_closed_loop(place: Place) -> None:
         target=ca.Target(paths.circle(radius=0.2, period=10.0)),
     )
     runs = [
-        ca.simulate(single, scenario, step=1e-4, sample=0.02, **where)
+        ca.simulate(single, scenario, method="RK4", step=1e-4, sample=0.02, **where)
         for where in (here(place), REFERENCE)
     ]
     assert worst(*runs) < (1e-9 if place.exact else 1e-4)
@@ -84,7 +83,9 @@ def test_a_closed_loop(place: Place) -> None:
 def test_pairs_and_their_deviations(place: Place) -> None:
     """The tips' roll-out, and how far those of two models part; pairs fly in float64 only."""
     flown = [
-        ca.run_pairs(VEHICLES, ca.open_loop_test("A"), step=1e-3, duration=0.2, device=device)
+        ca.run_pairs(
+            VEHICLES, ca.open_loop_test("A"), method="RK4", step=1e-3, duration=0.2, device=device
+        )
         for device in (place.device, "cpu")
     ]
     for name in flown[1].data_vars:

@@ -33,7 +33,7 @@ Table = tuple[list[str], list[list[Any]]]
 def exact(scenario: ca.Scenario, samples: int = 100) -> xr.Dataset:
     """Our coupled model, integrated to 1e-11."""
     sample = scenario.duration / samples
-    return ca.simulate(VEHICLE, scenario, method="DOP853", tolerance=1e-11, sample=sample)
+    return ca.simulate(VEHICLE, scenario, rtol=1e-11, sample=sample)
 
 
 def largest(a: np.ndarray, b: np.ndarray) -> float:

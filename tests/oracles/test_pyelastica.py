@@ -94,9 +94,7 @@ def our_tip(duration: float, couple: float) -> np.ndarray:
         gravity=0.0,
         bend_moment=lambda t: [couple * ARM.length * share(t), 0.0],
     )
-    flight = ca.simulate(
-        HELD, scenario, method="DOP853", tolerance=1e-10, sample=duration / SAMPLES
-    )
+    flight = ca.simulate(HELD, scenario, rtol=1e-10, sample=duration / SAMPLES)
     return np.asarray(flight.tip_position.values)
 
 

@@ -153,7 +153,7 @@ def test_motion_of_a_rigid_quadrotor_in_wind(claim: Claim, theirs: Any) -> None:
         duration=PERIOD * PERIODS,
         jumps=tuple(jumps),
     )
-    flight = ca.simulate(rigid(), scenario, sample=PERIOD, method="DOP853", tolerance=1e-12)
+    flight = ca.simulate(rigid(), scenario, sample=PERIOD, rtol=1e-12)
     flown = {name: np.array([s[name] for s in theirs["flown"]]) for name in theirs["flown"][0]}
     turned = np.abs((flight.attitude[1:].to_numpy() * flown["q"]).sum(1))
     speed = np.sqrt(flight.rotor_thrust[1:].to_numpy() / COEFFICIENT)

@@ -135,10 +135,20 @@ def test_blocks_without_remark_1_are_the_decoupled_model_of_simulate() -> None:
         for job, printed in zip(jobs, fly(jobs, tolerance=1e-12, sample=1e-2), strict=True):
             model = "coupled" if job.model == "coupled" else "decoupled"
             flown = ca.simulate(
-                vehicle, ca.open_loop_test(test), model=model, step=2.5e-5, sample=1e-2
+                vehicle,
+                ca.open_loop_test(test),
+                model=model,
+                method="RK4",
+                step=2.5e-5,
+                sample=1e-2,
             )
             finer = ca.simulate(
-                vehicle, ca.open_loop_test(test), model=model, step=1.25e-5, sample=1e-2
+                vehicle,
+                ca.open_loop_test(test),
+                model=model,
+                method="RK4",
+                step=1.25e-5,
+                sample=1e-2,
             )
             position, bend = bend_and_position(printed)
             for ours, name in ((position, "position"), (bend, "bend")):

@@ -176,7 +176,10 @@ def test_tilted_rotors_hold_a_vehicle_against_what_the_wash_pushes_aside_too() -
     assert abs(held[1] - held[0])[0] > 0.005
 
 
-def test_an_arm_that_swings_through_the_edge_of_a_wash_is_followed_by_the_automatic_step() -> None:
+FINE: dict[str, Any] = {"method": "RK4", "step": 1e-4}
+
+
+def test_an_arm_that_swings_through_the_edge_of_a_wash_is_followed() -> None:
     """A light arm, between the wash of a disk and still air: off by less than a thousandth."""
     changes = {
         "uav.rotors": {**ROTORS, "radius": 0.15},
@@ -187,18 +190,16 @@ def test_an_arm_that_swings_through_the_edge_of_a_wash_is_followed_by_the_automa
     }
     light = SLENDER.replace(changes)
     start = ca.Scenario("edge", (0, 0, 2, 0, 0, 0, 1.5, 0.8), bend_moment=swinging, duration=1.5)
-    fine, found = (
-        ca.simulate(light, start, sample=0.01, step=step, variables=["tip_position"])
-        for step in (1e-4, "auto")
+    fine, steps, found = (
+        ca.simulate(light, start, sample=0.01, variables=["tip_position"], **given)
+        for given in (FINE, {"method": "RK4", "step": "auto"}, {})
     )
-    off = np.linalg.norm(found.tip_position - fine.tip_position, axis=1).max()
-    assert found.attrs["step"] > 1e-3
-    assert off < 1e-3 * light.arm.length
+    for flight in (steps, found):
+        off = np.linalg.norm(flight.tip_position - fine.tip_position, axis=1).max()
+        assert off < 1e-3 * light.arm.length
 
 
-@pytest.mark.parametrize("step", ["auto", 2e-3])
-@pytest.mark.filterwarnings("ignore:step_error reaches")
-def test_what_the_edges_of_a_wash_cost_is_in_step_error(step: Any) -> None:
+def test_the_edges_of_a_wash_are_resolved() -> None:
     """A light arm that is let go crosses the wash of small rotors at 10 m/s."""
     rotors = {"layout": "quad_x", "lever": 0.15, "thrust_limits": [0.1, 14.0], "lag": 0.03}
     light = ca.Vehicle(
@@ -219,12 +220,11 @@ def test_what_the_edges_of_a_wash_cost_is_in_step_error(step: Any) -> None:
     )
     command = [9.81 * light.mass / 4.0] * 4
     start = ca.Scenario("edges", (0, 0, 3, 0, 0, 0, 4, 0.75), rotor_command=command, duration=0.6)
-    fine, found = (
-        ca.simulate(light, start, sample=0.02, step=each, variables=["tip_position"])
-        for each in (1e-4, step)
-    )
-    off = float(np.linalg.norm(found.tip_position - fine.tip_position, axis=1).max())
-    assert 1e-5 < off / 0.7 < float(found.step_error) < 0.1
+    found = ca.simulate(light, start, sample=0.02, variables=["tip_position"], check=True)
+    exact = ca.simulate(light, start, sample=0.02, variables=["tip_position"], rtol=1e-10)
+    off = float(np.linalg.norm(found.tip_position - exact.tip_position, axis=1).max()) / 0.7
+    assert off < 1e-3
+    assert off < 3.0 * float(found.error_estimate)
 
 
 def swinging(t: float) -> list[float]:
@@ -248,7 +248,7 @@ def test_the_reaction_at_the_base_is_what_moves_the_uav() -> None:
     """m_u Δv = ∫ R f dt + m_u g t: what the arm puts on the UAV holds its own drag."""
     q, wind = (0, 0, 0, 0.1, 0.2, 0.3, 0.8, 0.4), (6.0, 3.0, 0.0)
     scenario = ca.Scenario("blown", q, wind=wind, duration=0.4)
-    flight = ca.simulate(CYLINDER, scenario, step=2e-4)
+    flight = ca.simulate(CYLINDER, scenario, method="RK4", step=2e-4)
     turn = Rotation.from_quat(flight.attitude.to_numpy())
     force = turn.apply(flight.base_force.to_numpy())
     ends = force[0] + force[-1] + 4.0 * force[1:-1:2].sum(0) + 2.0 * force[2:-1:2].sum(0)

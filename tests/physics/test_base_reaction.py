@@ -47,7 +47,9 @@ def runs() -> dict[str, xr.Dataset]:
         force=force, moment=moment, bend_moment=[4.0, -7.0], tau=tau, tip_wrench=tip_wrench
     )
     return {
-        model: ca.simulate(FURNISHED, scenario, model=model, step=STEP, sample=INTERVAL)
+        model: ca.simulate(
+            FURNISHED, scenario, model=model, method="RK4", step=STEP, sample=INTERVAL
+        )
         for model in ca.MODELS
     }
 

@@ -26,7 +26,7 @@ def drift(values: np.ndarray) -> float:
 @pytest.fixture(scope="module")
 def flight() -> xr.Dataset:
     vehicle = ca.load_vehicle("slender")
-    return ca.simulate(vehicle, tumbling(), step=1e-4, sample=1e-2)
+    return ca.simulate(vehicle, tumbling(), method="RK4", step=1e-4, sample=1e-2)
 
 
 # Steps of 0.1 ms lose 2e-11 of energy and linear momentum in 10 s, and 3e-10 of angular momentum.
@@ -46,7 +46,12 @@ def test_coupled_free_flight_conserves_momentum(
 @pytest.mark.parametrize("model", ["decoupled", "independent"])
 def test_decoupled_models_conserve_their_own_energy_under_gravity(model: str) -> None:
     run = ca.simulate(
-        ca.load_vehicle("slender"), tumbling(2.0, gravity=9.81), model=model, step=1e-4, sample=1e-2
+        ca.load_vehicle("slender"),
+        tumbling(2.0, gravity=9.81),
+        model=model,
+        method="RK4",
+        step=1e-4,
+        sample=1e-2,
     )
     # Reached in 2 s: 1e-12.
     assert drift(energy(run)[:, None]) < 5e-11
@@ -54,7 +59,9 @@ def test_decoupled_models_conserve_their_own_energy_under_gravity(model: str) ->
 
 def test_drift_of_energy_and_momentum_shrinks_at_fourth_order_or_better() -> None:
     vehicle = ca.load_vehicle("slender")
-    runs = [ca.simulate(vehicle, tumbling(2.0), step=h, sample=0.1) for h in (1e-3, 5e-4)]
+    runs = [
+        ca.simulate(vehicle, tumbling(2.0), method="RK4", step=h, sample=0.1) for h in (1e-3, 5e-4)
+    ]
     for name in ("linear_momentum", "angular_momentum"):
         coarse, fine = (drift(run[name].to_numpy()) for run in runs)
         # A slope of at least 4 less 0.3 for what is left of higher orders.
@@ -65,7 +72,7 @@ def test_drift_of_energy_and_momentum_shrinks_at_fourth_order_or_better() -> Non
 
 def test_structural_damping_takes_exactly_the_energy_that_is_lost() -> None:
     vehicle = ca.load_vehicle("slender").replace({"arm.damping_ratio": 0.05})
-    run = ca.simulate(vehicle, tumbling(1.0), step=1e-4, sample=1e-3)
+    run = ca.simulate(vehicle, tumbling(1.0), method="RK4", step=1e-4, sample=1e-3)
     d = vehicle.arm.structural_damping * vehicle.arm.length
     power = d * (run.bend_rate.to_numpy() ** 2).sum(-1)
     lost = energy(run)[0] - energy(run)[-1]
@@ -96,7 +103,7 @@ def test_inputs_do_exactly_the_work_that_energy_gains() -> None:
         tip_wrench=wrench,
     )
     interval = 2e-4
-    run = ca.simulate(vehicle, scenario, step=2.5e-5, sample=interval)
+    run = ca.simulate(vehicle, scenario, method="RK4", step=2.5e-5, sample=interval)
     R = matrices(run.attitude.to_numpy())
     power = (
         np.einsum("nij,nj->ni", R, run.velocity.to_numpy()) @ [3.0, -1.0, 20.0]
@@ -122,6 +129,6 @@ def test_a_vehicle_at_rest_on_its_trim_stays_there() -> None:
         bend_moment=hover.bend_moment,
         duration=0.2,
     )
-    run = ca.simulate(vehicle, scenario)
+    run = ca.simulate(vehicle, scenario, method="RK4", step="auto")
     # The trim is solved to rounding.
     assert float(np.abs(run.q - hover.q).max()) < 1e-12

@@ -65,7 +65,6 @@ def readable(coupling: str) -> np.ndarray:
         rate,
         (0.0, DURATION),
         np.concatenate([START[PLANE], RATES[PLANE]]),
-        method="DOP853",
         rtol=1e-9,
         atol=1e-11,
     ).y[:4, -1]

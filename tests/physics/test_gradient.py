@@ -120,6 +120,7 @@ def test_the_start_inputs_and_fields_have_the_slopes_of_simulated_costs(
     options: dict[str, Any] = {"model": model, "step": STEP, "sample": STEP}
     fields = FIELDS[vehicle.name]
     found = ca.gradient(vehicle, flight, cost, fields=fields, **options)
+    options["method"] = "RK4"
     assert found.value == cost(ca.simulate(vehicle, flight, variables=NAMES, **options))[0]
 
     for name, slopes in of_starts(vehicle, flight, model).items():
@@ -146,10 +147,8 @@ def of_starts(vehicle: ca.Vehicle, flight: ca.Scenario, model: str) -> dict[str,
     runs = len(states)
     start = Start(states, np.tile(prepared.start.angle, (runs, 1)))
     moved = dataclasses.replace(
-        prepared, start=start, runs=runs, batched=True, steps=np.full(runs, STEP),
-        missed=np.zeros(runs, bool), abrupt=np.zeros(runs), sensitive=np.zeros(runs, bool),
-        turned=np.zeros(runs),
-    )  # fmt: skip
+        prepared, start=start, runs=runs, batched=True, steps=np.full(runs, STEP)
+    )
     values = cost(fly(moved, model, NAMES))[0].reshape(width, -1) @ WEIGHTS / size
     ends = np.cumsum([3, 3, layout.bends, 3, 3, layout.bends])[:-1]
     parts = ("position", "rotation", "bend", "velocity", "angular_velocity", "bend_rate")
@@ -196,7 +195,7 @@ def test_inputs_held_over_some_steps_have_the_slopes_of_simulated_costs() -> Non
 
     def pushed(moved: Array) -> Array:
         batch = held(given + moved.reshape(-1, *given.shape))
-        flown = ca.simulate(PAPER, batch, step=STEP, sample=STEP, variables=NAMES)
+        flown = ca.simulate(PAPER, batch, method="RK4", step=STEP, sample=STEP, variables=NAMES)
         return np.asarray(cost(flown)[0])
 
     found = ca.gradient(PAPER, held(given), cost, step=STEP, sample=STEP)
@@ -210,7 +209,7 @@ def test_a_disk_at_the_end_of_its_section_has_the_slope_of_moving_it_inwards() -
 
     def moved(by: float) -> float:
         vehicle = DUAL.replace({name: end - by})
-        flown = ca.simulate(vehicle, flight, step=STEP, sample=STEP, variables=NAMES)
+        flown = ca.simulate(vehicle, flight, method="RK4", step=STEP, sample=STEP, variables=NAMES)
         return float(cost(flown)[0])
 
     found = ca.gradient(DUAL, flight, cost, fields=[name], step=STEP, sample=STEP)
@@ -301,7 +300,7 @@ def slopes_of_the_light_arm(
     flight = scenario(listed(), 0.8, 20)
     options: dict[str, Any] = {"step": STEP, "sample": STEP}
     found = ca.gradient(listed(), flight, cost, fields=[path], **options)
-    flown = ca.simulate(listed(**{path: values}), flight, **options)
+    flown = ca.simulate(listed(**{path: values}), flight, method="RK4", **options)
     return found.fields[path], float(cost(flown)[0] @ weights / step)
 
 

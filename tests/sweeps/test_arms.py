@@ -53,7 +53,9 @@ def test_a_sweep_flies_with_the_integrator_of_its_design(tmp_path: Path) -> None
     masses = {"vehicle.uav.mass": ("mass", [1.0, 2.0])}
     steps = {}
     for method in ("RK4", "implicit"):
-        design = xr.Dataset(masses, attrs=shared | {"method": method, "sample": 0.02})
+        design = xr.Dataset(
+            masses, attrs=shared | {"method": method, "step": "auto", "sample": 0.02}
+        )
         steps[method] = ca.sweep(design, tmp_path / method)["step"].to_numpy()
     assert (steps["implicit"] > 1.5 * steps["RK4"]).all()
 

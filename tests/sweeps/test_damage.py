@@ -249,7 +249,7 @@ def test_a_store_whose_metadata_is_lost_goes_on_with_the_units_that_are_whole(
 
 
 def test_a_store_of_the_format_without_checksums_is_refused(design: Path, store: Path) -> None:
-    edited('"continuair_sweep": 2', '"continuair_sweep": 1')(store, random.Random(0))
+    edited('"continuair_sweep": 3', '"continuair_sweep": 1')(store, random.Random(0))
     for options in ((), ("--repair",)):
         result = command(design, store, *options)
         assert result.exit_code == 2 and "another version of continuair" in result.stderr

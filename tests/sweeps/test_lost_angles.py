@@ -24,7 +24,7 @@ BESIDE = ca.Scenario(
 
 
 def pair(scenario: ca.Scenario, sample: float, vehicle: ca.Vehicle = VEHICLE) -> xr.Dataset:
-    found = ca.run_pairs(vehicle, scenario, sample=sample, step=min(sample, 5e-4))
+    found = ca.run_pairs(vehicle, scenario, sample=sample, method="RK4", step=min(sample, 5e-4))
     return found.sel(model="decoupled").isel(run=0)
 
 
@@ -35,6 +35,7 @@ def both(scenario: ca.Scenario, sample: float, vehicle: ca.Vehicle = VEHICLE) ->
             scenario,
             model=model,
             sample=sample,
+            method="RK4",
             step=min(sample, 5e-4),
             variables=["tip_position", "tip_attitude", "tip_angular_velocity"],
         )
@@ -99,11 +100,13 @@ def test_axes_of_angles_are_lost_together_and_a_flight_agrees_with_itself() -> N
 
 def test_q_tells_where_samples_lose_its_angles() -> None:
     with pytest.warns(ContinuairWarning, match="q: roll, pitch and yaw are not followed.* t = 0"):
-        ca.simulate(VEHICLE, BESIDE, sample=2e-2, step=5e-4)
+        ca.simulate(VEHICLE, BESIDE, sample=2e-2, method="RK4", step=5e-4)
     # What is not asked for is not told of.
-    ca.simulate(VEHICLE, BESIDE, sample=2e-2, step=5e-4, variables=["attitude"])
+    ca.simulate(VEHICLE, BESIDE, sample=2e-2, method="RK4", step=5e-4, variables=["attitude"])
     fine, finer = (
-        ca.simulate(VEHICLE, BESIDE, sample=each, step=each, variables=["q"]).q[-1, 3:6]
+        ca.simulate(VEHICLE, BESIDE, sample=each, method="RK4", step=each, variables=["q"]).q[
+            -1, 3:6
+        ]
         for each in (1e-4, 5e-5)
     )
     np.testing.assert_allclose(fine, finer, rtol=0, atol=1e-3)
@@ -118,7 +121,7 @@ def test_an_opened_sweep_tells_of_lost_and_of_overstated_angles(
     table |= {"psi_a": 2.5924, "roll_rate": -4.6208, "pitch_rate": 2.7482}
     design = xr.Dataset(
         {"scenario.yaw_rate": ("rate", [5.1291])},
-        attrs={"scenario": table, "sample": sample, "step": 1e-4},
+        attrs={"scenario": table, "sample": sample},
     )
     with pytest.warns(ContinuairWarning, match=f"nrmse_r and rmse_r_rad {told}"):
         ca.sweep(design, tmp_path / "store.zarr")

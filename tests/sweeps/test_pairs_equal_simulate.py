@@ -54,7 +54,7 @@ def test_a_sweep_of_one_run_is_its_pair(tmp_path: Path) -> None:
     swept = ca.sweep(design, tmp_path / "store.zarr").isel(ratio=0)
     vehicle = ca.load_vehicle("paper").replace({"arm.damping_ratio": 5.0})
     pair = ca.run_pairs(vehicle, ca.open_loop_test("A"), duration=0.2, sample=2e-3).isel(run=0)
-    for name in ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_r_rad", "angle_rad", "status", "step"):
+    for name in ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_r_rad", "angle_rad", "status", "steps"):
         wanted = np.broadcast_to(pair[name], swept[name].shape)
         np.testing.assert_allclose(swept[name], wanted, rtol=RELATIVE, err_msg=name)
 
@@ -66,7 +66,7 @@ def assert_pairs_are_simulate(case: Case) -> xr.Dataset:
             case.vehicle, case.scenario, case.models, settle=case.settle, **case.options
         )
     )
-    flights = [flown(case, model, found, said) for model in ("coupled", *case.models)]
+    flights = [flown(case, model, said) for model in ("coupled", *case.models)]
     assert found["model"].values.tolist() == ["coupled", *case.models]
     assert_same_ends(case, found, flights)
     for column, flight in enumerate(flights):
@@ -80,33 +80,18 @@ def assert_pairs_are_simulate(case: Case) -> xr.Dataset:
     return found
 
 
-def flown(case: Case, model: str, found: xr.Dataset, said: list[str]) -> xr.Dataset:
-    """The flight of one model, at the steps of the pairs.
-
-    Those are its own, but where the step of another model of a pair had to be halved: then all
-    models take that one.
-    """
+def flown(case: Case, model: str, said: list[str]) -> xr.Dataset:
+    """The flight of one model."""
     options = dict(case.options)
     flight, also = heard(lambda: ca.simulate(case.vehicle, case.scenario, model=model, **options))
     assert of_steps_and_inputs(also) == of_steps_and_inputs(said), str(case)
-    flight = flight if "run" in flight.dims else with_runs(flight)
-    told, own = found["step_error"].sel(model=model).to_numpy(), flight["step_error"].to_numpy()
-    halved = found["step"].to_numpy() < flight["step"].to_numpy()
-    np.testing.assert_allclose(told[~halved], own[~halved], rtol=1e-6, atol=1e-9)
-    if not halved.any():
-        return flight
-    assert options["step"] == "auto" and halved.sum() <= halved.size
-    options["step"] = found["step"].to_numpy()
-    if "run" not in flight.dims or flight.sizes["run"] == 1:
-        options["step"] = float(options["step"][0])
-    finer, _ = heard(lambda: ca.simulate(case.vehicle, case.scenario, model=model, **options))
-    return finer if "run" in finer.dims else with_runs(finer)
+    return flight if "run" in flight.dims else flight.expand_dims("run")
 
 
 def of_steps_and_inputs(said: list[str]) -> list[str]:
-    """Warnings but for those of step_error, which pairs give for all models together, and of
-    angles, of which pairs have those of the tips and a flight those of the UAV."""
-    others = "step_error", "roll, pitch", "rmse_r_rad"
+    """Warnings but for those of angles, of which pairs have those of the tips and a flight those of
+    the UAV."""
+    others = "roll, pitch", "rmse_r_rad"
     return [text for text in said if not any(other in text for other in others)]
 
 
@@ -118,16 +103,12 @@ def heard(act: Callable[[], xr.Dataset]) -> tuple[xr.Dataset, list[str]]:
     return found, [str(one.message) for one in caught]
 
 
-def with_runs(flight: xr.Dataset) -> xr.Dataset:
-    """A plain flight as a batch of one."""
-    return flight.expand_dims("run").assign(step=("run", [flight.attrs["step"]]))
-
-
 def assert_same_ends(case: Case, found: xr.Dataset, flights: list[xr.Dataset]) -> None:
     """Steps, statuses and ends are the same numbers, and tips end at the same place."""
     for column, flight in enumerate(flights):
-        for name in ("step", "status", "end_time"):
-            same = found[name] if name == "step" else found[name].isel(model=column)
+        counted = ("steps",) if "steps" in found else ()
+        for name in ("status", "end_time", *counted):
+            same = found[name].isel(model=column)
             np.testing.assert_array_equal(same, flight[name], err_msg=f"{name}: {case}")
         for name in ("tip_position", "tip_attitude"):
             wanted = flight[name].transpose("run", "time", ...).to_numpy()

@@ -122,7 +122,7 @@ def test_a_flight_that_ended_early_is_told_when_and_why(tmp_path: Path) -> None:
     push = np.array([1.0, 0.0, 0.0, 0.0])
     scenario = ca.Scenario("bent", start, bend_moment=push, duration=0.2)
     vehicle = ca.load_vehicle("two_section")
-    flight = ca.simulate(vehicle, scenario, sample=0.01, step=2e-4)
+    flight = ca.simulate(vehicle, scenario, sample=0.01, method="RK4", step=2e-4)
     assert int(flight["status"]) == 2
     flight.to_netcdf(tmp_path / "bent.nc", engine="h5netcdf")
     words = f"the coupled flight ended at {float(flight['end_time']):.2f} s: bent beyond a full"

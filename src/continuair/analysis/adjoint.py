@@ -73,7 +73,7 @@ def flown(flight: Flight, model: str) -> Flown:
     at_samples = np.ascontiguousarray(logs.log[:, samples])
     observed = engine.observe(at_samples, cohort.at_samples)
     recorder = Recorder(flight, model, (*OF_STATE, *OF_TIPS), "float64")
-    kept = Logs(at_samples, logs.status, logs.last_step, logs.errors, observed)
+    kept = Logs(at_samples, logs.status, logs.last_step, logs.saturation, observed)
     recorder.keep(cohort, kept)
     return Flown(cohort, model, logs.log[0], samples, int(logs.status[0]), recorder)
 

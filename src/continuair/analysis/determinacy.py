@@ -13,7 +13,6 @@ import numpy as np
 import xarray as xr
 
 from continuair.flight.simulate import simulate
-from continuair.kernels.integrators import TSIT5
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.vehicle import Vehicle
 
@@ -33,7 +32,6 @@ def fly_twice(
     variables: those that the flight holds besides feature_error; options: of `simulate`.
     """
     names = ["feature_error"]
-    options |= {"method": TSIT5}
     flight = simulate(vehicle, scenario, variables=[*names, *variables], **options)
     moved = simulate(vehicle, nudged(scenario), variables=names, **options)
     return flight, determined(flight, moved)

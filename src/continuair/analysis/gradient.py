@@ -17,17 +17,16 @@ from continuair import checks
 from continuair.analysis.adjoint import OF_STATE, OF_TIPS, Flown, flown, of_rotation, sweep
 from continuair.engine.tangents import tangents_of
 from continuair.errors import InputError, nearest, shown
-from continuair.flight.adaptive import error_between
 from continuair.flight.cohorts import Flight
 from continuair.flight.prepare import prepare
-from continuair.flight.resolution import RESOLVED
+from continuair.flight.resolution import warn_of_errors
+from continuair.flight.rollout import error_between
 from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import OK, STATUS
 from continuair.scenario.scenarios import Scenario
 from continuair.terms import name_of, terms_of
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
-from continuair.warning import warn
 
 Array = np.ndarray
 Cost = Callable[[xr.Dataset], tuple[float, Mapping[str, Any]]]
@@ -100,9 +99,7 @@ def gradient(
     """
     checks.choice("model", model, MODELS)
     _check_plain(check_single_vehicle(vehicle))
-    flight = prepare(
-        vehicle, scenario, step=step, sample=sample, duration=duration, plain=True, stacklevel=3
-    )
+    flight = prepare(vehicle, scenario, step=step, sample=sample, duration=duration, stacklevel=3)
     _check_smooth(flight)
     names = _names(fields)
     tangents = tangents_of(vehicle, names, flight.engine(model).kernels.types.Plant)
@@ -113,8 +110,8 @@ def gradient(
             f"the flight ends before its duration, {STATUS[found.status]}; give a shorter "
             "duration, a shorter step or other inputs."
         )
-    recorder.error_estimate = error = _error_of(found)
-    _warn_of_coarse_steps(float(error[0]), float(flight.steps[0]), stacklevel=3)
+    recorder.error_estimate = _error_of(found)
+    warn_of_errors(recorder.error_estimate, stacklevel=3)
     trajectory = recorder.dataset(recorder.step)
     value, told = _checked(cost(trajectory), trajectory)
     swept = sweep(found, tangents, told)
@@ -127,17 +124,8 @@ def gradient(
 
 def _error_of(flight: Flown) -> np.ndarray:
     """Largest distance of a tip from that of a flight at half the step, in arm lengths (1,)."""
-    finer = flown(flight.cohort.flight.halved(np.arange(1)), flight.model).recorder
+    finer = flown(flight.cohort.flight.finer(), flight.model).recorder
     return error_between(flight.recorder, finer)
-
-
-def _warn_of_coarse_steps(error: float, step: float, stacklevel: int) -> None:
-    if not error <= RESOLVED:
-        warn(
-            f"error_estimate is {error:.2g} arm lengths, by half the step of {step:.3g} s; give a "
-            "shorter step, or a shorter flight if it is chaotic.",
-            stacklevel=stacklevel,
-        )
 
 
 def _names(fields: Any) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from scipy.linalg import eigvalsh
 from continuair.analysis.excited import excited_arm
 from continuair.controllers.inertias import straight_inertia
 from continuair.engine.engine import Engine
-from continuair.flight.steps import fastest_frequency
+from continuair.flight.frequencies import fastest_frequency
 from continuair.vehicle.section import Section
 from continuair.vehicle.uav import Uav
 from continuair.vehicle.vehicle import Vehicle

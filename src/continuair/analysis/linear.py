@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from continuair import checks
 from continuair.analysis.trim import configuration
 from continuair.engine.engine import Drive, Engine, Start
-from continuair.flight.steps import fastest_frequency
+from continuair.flight.frequencies import fastest_frequency
 from continuair.kernels.dynamics import MODELS
 from continuair.vehicle.bending import DIFFERENCE
 from continuair.vehicle.coordinates import branches_of, state_from_paper

@@ -13,8 +13,8 @@ from continuair.analysis.linear import linearize
 from continuair.analysis.trim import configuration
 from continuair.analysis.vibration import Vibration, real_shapes, vibration
 from continuair.engine.engine import Engine
+from continuair.flight.frequencies import bend_compliance
 from continuair.flight.holding import holding
-from continuair.flight.steps import bend_compliance
 from continuair.vehicle.coordinates import state_from_paper
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle

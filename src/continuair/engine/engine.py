@@ -6,7 +6,7 @@ import copy
 import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -19,7 +19,6 @@ from continuair.engine.pack import pack_plants, pack_table, tree_of
 from continuair.engine.packs import lanes_of
 from continuair.engine.rows import adjacent, forget_unreached
 from continuair.errors import InputError, shown
-from continuair.kernels.rollout import SUMS
 from continuair.vehicle.layout import width_of
 from continuair.vehicle.vehicle import Vehicle
 
@@ -66,12 +65,12 @@ class Drive:
 @dataclass(frozen=True)
 class Logs:
     """log, observed, watched (runs, samples, columns), the last two where asked for; status and
-    last_step (runs,); errors (runs, SUMS), as the roll-out sums them; scene: what was watched."""
+    last_step (runs,); saturation (runs,), the largest of rotors; scene: what was watched."""
 
     log: Array
     status: Array
     last_step: Array
-    errors: Array
+    saturation: Array
     observed: Array | None = None
     watched: Array | None = None
     scene: Any = None
@@ -175,7 +174,7 @@ class Engine:
         n, samples = len(runs), len(grid.samples)
         log = np.empty((n, samples, self.layout.log), self.dtype)
         status, last = np.zeros(n, np.int32), np.zeros(n, np.int32)
-        errors = np.zeros((n, SUMS), self.dtype)
+        saturation = np.zeros((n, 1), self.dtype)
         observed = None
         if at_samples is not None:
             observed = np.empty((n, samples, width_of(self.observed)), self.dtype)
@@ -189,13 +188,13 @@ class Engine:
             vehicles = self.vehicles(runs[part], used)
             out = self.upload(log[part])
             ends = [self.upload(each[part], wp.int32) for each in (status, last)]
-            ends.append(self.upload(errors[part]))
+            ends.append(self.upload(saturation[part]))
             begin, acting = self.start(start, part), self.drive(drive, part, 3)
             flown = self.no_loop() if closed is None else closed.struct(self, runs[part])
             threads = packs_of(len(out), lanes)
             self.launch(rollout, threads, [vehicles, begin, acting, steps, flown, out, *ends])
             self.download(out, log[part])
-            for source, target in zip(ends, (status, last, errors), strict=True):
+            for source, target in zip(ends, (status, last, saturation), strict=True):
                 self.download(source, target[part])
             if observed is not None and at_samples is not None:
                 seen, acting = self.upload(observed[part]), self.drive(at_samples, part, 1)
@@ -206,9 +205,10 @@ class Engine:
         self.side_by_side(work, self._split(n, lanes))
         for each in (log, observed) if observed is not None else (log,):
             forget_unreached(each, status, last, grid.sample_after)
+        found = Logs(log, status, last, saturation[:, 0], observed)
         if loop is None:
-            return Logs(log, status, last, errors, observed)
-        return Logs(log, status, last, errors, observed, loop.watch(self, log, runs), loop.scene)
+            return found
+        return replace(found, watched=loop.watch(self, log, runs), scene=loop.scene)
 
     def observe(self, log: Array, drive: Drive, runs: Array | None = None) -> Array:
         """Observed columns (runs, samples, columns) of logged rows (runs, samples, log)."""

@@ -16,7 +16,6 @@ from continuair.engine.engine import Drive, Engine, Start
 from continuair.engine.factory import Kernels, deviation, turning
 from continuair.engine.lanes import packs_of
 from continuair.kernels.adaptive import COUNTS, REACHED, SATURATION
-from continuair.kernels.rollout import SUMS
 from continuair.kernels.step import OK
 from continuair.vehicle.following import unfollowed
 from continuair.vehicle.layout import DEVIATIONS, EULER_DEVIATIONS, TIP_POSE, width_of
@@ -35,7 +34,7 @@ _BLOCKS_PER_THREAD = 4
 class Pairs:
     """Results of all runs and models: deviations (runs, models, 5) from the first model, those of
     Euler angles NaN where samples do not follow them, tip (runs, models, 7) at the end, status and
-    last_step (runs, models), errors (runs, models, SUMS)."""
+    last_step (runs, models), saturation (runs, models), the largest of rotors."""
 
     def __init__(self, engines: Sequence[Engine], runs: int) -> None:
         self.engines = engines
@@ -43,7 +42,7 @@ class Pairs:
         self.deviations = np.full((*shape, len(DEVIATIONS)), np.nan)
         self.tip = np.full((*shape, POSE), np.nan)
         self.status, self.last_step = np.zeros(shape, np.int32), np.zeros(shape, np.int32)
-        self.errors = np.zeros((*shape, SUMS))
+        self.saturation = np.zeros(shape)
 
     def fly(self, runs: Array, start: Start, grid: Any, drive: Drive) -> None:
         """Fly some runs, by their indices, that share a time grid; start, drive: of these runs."""
@@ -76,11 +75,11 @@ class Pairs:
             log = wp.empty((len(runs), len(grid.samples), POSE), wp.float64, device=first.device)
             ends = [wp.zeros(len(runs), wp.int32, device=first.device) for _ in range(2)]
             begins = [engine.vehicles(runs, kernels), start, drive, steps, engine.no_loop()]
-            errors = wp.zeros((len(runs), SUMS), wp.float64, device=first.device)
-            engine.launch(kernels.tip_rollout, threads, [*begins, log, *ends, errors])
+            saturation = wp.zeros((len(runs), 1), wp.float64, device=first.device)
+            engine.launch(kernels.tip_rollout, threads, [*begins, log, *ends, saturation])
             logs.append(log)
             self.status[runs, column], self.last_step[runs, column] = (a.numpy() for a in ends)
-            self.errors[runs, column] = errors.numpy()
+            self.saturation[runs, column] = saturation.numpy()[:, 0]
             followed.append(self._followed(self.status[runs, column] == 0, log))
             both = followed[0] & followed[column]
             self._compare(runs, column, logs, both, kernels.lanes)
@@ -152,7 +151,7 @@ class ControlledPairs(Pairs):
             logs.append(log)
             self.status[runs, column], self.counts[runs, column] = status, counts
             self.end_time[runs, column] = np.where(status == OK, end, counts[:, REACHED])
-            self.errors[runs, column, -1] = counts[:, SATURATION]
+            self.saturation[runs, column] = counts[:, SATURATION]
             if finer is not None:
                 again, ended, _ = self._flown(replace(launch, tolerance=finer), engine, kernels)
                 apart = (log.numpy() - again.numpy())[..., TIP_POSE["position"]]

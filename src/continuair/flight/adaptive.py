@@ -14,9 +14,9 @@ from continuair.flight.cohorts import Flight
 from continuair.flight.inputs import field_width
 from continuair.flight.signals import grid_of_ticks, inputs_of, ticks_of
 from continuair.flight.trajectory import OBSERVED_VARIABLES, Recorder
+from continuair.kernels.adaptive import SATURATION
 from continuair.signals import fit
 from continuair.vehicle.layout import FIELDS, MOTION, width_of
-from continuair.vehicle.runs import per_run
 
 Array = np.ndarray
 
@@ -57,7 +57,7 @@ class _Part:
         back = np.argsort(order)
         log, status, counts = log[back], status[back], counts[back]
         nothing = np.zeros(len(given), np.int32)
-        logs = Logs(log, status, nothing, np.zeros((len(given), 0)))
+        logs = Logs(log, status, nothing, counts[:, SATURATION])
         if observe:
             acting = self.launch.inputs
             drive = Drive(acting(samples), True, acting.groups, acting.gravity)
@@ -78,10 +78,10 @@ def launch_of(
     return Launch(runs, begin, inputs, ticks, tolerance, motion=motion)
 
 
-def record(recorder: Recorder, tolerance: Tolerance | None = None) -> None:
-    """Fly what a recorder keeps, within the tolerance of its flight or another one."""
+def record(recorder: Recorder) -> None:
+    """Fly what a recorder keeps, within the tolerance of its flight."""
     flight = recorder.flight
-    tolerance = tolerance or flight.tolerance
+    tolerance = flight.tolerance
     assert tolerance is not None
     engine = flight.engine(recorder.model, recorder.dtype)
     observe = any(name in OBSERVED_VARIABLES for name in recorder.names)
@@ -97,34 +97,6 @@ def record(recorder: Recorder, tolerance: Tolerance | None = None) -> None:
 
     runs = recorder.runs
     engine.side_by_side(work, [runs[at : at + size] for at in range(0, len(runs), size)])
-
-
-def checked_record(recorder: Recorder) -> None:
-    """Fly what a recorder keeps twice, and tell how far the tips of both flights are apart.
-
-    It must keep tip_position.
-    """
-    record(recorder)
-    flight, runs = recorder.flight, recorder.runs
-    assert flight.tolerance is not None
-    second = Recorder(flight, recorder.model, ("tip_position",), recorder.dtype, runs)
-    record(second, flight.tolerance.finer(flight.scenario.period))
-    recorder.error_estimate = error_between(recorder, second)
-
-
-def error_between(recorder: Recorder, finer: Recorder) -> Array:
-    """Largest distance of a tip of runs from that of a finer flight (runs,), in arm lengths; inf
-    where both end differently."""
-    tips, others = (each.values("tip_position") for each in (recorder, finer))
-    reach = per_run(recorder.flight.vehicle.reach, recorder.flight.runs)[recorder.runs]
-    apart = largest_distance(tips, others) / reach
-    return np.where(recorder.status == finer.status, apart, np.inf)
-
-
-def largest_distance(tips: Array, others: Array) -> Array:
-    """Largest distance (runs,) of tips (runs, samples, 3 per arm) that both flights reached [m]."""
-    apart = np.asarray(tips - others, float).reshape(*tips.shape[:2], -1, 3)
-    return np.asarray(np.nanmax(np.linalg.norm(apart, axis=-1), axis=(1, 2), initial=0.0))
 
 
 def _loop(flight: Flight, ticks: Ticks) -> Loop | None:

@@ -13,10 +13,8 @@ from continuair.engine.engine import Drive, Engine, Logs, Start
 from continuair.engine.rows import forget_unreached
 from continuair.errors import InputError, shown
 from continuair.flight.cohorts import Cohort
-from continuair.flight.resolution import saturation
 from continuair.flight.time_grid import Grid, call_times
 from continuair.flight.trajectory import OBSERVED_VARIABLES, Recorder
-from continuair.kernels.rollout import SUMS
 from continuair.kernels.step import OK
 from continuair.scenario.wrench import FlightState, Wrench
 from continuair.vehicle.layout import Layout
@@ -61,7 +59,7 @@ class _Pieces:
         cohort, grid, layout, n = self.cohort, self.grid, self.layout, len(self.cohort.runs)
         log = np.full((n, len(grid.samples), layout.log), np.nan, self.engine.dtype)
         status, last = np.full(n, OK, np.int32), np.zeros(n, np.int32)
-        errors = np.zeros((n, SUMS), self.engine.dtype)
+        saturation = np.zeros(n, self.engine.dtype)
         first = cohort.start
         start = Start(first.states, first.angle, frozen=first.states)
         held = np.zeros((len(grid.samples), n, layout.inputs))
@@ -75,7 +73,7 @@ class _Pieces:
             log[np.ix_(going, at[at >= 0])] = logs.log[going][:, at >= 0]
             # A sample at a call shows what acts from there on, as the next piece overwrites it.
             held[at[at >= 0]] = row
-            errors[going, -1] = np.maximum(errors[going, -1], saturation(logs.errors[going]))
+            saturation[going] = np.maximum(saturation[going], logs.saturation[going])
             last[going] = begin + logs.last_step[going]
             status[going] = logs.status[going]
             going = status == OK
@@ -92,7 +90,7 @@ class _Pieces:
             observed = self.engine.observe(log, seen, cohort.runs)
         for each in (log, observed) if observed is not None else (log,):
             forget_unreached(each, status, last, grid.sample_after)
-        return Logs(log, status, last, errors, observed)
+        return Logs(log, status, last, saturation, observed)
 
     def _drive(self, begin: int, end: int, row: Array) -> Drive:
         """What acts in the steps from one to before another, besides row (runs, inputs)."""

@@ -14,29 +14,12 @@ from continuair.engine.engine import Drive, Engine, Logs, Start
 from continuair.engine.loop import Loop
 from continuair.flight.camera_timing import loop_over
 from continuair.flight.inputs import CALLED, groups_in_use, groups_of, sample_inputs
-from continuair.flight.probing import warn_of_jumps
-from continuair.flight.pulses import Pulses
-from continuair.flight.resolution import (
-    RESOLVED,
-    may_multiply,
-    most_in_loop,
-    most_in_sight,
-    step_error,
-    turned_through,
-    unresolved,
-)
-from continuair.flight.rotors import within_limits
 from continuair.flight.time_grid import Grid, Marks, seen_at, shared_grids, stage_times
-from continuair.kernels.integrators import INTEGRATORS
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import COMMAND, FIELDS
-from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
-
-_UNRESOLVED = 1.01 * RESOLVED
-"""What abrupt inputs add to step_error, until halving the step tells what they cost."""
 
 # What the inputs of one part of a batch take at most, where every run has its own over time.
 _INPUT_BYTES = {"cpu": 1e8, "cuda": 2e9}
@@ -91,18 +74,10 @@ class Flight:
     """A vehicle in a scenario, ready to be flown with any model.
 
     runs: how many; batched: whether results have a dimension for them. start: of all runs; steps:
-    of each run (runs,) [s]; longest: those that vehicle, start and inputs bear, however close the
-    samples are (runs,) [s]; missed: whether its steps miss what its inputs do (runs,); abrupt:
-    the share of what half the step changes that counts, where it is more than the method's, as
-    inputs move or arms cross a wash as no step follows at full order, or 0 (runs,); both as far as
-    has been seen; sensitive: whether errors may multiply, as arms of several sections swing far or
-    a law answers to them, and turned: the angle that the UAV turns through in all [rad], once it
-    has been flown (runs,); marks: times that steps end at. coupled: an engine of that model, which
-    others share what they can with. automatic: whether the steps may
-    be made finer; method: "RK4", "implicit", "Tsit5" or "DOP853"; told:
-    inputs whose jumps have been told of, unseen: that swing between stages; lost: times near which
-    samples did not follow the Euler angles of q [s]; tolerance: of steps that follow from their
-    errors; plain: whether steps of one length are taken as they are, and tell no error.
+    of each run (runs,) [s], NaN where they follow from their errors; marks: times that steps end
+    at. coupled: an engine of that model, which others share what they can with. method: "Tsit5",
+    "RK4" or "implicit"; tolerance: of steps that follow from their errors; lost: times near which
+    samples did not follow the Euler angles of q [s].
     """
 
     vehicle: Vehicle
@@ -113,27 +88,13 @@ class Flight:
     batched: bool
     start: Start
     steps: Array
-    longest: Array
-    missed: Array
-    abrupt: Array
-    sensitive: Array
-    turned: Array
     marks: Marks
     coupled: Engine
-    automatic: bool
     method: str
-    told: set[str] = field(default_factory=set)
-    unseen: set[str] = field(default_factory=set)
-    lost: list[float] = field(default_factory=list)
     tolerance: Tolerance | None = None
-    plain: bool = False
+    lost: list[float] = field(default_factory=list)
     _sampled: dict[tuple[bytes, bytes], Drive] = field(default_factory=dict)
     _engines: dict[tuple[str, str], Engine] = field(default_factory=dict)
-
-    @property
-    def adaptive(self) -> bool:
-        """Whether it is flown by the reference integrator."""
-        return self.method == "DOP853"
 
     @property
     def counted(self) -> bool:
@@ -147,90 +108,20 @@ class Flight:
         closed = COMMAND * (self.scenario.controller is not None)
         return groups_in_use(self.scenario) | groups_of(called) | closed
 
-    @property
-    def looks(self) -> bool:
-        """Whether a law closes its loop through a camera."""
-        law = self.scenario.controller
-        return law is not None and law.looks
-
-    @cached_property
-    def twists(self) -> bool:
-        """Whether torques along Euler angles or bends act, whose direction may hang on the step."""
-        tau = self.scenario.tau
-        return tau is not None and (callable(tau) or bool(np.any(np.asarray(tau)[..., 3:])))
-
-    def step_error(self, sums: Array, chosen: Array) -> Array:
-        """step_error (n,) or (n, models) of runs, by their indices, from a roll-out's sums.
-
-        It is inf where the sums cannot tell, as no stage of a step has seen what an input does, and
-        NaN where nothing is known. Where commands are abrupt it counts as unresolved, as halving
-        tells what they cost.
-        """
-        found = step_error(sums, looking=self.looks)
-        turned = turned_through(sums).reshape(len(chosen), -1).max(axis=1)
-        self.turned[chosen] = np.fmax(self.turned[chosen], turned)
-        chained, closed = max(self.coupled.vehicle.shape) > 1, self.scenario.controller is not None
-        if chained or closed:
-            may = may_multiply(sums, self._in_loop(sums, chosen), chained)
-            self.sensitive[chosen] |= may.reshape(len(chosen), -1).any(axis=1)
-        found[self.abrupt[chosen] > 0.0] += _UNRESOLVED
-        found[self.missed[chosen]] += np.inf
-        return found
-
-    def _in_loop(self, sums: Array, chosen: Array) -> Array | float:
-        """By which a loop multiplies errors of runs (n,) or (n, models), by their indices, at the
-        most; 1 where there is none."""
-        if self.looks:
-            return most_in_sight(sums)
-        most = self._most_in_loop
-        return 1.0 if most is None else most[chosen].reshape(-1, *(1,) * (sums.ndim - 2))
-
-    @cached_property
-    def _most_in_loop(self) -> Array | None:
-        """By which a loop without a camera does, of each of its runs (runs,)."""
-        law = self.scenario.controller
-        if law is None:
-            return None
-        reach, h = per_run(self.vehicle.reach, self.runs), self.steps
-        slowest = np.inf if law.bandwidths is None else law.bandwidths(law.gains)
-        # What nothing brings back lasts until the end.
-        held = np.maximum(slowest, 1.0 / self.duration)
-        position, attitude = np.broadcast_to(held, (self.runs, 2)).T
-        phase = INTEGRATORS[self.method].phase
-        return most_in_loop(self.scenario.gravity / reach / position**2, phase / h / attitude)
-
-    def improvable(self, errors: Array) -> Array:
-        """Runs that half an automatic step may resolve, by step_error (runs,) or (runs, models)."""
-        return (
-            unresolved(np.where(np.isinf(errors), 0.0, errors))
-            if self.automatic
-            else np.zeros(0, int)
-        )
-
-    def unmeasured(self, errors: Array) -> Array:
-        """Runs of given steps whose inputs are abrupt, which only halving the step measures: all
-        that it changes is theirs, and errors (runs, …) lose what stood for it."""
-        runs = np.flatnonzero((self.abrupt > 0.0) & ~self.missed & (not self.automatic))
-        self.abrupt[runs] = 1.0
-        errors[runs] -= _UNRESOLVED
-        return runs
-
-    def halved(self, runs: Array) -> Flight:
-        """The same flight, but some runs, by their indices, take half the step."""
-        steps = np.array(self.steps)
-        steps[runs] *= 0.5
-        return replace(self, steps=steps)
+    def finer(self) -> Flight:
+        """The same flight with finer steps: what both differ by tells the error of this one."""
+        if self.tolerance is not None:
+            return replace(self, tolerance=self.tolerance.finer(self.scenario.period))
+        return replace(self, steps=0.5 * self.steps)
 
     def engine(self, model: str, dtype: str = "float64") -> Engine:
         """The engine of a model for this flight's vehicle."""
         one, key = self.coupled, (model, dtype)
-        # The derivatives that DOP853 drives are those of any engine.
-        taken = one.method if self.adaptive else self.method
-        if (*key, taken) == (one.model, one.dtype.name, one.method):
+        if (*key, self.method) == (one.model, one.dtype.name, one.method):
             return one
         if key not in self._engines:
             at = one.device, one.threads
-            made = Engine(self.vehicle, model, dtype, *at, beside=one, method=taken)
+            made = Engine(self.vehicle, model, dtype, *at, beside=one, method=self.method)
             self._engines[key] = made
         return self._engines[key]
 
@@ -279,22 +170,9 @@ class Flight:
         times = stage_times(grid)
         key = runs.tobytes(), times.tobytes()
         if key not in self._sampled:
-            drive = self.drive(times, runs)
-            if not self.adaptive:
-                warn_of_jumps(drive, grid.starts, self.coupled.layout, self.told, stacklevel=3)
-                self.look_for_pulses(drive, grid, runs, stacklevel=4)
             self._sampled.clear()
-            self._sampled[key] = drive
+            self._sampled[key] = self.drive(times, runs)
         return self._sampled[key]
-
-    def look_for_pulses(self, drive: Drive, grid: Grid, runs: Array, stacklevel: int) -> None:
-        """Mark runs of which inputs move roughly or unseen in some steps; warn of the latter."""
-        scenario, rotors = within_limits(self.vehicle, self.scenario), self.vehicle.uav.rotors
-        highest = np.reshape(np.inf if rotors is None else rotors.highest, (-1, 1))
-        pulses = Pulses(scenario, highest, self.coupled.layout, drive, grid, runs)
-        rough, unseen = pulses.found(self.unseen, stacklevel + 1)
-        self.abrupt[runs] = np.maximum(self.abrupt[runs], rough)
-        self.missed[runs] |= unseen
 
     def drive(self, times: Array, runs: Array) -> Drive:
         """What acts on some runs at some times."""

@@ -36,11 +36,6 @@ def groups_of(fields: Iterable[str]) -> int:
     return bits
 
 
-def told_rate(value: Any) -> Any:
-    """The fastest rate (runs or 1) [rad/s] that an input tells, by an attribute; else None."""
-    return getattr(value, "fastest", None)
-
-
 def field_width(field: str, layout: Layout) -> int:
     """How many numbers a field of a scenario gives."""
     where = [layout.of_input[name] for name in FIELDS[field]]
@@ -93,7 +88,7 @@ def _at(name: str, value: Any, times: Array, width: int, runs: Array | None) -> 
 def evaluated(name: str, value: Any, times: Array, width: int) -> Array:
     """A function of time at every one of some times: (times, runs or 1, width).
 
-    Raises InputError if it does not return that many finite numbers each time, UnsteadyInput if
+    Raises InputError if it does not return that many finite numbers each time; also if
     these are others when it is asked again.
     """
     found = asked(name, value, times, width)

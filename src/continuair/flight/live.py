@@ -19,12 +19,11 @@ from continuair.flight.cohorts import Cohort
 from continuair.flight.inputs import field_width, groups_of
 from continuair.flight.prepare import check_scenario, checked_step, prepare
 from continuair.flight.reading import GIVEN_TO_STEPS
-from continuair.flight.resolution import saturation, warn_of_saturation
+from continuair.flight.resolution import warn_of_saturation
 from continuair.flight.steps import check_divides
 from continuair.flight.time_grid import Grid, Marks, grid_of, marks_at, seen_at, stage_times
 from continuair.flight.trajectory import WATCHED_VARIABLES, Recorder, default_variables, in_front
 from continuair.kernels.dynamics import MODELS
-from continuair.kernels.rollout import SUMS
 from continuair.kernels.step import OK, STATUS
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.arc import angles_of_branch
@@ -88,7 +87,6 @@ class Simulation:
             sample=period,
             duration=period,
             threads=1,
-            plain=True,
             stacklevel=3,
         )
         if self._flight.batched:
@@ -196,7 +194,7 @@ class Simulation:
         acting = self._drive(stage_times(grid), push)
         logs = self._engine.roll_out(_ONE, start, grid, acting)
         self._pushes[-1] = push
-        self._saturation = max(self._saturation, float(saturation(logs.errors[0])))
+        self._saturation = max(self._saturation, float(logs.saturation[0]))
         self._status = int(logs.status[0])
         if self._status != OK:
             self._ended = float(grid.starts[logs.last_step[0]])
@@ -247,9 +245,7 @@ class Simulation:
         grid = Grid(times, starts, np.diff(times), *(np.empty(0),) * 3)
         flight = dataclasses.replace(self._flight, marks=Marks(times, times, times[:0]))
         recorder = Recorder(flight, self._model, names, "float64")
-        errors = np.zeros((1, SUMS))
-        errors[:, -1] = self._saturation
-        logs = Logs(log, status, last, errors, observed, watched, scene)
+        logs = Logs(log, status, last, np.array([self._saturation]), observed, watched, scene)
         recorder.keep(Cohort(flight, _ONE, grid, acting, None), logs)
         warn_of_saturation(recorder.saturation, stacklevel=3)
         given = dict.fromkeys(sorted(self._given), GIVEN_TO_STEPS)

@@ -18,19 +18,9 @@ from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import check_view
 from continuair.flight.cohorts import Flight
 from continuair.flight.inputs import sample_inputs
-from continuair.flight.loaded_rates import strongest_pull, strongest_wind
-from continuair.flight.probing import Probe
-from continuair.flight.resolution import UNSEEN
-from continuair.flight.rotors import (
-    as_speeds,
-    check_air_and_rotors,
-    lag_rate,
-    rotor_speeds,
-    with_rotors_running,
-    within_limits,
-)
-from continuair.flight.steps import automatic_step, declared_rate, steps_of, warn_of_fast_inputs
-from continuair.flight.time_grid import call_times, check_steps, marks_of
+from continuair.flight.rotors import check_air_and_rotors, rotor_speeds, with_rotors_running
+from continuair.flight.steps import automatic_step, steps_of
+from continuair.flight.time_grid import call_times, check_marks, check_steps, marks_of
 from continuair.kernels.integrators import INTEGRATORS, TSIT5
 from continuair.scenario.scenarios import Scenario
 from continuair.terms import name_of, terms_of
@@ -45,10 +35,6 @@ LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 1e-2
 _COARSE_TOLERANCE = 1e-4
 """Finest tolerance in single precision, whose rounding is of that size over a flight."""
 
-_OF_WASH = 1.0 / 3.0
-"""Share of what half the step changes that it errs by, where arms cross the edge of a wash; it was
-a fortieth to a ninth of it."""
-
 
 def prepare(
     vehicle: Any,
@@ -61,13 +47,12 @@ def prepare(
     threads: Any = None,
     method: str = "RK4",
     tolerance: Tolerance | None = None,
-    plain: bool = False,
     with_callback: bool = False,
     stacklevel: int = 2,
 ) -> Flight:
     """Check vehicle, scenario and choices, as `continuair.simulate` describes them, and join them.
 
-    method, tolerance, plain: as a `Flight` has them. with_callback: whether the caller flies a
+    method, tolerance: as a `Flight` has them. with_callback: whether the caller flies a
     force_callback. Raises InputError; warns of a step that is too coarse, `stacklevel` frames up.
     """
     check_vehicle(vehicle)
@@ -84,7 +69,7 @@ def prepare(
         checks.whole("threads", threads, 1)
     if method in INTEGRATORS and INTEGRATORS[method].stiff:
         _check_not_stiff(vehicle)
-    coupled = _engine(vehicle, device, threads, "RK4" if method == "DOP853" else method)
+    coupled = _engine(vehicle, device, threads, method)
     check_fits(scenario, coupled.layout)
     check_air_and_rotors(vehicle, scenario, coupled.layout)
     for target in {id(each): each for each in scenario.targets}.values():
@@ -94,28 +79,14 @@ def prepare(
     scenario = with_rotors_running(coupled, scenario)
     if asked is not None:
         check_same_runs(runs, {"step": len(asked)})
+    check_marks(duration, sample, scenario.period)
     if tolerance is not None:
-        own = [np.full(runs, np.nan)] * 2
-        steps, longest, missed, abrupt = *own, np.zeros(runs, bool), np.zeros(runs)
-    elif plain:
-        fine = np.broadcast_to(automatic_step(coupled, q, qd, lag_rate(vehicle), method), runs)
+        steps = np.full(runs, np.nan)
+    else:
+        fine = np.broadcast_to(automatic_step(coupled, q, qd, method), runs)
         distorts = not INTEGRATORS[method].stiff
         steps = steps_of(scenario, asked, fine, sample, stacklevel + 1 if distorts else None)
-        longest = steps
-        check_steps(duration, min(float(steps.min()), sample))
-        missed, abrupt = np.zeros(runs, bool), np.zeros(runs)
-    else:
-        steps, longest, missed, abrupt = _steps(
-            coupled,
-            vehicle,
-            scenario,
-            asked,
-            sample,
-            duration,
-            runs,
-            method,
-            stacklevel + 1,
-        )
+        check_steps(duration, float(steps.min()))
     states = state_from_paper(*np.broadcast_arrays(q, qd))
     parts = states, rotor_speeds(vehicle, scenario), branches_of(q)
     *state, branches = (np.broadcast_to(each, (runs, each.shape[1])) for each in parts)
@@ -136,83 +107,55 @@ def prepare(
         batched,
         start,
         steps,
-        longest,
-        missed,
-        abrupt,
-        np.zeros(runs, bool),
-        np.zeros(runs),
         marks,
         coupled,
-        automatic=asked is None and method in INTEGRATORS,
         method=method,
         tolerance=tolerance,
-        plain=plain,
     )
 
 
-def _steps(
-    coupled: Engine,
-    vehicle: Vehicle,
-    scenario: Scenario,
-    asked: Array | None,
-    sample: float,
-    duration: float,
-    runs: int,
-    method: str,
-    stacklevel: int,
-) -> tuple[Array, Array, Array, Array]:
-    """Steps, longest, missed and abrupt, as a `Flight` has them."""
-    q, qd = (np.atleast_2d(np.asarray(each)) for each in (scenario.q, scenario.qd))
-    driven = np.broadcast_to(np.maximum(declared_rate(scenario), lag_rate(vehicle)), runs)
-    adaptive = method not in INTEGRATORS
-    by_default = "RK4" if adaptive else method
-    over = scenario, coupled.layout, duration
-    loads = strongest_wind(*over), strongest_pull(*over)
-    fine = np.broadcast_to(automatic_step(coupled, q, qd, driven, by_default, *loads), runs)
-    probed = within_limits(vehicle, scenario)
-    probe = Probe(probed, coupled.layout, duration)
-    longest = fine
-    if asked is None:
-        fine = np.minimum(fine, probe.following_step(sample))
-        longest = fine if probe.blurs(sample) else longest
-    # What an implicit step does to modes that it does not resolve, its step_error tells.
-    distorts = not adaptive and not INTEGRATORS[method].stiff
-    steps = steps_of(scenario, asked, fine, sample, stacklevel + 1 if distorts else None)
-    check_steps(duration, min(float(steps.min()), sample))
-    missed, abrupt = np.zeros(runs, bool), np.zeros(runs)
-    if not adaptive:
-        probe.warn_of_blur(steps, stacklevel + 1)
-        missed = probe.missed(steps) | (driven * steps > UNSEEN)
-        speeds = Probe(as_speeds(vehicle, scenario), coupled.layout, duration)
-        abrupt = 1.0 * speeds.felt("rotor_command", steps, lag_rate(vehicle))
-        abrupt = np.maximum(abrupt, _OF_WASH * coupled.tree.stirred)
-        if not distorts:
-            warn_of_fast_inputs(steps, driven, stacklevel + 1)
-    return steps, longest, missed, abrupt
-
-
 def tolerance_for(
-    method: str, step: Any, rtol: Any, atol: Any, max_step: Any, dtype: str = "float64"
+    method: str,
+    rtol: Any = DEFAULT_TOLERANCE,
+    atol: Any = None,
+    max_step: Any = np.inf,
+    dtype: str = "float64",
 ) -> Tolerance | None:
     """The tolerance of a method that controls its steps by their error, None for another.
 
-    Raises InputError for what such a method cannot keep, and for choices of the other kind.
+    Raises InputError for what such a method cannot keep, and for what another one does not read.
     """
     if method == TSIT5:
-        if not (isinstance(step, str) and step == "auto"):
-            raise InputError(
-                f"step is {shown(step)}, but method is '{TSIT5}', which chooses its steps; give "
-                "rtol or max_step, or method='RK4'."
-            )
         return _checked_tolerance(rtol, atol, max_step, dtype)
-    given = {"rtol": rtol != DEFAULT_TOLERANCE, "atol": atol is not None}
-    given["max_step"] = max_step != np.inf
+    given = {"rtol": not _is(rtol, DEFAULT_TOLERANCE), "atol": atol is not None}
+    given["max_step"] = not _is(max_step, np.inf)
     for name in (name for name, chosen in given.items() if chosen):
         raise InputError(
             f"{name} is given, but method is {shown(method)}, whose steps have one length; give "
             f"step, or method='{TSIT5}'."
         )
     return None
+
+
+def _is(value: Any, number: float) -> bool:
+    """Tell whether a value is a number, of any type but an array; arrays have no truth value."""
+    return np.ndim(value) == 0 and bool(value == number)
+
+
+def step_for(method: str, step: Any) -> Any:
+    """The step of a method, "auto" for one that controls its steps; raises InputError if it is
+    missing, or not read."""
+    if method == TSIT5 and step is not None:
+        raise InputError(
+            f"step is {shown(step)}, but method is '{TSIT5}', which chooses its steps; give "
+            "rtol or max_step, or method='RK4'."
+        )
+    if method != TSIT5 and step is None:
+        raise InputError(
+            f"step is missing, but method is {shown(method)}, whose steps have one length; give it "
+            "[s], or step='auto'."
+        )
+    return "auto" if step is None else step
 
 
 def _checked_tolerance(rtol: Any, atol: Any, max_step: Any, dtype: str) -> Tolerance:
@@ -228,7 +171,7 @@ def _checked_tolerance(rtol: Any, atol: Any, max_step: Any, dtype: str) -> Toler
             "more, or dtype='float64'."
         )
     absolute = None if atol is None else checks.positive("atol", atol)
-    longest = max_step if max_step == np.inf else checks.positive("max_step", max_step, " [s]")
+    longest = np.inf if _is(max_step, np.inf) else checks.positive("max_step", max_step, " [s]")
     return Tolerance(float(rtol), absolute, longest)
 
 

@@ -10,6 +10,7 @@ from continuair.engine.lanes import packs_of
 from continuair.flight import adaptive
 from continuair.flight.cohorts import Cohort, Flight
 from continuair.flight.trajectory import OBSERVED_VARIABLES, Recorder
+from continuair.vehicle.runs import per_run
 
 Array = np.ndarray
 
@@ -27,25 +28,46 @@ def fly(
 ) -> xr.Dataset:
     """Trajectories of one model of a prepared flight, or of some of its runs, by their indices.
 
-    check: whether steps that follow from their errors are checked by a second flight.
+    check: whether error_estimate is found by a second flight.
     """
     recorder = Recorder(flight, model, names, "float64", runs)
-    if not flight.counted:
-        record(recorder, runs)
-    elif check:
-        adaptive.checked_record(recorder)
-    else:
-        adaptive.record(recorder)
+    record(recorder, check=check)
+    recorder.names = names
     return recorder.dataset(recorder.step)
 
 
-def record(recorder: Recorder, runs: Array | None = None) -> None:
-    """Fly what a recorder keeps, or some of its runs."""
+def record(recorder: Recorder, *, check: bool = False) -> None:
+    """Fly what a recorder keeps; check: also with finer steps, to find error_estimate."""
+    if not check:
+        _record(recorder)
+        return
+    recorder.names = tuple(dict.fromkeys((*recorder.names, "tip_position")))
+    _record(recorder)
+    flight, runs = recorder.flight.finer(), recorder.runs
+    second = Recorder(flight, recorder.model, ("tip_position",), recorder.dtype, runs)
+    _record(second)
+    recorder.error_estimate = error_between(recorder, second)
+
+
+def error_between(recorder: Recorder, finer: Recorder) -> Array:
+    """Largest distance of a tip of runs from that of a finer flight (runs,), in arm lengths; inf
+    where both end differently."""
+    tips, others = (each.values("tip_position") for each in (recorder, finer))
+    reach = per_run(recorder.flight.vehicle.reach, recorder.flight.runs)[recorder.runs]
+    apart = np.asarray(tips - others, float).reshape(*tips.shape[:2], -1, 3)
+    largest = np.nanmax(np.linalg.norm(apart, axis=-1), axis=(1, 2), initial=0.0)
+    return np.where(recorder.status == finer.status, largest / reach, np.inf)
+
+
+def _record(recorder: Recorder) -> None:
     flight = recorder.flight
+    if flight.counted:
+        adaptive.record(recorder)
+        return
     engine = flight.engine(recorder.model, recorder.dtype)
     observe = any(name in OBSERVED_VARIABLES for name in recorder.names)
     alone = engine.on_one_thread()
-    for cohort in flight.parts(runs):
+    for cohort in flight.parts(recorder.runs):
         size = _runs_at_once(cohort, engine)
         alone.load_rollout(cohort.loop, observe, size)
         parts = (

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -88,34 +87,6 @@ def with_rotors_running(engine: Engine, scenario: Scenario) -> Scenario:
             # Beside a controller it adds to what that asks for, which hovers at first.
             start = np.clip(given if hover is None else hover + given, 0.0, highest)
     return scenario.replace(rotor_thrust=start, rotor_command=hover if alone else command)
-
-
-def within_limits(vehicle: Vehicle, scenario: Scenario) -> Scenario:
-    """The scenario with commands over time as they act: cut off at what a rotor gives."""
-    return _commanded(vehicle, scenario, lambda thrust, highest: thrust)
-
-
-def as_speeds(vehicle: Vehicle, scenario: Scenario) -> Scenario:
-    """The same with commands as what lagging rotors follow: speeds, over the greatest."""
-    return _commanded(vehicle, scenario, lambda thrust, highest: np.sqrt(thrust / highest))
-
-
-def _commanded(
-    vehicle: Vehicle, scenario: Scenario, of: Callable[[Array, Array], Array]
-) -> Scenario:
-    """With a function of thrusts within the limits, and of the greatest, for commands over time.
-
-    Beside a controller, to whose commands they add, limits cut off the sum alone: then as it is.
-    """
-    command, rotors = scenario.rotor_command, vehicle.uav.rotors
-    if not callable(command) or rotors is None or scenario.controller is not None:
-        return scenario
-    highest = np.asarray(rotors.highest, float)[..., None]
-
-    def given(t: float) -> Array:
-        return of(np.clip(np.asarray(command(t), float), 0.0, highest), highest)
-
-    return scenario.replace(rotor_command=given)
 
 
 def rotor_speeds(vehicle: Vehicle, scenario: Scenario) -> Array:

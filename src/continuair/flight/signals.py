@@ -11,10 +11,13 @@ from continuair.errors import InputError
 from continuair.flight.inputs import asked, evaluated
 from continuair.flight.time_grid import Grid, control_times
 from continuair.scenario.scenarios import Scenario
-from continuair.signals import Signal, UnresolvedSignal, fit
+from continuair.signals import Signal, UnresolvedSignal, constant, fit
 from continuair.vehicle.layout import FIELDS, Layout
 
 Array = np.ndarray
+
+_LONGEST = 5000.0
+"""Longest flight under a function of time [s]: what is looked at of it has to fit into memory."""
 
 
 def inputs_of(
@@ -62,7 +65,20 @@ def inputs_of(
             np.broadcast_to(constants, (max(len(rows), len(constants)), layout.inputs))
         )
         constants[:, columns] += sign * rows
+    tracks += _beside(constants, tracks, duration)
     return Inputs(constants, tuple(tracks), groups, scenario.gravity)
+
+
+def _beside(constants: Array, tracks: list[Track], duration: float) -> list[Track]:
+    """Return tracks of the constants in columns that other tracks drive, as a lift in tau is beside
+    a force over time; there only tracks add up. These constants become 0, in place."""
+    driven = np.unique(np.concatenate([np.zeros(0, int), *(each.columns for each in tracks)]))
+    shared = driven[np.any(constants[:, driven] != 0.0, axis=0)]
+    if not len(shared):
+        return []
+    track = Track(constant(constants[:, shared], duration), shared)
+    constants[:, shared] = 0.0
+    return [track]
 
 
 def signal_of(
@@ -81,6 +97,11 @@ def signal_of(
     if own is not None:
         found: Signal = own(duration)
         return found if runs is None or found.rows == 1 else found.of_runs(runs)
+    if duration > _LONGEST:
+        raise InputError(
+            f"duration is {duration:g} s, but {name} is a function of time, which is looked at "
+            f"throughout flights of up to {_LONGEST:g} s; shorten it, or give a method and a step."
+        )
     first = True
 
     def evaluate(times: Array) -> Array:

@@ -140,6 +140,16 @@ def check_steps(duration: float, finest: float) -> None:
         )
 
 
+def check_marks(duration: float, sample: float, period: float | None) -> None:
+    """Raise InputError if a flight has more samples or control periods [s] than fit into memory."""
+    finest = sample if period is None else min(sample, period)
+    if duration > MOST_STEPS * finest:
+        raise InputError(
+            f"duration is {duration:g} s, which takes more than {MOST_STEPS:.0e} samples or "
+            f"control periods of {finest:.2g} s; shorten it, or give a longer sample."
+        )
+
+
 def control_instants(duration: float, period: float) -> int:
     """The number of control instants in [0, duration), one per period from 0."""
     return int(np.ceil(duration / period * (1.0 - 1e-12)))

@@ -17,11 +17,12 @@ from continuair.flight.cohorts import Cohort, Flight
 from continuair.flight.labels import labels_of
 from continuair.flight.provenance import provenance_of
 from continuair.flight.reading import BATCH_ROW
-from continuair.flight.resolution import doubt, saturation, step_error, warn_of_lost_coordinates
+from continuair.flight.resolution import warn_of_lost_coordinates
 from continuair.flight.turns import followed_euler, in_body_axes, on_triple
 from continuair.kernels.adaptive import COUNTS, EVALUATIONS, REACHED, REJECTED, SATURATION, STEPS
 from continuair.kernels.step import OK, STATUS
 from continuair.terms import terms_of
+from continuair.vehicle.arc import followed_polar
 from continuair.vehicle.layout import (
     MOTION,
     OF_ARM,
@@ -114,8 +115,7 @@ _LOGGED = ("position", "attitude", "bend", "angular_velocity", "bend_rate", "com
 class Recorder:
     """Keeps variables of a flight's runs while they are flown, part by part.
 
-    names: of VARIABLES; runs: indices of the runs that are kept, all by default. of_steps: what
-    single steps err by, as step_error has it, without what inputs and cameras add to that.
+    names: of VARIABLES; runs: indices of the runs that are kept, all by default.
     """
 
     def __init__(
@@ -133,9 +133,6 @@ class Recorder:
         self._values: dict[str, Array] = {}
         self.status = np.zeros(len(self.runs), np.int8)
         self.end_time = np.zeros(len(self.runs))
-        self.step_error = np.full(len(self.runs), np.nan)
-        self.of_steps = np.zeros(len(self.runs))
-        self.doubt = np.zeros(len(self.runs))
         self.counts = np.zeros((len(self.runs), COUNTS))
         self.error_estimate: Array | None = None
         self.saturation = np.zeros(len(self.runs))
@@ -152,11 +149,7 @@ class Recorder:
     def keep(self, cohort: Cohort, logs: Logs) -> None:
         """Keep what the logs of a cohort hold."""
         at = self._keep_values(cohort.runs, logs)
-        if not self.flight.plain:
-            self.step_error[at] = self.flight.step_error(logs.errors, cohort.runs)
-            self.of_steps[at] = step_error(logs.errors)
-            self.doubt[at] = doubt(logs.errors)
-        self.saturation[at] = saturation(logs.errors)
+        self.saturation[at] = logs.saturation
         times = np.append(cohort.grid.starts, cohort.grid.samples[-1])
         self.end_time[at] = times[logs.last_step]
 
@@ -218,8 +211,6 @@ class Recorder:
         if self.error_estimate is not None:
             kept["error_estimate"] = ("run",), self.error_estimate, ERROR_ESTIMATE
         if not self.flight.counted:
-            if not self.flight.plain:
-                kept["step_error"] = ("run",), self.step_error, STEP_ERROR
             if self.flight.batched:
                 taken = {"units": "s", "long_name": "integration step"}
                 kept["step"] = ("run",), self.flight.steps[self.runs], taken
@@ -293,9 +284,6 @@ ERROR_ESTIMATE = {
 }
 """Attributes of error_estimate."""
 
-STEP_ERROR = {"units": "1", "long_name": "estimated largest error of the tip, in arm lengths"}
-"""Attributes of step_error."""
-
 LARGEST_SATURATION = {
     "units": "1",
     "long_name": "the most that a rotor was asked for beyond its limits, in parts of their range",
@@ -330,7 +318,8 @@ def values_of(name: str, logs: Logs, flight: Flight, runs: Array) -> tuple[Array
         if np.isfinite(lost):
             flight.lost.append(lost)
         euler = on_triple(euler, log[..., layout.roll.start])
-        return log[..., layout.position], euler, log[..., layout.branch]
+        polar = followed_polar(log[..., layout.branch], log[..., layout.bend])
+        return log[..., layout.position], euler, polar
     # The kernels integrate the velocity of B's origin in world axes.
     return (in_body_axes(log[..., layout.velocity], attitude),)
 

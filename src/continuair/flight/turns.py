@@ -14,6 +14,7 @@ FOLLOWED = 0.5
 """Angle between attitudes up to which the nearest Euler angles are the next ones [rad]."""
 
 _MOST = 1000
+_NO_DIGITS = 1e15
 
 
 def followed_euler(attitude: Array, spin: Array, times: Array) -> tuple[Array, float]:
@@ -28,7 +29,8 @@ def followed_euler(attitude: Array, spin: Array, times: Array) -> tuple[Array, f
         return continuous_euler(attitude), np.inf
     # Of the largest spin and interval: more parts than needed do no harm.
     x, y, z = np.moveaxis(spin, -1, 0)
-    fastest = np.sqrt(np.fmax.reduce(x * x + y * y + z * z, axis=1, initial=0.0))
+    with np.errstate(over="ignore"):
+        fastest = np.sqrt(np.fmax.reduce(x * x + y * y + z * z, axis=1, initial=0.0))
     turned = fastest * apart.max()
     parts = np.clip(np.ceil(turned / FOLLOWED), 1, _MOST).astype(int)
     if (parts == 1).all():
@@ -126,7 +128,8 @@ def _filled(attitude: Array, spin: Array, apart: Array, parts: int) -> Array:
 def _turned(attitude: Array, angle: Array) -> Array:
     """Attitudes (..., 4) turned by rotation vectors (..., 3) in body axes; NaN stays."""
     found = np.full(attitude.shape, np.nan)
-    valid = np.isfinite(attitude).all(-1) & np.isfinite(angle).all(-1)
+    # A larger angle has no digits left that tell where it ends.
+    valid = np.isfinite(attitude).all(-1) & (np.abs(angle) < _NO_DIGITS).all(-1)
     turn = Rotation.from_rotvec(angle[valid])
     found[valid] = (Rotation.from_quat(attitude[valid]) * turn).as_quat()
     return found

@@ -124,7 +124,7 @@ class Replay:
         """The recorded flight of a vehicle, with its step [s]."""
         scenario, times = self._scenario, self.recording.time
         apart = min(_LONGEST_STEP / _FINER, times[-1])
-        flight = prepare(vehicle, scenario, sample=apart, duration=times[-1], plain=True)
+        flight = prepare(vehicle, scenario, sample=apart, duration=times[-1])
         marks = marks_at(times, scenario.jumps)
         return dataclasses.replace(flight, steps=_FINER * flight.steps, marks=marks)
 

@@ -10,17 +10,9 @@ from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.flight import flight_code
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.kernels.numbers import Numbers, number_code
-from continuair.kernels.resolution import resolution_code
 from continuair.kernels.sensing.pilot import PilotCode
 from continuair.kernels.step import OVERTURNED, UNSEEN, stepping_code
-from continuair.kernels.types import FULL_LENGTH, Tree, device_types
-from continuair.sections.arc.bend import bend_code
-
-SUMS = 6
-"""Numbers that a roll-out sums up of each run."""
-
-FEW_STEPS = 32
-"""In a flight of fewer steps, every one is measured."""
+from continuair.kernels.types import Tree, device_types
 
 
 def rollout_kernel(
@@ -38,10 +30,8 @@ def rollout_kernel(
     than single precision holds, by which Warp tells modules.
 
     log: (runs, samples, columns). status, last_step: (runs,), how a run ended and at which step.
-    errors: (runs, SUMS), the sum of what its steps leave out [arm lengths]; its swing, the integral
-    of |k| |k̇| l² over time; the angle that the UAV turns through [rad]; the most that torques may
-    have gone the wrong way [arm lengths]; the largest force of a law as a step began, in weights;
-    and the most that rotors were asked for beyond their limits then, in parts of these.
+    saturation: (runs, 1), the most that rotors were asked for beyond their limits as a step began,
+    in parts of these.
     """
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
     stepping, begins = stepping_code(numbers, tree), arguments(numbers.precision)
@@ -53,30 +43,12 @@ def rollout_kernel(
     after, compensated = stepping.added, stepping.compensated
     coarse = numbers.precision == "float32"
     Loop, pilot_of, decide, push_at = pilot.Loop, pilot.pilot_of, pilot.decide, pilot.push_at
-    taken = INTEGRATORS[method]
-    step = taken.step_code(numbers, tree, dynamics, pilot)
-    carried = resolution_code(numbers, tree).carried
-    arcs, lanes = bend_code(numbers, tree), code.lanes
-    bend_of, bend_rate_of, section_of = arcs.bend_of, arcs.bend_rate_of, arcs.section_of
-    spin_of, force_of, weightless = types.spin_of, types.force_of, Real(1e-30)
-    above, all_above, any_above, finite = code.above, code.all_above, code.any_above, code.finite
+    step = INTEGRATORS[method].step_code(numbers, tree, dynamics, pilot)
+    lanes, above, all_above, any_above = code.lanes, code.above, code.all_above, code.any_above
     mark, keep_whole, keep_of_run = code.mark, code.keep_whole, code.keep_of_run
-    # A stream has an edge, which an arm may cross within a step or two.
-    one_of = 1 if tree.stirred else taken.measured_every
-    few, swinging, acting = FEW_STEPS, arcs.count, dynamics.loads
-    zero, one, full = Real(0.0), Real(1.0), Real(FULL_LENGTH)
+    zero, one, excess_of = Real(0.0), Real(1.0), dynamics.loads.excess_of
     unseen, overturned = Real(float(UNSEEN)), Real(float(OVERTURNED))
-    infinite, misdirected, excess_of = Real(np.inf), acting.misdirected, acting.excess_of
-    limited, misleading = excess_of is not None, misdirected is not None
-
-    @wp.func
-    def swing_of(y: State):
-        """The sum of |b| |ḃ|."""
-        out = zero
-        for k in range(swinging):
-            i = section_of(k)
-            out += wp.length(bend_of(y, i)) * wp.length(bend_rate_of(y, i))
-        return out
+    limited = excess_of is not None
 
     @wp.kernel(name=name, enable_backward=False, module="unique", module_options=code.options)
     def rollout(
@@ -88,7 +60,7 @@ def rollout_kernel(
         log: wp.array3d(dtype=Cell),
         status: wp.array(dtype=wp.int32),
         last_step: wp.array(dtype=wp.int32),
-        errors: wp.array2d(dtype=Cell),
+        saturation: wp.array2d(dtype=Cell),
     ):
         run = wp.tid() * lanes
         flight = flight_of(vehicles, drive, run)
@@ -104,19 +76,7 @@ def rollout_kernel(
         due = wp.int32(0)
         count = steps.lengths.shape[0]
         mark(last_step, run, one, count)
-        every = wp.int32(one_of)
-        if count < few:
-            every = wp.int32(1)
-        error = Real(0.0)
-        doubt = Real(0.0)
-        swing = Real(0.0)
-        turned = Real(0.0)
         excess = Real(0.0)
-        strongest = Real(0.0)
-        if wp.static(taken.stiff):
-            plant, drift = flight.plant, State()
-            drifted = Real(0.0)
-            lasted = Real(0.0)
         for i in range(count):
             time = Real(steps.starts[i])
             decision = decide(i, time, y, branch.direction, flight, pilot, push)
@@ -136,39 +96,12 @@ def rollout_kernel(
             if wp.static(limited):
                 beyond = excess_of(y, flight, i * flight.stride, push)
                 excess = wp.max(excess, above(ended, zero, zero, beyond))
-            strongest = wp.max(strongest, above(ended, zero, zero, wp.length(force_of(push))))
             h = Real(steps.lengths[i])
-            if wp.static(taken.stiff):
-                # What such steps do not resolve is lost within the first of them.
-                every = wp.where(i < few, 1, one_of)
-            measured = i % every == 0
-            begun = y
-            if wp.static(taken.stiff):
-                change, left_out, added = step(
-                    i, time, h, y, branch.direction, flight, pilot, push, measured
-                )
-                if measured:
-                    several = Real(wp.min(every, count - i))
-                    drift += several * added
-                    lasted += above(ended, zero, zero, several * h)
-                    strayed = several * h * wp.sqrt(carried(drift, plant))
-                    drifted += above(ended, zero, zero, strayed)
-            else:
-                change, left_out = step(
-                    i, time, h, y, branch.direction, flight, pilot, push, measured
-                )
+            change = step(i, time, h, y, branch.direction, flight, pilot, push)
             if wp.static(coarse):
                 y, rest = compensated(y, rest, change)
             else:
                 y = after(y, change)
-            if measured:
-                stands_for = Real(wp.min(every, count - i))
-                swing += above(ended, zero, zero, stands_for * h * swing_of(begun))
-                turned += above(ended, zero, zero, stands_for * h * wp.length(spin_of(begun)))
-                error += above(ended, zero, zero, stands_for * left_out)
-            if wp.static(misleading):
-                wrong_way = misdirected(begun, y, branch.direction, flight, i * flight.stride)
-                doubt = wp.max(doubt, above(ended, zero, zero, wrong_way))
             now = above(ended, zero, zero, end_of(y))
             if any_above(now, zero):
                 mark(last_step, run, now, i)
@@ -183,17 +116,7 @@ def rollout_kernel(
             push = push_at(3 * last + 2, time, y, branch.direction, flight, pilot, push)
             log_row(log, Real(Cell(due)), above(ended, zero, zero, one), y, flight, branch, push)
         keep_whole(status, run, ended)
-        if wp.static(taken.stiff):
-            # On average: what a mode that rings adds, it takes back.
-            error += drifted / lasted
-        whole = error + swing + turned
-        keep_of_run(errors, run, 0, finite(whole, error, infinite))
-        keep_of_run(errors, run, 1, finite(whole, swing, zero) * full * full)
-        keep_of_run(errors, run, 2, finite(whole, turned, zero))
-        keep_of_run(errors, run, 3, doubt)
-        weight = wp.max(flight.plant.mass * flight.gravity, weightless)
-        keep_of_run(errors, run, 4, finite(strongest, strongest / weight, zero))
-        keep_of_run(errors, run, 5, excess)
+        keep_of_run(saturation, run, 0, excess)
 
     return rollout
 

@@ -111,7 +111,7 @@ def step_slopes_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
         y = seeded_state(log, i, state, run, unit)
         time = Real(steps.starts[i])
         h = Real(steps.lengths[i])
-        change, error = step(i, time, h, y, Along(), flight, Pilot(), Push(), False)
+        change = step(i, time, h, y, Along(), flight, Pilot(), Push())
         end = added(y, change)
         for j in range(bends):
             end[B + j] = end[B + j] / unit[j]

@@ -11,13 +11,9 @@ from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.elementary import elementary_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.numbers import Numbers, number_code
-from continuair.kernels.resolution import resolution_code
 from continuair.kernels.sensing.pilot import PilotCode
 from continuair.kernels.types import Tree, device_types, holding
 from continuair.sections.arc.bend import bend_code
-
-MEASURED_EVERY = 4
-"""One step of so many is measured, for all of them: what they leave out changes slowly."""
 
 OK, NOT_FINITE, OVERBENT, UNSEEN, OVERTURNED, STEP_LIMIT = 0, 1, 2, 3, 4, 5
 STATUS = {
@@ -190,28 +186,20 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
 
 
 def step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: PilotCode) -> Any:
-    """The function `step`: one step of RK4 of a model under a pilot.
-
-    It returns what the step adds to the state, and the error of the step in arm lengths; 0 for a
-    step that is not measured.
-    """
+    """The function `step`: what one step of RK4 of a model under a pilot adds to the state."""
     types = device_types(numbers, tree)
     Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
     Flight, Pilot, push_at = flight_code(numbers, tree).Flight, pilot.Pilot, pilot.push_at
-    resolution = resolution_code(numbers, tree)
-    squared_size, unresolved = resolution.squared_size, resolution.unresolved
-    rate_of, half, sixth, zero = dynamics.rate_of, Real(0.5), Real(1.0 / 6.0), Real(0.0)
+    rate_of, half, sixth = dynamics.rate_of, Real(0.5), Real(1.0 / 6.0)
 
     @wp.func
     def step(
         i: int, time: Real, h: Real, y: State, along: Along, flight: Flight, pilot: Pilot,
-        held: Push, measured: wp.bool,
+        held: Push,
     ):  # fmt: skip
         """The change of the state in step i, which starts at a time and lasts h."""
         k = State()
         total = State()
-        first = zero
-        second = zero
         # A loop for the compiler, too: the rate's code stands there once.
         for stage in range(4 + wp.min(flight.stride, 0)):
             # At the start of the step, twice in its middle and at its end.
@@ -220,16 +208,8 @@ def step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: PilotCode
             at = y + reach * k
             push = push_at(3 * i + ahead, time + reach, at, along, flight, pilot, held)
             row = i * flight.stride + wp.min(flight.stride, ahead)
-            before = k
             k = rate_of(at, along, flight, row, push)
-            if measured and stage == 1:
-                first = squared_size(k - before, flight.plant, h)
-            if measured and stage == 2:
-                second = squared_size(k - before, flight.plant, h)
             total += Real(1 + ahead % 2) * k
-        error = zero
-        if measured:
-            error = unresolved(first, second, h)
-        return (h * sixth) * total, error
+        return (h * sixth) * total
 
     return step

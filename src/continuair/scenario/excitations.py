@@ -47,13 +47,6 @@ class Wave:
         rows[..., self.component] = value
         return rows
 
-    @property
-    def fastest(self) -> Any:
-        """The highest frequency that it has [rad/s], which the automatic step resolves."""
-        highest = np.maximum(np.abs(self.frequency), np.abs(self.end_frequency))
-        with np.errstate(over="ignore"):  # an infinite rate takes more steps than there can be
-            return 2.0 * np.pi * highest
-
 
 @dataclass(frozen=True)
 class Scaled:
@@ -64,11 +57,6 @@ class Scaled:
 
     def __call__(self, t: Any) -> Array:
         return np.asarray(self.amplitude)[..., None] * np.asarray(self.function(t))
-
-    @property
-    def fastest(self) -> Any:
-        """As the function's, None if it does not tell."""
-        return getattr(self.function, "fastest", None)
 
     @property
     def vectorised(self) -> bool:
@@ -88,11 +76,6 @@ class Shared:
     def __call__(self, t: Any) -> Array:
         return self.wave(t) * self.shares
 
-    @property
-    def fastest(self) -> Any:
-        """As the wave's."""
-        return self.wave.fastest
-
 
 @dataclass(frozen=True)
 class Swelling:
@@ -104,11 +87,6 @@ class Swelling:
     def __call__(self, t: Any) -> Array:
         share = np.sin(0.5 * np.pi * np.minimum(t / self.until, 1.0)) ** 2
         return np.asarray(share[..., None] * np.asarray(self.function(t)))
-
-    @property
-    def fastest(self) -> Any:
-        """As the function's, None if it does not tell."""
-        return getattr(self.function, "fastest", None)
 
     @property
     def vectorised(self) -> bool:
@@ -125,11 +103,6 @@ class Offset:
 
     def __call__(self, t: Any) -> Array:
         return np.asarray(self.function(t)) + self.constant
-
-    @property
-    def fastest(self) -> Any:
-        """As the function's, None if it does not tell."""
-        return getattr(self.function, "fastest", None)
 
     @property
     def vectorised(self) -> bool:

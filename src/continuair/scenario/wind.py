@@ -35,11 +35,6 @@ class Gust(Immutable):
         phase = min(max((t - self.start) / self.duration, 0.0), 1.0)
         return np.asarray(0.5 * (1.0 - math.cos(2.0 * math.pi * phase)) * self.velocity)
 
-    @property
-    def fastest(self) -> float:
-        """Its rate [rad/s], which the automatic step resolves."""
-        return 2.0 * math.pi / self.duration
-
     def describe(self) -> dict[str, Any]:
         """What it was made of, as JSON can hold it."""
         return {

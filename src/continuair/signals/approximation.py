@@ -349,7 +349,7 @@ def _jump(function: _Function, of: _Intervals, ends: Array) -> tuple[float, floa
     for level in range(70):
         middle = 0.5 * (a + b)
         if middle in (a, b):
-            return a, b
+            break
         value = function(np.array([middle]))[0, run] / scale
         if np.abs(value - before).max() > np.abs(after - value).max():
             b, after = middle, value
@@ -357,4 +357,5 @@ def _jump(function: _Function, of: _Intervals, ends: Array) -> tuple[float, floa
             a, before = middle, value
         if level == 12 and np.abs(after - before).max() < 0.05 * first:
             return None
-    return a, b
+    # Where the ends differ by rounding alone, differences of rounding were bisected.
+    return (a, b) if np.abs(after - before).max() > TOLERANCE else None

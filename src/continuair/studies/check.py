@@ -13,8 +13,8 @@ from continuair.analysis.modes import modes
 from continuair.analysis.trim import Trim, trim
 from continuair.engine.engine import Engine
 from continuair.errors import InputError
+from continuair.flight.frequencies import fastest_rate
 from continuair.flight.rotors import hovering_thrusts, lag_rate
-from continuair.flight.steps import fastest_rate
 from continuair.vehicle.arc import polar_of
 from continuair.vehicle.rotors import Rotors
 from continuair.vehicle.vehicle import Vehicle

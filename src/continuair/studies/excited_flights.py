@@ -18,7 +18,6 @@ from continuair.analysis.excited import excited_arm
 from continuair.controllers.controller import Controller
 from continuair.flight.resolution import RESOLVED, angles_unread
 from continuair.kernels.dynamics import REFERENCE, SIMPLER
-from continuair.kernels.integrators import TSIT5
 from continuair.kernels.step import OK
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.standard_excitations import (
@@ -29,6 +28,7 @@ from continuair.studies.standard_excitations import (
 )
 from continuair.sweeps import run_pairs
 from continuair.vehicle.vehicle import Vehicle
+from continuair.warning import untold
 
 Array = np.ndarray
 
@@ -102,6 +102,7 @@ def sampling(vehicle: Vehicle, scenario: Scenario) -> tuple[float, float]:
     return float(even), SWELL * scenario.duration * oscillates
 
 
+@untold("error_estimate")
 def flown_errors(
     vehicle: Vehicle,
     name: str,
@@ -119,9 +120,7 @@ def flown_errors(
     scenario = excited(vehicle, name, frequency, loop, periods)
     sample, settle = sampling(vehicle, scenario)
     with angles_unread():
-        found = run_pairs(
-            vehicle, scenario, models, sample=sample, settle=settle, method=TSIT5, check=True
-        )
+        found = run_pairs(vehicle, scenario, models, sample=sample, settle=settle, check=True)
     estimate = found["error_estimate"].max("model").to_numpy()
     least = np.where(estimate > RESOLVED, estimate, 0.0)
     lost = found["status"].sel(model=REFERENCE).to_numpy() != OK

@@ -12,10 +12,9 @@ from continuair.analysis.beam import beam_frequency
 from continuair.analysis.modes import modes
 from continuair.analysis.trim import trim
 from continuair.engine.engine import Engine
+from continuair.flight.frequencies import fastest_rate, first_frequency
 from continuair.flight.prepare import prepare
 from continuair.flight.simulate import simulate
-from continuair.flight.steps import fastest_rate, first_frequency
-from continuair.kernels.integrators import TSIT5
 from continuair.kernels.step import OK
 from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.machine import machine
@@ -84,7 +83,7 @@ def sag(count: int, load: float) -> float:
     vehicle = cut(count, level=True)
     q = trim(vehicle, gravity=gravity).q
     still = Scenario("level", q, duration=1e-5, gravity=0.0)
-    flight = simulate(vehicle, still, sample=1e-5, variables=["tip_position"], method=TSIT5)
+    flight = simulate(vehicle, still, sample=1e-5, variables=["tip_position"])
     return float(-flight["tip_position"].to_numpy()[0].ravel()[2] / LENGTH)
 
 
@@ -144,10 +143,10 @@ def _row(count: int) -> dict[str, Any]:
     vehicle = cut(count)
     scenario, steps = swayed(vehicle), _steps(vehicle)
     options: Any = {"sample": _SAMPLE, "variables": ["tip_position"]}
-    flight = simulate(vehicle, scenario, method=TSIT5, rtol=_RTOL, **options)
+    flight = simulate(vehicle, scenario, rtol=_RTOL, **options)
     implicit = simulate(vehicle, scenario, method="implicit", step=steps["implicit"], **options)
     tip, other = (each["tip_position"].to_numpy().reshape(-1, 3) for each in (flight, implicit))
-    pair = run_pairs(vehicle, scenario, ["decoupled"], sample=_SAMPLE, method=TSIT5, rtol=_RTOL)
+    pair = run_pairs(vehicle, scenario, ["decoupled"], sample=_SAMPLE, rtol=_RTOL)
     return {
         "count": count,
         "clamped": [

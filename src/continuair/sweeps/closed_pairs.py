@@ -23,50 +23,37 @@ _BYTES_PER_SAMPLE = 1000
 
 @dataclass(frozen=True)
 class Reduced:
-    """What is kept of flights: metrics, status, end_time, step_error, the largest saturation and
-    the share of samples at the controller's limits (runs, models), and the tip's pose at the end
-    (runs, models, 7). Where steps follow from their errors, step_error is error_estimate, NaN
-    without a second flight, and counts (runs, models, COUNTS) are those of kernels/adaptive.py."""
+    """What is kept of flights: metrics, status, end_time, error_estimate (NaN without a second
+    flight), the largest saturation and the share of samples at the controller's limits (runs,
+    models), and the tip's pose at the end (runs, models, 7); where steps follow from their errors
+    counts (runs, models, COUNTS), those of kernels/adaptive.py."""
 
     metrics: dict[str, Array]
     tip: Array
     status: Array
     end_time: Array
-    step_error: Array
+    error_estimate: Array
     saturation: Array
     at_limits: Array
     counts: Array | None = None
-
-    def updated(self, runs: Array, found: Reduced) -> Reduced:
-        """With some runs, by their indices, as they were found later."""
-
-        def put(old: Array, new: Array) -> Array:
-            old = np.array(old)
-            old[runs] = new
-            return old
-
-        metrics = {name: put(old, found.metrics[name]) for name, old in self.metrics.items()}
-        rest = ("tip", "status", "end_time", "step_error", "saturation", "at_limits")
-        return Reduced(metrics, *(put(getattr(self, each), getattr(found, each)) for each in rest))
 
 
 def track(
     flight: Flight,
     models: tuple[str, ...],
     settle: float,
-    chosen: Array | None = None,
     check: bool = False,
 ) -> Reduced:
-    """Fly each model's closed loop, the runs or those chosen in blocks that fit into memory."""
+    """Fly each model's closed loop, in blocks of runs that fit into memory."""
     kind = flight.coupled.device.split(":")[0]
     most = _BLOCK_BYTES[kind] / (_BYTES_PER_SAMPLE * len(flight.marks.samples))
     size = max(1, int(most))
     names = ("tip_position", "tip_attitude") + ("feature_error",) * bool(flight.scenario.targets)
     names = with_limited_command(names, flight.scenario)
     parts, order = [], []
-    alike = [np.arange(flight.runs) if chosen is None else chosen]
+    alike = [np.arange(flight.runs)]
     if not flight.counted:
-        alike = [same for same, _ in flight.grids(chosen)]
+        alike = [same for same, _ in flight.grids()]
     for same in alike:
         for runs in (same[first : first + size] for first in range(0, len(same), size)):
             flown = (fly(flight, model, names, runs, check) for model in models)
@@ -84,7 +71,7 @@ def track(
         joined([part.tip for part in parts]),
         joined([part.status for part in parts]),
         joined([part.end_time for part in parts]),
-        joined([part.step_error for part in parts]),
+        joined([part.error_estimate for part in parts]),
         joined([part.saturation for part in parts]),
         joined([part.at_limits for part in parts]),
         joined([part.counts for part in parts if part.counts is not None])
@@ -124,9 +111,8 @@ def reduced(flights: list[xr.Dataset], settle: float) -> Reduced:
 
     counted = "steps" in reference
     error = np.full(status.shape, np.nan)
-    told = "error_estimate" if counted else "step_error"
-    if told in reference:
-        error = each(told)
+    if "error_estimate" in reference:
+        error = each("error_estimate")
     counts = np.stack([each(name) for name in COUNTED], axis=-1) if counted else None
     saturated = np.zeros(status.shape)
     if "largest_saturation" in reference:

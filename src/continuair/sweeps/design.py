@@ -103,14 +103,7 @@ class Design:
 
     def describe(self) -> dict[str, Any]:
         """The base and the vehicle as JSON can hold them."""
-        base = self.base.model_dump()
-        # Stores that were begun before there was a choice go on.
-        if base["method"] == "RK4":
-            del base["method"]
-        for name, before in (("gains", "constant"), ("integral", 0.0)):
-            if base["controller"] and base["controller"][name] == before:
-                del base["controller"][name]
-        return {"base": base, "vehicle": self.vehicle.describe()}
+        return {"base": self.base.model_dump(), "vehicle": self.vehicle.describe()}
 
     @property
     def digest(self) -> str:

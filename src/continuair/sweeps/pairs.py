@@ -13,24 +13,16 @@ from continuair.engine.pairs import ControlledPairs, Pairs
 from continuair.errors import InputError, shown
 from continuair.flight.adaptive import launch_of, runs_at_once
 from continuair.flight.cohorts import Flight
-from continuair.flight.growing import parted
 from continuair.flight.limits import warn_of_runs_at_limits
-from continuair.flight.prepare import DEFAULT_TOLERANCE, prepare, tolerance_for
+from continuair.flight.prepare import DEFAULT_TOLERANCE, prepare, step_for, tolerance_for
 from continuair.flight.resolution import (
-    saturation,
-    warn_of_coarse_steps,
+    warn_of_errors,
     warn_of_lost_angles,
     warn_of_overstated_angles,
     warn_of_saturation,
 )
-from continuair.flight.resolving import resolve
 from continuair.flight.signals import ticks_of
-from continuair.flight.trajectory import (
-    COUNTED,
-    ERROR_ESTIMATE,
-    LARGEST_SATURATION,
-    STEP_ERROR,
-)
+from continuair.flight.trajectory import COUNTED, ERROR_ESTIMATE, LARGEST_SATURATION
 from continuair.kernels.adaptive import SATURATION
 from continuair.kernels.dynamics import MODELS, REFERENCE, SIMPLER
 from continuair.kernels.integrators import INTEGRATORS, TSIT5
@@ -61,45 +53,65 @@ def run_pairs(
     scenario: Scenario,
     models: Sequence[str] = ("decoupled",),
     *,
-    step: float | str | Array = "auto",
-    sample: float = 1e-3,
-    duration: float | None = None,
-    settle: float = 0.0,
-    method: str = "RK4",
+    method: str = TSIT5,
     rtol: float = DEFAULT_TOLERANCE,
     atol: float | None = None,
     max_step: float = np.inf,
+    step: float | str | Array | None = None,
     check: bool = False,
+    sample: float = 1e-3,
+    duration: float | None = None,
+    settle: float = 0.0,
     device: str = "cpu",
     threads: int | None = None,
     **others: Any,
 ) -> xr.Dataset:
     """Fly models of many runs beside the coupled one, and return metrics, not trajectories.
 
-    vehicle, scenario: plain, or batched over runs as for `continuair.simulate`; inputs may be
-    functions of time that return a row per run. models: those compared with "coupled".
-    step: seconds, or "auto": as for `simulate`, every run's own, so that no result depends on the
-    batch it was in. sample: seconds between the samples that are compared.
-    duration: seconds, the scenario's by default. settle: seconds at the start that the metrics in
-    pixels leave out, and in a loop without a target those of the tip. method: "Tsit5", "RK4" or
-    "implicit", as for `simulate`. device: "cpu" or a CUDA device. threads: CPU threads, all by
-    default.
+    Parameters
+    ----------
+    vehicle, scenario
+        One, or batches over runs as for `continuair.simulate`; inputs may be functions of time
+        that return a row per run.
+    models : sequence of str
+        Those that are compared with "coupled".
+    method, rtol, atol, max_step, step, check
+        As for `continuair.simulate`; check with "Tsit5" alone. No result depends on the batch that
+        a run was in.
+    sample : float, optional
+        Time between the samples that are compared [s].
+    duration : float, optional
+        The scenario's by default [s].
+    settle : float, optional
+        Time at the start that the metrics in pixels leave out, and in a loop without a target
+        those of the tip [s].
+    device : str
+        "cpu" or a CUDA device.
+    threads : int, optional
+        CPU threads, all by default.
 
-    Returns a Dataset over (run, model), "coupled" first: the metrics of `continuair.compare`
-    nrmse_t, nrmse_r, rmse_t_m, rmse_r_rad, angle_rad against the coupled run (0 for itself); with
-    a controller that looks at a target also rms_px, max_px and ds_max_px (of the norm of the
-    feature error, against the coupled run's), NaN of a run in which a point is behind the camera at
-    a sample that counts, as it has no image there; tip_position and tip_attitude at the end; status
-    (0: ok; the meanings are in its attributes), end_time [s], step_error, step [s] and, of rotors,
-    largest_saturation: as for `simulate`, but where one model asks for half the step, all models of
-    that run take it. A run of a status other than 0, or beside such a coupled run, has NaN metrics;
-    nrmse_r and rmse_r_rad are NaN, with a warning, where samples do not follow the Euler angles of
-    the tip, as `continuair.compare` tells. Raises InputError.
+    Returns
+    -------
+    xarray.Dataset
+        Over (run, model), "coupled" first: the metrics of `continuair.compare` nrmse_t, nrmse_r,
+        rmse_t_m, rmse_r_rad, angle_rad against the coupled run (0 for itself); with a controller
+        that looks at a target also rms_px, max_px and ds_max_px (of the norm of the feature error,
+        against the coupled run's), NaN of a run in which a point is behind the camera at a sample
+        that counts; tip_position and tip_attitude at the end; status (0: ok; the meanings are in
+        its attributes), end_time [s] and, of rotors, largest_saturation; steps, steps_rejected,
+        evaluations and, with check, error_estimate, or step [s]: as for `simulate`. A run of a
+        status other than 0, or beside such a coupled run, has NaN metrics; nrmse_r and rmse_r_rad
+        are NaN, with a warning, where samples do not follow the Euler angles of the tip.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used.
     """
     checks.renamed("run_pairs", others, integrator="method")
     names = _checked_models(models)
-    checks.choice("method", method, (*INTEGRATORS, TSIT5))
-    tolerance = tolerance_for(method, step, rtol, atol, max_step)
+    checks.choice("method", method, (TSIT5, *INTEGRATORS))
+    tolerance = tolerance_for(method, rtol, atol, max_step)
     if checks.flag("check", check) and tolerance is None:
         raise InputError(
             f"check is True, but method is {shown(method)}; give method='{TSIT5}', or check of "
@@ -108,7 +120,7 @@ def run_pairs(
     flight = prepare(
         vehicle,
         scenario,
-        step=step,
+        step=step_for(method, step),
         sample=sample,
         duration=duration,
         device=device,
@@ -117,12 +129,9 @@ def run_pairs(
         method=method,
         tolerance=tolerance,
     )
-    settle = _checked_settle(settle, flight)
-    if flight.counted:
-        found = _fly(flight, names, settle, check=check)
-    else:
-        flight, found = _resolved(flight, names, settle)
-        warn_of_coarse_steps(found.step_error, flight.steps, stacklevel=3)
+    found = _fly(flight, names, _checked_settle(settle, flight), check)
+    if check:
+        warn_of_errors(found.error_estimate, stacklevel=3)
     warn_of_saturation(found.saturation, stacklevel=3)
     warn_of_runs_at_limits(found.at_limits, scenario, stacklevel=3)
     lost = lost_angles(found.metrics["nrmse_r"], found.status)
@@ -133,43 +142,39 @@ def run_pairs(
     if vehicle.uav.rotors is not None:
         data["largest_saturation"] = (("run", "model"), found.saturation, LARGEST_SATURATION)
     if found.counts is None:
-        data["step_error"] = (("run", "model"), found.step_error, STEP_ERROR)
         data["step"] = ("run", flight.steps, {"units": "s", "long_name": "integration step"})
     else:
-        if check:
-            data["error_estimate"] = (("run", "model"), found.step_error, ERROR_ESTIMATE)
         for column, (name, (_, meaning)) in enumerate(COUNTED.items()):
             counted = found.counts[..., column].astype(int)
             data[name] = (("run", "model"), counted, {"units": "1", "long_name": meaning})
+    if check:
+        data["error_estimate"] = (("run", "model"), found.error_estimate, ERROR_ESTIMATE)
     coordinates = {"run": np.arange(flight.runs), "model": list(names)}
     coordinates |= {"axis": list("xyz"), "quaternion": list("xyzw")}
     return xr.Dataset(data, coordinates)
 
 
-def _resolved(flight: Flight, models: tuple[str, ...], settle: float) -> tuple[Flight, Reduced]:
-    """What is kept of flights that their steps resolve as far as may be, and with which steps."""
-    found = _fly(flight, models, settle)
-
-    def fly_coarser(other: Flight, runs: Array) -> tuple[Array, Array]:
-        twin = _fly(other, models, 0.0, runs)
-        return parted(twin.tip, found.tip[runs]), np.abs(twin.end_time - found.end_time[runs])
-
-    def fly_again(finer: Flight, runs: Array) -> Array:
-        nonlocal found
-        found = found.updated(runs, _fly(finer, models, settle, runs))
-        return found.step_error
-
-    kept, _ = resolve(flight, models, found.step_error, fly_coarser, fly_again)
-    return kept, found
-
-
 def check_pairs(
-    vehicle: Vehicle, scenario: Scenario, step: float | str, sample: float, settle: float,
-    method: str, device: str,
-) -> None:  # fmt: skip
+    vehicle: Vehicle,
+    scenario: Scenario,
+    *,
+    method: str,
+    rtol: float,
+    step: float | str | None,
+    sample: float,
+    settle: float,
+    device: str,
+) -> None:
     """Raise InputError for what `run_pairs` would refuse; nothing is flown."""
     flight = prepare(
-        vehicle, scenario, step=step, sample=sample, device=device, threads=1, method=method
+        vehicle,
+        scenario,
+        step=step_for(method, step),
+        sample=sample,
+        device=device,
+        threads=1,
+        method=method,
+        tolerance=tolerance_for(method, rtol),
     )
     _checked_settle(settle, flight)
 
@@ -183,22 +188,15 @@ def lost_angles(metric: Array, status: Array) -> Array:
     return np.asarray((np.isnan(metric) & well).any(axis=1))
 
 
-def _fly(
-    flight: Flight,
-    models: tuple[str, ...],
-    settle: float,
-    chosen: Array | None = None,
-    check: bool = False,
-) -> Reduced:
-    """Fly the runs, or those chosen by their indices."""
-    chosen = np.arange(flight.runs) if chosen is None else chosen
+def _fly(flight: Flight, models: tuple[str, ...], settle: float, check: bool) -> Reduced:
+    """Fly all runs."""
     if flight.scenario.controller is not None:
-        found = track(flight, models, settle, chosen, check)
+        found = track(flight, models, settle, check)
     elif flight.counted:
         found = _fly_controlled(flight, models, check)
     else:
-        found = _fly_open(flight, models, chosen)
-    spin = flight.start.states[chosen][:, flight.coupled.layout.angular_velocity]
+        found = _fly_open(flight, models)
+    spin = flight.start.states[:, flight.coupled.layout.angular_velocity]
     # Whole turns between samples, which attitudes do not show.
     lost = np.linalg.norm(spin, axis=1) * flight.sample > np.pi
     for name in EULER_DEVIATIONS:
@@ -206,18 +204,17 @@ def _fly(
     return found
 
 
-def _fly_open(flight: Flight, models: tuple[str, ...], chosen: Array) -> Reduced:
+def _fly_open(flight: Flight, models: tuple[str, ...]) -> Reduced:
+    """Fly all runs without a controller, in steps of one length."""
     pairs = Pairs([flight.engine(model) for model in models], flight.runs)
     end_time = np.zeros((flight.runs, len(models)))
-    for cohort in flight.parts(chosen):
+    for cohort in flight.parts():
         runs, grid = cohort.runs, cohort.grid
         pairs.fly(runs, cohort.start, grid, cohort.drive)
         end_time[runs] = np.append(grid.starts, grid.samples[-1])[pairs.last_step[runs]]
-    metrics = {name: pairs.deviations[chosen, :, i] for i, name in enumerate(DEVIATIONS)}
-    tip, status, ends = (each[chosen] for each in (pairs.tip, pairs.status, end_time))
-    errors = pairs.errors[chosen]
-    told = flight.step_error(errors, chosen), saturation(errors)
-    return Reduced(metrics, tip, status, ends, *told, np.zeros(status.shape))
+    metrics = {name: pairs.deviations[..., i] for i, name in enumerate(DEVIATIONS)}
+    untold, free = np.full(pairs.status.shape, np.nan), np.zeros(pairs.status.shape)
+    return Reduced(metrics, pairs.tip, pairs.status, end_time, untold, pairs.saturation, free)
 
 
 def _fly_controlled(flight: Flight, models: tuple[str, ...], check: bool) -> Reduced:

@@ -12,13 +12,12 @@ import xarray as xr
 from continuair import checks
 from continuair.files import user_path
 from continuair.flight.resolution import (
-    warn_of_coarse_steps,
+    warn_of_errors,
     warn_of_lost_angles,
-    warn_of_missed_inputs,
     warn_of_overstated_angles,
     warn_of_saturation,
 )
-from continuair.flight.trajectory import LARGEST_SATURATION, STEP_ERROR
+from continuair.flight.trajectory import COUNTED, ERROR_ESTIMATE, LARGEST_SATURATION
 from continuair.sweeps.design import Design
 from continuair.sweeps.pairs import METRICS, lost_angles
 from continuair.sweeps.units import STATUSES
@@ -32,7 +31,9 @@ _UNITS: dict[str, tuple[str, str]] = {
     "tip_z_m": ("m", "tip of the arm at the end, world z"),
     "status": ("1", "how the run ended: " + ", ".join(f"{k} {v}" for k, v in STATUSES.items())),
     "end_time": ("s", "time up to which the run is valid"),
-    "step_error": (STEP_ERROR["units"], STEP_ERROR["long_name"]),
+    "error_estimate": (ERROR_ESTIMATE["units"], ERROR_ESTIMATE["long_name"]),
+    "steps": ("1", COUNTED["steps"][1]),
+    "step_error": ("1", "estimated largest error of the tip, in arm lengths, of older stores"),
     "step": ("s", "integration step"),
     "largest_saturation": (LARGEST_SATURATION["units"], LARGEST_SATURATION["long_name"]),
 }
@@ -43,10 +44,10 @@ _PROVENANCE = ("design_hash", "seed", "machine", "device", "unit_size", "done")
 def open_sweep(out: str | os.PathLike[str]) -> xr.Dataset:
     """The results of a store, finished or not, over the design's dimensions and `model`.
 
-    Data variables are the metrics, the tip's position at the end, status, end_time, step_error and
-    step (NaN where a run is not done); coordinates are what varied, by which
-    dimensions are labelled that are called after it. Attributes hold the provenance; `done` and
-    `runs` in them count the runs. Raises InputError if there is no store, or it is damaged.
+    Data variables are the metrics, the tip's position at the end, status, end_time, steps or step
+    and, with check, error_estimate (NaN where a run is not done); coordinates are what varied, by
+    which dimensions are labelled that are called after it. Attributes hold the provenance; `done`
+    and `runs` in them count the runs. Raises InputError if there is no store, or it is damaged.
     """
     checks.installed("zarr", "sweep")
     from continuair.sweeps.store import open_store
@@ -66,9 +67,8 @@ def labelled(design: Design, results: np.ndarray, attributes: dict[str, Any]) ->
         units, meaning = _UNITS[name]
         data[name] = ([*dims, "model"], grid[..., index], {"units": units, "long_name": meaning})
     names = list(attributes["quantities"])
-    errors, steps = results[..., names.index("step_error")], results[..., 0, names.index("step")]
-    warn_of_coarse_steps(errors, steps, stacklevel=4)
-    warn_of_missed_inputs(errors, steps, stacklevel=4)
+    if "error_estimate" in names:
+        warn_of_errors(results[..., names.index("error_estimate")], stacklevel=4)
     if "largest_saturation" in names:
         warn_of_saturation(results[..., names.index("largest_saturation")], stacklevel=4)
     status = results[..., names.index("status")]

@@ -30,8 +30,10 @@ from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 
-FORMAT = 2
-"""1 had no checksums."""
+FORMAT = 3
+"""1 had no checksums; 2, which is read but not resumed, had steps of one length and step_error."""
+
+_READ = (2, FORMAT)
 
 METADATA = "zarr.json"
 NEW = ".new-"
@@ -221,7 +223,7 @@ def _attributes(path: Path) -> dict[str, Any]:
         raise DamagedStore(
             f"out is {printed(path)}, whose {METADATA} is not that of a sweep; name another folder."
         )
-    if attributes["continuair_sweep"] != FORMAT:
+    if attributes["continuair_sweep"] not in _READ:
         raise InputError(
             f"out is {printed(path)}, which another version of continuair made, with other or no "
             "checksums; open it with that version, or name another folder to fly the design again."
@@ -253,6 +255,11 @@ def _check_continued(
     any_version: bool,
 ) -> None:
     """Raise InputError unless a store is that of the design, the versions and the device."""
+    if design is not None and attributes["continuair_sweep"] != FORMAT:
+        raise InputError(
+            f"out is {printed(path)}, a store of an earlier version of continuair, which "
+            "open_sweep reads; name another folder to fly the design again."
+        )
     if design is not None and attributes["design_hash"] != design.digest:
         raise InputError(
             f"out is {printed(path)}, which holds the sweep of another design "
@@ -287,7 +294,9 @@ def _design_of(path: Path, attributes: dict[str, Any]) -> Design:
     # Stores that were begun before labels were kept have none.
     labels = {name: np.array(each) for name, each in attributes.get("labels", {}).items()}
     described = attributes["design"]
-    base, vehicle = Base(**described["base"]), Vehicle(**described["vehicle"])
+    # A store of format 2 does not name the method that was the only one for long.
+    before = {"method": "RK4"} if attributes["continuair_sweep"] != FORMAT else {}
+    base, vehicle = Base(**before | described["base"]), Vehicle(**described["vehicle"])
     return Design(base, vehicle, variables, attributes["sizes"], labels)
 
 

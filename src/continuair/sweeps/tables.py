@@ -7,7 +7,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, model_validator
 
 from continuair import checks
-from continuair.errors import InputError, nearest
+from continuair.errors import InputError, nearest, shown
+from continuair.flight.prepare import DEFAULT_TOLERANCE, step_for, tolerance_for
 from continuair.scenario.letters import LETTERS
 from continuair.vehicle.fields import Count, Finite, NotNegative, Part, Positive, Title, Whole
 from continuair.vehicle.layout import CHANNELS
@@ -208,11 +209,17 @@ class Base(Part):
     metrics: tuple[str, ...] | None = None
     """the metrics to keep; all that the scenario has by default"""
 
-    step: Step = "auto"
-    """the integration step [s], or 'auto'"""
+    method: Literal["Tsit5", "RK4", "implicit"] = "Tsit5"
+    """how steps are taken: as their errors allow, or of one length"""
 
-    method: Literal["RK4", "implicit"] = "RK4"
-    """how steps are taken"""
+    rtol: Positive = DEFAULT_TOLERANCE
+    """what a step of Tsit5 may err by, in natural units [-]"""
+
+    step: Step | None = None
+    """the step of the other methods [s], or 'auto'"""
+
+    check: bool = False
+    """whether Tsit5 flies twice and keeps error_estimate, in arm lengths"""
 
     sample: Positive = 2e-3
     """the time between the samples that are compared [s]"""
@@ -234,6 +241,16 @@ class Base(Part):
 
     target: TargetTable | None = None
     """what a controller looks at, a table ([target])"""
+
+    @model_validator(mode="after")
+    def _steps_together(self) -> Base:
+        fixed = tolerance_for(self.method, self.rtol) is None
+        step_for(self.method, self.step)
+        if fixed and self.check:
+            raise InputError(
+                f"check is true, but method is {shown(self.method)}; leave one of them out."
+            )
+        return self
 
     @model_validator(mode="after")
     def _closed_together(self) -> Base:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from continuair.errors import InputError
+from continuair.kernels.integrators import TSIT5
 from continuair.kernels.step import STATUS
 from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.assembly import batches
@@ -23,7 +24,7 @@ REFUSED = -1
 STATUSES = {REFUSED: "parameters refused", **STATUS}
 """Status -> meaning."""
 
-_ENDS = ("tip_x_m", "tip_y_m", "tip_z_m", "status", "end_time", "step_error", "step")
+_ENDS = ("tip_x_m", "tip_y_m", "tip_z_m", "status", "end_time")
 
 # Simulated seconds of each model in a unit: a second or two of work of one core, or of a GPU.
 _SECONDS_PER_UNIT = {"cpu": 1000.0, "cuda": 20000.0}
@@ -31,8 +32,10 @@ _SECONDS_PER_UNIT = {"cpu": 1000.0, "cuda": 20000.0}
 
 def quantities(design: Design) -> tuple[str, ...]:
     """What is kept of a run and model, in order."""
-    saturation = ("largest_saturation",) if design.vehicle.uav.rotors is not None else ()
-    return (*design.metrics, *_ENDS, *saturation)
+    steps = ("steps",) if design.base.method == TSIT5 else ("step",)
+    checked = ("error_estimate",) * design.base.check
+    saturation = ("largest_saturation",) * (design.vehicle.uav.rotors is not None)
+    return (*design.metrics, *_ENDS, *steps, *checked, *saturation)
 
 
 def unit_size(design: Design, device: str) -> int:
@@ -81,8 +84,16 @@ def _check_whole(design: Design, vehicle: Vehicle, scenario: Scenario, device: s
     base = design.base
     # The step of every run is kept, and a coarse one was asked for.
     with untold():
-        choices = base.step, base.sample, base.settle, base.method
-        check_pairs(vehicle, scenario, *choices, device)
+        check_pairs(
+            vehicle,
+            scenario,
+            method=base.method,
+            rtol=base.rtol,
+            step=base.step,
+            sample=base.sample,
+            settle=base.settle,
+            device=device,
+        )
 
 
 def _computed(design: Design, runs: Array, device: str, threads: int | None) -> Array:
@@ -110,21 +121,22 @@ def _fly(
             vehicle,
             scenario,
             design.models[1:],
+            method=base.method,
+            rtol=base.rtol,
             step=base.step,
+            check=base.check,
             sample=base.sample,
             settle=min(base.settle, 0.5 * options.get("duration", np.inf)),
-            method=base.method,
             device=device,
             threads=threads,
             **options,
         )
     columns = [found[name].to_numpy() for name in design.metrics]
     columns += [found["tip_position"].to_numpy()[..., axis] for axis in range(3)]
-    columns += [found[name].to_numpy() for name in ("status", "end_time", "step_error")]
-    steps = np.broadcast_to(found["step"].to_numpy()[:, None], found["status"].shape)
-    columns.append(steps)
-    if "largest_saturation" in found:
-        columns.append(found["largest_saturation"].to_numpy())
+    each = {name: found[name].to_numpy() for name in quantities(design)[len(columns) :]}
+    if "step" in each:
+        each["step"] = np.broadcast_to(each["step"][:, None], found["status"].shape)
+    columns += each.values()
     return np.stack(columns, axis=-1)
 
 

@@ -180,11 +180,6 @@ class Term(Effect):
     def pack(self, plants: np.ndarray, vehicle: Vehicle) -> None:
         """Fill these fields of structured plants (runs,)."""
 
-    def decay(self, vehicle: Vehicle, runs: int) -> np.ndarray:
-        """Return the rate (runs,) [1/s] at which it slows a vehicle, if known, for the automatic
-        step."""
-        return np.zeros(runs)
-
     def device(self, code: Device) -> Acting:
         """Return what it does on the device.
 

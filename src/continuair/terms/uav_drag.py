@@ -41,13 +41,6 @@ class UavDrag(Term):
         plants["drag"] = per_run(drag.linear, runs, 3)
         plants["square_drag"] = per_run(drag.quadratic, runs, 3)
 
-    def decay(self, vehicle: Vehicle, runs: int) -> np.ndarray:
-        """By linear drag of the UAV alone: arms only slow it."""
-        assert vehicle.uav.drag is not None
-        return per_run(vehicle.uav.drag.linear, runs, 3).max(axis=1) / per_run(
-            vehicle.uav.mass, runs
-        )
-
     def device(self, code: Device) -> Acting:
         return Acting(on_uav=_load(code.numbers, code.tree))
 

@@ -46,6 +46,15 @@ def angles_of_branch(branch: Any) -> np.ndarray:
     return bend_vectors(branch)[..., 1]
 
 
+def followed_polar(branch: Any, bends: Any) -> np.ndarray:
+    """Return columns (κ, ψa) of log rows, κ as long as the bends (..., 2 sections) of these rows
+    are: a kernel's sum of two products is rounded by how it was compiled."""
+    found = np.array(bend_vectors(branch))
+    x, y = np.moveaxis(bend_vectors(bends), -1, 0)
+    found[..., 0] = np.copysign(np.hypot(x, y), found[..., 0])
+    return coordinates_of(found)
+
+
 def sections_of(q: Any) -> int:
     """Return the number of sections that the paper's coordinates q (..., coordinates) are of."""
     return (np.shape(q)[-1] - _UAV) // COORDINATES

@@ -11,7 +11,6 @@ from continuair import checks
 from continuair.analysis.groups import GROUPS, coupling, vehicle_of
 from continuair.flight.resolution import angles_unread
 from continuair.kernels.dynamics import SIMPLER
-from continuair.kernels.integrators import TSIT5
 from continuair.progress import Progress
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time, standard_scenario
 from continuair.sweeps import run_pairs
@@ -120,7 +119,7 @@ def run_errors(
     # Periods that agree but for rounding are one.
     time = round(sample_time(vehicle), 12)
     with angles_unread():
-        found = run_pairs(vehicle, scenario, SIMPLER, sample=time, method=TSIT5, rtol=rtol)
+        found = run_pairs(vehicle, scenario, SIMPLER, sample=time, rtol=rtol)
     found = found.sel(model=list(SIMPLER))
     length = np.asarray(vehicle.arm.length)[:, None]
     rows = found["nrmse_t"], found["rmse_t_m"] / length, found["angle_rad"]

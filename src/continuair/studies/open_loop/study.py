@@ -27,12 +27,12 @@ from continuair.analysis.shares import percent
 from continuair.flight.rotors import open_loop_flight
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import MODELS, REFERENCE
-from continuair.kernels.integrators import TSIT5
 from continuair.progress import Progress, Steps
 from continuair.scenario.paper_tests import OPEN_LOOP_TESTS
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.results import by_model
 from continuair.vehicle.vehicle import Vehicle, check_one_section, is_paper
+from continuair.warning import untold
 
 PRINTED = {
     "A": {"nrmse_t": 0.0124, "nrmse_r": 1.0404},
@@ -119,13 +119,14 @@ class _Flights:
         self.models = models
         self._steps = Steps(progress, rounds * len(models))
 
+    @untold("error_estimate")
     def fly(self, vehicle: Vehicle, scenario: Scenario, note: str = "") -> Flown:
         """Trajectories of all models."""
         flown = {}
         for model in self.models:
             self._steps.begin(f"{scenario.name}{note}, {model}")
             flown[model] = simulate(
-                vehicle, scenario, model=model, sample=SAMPLE, method=TSIT5, rtol=RTOL, check=True
+                vehicle, scenario, model=model, sample=SAMPLE, rtol=RTOL, check=True
             )
         return flown
 

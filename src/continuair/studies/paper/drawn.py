@@ -13,12 +13,12 @@ import xarray as xr
 
 from continuair.analysis.convergence import RTOL
 from continuair.flight.resolution import RESOLVED, tells_rotation
-from continuair.kernels.integrators import TSIT5
 from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, open_loop_test, tip_chirp
 from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.pairs import run_pairs
 from continuair.sweeps.sampling import sobol_box
 from continuair.vehicle.vehicle import Vehicle
+from continuair.warning import untold
 
 Array = np.ndarray
 
@@ -79,8 +79,9 @@ def error_under_a_moment(vehicle: Vehicle) -> float:
     return float(error.item())
 
 
+@untold("error_estimate")
 def _fly(vehicle: Vehicle, scenario: Scenario) -> xr.Dataset:
-    return run_pairs(vehicle, scenario, method=TSIT5, rtol=RTOL, check=True)
+    return run_pairs(vehicle, scenario, rtol=RTOL, check=True)
 
 
 def _well(found: xr.Dataset) -> Array:

@@ -22,7 +22,6 @@ from continuair.equations.camera import facing
 from continuair.errors import InputError, shown
 from continuair.flight.resolution import RESOLVED
 from continuair.flight.simulate import simulate
-from continuair.kernels.integrators import TSIT5
 from continuair.scenario import paths
 from continuair.scenario.scenarios import Scenario
 from continuair.scenario.targets import Target
@@ -327,7 +326,6 @@ def resolved_flights(
             scenario,
             sample=sample,
             variables=NEEDED,
-            method=TSIT5,
             rtol=rtol,
             check=check,
         )

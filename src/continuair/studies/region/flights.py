@@ -8,12 +8,12 @@ import numpy as np
 
 from continuair.controllers.controller import Controller
 from continuair.flight.simulate import simulate
-from continuair.kernels.integrators import TSIT5
 from continuair.progress import Steps
 from continuair.scenario import paths
 from continuair.scenario.scenarios import Scenario
 from continuair.scenario.targets import Target
 from continuair.vehicle.vehicle import Vehicle
+from continuair.warning import untold
 
 Array = np.ndarray
 
@@ -51,6 +51,7 @@ def batches(runs: int) -> list[slice]:
     return [slice(first, first + _AT_ONCE) for first in range(0, runs, _AT_ONCE)]
 
 
+@untold("error_estimate")
 def fly(vehicle: Vehicle, case: Case, law: Controller, q: Array, steps: Steps) -> Array:
     """Fly a law from starts q (runs, 8) at rest; what is kept of each flight (kept, runs)."""
     found = []
@@ -66,7 +67,6 @@ def fly(vehicle: Vehicle, case: Case, law: Controller, q: Array, steps: Steps) -
             model=case.model,
             sample=_SAMPLE,
             variables=["feature_error"],
-            method=TSIT5,
             check=True,
         )
         late = abs(data["feature_error"]).sel(time=slice(DURATION - JUDGED, None))

@@ -12,11 +12,11 @@ from continuair.analysis.metrics import feature_rms
 from continuair.controllers.controller import Controller
 from continuair.errors import CannotHover, InputError
 from continuair.flight.simulate import simulate
-from continuair.kernels.integrators import TSIT5
 from continuair.kernels.step import OK
 from continuair.scenario.tracking_task import SETTINGS, task
 from continuair.studies.robustness.mistakes import MISTAKES
 from continuair.vehicle.vehicle import Vehicle
+from continuair.warning import untold
 
 Array = np.ndarray
 
@@ -110,6 +110,7 @@ def _worst_draws(
     return [max((next(flights) for _ in range(many)), key=harm) for many in draws]
 
 
+@untold("error_estimate")
 def _fly_together(
     nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong], seeds: list[int]
 ) -> list[dict[str, Any]]:
@@ -132,7 +133,6 @@ def _fly_together(
         model=model,
         sample=_SAMPLE,
         variables=["feature_error"],
-        method=TSIT5,
         check=True,
     )
     found = []

@@ -21,7 +21,6 @@ from continuair.analysis.mass import straight_arm_inertia
 from continuair.flight.rotors import still
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import MODELS, REFERENCE, SIMPLER
-from continuair.kernels.integrators import TSIT5
 from continuair.progress import Progress, Steps
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.results import by_model
@@ -38,6 +37,7 @@ from continuair.studies.sensitivity.swing import swings_apart
 from continuair.studies.sensitivity.task import PARAMETERS, Parameter, about, batch, flight
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle, as_rod, check_one_section
+from continuair.warning import untold
 
 Array = NDArray[np.float64]
 
@@ -113,6 +113,7 @@ def _fly(vehicle: Vehicle, scenario: Scenario, parameter: Parameter, values: Any
     return fly_all(vehicles, starts, MODELS)
 
 
+@untold("error_estimate")
 def fly_all(vehicles: Vehicle, scenario: Scenario, models: Iterable[str]) -> Flown:
     """Return flights by model over (run, time), with their error estimates."""
     return {
@@ -122,7 +123,6 @@ def fly_all(vehicles: Vehicle, scenario: Scenario, models: Iterable[str]) -> Flo
             model=model,
             sample=SAMPLE,
             variables=VARIABLES,
-            method=TSIT5,
             rtol=RTOL,
             check=True,
         )

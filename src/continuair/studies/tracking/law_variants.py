@@ -18,10 +18,10 @@ from continuair.controllers.servoing import servoing
 from continuair.flight.resolution import unresolved
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import PLANTS
-from continuair.kernels.integrators import TSIT5
 from continuair.progress import Progress, Steps
 from continuair.scenario.tracking_task import SETTINGS, equipped, task
 from continuair.vehicle.vehicle import Vehicle
+from continuair.warning import untold
 
 STIFFNESS = np.geomspace(1.0, 1000.0, 10)
 LEAD = np.geomspace(0.03, 3.0, 8)
@@ -79,6 +79,7 @@ def law_variants(
     return rows + _fly(damped, [baseline], stack([baseline.controller]), letter)
 
 
+@untold("error_estimate")
 def best_scalar(vehicle: Vehicle, letter: str, compensation: str) -> dict[str, Any]:
     """Scalar gains with the least RMS error of a grid on the coupled plant, of resolved flights."""
     grid: list[dict[str, Any]] = [
@@ -88,9 +89,7 @@ def best_scalar(vehicle: Vehicle, letter: str, compensation: str) -> dict[str, A
     ]
     laws = stack([servoing(**gains, compensation=compensation) for gains in grid])
     scenario = task(vehicle, [letter], laws, SETTINGS["nominal"].duration)
-    data = simulate(
-        vehicle, scenario, sample=5e-2, variables=["feature_error"], method=TSIT5, check=True
-    )
+    data = simulate(vehicle, scenario, sample=5e-2, variables=["feature_error"], check=True)
     rms = np.nan_to_num(feature_rms(_settled(data)), nan=np.inf)
     rms[unresolved(data.error_estimate.to_numpy())] = np.inf
     return grid[int(np.argmin(rms))]
@@ -145,6 +144,7 @@ def _told(changed: Mapping[str, Any], damped: bool = True) -> str:
     return ", ".join(words)
 
 
+@untold("error_estimate")
 def _fly(
     vehicle: Vehicle, variants: list[Variant], laws: Controller, letter: str
 ) -> list[dict[str, Any]]:
@@ -156,7 +156,6 @@ def _fly(
             model=plant,
             sample=1e-2,
             variables=["feature_error", "bend", "q"],
-            method=TSIT5,
             check=True,
         )
         for plant in PLANTS

@@ -20,7 +20,6 @@ from continuair import equations
 from continuair.analysis.convergence import RTOL
 from continuair.flight.resolution import angles_unread
 from continuair.flight.simulate import simulate
-from continuair.kernels.integrators import TSIT5
 from continuair.scenario.paper_tests import OPEN_LOOP_TESTS, open_loop_test
 from continuair.studies.extremes import largest
 from continuair.sweeps.pairs import run_pairs
@@ -119,7 +118,7 @@ def errors_of_tests(vehicle: Vehicle) -> dict[str, float]:
     tenth of the tolerance changes it."""
 
     def error(test: str, rtol: float) -> Array:
-        pair = run_pairs(vehicle, open_loop_test(test), ["decoupled"], method=TSIT5, rtol=rtol)
+        pair = run_pairs(vehicle, open_loop_test(test), ["decoupled"], rtol=rtol)
         return pair["rmse_t_m"].sel(model="decoupled").to_numpy()
 
     return {test: _settled(partial(error, test)).item() for test in OPEN_LOOP_TESTS}
@@ -127,7 +126,7 @@ def errors_of_tests(vehicle: Vehicle) -> dict[str, float]:
 
 def _fly(vehicle: Vehicle, test: str, rtol: float) -> xr.Dataset:
     scenario = open_loop_test(test)
-    return simulate(vehicle, scenario, sample=_BETWEEN_SAMPLES, method=TSIT5, rtol=rtol)
+    return simulate(vehicle, scenario, sample=_BETWEEN_SAMPLES, rtol=rtol)
 
 
 def _settled(found_within: Callable[[float], Array]) -> Array:

@@ -15,7 +15,6 @@ from continuair.analysis.metrics import samples
 from continuair.controllers.gain_files import load_gains
 from continuair.equations.camera import interaction_matrix, to_normalised
 from continuair.flight.simulate import simulate
-from continuair.kernels.integrators import TSIT5
 from continuair.scenario.tracking_task import SETTINGS, equipped, task
 from continuair.studies.paper.evidence import Evidence
 from continuair.studies.tracking.study import SAMPLE
@@ -42,7 +41,7 @@ def fly(
     vehicle = equipped(evidence.vehicle, NOMINAL)
     controller = load_gains("paper").controller(vehicle)
     scenario = task(vehicle, ["M"], controller, NOMINAL.duration).replace(control_period=period)
-    found = simulate(vehicle, scenario, model=model, sample=sample, method=TSIT5, **options)
+    found = simulate(vehicle, scenario, model=model, sample=sample, **options)
     return found.isel(run=0)
 
 

@@ -16,13 +16,13 @@ from continuair.controllers.gain_files import Gains, load_gains
 from continuair.flight.resolution import RESOLVED
 from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import PLANTS
-from continuair.kernels.integrators import TSIT5
 from continuair.kernels.step import OK
 from continuair.scenario.tracking_task import SETTINGS, equipped, task
 from continuair.studies.paper.evidence import Evidence
 from continuair.studies.results import by_model
 from continuair.studies.tracking.study import SAMPLE, ds_extremes, metrics
 from continuair.studies.verdicts import UNDECIDED, Case, Judgement, over_cases
+from continuair.warning import untold
 
 Array = np.ndarray
 
@@ -92,6 +92,7 @@ def varied(evidence: Evidence, start: str, compensation: str) -> Loop:
     return Loop(reading(evidence, start, compensation), entries, flights)
 
 
+@untold("error_estimate")
 def fly(
     evidence: Evidence,
     letters: list[str],
@@ -111,7 +112,6 @@ def fly(
             model=plant,
             sample=SAMPLE,
             variables=_VARIABLES,
-            method=TSIT5,
             check=True,
         )
         for plant in PLANTS

@@ -1,0 +1,163 @@
+"""Natural frequencies of arms, and their fastest rates, by unit moments on their bends."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from continuair.engine.engine import Drive, Engine, Start
+from continuair.vehicle.coordinates import branches_of, state_from_paper
+from continuair.vehicle.layout import GENERAL
+from continuair.vehicle.runs import per_run
+
+Array = np.ndarray
+
+# Configurations whose bends are pushed at once: bounds the memory of large batches.
+_AT_ONCE = 1024
+
+
+def bend_compliance(engine: Engine, q: Any) -> np.ndarray:
+    """Bend block of M⁻¹, (runs, bends, bends) [1/(kg m⁴)], at rest in the configurations q.
+
+    It is the acceleration of the bend under a unit bend moment: for an engine of `coupled` on the
+    free base, for one of `independent` on a clamped one.
+    """
+    return _compliance(engine, np.atleast_2d(q)[None])[0]
+
+
+def fastest_frequency(engine: Engine, q: Any) -> np.ndarray:
+    """ω_max (runs,) [rad/s] from the pencil (K, M) at q: the largest √eig([M⁻¹]_bend K)."""
+    stiffness, _ = _of_bends(engine)
+    return np.sqrt(_largest(_symmetric(bend_compliance(engine, q), stiffness)))
+
+
+def fastest_rate(engine: Engine, q: Any) -> np.ndarray:
+    """Largest |λ| (runs,) [1/s] of the bends at q with their damping, base free or clamped.
+
+    With one section |λ| is ω of its stiffest mode, λ² + 2 γ λ + ω² = 0, while that oscillates, and
+    the decay γ + √(γ² - ω²) when it is overdamped. q: of the runs, or (configurations, runs,
+    coordinates): then it is the largest of all configurations of a run.
+    """
+    q = np.atleast_2d(q)
+    compliance = _compliance(engine, q.reshape(-1, *q.shape[-2:]))
+    stiffness, damping = _of_bends(engine)
+    rates = _fastest(_symmetric(compliance, stiffness), damping / stiffness)
+    largest: np.ndarray = np.fmax.reduce(rates)
+    return largest
+
+
+def first_frequency(engine: Engine, q: Any) -> np.ndarray:
+    """ω (runs,) [rad/s] of the first mode of every arm, undamped, the fastest of the arms' and in
+    the faster plane; q as for `fastest_rate`."""
+    q = np.atleast_2d(q)
+    compliance = _compliance(engine, q.reshape(-1, *q.shape[-2:]))
+    squares, found = _symmetric(compliance, _of_bends(engine)[0]), []
+    for of_arm in engine.layout.of_arm:
+        found.append(_eigenvalues(squares[..., of_arm, of_arm])[..., 1])
+    largest: np.ndarray = np.fmax.reduce(np.sqrt(np.max(found, axis=0)))
+    return largest
+
+
+def _fastest(squares: Array, share: Array) -> Array:
+    """Largest |λ| (..., runs) of bends, by √K [M⁻¹] √K (..., runs, bends, bends).
+
+    share: D over K of each bend (runs or 1, bends).
+    """
+    if not (share == share[:, :1]).all():
+        return _largest_of_pencil(squares, share)
+    # Damping in proportion to stiffness leaves the modes apart.
+    largest = _largest(squares)
+    decay, frequency = 0.5 * share[:, 0] * largest, np.sqrt(largest)
+    over = np.sqrt(np.maximum(decay**2 - frequency**2, 0.0))
+    return np.where(decay > frequency, decay + over, frequency)
+
+
+def _largest_of_pencil(squares: Array, share: Array) -> Array:
+    """Largest |λ| of λ² + S diag(share) λ + S, with S (..., bends, bends)."""
+    n = squares.shape[-1]
+    known = np.isfinite(squares).all((-1, -2))
+    filled = np.where(known[..., None, None], squares, 0.0)
+    companion = np.zeros((*squares.shape[:-2], 2 * n, 2 * n))
+    companion[..., :n, n:] = np.eye(n)
+    companion[..., n:, :n] = -filled
+    companion[..., n:, n:] = -filled * share[:, None, :]
+    found = np.abs(np.linalg.eigvals(companion)).max(axis=-1)
+    return np.asarray(np.where(known, found, np.nan))
+
+
+def _of_bends(engine: Engine) -> tuple[Array, Array]:
+    """E I l and d l (runs or 1, bends) [N m³, N m³ s] of each bend."""
+    runs = len(engine.plants)
+    sections = [section for arm in engine.vehicle.arms for section in arm.section]
+    stiffness, damping = (
+        np.stack(
+            [per_run(getattr(each, name), runs) * per_run(each.length, runs) for each in sections],
+            axis=-1,
+        ).repeat(2, axis=1)
+        for name in ("bending_stiffness", "structural_damping")
+    )
+    return stiffness, damping
+
+
+def _symmetric(compliance: Array, stiffness: Array) -> Array:
+    """√K [M⁻¹]_bend √K (..., bends, bends) [1/s²], symmetric; its eigenvalues are ω²."""
+    root = np.sqrt(stiffness)
+    found: Array = root[:, :, None] * compliance * root[:, None, :]
+    return 0.5 * (found + found.swapaxes(-1, -2))
+
+
+def _compliance(engine: Engine, q: Array) -> Array:
+    """Bend blocks (configurations, runs, bends, bends) of `bend_compliance`.
+
+    q: (configurations, runs or 1, coordinates).
+    """
+    flat, plants = q.reshape(-1, q.shape[-1]), len(engine.plants)
+    states, angles = state_from_paper(flat, np.zeros(flat.shape)), branches_of(flat)
+    runs = max(q.shape[1], plants)
+    states, angles = (
+        np.broadcast_to(each.reshape(*q.shape[:-1], -1), (len(q), runs, each.shape[-1]))
+        for each in (states, angles)
+    )
+    blocks = [slice(first, first + _AT_ONCE) for first in range(0, runs, _AT_ONCE)]
+    return np.concatenate(
+        [_pushed(engine, states[:, at], angles[:, at], np.arange(runs)[at]) for at in blocks],
+        axis=1,
+    )
+
+
+def _pushed(engine: Engine, states: Array, angles: Array, runs: Array) -> Array:
+    """`_compliance` of some runs, all in one launch, which costs more than few runs do.
+
+    states: (configurations, runs, state); angles: what names their branches.
+    """
+    layout, shape = engine.layout, angles.shape[:2]
+    pushes = np.vstack([np.zeros(layout.bends), np.eye(layout.bends)])
+    # Unit moments would be lost in the rounding of what a bent arm of large stiffness does.
+    size, _ = _of_bends(engine)
+    size = size[np.minimum(runs, len(size) - 1)]
+    inputs = np.zeros((len(pushes), *shape, layout.inputs))
+    inputs[..., layout.bend_moment] = pushes[:, None, None] * size
+    many = len(pushes) * shape[0] * shape[1]
+    start = Start(
+        *(
+            np.broadcast_to(each, (len(pushes), *each.shape)).reshape(many, -1)
+            for each in (states, angles)
+        )
+    )
+    acting = Drive(inputs.reshape(1, many, -1), False, GENERAL, 0.0)
+    rates = engine.derivative(start, acting, np.resize(runs, many))[:, layout.bend_rate]
+    still, *pushed = rates.reshape(len(pushes), *shape, layout.bends)
+    return np.stack([rate - still for rate in pushed], axis=-1) / size[:, None]
+
+
+def _largest(squares: Array) -> Array:
+    """The largest eigenvalue (...) of each; NaN for a configuration past a full circle."""
+    return _eigenvalues(squares)[..., -1]
+
+
+def _eigenvalues(squares: Array) -> Array:
+    """Eigenvalues (..., bends) ascending; NaN for a configuration past a full circle."""
+    known = np.isfinite(squares).all((-1, -2))
+    filled = np.where(known[..., None, None], squares, 0.0)
+    return np.asarray(np.where(known[..., None], np.linalg.eigvalsh(filled), np.nan))
