@@ -312,6 +312,11 @@ def test_the_fast_form_is_not_built_on_the_readable_one() -> None:
     assert not wrong, wrong
 
 
+def test_one_module_uses_what_is_private_in_warp() -> None:
+    using = [name for name, path in files() if "warp._src" in path.read_text(encoding="utf-8")]
+    assert using == ["engine.law_reading"]
+
+
 def test_what_is_static_in_device_code_is_so_when_it_is_defined() -> None:
     """Warp takes the value of wp.static(…) into a module's name in the cache only where it is known
     at once: one of a loop's variable is not, so that another process would compile the module anew,

@@ -7,10 +7,9 @@ from dataclasses import dataclass, field
 from types import FunctionType, SimpleNamespace
 from typing import Any
 
-from warp._src.context import ModuleHasher
-
 from continuair.engine.compiling import made_alone, made_once
 from continuair.engine.law_parts import check_parts, is_ours
+from continuair.engine.law_reading import hashed
 from continuair.kernels.numbers import Numbers
 from continuair.kernels.sensing.sense import LawCode, law_code
 from continuair.kernels.types import Tree
@@ -54,27 +53,12 @@ def _make(law: Law, numbers: Numbers, tree: Tree, points: int) -> MadeLaw:
     code = law_code(numbers, tree, points)
     parts = law(code)
     check_parts(parts)
-    functions: bytes = _exactly([], {}).hash_function(parts.control)
+    functions = hashed(parts.control)
     content = numbers, tree, points, functions, *_types(parts)
     return MadeLaw(content, f"rollout_{functions.hex()[:16]}", code, parts)
 
 
 _kept, _anew = made_once(_make), made_alone(_make)
-
-
-class _Exactly(ModuleHasher):
-    """Warp's hash of functions, but for numbers that it takes in single precision, as a pack's."""
-
-    def get_constant_bytes(self, value: Any) -> bytes:
-        number = getattr(value, "value", value)
-        return (
-            repr(number).encode()
-            if isinstance(number, float)
-            else super().get_constant_bytes(value)
-        )
-
-
-_exactly: Any = _Exactly  # Warp's own has no types
 
 
 def _types(parts: SimpleNamespace) -> tuple[Any, ...]:

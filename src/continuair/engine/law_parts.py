@@ -8,11 +8,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import warp as wp
-from warp._src.codegen import Struct
 
 from continuair.engine.law_names import names_of, value_of
 from continuair.engine.law_numbers import check_numbers
-from continuair.engine.law_reading import read
+from continuair.engine.law_reading import Struct, read
 from continuair.errors import InputError
 
 _OURS = __name__.partition(".")[0]

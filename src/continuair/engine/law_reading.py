@@ -1,6 +1,8 @@
-"""A law as Warp reads it: its functions, and quotients of whole numbers, which it cuts off.
+"""A law as Warp reads it: its functions, their hash, and quotients of whole numbers, which are cut
+off.
 
-Functions and types are Warp's own: they are read as for compilation, and no code is made of them.
+Functions and types are read as for compilation, and no code is made of them. It is the one module
+that uses what is private in Warp, and so may have to follow another version of it.
 """
 
 from __future__ import annotations
@@ -13,6 +15,9 @@ import warp as wp
 from warp._src import codegen, context
 
 from continuair.errors import InputError
+
+Struct = codegen.Struct
+"""The type of Warp's structs."""
 
 _WHOLE = (
     *(wp.int8, wp.int16, wp.int32, wp.int64),
@@ -51,3 +56,24 @@ def _calls() -> Iterator[list[tuple[str, str]]]:
         yield met
     finally:
         setattr(codegen.Adjoint, "add_call", add_call)  # noqa: B010
+
+
+def hashed(control: Any) -> bytes:
+    """A hash of a function of the device, of those that it calls, and of the numbers in them."""
+    found: bytes = _exactly([], {}).hash_function(control)
+    return found
+
+
+class _Exactly(context.ModuleHasher):
+    """Warp's hash of functions, but for numbers that it takes in single precision, as a pack's."""
+
+    def get_constant_bytes(self, value: Any) -> bytes:
+        number = getattr(value, "value", value)
+        return (
+            repr(number).encode()
+            if isinstance(number, float)
+            else super().get_constant_bytes(value)
+        )
+
+
+_exactly: Any = _Exactly  # Warp's own has no types

@@ -15,14 +15,13 @@ class Integrator:
     stable."""
 
     step_code: Callable[..., Any]
-    order: int
     phase: float
     stiff: bool
 
 
 INTEGRATORS = {
-    "RK4": Integrator(step_code, 4, 0.2, stiff=False),
-    "implicit": Integrator(implicit_step_code, 2, 0.05, stiff=True),
+    "RK4": Integrator(step_code, 0.2, stiff=False),
+    "implicit": Integrator(implicit_step_code, 0.05, stiff=True),
 }
 """Integrators of kernels by name. At its phase RK4 keeps the amplitude of the stiffest mode, and
 follows the fastest decay."""
