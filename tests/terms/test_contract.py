@@ -139,6 +139,12 @@ def test_casadi_has_it_or_refuses_the_vehicle() -> None:
         ca.to_casadi(HELD)
 
 
+def test_mujoco_has_no_terms(tmp_path: Path) -> None:
+    with pytest.raises(ca.InputError, match="TipSpring"):
+        ca.to_mjcf(HELD, tmp_path / "held.xml")
+    assert not list(tmp_path.iterdir())
+
+
 def test_the_gradient_holds_it() -> None:
     """Along the start, and along the term's own number, against differences of flights."""
     at = "terms.0.per_velocity"

@@ -16,6 +16,7 @@ from continuair.errors import InputError
 from continuair.files import new_file, save
 from continuair.interfaces.chain import fastest_mode, links_of
 from continuair.interfaces.outline import equal_box, pointing, radius_of
+from continuair.terms import name_of
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.camera import Camera
 from continuair.vehicle.layout import numbered
@@ -42,9 +43,14 @@ def to_mjcf(vehicle: Vehicle, path: str | os.PathLike[str], *, links: int = 8) -
     stiffness and damping. Sites: uav, rotors, tips. Actuators: thrusts of the rotors [N], or
     without them force_x … (world axes) and moment_x … (body axes); and bend_moment_x …, conjugate
     to a section's mean bend [1/m], which is its tendon's length. docs/interfaces.md says what is
-    lost. Raises InputError, also for a file that exists.
+    lost. Raises InputError, also for a file that exists, and for a vehicle with terms of its own.
     """
     check_single_vehicle(vehicle)
+    if vehicle.terms:
+        raise InputError(
+            f"vehicle has the term {name_of(vehicle.terms[0])}, which MuJoCo's format cannot hold; "
+            "leave it out with vehicle.replace({'terms': ()})."
+        )
     links = checks.whole("links", links, 1, 64)
     file = new_file("path", path)
     save("path", file, mjcf(vehicle, links))
