@@ -172,6 +172,7 @@ def step_cost(vehicle: Vehicle) -> dict[str, float]:
     """Median of the time of a model's step over that of the coupled one's, flown in turns."""
     scenario = standard_scenario("release", vehicle)
     options: dict[str, Any] = {
+        "method": "RK4",
         "step": scenario.duration / _STEPS,
         "sample": scenario.duration,
         "variables": ["position"],
