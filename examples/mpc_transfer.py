@@ -49,7 +49,8 @@ def flown(inputs: np.ndarray) -> xr.Dataset:
         return thrusts[np.searchsorted(KNOTS, t, side="right") - 1]
 
     start, acting = [0, 0, HEIGHT, 0, 0, 0, 0, 0], {"rotor_command": held, "jumps": KNOTS[1:]}
-    return ca.simulate(VEHICLE, ca.Scenario("transfer", start, duration=TIME + 1, **acting))
+    scenario = ca.Scenario("transfer", start, duration=TIME + 1, **acting)
+    return ca.simulate(VEHICLE, scenario, rtol=1e-8)
 
 
 def main() -> None:

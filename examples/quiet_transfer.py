@@ -58,7 +58,8 @@ def shaped() -> np.ndarray:
 
 def ringing(push: np.ndarray) -> float:
     """The largest bend in the second after the transfer [1/m]."""
-    bend = ca.simulate(VEHICLE, transfer(push), variables=["bend"]).bend
+    flight = ca.simulate(VEHICLE, transfer(push), method="RK4", step="auto", variables=["bend"])
+    bend = flight.bend
     return float(np.linalg.norm(bend.sel(time=slice(TIME, None)), axis=1).max())
 
 

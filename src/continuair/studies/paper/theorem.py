@@ -26,6 +26,7 @@ from continuair.scenario import paths
 from continuair.scenario.scenarios import Scenario
 from continuair.scenario.targets import Target
 from continuair.vehicle.vehicle import Vehicle
+from continuair.warning import untold
 
 Array = np.ndarray
 Gains = dict[str, Any]
@@ -320,6 +321,7 @@ def resolved_flights(
     of the tolerance: what it does last is faster than any step.
     """
 
+    @untold("error_estimate")
     def fly(rtol: float, check: bool) -> xr.Dataset:
         return simulate(
             vehicle,
