@@ -59,6 +59,13 @@ class Inputs:
             table[..., track.columns] += track.signal(times)
         return table
 
+    @property
+    def nbytes(self) -> int:
+        """What they take in memory."""
+        return (
+            sum(track.signal.coefficients.nbytes for track in self.tracks) + self.constants.nbytes
+        )
+
     def of_runs(self, runs: Array) -> Inputs:
         """Those of some runs."""
         constants = self.constants if len(self.constants) == 1 else self.constants[runs]

@@ -95,17 +95,27 @@ class Kernels:
 class LoopKernels:
     """The kernel `rollout` with a controller's law, and the types of its arguments.
 
-    lanes: the runs that a thread flies, 1 or those of a pack. remembered: numbers of the law's
-    memory; looks: whether such a law does.
+    remembered: numbers of the law's memory; looks: whether such a law does.
     """
 
-    lanes: int
-    rollout: wp.Kernel
+    law: MadeLaw
+    model: str
+    how: Closing
     pilot: PilotCode
     eye: Eye
     Gains: Any
     remembered: int = 0
     looks: bool = False
+
+    @property
+    def lanes(self) -> int:
+        """The runs that a thread flies, 1 or those of a pack."""
+        return self.law.code.numbers.lanes
+
+    @property
+    def rollout(self) -> wp.Kernel:
+        # Of single runs and of packs one is flown: the other is not made.
+        return _closed_rollout(self.law, self.model, self.how)
 
 
 def kernels(precision: str, tree: Tree, model: str, lanes: int = 1, method: str = "RK4") -> Kernels:
@@ -172,16 +182,20 @@ def closed_loop(law: MadeLaw, model: str, how: Closing) -> LoopKernels:
     else:
         choices = how.every_stage, how.integrates, how.believes
         pilot = law_pilot(*of, points, found, *choices)
-    logger = state_logger(*of)
-    dynamics = dynamics_code(*of, model)
-    if how.method == TSIT5:
-        rollout = adaptive_kernel(*of, dynamics, pilot, logger, how.every_stage, law.name)
-    else:
-        rollout = rollout_kernel(*of, dynamics, pilot, logger, how.method, law.name)
     remembered = found.Memory._length_ if hasattr(found, "Memory") else 0
     looks = remembered > 0 and found.looks
-    eye, lanes = eye_code(*of, points), of[0].lanes
-    return LoopKernels(lanes, rollout, pilot, eye, found.Gains, remembered, looks)
+    eye = eye_code(*of, points)
+    return LoopKernels(law, model, how, pilot, eye, found.Gains, remembered, looks)
+
+
+@made_once
+def _closed_rollout(law: MadeLaw, model: str, how: Closing) -> wp.Kernel:
+    of = law.code.numbers, law.code.tree
+    pilot, logger = closed_loop(law, model, how).pilot, state_logger(*of)
+    dynamics = dynamics_code(*of, model)
+    if how.method == TSIT5:
+        return adaptive_kernel(*of, dynamics, pilot, logger, how.every_stage, law.name)
+    return rollout_kernel(*of, dynamics, pilot, logger, how.method, law.name)
 
 
 @made_once

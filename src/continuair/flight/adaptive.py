@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from continuair.engine.adaptive import Launch, Ticks, Tolerance, Track
+from continuair.engine.adaptive import Inputs, Launch, Ticks, Tolerance, Track
 from continuair.engine.engine import Drive, Engine, Logs, Start
 from continuair.engine.loop import Loop
 from continuair.flight.camera_timing import loop_over, motion_of
@@ -22,6 +22,9 @@ Array = np.ndarray
 
 _BYTES = {"cpu": 1e8, "cuda": 2e9}
 """What the logs, and the scans of inputs, of runs flown at once may take."""
+
+_KEPT = 2e8
+"""What the signals of a flight may take that are kept."""
 
 _NUMBERS_PER_SAMPLE = 50
 _SCANNED = 4000
@@ -39,13 +42,12 @@ class _Part:
         """Return the logs of these runs, and what the roll-out counted (runs, COUNTS)."""
         launch, given = self.launch, self.launch.runs
         lanes = engine.load_rollout(self.loop, observe, len(given))
-        kernel = engine.kernels_of(lanes).rollout
-        if self.loop is not None:
+        if self.loop is None:
+            kernel = engine.kernels_of(lanes).rollout
+        else:
             closed = self.loop.on(engine, len(given))
-            kernel, launch = (
-                closed.kernels.rollout,
-                replace(launch, loop=closed.struct(engine, given)),
-            )
+            kernel = closed.kernels.rollout
+            launch = replace(launch, loop=closed.struct(engine, given))
         columns, samples = engine.layout.log, launch.ticks.samples
         order = launch.order(engine, kernel, lanes, columns)
         if self.loop is None:
@@ -72,10 +74,20 @@ def launch_of(
     flight: Flight, runs: Array, ticks: Ticks, tolerance: Tolerance, motion: Track | None = None
 ) -> Launch:
     """Return the roll-out of some runs of a flight, by their indices."""
-    start, layout = flight.start, flight.coupled.layout
-    inputs = inputs_of(flight.scenario, flight.duration, layout, flight.groups, runs)
-    begin = Start(start.states[runs], start.angle[runs])
-    return Launch(runs, begin, inputs, ticks, tolerance, motion=motion)
+    begin = Start(flight.start.states[runs], flight.start.angle[runs])
+    return Launch(runs, begin, _inputs(flight, runs), ticks, tolerance, motion=motion)
+
+
+def _inputs(flight: Flight, runs: Array) -> Inputs:
+    """What acts on some runs; kept for other models and finer flights, as long as that is small."""
+    kept, key = flight.kept_inputs, runs.tobytes()
+    if key in kept:
+        return kept[key]
+    layout = flight.coupled.layout
+    found = inputs_of(flight.scenario, flight.duration, layout, flight.groups, runs)
+    if sum(each.nbytes for each in kept.values()) + found.nbytes < _KEPT:
+        kept[key] = found
+    return found
 
 
 def record(recorder: Recorder) -> None:

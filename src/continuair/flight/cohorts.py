@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from continuair.engine.adaptive import Tolerance
+from continuair.engine.adaptive import Inputs, Tolerance
 from continuair.engine.engine import Drive, Engine, Logs, Start
 from continuair.engine.loop import Loop
 from continuair.flight.camera_timing import loop_over
@@ -77,7 +77,7 @@ class Flight:
     of each run (runs,) [s], NaN where they follow from their errors; marks: times that steps end
     at. coupled: an engine of that model, which others share what they can with. method: "Tsit5",
     "RK4" or "implicit"; tolerance: of steps that follow from their errors; lost: times near which
-    samples did not follow the Euler angles of q [s].
+    samples did not follow the Euler angles of q [s]; kept_inputs: by the runs that they act on.
     """
 
     vehicle: Vehicle
@@ -93,6 +93,7 @@ class Flight:
     method: str
     tolerance: Tolerance | None = None
     lost: list[float] = field(default_factory=list)
+    kept_inputs: dict[bytes, Inputs] = field(default_factory=dict)
     _sampled: dict[tuple[bytes, bytes], Drive] = field(default_factory=dict)
     _engines: dict[tuple[str, str], Engine] = field(default_factory=dict)
 
