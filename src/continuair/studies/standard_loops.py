@@ -9,6 +9,7 @@ hangs on what held it at the start: a servo, which stiffens it, would hide what 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -48,8 +49,14 @@ def hover_loop(vehicle: Vehicle, loop: str, bandwidth: float | None = None) -> C
             f"loop is {loop!r}, but the vehicle is a batch of {vehicle.runs}; give one vehicle, as "
             "gains are made for each, or loop='none'."
         )
-    held = flight_controller(vehicle, attitude_bandwidth=bandwidth, bend_bandwidth=0.0)
+    held = _held(vehicle, bandwidth)
     return held if loop == "position" else _free_sideways(held)
+
+
+@lru_cache(maxsize=16)
+def _held(vehicle: Vehicle, bandwidth: float | None) -> Controller:
+    """The flight controller, which studies ask for with every excitation, of a vehicle."""
+    return flight_controller(vehicle, attitude_bandwidth=bandwidth, bend_bandwidth=0.0)
 
 
 def bent_growth(vehicle: Vehicle, held: Controller, q: Array) -> float:
