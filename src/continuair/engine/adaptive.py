@@ -12,11 +12,11 @@ import warp as wp
 
 from continuair.engine.engine import Engine, Start
 from continuair.engine.lanes import packs_of
+from continuair.engine.pack import natural_units
 from continuair.kernels.adaptive import COUNTS, STEPS
 from continuair.kernels.embedded import TSIT5, Pair
 from continuair.kernels.signals import signal_struct
 from continuair.kernels.step_control import FIRST, GROWTH, control_arguments
-from continuair.kernels.types import FULL_LENGTH
 from continuair.signals import Signal
 
 Array = np.ndarray
@@ -267,18 +267,20 @@ def _control(engine: Engine, tolerance: Tolerance, pair: Pair, gravity: float, r
 def error_scales(engine: Engine, gravity: float, runs: Array) -> tuple[Array, Array]:
     """Natural units of the components of a state (runs or 1, state), in the kernels' units, and of
     time (runs or 1,) [s]: arm lengths, radians, and these per √(length / gravity)."""
-    lengths = engine.plants["length"]
-    lengths = lengths if len(lengths) == 1 else lengths[runs]
+    plants = engine.plants if len(engine.plants) == 1 else engine.plants[runs]
+    lengths = plants["length"]
     period = np.sqrt(lengths / (gravity if gravity > 0.0 else 9.81))
     layout = engine.layout
     scales = np.ones((len(lengths), layout.state))
     scales[:, layout.position] = lengths[:, None]
     # A quaternion changes by half of what it turns by.
     scales[:, layout.attitude] = 0.5
-    scales[:, layout.bend] = 1.0 / FULL_LENGTH
+    bends = natural_units(engine.vehicle, layout, len(engine.plants))
+    bends = (bends if len(bends) == 1 else bends[runs]) * plants["unit"]
+    scales[:, layout.bend] = bends
     scales[:, layout.velocity] = (lengths / period)[:, None]
     scales[:, layout.angular_velocity] = 1.0 / period[:, None]
-    scales[:, layout.bend_rate] = 1.0 / period[:, None] / FULL_LENGTH
+    scales[:, layout.bend_rate] = bends / period[:, None]
     return scales, period
 
 

@@ -128,6 +128,15 @@ def _pack_sections(plants: Array, layout: Layout, first: int, arm: ArmChain, who
         beyond, reach = beyond + mass, reach + length
 
 
+def natural_units(vehicle: Vehicle, layout: Layout, runs: int) -> Array:
+    """What counts as one of each coordinate of the sections (runs, coordinates)."""
+    found = np.empty((runs, layout.bends))
+    sections = [section for arm in vehicle.arms for section in arm.section]
+    for section, own in zip(sections, layout.of_section, strict=True):
+        found[:, own] = kind_of(section).natural(section, runs)
+    return found
+
+
 def _spread(at: Array) -> Array:
     """|r|² 1 - r rᵀ of points (runs, 3)."""
     square = np.einsum("ni,ni->n", at, at)[:, None, None] * np.eye(3)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from continuair.engine.engine import Drive, Engine, Start
+from continuair.engine.pack import natural_units
 from continuair.errors import InputError
 from continuair.flight.frequencies import first_frequency
 from continuair.flight.resolution import in_runs
@@ -98,17 +99,13 @@ def _eigenvalues(engine: Engine, states: Array, angles: Array, runs: Array) -> A
 
 
 def _sizes(engine: Engine, runs: Array) -> Array:
-    """What each component of a state (runs, state) is measured in: the reach [m], and the bend
-    [1/m] by which a section turns by a radian; 1 of others."""
-
-    def of_runs(value: Any) -> Array:
-        whole = per_run(value, len(engine.plants))
-        return np.broadcast_to(whole[runs] if len(whole) > 1 else whole, runs.shape)
-
+    """What each component of a state (runs, state) is measured in: the reach [m], and what counts
+    as one of the sections' coordinates; 1 of others."""
     layout, found = engine.layout, np.ones((len(runs), engine.layout.state))
-    reach = of_runs(engine.vehicle.reach)[:, None]
-    sections = [section for arm in engine.vehicle.arms for section in arm.section]
-    bends = 1.0 / np.stack([of_runs(each.length) for each in sections], axis=-1).repeat(2, axis=1)
+    reach = per_run(engine.vehicle.reach, len(engine.plants))[:, None]
+    reach = reach if len(reach) == 1 else reach[runs]
+    bends = natural_units(engine.vehicle, layout, len(engine.plants))
+    bends = bends if len(bends) == 1 else bends[runs]
     for places in (layout.position, layout.velocity):
         found[:, places] = reach
     for turns in (layout.bend, layout.bend_rate):

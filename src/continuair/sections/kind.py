@@ -23,6 +23,7 @@ import warp as wp
 
 from continuair.kernels.numbers import Numbers, holding
 from continuair.kernels.types import Tree, device_types
+from continuair.vehicle.runs import per_run
 from continuair.vehicle.section import Section
 
 
@@ -220,6 +221,24 @@ class SectionKind:
             The kind.
         """
         return cls(section.coordinates)
+
+    def natural(self, section: Section, runs: int) -> np.ndarray:
+        """Return what counts as one of each coordinate, as an arm length does of places: errors of
+        steps are measured in it. It is a radian over the length, unless a kind says otherwise.
+
+        Parameters
+        ----------
+        section : Section
+            The section of a vehicle or of a batch.
+        runs : int
+            The number of runs.
+
+        Returns
+        -------
+        ndarray
+            Of shape (runs, coordinates).
+        """
+        return np.repeat(1.0 / per_run(section.length, runs)[:, None], self.coordinates, axis=1)
 
     def units(self, section: Section, runs: int) -> np.ndarray:
         """Return what coordinates are multiplied by in kernels.
