@@ -24,6 +24,9 @@ Array = np.ndarray
 MOST_STEPS = 10_000_000
 """Steps of one run, rejected ones included, after which it ends."""
 
+_GRAVITY = 9.81
+"""That of natural units [m/s²]."""
+
 TRIAL = 0.05
 """Length of the trial flight [s] by whose steps runs are put together in packs."""
 
@@ -84,7 +87,7 @@ class Ticks:
 @dataclass(frozen=True)
 class Tolerance:
     """What a step may err by: `relative`, and `absolute` in arm lengths, radians, and these per
-    √(length / gravity); without it, `relative` is meant so. longest: of all steps [s]."""
+    √(length / 9.81 m/s²); without it, `relative` is meant so. longest: of all steps [s]."""
 
     relative: float
     absolute: float | None = None
@@ -129,7 +132,7 @@ class Launch:
             packed_signals(engine, self.inputs.tracks, n),
             packed_signals(engine, (self.motion,) if self.motion else (), n),
             _method(engine.dtype.name, engine.device, self.pair),
-            _control(engine, self.tolerance, self.pair, self.inputs.gravity, self.runs),
+            _control(engine, self.tolerance, self.pair, self.runs),
             _ticks(engine, self.ticks),
             engine.no_loop() if self.loop is None else self.loop,
             log,
@@ -248,9 +251,9 @@ def _method(precision: str, device: str, pair: Pair) -> Any:
     return found
 
 
-def _control(engine: Engine, tolerance: Tolerance, pair: Pair, gravity: float, runs: Array) -> Any:
+def _control(engine: Engine, tolerance: Tolerance, pair: Pair, runs: Array) -> Any:
     found = control_arguments(engine.dtype.name).Control()
-    scales, period = error_scales(engine, gravity, runs)
+    scales, period = error_scales(engine, runs)
     absolute = tolerance.relative if tolerance.absolute is None else tolerance.absolute
     found.allowed = engine.upload(absolute * scales)
     found.absolute = absolute
@@ -264,12 +267,13 @@ def _control(engine: Engine, tolerance: Tolerance, pair: Pair, gravity: float, r
     return found
 
 
-def error_scales(engine: Engine, gravity: float, runs: Array) -> tuple[Array, Array]:
+def error_scales(engine: Engine, runs: Array) -> tuple[Array, Array]:
     """Natural units of the components of a state (runs or 1, state), in the kernels' units, and of
-    time (runs or 1,) [s]: arm lengths, radians, and these per √(length / gravity)."""
+    time (runs or 1,) [s]: arm lengths, radians, and these per √(length / 9.81 m/s²), whatever the
+    gravity of a flight is."""
     plants = engine.plants if len(engine.plants) == 1 else engine.plants[runs]
     lengths = plants["length"]
-    period = np.sqrt(lengths / (gravity if gravity > 0.0 else 9.81))
+    period = np.sqrt(lengths / _GRAVITY)
     layout = engine.layout
     scales = np.ones((len(lengths), layout.state))
     scales[:, layout.position] = lengths[:, None]

@@ -76,7 +76,7 @@ def simulate(
         length.
     rtol, atol : float, optional
         "Tsit5" keeps the error of a step in every component below `rtol` times its natural unit:
-        an arm length, 1 rad, and these per √(length / gravity). With `atol` the bound is
+        an arm length, 1 rad, and these per √(length / 9.81 m/s²). With `atol` the bound is
         ``atol * unit + rtol * abs(component)``.
     max_step : float, optional
         Longest step of "Tsit5" [s].
