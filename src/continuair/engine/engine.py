@@ -18,6 +18,7 @@ from continuair.engine.lanes import packs_of, struct_rows, table_rows
 from continuair.engine.pack import pack_plants, pack_table, tree_of
 from continuair.engine.packs import lanes_of
 from continuair.engine.rows import adjacent, forget_unreached
+from continuair.engine.term_checks import check_terms
 from continuair.errors import InputError, shown
 from continuair.vehicle.layout import width_of
 from continuair.vehicle.vehicle import Vehicle
@@ -111,6 +112,8 @@ class Engine:
         start_warp()
         self.vehicle, self.model, self.method = vehicle, model, method
         self.tree = tree_of(vehicle)
+        if vehicle.terms:
+            check_terms(self.tree)
         self.layout = self.tree.layout
         self.kernels = kernels(precision, self.tree, model, method=method)
         self.dtype: np.dtype[Any] = np.dtype(precision)

@@ -16,33 +16,33 @@ _REAL = (wp.float16, wp.bfloat16, wp.float32, wp.float64)
 _LARGEST_WHOLE = 2**31 - 1
 
 
-def check_numbers(function: Any, Real: Any) -> None:
+def check_numbers(function: Any, Real: Any, whose: str = "law") -> None:
     """Raise InputError for numbers of a function of the device that Warp rounds or cuts off.
 
-    Real: the numbers that the law computes with.
+    Real: the numbers that it computes with; whose: of what the function is, for the sentence.
     """
     called = f"its function {function.func.__name__}"
     for number in _rounded(function, names_of(function), Real):
         raise InputError(
-            f"law has the number {number} in {called}, where Warp counts in single precision; "
+            f"{whose} has the number {number} in {called}, where Warp counts in single precision; "
             f"make it outside of that function, as in number = code.Real({number})."
         )
     for name in _vectors(function):
         raise InputError(
-            f"law has {name} in {called}, a vector or matrix from outside of it, of which Warp "
+            f"{whose} has {name} in {called}, a vector or matrix from outside of it, of which Warp "
             "keeps too few digits; make it within, of numbers from outside, as in "
             "code.vec3(x, y, z), or give it as a gain."
         )
     if function.adj.has_unresolved_static_expressions:
         raise InputError(
-            f"law has a wp.static in {called} that is known while it is compiled alone, and that "
-            "Warp does not tell from others; make its numbers outside of that function, each by a "
-            "name, or give them as gains."
+            f"{whose} has a wp.static in {called} that is known while it is compiled alone, and "
+            "that Warp does not tell from others; make its numbers outside of that function, each "
+            "by a name, or give them as gains."
         )
     for default in _defaults(function):
         raise InputError(
-            f"law has the default {default} of an argument in {called}, which Warp does not tell "
-            "from others that it has compiled; give it where the function is called."
+            f"{whose} has the default {default} of an argument in {called}, which Warp does not "
+            "tell from others that it has compiled; give it where the function is called."
         )
 
 

@@ -1,0 +1,61 @@
+"""What a term of a user's own must give: its parts, and numbers of which Warp keeps all digits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import warp as wp
+
+from continuair.engine.compiling import made_once
+from continuair.engine.law_names import names_of
+from continuair.engine.law_numbers import check_numbers
+from continuair.engine.law_parts import is_ours
+from continuair.errors import InputError
+from continuair.kernels.device import Device
+from continuair.kernels.numbers import Numbers
+from continuair.kernels.term_sum import Acting
+from continuair.kernels.types import Tree, device_types
+from continuair.terms import TERMS
+
+
+@made_once
+def check_terms(tree: Tree) -> None:
+    """Raise InputError for a term of a user's own that does not return an Acting, has an energy
+    that it does not tell of, or whose functions hold numbers that lose digits."""
+    numbers = Numbers("float64")
+    for term in (each for each in tree.terms if type(each) not in TERMS):
+        name, acting = type(term).__name__, term.device(Device(numbers, tree))
+        if not isinstance(acting, Acting):
+            raise InputError(
+                f"term {name} returns {type(acting).__name__} from device(code); return "
+                "a continuair.terms.Acting."
+            )
+        if acting.energy is not None and not term.has_energy:
+            raise InputError(
+                f"term {name} returns an energy, but does not say so; set has_energy = True in its "
+                "class, or leave the energy out."
+            )
+        real = device_types(numbers, tree).Real
+        for function in _functions(_parts(acting, tree), set()):
+            check_numbers(function, real, f"term {name}")
+
+
+def _parts(acting: Acting, tree: Tree) -> list[Any]:
+    found = [acting.on_uav, acting.rates, acting.excess, acting.misdirected, acting.energy]
+    if acting.on_arm is not None:
+        found += [acting.on_arm(arm) for arm in range(len(tree.sections))]
+    return found
+
+
+def _functions(values: Any, known: set[int]) -> Iterator[Any]:
+    """A user's device functions among some values, and those that they and ours call."""
+    for value in values:
+        if not isinstance(value, wp.Function) or getattr(value, "func", None) is None:
+            continue
+        if id(value) in known:
+            continue
+        known.add(id(value))
+        if not is_ours(value.func):
+            yield value
+        yield from _functions(names_of(value).values(), known)

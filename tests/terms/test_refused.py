@@ -1,0 +1,69 @@
+"""Terms of a user's own that would act otherwise than they say."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+import warp as wp
+
+import continuair as ca
+from continuair.terms import Acting, Device
+
+VEHICLE = ca.load_vehicle("slender")
+FALL = ca.Scenario("fall", [0.0] * 8, duration=0.01)
+
+
+@dataclass(frozen=True)
+class Rounded(ca.Term):
+    """A drag of the tips by a number that single precision does not hold."""
+
+    def device(self, code: Device) -> Acting:
+        types = code.types
+        Real, State, Flight, vec3 = types.Real, types.State, code.Flight, types.vec3
+
+        def wrench_of(arm: int) -> Any:
+            world_tip = code.tips.world_tip_of(arm)
+
+            @wp.func
+            def wrench(y: State, flight: Flight, row: int):
+                return -Real(0.1) * world_tip(y, flight.plant).velocity, vec3()
+
+            return wrench
+
+        return Acting(on_arm=code.on_tip(wrench_of))
+
+
+@dataclass(frozen=True)
+class Untold(ca.Term):
+    """An energy that it does not tell of."""
+
+    def device(self, code: Device) -> Any:
+        types, Flight = code.types, code.Flight
+        State, Real = types.State, types.Real
+
+        @wp.func
+        def energy(y: State, flight: Flight, row: int):
+            return Real(0.0)
+
+        return Acting(energy=energy)
+
+
+@dataclass(frozen=True)
+class Nothing(ca.Term):
+    """No Acting."""
+
+    def device(self, code: Device) -> Any:
+        return None
+
+
+@pytest.mark.parametrize(
+    ("term", "words"),
+    [
+        (Rounded(), "Rounded has the number 0.1"),
+        (Untold(), "Untold returns an energy"),
+        (Nothing(), "Nothing returns NoneType"),
+    ],
+)
+def test_it_is_refused_in_a_sentence(term: ca.Term, words: str) -> None:
+    with pytest.raises(ca.InputError, match=words):
+        ca.simulate(VEHICLE.replace({"terms": (term,)}), FALL)
