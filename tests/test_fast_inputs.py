@@ -268,3 +268,31 @@ def test_commands_beside_a_controller_are_followed_below_nothing_too(sign: float
     found = ca.simulate(vehicle, scenario, sample=0.01)
     exact = ca.simulate(vehicle, scenario, sample=0.01, method="RK4", step=2e-5)
     assert apart(found, exact) < 1e-6
+
+
+@pytest.mark.parametrize(
+    "of",
+    [
+        lambda t: abs(t - 0.1) ** 0.5,
+        lambda t: float(np.cbrt(t - 0.1)),
+        lambda t: abs(np.sin(10.0 * np.pi * t)) ** 0.5,
+    ],
+)
+def test_inputs_without_a_slope_at_a_time_are_passed(of: Callable[[float], float]) -> None:
+    """On both sides of it no polynomial fits: steps end beyond."""
+    start = ca.Scenario(
+        "s", [0, 0, 0, 0, 0, 0, 0.3, 0.4], force=lambda t: [5.0 * of(t), 0, 0], duration=0.2
+    )
+    found = ca.simulate(VEHICLE, start)
+    exact = ca.simulate(VEHICLE, start, method="RK4", step=2e-5)
+    assert int(found.status) == 0 and int(found.steps) < 1000
+    assert apart(found, exact) < 3e-5
+
+
+def test_a_function_that_gives_each_run_its_constant_is_that_constant() -> None:
+    """In parts of several threads, too."""
+    rows = np.arange(1.0, 17.0)[:, None] * np.array([1.0, 0.0, 0.0])
+    start = ca.Scenario("rows", [0, 0, 0, 0, 0, 0, 0.3, 0.4], force=lambda t: rows, duration=0.1)
+    found = ca.simulate(VEHICLE, start, threads=2)
+    plain = ca.simulate(VEHICLE, start.replace(force=rows), threads=1)
+    np.testing.assert_array_equal(found.tip_position, plain.tip_position)

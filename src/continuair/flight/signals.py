@@ -16,6 +16,9 @@ from continuair.vehicle.layout import FIELDS, Layout
 
 Array = np.ndarray
 
+_AT_ONCE = 2048
+"""Times at which a function of time is evaluated at once."""
+
 _LONGEST = 5000.0
 """Longest flight under a function of time [s]: what is looked at of it has to fit into memory."""
 
@@ -58,9 +61,10 @@ def inputs_of(
             if not signal.is_constant:
                 tracks.append(Track(signal.scaled(sign), columns))
                 continue
-            value = signal.coefficients[..., 0]
-        rows = np.atleast_2d(value)
-        rows = rows if runs is None or len(rows) == 1 else rows[runs]
+            rows = signal.coefficients[..., 0]
+        else:
+            rows = np.atleast_2d(value)
+            rows = rows if runs is None or len(rows) == 1 else rows[runs]
         constants = np.array(
             np.broadcast_to(constants, (max(len(rows), len(constants)), layout.inputs))
         )
@@ -106,9 +110,17 @@ def signal_of(
 
     def evaluate(times: Array) -> Array:
         nonlocal first
-        rows = (evaluated if first else asked)(name, value, times, width)
+        given = evaluated if first else asked
+        parts = []
+        # Of rows of all runs, some at a time: only those that are wanted are kept.
+        for at in range(0, len(times), _AT_ONCE):
+            rows = given(name, value, times[at : at + _AT_ONCE], width)
+            parts.append(rows if runs is None or rows.shape[1] == 1 else rows[:, runs])
         first = False
-        return rows if runs is None or rows.shape[1] == 1 else rows[:, runs]
+        if len({part.shape[1] for part in parts}) > 1:
+            # The message of a function whose rows change.
+            given(name, value, times, width)
+        return np.concatenate(parts)
 
     try:
         return fit(evaluate, duration, jumps=jumps)

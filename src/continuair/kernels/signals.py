@@ -107,7 +107,9 @@ def signal_code(numbers: Numbers) -> SignalCode:
         + find
         + right
         + f" {number} own_length = edges[2 * k + 1] - edges[2 * k], reach = own_length;"
-        " if (k < last) { reach = edges[2 * k + 1] - t + edges[2 * k + 3] - edges[2 * k + 2]; }"
+        " if (k < last) {"
+        f" {number} own_left = edges[2 * k + 1] - t; own_left = own_left > 0 ? own_left : 0;"
+        " reach = own_left + edges[2 * k + 3] - edges[2 * k + 2]; }"
         " reach = reach < own_length ? reach : own_length;"
         f" if (last > 0 && reach < {lane('out')}) {lane('out')} = reach; }} }}"
         " return out;"

@@ -184,8 +184,18 @@ def fit(
             found[run] = row
     return from_pieces(
         [found[run].pieces for run in range(rows)],
-        [sorted({*edges[1:-1], *(right for _, right in found[run].gaps)}) for run in range(rows)],
+        [sorted({*edges[1:-1], *_ends(found[run].gaps)}) for run in range(rows)],
     )
+
+
+def _ends(gaps: list[_Gap]) -> list[float]:
+    """Where gaps end, of those that touch the last one's end: between them there is no piece."""
+    found: list[float] = []
+    for left, right in sorted(gaps):
+        if found and left <= found[-1]:
+            found.pop()
+        found.append(right)
+    return found
 
 
 _Gap = tuple[float, float]
