@@ -32,6 +32,14 @@ def mixed(kind: type[Section], place: int) -> ca.Vehicle:
     return VEHICLE.having(arm=(arm.having(section=tuple(found)),))
 
 
+@pytest.mark.parametrize("field", ["arm.arm.section.0.length", "arm"])
+def test_a_change_that_would_make_arcs_of_other_kinds_is_refused(field: str) -> None:
+    vehicle = mixed(WrappedSection, 0)
+    with pytest.raises(ca.InputError, match="WrappedSection"):
+        vehicle.replace({field: 0.3})
+    assert vehicle.replace({"uav.mass": 3.0}).uav.mass == 3.0
+
+
 def pushed() -> ca.Scenario:
     """A flight on which all acts that a scenario can hold but wind."""
     q, qd, tau = np.random.default_rng(3).normal(size=(3, VEHICLE.layout.coordinates))

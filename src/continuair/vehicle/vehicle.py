@@ -207,10 +207,21 @@ class Vehicle(Part):
         if not isinstance(changes, Mapping):
             text = "must be a mapping such as {'arm.radius': 0.01}"
             raise InputError(f"changes is {shown(changes)}, but {text}; give the fields to change.")
+        self._check_kinds(changes)
         found = replacing.replace(self, changes, implied(self, changes))
         found._check_mount()
         found._check_lift()
         return found
+
+    def _check_kinds(self, changes: Mapping[str, Any]) -> None:
+        """Raise InputError for a change of an arm that would be made anew of arcs alone."""
+        sections = [section for arm in self.arms for section in arm.section]
+        other = [type(each).__name__ for each in sections if type(each) is not Section]
+        if other and any(str(path).partition(".")[0] == "arm" for path in changes):
+            raise InputError(
+                f"arm holds a section of the kind {other[0]}, which replace does not keep; make "
+                "the vehicle anew with continuair.Vehicle(...)."
+            )
 
     def select(self, run: int) -> Vehicle:
         """Return the plain vehicle of one run; a plain vehicle is the same in every run."""
