@@ -56,9 +56,19 @@ class Nothing(ca.Term):
         return None
 
 
+class Bare(ca.Term):
+    """Numbers of a class that is no dataclass are no fields."""
+
+    stiffness: float = 2.0
+
+    def device(self, code: Device) -> Any:
+        return Acting()
+
+
 @pytest.mark.parametrize(
     ("term", "words"),
     [
+        (Bare(), "Bare has stiffness"),
         (Rounded(), "Rounded has the number 0.1"),
         (Untold(), "Untold returns an energy"),
         (Nothing(), "Nothing returns NoneType"),

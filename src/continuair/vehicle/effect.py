@@ -97,7 +97,19 @@ def check_effects(value: object) -> tuple[Effect, ...]:
                 f"{index} is {_named(name)}, but a term is code, which no file or description "
                 "holds; set it with vehicle.replace({'terms': (Name(...),)})."
             )
+        _check_fields(each)
     return tuple(value)
+
+
+def _check_fields(effect: Effect) -> None:
+    """Raise InputError for a class whose annotated fields are none, for want of a decorator."""
+    kind, known = type(effect), {each.name for each in fields(effect)}
+    for name, annotation in kind.__dict__.get("__annotations__", {}).items():
+        if name not in known and "ClassVar" not in str(annotation):
+            raise InputError(
+                f"term {kind.__name__} has {name}, which is no field yet; write "
+                "@dataclass(frozen=True) above its class."
+            )
 
 
 def _named(value: object) -> str:
