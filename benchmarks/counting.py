@@ -512,7 +512,7 @@ def counted(model: str) -> dict[str, Any]:
 
 
 def per_step(model: str) -> dict[str, Any]:
-    """What one step takes: the mean of some, late in a flight."""
+    """Operations of one step: the mean of four, late in a flight."""
     (few, _), (more, _) = fly(model, BEFORE), fly(model, BEFORE + STEPS)
     _, state = fly(model, 3)
     (fewer, little), (most, much) = few.needed(), more.needed()

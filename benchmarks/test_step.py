@@ -73,7 +73,7 @@ def per_step(benchmark: Any, call: Callable[[], object], steps: float) -> float:
 
 @pytest.fixture(scope="module")
 def mujoco_per_step() -> float:
-    """Median of RK4 steps of the chain [µs], measured in this session."""
+    """Median of RK4 steps of the chain [µs], measured in this run."""
     from time import perf_counter
 
     advance = mujoco_flight()

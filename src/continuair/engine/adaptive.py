@@ -64,7 +64,7 @@ class Inputs:
 
     @property
     def nbytes(self) -> int:
-        """What they take in memory."""
+        """Their size in memory [bytes]."""
         return (
             sum(track.signal.coefficients.nbytes for track in self.tracks) + self.constants.nbytes
         )

@@ -129,7 +129,7 @@ def _pack_sections(plants: Array, layout: Layout, first: int, arm: ArmChain, who
 
 
 def natural_units(vehicle: Vehicle, layout: Layout, runs: int) -> Array:
-    """What counts as one of each coordinate of the sections (runs, coordinates)."""
+    """Natural unit of each coordinate of the sections (runs, coordinates), as kinds give it."""
     found = np.empty((runs, layout.bends))
     sections = [section for arm in vehicle.arms for section in arm.section]
     for section, own in zip(sections, layout.of_section, strict=True):

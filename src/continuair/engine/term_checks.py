@@ -1,4 +1,4 @@
-"""What a term of a user's own must give: its parts, and numbers of which Warp keeps all digits."""
+"""Checks of a user's own terms: they return an Acting, and their numbers keep all digits."""
 
 from __future__ import annotations
 

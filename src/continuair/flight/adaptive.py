@@ -24,7 +24,7 @@ _BYTES = {"cpu": 1e8, "cuda": 2e9}
 """What the logs, and the scans of inputs, of runs flown at once may take."""
 
 _KEPT = 2e8
-"""What the signals of a flight may take that are kept."""
+"""Largest size of the inputs that a flight keeps [bytes]."""
 
 _NUMBERS_PER_SAMPLE = 50
 _SCANNED = 4000
@@ -79,7 +79,7 @@ def launch_of(
 
 
 def _inputs(flight: Flight, runs: Array) -> Inputs:
-    """What acts on some runs; kept for other models and finer flights, as long as that is small."""
+    """The inputs of some runs; small ones are kept for other models and finer flights."""
     kept, key = flight.kept_inputs, runs.tobytes()
     if key in kept:
         return kept[key]

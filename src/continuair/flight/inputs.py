@@ -88,8 +88,8 @@ def _at(name: str, value: Any, times: Array, width: int, runs: Array | None) -> 
 def evaluated(name: str, value: Any, times: Array, width: int) -> Array:
     """A function of time at every one of some times: (times, runs or 1, width).
 
-    Raises InputError if it does not return that many finite numbers each time; also if
-    these are others when it is asked again.
+    Raises InputError if it does not return that many finite numbers each time, or other ones
+    when it is asked again.
     """
     found = asked(name, value, times, width)
     again = checks.asked_again(len(times))

@@ -1,4 +1,4 @@
-"""What is told of a flight's accuracy and limits: errors, saturation, angles that are lost."""
+"""Warnings of a flight's accuracy and limits: errors, saturation, lost angles."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RESOLVED = 1e-3
 """Largest error_estimate of a flight that counts as resolved [arm lengths]."""
 
 _UNHEARD = 1e-4
-"""Saturation that is none: kinks of commands are located to 0.25 µs, and ripple so little."""
+"""Largest saturation that is ignored: kinks of commands, located to 0.25 µs, cause less."""
 
 _OVERSTATED = 3.0
 """Times the angle between tips from which on a difference of Euler angles is no rotation."""

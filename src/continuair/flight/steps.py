@@ -99,8 +99,8 @@ def _eigenvalues(engine: Engine, states: Array, angles: Array, runs: Array) -> A
 
 
 def _sizes(engine: Engine, runs: Array) -> Array:
-    """What each component of a state (runs, state) is measured in: the reach [m], and what counts
-    as one of the sections' coordinates; 1 of others."""
+    """Natural unit of each component of a state (runs, state): the reach [m], those of the
+    sections' coordinates, and 1 of others."""
     layout, found = engine.layout, np.ones((len(runs), engine.layout.state))
     reach = per_run(engine.vehicle.reach, len(engine.plants))[:, None]
     reach = reach if len(reach) == 1 else reach[runs]

@@ -223,8 +223,8 @@ class SectionKind:
         return cls(section.coordinates)
 
     def natural(self, section: Section, runs: int) -> np.ndarray:
-        """Return what counts as one of each coordinate, as an arm length does of places: errors of
-        steps are measured in it. It is a radian over the length, unless a kind says otherwise.
+        """Return the natural unit of each coordinate, in which errors of steps are measured, as
+        those of positions are in arm lengths: a radian over the length, unless a kind overrides it.
 
         Parameters
         ----------

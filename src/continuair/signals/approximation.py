@@ -189,7 +189,7 @@ def fit(
 
 
 def _ends(gaps: list[_Gap]) -> list[float]:
-    """Where gaps end, of those that touch the last one's end: between them there is no piece."""
+    """Ends of gaps in order; gaps that touch count as one, as no piece lies between them."""
     found: list[float] = []
     for left, right in sorted(gaps):
         if found and left <= found[-1]:

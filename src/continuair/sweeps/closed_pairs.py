@@ -23,7 +23,7 @@ _BYTES_PER_SAMPLE = 1000
 
 @dataclass(frozen=True)
 class Reduced:
-    """What is kept of flights: metrics, status, end_time, error_estimate (NaN without a second
+    """Results of flights: metrics, status, end_time, error_estimate (NaN without a second
     flight), the largest saturation and the share of samples at the controller's limits (runs,
     models), and the tip's pose at the end (runs, models, 7); where steps follow from their errors
     counts (runs, models, COUNTS), those of kernels/adaptive.py."""
