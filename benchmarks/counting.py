@@ -446,11 +446,11 @@ def fly(model: str, steps: int) -> tuple[Tally, np.ndarray]:
     global TALLY
     TALLY = Tally()
     import continuair as ca
+    from continuair.device.arguments import arguments
+    from continuair.device.numbers import Numbers
     from continuair.engine.pack import tree_of
-    from continuair.kernels.arguments import arguments
     from continuair.kernels.dynamics import dynamics_code
     from continuair.kernels.logs import state_logger
-    from continuair.kernels.numbers import Numbers
     from continuair.kernels.rollout import rollout_kernel
     from continuair.kernels.sensing.pilot import no_pilot
     from continuair.vehicle.coordinates import branches_of, state_from_paper
@@ -481,9 +481,9 @@ def fly(model: str, steps: int) -> tuple[Tally, np.ndarray]:
 
 def packed(vehicle: Any, numbers: Any, tree: Any) -> Any:
     """The kernel's struct of a vehicle and its polynomials."""
+    from continuair.device.types import device_types
     from continuair.engine.pack import pack_plants, pack_table
     from continuair.kernels.flight import flight_code
-    from continuair.kernels.types import device_types
 
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
     plants, table = pack_plants(vehicle, types.Plant), pack_table(vehicle, 1)

@@ -26,6 +26,7 @@ from counting import counted
 from peaks import copied_bytes_per_second, flops_per_second, shortest
 
 import continuair as ca
+from amiri2026 import open_loop_test
 from continuair.engine.engine import Drive, Engine, Start, check_device
 from continuair.errors import InputError
 from continuair.flight.time_grid import grid_of, marks_of
@@ -95,7 +96,7 @@ def whole_call(device: str, dtype: str, runs: int) -> float:
         begin = perf_counter()
         flown = ca.simulate(
             vehicles,
-            ca.open_loop_test("A"),
+            open_loop_test("A"),
             duration=1.0,
             method="RK4",
             step=1e-3,

@@ -22,9 +22,9 @@ from continuair.engine.moments import TERMS
 from peaks import WIDE, shortest
 
 import continuair as ca
+from continuair.device.types import MOMENTS
 from continuair.engine.compiling import start_warp
 from continuair.engine.engine import Engine
-from continuair.kernels.types import MOMENTS
 
 RUNS, STEPS, STEP = 16, 2000, 1e-4
 POLYNOMIALS = TERMS * len(MOMENTS)

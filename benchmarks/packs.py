@@ -21,6 +21,7 @@ import warp as wp
 from machine import described_machine
 
 import continuair as ca
+from continuair.device.numbers import LANES, NARROW
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.engine.factory import Closing, closed_loop, packed_loop
 from continuair.engine.lanes import packs_of
@@ -29,7 +30,6 @@ from continuair.engine.loop import PackedLoop
 from continuair.flight.cohorts import Cohort
 from continuair.flight.prepare import prepare
 from continuair.flight.time_grid import grid_of, marks_of
-from continuair.kernels.numbers import LANES, NARROW
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import GENERAL, PAPER, TIP
 

@@ -18,6 +18,7 @@ import numpy as np
 import xarray as xr
 
 import continuair as ca
+from amiri2026 import open_loop_test
 from continuair.flight.prepare import prepare
 
 STEP = 1e-3
@@ -41,7 +42,7 @@ def kernel_seconds(runs: int) -> np.ndarray:
     block = min(runs, BLOCK)
     varied = design(block)
     fields = {str(name).removeprefix("vehicle."): varied[name].to_numpy() for name in varied}
-    vehicle, scenario = ca.load_vehicle("paper").replace(fields), ca.open_loop_test("A")
+    vehicle, scenario = ca.load_vehicle("paper").replace(fields), open_loop_test("A")
     flight = prepare(vehicle, scenario, step=STEP, sample=scenario.duration)
     (cohort,) = flight.cohorts()
     seconds = np.zeros(2)

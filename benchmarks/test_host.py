@@ -16,11 +16,12 @@ import warp as wp
 import xarray as xr
 
 import continuair as ca
+from amiri2026 import open_loop_test
 from continuair.sweeps.assembly import batches
 from continuair.sweeps.design import load_design
 
 BATCH, GAIN_SETS = 4096, 1000
-TEST = ca.open_loop_test("A")
+TEST = open_loop_test("A")
 KEPT: dict[str, dict[str, Any]] = {
     "all variables": {},
     "one variable": {"variables": ["tip_position"], "sample": 1e-2},

@@ -21,11 +21,11 @@ SIGNS = {"add": "+", "mul": "*", "div": "/"}
 def trace(model: str) -> dict[str, Any]:
     from continuair.engine.moments import TERMS
 
+    from continuair.device.numbers import Numbers
+    from continuair.device.types import MOMENTS, device_types
     from continuair.engine.pack import tree_of
     from continuair.kernels.dynamics import dynamics_code
     from continuair.kernels.flight import flight_code
-    from continuair.kernels.numbers import Numbers
-    from continuair.kernels.types import MOMENTS, device_types
     from continuair.vehicle.layout import COMMAND
     from continuair.vehicle.vehicle import load_vehicle
 

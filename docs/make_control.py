@@ -13,9 +13,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from continuair.studies.region.report import reach
-from continuair.studies.region.starts import DIRECTIONS
-from continuair.studies.robustness.report import reaches
+from amiri2026.region.report import reach
+from amiri2026.region.starts import DIRECTIONS
+from amiri2026.robustness.report import reaches
 from continuair.studies.tables import percent
 
 START, END = "<!-- written by make_control.py: {} -->\n", "<!-- to here -->\n"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from amiri2026.open_loop.study import open_loop
 from continuair.figures import pictogram, style
-from continuair.studies.open_loop.study import open_loop
 from continuair.vehicle.vehicle import load_vehicle
 
 

@@ -11,11 +11,11 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from continuair.studies.paper import recorded
-from continuair.studies.paper.overview import by_part, overview
-from continuair.studies.paper.report import table
-from continuair.studies.sentences import MERGED, PARTS, sentences
-from continuair.studies.table import report as table_report
+from amiri2026.paper import recorded
+from amiri2026.paper.overview import by_part, overview
+from amiri2026.paper.report import table
+from amiri2026.sentences import MERGED, PARTS, sentences
+from amiri2026.table import report as table_report
 from continuair.studies.tables import as_markdown
 
 DOCS = Path(__file__).parent

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from continuair.figures import sensitivity as figures
+from amiri2026.figures import sensitivity as figures
+from amiri2026.sensitivity.report import closer_share, neighbour_ratio
+from amiri2026.sensitivity.study import sensitivity
 from continuair.figures import style
-from continuair.studies.sensitivity.report import closer_share, neighbour_ratio
-from continuair.studies.sensitivity.study import sensitivity
 from continuair.vehicle.vehicle import load_vehicle
 
 DOCS = Path(__file__).parent

@@ -8,6 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
+from amiri2026.tracking.study import tracking
 from continuair.analysis.excited import excited_arm
 from continuair.analysis.groups import place
 from continuair.figures import advise as figures
@@ -16,7 +17,6 @@ from continuair.studies.advise import study as advise
 from continuair.studies.advise.excitations import excite
 from continuair.studies.advise.report import as_table
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time, standard_scenario
-from continuair.studies.tracking.study import tracking
 
 PAPER, TWO, DUAL = (ca.load_vehicle(name) for name in ("paper", "two_section", "dual_arm"))
 

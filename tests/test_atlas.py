@@ -12,7 +12,7 @@ import continuair as ca
 from continuair.analysis.couplings import attribution
 from continuair.analysis.groups import PERIOD, coupling, place, vehicle_of
 from continuair.analysis.importance import importance
-from continuair.cli import app
+from continuair.cli.commands import app
 from continuair.errors import InputError
 from continuair.figures import atlas as figures
 from continuair.flight.resolution import angles_unread

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import continuair as ca
 from continuair.analysis.decoupling_rule import allowed, crossing, terms
 from continuair.analysis.groups import coupling
-from continuair.cli import app
+from continuair.cli.commands import app
 from continuair.figures import controlled as figures
 from continuair.figures import style
 from continuair.kernels.dynamics import SIMPLER

@@ -18,12 +18,12 @@ import typer
 import xarray as xr
 from typer.testing import CliRunner
 
+import amiri2026.open_loop.study as study
 import continuair.cli as cli
-import continuair.studies.open_loop.study as study
+from amiri2026.figures import open_loop as figures
 from continuair.cli.application import Reporting
 from continuair.cli.terminal import print_table
 from continuair.errors import ContinuairWarning, InputError
-from continuair.figures import open_loop as figures
 from continuair.figures import style
 from continuair.flight.simulate import simulate
 from continuair.kernels.step import STEP_LIMIT
@@ -435,7 +435,8 @@ def test_warnings_that_differ_in_their_numbers_alone_are_told_once_with_their_co
 
 def test_help_loads_no_heavy_module_and_is_quick() -> None:
     code = (
-        "import sys; from continuair.cli import app; app(['--help'], standalone_mode=False);"
+        "import sys; from continuair.cli.commands import app;"
+        "app(['--help'], standalone_mode=False);"
         "print(sorted({'numpy', 'warp', 'xarray', 'matplotlib', 'scipy'} & set(sys.modules)))"
     )
     start = time.perf_counter()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import continuair as ca
-from continuair.studies import cost
+from amiri2026 import cost
 
 
 @pytest.mark.parametrize(("heavier", "beside"), [(1.0, True), (1.01, False)])

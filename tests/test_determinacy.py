@@ -30,8 +30,8 @@ import json
 import numpy as np
 import continuair as ca
 from continuair.studies.atlas.loops import LOOP_ERRORS, fly_loops, sample_loops
-from continuair.studies.tracking.candidates import fly
-from continuair.studies.tracking.tuning import RANGES
+from amiri2026.tracking.candidates import fly
+from amiri2026.tracking.tuning import RANGES
 from continuair.sweeps.sampling import sobol_box
 
 vehicle = ca.load_vehicle("paper")

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 import continuair as ca
+from amiri2026 import open_loop_test
 from tests.closed_loop import flights
 from tests.test_errors import assert_one_plain_sentence
 
 PAPER = ca.load_vehicle("paper")
-FALL = ca.open_loop_test("B")
+FALL = open_loop_test("B")
 TWO = PAPER.replace({"arm.radius": [0.004, 0.005]})
 OVERDAMPED = PAPER.replace({"arm.damping_ratio": 5.0})
 Q = np.asarray(FALL.q)

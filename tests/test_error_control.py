@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 import continuair as ca
+from amiri2026 import open_loop_test
 from continuair.scenario.tracking_task import task
 
 Array = np.ndarray
@@ -44,7 +45,7 @@ def tumbling(runs: int = 20) -> tuple[ca.Vehicle, ca.Scenario]:
     q[:, 3:6] = rng.uniform(-1.0, 1.0, (runs, 3))
     q[:, 6], q[:, 7] = rng.uniform(3.5, 5.8, runs), rng.uniform(-3.0, 3.0, runs)
     qd[:, 3:6], qd[:, 6] = rng.uniform(-6.0, 6.0, (runs, 3)), rng.uniform(-5.0, 5.0, runs)
-    scenario = ca.open_loop_test("B")
+    scenario = open_loop_test("B")
     return vehicle, scenario.replace(q=q, qd=qd, duration=6.0)
 
 
@@ -100,7 +101,7 @@ def test_torques_follow_a_bend_that_passes_beside_straight() -> None:
     rng = np.random.default_rng(1)
     q = np.zeros((64, 8))
     q[:, 6], q[:, 7] = rng.uniform(-1.0, 1.0, 64), rng.uniform(-3.0, 3.0, 64)
-    scenario = ca.open_loop_test("C").replace(q=q, qd=None)
+    scenario = open_loop_test("C").replace(q=q, qd=None)
     found, reference = (
         fly(scenario, rtol=rtol, variables=["tip_position"]) for rtol in (1e-4, 1e-10)
     )

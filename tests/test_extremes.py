@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 
-from continuair.studies.extremes import largest, largest_of, least
+from amiri2026.extremes import largest, largest_of, least
 
 
 def test_one_that_is_none_is_passed_over_at_no_place() -> None:

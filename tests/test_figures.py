@@ -12,10 +12,11 @@ import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-import continuair.studies.open_loop.study as study
+import amiri2026.open_loop.study as study
+from amiri2026.figures import frames, one_letter, overview, tracking
+from amiri2026.figures import open_loop as figures
 from continuair.equations import position, section_rotation
-from continuair.figures import curves, frames, one_letter, overview, pictogram, style, tracking
-from continuair.figures import open_loop as figures
+from continuair.figures import curves, pictogram, style
 from continuair.vehicle.camera import Camera
 from continuair.vehicle.vehicle import load_vehicle
 from tests.synthetic import flight

@@ -14,13 +14,13 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+import amiri2026.open_loop.study as study
 import continuair as ca
 import continuair.cli as cli
-import continuair.studies.open_loop.study as study
+from amiri2026.tracking import tuning
 from continuair import files, identification
 from continuair.figures.style import pictures_only
 from continuair.studies.results import UNFINISHED, ResultFolder
-from continuair.studies.tracking import tuning
 from continuair.vehicle.vehicle_file import write_vehicle
 from tests.identification.flights import record, true_vehicle
 from tests.synthetic import flight
@@ -221,7 +221,7 @@ def limited(bytes_: int) -> Callable[[], None]:
 def test_a_full_disk_under_netcdf_is_one_sentence_and_no_crash() -> None:
     """A limit on the size of files refuses what a full disk refuses, but by another number."""
     code = """
-import continuair.studies.open_loop.study as study
+import amiri2026.open_loop.study as study
 from continuair.__main__ import main
 from tests.synthetic import flight
 study.simulate = flight

@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 
 import continuair as ca
+from amiri2026 import open_loop_test
 from continuair.analysis import adjoint
 from continuair.analysis.adjoint import OF_STATE, OF_TIPS
 from tests.test_errors import assert_one_plain_sentence
@@ -51,7 +52,7 @@ def test_the_flight_is_the_simulated_one_at_the_same_step(angle: float) -> None:
     assert ends == (flight.duration, len(found.times) - 1)
 
 
-FALL = ca.open_loop_test("B").replace(duration=0.01)
+FALL = open_loop_test("B").replace(duration=0.01)
 REFUSED: dict[str, tuple[ca.Vehicle, ca.Scenario, Told, dict[str, Any], str]] = {
     "batch": (PAPER.replace({"uav.mass": [1.0, 2.0]}), FALL, last_tip, {}, "vehicle 'paper' holds"),
     "starts": (PAPER, FALL.replace(q=np.zeros((2, 8))), last_tip, {}, "scenario 'Test B' is a"),

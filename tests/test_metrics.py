@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
+from amiri2026.open_loop_tests import open_loop_test
+from amiri2026.overstated_angles import of_overstated_angles
 from continuair.analysis.metrics import (
     compare,
     euler_angles,
@@ -24,8 +26,6 @@ from continuair.analysis.metrics import (
     tip_euler,
 )
 from continuair.errors import ContinuairWarning, InputError
-from continuair.scenario.paper_tests import open_loop_test
-from continuair.studies.overstated_angles import of_overstated_angles
 from continuair.vehicle.vehicle import load_vehicle
 from tests.synthetic import flight
 
@@ -260,7 +260,7 @@ def test_comparing_runs_that_ended_early_warns_and_names_the_status() -> None:
 
 
 def of_test_a() -> list[xr.Dataset]:
-    return [ca.simulate(ca.load_vehicle("paper"), ca.open_loop_test("A"), model=model, sample=2e-3)
+    return [ca.simulate(ca.load_vehicle("paper"), open_loop_test("A"), model=model, sample=2e-3)
             for model in ("coupled", "decoupled")]  # fmt: skip
 
 
@@ -280,7 +280,7 @@ def test_axes_in_another_order_are_the_same_flight() -> None:
 
 def test_runs_are_compared_with_themselves_alone() -> None:
     vehicles = ca.load_vehicle("paper").replace({"uav.mass": [1.0, 2.0, 3.0]})
-    flights = [ca.simulate(vehicles, ca.open_loop_test("B"), model=model, sample=0.1)
+    flights = [ca.simulate(vehicles, open_loop_test("B"), model=model, sample=0.1)
                for model in ("coupled", "decoupled")]  # fmt: skip
     with pytest.raises(ca.InputError, match="other holds the runs .1, 2., but coupled .0, 1."):
         ca.compare(flights[0].sel(run=[0, 1]), flights[1].sel(run=[1, 2]))
@@ -353,7 +353,7 @@ def test_the_papers_speed_grows_without_bound_where_the_bend_passes_zero(offset:
 
 def test_flights_that_one_alone_was_joined_from_are_not_paired_by_place() -> None:
     vehicle = ca.load_vehicle("paper").replace({"arm.radius": [0.004, 0.005]})
-    names, scenario = ["coupled", "decoupled"], ca.open_loop_test("A").replace(duration=0.1)
+    names, scenario = ["coupled", "decoupled"], open_loop_test("A").replace(duration=0.1)
     both = xr.concat(
         [ca.simulate(vehicle, scenario, model=name, sample=0.01) for name in names],
         xr.Variable("model", names),
@@ -376,7 +376,7 @@ def test_flights_that_one_alone_was_joined_from_are_not_paired_by_place() -> Non
 
 
 def test_flights_that_are_given_the_wrong_way_round_are_told_of() -> None:
-    vehicle, test = ca.load_vehicle("paper"), ca.open_loop_test("B")
+    vehicle, test = ca.load_vehicle("paper"), open_loop_test("B")
     coupled, other = (ca.simulate(vehicle, test, model=name) for name in ("coupled", "decoupled"))
     with pytest.warns(ca.ContinuairWarning, match="give the coupled flight first"):
         ca.compare(other, coupled)

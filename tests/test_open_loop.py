@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import continuair.studies.open_loop.study as study
+import amiri2026.open_loop.study as study
+from amiri2026.figures import overview
+from amiri2026.open_loop import report as open_loop_output
+from amiri2026.open_loop.study import open_loop
 from continuair.errors import InputError
-from continuair.figures import overview
-from continuair.studies.open_loop import report as open_loop_output
-from continuair.studies.open_loop.study import open_loop
 from continuair.studies.results import ResultFolder, as_json
 from continuair.vehicle.vehicle import load_vehicle
 from tests.synthetic import OFFSETS, flight

@@ -167,7 +167,7 @@ def test_the_wheel_works_where_nothing_of_the_checkout_is(
         python,
         "-c",
         "import continuair as ca, continuair.errors as errors\n"
-        "from continuair.studies.sentences import sentences\n"
+        "from amiri2026.sentences import sentences\n"
         "from continuair.studies.atlas.summary import CONTROLLED_SUMMARY, load\n"
         "load(), load(shipped=CONTROLLED_SUMMARY), sentences()\n"
         "[getattr(ca, name) for name in ca.__all__]\n"

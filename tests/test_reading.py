@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 import continuair as ca
+from amiri2026 import open_loop_test
 from continuair.flight.provenance import model_of
 from continuair.flight.reading import scenario_of, vehicle_of
 
@@ -39,7 +40,7 @@ def test_a_run_of_a_batch_was_flown_by_its_own_vehicle_wherever_it_stands_in_a_f
 
 
 def test_a_flight_tells_the_duration_that_it_was_given() -> None:
-    scenario = ca.open_loop_test("A")
+    scenario = open_loop_test("A")
     for duration in (None, 0.25):
         found = ca.simulate(ca.load_vehicle("paper"), scenario, duration=duration, sample=0.05)
         assert scenario_of(found)["duration"] == found.time[-1]

@@ -11,17 +11,17 @@ from typer.testing import CliRunner
 
 import continuair as ca
 import continuair.cli as cli
+from amiri2026.figures import region as figures
+from amiri2026.figures.laws import LAWS as STYLES
+from amiri2026.region.flights import TARGET
+from amiri2026.region.report import summary
+from amiri2026.region.starts import BEND, HEIGHT, RANDOM, SIDEWAYS, TILT, YAW, starts
+from amiri2026.region.study import Region, region
+from amiri2026.standard_laws import LAWS
 from continuair import equations
 from continuair.controllers.gain_files import Gains
 from continuair.equations.camera import in_view
-from continuair.figures import region as figures
-from continuair.figures.laws import LAWS as STYLES
 from continuair.flight.resolution import RESOLVED
-from continuair.studies.region.flights import TARGET
-from continuair.studies.region.report import summary
-from continuair.studies.region.starts import BEND, HEIGHT, RANDOM, SIDEWAYS, TILT, YAW, starts
-from continuair.studies.region.study import Region, region
-from continuair.studies.standard_laws import LAWS
 from tests.weak_rotors import with_weak_rotors
 
 RUNS = 40
@@ -141,7 +141,7 @@ def test_what_counts_as_reached_follows_from_the_flights(study: Region) -> None:
 def test_a_study_writes_tables_flights_and_figures_with_failures_drawn_as_failed(
     study: Region, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from continuair.report.keeping import keep
+    from amiri2026.report.keeping import keep
     from continuair.studies.results import ResultFolder
 
     with ResultFolder(tmp_path / "out", "region") as folder:

@@ -10,13 +10,13 @@ from typer.testing import CliRunner
 
 import continuair as ca
 import continuair.cli as cli
+from amiri2026.figures import robustness as figures
+from amiri2026.robustness.flights import GROUNDED, LETTER, SETTING, Wrong, fly, groups
+from amiri2026.robustness.mistakes import MISTAKES
+from amiri2026.robustness.report import as_table
+from amiri2026.robustness.study import BORNE, Robustness, _worst, reason, robustness
 from continuair.controllers.gain_files import load_gains
-from continuair.figures import robustness as figures
 from continuair.scenario.tracking_task import equipped, noise_notes, task
-from continuair.studies.robustness.flights import GROUNDED, LETTER, SETTING, Wrong, fly, groups
-from continuair.studies.robustness.mistakes import MISTAKES
-from continuair.studies.robustness.report import as_table
-from continuair.studies.robustness.study import BORNE, Robustness, _worst, reason, robustness
 
 CHOSEN = ("heavier", "camera tilted", "side force", "shorter", "latency")
 NOMINAL = equipped(ca.load_vehicle("paper"), SETTING)

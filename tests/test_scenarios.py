@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from amiri2026.open_loop_tests import open_loop_test
 from continuair import load_vehicle, simulate
 from continuair.errors import InputError
-from continuair.scenario.paper_tests import open_loop_test
 from continuair.scenario.scenarios import Scenario
 
 Q = (0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.1, 0.0)

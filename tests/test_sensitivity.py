@@ -13,24 +13,15 @@ import pytest
 import xarray as xr
 from typer.testing import CliRunner
 
-import continuair.studies.sensitivity.findings as findings
-import continuair.studies.sensitivity.once as once
-import continuair.studies.sensitivity.study as study
-import continuair.studies.sensitivity.swing as swing
-from continuair.analysis.backbone import backbone_point
-from continuair.analysis.convergence import RTOL
-from continuair.analysis.mass import centre_of_mass, mass_distribution, straight_arm_inertia
-from continuair.cli import app
-from continuair.errors import InputError
-from continuair.figures import sensitivity as figures
-from continuair.figures.style import short
-from continuair.flight.simulate import simulate
-from continuair.scenario.scenarios import Scenario
-from continuair.studies.results import ResultFolder, as_json
-from continuair.studies.sensitivity import report as sensitivity_output
-from continuair.studies.sensitivity.claims import CLAIMS, verdicts, view
-from continuair.studies.sensitivity.measures import VARIABLES
-from continuair.studies.sensitivity.task import (
+import amiri2026.sensitivity.findings as findings
+import amiri2026.sensitivity.once as once
+import amiri2026.sensitivity.study as study
+import amiri2026.sensitivity.swing as swing
+from amiri2026.figures import sensitivity as figures
+from amiri2026.sensitivity import report as sensitivity_output
+from amiri2026.sensitivity.claims import CLAIMS, verdicts, view
+from amiri2026.sensitivity.measures import VARIABLES
+from amiri2026.sensitivity.task import (
     PARAMETERS,
     TwoPhaseForce,
     about,
@@ -38,18 +29,27 @@ from continuair.studies.sensitivity.task import (
     flight,
     of_the_paper,
 )
-from continuair.studies.verdicts import (
+from amiri2026.verdicts import (
     FAILS,
     HOLDS,
     UNDECIDED,
     Judgement,
     all_of,
 )
+from continuair.analysis.backbone import backbone_point
+from continuair.analysis.convergence import RTOL
+from continuair.analysis.mass import centre_of_mass, mass_distribution, straight_arm_inertia
+from continuair.cli.commands import app
+from continuair.errors import InputError
+from continuair.figures.style import short
+from continuair.flight.simulate import simulate
+from continuair.scenario.scenarios import Scenario
+from continuair.studies.results import ResultFolder, as_json
 from continuair.sweeps import run_pairs
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
 from tests.new_user import NEW_USER
 
-paper_command: Any = import_module("continuair.cli.paper")
+paper_command: Any = import_module("amiri2026.commands.paper")
 PAPER = load_vehicle("paper")
 DISK = {"position": 0.8, "mass": 0.3, "inertia": (1e-4, 2e-4)}
 
@@ -629,6 +629,6 @@ def test_what_redoes_a_part_of_the_papers_report_varies_the_same_values(
         yield folder
 
     monkeypatch.setattr(paper_command, "results_in", results_in)
-    monkeypatch.setattr("continuair.report.keeping.keep", lambda *_: None)
+    monkeypatch.setattr("amiri2026.report.keeping.keep", lambda *_: None)
     paper_command._keep("sensitivity", None, vehicle, str(tmp_path), quick=False)
     assert told[0].startswith(redo)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from continuair.analysis.spectrum import dominant, spectrum
+from amiri2026.spectrum import dominant, spectrum
 
 TIME = np.linspace(0.0, 1.0, 1001)
 

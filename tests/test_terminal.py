@@ -12,13 +12,14 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+import amiri2026.open_loop.study as study
 import continuair.cli as cli
-import continuair.studies.open_loop.study as study
+from amiri2026.commands.options import complete_letters, complete_tests
+from amiri2026.open_loop_tests import OPEN_LOOP_TESTS
 from continuair.cli import completion
 from continuair.cli.terminal import print_markdown, print_table
 from continuair.controllers.gain_files import load_gains
 from continuair.scenario.letters import LETTERS
-from continuair.scenario.paper_tests import OPEN_LOOP_TESTS
 from continuair.studies.atlas import page, report
 from continuair.studies.atlas.summary import CONTROLLED_SUMMARY, OPEN_SUMMARY, load
 from continuair.studies.tables import as_markdown
@@ -139,11 +140,11 @@ def test_the_tab_key_offers_names_letters_and_files() -> None:
     Path("results").mkdir()
     Path("flight.nc").touch()
     assert completion.flights("") == ["flight.nc", "results/", *completion.vehicles("")]
-    for name in completion.gains(""):
+    for name in completion.complete_gains(""):
         assert name == "mine.toml" or load_gains(name)
-    assert set(completion.letters("")) == set(LETTERS)
-    assert set(completion.tests("")) == set(OPEN_LOOP_TESTS)
-    assert completion.letters("MR") == ["MRA", "MRL"]
+    assert set(complete_letters("")) == set(LETTERS)
+    assert set(complete_tests("")) == set(OPEN_LOOP_TESTS)
+    assert complete_letters("MR") == ["MRA", "MRL"]
 
 
 def offered(line: str) -> str:

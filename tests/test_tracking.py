@@ -9,13 +9,18 @@ import pytest
 import xarray as xr
 
 import continuair as ca
+from amiri2026.figures import tracking as figures
+from amiri2026.tracking import report as tracking_output
+from amiri2026.tracking.candidates import fly, fly_whole
+from amiri2026.tracking.law_variants import law_variants
+from amiri2026.tracking.study import Tracking, ds_extremes, tracking
+from amiri2026.tracking.tuning import as_toml, tune
 from continuair.analysis.lyapunov import ultimate_bound
 from continuair.analysis.metrics import norm_difference
 from continuair.controllers.gain_files import Gains, gain_presets, load_gains
 from continuair.controllers.gains import design
 from continuair.controllers.inertias import camera_inertia
 from continuair.equations.camera import interaction_matrix
-from continuair.figures import tracking as figures
 from continuair.kernels.step import STATUS
 from continuair.scenario.tracking_task import (
     SETTINGS,
@@ -24,11 +29,6 @@ from continuair.scenario.tracking_task import (
     task,
 )
 from continuair.studies.results import as_json
-from continuair.studies.tracking import report as tracking_output
-from continuair.studies.tracking.candidates import fly, fly_whole
-from continuair.studies.tracking.law_variants import law_variants
-from continuair.studies.tracking.study import Tracking, ds_extremes, tracking
-from continuair.studies.tracking.tuning import as_toml, tune
 from tests.weak_rotors import with_weak_rotors
 
 IMAGE = np.array([1, -1, -1, -1, -1, 1, 1, 1]) * 0.125

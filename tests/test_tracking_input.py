@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import continuair as ca
+from amiri2026.tracking.tuning import tune
 from continuair.controllers.gain_files import Gains, load_gains
 from continuair.scenario.tracking_task import chosen_letters
-from continuair.studies.tracking.tuning import tune
 
 
 @pytest.fixture(scope="module")

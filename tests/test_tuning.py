@@ -11,14 +11,14 @@ import pytest
 from typer.testing import CliRunner
 
 import continuair as ca
-from continuair.cli import app
+from amiri2026.tracking import tuning
+from amiri2026.tracking.candidates import LOST, fly, fly_whole
+from amiri2026.tracking.tuning import as_toml, tune
+from continuair.cli.commands import app
 from continuair.controllers.gain_files import Gains, load_gains
 from continuair.equations.camera import facing
 from continuair.kernels.dynamics import PLANTS
 from continuair.scenario.tracking_task import START_BEND, START_OFFSET, damping_notes
-from continuair.studies.tracking import tuning
-from continuair.studies.tracking.candidates import LOST, fly, fly_whole
-from continuair.studies.tracking.tuning import as_toml, tune
 from continuair.vehicle import vehicle_file
 from tests.new_user import NEW_USER
 

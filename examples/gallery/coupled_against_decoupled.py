@@ -9,11 +9,12 @@ that gives way, the decoupled one as on a rock: their phases drift apart, and so
 import matplotlib.pyplot as plt
 
 import continuair as ca
+from amiri2026 import open_loop_test
 
 
 def main() -> None:
     vehicle = ca.load_vehicle("slender").replace({"arm.damping_ratio": 0.03})
-    test = ca.open_loop_test("A")
+    test = open_loop_test("A")
     figure, (bends, errors) = plt.subplots(2, 1, sharex=True, figsize=(6, 4), layout="constrained")
     flights = {model: ca.simulate(vehicle, test, model=model) for model in ca.MODELS[:2]}
     for (model, flight), colour in zip(flights.items(), ("black", "#D55E00"), strict=True):

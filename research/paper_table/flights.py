@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from continuair.scenario.paper_tests import OPEN_LOOP_TESTS
-from continuair.studies.table.compiled import Job, fly
-from continuair.studies.table.metrics import Tips, tips
-from continuair.studies.table.printed import FLOWN, Flight, PrintedModel
-from continuair.studies.table.reading import Reading
-from continuair.studies.table.study import PRINTED
+from amiri2026.open_loop_tests import OPEN_LOOP_TESTS
+from amiri2026.table.compiled import Job, fly
+from amiri2026.table.metrics import Tips, tips
+from amiri2026.table.printed import FLOWN, Flight, PrintedModel
+from amiri2026.table.reading import Reading
+from amiri2026.table.study import PRINTED
 from continuair.vehicle.vehicle import Vehicle
 from research.paper_table.readings import METRICS, numbers
 

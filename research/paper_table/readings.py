@@ -8,8 +8,8 @@ from typing import Any, get_args
 
 import numpy as np
 
-from continuair.studies.table.metrics import Tips, error, euler_angles, geodesic
-from continuair.studies.table.reading import Angles, Axes, Damping, Decoupled, Kappa, Reading
+from amiri2026.table.metrics import Tips, error, euler_angles, geodesic
+from amiri2026.table.reading import Angles, Axes, Damping, Decoupled, Kappa, Reading
 
 Array = np.ndarray
 

@@ -8,11 +8,11 @@ from itertools import product
 
 import numpy as np
 
+from amiri2026.table.reading import Reading
+from amiri2026.table.study import READING
 from continuair import checks
 from continuair.errors import InputError
 from continuair.progress import Progress
-from continuair.studies.table.reading import Reading
-from continuair.studies.table.study import READING
 from research.paper_table.evolution import adapt
 from research.paper_table.flights import DRAWS, REFINEMENT, Pair, largest, log_ratios, objective
 from research.paper_table.readings import DECOUPLED, FORCE_SIGNS, METRICS, others_drawn

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from amiri2026.open_loop_tests import OPEN_LOOP_TESTS
+from amiri2026.table.study import PRINTED, READING, TOLERANCE, factor, fly_tests
 from continuair.progress import Progress, Steps
-from continuair.scenario.paper_tests import OPEN_LOOP_TESTS
 from continuair.studies.results import ResultFolder
-from continuair.studies.table.study import PRINTED, READING, TOLERANCE, factor, fly_tests
 from continuair.studies.tables import as_markdown, number
 from continuair.vehicle.vehicle_file import as_toml
 from research.paper_table.readings import READINGS

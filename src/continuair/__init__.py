@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from continuair.controllers.controller import Controller as Controller
     from continuair.controllers.controller import stack as stack
     from continuair.controllers.flight import flight_controller as flight_controller
+    from continuair.controllers.gain_files import Gains as Gains
+    from continuair.controllers.gain_files import load_gains as load_gains
     from continuair.controllers.gains import design as design
     from continuair.controllers.hold import hold as hold
     from continuair.controllers.inertias import rigid_inertia as rigid_inertia
@@ -48,7 +50,6 @@ if TYPE_CHECKING:
     from continuair.interfaces.ulog import read_ulog as read_ulog
     from continuair.kernels.dynamics import MODELS as MODELS
     from continuair.scenario import paths as paths
-    from continuair.scenario.paper_tests import open_loop_test as open_loop_test
     from continuair.scenario.scenarios import Scenario as Scenario
     from continuair.scenario.setpoints import Setpoints as Setpoints
     from continuair.scenario.targets import Target as Target
@@ -60,6 +61,8 @@ if TYPE_CHECKING:
     from continuair.sweeps import run_pairs as run_pairs
     from continuair.sweeps import sweep as sweep
     from continuair.terms.term import Term as Term
+    from continuair.vehicle.camera import Camera as Camera
+    from continuair.vehicle.section import Section as Section
     from continuair.vehicle.vehicle import Vehicle as Vehicle
     from continuair.vehicle.vehicle import load_vehicle as load_vehicle
     from continuair.vehicle.vehicle import preset_names as preset_names
@@ -75,7 +78,6 @@ _HOME = {
     "Scenario": "scenario.scenarios",
     "Term": "terms.term",
     "Wrench": "scenario.wrench",
-    "open_loop_test": "scenario.paper_tests",
     "simulate": "flight.simulate",
     "accelerations": "analysis.accelerations",
     "forward_dynamics": "analysis.accelerations",
@@ -116,6 +118,10 @@ _HOME = {
     "backbone": "analysis.motion",
     "animate": "viewer.video",
     "view": "viewer.view",
+    "Camera": "vehicle.camera",
+    "Section": "vehicle.section",
+    "Gains": "controllers.gain_files",
+    "load_gains": "controllers.gain_files",
 }
 _MODULES = {
     "equations": "equations",
@@ -123,6 +129,7 @@ _MODULES = {
     "plot": "figures.plot",
     "frames": "interfaces.frames",
 }
+_MOVED = {"open_loop_test": "amiri2026.open_loop_test"}
 __all__ = sorted([*_HOME, *_MODULES])
 
 
@@ -133,7 +140,8 @@ def __getattr__(name: str) -> "Any":
     if name == "__version__":
         return import_module("importlib.metadata").version("continuair")
     if name not in _HOME:
-        raise AttributeError(f"module 'continuair' has no attribute {name!r}")
+        moved = f"; it is {_MOVED[name]} now" if name in _MOVED else ""
+        raise AttributeError(f"module 'continuair' has no attribute {name!r}{moved}")
     return getattr(import_module(f"continuair.{_HOME[name]}"), name)
 
 

@@ -14,7 +14,7 @@ def main() -> None:
     """Run the command line."""
     _signal.signal(_signal.SIGINT, _leave)
     _prepare_streams()
-    from continuair.cli import app
+    from continuair.cli.commands import app
 
     try:
         try:

@@ -15,9 +15,9 @@ import pytest
 import warp as wp
 
 import continuair as ca
+from continuair.device.types import Tree
 from continuair.engine import factory
 from continuair.engine.law_made import made_law
-from continuair.kernels.types import Tree
 from continuair.sections import arcs
 from continuair.terms import UavDrag
 

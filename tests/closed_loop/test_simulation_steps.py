@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import continuair as ca
+from amiri2026 import open_loop_test
 from tests.closed_loop import flights
 from tests.test_errors import assert_one_plain_sentence
 
@@ -286,6 +287,6 @@ def test_what_cannot_be_stepped_is_refused_in_one_sentence(case: str) -> None:
 
 @pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy])
 def test_a_simulation_is_not_copied_as_both_would_fly_one_flight(copied: Any) -> None:
-    one = ca.Simulation(ca.load_vehicle("paper"), ca.open_loop_test("B"), control_period=0.01)
+    one = ca.Simulation(ca.load_vehicle("paper"), open_loop_test("B"), control_period=0.01)
     with pytest.raises(ca.InputError, match="a Simulation cannot be copied"):
         copied(one)

@@ -9,6 +9,7 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
+from amiri2026 import open_loop_test
 from continuair.identification.recording import MEASURED
 from continuair.vehicle.layout import ACTUATORS
 
@@ -46,7 +47,7 @@ def record(
 ) -> None:
     """Write a flight with NOISE of a seed, of a vehicle, in a test or under held inputs."""
     time = SAMPLE * np.arange(round(duration / SAMPLE) + 1)
-    scenario = ca.open_loop_test(test or "B")
+    scenario = open_loop_test(test or "B")
     inputs = held_inputs(time)
     if test is None:
 

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import continuair as ca
 from continuair import InputError
-from continuair.cli import app
+from continuair.cli.commands import app
 from continuair.identification.recording import MEASURED
 from tests.interfaces.flights import flight
 

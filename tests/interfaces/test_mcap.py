@@ -10,6 +10,7 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
+from amiri2026 import open_loop_test
 from continuair import ContinuairWarning
 from tests.interfaces.flights import flight
 
@@ -106,7 +107,7 @@ def test_a_function_of_time_is_sampled_from_the_scenario_and_missed_without_it(
     tmp_path: Path,
 ) -> None:
     vehicle = ca.load_vehicle("paper")
-    scenario = ca.open_loop_test("D")
+    scenario = open_loop_test("D")
     dataset = ca.simulate(vehicle, scenario, duration=0.05, sample=0.01)
     ca.to_mcap(dataset, tmp_path / "whole.mcap", scenario=scenario)
     messages, _ = read(tmp_path / "whole.mcap")

@@ -17,8 +17,10 @@ SOURCE = Path(continuair.errors.__file__).parents[1]
 
 FIRST_CALLS = """
 import sys, threading
+import amiri2026
 import continuair as ca
-test, vehicle, failed = ca.open_loop_test("A").replace(duration=0.01), ca.load_vehicle("paper"), []
+test = amiri2026.open_loop_test("A").replace(duration=0.01)
+vehicle, failed = ca.load_vehicle("paper"), []
 def fly(number):
     try:
         if number % 2:
@@ -39,8 +41,9 @@ import os
 for name in ("WARP_CACHE_PATH", "XDG_CACHE_HOME"): os.environ.pop(name, None)
 """
 ONE_CALL = """
+import amiri2026
 import continuair as ca
-test = ca.open_loop_test("A").replace(duration=0.01)
+test = amiri2026.open_loop_test("A").replace(duration=0.01)
 print(float(ca.simulate(ca.load_vehicle("paper"), test)["tip_position"].sum()))
 """
 

@@ -18,6 +18,8 @@ import warp as wp
 
 import continuair as ca
 import continuair.errors
+from continuair.device.elementary import elementary_code
+from continuair.device.numbers import LANES, NARROW, Numbers, number_code
 from continuair.engine import engine as engines
 from continuair.engine import packs
 from continuair.engine.compiling import load, start_warp
@@ -25,8 +27,6 @@ from continuair.engine.engine import Drive, Engine, Logs, Start
 from continuair.engine.factory import deviation
 from continuair.engine.lanes import packs_of
 from continuair.flight.time_grid import grid_of, marks_of
-from continuair.kernels.elementary import elementary_code
-from continuair.kernels.numbers import LANES, NARROW, Numbers, number_code
 from continuair.kernels.sensing.sense import LawCode
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import AIR, GENERAL, PAPER, ROTORS, TIP

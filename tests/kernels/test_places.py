@@ -14,6 +14,7 @@ import warp as wp
 import xarray as xr
 
 import continuair as ca
+from amiri2026 import open_loop_test
 from continuair.controllers.classic import classic
 from continuair.engine import engine
 from continuair.scenario import paths
@@ -84,7 +85,7 @@ def test_pairs_and_their_deviations(place: Place) -> None:
     """The tips' roll-out, and how far those of two models part; pairs fly in float64 only."""
     flown = [
         ca.run_pairs(
-            VEHICLES, ca.open_loop_test("A"), method="RK4", step=1e-3, duration=0.2, device=device
+            VEHICLES, open_loop_test("A"), method="RK4", step=1e-3, duration=0.2, device=device
         )
         for device in (place.device, "cpu")
     ]

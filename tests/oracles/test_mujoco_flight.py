@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
+from amiri2026 import open_loop_test
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.vehicle.coordinates import state_from_paper
 from continuair.vehicle.layout import GENERAL, TIP
@@ -136,7 +137,7 @@ FLIGHTS = {
         [0, 0, 5, 0.1, -0.2, 0.3, 0.8, 0.5],
         [1, 0, 2, 0.5, 0.3, -0.2, 2.0, 1.0],
     ),
-    **{letter: ca.open_loop_test(letter) for letter in "ABD"},
+    **{letter: open_loop_test(letter) for letter in "ABD"},
 }
 
 

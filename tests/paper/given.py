@@ -9,11 +9,11 @@ import numpy as np
 import xarray as xr
 
 import continuair as ca
+from amiri2026.open_loop.study import OpenLoop
+from amiri2026.open_loop_tests import OPEN_LOOP_TESTS
+from amiri2026.paper.evidence import Evidence
+from amiri2026.table.study import ABLATIONS, PRINTED, factor
 from continuair.scenario import paths
-from continuair.scenario.paper_tests import OPEN_LOOP_TESTS
-from continuair.studies.open_loop.study import OpenLoop
-from continuair.studies.paper.evidence import Evidence
-from continuair.studies.table.study import ABLATIONS, PRINTED, factor
 
 LETTERS = ("M", "R", "A", "L")
 

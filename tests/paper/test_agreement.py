@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from continuair.studies.paper.judges import agreement
+from amiri2026.paper.judges import agreement
 
 
 def test_states_have_bends_of_both_signs_and_no_pitch_near_upright() -> None:

@@ -8,16 +8,16 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
+from amiri2026.paper.evidence import Evidence
+from amiri2026.paper.judges import closed_loop, goals, letter, loops, summary
+from amiri2026.paper.judges.loops import GRAVITY, OFF, Loop
+from amiri2026.paper.judges.strokes import kinds_of_stroke
+from amiri2026.tracking.study import Tracking, tracking
+from amiri2026.verdicts import DEPENDS, FAILS, HOLDS, UNDECIDED, Judgement
 from continuair import equations
 from continuair.equations import eye
 from continuair.equations.camera import to_normalised
 from continuair.scenario.tracking_task import SETTINGS, equipped
-from continuair.studies.paper.evidence import Evidence
-from continuair.studies.paper.judges import closed_loop, goals, letter, loops, summary
-from continuair.studies.paper.judges.loops import GRAVITY, OFF, Loop
-from continuair.studies.paper.judges.strokes import kinds_of_stroke
-from continuair.studies.tracking.study import Tracking, tracking
-from continuair.studies.verdicts import DEPENDS, FAILS, HOLDS, UNDECIDED, Judgement
 from tests.paper import given
 
 

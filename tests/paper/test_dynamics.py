@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 import continuair as ca
+from amiri2026.open_loop_tests import open_loop_test
+from amiri2026.paper.evidence import Evidence
+from amiri2026.paper.judges import coupling_elements, disk_effects, disks, dynamics
+from amiri2026.paper.judges.agreement import random_states
+from amiri2026.table.printed import PrintedModel
+from amiri2026.table.reading import Reading
+from amiri2026.table.study import ABLATIONS, PRINTED, fly_tests
+from amiri2026.verdicts import DEPENDS, FAILS, HOLDS, MISPRINT, UNDECIDED, Judgement
 from continuair import equations
-from continuair.scenario.paper_tests import open_loop_test
-from continuair.studies.paper.evidence import Evidence
-from continuair.studies.paper.judges import coupling_elements, disk_effects, disks, dynamics
-from continuair.studies.paper.judges.agreement import random_states
-from continuair.studies.table.printed import PrintedModel
-from continuair.studies.table.reading import Reading
-from continuair.studies.table.study import ABLATIONS, PRINTED, fly_tests
-from continuair.studies.verdicts import DEPENDS, FAILS, HOLDS, MISPRINT, UNDECIDED, Judgement
 from continuair.vehicle.vehicle import Vehicle
 from tests.paper import given
 

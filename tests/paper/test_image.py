@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import continuair as ca
+from amiri2026.paper.evidence import Evidence
+from amiri2026.paper.judges import image
+from amiri2026.verdicts import DEPENDS, HOLDS, MISPRINT
 from continuair.scenario import paths
-from continuair.studies.paper.evidence import Evidence
-from continuair.studies.paper.judges import image
-from continuair.studies.verdicts import DEPENDS, HOLDS, MISPRINT
 
 VEHICLE = ca.load_vehicle("paper")
 EVIDENCE = Evidence(VEHICLE, quick=True)

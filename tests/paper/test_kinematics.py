@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 import continuair as ca
+from amiri2026.paper.evidence import Evidence
+from amiri2026.paper.judges import as_printed, kinematics, near_straight, regularised
+from amiri2026.paper.judges.agreement import partial, random_states
+from amiri2026.table.compiled import Job, fly
+from amiri2026.table.printed import GRAVITY
+from amiri2026.table.reading import Reading
+from amiri2026.verdicts import HOLDS, MISPRINT, Judgement
 from continuair import equations
-from continuair.studies.paper.evidence import Evidence
-from continuair.studies.paper.judges import as_printed, kinematics, near_straight, regularised
-from continuair.studies.paper.judges.agreement import partial, random_states
-from continuair.studies.table.compiled import Job, fly
-from continuair.studies.table.printed import GRAVITY
-from continuair.studies.table.reading import Reading
-from continuair.studies.verdicts import HOLDS, MISPRINT, Judgement
 
 VEHICLE = ca.load_vehicle("paper")
 
@@ -59,7 +59,7 @@ def test_a_sum_of_partial_derivatives_that_lacks_one_is_not_the_velocity(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(
-        "continuair.studies.paper.judges.kinematics.partial",
+        "amiri2026.paper.judges.kinematics.partial",
         lambda f, q, i: partial(f, q, i) * (i == 6),
     )
     assert judged("III-A.6").verdict == MISPRINT

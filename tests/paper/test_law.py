@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import continuair as ca
-from continuair.studies.paper import proof, theorem
-from continuair.studies.paper.evidence import Evidence
-from continuair.studies.paper.judges import law, rate_of_v
-from continuair.studies.paper.judges.image import AGREES
-from continuair.studies.paper.theorem import Theorem
-from continuair.studies.verdicts import DEPENDS, FAILS, HOLDS, MISPRINT, UNDECIDED, Judgement
+from amiri2026.paper import proof, theorem
+from amiri2026.paper.evidence import Evidence
+from amiri2026.paper.judges import law, rate_of_v
+from amiri2026.paper.judges.image import AGREES
+from amiri2026.paper.theorem import Theorem
+from amiri2026.verdicts import DEPENDS, FAILS, HOLDS, MISPRINT, UNDECIDED, Judgement
 
 VEHICLE = ca.load_vehicle("paper")
 ONE = np.eye(6)

@@ -9,13 +9,13 @@ import pytest
 import xarray as xr
 
 import continuair as ca
-from continuair.scenario.paper_tests import open_loop_test
-from continuair.studies.open_loop.study import OpenLoop
-from continuair.studies.paper.evidence import Evidence
-from continuair.studies.paper.judges import disks, letter, open_loop
-from continuair.studies.paper.judging import judge
-from continuair.studies.table.study import PRINTED
-from continuair.studies.verdicts import DEPENDS, FAILS, HOLDS, UNDECIDED, UNTESTABLE, judged
+from amiri2026.open_loop.study import OpenLoop
+from amiri2026.open_loop_tests import open_loop_test
+from amiri2026.paper.evidence import Evidence
+from amiri2026.paper.judges import disks, letter, open_loop
+from amiri2026.paper.judging import judge
+from amiri2026.table.study import PRINTED
+from amiri2026.verdicts import DEPENDS, FAILS, HOLDS, UNDECIDED, UNTESTABLE, judged
 from tests.paper import given
 
 VEHICLE = ca.load_vehicle("paper")

@@ -7,23 +7,23 @@ import numpy as np
 import pytest
 
 import continuair as ca
-from continuair.studies.open_loop.study import OpenLoop
-from continuair.studies.paper.drawn import (
+from amiri2026.open_loop.study import OpenLoop
+from amiri2026.paper.drawn import (
     FORCE_ON_UAV,
     MOMENT_ON_UAV,
     RANGES,
     Drawn,
     _rotation,
 )
-from continuair.studies.paper.judges import (
+from amiri2026.paper.judges import (
     conclusions,
     open_loop,
     open_loop_errors,
     summary,
 )
-from continuair.studies.sensitivity.study import Sensitivity
-from continuair.studies.table.study import ABLATIONS, PRINTED
-from continuair.studies.verdicts import DEPENDS, FAILS, HOLDS, MISPRINT, UNDECIDED
+from amiri2026.sensitivity.study import Sensitivity
+from amiri2026.table.study import ABLATIONS, PRINTED
+from amiri2026.verdicts import DEPENDS, FAILS, HOLDS, MISPRINT, UNDECIDED
 from tests.paper import given
 from tests.paper.test_summary import swept, unsettled
 

@@ -5,9 +5,8 @@ from typing import Any
 import pytest
 
 import continuair as ca
-from continuair.errors import ContinuairWarning
-from continuair.studies.paper.evidence import Evidence
-from continuair.studies.paper.judges import (
+from amiri2026.paper.evidence import Evidence
+from amiri2026.paper.judges import (
     coupling_elements,
     dynamics,
     image,
@@ -15,10 +14,11 @@ from continuair.studies.paper.judges import (
     open_loop,
     summary,
 )
-from continuair.studies.paper.judging import judge
-from continuair.studies.sensitivity.study import sensitivity
-from continuair.studies.sensitivity.task import about
-from continuair.studies.verdicts import DEPENDS, HOLDS, UNDECIDED
+from amiri2026.paper.judging import judge
+from amiri2026.sensitivity.study import sensitivity
+from amiri2026.sensitivity.task import about
+from amiri2026.verdicts import DEPENDS, HOLDS, UNDECIDED
+from continuair.errors import ContinuairWarning
 
 
 @pytest.mark.long

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 import continuair as ca
-from continuair.studies.paper.judges.agreement import random_states
-from continuair.studies.table.compiled import Job, fly
-from continuair.studies.table.metrics import error
-from continuair.studies.table.printed import CURLED, FLOWN, SINGULAR, Flight, PrintedModel
-from continuair.studies.table.reading import Reading
+from amiri2026 import open_loop_test
+from amiri2026.paper.judges.agreement import random_states
+from amiri2026.table.compiled import Job, fly
+from amiri2026.table.metrics import error
+from amiri2026.table.printed import CURLED, FLOWN, SINGULAR, Flight, PrintedModel
+from amiri2026.table.reading import Reading
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
 
 Array = np.ndarray
@@ -136,7 +137,7 @@ def test_blocks_without_remark_1_are_the_decoupled_model_of_simulate() -> None:
             model = "coupled" if job.model == "coupled" else "decoupled"
             flown = ca.simulate(
                 vehicle,
-                ca.open_loop_test(test),
+                open_loop_test(test),
                 model=model,
                 method="RK4",
                 step=2.5e-5,
@@ -144,7 +145,7 @@ def test_blocks_without_remark_1_are_the_decoupled_model_of_simulate() -> None:
             )
             finer = ca.simulate(
                 vehicle,
-                ca.open_loop_test(test),
+                open_loop_test(test),
                 model=model,
                 method="RK4",
                 step=1.25e-5,

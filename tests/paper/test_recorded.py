@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from continuair.studies.paper import recorded
+from amiri2026.paper import recorded
 
 DOCS = Path(__file__).parents[2] / "docs"
 

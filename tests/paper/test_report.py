@@ -13,11 +13,11 @@ import pytest
 from typer.testing import CliRunner
 
 import continuair.errors
-from continuair.cli import app
-from continuair.report.contents import read
+from amiri2026.sentences import sentences
+from amiri2026.verdicts import CLASSES
+from continuair.cli.commands import app
+from continuair.studies.contents import read
 from continuair.studies.results import MARKER, UNFINISHED
-from continuair.studies.sentences import sentences
-from continuair.studies.verdicts import CLASSES
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 ARGUMENTS = (

@@ -1,9 +1,9 @@
 """The list of the paper's sentences: each is judged once, and quoted shortly."""
 
-from continuair.studies.paper.judging import JUDGES, chosen_sentences
-from continuair.studies.paper.recorded import recorded
-from continuair.studies.sensitivity.claims import CLAIMS
-from continuair.studies.sentences import PARTS, sentences
+from amiri2026.paper.judging import JUDGES, chosen_sentences
+from amiri2026.paper.recorded import recorded
+from amiri2026.sensitivity.claims import CLAIMS
+from amiri2026.sentences import PARTS, sentences
 
 
 def test_every_sentence_has_one_judge_and_every_judge_a_sentence() -> None:

@@ -8,19 +8,19 @@ import pytest
 import xarray as xr
 
 import continuair as ca
-from continuair import equations
-from continuair.studies.open_loop.study import OpenLoop
-from continuair.studies.paper.evidence import Evidence
-from continuair.studies.paper.judges import (
+from amiri2026.open_loop.study import OpenLoop
+from amiri2026.paper.evidence import Evidence
+from amiri2026.paper.judges import (
     complexity,
     conclusions,
     straight,
     summary,
 )
-from continuair.studies.paper.judges.loops import Loop
-from continuair.studies.sensitivity.study import Sensitivity
-from continuair.studies.tracking.study import Tracking
-from continuair.studies.verdicts import DEPENDS, FAILS, HOLDS, MISPRINT, UNDECIDED
+from amiri2026.paper.judges.loops import Loop
+from amiri2026.sensitivity.study import Sensitivity
+from amiri2026.tracking.study import Tracking
+from amiri2026.verdicts import DEPENDS, FAILS, HOLDS, MISPRINT, UNDECIDED
+from continuair import equations
 from tests.paper import given
 
 Array = np.ndarray

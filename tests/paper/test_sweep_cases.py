@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import continuair as ca
-from continuair.studies.paper import drawn_sweeps
-from continuair.studies.paper.evidence import Evidence
-from continuair.studies.paper.judges import parameters, sweep_cases
-from continuair.studies.sensitivity import task
-from continuair.studies.sensitivity.once import sweep_once
-from continuair.studies.verdicts import DEPENDS, HOLDS, MISPRINT, UNDECIDED
+from amiri2026.paper import drawn_sweeps
+from amiri2026.paper.evidence import Evidence
+from amiri2026.paper.judges import parameters, sweep_cases
+from amiri2026.sensitivity import task
+from amiri2026.sensitivity.once import sweep_once
+from amiri2026.verdicts import DEPENDS, HOLDS, MISPRINT, UNDECIDED
 from tests.paper import given
 
 Array = np.ndarray

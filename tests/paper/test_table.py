@@ -10,19 +10,19 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from continuair.cli import app
-from continuair.errors import InputError
-from continuair.studies.paper.evidence import Evidence
-from continuair.studies.paper.overview import overview
-from continuair.studies.table import report
-from continuair.studies.table.reading import Reading
-from continuair.studies.table.study import (
+from amiri2026.paper.evidence import Evidence
+from amiri2026.paper.overview import overview
+from amiri2026.table import report
+from amiri2026.table.reading import Reading
+from amiri2026.table.study import (
     PRINTED,
     READING,
     factor,
     fly_tests,
     table1,
 )
+from continuair.cli.commands import app
+from continuair.errors import InputError
 from continuair.vehicle.vehicle import load_vehicle
 
 pytestmark = pytest.mark.targets

@@ -2,11 +2,11 @@
 
 import pytest
 
+from amiri2026.paper.judges import closed_loop, summary
+from amiri2026.paper.judges.times import cheaper
+from amiri2026.verdicts import DEPENDS, FAILS, HOLDS, UNDECIDED, UNTESTABLE
 from continuair import equations
 from continuair.equations import dynamics
-from continuair.studies.paper.judges import closed_loop, summary
-from continuair.studies.paper.judges.times import cheaper
-from continuair.studies.verdicts import DEPENDS, FAILS, HOLDS, UNDECIDED, UNTESTABLE
 from tests.paper import given
 
 

@@ -7,6 +7,7 @@ import pytest
 import warp as wp
 
 import continuair as ca
+from amiri2026 import open_loop_test
 from tests.physics.free_flight import tumbling
 
 pytestmark = pytest.mark.targets
@@ -77,7 +78,7 @@ def test_free_fall_is_exact() -> None:
 
 def test_coupled_bending_in_free_fall_does_not_feel_gravity_and_decoupled_does() -> None:
     runs = {
-        (model, g): ca.simulate(VEHICLE, ca.open_loop_test("B").replace(gravity=g), model=model)
+        (model, g): ca.simulate(VEHICLE, open_loop_test("B").replace(gravity=g), model=model)
         for model in ("coupled", "decoupled")
         for g in (0.0, 9.81)
     }
@@ -129,7 +130,7 @@ def test_a_tumble_through_the_pitch_singularity_is_continuous() -> None:
 def test_a_batch_equals_its_runs_one_by_one() -> None:
     radii, masses = np.linspace(0.004, 0.01, 5), np.linspace(1.0, 3.0, 5)
     batch = VEHICLE.replace({"arm.radius": radii, "uav.mass": masses})
-    scenario = ca.open_loop_test("D")
+    scenario = open_loop_test("D")
     together = ca.simulate(batch, scenario, method="RK4", step=5e-4, sample=0.1, threads=2)
     for i in range(5):
         alone = ca.simulate(batch.select(i), scenario, method="RK4", step=5e-4, sample=0.1)
@@ -159,7 +160,7 @@ def test_a_run_that_bends_past_a_full_circle_ends_with_a_status_and_spares_the_o
 
 
 def test_single_precision_follows_double() -> None:
-    runs = [ca.simulate(VEHICLE, ca.open_loop_test("D"), dtype=d) for d in ("float64", "float32")]
+    runs = [ca.simulate(VEHICLE, open_loop_test("D"), dtype=d) for d in ("float64", "float32")]
     assert runs[1].tip_position.dtype == np.float32
     # 1000 steps of single-precision rounding of 5 m, 3e-7 each, that mostly cancel.
     assert float(np.abs(runs[0].tip_position - runs[1].tip_position).max()) < 1e-4
@@ -193,7 +194,7 @@ def test_single_precision_follows_double() -> None:
 )
 def test_a_bad_option_is_named_in_one_sentence(options: dict[str, object], words: str) -> None:
     with pytest.raises(ca.InputError, match=words) as caught:
-        ca.simulate(VEHICLE, ca.open_loop_test("B"), **options)  # type: ignore[arg-type]
+        ca.simulate(VEHICLE, open_loop_test("B"), **options)  # type: ignore[arg-type]
     assert "\n" not in str(caught.value)
 
 
@@ -232,27 +233,27 @@ def test_the_automatic_step_follows_what_damping_and_start_make_fast(
 
 
 def test_the_last_interval_is_the_short_one() -> None:
-    run = ca.simulate(VEHICLE, ca.open_loop_test("B"), duration=1.0, sample=0.3)
+    run = ca.simulate(VEHICLE, open_loop_test("B"), duration=1.0, sample=0.3)
     np.testing.assert_allclose(run.time, [0.0, 0.3, 0.6, 0.9, 1.0], rtol=1e-14)
-    even = ca.simulate(VEHICLE, ca.open_loop_test("B"), duration=0.3, sample=0.1)
+    even = ca.simulate(VEHICLE, open_loop_test("B"), duration=0.3, sample=0.1)
     np.testing.assert_allclose(even.time, [0.0, 0.1, 0.2, 0.3], rtol=1e-14)
 
 
 def test_a_coarse_step_concerns_rk4_alone() -> None:
-    scenario = ca.open_loop_test("B").replace(duration=0.1)
+    scenario = open_loop_test("B").replace(duration=0.1)
     run = ca.simulate(VEHICLE, scenario, step=0.01, sample=0.1, method="implicit")
     assert int(run.status) == 0  # and no warning, which would be an error here
 
 
 def test_a_step_too_coarse_for_the_stiffest_mode_warns_with_the_estimate() -> None:
     with pytest.warns(ca.ContinuairWarning, match="0.0014 s or less"):
-        ca.simulate(VEHICLE, ca.open_loop_test("B"), method="RK4", step=5e-3, sample=5e-3)
+        ca.simulate(VEHICLE, open_loop_test("B"), method="RK4", step=5e-3, sample=5e-3)
 
 
 @pytest.mark.skipif(wp.is_cuda_available(), reason="needs a machine without a CUDA device")
 def test_cuda_without_a_cuda_device_is_told_so() -> None:
     with pytest.raises(ca.InputError, match="no CUDA device was found; use 'cpu'"):
-        ca.simulate(VEHICLE, ca.open_loop_test("B"), device="cuda")
+        ca.simulate(VEHICLE, open_loop_test("B"), device="cuda")
 
 
 def test_a_start_beyond_a_full_circle_ends_at_once_with_a_status() -> None:
@@ -287,7 +288,7 @@ def test_an_input_that_fails_later_in_the_flight_is_named(force: object, words: 
 
 
 def test_more_steps_than_fit_are_refused_before_they_are_made() -> None:
-    test = ca.open_loop_test("B")
+    test = open_loop_test("B")
     with pytest.raises(ca.InputError, match="samples"):
         ca.simulate(VEHICLE, test, sample=1e-9)
     with pytest.raises(ca.InputError, match="steps"):

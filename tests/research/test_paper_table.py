@@ -14,9 +14,9 @@ import pytest
 from typer.testing import CliRunner
 
 import continuair as ca
-from continuair.studies.table.metrics import table_errors
-from continuair.studies.table.reading import Reading
-from continuair.studies.table.study import READING, factor, fly_tests
+from amiri2026.table.metrics import table_errors
+from amiri2026.table.reading import Reading
+from amiri2026.table.study import READING, factor, fly_tests
 from research.paper_table import study
 from research.paper_table.__main__ import app
 from research.paper_table.evolution import adapt

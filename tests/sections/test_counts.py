@@ -9,7 +9,7 @@ import continuair.errors
 
 PACKAGE = Path(continuair.errors.__file__).parent
 OF_ARCS = ("sections/arc/", "vehicle/arc.py")
-DEVICE = ("kernels", "sections", "terms")
+DEVICE = ("device", "kernels", "sections", "terms")
 COUNTS = re.compile(r"\b(sections?|arcs?|coordinate|n_sections)\b")
 """What a number of sections, or the index of one or of a coordinate, is called."""
 

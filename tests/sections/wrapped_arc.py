@@ -6,8 +6,8 @@ from typing import ClassVar
 import numpy as np
 import warp as wp
 
-from continuair.kernels.numbers import Numbers, holding
-from continuair.kernels.types import Tree, device_types
+from continuair.device.numbers import Numbers, holding
+from continuair.device.types import Tree, device_types
 from continuair.sections.arc import Arc
 from continuair.sections.kind import SectionCode, SectionKind, section_types
 from continuair.vehicle.section import Section

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 import continuair as ca
+from amiri2026 import open_loop_test
 from continuair.sweeps import load_design
 from continuair.sweeps.assembly import batches
 from continuair.sweeps.units import REFUSED, compute, quantities
@@ -66,7 +67,7 @@ def test_shared_dimensions_vary_together_and_others_multiply(tmp_path: Path) -> 
     )
     found = ca.sweep(design, tmp_path / "store.zarr")
     assert dict(found.sizes) == {"arm": 3, "mass": 2, "model": 2}
-    scenario = ca.open_loop_test("A").replace(duration=0.2, q=[0, 0, 5, 0.3, 0, 0, 0.1, 0])
+    scenario = open_loop_test("A").replace(duration=0.2, q=[0, 0, 5, 0.3, 0, 0, 0.1, 0])
     for i, j in ((0, 1), (2, 0)):
         fields = {"arm.radius": radii[i], "arm.length": lengths[i], "uav.mass": masses[j]}
         alone = rmse(ca.load_vehicle("paper").replace(fields), scenario)
@@ -107,7 +108,7 @@ def test_tests_of_the_paper_are_a_dimension() -> None:
     design = xr.Dataset({"scenario.test": ("test", list("ABCD"))})
     found = results(design)["rmse_t_m"].sel(model="decoupled").values
     vehicle = ca.load_vehicle("paper")
-    expected = [rmse(vehicle, ca.open_loop_test(letter)) for letter in "ABCD"]
+    expected = [rmse(vehicle, open_loop_test(letter)) for letter in "ABCD"]
     np.testing.assert_allclose(found, expected, rtol=1e-11)
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import continuair as ca
+from amiri2026 import open_loop_test
 from continuair.analysis.metrics import tip_euler
 from continuair.controllers.controller import Controller, stack
 from continuair.controllers.gains import design
@@ -23,7 +24,7 @@ def some_vehicles(runs: int) -> ca.Vehicle:
 @pytest.mark.filterwarnings("ignore:nrmse_r and rmse_r_rad overstate")
 @pytest.mark.parametrize("test", "ABCD")
 def test_metrics_are_those_of_compare(test: str) -> None:
-    vehicle, scenario = some_vehicles(12), ca.open_loop_test(test)
+    vehicle, scenario = some_vehicles(12), open_loop_test(test)
     found = ca.run_pairs(vehicle, scenario, ("decoupled", "independent"), method="RK4", step=STEP)
     coupled = ca.simulate(vehicle, scenario, method="RK4", step=STEP)
     for model in ("decoupled", "independent"):
@@ -78,7 +79,7 @@ def test_angles_follow_tumbles_through_both_triples() -> None:
 
 
 def test_a_run_does_not_depend_on_its_batch() -> None:
-    vehicle, scenario = some_vehicles(9), ca.open_loop_test("A")
+    vehicle, scenario = some_vehicles(9), open_loop_test("A")
     together = ca.run_pairs(vehicle, scenario)
     assert len(np.unique(together["steps"])) > 1, "the runs should need different steps"
     for run in (0, 4, 8):
@@ -143,5 +144,5 @@ def test_closed_loops_agree_with_single_flights() -> None:
 )
 def test_options_that_cannot_be_used_are_named(options: dict[str, object], says: str) -> None:
     with pytest.raises(ca.InputError, match=r".*; .*|.*use one.*") as error:
-        ca.run_pairs(some_vehicles(2), ca.open_loop_test("B"), **options)  # type: ignore[arg-type]
+        ca.run_pairs(some_vehicles(2), open_loop_test("B"), **options)  # type: ignore[arg-type]
     assert says in str(error.value)

@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 
 import continuair as ca
+from amiri2026 import open_loop_test
 from continuair.analysis.metrics import tip_euler
 from continuair.errors import ContinuairWarning
 from tests import random_flights
@@ -42,7 +43,7 @@ def test_an_overdamped_arm_in_test_a(batched: bool) -> None:
     """With the step that its frequency alone allows, the tip would be kilometres off."""
     ratio = [0.0, 5.0] if batched else 5.0
     vehicle = ca.load_vehicle("paper").replace({"arm.damping_ratio": ratio})
-    case = Case(vehicle, ca.open_loop_test("A"), ("decoupled", "independent"), 0.0, {})
+    case = Case(vehicle, open_loop_test("A"), ("decoupled", "independent"), 0.0, {})
     found = assert_pairs_are_simulate(case)
     assert float(found["rmse_t_m"].sel(model="decoupled")[-1]) == pytest.approx(0.0205, rel=5e-3)
 
@@ -53,7 +54,7 @@ def test_a_sweep_of_one_run_is_its_pair(tmp_path: Path) -> None:
     design = xr.Dataset({"vehicle.arm.damping_ratio": ("ratio", [5.0])}, attrs={"scenario": table})
     swept = ca.sweep(design, tmp_path / "store.zarr").isel(ratio=0)
     vehicle = ca.load_vehicle("paper").replace({"arm.damping_ratio": 5.0})
-    pair = ca.run_pairs(vehicle, ca.open_loop_test("A"), duration=0.2, sample=2e-3).isel(run=0)
+    pair = ca.run_pairs(vehicle, open_loop_test("A"), duration=0.2, sample=2e-3).isel(run=0)
     for name in ("nrmse_t", "nrmse_r", "rmse_t_m", "rmse_r_rad", "angle_rad", "status", "steps"):
         wanted = np.broadcast_to(pair[name], swept[name].shape)
         np.testing.assert_allclose(swept[name], wanted, rtol=RELATIVE, err_msg=name)

@@ -20,7 +20,8 @@ from PIL import Image
 from typer.testing import CliRunner
 
 import continuair as ca
-from continuair.cli import app
+from amiri2026 import open_loop_test
+from continuair.cli.commands import app
 from continuair.viewer import flying, video
 from continuair.viewer.drawing import Picture
 from continuair.viewer.export import write_page
@@ -133,7 +134,7 @@ def test_a_flight_that_ended_early_is_told_when_and_why(tmp_path: Path) -> None:
 
 
 def test_forces_that_a_result_does_not_tell_are_told_and_drawn_of_its_scenario() -> None:
-    test = ca.open_loop_test("D")
+    test = open_loop_test("D")
     flight = ca.simulate(PAPER, test, sample=0.1)
     with pytest.warns(ca.ContinuairWarning, match="the picture lacks tip_wrench, which acted"):
         assert "tip force" not in scene(flight).forces

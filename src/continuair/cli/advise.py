@@ -42,7 +42,7 @@ def advise(
         typer.Option(
             help="Gains for tracking: a preset's name, or the path of a .toml file. "
             "Default: paper.",
-            autocompletion=completion.gains,
+            autocompletion=completion.complete_gains,
         ),
     ] = None,
     loop: Annotated[

@@ -27,19 +27,9 @@ def flights(incomplete: str) -> list[str]:
     return _files(incomplete, ".nc") + found + vehicles(incomplete)
 
 
-def gains(incomplete: str) -> list[str]:
+def complete_gains(incomplete: str) -> list[str]:
     """Names of the gains that come with the package, and .toml files of this folder."""
     return _presets(_PACKAGE / "controllers", incomplete) + _files(incomplete)
-
-
-def letters(incomplete: str) -> list[str]:
-    """A word of letters to track, with one more of them."""
-    return _longer(incomplete, "MRAL")
-
-
-def tests(incomplete: str) -> list[str]:
-    """Letters of open-loop tests, with one more of them."""
-    return _longer(incomplete, "ABCD")
 
 
 def _presets(room: Path, start: str) -> list[str]:
@@ -49,7 +39,3 @@ def _presets(room: Path, start: str) -> list[str]:
 
 def _files(start: str, suffix: str = ".toml") -> list[str]:
     return sorted(path.name for path in Path().glob(f"*{suffix}") if path.name.startswith(start))
-
-
-def _longer(word: str, known: str) -> list[str]:
-    return [word + letter for letter in known if letter not in word.upper()]

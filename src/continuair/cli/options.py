@@ -17,7 +17,6 @@ from continuair.errors import InputError
 from continuair.files import check_can_be_made, printed, reason, user_path
 
 if TYPE_CHECKING:
-    from continuair.progress import Progress
     from continuair.studies.results import ResultFolder
 
 VehicleOption = Annotated[
@@ -40,28 +39,6 @@ OutOption = Annotated[
 JsonOption = Annotated[
     str | None,
     typer.Option("--json", help="Also write the JSON here; - for standard output.", metavar="FILE"),
-]
-
-
-ModelOption = Annotated[
-    list[str] | None,
-    typer.Option(help="A model to compare with the coupled one; repeatable. Default: all."),
-]
-
-LawOption = Annotated[
-    list[str] | None,
-    typer.Option(help="A law: constant, current or classic; repeatable. Default: all."),
-]
-LawGainsOption = Annotated[
-    str | None,
-    typer.Option(
-        help="Gains instead of the preset of the law that they are for, a .toml file.",
-        autocompletion=completion.gains,
-    ),
-]
-PlantOption = Annotated[
-    list[str] | None,
-    typer.Option(help="A model as the plant; repeatable. Default: coupled and decoupled."),
 ]
 
 
@@ -100,15 +77,6 @@ def refuse_unread(why: str, **options: Any) -> None:
     for name, value in options.items():
         if value is not None:
             raise InputError(f"{name} is {value}, but {why}.")
-
-
-def keep_in(folder: ResultFolder | None, name: str, study: Any, progress: Progress) -> None:
-    """Write a study's results and figures to its folder, if there is one."""
-    if folder is not None:
-        from continuair.report.keeping import keep
-
-        progress(1, 1, "writing results and figures")
-        keep(name, study, folder)
 
 
 def tell_where(out: str | None) -> None:

@@ -1,0 +1,20 @@
+"""Engines: kernels compiled for a vehicle, and launched."""
+
+from continuair import lazy
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from continuair.engine.compiling import load as load
+    from continuair.engine.compiling import made_once as made_once
+    from continuair.engine.compiling import start_warp as start_warp
+
+__getattr__, __dir__, __all__ = lazy.names(
+    __name__,
+    {
+        "compiling": (
+            "load",
+            "made_once",
+            "start_warp",
+        ),
+    },
+)

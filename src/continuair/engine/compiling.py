@@ -21,9 +21,9 @@ from typing import Any, ParamSpec, TypeVar
 
 import warp as wp
 
+from continuair.device.options import check_cpu_target
 from continuair.errors import ContinuairWarning, InputError
 from continuair.files import printed, reason
-from continuair.kernels.options import check_cpu_target
 
 Parameters = ParamSpec("Parameters")
 Made = TypeVar("Made")

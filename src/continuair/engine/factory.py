@@ -8,19 +8,20 @@ from typing import Any
 
 import warp as wp
 
+from continuair.device.arguments import Arguments, arguments
+from continuair.device.numbers import DIRECTIONS, Numbers
+from continuair.device.types import Tree, Types, device_types
 from continuair.engine.compiling import compiles, made_once
 from continuair.engine.law_made import MadeLaw
 from continuair.engine.law_parts import check_reading
 from continuair.errors import InputError
 from continuair.kernels.adaptive import adaptive_kernel
-from continuair.kernels.arguments import Arguments, arguments
 from continuair.kernels.deviations import deviation_kernel
 from continuair.kernels.dynamics import dynamics_code
 from continuair.kernels.energies import energies_kernel
 from continuair.kernels.flight import FlightCode, flight_code
 from continuair.kernels.integrators import TSIT5
 from continuair.kernels.logs import state_logger, tip_logger
-from continuair.kernels.numbers import DIRECTIONS, Numbers
 from continuair.kernels.observe import observe_kernel, watch_kernel
 from continuair.kernels.rollout import derivative_kernel, rollout_kernel
 from continuair.kernels.sensing.eye import Eye, eye_code
@@ -28,7 +29,6 @@ from continuair.kernels.sensing.guided import guided_pilot
 from continuair.kernels.sensing.pilot import PilotCode, law_pilot, no_pilot
 from continuair.kernels.slopes import step_slopes_kernel, tip_slopes_kernel
 from continuair.kernels.turning import turning_kernel
-from continuair.kernels.types import Tree, Types, device_types
 from continuair.terms import TERMS
 
 

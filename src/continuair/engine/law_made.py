@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 from types import FunctionType, SimpleNamespace
 from typing import Any
 
+from continuair.device.numbers import Numbers
+from continuair.device.types import Tree
 from continuair.engine.compiling import made_alone, made_once
 from continuair.engine.law_parts import check_parts, is_ours
 from continuair.engine.law_reading import hashed
-from continuair.kernels.numbers import Numbers
 from continuair.kernels.sensing.sense import LawCode, law_code
-from continuair.kernels.types import Tree
 
 Law = Callable[[LawCode], SimpleNamespace]
 

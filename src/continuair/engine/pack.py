@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from continuair.kernels.types import Tree
+from continuair.device.types import Tree
 from continuair.sections import kind_of
 from continuair.terms import compiled_terms, pack_terms
 from continuair.vehicle.arms import ArmChain

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from continuair.device.numbers import LANES, NARROW, Numbers
+from continuair.device.probe import PROBED, TERMS, WIDTH, probe_kernel, wide_registers
 from continuair.engine.compiling import load, made_once
 from continuair.engine.lanes import packs_of, struct_rows, table_rows
 from continuair.errors import ContinuairWarning
-from continuair.kernels.numbers import LANES, NARROW, Numbers
-from continuair.kernels.probe import PROBED, TERMS, WIDTH, probe_kernel, wide_registers
 
 Array = np.ndarray
 

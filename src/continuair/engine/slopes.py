@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from continuair.device.numbers import DIRECTIONS
 from continuair.engine.engine import Drive, Engine
 from continuair.engine.factory import step_slopes, tip_slopes
 from continuair.engine.lanes import packs_of
 from continuair.engine.tangents import Tangents
-from continuair.kernels.numbers import DIRECTIONS
 from continuair.kernels.slopes import Directions, tip_columns
 from continuair.vehicle.layout import width_of
 

@@ -7,15 +7,15 @@ from typing import Any
 
 import warp as wp
 
+from continuair.device.numbers import Numbers
+from continuair.device.types import Tree, device_types
 from continuair.engine.compiling import made_once
 from continuair.engine.law_names import names_of
 from continuair.engine.law_numbers import check_numbers
 from continuair.engine.law_parts import is_ours
 from continuair.errors import InputError
 from continuair.kernels.device import Device
-from continuair.kernels.numbers import Numbers
 from continuair.kernels.term_sum import Acting
-from continuair.kernels.types import Tree, device_types
 from continuair.terms import TERMS
 
 

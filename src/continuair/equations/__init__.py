@@ -8,9 +8,18 @@ differentiated with.
 """
 
 from continuair.equations.appendix import appendix_b, integrated_coupling
-from continuair.equations.camera import interaction_matrix, project
+from continuair.equations.arc import arc_jacobian, arc_position, arc_rotation
+from continuair.equations.camera import (
+    facing,
+    in_view,
+    interaction_matrix,
+    project,
+    to_normalised,
+    to_pixels,
+)
 from continuair.equations.dynamics import (
     MASKS,
+    check_without_drag,
     coriolis_matrix,
     damping_vector,
     elastic_vector,
@@ -36,11 +45,13 @@ from continuair.equations.kinematics import (
     position,
     rotation,
     section_rotation,
+    skew,
     tip_of,
 )
-from continuair.equations.masses import mass_matrix, weight_vector
+from continuair.equations.masses import mass_matrix, slices, weight_vector
 from continuair.equations.regular import accelerations
 from continuair.equations.servoing import kinematic_servoing, rigid_motion
+from continuair.equations.turns import euler_angles
 
 __all__ = [
     "MASKS",
@@ -75,4 +86,15 @@ __all__ = [
     "section_rotation",
     "tip_of",
     "weight_vector",
+    "facing",
+    "in_view",
+    "to_normalised",
+    "to_pixels",
+    "skew",
+    "slices",
+    "check_without_drag",
+    "arc_jacobian",
+    "arc_position",
+    "arc_rotation",
+    "euler_angles",
 ]

@@ -13,11 +13,16 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from continuair.analysis.metrics import samples
 from continuair.figures import style
 from continuair.flight.resolution import RESOLVED
+from continuair.kernels.dynamics import REFERENCE
 from continuair.kernels.step import NOT_FINITE, STATUS, UNSEEN
 
 Array = NDArray[np.float64]
+
+POINTS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
+"""Colours of feature points, in turn."""
 
 WINDOW = 0.5
 """Length of the windows of a band [s]."""
@@ -164,3 +169,18 @@ def windows(
     middle, parts = middle[whole], parts[whole]
     rms = np.sqrt(np.mean(parts**2, axis=1))
     return middle, (parts.min(axis=1), parts.max(axis=1), rms, parts.mean(axis=1))
+
+
+def feature_paths(axes: Any, flight: xr.Dataset) -> None:
+    """Draw the paths of the feature points, their starts, and where they belong."""
+    pixels = samples(flight, "features", "pixel")
+    wanted = pixels[0] + samples(flight, "feature_error", "pixel")[0]
+    failed = ending(flight)
+    for point in range(pixels.shape[1] // 2):
+        colour = POINTS[point % len(POINTS)]
+        u, v = pixels[:, 2 * point], pixels[:, 2 * point + 1]
+        axes.plot(u, v, color=colour, lw=0.9)
+        axes.plot(u[0], v[0], marker="o", ms=3, color=colour)
+        axes.plot(*wanted[2 * point : 2 * point + 2], marker="+", ms=7, color="#333333")
+        if failed:
+            cross(axes, u, v, style.MODELS[REFERENCE]["color"])

@@ -18,7 +18,6 @@ from continuair import checks
 from continuair.analysis.motion import backbone, over_time
 from continuair.errors import InputError, shown
 from continuair.figures import curves, pictogram, style
-from continuair.figures.tracking import feature_paths
 from continuair.flight.labels import FIXED, in_order, ordered
 from continuair.flight.provenance import model_of
 from continuair.flight.reading import vehicle_of
@@ -65,7 +64,7 @@ def image(flight: xr.Dataset) -> Figure:
         figure = style.new_figure(height=3.0)
         panels = figure.subplots(1, len(flights), squeeze=False, sharey=True)[0]
         for axes, (model, one) in zip(panels, flights.items(), strict=True):
-            feature_paths(axes, one)
+            curves.feature_paths(axes, one)
             axes.set(xlim=(0, width), ylim=(height, 0), aspect="equal", title=model)
             axes.set_xlabel("u [px]")
         panels[0].set_ylabel("v [px]")

@@ -204,7 +204,7 @@ def check_scenario(scenario: Any) -> None:
     if not isinstance(scenario, Scenario):
         raise InputError(
             f"scenario is {shown(scenario)}; give a continuair.Scenario, such as "
-            "continuair.open_loop_test('A')."
+            "amiri2026.open_loop_test('A')."
         )
 
 

@@ -9,7 +9,6 @@ import numpy as np
 from continuair.engine.engine import Engine
 from continuair.errors import CannotHover, InputError, shown
 from continuair.flight.holding import holding
-from continuair.scenario.paper_tests import open_loop_test
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.rotors import Rotors
@@ -101,11 +100,6 @@ def still(vehicle: Vehicle) -> dict[str, Array]:
     """The rotor_command, if there are rotors, that leaves them at rest beside direct forces."""
     rotors = vehicle.uav.rotors
     return {} if rotors is None else {"rotor_command": np.zeros(rotors.count)}
-
-
-def open_loop_flight(vehicle: Vehicle, letter: str, f1: float = 1.0) -> Scenario:
-    """An open-loop test of the paper as a vehicle flies it: no lift acts, so its rotors rest."""
-    return open_loop_test(letter, f1).replace(**still(vehicle))
 
 
 def lag_rate(vehicle: Vehicle) -> Any:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from continuair import extensions
 from continuair.engine.engine import Engine, Start
 from continuair.errors import InputError, shown
 from continuair.flight.cohorts import Cohort, Flight
@@ -18,7 +19,6 @@ from continuair.flight.prepare import prepare
 from continuair.flight.rotors import lag_rate, still
 from continuair.flight.time_grid import marks_at
 from continuair.identification.recording import Recording
-from continuair.scenario.paper_tests import open_loop_test
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.arc import bend_vectors, polar_of
 from continuair.vehicle.coordinates import continuous_euler, paper_rates
@@ -58,7 +58,10 @@ class Replay:
                 "which open-loop test was flown."
             )
         self.recording, self.test = recording, test
-        flown = open_loop_test(test) if test else _held(recording, self.layout)
+        if test:
+            flown = extensions.scenario("open_loop_test")(test)
+        else:
+            flown = _held(recording, self.layout)
         if flown.rotor_command is None:
             flown = flown.replace(**still(vehicle))
         self._scenario = flown

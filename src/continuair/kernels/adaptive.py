@@ -9,16 +9,16 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.arguments import arguments
+from continuair.device.arguments import arguments
+from continuair.device.numbers import Numbers, number_code
+from continuair.device.types import Tree, device_types
 from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.embedded import stage_code
 from continuair.kernels.flight import flight_code
-from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.pilot import PilotCode
 from continuair.kernels.signals import signal_code
 from continuair.kernels.step import NOT_FINITE, OVERTURNED, STEP_LIMIT, UNSEEN, stepping_code
 from continuair.kernels.step_control import LARGEST_ERROR, control_arguments, control_code
-from continuair.kernels.types import Tree, device_types
 
 COUNTS = 5
 """Columns of what is counted of each run: steps taken, steps rejected, evaluations of the rates,

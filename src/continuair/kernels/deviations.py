@@ -4,8 +4,8 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.elementary import elementary_code
-from continuair.kernels.numbers import Numbers, number_code
+from continuair.device.elementary import elementary_code
+from continuair.device.numbers import Numbers, number_code
 from continuair.vehicle.layout import DEVIATIONS, TIP_POSE
 
 ROUNDING = 1e-12

@@ -8,12 +8,12 @@ from typing import Any
 
 import warp as wp
 
+from continuair.device.numbers import Numbers
+from continuair.device.types import Tree, Types, device_types
 from continuair.errors import InputError
 from continuair.kernels.arm.tip import TipCode, tip_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
-from continuair.kernels.numbers import Numbers
-from continuair.kernels.types import Tree, Types, device_types
 
 
 @dataclass(frozen=True)

@@ -17,12 +17,12 @@ from typing import Any
 
 import warp as wp
 
+from continuair.device.numbers import Numbers
+from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.arm.chain import chain_code
 from continuair.kernels.elimination import elimination_code
 from continuair.kernels.flight import flight_code
-from continuair.kernels.numbers import Numbers
 from continuair.kernels.term_sum import acting_code
-from continuair.kernels.types import Tree, device_types, holding
 
 MODELS = ("coupled", "decoupled", "independent")
 """Models to simulate with."""

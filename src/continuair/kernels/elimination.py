@@ -6,10 +6,10 @@ from typing import Any
 
 import warp as wp
 
+from continuair.device.numbers import Numbers
+from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.arm.chain import total_types
 from continuair.kernels.arm.rigid import rigid_code
-from continuair.kernels.numbers import Numbers
-from continuair.kernels.types import Tree, device_types, holding
 
 
 @dataclass(frozen=True)

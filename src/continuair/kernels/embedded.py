@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from continuair.kernels.numbers import Numbers, holding, number_code
-from continuair.kernels.single import BITS
-from continuair.kernels.types import Tree, device_types
+from continuair.device.numbers import Numbers, holding, number_code
+from continuair.device.single import BITS
+from continuair.device.types import Tree, device_types
 
 MOST_STAGES = 7
 

@@ -4,12 +4,12 @@ from typing import Any
 
 import warp as wp
 
+from continuair.device.arguments import arguments
+from continuair.device.numbers import Numbers, number_code
+from continuair.device.types import Tree, device_types
 from continuair.errors import InputError
-from continuair.kernels.arguments import arguments
 from continuair.kernels.device import Device
 from continuair.kernels.flight import flight_code
-from continuair.kernels.numbers import Numbers, number_code
-from continuair.kernels.types import Tree, device_types
 
 
 def energies_kernel(numbers: Numbers, tree: Tree) -> Any:

@@ -6,12 +6,12 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.arguments import arguments
+from continuair.device.arguments import arguments
+from continuair.device.numbers import Numbers, number_code
+from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.arm.chain import chain_code
 from continuair.kernels.arm.rigid import rigid_code
 from continuair.kernels.arm.tip import tip_code
-from continuair.kernels.numbers import Numbers, number_code
-from continuair.kernels.types import Tree, device_types, holding
 
 
 @dataclass(frozen=True)

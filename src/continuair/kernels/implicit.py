@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from continuair.device.numbers import Numbers
+from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.dynamics import Dynamics, dynamics_code
 from continuair.kernels.flight import flight_code
-from continuair.kernels.numbers import Numbers
 from continuair.kernels.sensing.pilot import PilotCode
-from continuair.kernels.types import Tree, device_types, holding
 
 GAMMA = 1.0 - np.sqrt(0.5)
 """With it a mode that is far too fast for the step is gone after it."""

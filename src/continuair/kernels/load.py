@@ -6,8 +6,8 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.numbers import Numbers
-from continuair.kernels.types import Tree, device_types, holding
+from continuair.device.numbers import Numbers
+from continuair.device.types import Tree, device_types, holding
 
 
 @dataclass(frozen=True)

@@ -5,16 +5,16 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.arguments import arguments
+from continuair.device.arguments import arguments
+from continuair.device.elementary import elementary_code
+from continuair.device.numbers import Numbers, number_code
+from continuair.device.types import Tree, device_types
 from continuair.kernels.arm.chain import chain_code
 from continuair.kernels.arm.tip import tip_code
 from continuair.kernels.dynamics import Dynamics
-from continuair.kernels.elementary import elementary_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.logs import push_reader
-from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.eye import Eye
-from continuair.kernels.types import Tree, device_types
 from continuair.sections.arc.bend import bend_code
 from continuair.vehicle.layout import MOTION, observed_columns, watched_columns
 

@@ -5,14 +5,14 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from continuair.kernels.arguments import arguments
+from continuair.device.arguments import arguments
+from continuair.device.numbers import Numbers, number_code
+from continuair.device.types import Tree, device_types
 from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.flight import flight_code
 from continuair.kernels.integrators import INTEGRATORS
-from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.pilot import PilotCode
 from continuair.kernels.step import OVERTURNED, UNSEEN, stepping_code
-from continuair.kernels.types import Tree, device_types
 
 
 def rollout_kernel(

@@ -6,8 +6,8 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.numbers import Numbers, holding, number_code
-from continuair.kernels.single import BITS
+from continuair.device.numbers import Numbers, holding, number_code
+from continuair.device.single import BITS
 
 
 @dataclass(frozen=True)

@@ -11,15 +11,15 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.arguments import arguments
+from continuair.device.arguments import arguments
+from continuair.device.duals import seeding
+from continuair.device.numbers import Numbers, number_code
+from continuair.device.types import Tree, device_types
 from continuair.kernels.arm.tip import tip_code
-from continuair.kernels.duals import seeding
 from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.flight import flight_code
-from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.pilot import no_pilot
 from continuair.kernels.step import step_code, stepping_code
-from continuair.kernels.types import Tree, device_types
 from continuair.vehicle.layout import Layout, columns
 
 

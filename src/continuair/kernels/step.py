@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from continuair.device.elementary import elementary_code
+from continuair.device.numbers import Numbers, number_code
+from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.dynamics import Dynamics
-from continuair.kernels.elementary import elementary_code
 from continuair.kernels.flight import flight_code
-from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.pilot import PilotCode
-from continuair.kernels.types import Tree, device_types, holding
 from continuair.sections.arc.bend import bend_code
 
 OK, NOT_FINITE, OVERBENT, UNSEEN, OVERTURNED, STEP_LIMIT = 0, 1, 2, 3, 4, 5

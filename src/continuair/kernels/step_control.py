@@ -6,9 +6,9 @@ from typing import Any
 
 import warp as wp
 
+from continuair.device.numbers import Numbers, holding, number_code
+from continuair.device.types import Tree, device_types
 from continuair.kernels.embedded import stage_code
-from continuair.kernels.numbers import Numbers, holding, number_code
-from continuair.kernels.types import Tree, device_types
 
 GROWTH = (-0.3, 0.1)
 """Exponents, times one over the order, of the error of this step and of the one before in the next

@@ -7,11 +7,11 @@ from typing import Any
 
 import warp as wp
 
+from continuair.device.numbers import Numbers, holding
+from continuair.device.types import Tree, device_types
 from continuair.kernels.device import Device
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
-from continuair.kernels.numbers import Numbers, holding
-from continuair.kernels.types import Tree, device_types
 
 
 @dataclass(frozen=True)

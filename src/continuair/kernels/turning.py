@@ -4,7 +4,7 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.options import OPTIONS
+from continuair.device.options import OPTIONS
 from continuair.vehicle.following import SHARE
 from continuair.vehicle.layout import TIP_POSE
 

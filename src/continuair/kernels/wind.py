@@ -5,9 +5,9 @@ from typing import Any
 
 import warp as wp
 
+from continuair.device.numbers import Numbers
+from continuair.device.types import Tree, device_types
 from continuair.kernels.flight import flight_code
-from continuair.kernels.numbers import Numbers
-from continuair.kernels.types import Tree, device_types
 from continuair.vehicle.layout import AIR
 
 

@@ -11,8 +11,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from continuair import extensions
 from continuair.errors import InputError, shown
-from continuair.scenario.paper_tests import open_loop_test
 from continuair.vehicle.layout import CHANNELS, OF_NAME, ONE_SECTION, Layout
 
 Array = np.ndarray
@@ -146,7 +146,8 @@ def inputs(fields: dict[str, Any], layout: Layout) -> dict[str, Any]:
 
 
 def _test_inputs(fields: dict[str, Any]) -> dict[str, Any]:
-    test, amplitude = open_loop_test(fields["test"], fields["f1"]), fields["amplitude"]
+    test = extensions.scenario("open_loop_test")(fields["test"], fields["f1"])
+    amplitude = fields["amplitude"]
     found: dict[str, Any] = {"tip_wrench_sign": test.tip_wrench_sign}
     for name in ("tau", "tip_wrench"):
         value = getattr(test, name)

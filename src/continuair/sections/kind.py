@@ -21,8 +21,8 @@ from typing import Any, ClassVar, Self
 import numpy as np
 import warp as wp
 
-from continuair.kernels.numbers import Numbers, holding
-from continuair.kernels.types import Tree, device_types
+from continuair.device.numbers import Numbers, holding
+from continuair.device.types import Tree, device_types
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.section import Section
 

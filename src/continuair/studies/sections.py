@@ -13,11 +13,11 @@ from continuair.analysis.modes import modes
 from continuair.analysis.trim import trim
 from continuair.engine.engine import Engine
 from continuair.flight.frequencies import fastest_rate, first_frequency
-from continuair.flight.prepare import prepare
 from continuair.flight.simulate import simulate
 from continuair.kernels.step import OK
 from continuair.scenario.scenarios import Scenario
-from continuair.sweeps.machine import machine
+from continuair.studies.timing import flight_alone
+from continuair.sweeps.hardware import machine
 from continuair.sweeps.pairs import run_pairs
 from continuair.vehicle.vehicle import Vehicle
 
@@ -174,12 +174,10 @@ def _timed(vehicle: Vehicle, method: str, step: float) -> Callable[[], None]:
     straight = np.zeros(vehicle.layout.coordinates)
     lasts, weight = _TIMED_STEPS * step, 9.81 * vehicle.mass
     hover = Scenario("hover", straight, duration=lasts, force=[0.0, 0.0, weight])
-    flight = prepare(vehicle, hover, sample=lasts, step=step, threads=1, method=method)
-    engine, cohort = flight.engine("coupled"), next(flight.cohorts())
+    alone = flight_alone(vehicle, hover, "coupled", step=step, method=method)
 
     def fly() -> None:
-        logs = cohort.fly(engine, observe=False)
-        assert (logs.status == OK).all(), "a flight that ends early cannot be timed"
+        assert (alone() == OK).all(), "a flight that ends early cannot be timed"
 
     return fly
 

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from time import perf_counter
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
+
+from continuair.flight.prepare import prepare
+from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.vehicle import Vehicle
 
 Key = TypeVar("Key")
 
@@ -50,3 +54,17 @@ def times_in_turns(
             fly()
             times[key].append(perf_counter() - start)
     return {key: np.array(found[1:]) for key, found in times.items()}
+
+
+def flight_alone(
+    vehicle: Vehicle, scenario: Scenario, model: str, *, step: float, method: str = "RK4"
+) -> Callable[[], np.ndarray]:
+    """Return a function that flies a scenario on one thread, from its start to its end.
+
+    All that can be prepared is, and nothing is logged between. The function returns statuses
+    (runs,).
+    """
+    options: dict[str, Any] = {"method": method, "step": step, "threads": 1}
+    flight = prepare(vehicle, scenario, sample=scenario.duration, **options)
+    engine, cohort = flight.engine(model), next(flight.cohorts())
+    return lambda: np.asarray(cohort.fly(engine, observe=False).status)

@@ -18,7 +18,7 @@ from continuair.errors import InputError
 from continuair.files import printed, reason
 from continuair.sweeps.checksums import sealed
 from continuair.sweeps.design import Design, Variable
-from continuair.sweeps.machine import machine
+from continuair.sweeps.hardware import machine
 from continuair.sweeps.store import FORMAT, METADATA, NEW, Store, is_store, kind, versions
 from continuair.sweeps.units import quantities, unit_size
 

@@ -7,13 +7,13 @@ from typing import Any, ClassVar, Self
 import numpy as np
 import warp as wp
 
+from continuair.device.numbers import Numbers
+from continuair.device.types import Tree, device_types
 from continuair.kernels.arm.tip import tip_code
 from continuair.kernels.device import Device
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
-from continuair.kernels.numbers import Numbers
 from continuair.kernels.term_sum import Acting
-from continuair.kernels.types import Tree, device_types
 from continuair.kernels.wind import wind_code
 from continuair.terms.term import Stream, Term
 from continuair.vehicle.rotors import AIR_DENSITY

@@ -5,12 +5,12 @@ from typing import Any, ClassVar
 
 import warp as wp
 
+from continuair.device.numbers import Numbers, number_code
+from continuair.device.types import Tree, device_types
 from continuair.kernels.device import Device
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
-from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.term_sum import Acting
-from continuair.kernels.types import Tree, device_types
 from continuair.terms.term import Term
 from continuair.vehicle.layout import COMMAND
 

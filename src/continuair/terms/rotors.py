@@ -7,14 +7,14 @@ from typing import Any, ClassVar, Self
 import numpy as np
 import warp as wp
 
-from continuair.kernels.arguments import arguments
+from continuair.device.arguments import arguments
+from continuair.device.numbers import Numbers, number_code
+from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.device import Device
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
 from continuair.kernels.logs import push_reader
-from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.term_sum import Acting
-from continuair.kernels.types import Tree, device_types, holding
 from continuair.terms.term import Stream, Term
 from continuair.vehicle.layout import COMMAND, ROTORS, observed_columns
 from continuair.vehicle.rotors import AIR_DENSITY, WASH_EDGE

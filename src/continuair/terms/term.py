@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
+from continuair.device.numbers import Numbers
+from continuair.device.types import Tree
 from continuair.errors import InputError
 from continuair.kernels.device import Device, OnDevice
-from continuair.kernels.numbers import Numbers
 from continuair.kernels.term_sum import Acting
-from continuair.kernels.types import Tree
 from continuair.vehicle.effect import Effect, numbers_of
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle

@@ -6,12 +6,12 @@ from typing import Any, ClassVar, Self
 import numpy as np
 import warp as wp
 
+from continuair.device.numbers import Numbers
+from continuair.device.types import Tree, device_types
 from continuair.kernels.device import Device
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
-from continuair.kernels.numbers import Numbers
 from continuair.kernels.term_sum import Acting
-from continuair.kernels.types import Tree, device_types
 from continuair.kernels.wind import wind_code
 from continuair.terms.term import Term
 from continuair.vehicle.runs import per_run

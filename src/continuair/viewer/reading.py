@@ -12,7 +12,7 @@ import xarray as xr
 from continuair.errors import InputError, nearest
 from continuair.files import printed
 from continuair.flight.reading import opened, vehicle_of
-from continuair.report.contents import Contents, read
+from continuair.studies.contents import Contents, read
 from continuair.vehicle.vehicle import Vehicle
 
 _OF_MODELS = ("coupled", "decoupled")

@@ -16,10 +16,10 @@ from typing import Any
 
 import warp as wp
 
+from continuair.device.numbers import Numbers
+from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.arm.joint import joint_code
 from continuair.kernels.arm.rigid import rigid_code
-from continuair.kernels.numbers import Numbers
-from continuair.kernels.types import Tree, device_types, holding
 from continuair.sections.kind import carried_type, section_types
 
 

@@ -13,10 +13,10 @@ from typing import Any
 
 import warp as wp
 
+from continuair.device.numbers import Numbers
+from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.arm.chain import chain_code, total_types
 from continuair.kernels.flight import flight_code
-from continuair.kernels.numbers import Numbers
-from continuair.kernels.types import Tree, device_types, holding
 
 FEEDFORWARD = ("none", "weight", "reaction")
 """What may be fed forward: each holds those before it."""

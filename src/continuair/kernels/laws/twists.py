@@ -14,12 +14,12 @@ from typing import Any
 
 import warp as wp
 
+from continuair.device.types import device_types
 from continuair.kernels.flight import flight_code
 from continuair.kernels.laws.definite import definite_code
 from continuair.kernels.laws.feeding import FEEDFORWARD
 from continuair.kernels.laws.flight import cascade_parts, steering
 from continuair.kernels.sensing.sense import LawCode
-from continuair.kernels.types import device_types
 
 _SINGULAR = 1e-6
 """μ², below which directions that ζ does not move are given up."""

@@ -10,10 +10,10 @@ from typing import Any
 
 import warp as wp
 
+from continuair.device.elementary import elementary_code
+from continuair.device.numbers import Numbers, number_code
+from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.arm.tip import tip_code
-from continuair.kernels.elementary import elementary_code
-from continuair.kernels.numbers import Numbers, number_code
-from continuair.kernels.types import Tree, device_types, holding
 from continuair.sections.arc.bend import bend_code
 
 

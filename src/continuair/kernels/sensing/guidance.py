@@ -6,8 +6,8 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.numbers import Numbers, number_code
-from continuair.kernels.types import Tree, device_types, holding
+from continuair.device.numbers import Numbers, number_code
+from continuair.device.types import Tree, device_types, holding
 from continuair.vehicle.layout import setpoint_columns
 
 POSITION_NOISE, VELOCITY_NOISE, ATTITUDE_NOISE, GYRO_NOISE = range(4)

@@ -10,13 +10,13 @@ from typing import Any
 
 import warp as wp
 
+from continuair.device.numbers import Numbers, number_code
+from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.flight import flight_code
-from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.belief import belief_code
 from continuair.kernels.sensing.guidance import guidance_code
 from continuair.kernels.sensing.pilot import PilotCode, decision_of, law_pilot
 from continuair.kernels.sensing.sense import law_code
-from continuair.kernels.types import Tree, device_types, holding
 
 
 def guided_pilot(

@@ -12,12 +12,12 @@ from typing import Any
 
 import warp as wp
 
+from continuair.device.numbers import Numbers, number_code
+from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.flight import flight_code
-from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.belief import belief_code
 from continuair.kernels.sensing.eye import eye_code
 from continuair.kernels.sensing.sense import law_code
-from continuair.kernels.types import Tree, device_types, holding
 from continuair.vehicle.layout import MOTION, frame_columns, summed_columns
 
 _NEAR = 0.1

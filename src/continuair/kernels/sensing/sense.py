@@ -12,12 +12,12 @@ from typing import Any
 
 import warp as wp
 
+from continuair.device.elementary import elementary_code
+from continuair.device.numbers import Numbers, number_code
+from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.arm.chain import chain_code
-from continuair.kernels.elementary import elementary_code
 from continuair.kernels.flight import flight_code
-from continuair.kernels.numbers import Numbers, number_code
 from continuair.kernels.sensing.eye import eye_code
-from continuair.kernels.types import Tree, device_types, holding
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from typing import Any, ClassVar
 import numpy as np
 import warp as wp
 
-from continuair.kernels.numbers import Numbers, holding
-from continuair.kernels.types import Tree, device_types
+from continuair.device.numbers import Numbers, holding
+from continuair.device.types import Tree, device_types
 from continuair.sections.arc.bend import bend_code
 from continuair.sections.arc.element import element_code
 from continuair.sections.arc.joint import joint_code

@@ -6,8 +6,8 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.numbers import Numbers, holding
-from continuair.kernels.types import Tree, device_types
+from continuair.device.numbers import Numbers, holding
+from continuair.device.types import Tree, device_types
 
 
 @dataclass(frozen=True)

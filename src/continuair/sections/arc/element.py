@@ -11,8 +11,8 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.numbers import Numbers, holding, number_code
-from continuair.kernels.types import Tree, device_types
+from continuair.device.numbers import Numbers, holding, number_code
+from continuair.device.types import Tree, device_types
 from continuair.sections.arc.moments import MOMENTS, TERMS
 from continuair.sections.kind import section_types
 from continuair.vehicle.arc import COORDINATES

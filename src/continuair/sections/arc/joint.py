@@ -10,8 +10,8 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.numbers import Numbers, holding
-from continuair.kernels.types import FULL_LENGTH, Tree, device_types
+from continuair.device.numbers import Numbers, holding
+from continuair.device.types import FULL_LENGTH, Tree, device_types
 from continuair.sections.arc.element import element_code
 from continuair.sections.arc.moments import MOMENTS
 from continuair.sections.kind import section_types

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from continuair.kernels.types import FULL_LENGTH
+from continuair.device.types import FULL_LENGTH
 
 MOMENTS = ("alpha", "beta", "P", "Q", "S", "KP", "KQ", "KW", "NP", "ND", "A", "Gamma")
 """Functions of an arc, in the order in which device code reads them: ten moments about its own

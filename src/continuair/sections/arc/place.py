@@ -11,9 +11,9 @@ from typing import Any
 
 import warp as wp
 
-from continuair.kernels.elementary import elementary_code
-from continuair.kernels.numbers import Numbers, holding
-from continuair.kernels.types import FULL_LENGTH, Tree, device_types
+from continuair.device.elementary import elementary_code
+from continuair.device.numbers import Numbers, holding
+from continuair.device.types import FULL_LENGTH, Tree, device_types
 
 
 @dataclass(frozen=True)

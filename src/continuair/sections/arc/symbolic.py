@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from casadi import DM, SX
 
-from continuair.kernels.types import FULL_LENGTH, MAX_BEND_ANGLE
+from continuair.device.types import FULL_LENGTH, MAX_BEND_ANGLE
 from continuair.sections.arc.moments import MOMENTS, length_unit
 from continuair.sections.symbolic import Frame
 from continuair.vehicle.section import Section

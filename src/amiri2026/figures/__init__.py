@@ -1,0 +1,1 @@
+"""Figures of the paper's studies: each reads results and datasets, and simulates nothing."""

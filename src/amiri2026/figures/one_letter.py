@@ -1,0 +1,136 @@
+"""‖q̇‖ and DS of one letter over time, in the form of Figs. 5 and 6 of Amiri et al.
+
+Datasets hold the flights of one letter, leading dimension `model`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from continuair.analysis import TRANSIENT, joint_speed, norm_difference, regular_speed, samples
+from continuair.figures import curves, style
+from continuair.figures.style import short
+from continuair.kernels import REFERENCE
+
+Array = NDArray[np.float64]
+
+_SPIKES = (
+    "ψ̇a is the bend's rate across its direction over κ: it grows without bound as the bend passes "
+    "zero. Mixed units."
+)
+
+_ROUNDING = 1e-12
+"""Bend [1/m] below which its direction is rounding."""
+
+
+def speed_of(flights: xr.Dataset, subtitle: str = "") -> Figure:
+    """Return ‖q̇‖ as the paper defines it, and beside it a norm of regular rates, over time.
+
+    ‖q̇‖ holds Euler rates and polar bend rates, ψ̇a among them (`joint_speed`); the regular norm the
+    velocity, the angular velocity and the rate of the bend vector (`regular_speed`).
+    """
+    with style.applied():
+        figure = style.new_figure(height=2.2)
+        left, right = figure.subplots(1, 2, sharey=True)
+        draw = curves.band if curves.noisy(flights) else curves.line
+        for model in flights["model"].to_numpy():
+            flight = flights.sel(model=model)
+            draw(left, flight, joint_speed(flight), model)
+            draw(right, flight, regular_speed(flight), model)
+        left.set_title(r"$\Vert\dot q\Vert$ of the paper's q, with $\dot\psi_a$", loc="left")
+        right.set_title("velocity, angular velocity, bend rate", loc="left")
+        for axes in (left, right):
+            axes.set_xlabel("time [s]")
+        curves.logarithmic([left, right])
+        left.set_ylabel("norm [mixed units]")
+        text = f"{subtitle} Letter {flights['letter'].item()}. {_SPIKES}"
+        if curves.noisy(flights):
+            text += f" {curves.BAND}"
+        handles = style.model_handles(left)
+        style.head(figure, _peaks(flights), text, curves.doubts(flights), handles)
+    return figure
+
+
+def norm_difference_of(
+    flights: xr.Dataset, subtitle: str = "", printed: dict[str, Any] | None = None
+) -> Figure:
+    """Return DS = ‖e‖_c - ‖e‖_d [px] over time, its transient and its rest apart.
+
+    Of the decoupled plant, or of the only other one. printed: the largest |DS| that the paper
+    prints, to be named in words.
+    """
+    early = flights["time"].to_numpy() <= TRANSIENT
+    others = [str(m) for m in flights["model"].to_numpy() if m != REFERENCE]
+    model = "decoupled" if "decoupled" in others else others[0]
+    flight = flights.sel(model=model)
+    ds = norm_difference(flights.sel(model=REFERENCE), flight)
+    with style.applied():
+        figure = style.new_figure(height=2.2)
+        left, right = figure.subplots(1, 2, width_ratios=[1, 1.6])
+        draw = curves.band if curves.noisy(flights) else curves.line
+        curves.line(left, flight.isel(time=early), ds[early], model)
+        draw(right, flight.isel(time=~early), ds[~early], model)
+        curves.tell_empty([left, right])
+        for axes in (left, right):
+            axes.axhline(0.0, color="#000000", lw=0.5)
+            axes.set_xlabel("time [s]")
+        left.set_ylabel(f"DS up to {TRANSIENT:g} s [px]")
+        right.set_ylabel(f"DS after {TRANSIENT:g} s [px]")
+        letter = str(flights["letter"].item())
+        text = f"{subtitle} Letter {letter}. DS = ‖e‖ coupled - ‖e‖ of the plant."
+        if curves.noisy(flights):
+            text += f" {curves.BAND}"
+        if printed:
+            text += f" The paper prints |DS| below {printed['ds_max_px']:g} px. {style.UNNAMED}"
+        finding = _ds_finding(letter, model, ds, early)
+        failed = curves.doubts(flights)
+        style.head(figure, finding, text, failed, style.model_handles(left))
+    return figure
+
+
+def _peaks(flights: xr.Dataset) -> str:
+    """How far ‖q̇‖ rises, at which bend, and how far the regular norm does."""
+    highest, bend, regular = 0.0, float("nan"), 0.0
+    if _only_the_start(flights):
+        return "The flights fail before a second sample"
+    for model in flights["model"].to_numpy():
+        flight = flights.sel(model=model)
+        speed, rate = joint_speed(flight), regular_speed(flight)
+        top = int(np.nanargmax(speed))
+        regular = max(regular, float(np.nanmax(rate)))
+        if speed[top] > highest:
+            highest = float(speed[top])
+            bend = float(np.linalg.norm(samples(flight, "bend", "bend_axis")[top]))
+    if highest == 0.0:
+        return "Nothing moves before the flights fail"
+    rounded = ", which is rounding, as ψ̇a then is" if bend < _ROUNDING else ""
+    return (
+        f"‖q̇‖ with ψ̇a peaks at {short(highest)}, at a bend of {bend:.1g} 1/m{rounded}; "
+        f"a regular norm of the same motion at {short(regular)}"
+    )
+
+
+def _only_the_start(flights: xr.Dataset) -> bool:
+    """Whether no flight has a sample after that of its start."""
+    seen = np.isfinite(flights["bend"].transpose("model", "time", ...).to_numpy()).all(-1)
+    return bool(seen.sum(-1).max() < 2)
+
+
+def _ds_finding(letter: str, model: str, ds: Array, early: NDArray[np.bool_]) -> str:
+    """The largest |DS| before and after the end of the transient."""
+    if np.isfinite(ds).sum() < 2:
+        return f"Letter {letter}, {model} plant: a flight fails before a second sample"
+    first, rest = ds[early], ds[~early]
+    first, rest = first[np.isfinite(first)], rest[np.isfinite(rest)]
+    begin = short(np.abs(first).max())
+    text = f"Letter {letter}, {model} plant: |DS| is up to {begin} px at the start"
+    if not rest.size:
+        return text
+    largest, mean = np.abs(rest).max(), rest.mean()
+    aside = f"; DS is {short(mean)} px on average" if abs(mean) > 0.1 * largest else ""
+    return f"{text}, and {short(largest)} px after {TRANSIENT:g} s{aside}"

@@ -1,0 +1,300 @@
+"""Figures of the open-loop study, from its datasets (leading dimension `model`) and results."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from amiri2026.figures import overview
+from amiri2026.figures.frames import bend_variables, frames
+from amiri2026.spectrum import STILL, Peak, dominant, spectrum
+from continuair import Vehicle, modes
+from continuair.analysis import differences as metrics_of
+from continuair.analysis import geodesic_angle, rotation_metric, samples, tip_euler
+from continuair.figures import curves, style
+from continuair.figures.style import grouped, short
+from continuair.kernels import REFERENCE
+
+Array = NDArray[np.float64]
+
+ACTS = {
+    "A": "100 N along x on the UAV",
+    "B": "free fall",
+    "C": "sinusoidal moments on the arm",
+    "D": "a turning force at the tip",
+}
+"""What acts in each test."""
+
+_ZOOM = 0.5
+"""Length of the part of a flight in which single swings can be seen [s]."""
+
+_PER_SWING = 4.0
+"""Least samples of a swing with which a spectrum tells its frequency, and no other in its place."""
+
+
+def motion(dataset: xr.Dataset, name: str = "", subtitle: str = "") -> Figure:
+    """Return what moves of the tip over time, and below it each model's difference from coupled.
+
+    Positions [m], z beyond free fall, and attitude [deg]; what does not move is named in words.
+    """
+    moving, still = _moving(_tip(dataset))
+    columns = min(3, max(1, len(moving)))
+    rows = max(1, -(-len(moving) // columns))
+    heights = ([1.4, 0.9] if _others(dataset) else [1.4]) * rows
+    with style.applied():
+        figure = style.new_figure(height=1.25 * sum(heights))
+        grid = figure.subplots(len(heights), columns, squeeze=False, height_ratios=heights)
+        for index, (label, values) in enumerate(moving.items()):
+            row, column = divmod(index, columns)
+            own = len(heights) // rows
+            _curves(grid[row * own : (row + 1) * own, column], dataset, label, values)
+        for axes in grid.flat:
+            axes.set_axis_on() if axes.has_data() else axes.set_axis_off()
+        _finish(figure, grid[0, 0], f"{name}: {_moved(dataset, moving)}", dataset, subtitle, still)
+    return figure
+
+
+def bending(dataset: xr.Dataset, name: str = "", subtitle: str = "", swing: float = 0.0) -> Figure:
+    """Return the bend over the first 0.5 s [1/m], and the amplitudes of its frequencies.
+
+    swing: the arm's frequency in free fall [Hz], for which samples may be too coarse: then there
+    are no amplitudes, and the title says so.
+    """
+    bends = {
+        f"bend $k_{axis}$ [1/m]": {
+            model: samples(flight, "bend", "bend_axis")[:, i] for model, flight in _each(dataset)
+        }
+        for i, axis in enumerate("xy")
+    }
+    moving, still = _moving(bends)
+    interval = float(dataset["time"][1] - dataset["time"][0])
+    told = _PER_SWING * swing * interval <= 1.0
+    with style.applied():
+        figure = style.new_figure(height=2.2)
+        panels = figure.subplots(1, len(moving) + told, squeeze=False)[0]
+        for axes, (label, values) in zip(panels, moving.items(), strict=False):
+            for model, flight in _each(dataset):
+                shown = flight["time"].to_numpy() <= _ZOOM
+                curves.line(axes, flight.isel(time=shown), values[model][shown], model)
+            axes.set(xlim=(0.0, _ZOOM), xlabel=f"time, first {_ZOOM:g} s [s]", ylabel=label)
+        finding = f"samples {1e3 * interval:g} ms apart do not tell swings of {short(swing)} Hz"
+        if told:
+            finding = _spectra(panels[-1], dataset)
+        _finish(figure, panels[-1], f"{name}: {finding}", dataset, subtitle, still)
+    return figure
+
+
+def _spectra(axes: Any, dataset: xr.Dataset) -> str:
+    """Draw the spectra of the bend, and tell of their peaks."""
+    found = {model: _spectrum(axes, flight, model) for model, flight in _each(dataset)}
+    axes.set(xlabel="frequency [Hz]", ylabel="amplitude of the bend [1/m]")
+    axes.set_xlim(0.0, _highest(axes, found))
+    axes.set_ylim(0.0, 1.15 * axes.get_ylim()[1])
+    return spectral_peaks(found)
+
+
+def differences(dataset: xr.Dataset, name: str = "", subtitle: str = "") -> Figure:
+    """Return distance [m] and geodesic angle [deg] of the tip from the coupled one over time."""
+    with style.applied():
+        figure = style.new_figure(height=2.2)
+        left, right = figure.subplots(1, 2, sharex=True)
+        coupled = dataset.sel(model=REFERENCE)
+        found = {}
+        for model in _others(dataset):
+            flight = dataset.sel(model=model)
+            distance, angle = _apart(coupled, flight)
+            curves.line(left, flight, distance, model)
+            curves.line(right, flight, np.degrees(angle), model)
+            if np.isfinite(distance).any():
+                far, turned = np.nanmax(distance), np.degrees(np.nanmax(angle))
+                found[model] = f"by up to {short(far)} m and {short(turned)}°"
+        left.set_ylabel("tip distance from coupled [m]")
+        right.set_ylabel("tip angle from coupled [deg]")
+        for axes in (left, right):
+            axes.set_xlabel("time [s]")
+            axes.set_ylim(bottom=0)
+        finding = f"the tip errs {grouped(found)}" if found else "nothing can be compared"
+        _finish(figure, left, f"{name}: {finding}", dataset, subtitle)
+    return figure
+
+
+def write(
+    results: dict[str, Any], datasets: dict[str, xr.Dataset], file: Callable[[str], Path]
+) -> None:
+    """Write all figures of the study as PNG, SVG and PDF; `file` gives the path of a name."""
+    vehicle, drawn = style.plain(results["vehicle"]["name"]), Vehicle(**results["vehicle"])
+    swing = float(modes(drawn, gravity=0.0).frequencies.max()) / (2.0 * np.pi)
+    for letter, dataset in datasets.items():
+        name, acts = f"Test {letter}", f"Vehicle {vehicle}, Test {letter}: {ACTS[letter]}."
+        subtitle = " ".join([acts, *_unconverged(results["tests"][letter])])
+        style.save(motion(dataset, name, subtitle), f"test_{letter}_motion", file)
+        style.save(bending(dataset, name, subtitle, swing), f"test_{letter}_bending", file)
+        if _others(dataset):
+            style.save(differences(dataset, name, subtitle), f"test_{letter}_differences", file)
+    if any(model != REFERENCE for model in next(iter(results["tests"].values()))):
+        style.save(overview.bars(results), "overview", file)
+        style.save(overview.table(results), "table", file)
+    style.save(bend_variables(drawn), "bend_variables", file)
+    style.save(frames(drawn), "frames", file)
+
+
+def spectral_peaks(peaks: dict[str, Peak | None]) -> str:
+    """Return where the spectrum of each model has a clear peak, in words; None is none, as of
+    less than two cycles."""
+    words = {
+        model: f"at {short(peak.hz)} Hz" if peak else "nowhere clearly"
+        for model, peak in peaks.items()
+    }
+    return f"the bend's spectrum peaks {grouped(words)}"
+
+
+def _unconverged(entries: dict[str, dict[str, Any]]) -> list[str]:
+    """A sentence on models whose flights have not converged; those that ended early are told of."""
+    names = [name for name, each in entries.items() if not each["converged"] and not each["status"]]
+    return [f"Not converged: {', '.join(names)}."] if names else []
+
+
+def _tip(dataset: xr.Dataset) -> dict[str, dict[str, Array]]:
+    """Label -> model -> values (time,) of the tip's position and attitude."""
+    found: dict[str, dict[str, Array]] = {}
+    fall = 0.5 * float(dataset.attrs["gravity"]) * dataset["time"].to_numpy() ** 2
+    for model, flight in _each(dataset):
+        x, y, z = samples(flight, "tip_position", "axis").T
+        roll, pitch, yaw = np.degrees(tip_euler(flight)).T
+        values = {"tip x [m]": x, "tip y [m]": y, "tip z beyond\nfree fall [m]": z - z[0] + fall}
+        values |= {"tip roll [deg]": roll, "tip pitch [deg]": pitch, "tip yaw [deg]": yaw}
+        for label, series in values.items():
+            found.setdefault(label, {})[model] = series
+    return found
+
+
+def _each(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
+    """Models and their flights."""
+    return [(str(model), dataset.sel(model=model)) for model in dataset["model"].to_numpy()]
+
+
+def _others(dataset: xr.Dataset) -> list[str]:
+    return [model for model, _ in _each(dataset) if model != REFERENCE]
+
+
+def _moving(
+    quantities: dict[str, dict[str, Array]],
+) -> tuple[dict[str, dict[str, Array]], str]:
+    """The quantities that change in any model's flight, and a sentence on the others."""
+    moving, still = {}, []
+    for label, values in quantities.items():
+        if any(np.nanmax(v) - np.nanmin(v) > STILL for v in values.values()):
+            moving[label] = values
+        else:
+            name, unit = label.replace("\n", " ").split(" [")
+            first = float(next(iter(values.values()))[0])
+            still.append(f"{name} {0.0 if abs(first) < STILL else first:.3g} {unit.split(']')[0]}")
+    return moving, f"Stays at one value: {', '.join(still)}." if still else ""
+
+
+def _curves(panels: Any, dataset: xr.Dataset, label: str, values: dict[str, Array]) -> None:
+    """A quantity of all models in the first panel, and differences from coupled in the second."""
+    if len(panels) > 1:
+        panels[1].sharex(panels[0])  # whose times are those of the panel above, too
+    for model, flight in _each(dataset):
+        curves.line(panels[0], flight, values[model], model)
+        if model != REFERENCE:
+            curves.line(panels[1], flight, values[model] - values[REFERENCE], model)
+    panels[0].set_ylabel(label)
+    if len(panels) > 1:
+        panels[0].tick_params(labelbottom=False)
+        panels[1].set_ylabel("minus coupled")
+        panels[1].axhline(0.0, color=style.MODELS[REFERENCE]["color"], lw=0.6)
+    panels[-1].set_xlabel("time [s]")
+
+
+def _spectrum(axes: Any, flight: xr.Dataset, model: str) -> Peak | None:
+    """Draw a spectrum up to where its flight ends, with its peak marked; return a clear peak."""
+    time, bend = flight["time"].to_numpy(), samples(flight, "bend", "bend_axis")
+    flown = np.isfinite(bend).all(-1)
+    if flown.sum() < 3:
+        return None
+    time, bend = time[flown], bend[flown]
+    hz, amplitudes = spectrum(time, bend)
+    axes.plot(hz, amplitudes, label=model, **style.MODELS[model])
+    peak = dominant(time, bend)
+    if peak:
+        colour = style.MODELS[model]["color"]
+        axes.plot(peak.hz, amplitudes.max(), "o", ms=3.5, color=colour)
+        # To either side, since the two simpler models often agree.
+        side = {"xytext": (-4, 3), "ha": "right"} if model == "decoupled" else {"xytext": (4, 3)}
+        words = {"textcoords": "offset points", "fontsize": 7, "color": colour} | side
+        axes.annotate(f"{short(peak.hz)} Hz", (peak.hz, amplitudes.max()), **words)
+    return peak
+
+
+def _highest(axes: Any, peaks: dict[str, Peak | None]) -> float:
+    """Where to end an axis of frequencies [Hz]: beyond clear peaks, and all largest amplitudes."""
+    drawn = [line.get_xydata() for line in axes.lines]
+    largest = [float(each[each[:, 1].argmax(), 0]) for each in drawn]
+    clear = max((peak.hz for peak in peaks.values() if peak), default=25.0)
+    return 1.6 * max([clear, *largest])
+
+
+def _moved(dataset: xr.Dataset, moving: dict[str, dict[str, Array]]) -> str:
+    """Where the decoupled tip, or another's, differs most, or how far the coupled one's goes."""
+    others = _others(dataset)
+    model = "decoupled" if "decoupled" in others else (others or [REFERENCE])[0]
+    texts = []
+    for unit in ("m", "deg"):
+        sizes = {}
+        for label, values in moving.items():
+            start = values[REFERENCE] if others else values[REFERENCE][0]
+            size = np.abs(values[model] - start)
+            if f"[{unit}]" in label and np.isfinite(size).any():
+                sizes[label.split(" [")[0]] = float(np.nanmax(size))
+        if unit == "deg" and others and not _followed(dataset, model):
+            _, angle = _apart(dataset.sel(model=REFERENCE), dataset.sel(model=model))
+            sizes = {"the tip's attitude": float(np.degrees(np.nanmax(angle)))}
+        if sizes:
+            most = max(sizes, key=sizes.__getitem__)
+            texts.append(f"{most} by up to {short(sizes[most])} {unit}")
+    if not texts:
+        return "the tip does not move beyond free fall"
+    if not others:
+        return f"coupled, {' and '.join(texts)}"
+    changed = "decoupling" if model == "decoupled" else f"the {model} model"
+    return f"{changed} changes {' and '.join(texts)}"
+
+
+def _followed(dataset: xr.Dataset, model: str) -> bool:
+    """Whether Euler angles tell the rotation between both tips."""
+    found = metrics_of(dataset.sel(model=REFERENCE), dataset.sel(model=model))
+    return bool(np.isnan(found["angle_rad"]) or rotation_metric([found]) == "rmse_r_rad")
+
+
+def _apart(coupled: xr.Dataset, flight: xr.Dataset) -> tuple[Array, Array]:
+    """Distance [m] and angle [rad] between two tips, (time,)."""
+    tips = [samples(one, "tip_position", "axis") for one in (coupled, flight)]
+    turned = [samples(one, "tip_attitude", "quaternion") for one in (coupled, flight)]
+    return np.linalg.norm(tips[1] - tips[0], axis=-1), geodesic_angle(*turned)
+
+
+def _coinciding(dataset: xr.Dataset) -> str:
+    """A sentence where the curves of the simpler models lie on top of each other."""
+    others = _others(dataset)
+    if len(others) < 2:
+        return ""
+    tips = [samples(dataset.sel(model=m), "tip_position", "axis") for m in (REFERENCE, *others)]
+    far, between = (np.abs(tips[i] - tips[-1]).max() for i in (0, 1))
+    return f"{others[0].capitalize()} and {others[1]} coincide." if between < 0.01 * far else ""
+
+
+def _finish(
+    figure: Figure, axes: Any, finding: str, dataset: xr.Dataset, subtitle: str, more: str = ""
+) -> None:
+    """Put finding, subtitle, words on failed flights and the models' legend above the panels."""
+    text = " ".join(part for part in (subtitle, more, _coinciding(dataset)) if part)
+    failed = curves.failures(dataset)
+    style.head(figure, finding.removeprefix(": "), text, failed, style.model_handles(axes))

@@ -1,0 +1,182 @@
+"""The open-loop tests A to D of Amiri et al.: how far simpler models are from the coupled one.
+
+Every flight is simulated again within a tenth of its tolerance, so that a difference between models
+can be told from an error of the integration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from amiri2026.open_loop_tests import OPEN_LOOP_TESTS, open_loop_flight
+from continuair import MODELS, Scenario, Vehicle, checks, simulate
+from continuair.analysis import (
+    RTOL,
+    SAMPLE,
+    Entries,
+    Flown,
+    compared_models,
+    differences,
+    entries_of,
+    percent,
+)
+from continuair.kernels import REFERENCE
+from continuair.progress import Progress, Steps
+from continuair.studies import by_model
+from continuair.vehicle import check_one_section, is_paper
+from continuair.warning import untold
+
+PRINTED = {
+    "A": {"nrmse_t": 0.0124, "nrmse_r": 1.0404},
+    "B": {"nrmse_t": 0.2378, "nrmse_r": 0.2751},
+    "C": {"nrmse_t": 0.3576, "nrmse_r": 0.5369},
+    "D": {"nrmse_t": 0.2464, "nrmse_r": 0.3002},
+}
+"""What Amiri et al. print for coupled against decoupled; the vehicle's parameters are not."""
+
+NOTE = (
+    "Amiri et al. print neither the vehicle's parameters nor the reading of the metric behind "
+    "their table, so no match with it is claimed."
+)
+
+KAPPA_S_FACTORS = (0.5, 2.0)
+"""Factors on the arm's kappa_s with which Test C is repeated."""
+
+
+@dataclass(frozen=True)
+class OpenLoop:
+    """Results of the study.
+
+    results: JSON-able; results["tests"][test][model] holds the metrics against the coupled run.
+    datasets: test -> trajectories of all models, leading dimension `model`.
+    """
+
+    results: dict[str, Any]
+    datasets: dict[str, xr.Dataset]
+
+
+def open_loop(
+    vehicle: Vehicle,
+    tests: Iterable[str] = OPEN_LOOP_TESTS,
+    models: Iterable[str] = MODELS,
+    *,
+    f1: float = 1.0,
+    progress: Progress | None = None,
+) -> OpenLoop:
+    """Run open-loop tests with several models and compare them with the coupled one.
+
+    tests: letters A to D, e.g. "AC". models: names; `coupled` is added as the reference. f1: what
+    Test D's chirp, of which 1 s is flown, would reach at 10 s [Hz]. progress: called with (done,
+    total, what) before each flight. Raises InputError for unknown tests or models, and for a
+    batched vehicle.
+    """
+    check_one_section(vehicle)
+    given = [str(letter).strip().upper() for letter in tests]
+    letters = sorted(checks.choices("tests", given, OPEN_LOOP_TESTS))
+    chosen = compared_models(models)
+    scenarios = {letter: open_loop_flight(vehicle, letter, f1) for letter in letters}
+    others = _other_kappa_s(vehicle) if "C" in letters else []
+    flights = _Flights(progress, chosen, len(scenarios) + len(others))
+    results: dict[str, Any] = {
+        "study": "open_loop",
+        "vehicle": vehicle.describe(),
+        "f1_hz": f1,
+        "reference": REFERENCE,
+        "printed": PRINTED if _as_printed(vehicle, letters, chosen, f1) else {},
+        "note": NOTE,
+        "rtol": RTOL,
+        "tests": {},
+        "kappa_s": [],
+    }
+    datasets = {}
+    for letter, scenario in scenarios.items():
+        flown = flights.fly(vehicle, scenario)
+        results["tests"][letter] = _entries(flown, vehicle, scenario)
+        if letter == "C":
+            results["kappa_s"] = _vary_kappa_s(others, flights, vehicle, scenario)
+        datasets[letter] = by_model(flown)
+    return OpenLoop(results, datasets)
+
+
+def _as_printed(vehicle: Vehicle, letters: Sequence[str], models: Sequence[str], f1: float) -> bool:
+    """Whether the paper's numbers, of its decoupled model and a chirp up to 1 Hz, belong here."""
+    same = "D" not in letters or f1 == 1.0
+    return is_paper(vehicle) and "decoupled" in models and same
+
+
+class _Flights:
+    """Simulates all chosen models, and tells how many of the flights are done."""
+
+    def __init__(self, progress: Progress | None, models: Sequence[str], rounds: int) -> None:
+        self.models = models
+        self._steps = Steps(progress, rounds * len(models))
+
+    @untold("error_estimate")
+    def fly(self, vehicle: Vehicle, scenario: Scenario, note: str = "") -> Flown:
+        """Trajectories of all models."""
+        flown = {}
+        for model in self.models:
+            self._steps.begin(f"{scenario.name}{note}, {model}")
+            flown[model] = simulate(
+                vehicle, scenario, model=model, sample=SAMPLE, rtol=RTOL, check=True
+            )
+        return flown
+
+
+def _entries(flown: Flown, vehicle: Vehicle, scenario: Scenario) -> Entries:
+    """Entries with the reason why a flight has not converged."""
+    entries = entries_of(flown, float(vehicle.reach))
+    for model, entry in entries.items():
+        entry["reason"] = _reason(entry, scenario, vehicle, flown[model])
+        if entries[REFERENCE]["status"] and not entry["status"]:
+            entry["reason"] = f"{REFERENCE}, which it is compared with, ended early"
+    return entries
+
+
+def _is_singular(scenario: Scenario) -> bool:
+    """Tell whether Q_psi_a acts, which is divided by the bend."""
+    return callable(scenario.tau)
+
+
+def _reason(
+    entry: dict[str, Any], scenario: Scenario, vehicle: Vehicle, dataset: xr.Dataset
+) -> str:
+    """Say why a flight has not converged; nothing if it has."""
+    if entry["converged"]:
+        return ""
+    if entry["status"]:
+        end = float(dataset["end_time"])
+        return f"the run ended at {end:g} s with status {entry['status']}"
+    text = f"its error may be {percent(entry['relative_error'])} of it"
+    if _is_singular(scenario):
+        closest = np.linalg.norm(dataset["bend"].transpose("time", ...).to_numpy(), axis=-1).min()
+        text += (
+            "; Q_psi_a is divided by the bend (by kappa_s = "
+            f"{vehicle.arm.kappa_s:g} 1/m below it) and is nearly singular where the arm passes "
+            f"straight, here at {closest:.2g} 1/m or less"
+        )
+    return text
+
+
+def _other_kappa_s(vehicle: Vehicle) -> list[float]:
+    """Thresholds kappa_s beside the arm's, below which Q_psi_a is divided by kappa_s instead."""
+    return [factor * vehicle.arm.kappa_s for factor in KAPPA_S_FACTORS if vehicle.arm.kappa_s > 0]
+
+
+def _vary_kappa_s(
+    values: Sequence[float], flights: _Flights, vehicle: Vehicle, scenario: Scenario
+) -> list[dict[str, Any]]:
+    """Metrics with other thresholds kappa_s."""
+    rows = []
+    for kappa_s in values:
+        changed = vehicle.replace({"arm.kappa_s": kappa_s})
+        varied = flights.fly(changed, scenario, f", kappa_s {kappa_s:g} 1/m")
+        # The remarks say once of each flight that it ended early.
+        metrics = {model: differences(varied[REFERENCE], varied[model]) for model in flights.models}
+        rows.append({"kappa_s": kappa_s, "models": metrics})
+    return rows

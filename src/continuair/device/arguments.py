@@ -1,0 +1,52 @@
+"""Structs of the kernels' arguments that are the same for single runs and for packs of them."""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import warp as wp
+
+from continuair.device.numbers import holding
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Structs: where runs begin, the steps that they take, and what acts on them."""
+
+    Start: Any
+    Steps: Any
+    Drive: Any
+
+
+@cache
+def arguments(precision: str) -> Arguments:
+    """The structs for one precision."""
+    Cell = getattr(wp, precision)
+
+    @wp.struct
+    class Start:
+        """states (runs, 1, state); frozen, the same or what `independent` freezes; angle (runs,
+        sections + 1), ψa of each section and the roll."""
+
+        states: wp.array3d(dtype=Cell)
+        frozen: wp.array3d(dtype=Cell)
+        angle: wp.array2d(dtype=Cell)
+
+    @wp.struct
+    class Steps:
+        """Starts and lengths of the steps, and the sample that a step ends at, or -1."""
+
+        starts: wp.array(dtype=Cell)
+        lengths: wp.array(dtype=Cell)
+        sample_after: wp.array(dtype=wp.int32)
+
+    @wp.struct
+    class Drive:
+        """What acts: inputs (rows, runs or 1, inputs), rows per step (3 or 0), groups in use."""
+
+        inputs: wp.array3d(dtype=Cell)
+        stride: wp.int32
+        groups: wp.int32
+        gravity: Cell
+
+    return holding(Arguments, locals())
