@@ -11,11 +11,11 @@ import continuair as ca
 from amiri2026.region.flights import TARGET
 from amiri2026.region.starts import RANDOM, starts
 from continuair.controllers.gain_files import Gains, load_gains
+from continuair.controllers.servoing import current_law as law
 from continuair.device.numbers import NARROW
 from continuair.engine.engine import Engine
 from continuair.engine.factory import Closing, packed_loop
 from continuair.engine.law_made import made_law
-from continuair.kernels.laws.current import law
 from continuair.scenario.tracking_task import SETTINGS, equipped, task
 from tests.closed_loop import flights
 from tests.test_errors import assert_one_plain_sentence

@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 import warp as wp
 
+from continuair.controllers.servoing import law
 from continuair.device.types import Tree
 from continuair.engine.compiling import start_warp
 from continuair.engine.factory import Closing, closed_loop, kernels, watching
 from continuair.engine.law_made import made_law
-from continuair.kernels.laws.servoing import law
 from continuair.sections import arcs
 from continuair.terms import ArmDrag, DirectPush, PaperTorques, RotorThrusts, TipWrench, UavDrag
 

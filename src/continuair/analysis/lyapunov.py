@@ -21,12 +21,12 @@ from continuair.analysis.conditions import Condition, Gains, conditions_of
 from continuair.analysis.metrics import samples
 from continuair.analysis.motion import check_turns
 from continuair.analysis.target_motion import largest_norms, norms_at
+from continuair.controllers.servoing import law
 from continuair.equations.camera import interaction_matrix, to_normalised
 from continuair.errors import InputError, shown
 from continuair.flight.labels import in_order
 from continuair.flight.provenance import model_of
 from continuair.flight.reading import BATCH_ROW
-from continuair.kernels.laws.servoing import law
 from continuair.scenario.scenarios import Scenario
 from continuair.terms import name_of, terms_of
 from continuair.vehicle.layout import FIELDS

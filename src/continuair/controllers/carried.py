@@ -1,14 +1,15 @@
 """Arms that are carried along by what pushes their vehicle: for laws of several sections."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
+import warp as wp
 
 from continuair import checks
 from continuair.controllers.inertias import bend_inertia, straight_inertia
+from continuair.kernels.sensing.sense import LawCode
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 
@@ -42,3 +43,45 @@ def _carrying(vehicle: Vehicle) -> tuple[np.ndarray, np.ndarray]:
     M = straight_inertia(vehicle)
     per_push = np.linalg.solve(M[:6, :6], M[:6, 6:]).T
     return checks.frozen(per_push), checks.frozen(bend_inertia(vehicle))
+
+
+def carrying_gains(code: LawCode) -> dict[str, Any]:
+    """What carries the arms, and its types."""
+    Real, bends = code.Real, code.bends
+    return {
+        "per_push": wp.types.matrix((bends, 6), Real),
+        "bend_inertia": wp.types.matrix((bends, bends), Real),
+        "bend_rate": Real,
+    }
+
+
+def carrying_control(code: LawCode, Gains: Any, wrench_of: Any) -> Any:
+    """The push of (sense, gains): a wrench on the camera, and what carries the arms under it."""
+    vec3, Bends, bends = code.vec3, code.Bends, code.bends
+    Sense, push, camera_push, two = code.Sense, code.push, code.camera_push, code.Real(2.0)
+    force_of, moment_of = code.force_of, code.moment_of
+
+    @wp.func
+    def carrying(sense: Sense, gains: Gains, force: vec3, moment: vec3):
+        """Moments on the bends under a push on the body, both in its axes."""
+        w = gains.bend_rate
+        out = Bends()
+        for i in range(bends):
+            for j in range(3):
+                out[i] = out[i] + gains.per_push[i, j] * force[j]
+                out[i] = out[i] + gains.per_push[i, 3 + j] * moment[j]
+            for j in range(bends):
+                back = w * (w * sense.bend[j] + two * sense.bend_rate[j])
+                out[i] = out[i] - gains.bend_inertia[i, j] * back
+        return out
+
+    @wp.func
+    def control(sense: Sense, gains: Gains):
+        frozen = camera_push(sense, wrench_of(sense, gains))
+        force = force_of(frozen)
+        moment = moment_of(frozen)
+        bend = carrying(sense, gains, wp.quat_rotate_inv(sense.attitude, force), moment)
+        tau = sense.weight + gains.spring * sense.spring
+        return tau + push(force, moment, bend - gains.posture * sense.bend_rate)
+
+    return control

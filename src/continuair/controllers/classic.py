@@ -1,13 +1,20 @@
-"""Classic image-based visual servoing with its gains; kernels/laws/classic.py writes the law."""
+"""Classic image-based visual servoing, v = λ L⁺ e, with an inner loop on the camera's twist.
 
+The inner loop is a wrench on the camera, Λ k (v - v_c), Λ the inertia that the camera feels with
+the arm frozen straight; the arm keeps its spring, and the weight is carried.
+"""
+
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import warp as wp
 
 from continuair import checks
 from continuair.controllers.controller import Controller
+from continuair.controllers.definite import definite_code
 from continuair.controllers.inertias import camera_inertia
-from continuair.kernels.laws.classic import law
+from continuair.kernels.sensing.sense import LawCode
 
 
 def classic(
@@ -26,3 +33,30 @@ def classic(
     gains = {name: np.asarray(value, float) for name, value in settings.items()}
     gains["inertia"] = camera_inertia(vehicle)
     return Controller("classic IBVS", law, gains, True, settings, asks=6)
+
+
+def law(code: LawCode) -> SimpleNamespace:
+    """The law on the device."""
+    Real, Sense, interaction = code.Real, code.Sense, code.interaction
+    camera_push, definite = code.camera_push, definite_code(code)
+    TwistGain, determined = definite.Matrix, definite.determined
+    factored, solved = definite.factored, definite.solved
+
+    @wp.struct
+    class Gains:
+        inertia: TwistGain
+        rate: Real
+        inner: Real
+        feed_forward: Real
+
+    @wp.func
+    def control(sense: Sense, gains: Gains):
+        L = interaction(sense.sight)
+        e = wp.cw_mul(sense.sight.seen, sense.desired - sense.sight.image)
+        H = factored(determined(wp.transpose(L) * L))
+        v = gains.rate * solved(H, wp.transpose(L) * e)
+        v += gains.feed_forward * sense.target_twist
+        wrench = gains.inertia * (gains.inner * (v - sense.camera_twist))
+        return sense.weight + camera_push(sense, wrench)
+
+    return SimpleNamespace(Gains=Gains, control=control)

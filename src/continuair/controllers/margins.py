@@ -31,7 +31,7 @@ them, as its phase turns by, is missed."""
 class LinearLoop:
     """A flight controller around a hovering vehicle.
 
-    gains: of kernels/laws/flight.py by name; feedforward: one of FEEDFORWARD; lag: of the rotors.
+    gains: of controllers/flight.py by name; feedforward: one of FEEDFORWARD; lag: of the rotors.
     """
 
     def __init__(

@@ -1,17 +1,25 @@
-"""The paper's law, DPD-SM-IBVS, with its gains and choices; kernels/laws/servoing.py writes it."""
+"""DPD-SM-IBVS, the paper's law, Eqs. (15) and (16): τ = G + J_Lᵀ (K_p e_a - K_d J_L q̇).
+
+e_a = C_d ė + C_p e + C_s tanh(e/σ), e = s_d - s, ė = -L (v_c - v_t), J_L = L J_c. The image is in
+normalised coordinates, L at the image and the depths that the camera reports, v_t the target's
+true twist in camera axes. Where the paper prints T_a⁻¹ in J_L, the rotation into camera axes
+belongs. Named choices, with what is printed last: damping "camera" (on J_L q̇ = L v_c, printed) or
+"feature" (on -ė); feed_forward False or True (printed); compensation "gravity_only" or "literal".
+"""
 
 from collections.abc import Mapping
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import warp as wp
 
 from continuair import checks
-from continuair.controllers.carried import Carried
+from continuair.controllers.carried import Carried, carrying_control, carrying_gains
 from continuair.controllers.controller import Controller, definite, gain_matrix, over_runs
-from continuair.controllers.current import CurrentGains
+from continuair.controllers.current import CurrentGains, current_fields, current_wrench
 from continuair.errors import InputError, shown
-from continuair.kernels.laws import carried, current
-from continuair.kernels.laws.servoing import law
+from continuair.kernels.sensing.sense import LawCode, gains_of
 
 _MOST_POINTS = 100
 
@@ -75,7 +83,7 @@ def servoing(
         "posture": settings["posture_damping"],
     }
     name = "DPD-SM-IBVS, current gains" if follow else "DPD-SM-IBVS"
-    laws = (current.law, current.carrying_law) if follow else (law, carried.law)
+    laws = (current_law, carrying_current_law) if follow else (law, carrying_law)
     if arms is not None:
         name, gains = f"{name}, arms carried", gains | _carrying(arms)
         settings["bend_rate"] = arms.rate
@@ -125,3 +133,81 @@ def servoings(
     )
     damped = {"posture": posture_damping}, {"posture_damping": posture_damping}
     return over_runs(first, own | damped[0], own | damped[1])
+
+
+def law(code: LawCode) -> SimpleNamespace:
+    """The law on the device."""
+    Gains = gains_of(constant_gains(code) | choices(code))
+    return SimpleNamespace(
+        Gains=Gains, control=camera_control(code, Gains, camera_wrench(code, Gains))
+    )
+
+
+def carrying_law(code: LawCode) -> SimpleNamespace:
+    """The same on a vehicle whose arms are carried along, ours and not the paper's."""
+    Gains = gains_of(constant_gains(code) | choices(code) | carrying_gains(code))
+    return SimpleNamespace(
+        Gains=Gains, control=carrying_control(code, Gains, camera_wrench(code, Gains))
+    )
+
+
+def current_law(code: LawCode) -> SimpleNamespace:
+    """The law with gains that follow the image of now."""
+    Gains = gains_of(current_fields(code) | choices(code))
+    return SimpleNamespace(
+        Gains=Gains, control=camera_control(code, Gains, current_wrench(code, Gains))
+    )
+
+
+def carrying_current_law(code: LawCode) -> SimpleNamespace:
+    """The same on a vehicle whose arms are carried along."""
+    Gains = gains_of(current_fields(code) | choices(code) | carrying_gains(code))
+    return SimpleNamespace(
+        Gains=Gains, control=carrying_control(code, Gains, current_wrench(code, Gains))
+    )
+
+
+def constant_gains(code: LawCode) -> dict[str, Any]:
+    """The law's gains and their types."""
+    return dict.fromkeys(("Kp", "Kd", "Cp", "Cd", "Cs"), code.ImageGain)
+
+
+def choices(code: LawCode) -> dict[str, Any]:
+    """What else it is given, whatever its gains: σ, named choices and a damping of the posture."""
+    names = ("sigma", "feed_forward", "on_feature_rate", "spring", "posture")
+    return dict.fromkeys(names, code.Real)
+
+
+def camera_control(code: LawCode, Gains: Any, wrench_of: Any) -> Any:
+    """The push of (sense, gains): weight, spring, what a wrench on the camera does, and damping."""
+    Sense, push, camera_push, vec3 = code.Sense, code.push, code.camera_push, code.vec3
+
+    @wp.func
+    def control(sense: Sense, gains: Gains):
+        tau = sense.weight + gains.spring * sense.spring
+        tau += camera_push(sense, wrench_of(sense, gains))
+        return tau + push(vec3(), vec3(), -gains.posture * sense.bend_rate)
+
+    return control
+
+
+def camera_wrench(code: LawCode, Gains: Any) -> Any:
+    """Lᵀ (K_p e_a - K_d L v_c), the law's wrench on the camera, as a function of (sense, gains)."""
+    Image, Sense, interaction = code.Image, code.Sense, code.interaction
+    rows, tanh = 2 * code.points, code.tanh
+
+    @wp.func
+    def wrench_of(sense: Sense, gains: Gains):
+        L = interaction(sense.sight)
+        e = wp.cw_mul(sense.sight.seen, sense.desired - sense.sight.image)
+        target_rate = L * sense.target_twist
+        camera_rate = L * sense.camera_twist
+        e_dot = gains.feed_forward * target_rate - camera_rate
+        sliding = Image()
+        for i in range(rows):
+            sliding[i] = tanh(e[i] / gains.sigma)
+        e_a = gains.Cd * e_dot + gains.Cp * e + gains.Cs * sliding
+        damped = camera_rate - gains.on_feature_rate * target_rate
+        return wp.transpose(L) * (gains.Kp * e_a - gains.Kd * damped)
+
+    return wrench_of

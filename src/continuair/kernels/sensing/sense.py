@@ -151,3 +151,8 @@ def law_code(numbers: Numbers, tree: Tree, points: int) -> LawCode:
         return push_of_camera(sense.state, sense.view, sense.plant, sense.camera, wrench)
 
     return holding(LawCode, locals())
+
+
+def gains_of(fields: dict[str, Any]) -> Any:
+    """Gains, a struct of fields by name."""
+    return wp.struct(type("Gains", (), {"__annotations__": fields}))
