@@ -19,6 +19,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import amiri2026.open_loop.study as study
+import continuair
 import continuair.cli as cli
 from amiri2026.figures import open_loop as figures
 from continuair.cli.application import Reporting
@@ -30,7 +31,7 @@ from continuair.kernels.step import STEP_LIMIT
 from continuair.studies.tables import number
 from tests.synthetic import flight
 
-PAPER_TOML = Path(study.__file__).parents[2].joinpath("presets/paper.toml").read_text("utf-8")
+PAPER_TOML = Path(continuair.__file__).parent.joinpath("presets/paper.toml").read_text("utf-8")
 
 
 @pytest.fixture(autouse=True)
@@ -170,7 +171,7 @@ def test_ctrl_c_while_anything_loads_is_told_without_a_traceback(module: str) ->
         "main()\n"
     )
     # The package that is tested, whichever is installed.
-    environment = os.environ | {"PYTHONPATH": str(Path(study.__file__).parents[3])}
+    environment = os.environ | {"PYTHONPATH": str(Path(continuair.__file__).parents[1])}
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, env=environment
     )
@@ -182,7 +183,7 @@ def test_ctrl_c_while_anything_loads_is_told_without_a_traceback(module: str) ->
 def command(*arguments: str, before: str = "", **options: Any) -> subprocess.CompletedProcess[str]:
     """The command in a process of its own, after some code; the package that is tested."""
     code = f"import sys; {before}\nfrom continuair.__main__ import main\nmain()"
-    environment = os.environ | {"PYTHONPATH": str(Path(study.__file__).parents[3])}
+    environment = os.environ | {"PYTHONPATH": str(Path(continuair.__file__).parents[1])}
     environment |= options.pop("env", {})
     run = [sys.executable, "-c", code, *arguments]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
@@ -195,7 +196,7 @@ def test_ctrl_c_before_anything_else_loads_is_told_without_a_traceback() -> None
         "import io, os, sys; before = set(sys.modules); import continuair.__main__;"
         "print(sorted({name.split('.')[0] for name in set(sys.modules) - before}))"
     )
-    environment = os.environ | {"PYTHONPATH": str(Path(study.__file__).parents[3])}
+    environment = os.environ | {"PYTHONPATH": str(Path(continuair.__file__).parents[1])}
     # Without site, which loads much of its own.
     asked = [sys.executable, "-S", "-c", listing]
     done = subprocess.run(asked, capture_output=True, text=True, env=environment, check=True)

@@ -47,7 +47,7 @@ def test_the_package_imports_nothing_that_it_does_not_declare() -> None:
     groups = [extras[name] for name in extras.keys() - NOT_OF_USERS]
     declared = {canonical(each) for each in sum(groups, PROJECT["dependencies"])}
     known = {module for name in declared for module in modules_of(name)}
-    known |= sys.stdlib_module_names | {"continuair", "_signal"}
+    known |= sys.stdlib_module_names | {"continuair", "amiri2026", "_signal"}
     missing = set()
     for path in (ROOT / "src").rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
@@ -117,7 +117,8 @@ def test_the_wheel_holds_the_package_with_its_data_and_nothing_else(
     source = ROOT / "src"
     ours = {
         path.relative_to(source).as_posix()
-        for path in (source / "continuair").rglob("*")
+        for package in ("continuair", "amiri2026")
+        for path in (source / package).rglob("*")
         if path.is_file() and "__pycache__" not in path.parts
     }
     assert {name for name in names if ".dist-info/" not in name} == ours

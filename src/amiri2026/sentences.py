@@ -58,5 +58,5 @@ MERGED = {
 @functools.cache
 def sentences() -> dict[str, Sentence]:
     """Return the sentences by id, in the order of the paper."""
-    text = resources.files("continuair.studies").joinpath("sentences.toml").read_text("utf-8")
+    text = resources.files("amiri2026").joinpath("sentences.toml").read_text("utf-8")
     return {row["id"]: Sentence(**row) for row in tomllib.loads(text)["sentence"]}

@@ -4,6 +4,7 @@ from continuair import lazy
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from continuair.cli.commands import app as app
     from continuair.cli.completion import complete_gains as complete_gains
     from continuair.cli.options import JsonOption as JsonOption
     from continuair.cli.options import OutOption as OutOption
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 __getattr__, __dir__, __all__ = lazy.names(
     __name__,
     {
+        "commands": ("app",),
         "completion": ("complete_gains",),
         "options": (
             "JsonOption",
