@@ -17,6 +17,7 @@ from continuair.flight.time_grid import Grid, call_times
 from continuair.flight.trajectory import OBSERVED_VARIABLES, Recorder
 from continuair.kernels.step import OK
 from continuair.scenario.wrench import FlightState, Wrench
+from continuair.vehicle.coordinates import branches_in
 from continuair.vehicle.layout import Layout
 from continuair.warning import warn
 
@@ -80,7 +81,7 @@ class _Pieces:
             ends = logs.log[:, -1]
             states[going] = ends[going, : layout.state]
             angle = np.array(start.angle)
-            angle[going] = np.hstack([ends[:, layout.branch][:, 1::2], ends[:, layout.roll]])[going]
+            angle[going] = branches_in(ends[going], layout)
             start = Start(states, angle, frozen=first.states)
         observed = None
         if observe:

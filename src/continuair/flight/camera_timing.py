@@ -73,8 +73,8 @@ def check_view(engine: Engine, scenario: Scenario, start: Start) -> None:
     layout, corners = engine.layout, scenario.targets[0].points
     log = np.zeros((len(start.states), 1, layout.log))
     log[:, 0, : layout.state] = start.states
-    angles_of_branch(log[:, 0, layout.branch])[:] = start.angle[:, :-1]
-    log[:, 0, layout.roll] = start.angle[:, -1:]
+    angles_of_branch(log[:, 0, layout.branch])[:] = start.angle[:, : layout.sections]
+    log[:, 0, layout.euler] = start.angle[:, layout.sections :]
     watched = watch(engine, log, corners, motion_of(scenario, np.zeros(1)))[:, 0]
     columns = watched_columns(len(corners))
     image, depth, seen = (watched[:, columns[name]] for name in ("image", "depth", "in_view"))

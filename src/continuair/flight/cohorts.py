@@ -76,8 +76,8 @@ class Flight:
     runs: how many; batched: whether results have a dimension for them. start: of all runs; steps:
     of each run (runs,) [s], NaN where they follow from their errors; marks: times that steps end
     at. coupled: an engine of that model, which others share what they can with. method: "Tsit5",
-    "RK4" or "implicit"; tolerance: of steps that follow from their errors; lost: times near which
-    samples did not follow the Euler angles of q [s]; kept_inputs: by the runs that they act on.
+    "RK4" or "implicit"; tolerance: of steps that follow from their errors; kept_inputs: by the
+    runs that they act on.
     """
 
     vehicle: Vehicle
@@ -92,7 +92,6 @@ class Flight:
     coupled: Engine
     method: str
     tolerance: Tolerance | None = None
-    lost: list[float] = field(default_factory=list)
     kept_inputs: dict[bytes, Inputs] = field(default_factory=dict)
     _sampled: dict[tuple[bytes, bytes], Drive] = field(default_factory=dict)
     _engines: dict[tuple[str, str], Engine] = field(default_factory=dict)

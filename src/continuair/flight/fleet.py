@@ -15,8 +15,7 @@ from continuair.flight.time_grid import grid_of
 from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import OK
 from continuair.scenario.scenarios import Scenario
-from continuair.vehicle.arc import angles_of_branch
-from continuair.vehicle.coordinates import branches_of, state_from_paper
+from continuair.vehicle.coordinates import branches_in, branches_of, state_from_paper
 from continuair.vehicle.layout import FIELDS
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
@@ -95,8 +94,7 @@ class Fleet:
         going = self.status == OK
         self.states[going] = last[going, : layout.state]
         self._follow_at_once(table[0, :, layout.of_input["rotor_command"]], going & self._prompt)
-        branches = np.hstack([angles_of_branch(last[:, layout.branch]), last[:, layout.roll]])
-        self._angles[going] = branches[going]
+        self._angles[going] = branches_in(last[going], layout)
 
     def _follow_at_once(self, commands: Array, which: Array) -> None:
         """Set the speeds of rotors without lag, which nothing integrates, to what is commanded."""

@@ -26,8 +26,7 @@ from continuair.flight.trajectory import WATCHED_VARIABLES, Recorder, default_va
 from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import OK, STATUS
 from continuair.scenario.scenarios import Scenario
-from continuair.vehicle.arc import angles_of_branch
-from continuair.vehicle.coordinates import nearest_euler, paper_rates
+from continuair.vehicle.coordinates import branches_in, euler_on_branch, paper_rates
 from continuair.vehicle.layout import FIELDS, watched_columns
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
@@ -106,9 +105,8 @@ class Simulation:
         row = np.zeros(layout.log)
         row[: layout.state] = self._flight.start.states[0]
         row[layout.branch] = np.atleast_2d(scenario.q)[0, 6:]
-        row[layout.roll] = np.atleast_2d(scenario.q)[0, 3]
+        row[layout.euler] = np.atleast_2d(scenario.q)[0, 3:6]
         self._rows, self._pushes, self._groups = [row], [np.zeros(layout.inputs)], 0
-        self._euler = nearest_euler(row[layout.attitude], np.zeros(3), row[layout.roll][0])
         self._given: set[str] = set()
 
     def __copy__(self) -> Simulation:
@@ -150,7 +148,8 @@ class Simulation:
     def q(self) -> Array:
         """The paper's coordinates (8,) [m, rad, 1/m, rad], angles on continuous branches."""
         layout, row = self._engine.layout, self._rows[-1]
-        return np.concatenate([row[layout.position], self._euler, row[layout.branch]])
+        euler = euler_on_branch(row[layout.attitude], row[layout.euler])
+        return np.concatenate([row[layout.position], euler, row[layout.branch]])
 
     @property
     def qd(self) -> Array:
@@ -187,8 +186,7 @@ class Simulation:
             )
         layout, row, grid = self._engine.layout, self._rows[-1], self._grid()
         states, first = row[None, : layout.state], self._rows[0][None, : layout.state]
-        angles = np.append(angles_of_branch(row[layout.branch]), row[layout.roll])
-        start = Start(states, angles[None], frozen=first)
+        start = Start(states, branches_in(row[None], layout), frozen=first)
         self._groups |= groups_of(name for name, value in given.items() if value is not None)
         self._given |= {name for name, value in given.items() if np.any(value)}
         acting = self._drive(stage_times(grid), push)
@@ -201,8 +199,6 @@ class Simulation:
             return
         self._pushes.append(push)
         self._rows.append(logs.log[0, -1])
-        row = self._rows[-1]
-        self._euler = nearest_euler(row[layout.attitude], self._euler, row[layout.roll][0])
 
     def observe(self) -> Observation:
         """What the camera sees now; raises InputError without a target."""

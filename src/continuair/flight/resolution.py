@@ -120,15 +120,6 @@ def warn_of_overstated_angles(rmse_r_rad: ArrayLike, angle_rad: ArrayLike, stack
         )
 
 
-def warn_of_lost_coordinates(sample: float, time: float, stacklevel: int) -> None:
-    """Warn that samples [s] do not follow the Euler angles of q near a time [s]."""
-    warn(
-        f"q: roll, pitch and yaw are not followed by samples of {sample:.3g} s near t = "
-        f"{time:.3g} s; give a finer sample, or use attitude.",
-        stacklevel=stacklevel,
-    )
-
-
 def angles_unread() -> AbstractContextManager[None]:
     """For a study that reads no Euler angles: no warnings of those that samples do not follow."""
-    return untold("nrmse_r and rmse_r_rad", "q: roll, pitch and yaw")
+    return untold("nrmse_r and rmse_r_rad")

@@ -17,12 +17,11 @@ from continuair.flight.cohorts import Cohort, Flight
 from continuair.flight.labels import labels_of
 from continuair.flight.provenance import provenance_of
 from continuair.flight.reading import BATCH_ROW
-from continuair.flight.resolution import warn_of_lost_coordinates
-from continuair.flight.turns import followed_euler, in_body_axes, on_triple
 from continuair.kernels.adaptive import COUNTS, EVALUATIONS, REACHED, REJECTED, SATURATION, STEPS
 from continuair.kernels.step import OK, STATUS
 from continuair.terms import terms_of
 from continuair.vehicle.arc import followed_polar
+from continuair.vehicle.coordinates import euler_on_branch
 from continuair.vehicle.layout import (
     MOTION,
     OF_ARM,
@@ -185,12 +184,7 @@ class Recorder:
         return self._values[name]
 
     def dataset(self, provenance: dict[str, Any]) -> xr.Dataset:
-        """All that was kept; provenance: attributes beside those that follow from the flight.
-
-        Warns, of its caller's caller, if samples did not follow the Euler angles of q.
-        """
-        if self.flight.lost:
-            warn_of_lost_coordinates(self.flight.sample, min(self.flight.lost), stacklevel=4)
+        """All that was kept; provenance: attributes beside those that follow from the flight."""
         kept = {name: self._variable(name) for name in self.names}
         codes = ", ".join(f"{code} {text}" for code, text in STATUS.items())
         kept["status"] = ("run",), self.status, {"long_name": f"how the run ended: {codes}"}
@@ -313,15 +307,11 @@ def values_of(name: str, logs: Logs, flight: Flight, runs: Array) -> tuple[Array
         return (log[..., getattr(layout, name)],)
     attitude = log[..., layout.attitude]
     if name == "q":
-        spin, times = log[..., layout.angular_velocity], flight.marks.samples
-        euler, lost = followed_euler(attitude, spin, times)
-        if np.isfinite(lost):
-            flight.lost.append(lost)
-        euler = on_triple(euler, log[..., layout.roll.start])
+        euler = euler_on_branch(attitude, log[..., layout.euler])
         polar = followed_polar(log[..., layout.branch], log[..., layout.bend])
         return log[..., layout.position], euler, polar
     # The kernels integrate the velocity of B's origin in world axes.
-    return (in_body_axes(log[..., layout.velocity], attitude),)
+    return (_in_body_axes(log[..., layout.velocity], attitude),)
 
 
 def _observed(name: str, logs: Logs, flight: Flight, runs: Array) -> Array:
@@ -366,8 +356,8 @@ def in_front(image: Array, depth: Array) -> Array:
 
 
 def default_variables(vehicle: Vehicle, scenario: Any) -> tuple[str, ...]:
-    """All variables that a vehicle has in a scenario."""
-    absent: set[str] = set()
+    """All variables that a vehicle has in a scenario, but q, which is made of the others."""
+    absent = {"q"}
     if vehicle.uav.rotors is None:
         absent |= OF_ROTORS
     elif vehicle.uav.rotors.radius is None:
@@ -379,3 +369,23 @@ def default_variables(vehicle: Vehicle, scenario: Any) -> tuple[str, ...]:
     if scenario.controller is None or not scenario.targets:
         absent |= WATCHED_VARIABLES
     return tuple(name for name in VARIABLES if name not in absent)
+
+
+def _in_body_axes(vectors: Array, attitude: Array) -> Array:
+    """Vectors (..., 3) in world axes, turned back by attitudes (..., 4); NaN stays."""
+    x, y, z, w = _columns(attitude)
+    size = np.sqrt(x * x + y * y + z * z + w * w)
+    x, y, z, w = x / size, y / size, z / size, w / size
+    xx, yy, zz, ww = x * x, y * y, z * z, w * w
+    xy, xz, yz, xw, yw, zw = x * y, x * z, y * z, x * w, y * w, z * w
+    a, b, c = _columns(vectors)
+    turned = np.empty(vectors.shape)
+    turned[..., 0] = (xx - yy - zz + ww) * a + 2.0 * (xy + zw) * b + 2.0 * (xz - yw) * c
+    turned[..., 1] = 2.0 * (xy - zw) * a + (-xx + yy - zz + ww) * b + 2.0 * (yz + xw) * c
+    turned[..., 2] = 2.0 * (xz + yw) * a + 2.0 * (yz - xw) * b + (-xx - yy + zz + ww) * c
+    return turned
+
+
+def _columns(rows: Array) -> Array:
+    """The columns of rows (..., n) each by itself, which is faster to compute with."""
+    return np.array(np.moveaxis(rows, -1, 0), float, order="C")

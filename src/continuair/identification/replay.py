@@ -196,9 +196,9 @@ def _start(rows: Array, layout: Layout, speeds: Array) -> Start:
     held = rows.shape[1] - 2 * layout.coordinates
     rotors = np.repeat(speeds[:, held:], len(rows), 0)
     states = np.hstack([rows[:, :3], attitude, rows[:, 6:], rotors])
-    roll = continuous_euler(attitude[:, None])[:, 0, :1]
+    euler = continuous_euler(attitude[:, None])[:, 0]
     bends = bend_vectors(rows[:, layout.polar])
-    return Start(states, np.hstack([np.arctan2(bends[..., 1], bends[..., 0]), roll]))
+    return Start(states, np.hstack([np.arctan2(bends[..., 1], bends[..., 0]), euler]))
 
 
 def _held(recording: Recording, layout: Layout) -> Scenario:
@@ -209,7 +209,7 @@ def _held(recording: Recording, layout: Layout) -> Scenario:
     state = start.states
     q = np.hstack([state[:, layout.position], np.zeros((1, 3 + layout.bends))])
     kappa, psi = polar_of(q)
-    kappa[:], psi[:] = np.hypot(*bend_vectors(state[0, layout.bend]).T), start.angle[0, :-1]
+    kappa[:], psi[:] = np.hypot(*bend_vectors(state[0, layout.bend]).T), start.angle[0, :-3]
 
     def held(values: Array) -> Callable[[float], Array]:
         # The last row ends the flight, and is not held.

@@ -5,7 +5,6 @@ from typing import Any
 
 import warp as wp
 
-from continuair.device.elementary import elementary_code
 from continuair.device.numbers import Numbers, number_code
 from continuair.device.types import Tree, device_types
 from continuair.kernels.arm.tip import tip_code
@@ -26,12 +25,11 @@ def state_logger(numbers: Numbers, tree: Tree) -> Any:
     )  # fmt: skip
     keep_where = number_code(numbers).keep_where
     Flight, signed_of = flight_code(numbers, tree).Flight, stepping.signed_of
+    euler_of = stepping.euler_of
     layout = types.layout
     width, bends, pushes = layout.state, layout.bends, layout.push.stop
-    two_of, sections = types.two_of, layout.sections
     B, DB = layout.bend.start, layout.bend_rate.start
-    branch_at, command_at, roll_at = layout.branch.start, layout.command.start, layout.roll.start
-    angle_of = elementary_code(numbers).angle_of
+    branch_at, command_at, euler_at = layout.branch.start, layout.command.start, layout.euler.start
     columns = layout.log
     Row = wp.types.vector(columns, Real)
 
@@ -50,8 +48,9 @@ def state_logger(numbers: Numbers, tree: Tree) -> Any:
         signed = signed_of(branch, y, unit)
         for j in range(bends):
             row[branch_at + j] = signed[j]
-        roll = two_of(branch.direction, sections)
-        row[roll_at] = angle_of(roll[1], roll[0])
+        euler = euler_of(branch)
+        for j in range(3):
+            row[euler_at + j] = euler[j]
         for j in range(pushes):
             row[command_at + j] = push[j]
         for j in range(columns):

@@ -25,7 +25,7 @@ def _branches_of_log(numbers: Numbers, tree: Tree) -> Any:
     types, known = device_types(numbers, tree), elementary_code(numbers)
     Cell, Along, sections = types.Cell, types.Along, types.layout.sections
     of_sample, sine, cosine = number_code(numbers).of_sample, known.sine, known.cosine
-    branch_at, roll_at = types.layout.branch.start, types.layout.roll.start
+    branch_at, roll_at = types.layout.branch.start, types.layout.euler.start
     arcs, vec2, with_two = bend_code(numbers, tree), types.vec2, types.with_two
     count, section_of, angle_at = arcs.count, arcs.section_of, arcs.angle_at
 

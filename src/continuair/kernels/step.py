@@ -1,4 +1,4 @@
-"""Device code of one time step, and of the signed branch of the bend."""
+"""Device code of one time step, and of the branches of the paper's angles that are followed."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -31,15 +31,21 @@ class Stepping:
     """Branch, a struct, and how it and a state go on; end_of gives the status of a state.
 
     signed_of(branch, y, unit) holds, for the coordinates of each section, κ [1/m] and ψa on its
-    branch, or for a kind that has none of these the coordinates themselves. added(y, change) is a
-    state after a change, of unit attitude; compensated(y, rest, change) is that and what rounding
-    has added to it, which the next change takes back; rest: from the change before.
+    branch, or for a kind that has none of these the coordinates themselves; euler_of(branch) roll,
+    pitch and yaw. unclear(branch, before, y) is 1 where a direction turns so far from one state to
+    the next, at branch and y, that followed(branch, y) may go on with the wrong one.
+
+    added(y, change) is a state after a change, of unit attitude; compensated(y, rest, change) is
+    that and what rounding has added to it, which the next change takes back; rest: from the change
+    before.
     """
 
     Branch: Any
     branch_at: Any
     signed_of: Any
+    euler_of: Any
     followed: Any
+    unclear: Any
     chosen: Any
     added: Any
     compensated: Any
@@ -51,7 +57,7 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
     """What follows each step."""
     types, code, known = device_types(numbers, tree), number_code(numbers), elementary_code(numbers)
     Cell, Real, State, Bends = types.Cell, types.Real, types.State, types.Bends
-    vec2, Along, tilt_of = types.vec2, types.Along, types.tilt_of
+    vec2, vec3, Along, tilt_of = types.vec2, types.vec3, types.Along, types.tilt_of
     above, finite, of_run = code.above, code.finite, code.of_run
     sine, cosine, angle_of = known.sine, known.cosine, known.angle_of
     PerSection, two_of, with_two = types.PerSection, types.two_of, types.with_two
@@ -60,17 +66,34 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
     count, section_of, bend_of = arcs.count, arcs.section_of, arcs.bend_of
     bends_of, with_polar = types.bends_of, arcs.with_polar
     Q = types.layout.attitude.start
-    zero, half, one = Real(0.0), Real(0.5), Real(1.0)
+    zero, half, one, two = Real(0.0), Real(0.5), Real(1.0), Real(2.0)
     whole_turn = Real(2.0 * np.pi)
+    # The cosine of a radian, and the sine of a turn that is one through zero, in a plane.
+    clear, planar = Real(float(np.cos(1.0))), Real(1e-6)
     ok, not_finite, overbent = (Real(float(status)) for status in (OK, NOT_FINITE, OVERBENT))
 
     @wp.struct
     class Branch:
-        """(cos ψa, sin ψa) of each section on the signed branch followed, and its full turns; and
-        (cos φ, sin φ) of the roll on the triple of Euler angles followed."""
+        """(cos ψa, sin ψa) of each section on the signed branch followed, and its full turns; of
+        the triple of Euler angles followed (cos φ, sin φ), with the sections', (cos θ, sin θ),
+        (cos ψ, sin ψ), and the full turns of the three."""
 
         direction: Along
         turns: PerSection
+        pitch: vec2
+        yaw: vec2
+        euler_turns: vec3
+
+    @wp.func
+    def euler_of(branch: Branch):
+        """Roll, pitch and yaw, whole turns included."""
+        roll = two_of(branch.direction, sections)
+        within = vec3(
+            angle_of(roll[1], roll[0]),
+            angle_of(branch.pitch[1], branch.pitch[0]),
+            angle_of(branch.yaw[1], branch.yaw[0]),
+        )
+        return within + whole_turn * branch.euler_turns
 
     @wp.func
     def branch_at(angles: wp.array2d(dtype=Cell), run: int):
@@ -82,7 +105,14 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
             out.direction = with_two(out.direction, i, vec2(x, y))
             out.turns[i] = wp.floor((angle - angle_of(y, x)) / whole_turn + half)
         roll = of_run(angles, run, sections)
+        pitch = of_run(angles, run, sections + 1)
+        yaw = of_run(angles, run, sections + 2)
         out.direction = with_two(out.direction, sections, vec2(cosine(roll), sine(roll)))
+        out.pitch = vec2(cosine(pitch), sine(pitch))
+        out.yaw = vec2(cosine(yaw), sine(yaw))
+        turned = (vec3(roll, pitch, yaw) - euler_of(out)) / whole_turn
+        for j in range(3):
+            out.euler_turns[j] = wp.floor(turned[j] + half)
         return out
 
     @wp.func
@@ -99,43 +129,90 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
         return out
 
     @wp.func
-    def along_or_against(found: vec2, before: vec2):
-        """The direction of a vector or the opposite, whichever is nearer the one before."""
+    def direction(found: vec2, side: Real, before: vec2):
+        """The direction of a vector, or the opposite for a side of -1; of none that before."""
         u = wp.dot(found, found)
-        side = above(zero, wp.dot(found, before), -one, one) / wp.sqrt(above(u, zero, u, one))
-        x = above(u, zero, found[0] * side, before[0])
-        y = above(u, zero, found[1] * side, before[1])
+        scale = side / wp.sqrt(above(u, zero, u, one))
+        x = above(u, zero, found[0] * scale, before[0])
+        y = above(u, zero, found[1] * scale, before[1])
         return vec2(x, y)
 
     @wp.func
+    def along_or_against(found: vec2, before: vec2):
+        """The direction of a vector or the opposite, whichever is nearer the one before."""
+        return direction(found, above(zero, wp.dot(found, before), -one, one), before)
+
+    @wp.func
+    def turns_between(before: vec2, after: vec2):
+        """1 or -1 where a direction has turned past ±π, whose half-planes are y < 0 and y >= 0."""
+        turn = above(zero, after[1], one, zero) - above(zero, before[1], one, zero)
+        return above(zero, before[0] + after[0], turn, zero)
+
+    @wp.func
+    def followed_euler(branch: Branch, y: State):
+        """cos θ changes sign at a quarter turn of pitch; roll, pitch and yaw stay continuous."""
+        q = attitude_of(y)
+        tilt = tilt_of(y)
+        before = two_of(branch.direction, sections)
+        roll = along_or_against(tilt, before)
+        pitch = vec2(wp.dot(tilt, roll), two * (q[3] * q[1] - q[0] * q[2]))
+        heading = vec2(one - two * (q[1] * q[1] + q[2] * q[2]), two * (q[0] * q[1] + q[3] * q[2]))
+        yaw = direction(heading, above(zero, pitch[0], -one, one), branch.yaw)
+        branch.euler_turns = branch.euler_turns + vec3(
+            turns_between(before, roll),
+            turns_between(branch.pitch, pitch),
+            turns_between(branch.yaw, yaw),
+        )
+        branch.direction = with_two(branch.direction, sections, roll)
+        branch.pitch = pitch
+        branch.yaw = yaw
+        return branch
+
+    @wp.func
     def followed(branch: Branch, y: State):
-        """κ changes sign when a bend passes through straight, and cos θ at a quarter turn of pitch;
-        ψa and roll stay continuous."""
+        """The branches after a step: κ changes sign where a bend passes through straight, and ψa
+        stays continuous; so it is with the Euler angles."""
         for k in range(count):
             i = section_of(k)
             before = two_of(branch.direction, i)
             turned = along_or_against(bend_of(y, i), before)
-            # Between the half-planes y < 0 and y >= 0, on the side of negative x, is a turn's end.
-            turn = above(zero, turned[1], one, zero) - above(zero, before[1], one, zero)
-            crossed = above(zero, before[0] + turned[0], turn, zero)
-            branch.turns[i] = branch.turns[i] + crossed
+            branch.turns[i] = branch.turns[i] + turns_between(before, turned)
             branch.direction = with_two(branch.direction, i, turned)
-        roll = along_or_against(tilt_of(y), two_of(branch.direction, sections))
-        branch.direction = with_two(branch.direction, sections, roll)
-        return branch
+        return followed_euler(branch, y)
+
+    @wp.func
+    def doubtful(along: vec2, before: vec2, found: vec2):
+        """1 where a vector has turned by more than a radian, or past zero, but not through it."""
+        size = wp.length(found)
+        aside = wp.abs(along[0] * found[1] - along[1] * found[0])
+        ahead = wp.dot(along, found)
+        back = above(zero, wp.dot(along, before) * ahead, one, zero)
+        turned = above(clear * size, wp.abs(ahead), one, back)
+        return above(aside, planar * size, turned, zero)
+
+    @wp.func
+    def unclear(branch: Branch, before: State, y: State):
+        out = doubtful(two_of(branch.direction, sections), tilt_of(before), tilt_of(y))
+        for k in range(count):
+            i = section_of(k)
+            along = two_of(branch.direction, i)
+            out = wp.max(out, doubtful(along, bend_of(before, i), bend_of(y, i)))
+        return out
 
     @wp.func
     def chosen(which: Real, x: Branch, y: Branch):
         """x where which > 0, else y."""
         out = y
         for i in range(sections + 1):
-            one_of, other = two_of(x.direction, i), two_of(y.direction, i)
-            both = vec2(
-                above(which, zero, one_of[0], other[0]), above(which, zero, one_of[1], other[1])
-            )
-            out.direction = with_two(out.direction, i, both)
+            for j in range(2):
+                out.direction[i, j] = above(which, zero, x.direction[i, j], y.direction[i, j])
         for i in range(sections):
             out.turns[i] = above(which, zero, x.turns[i], y.turns[i])
+        for j in range(2):
+            out.pitch[j] = above(which, zero, x.pitch[j], y.pitch[j])
+            out.yaw[j] = above(which, zero, x.yaw[j], y.yaw[j])
+        for j in range(3):
+            out.euler_turns[j] = above(which, zero, x.euler_turns[j], y.euler_turns[j])
         return out
 
     @wp.func

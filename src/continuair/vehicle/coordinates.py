@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from continuair.vehicle.arc import bend_vectors, polar_of, sections_of
+from continuair.vehicle.arc import angles_of_branch, bend_vectors, polar_of, sections_of
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.poles import POLE, mend_near_poles, with_roll
 
@@ -33,9 +33,16 @@ def state_from_paper(q: np.ndarray, qd: np.ndarray) -> np.ndarray:
 
 
 def branches_of(q: np.ndarray) -> np.ndarray:
-    """What names the branches of the coordinates q (runs, coordinates): ψa of each section and the
-    roll, (runs, sections + 1)."""
-    return np.hstack([polar_of(q)[1], q[:, 3:4]])
+    """What names the branches of the coordinates q (runs, coordinates): ψa of each section, roll,
+    pitch and yaw, (runs, sections + 3)."""
+    return np.hstack([polar_of(q)[1], q[:, 3:6]])
+
+
+def branches_in(rows: np.ndarray, layout: Layout) -> np.ndarray:
+    """The same of log rows (..., log), as they are followed."""
+    return np.concatenate(
+        [angles_of_branch(rows[..., layout.branch]), rows[..., layout.euler]], axis=-1
+    )
 
 
 def paper_rates(q: np.ndarray, state: np.ndarray, threshold: Any = 0.0) -> np.ndarray:
@@ -116,15 +123,17 @@ def unflipped(attitude: np.ndarray) -> np.ndarray:
     return np.asarray(found)
 
 
-def nearest_euler(attitude: np.ndarray, before: np.ndarray, roll: float) -> np.ndarray:
-    """The ZYX angles (3,) of an attitude (4,) on the triple of a roll, which is known within a
-    turn, whole turns nearest to the angles before."""
-    angles = continuous_euler(attitude[None])[0]
-    if abs(np.cos(angles[1])) < POLE:
-        angles = with_roll(angles, before[0])
-    elif np.cos(angles[0] - roll) < 0.0:
-        angles = _other(angles)
-    return np.asarray(angles + 2.0 * np.pi * np.round((before - angles) / (2.0 * np.pi)))
+def euler_on_branch(attitude: np.ndarray, followed: np.ndarray) -> np.ndarray:
+    """ZYX Euler angles (..., 3) of attitudes (..., 4) on the triple, and within half a turn, of
+    those that were followed from step to step (..., 3)."""
+    branch = np.asarray(followed, float).reshape(-1, 3)
+    angles = continuous_euler(np.reshape(attitude, (-1, 1, 4)))[:, 0]
+    free = np.abs(np.cos(angles[:, 1])) < POLE
+    angles[free] = with_roll(angles[free], branch[free, 0])
+    other = ~free & (np.cos(angles[:, 0] - branch[:, 0]) < 0.0)
+    angles[other] = _other(angles[other])
+    angles += 2.0 * np.pi * np.round((branch - angles) / (2.0 * np.pi))
+    return angles.reshape(followed.shape)
 
 
 def _as_far_as_known(attitude: np.ndarray) -> np.ndarray:

@@ -123,9 +123,9 @@ class Layout:
     to world), coordinates of the sections (of arcs bend vectors [1/m]), velocity of B's origin
     (world axes), angular velocity (body axes), rates of these coordinates, speeds of the rotors
     over their greatest. A log row is a state, then the paper's coordinates of each section ((κ, ψa)
-    of an arc on its signed branch), the roll, and a controller's push. Inputs: those of the table
-    INPUTS. Attributes named after a quantity are the slice of its columns. widths: the number of
-    coordinates of each section of each arm. rotors: how many there are; air: whether it acts;
+    of an arc on its signed branch), the Euler angles, and a controller's push. Inputs: those of the
+    table INPUTS. Attributes named after a quantity are the slice of its columns. widths: the number
+    of coordinates of each section of each arm. rotors: how many there are; air: whether it acts;
     energies: whether terms have a potential energy.
     """
 
@@ -240,14 +240,14 @@ class Layout:
         return _after(self.rotor_speed, self.bends)
 
     @cached_property
-    def roll(self) -> slice:
-        """Roll in a log row, within a turn, on the triple of Euler angles that is followed."""
-        return _after(self.branch, 1)
+    def euler(self) -> slice:
+        """Roll, pitch and yaw in a log row, whole turns included, as they are followed."""
+        return _after(self.branch, 3)
 
     @cached_property
     def command(self) -> slice:
         """A controller's push in a log row."""
-        return _after(self.roll, self.push.stop)
+        return _after(self.euler, self.push.stop)
 
     @cached_property
     def log(self) -> int:
