@@ -98,18 +98,27 @@ def test_axes_of_angles_are_lost_together_and_a_flight_agrees_with_itself() -> N
     assert set(ca.compare(flight, flight).values()) == {0.0}
 
 
-def test_q_tells_where_samples_lose_its_angles() -> None:
-    with pytest.warns(ContinuairWarning, match="q: roll, pitch and yaw are not followed.* t = 0"):
-        ca.simulate(VEHICLE, BESIDE, sample=2e-2, method="RK4", step=5e-4)
-    # What is not asked for is not told of.
-    ca.simulate(VEHICLE, BESIDE, sample=2e-2, method="RK4", step=5e-4, variables=["attitude"])
-    fine, finer = (
-        ca.simulate(VEHICLE, BESIDE, sample=each, method="RK4", step=each, variables=["q"]).q[
-            -1, 3:6
+@pytest.mark.parametrize("model", ["coupled", "decoupled"])
+def test_q_follows_its_angles_whatever_the_samples_and_the_steps(model: str) -> None:
+    """Beside a pole and beside straight, where angles swing by half a turn within a step, and with
+    whole turns between samples."""
+    start = [0, 0, 5, 7.0, 0.1, -9.0, 0.3, 0.2], [0, 0, 0, 30.0, -8.0, 5.0, 0.4, 3.0]
+    tumble = ca.Scenario("tumble", *start, duration=2.0)
+    for scenario in (BESIDE, tumble):
+        ends = [
+            ca.simulate(VEHICLE, scenario, model=model, sample=sample, variables=["q"], **options)
+            .q[-1]
+            .to_numpy()
+            for sample, options in (
+                (0.1, {"rtol": 1e-8}),
+                (1e-3, {"rtol": 1e-6}),
+                (0.1, {"method": "RK4", "step": 2e-4}),
+            )
         ]
-        for each in (1e-4, 5e-5)
-    )
-    np.testing.assert_allclose(fine, finer, rtol=0, atol=1e-3)
+        for end in ends[1:]:
+            np.testing.assert_allclose(end, ends[0], rtol=0, atol=2e-3)
+    begun = ca.simulate(VEHICLE, tumble, duration=1e-3, variables=["q"]).q[0]
+    np.testing.assert_allclose(begun, start[0], rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize(("sample", "told"), [(1e-3, "are NaN"), (1e-4, "overstate")])

@@ -17,7 +17,14 @@ from continuair.kernels.embedded import stage_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.sensing.pilot import PilotCode
 from continuair.kernels.signals import signal_code
-from continuair.kernels.step import NOT_FINITE, OVERTURNED, STEP_LIMIT, UNSEEN, stepping_code
+from continuair.kernels.step import (
+    NOT_FINITE,
+    OVERTURNED,
+    SHORTEST_PART,
+    STEP_LIMIT,
+    UNSEEN,
+    stepping_code,
+)
 from continuair.kernels.step_control import LARGEST_ERROR, control_arguments, control_code
 
 COUNTS = 5
@@ -29,9 +36,6 @@ STEPS, REJECTED, EVALUATIONS, REACHED, SATURATION = range(COUNTS)
 _LARGEST_TURN = 1.0
 """Angle that a step may turn the UAV by, so that the nearer of two triples of Euler angles is the
 one that is followed [rad]."""
-
-_SHORTEST_PART = 2.0**-12
-"""Share of a step below which a direction that turns fast is taken to turn through zero."""
 
 _BISECTIONS = 40
 """Of a step in which a run ends: to 1e-12 of its length."""
@@ -79,7 +83,7 @@ def adaptive_kernel(
     misdirected, coarse = dynamics.loads.misdirected, numbers.precision == "float32"
     limited, misleading = excess_of is not None, misdirected is not None
     zero, half, one, two = Real(0.0), Real(0.5), Real(1.0), Real(2.0)
-    shortest_part = Real(_SHORTEST_PART)
+    shortest_part = Real(SHORTEST_PART)
     last_node, almost = Real(1.0 - 1e-6), Real(1.0 + 1e-6)
     # Of 64-bit and 32-bit numbers: steps that see on which side a direction turns, and the least.
     followable, shortest = Real(1e-6 if coarse else 1e-9), Real(1e-7 if coarse else 1e-12)
@@ -289,19 +293,18 @@ def adaptive_kernel(
     def walk(p: wp.ref[Progress], tried: wp.ref[Attempt], share: Real, y: State, wanted: Real):
         """Follow the branches along a step up to y, at a share of it, where wanted: only where one
         turns too far to go there at once, and then in parts short enough."""
-        if any_above(wanted * unclear(tried.branch, tried.passed, y), zero):
-            part = one
-            left = wanted * above(share, tried.walked, one, zero)
-            while any_above(left, half):
-                ahead = wp.min(share, tried.walked + part)
-                there = added(p.y, tried.step * between(p.inside, ahead))
-                doubt = unclear(tried.branch, tried.passed, there)
-                clear = left * above(part, shortest_part, one - doubt, one)
-                tried.branch = chosen(clear, followed(tried.branch, there), tried.branch)
-                tried.passed = mixed(clear, there, tried.passed)
-                tried.walked = above(clear, half, ahead, tried.walked)
-                part = above(clear, half, two * part, half * part)
-                left = wanted * above(share, tried.walked, one, zero)
+        left = wanted * unclear(tried.branch, tried.passed, y)
+        part = one
+        while any_above(left, half):
+            ahead = wp.min(share, tried.walked + part)
+            there = added(p.y, tried.step * between(p.inside, ahead))
+            doubt = unclear(tried.branch, tried.passed, there)
+            clear = left * above(part, shortest_part, one - doubt, one)
+            tried.branch = chosen(clear, followed(tried.branch, there), tried.branch)
+            tried.passed = mixed(clear, there, tried.passed)
+            tried.walked = above(clear, half, ahead, tried.walked)
+            part = above(clear, half, two * part, half * part)
+            left = left * above(share, tried.walked, one, zero)
 
     @wp.func
     def walk_to_end(course: Course, p: wp.ref[Progress], tried: wp.ref[Attempt]):

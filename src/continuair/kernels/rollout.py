@@ -39,7 +39,8 @@ def rollout_kernel(
     Push = types.Push
     Vehicles, Drive, Start, Steps = structs.Vehicles, begins.Drive, begins.Start, begins.Steps
     flight_of, freeze, load_state = structs.flight_of, structs.freeze, types.load_state
-    branch_at, followed, end_of = stepping.branch_at, stepping.followed, stepping.end_of
+    branch_at, end_of = stepping.branch_at, stepping.end_of
+    followed_along = stepping.followed_along
     after, compensated = stepping.added, stepping.compensated
     coarse = numbers.precision == "float32"
     Loop, pilot_of, decide, push_at = pilot.Loop, pilot.pilot_of, pilot.decide, pilot.push_at
@@ -97,6 +98,7 @@ def rollout_kernel(
                 beyond = excess_of(y, flight, i * flight.stride, push)
                 excess = wp.max(excess, above(ended, zero, zero, beyond))
             h = Real(steps.lengths[i])
+            before = y
             change = step(i, time, h, y, branch.direction, flight, pilot, push)
             if wp.static(coarse):
                 y, rest = compensated(y, rest, change)
@@ -108,7 +110,7 @@ def rollout_kernel(
                 ended += now
                 if all_above(ended, zero):
                     break
-            branch = followed(branch, y)
+            branch = followed_along(branch, before, y)
             due = steps.sample_after[i]
         if due >= 0:
             last = count - 1

@@ -25,6 +25,9 @@ STATUS = {
     STEP_LIMIT: "step limit reached",
 }
 
+SHORTEST_PART = 2.0**-12
+"""Share of a step below which a direction that turns fast is taken to turn through zero."""
+
 
 @dataclass(frozen=True)
 class Stepping:
@@ -33,7 +36,8 @@ class Stepping:
     signed_of(branch, y, unit) holds, for the coordinates of each section, κ [1/m] and ψa on its
     branch, or for a kind that has none of these the coordinates themselves; euler_of(branch) roll,
     pitch and yaw. unclear(branch, before, y) is 1 where a direction turns so far from one state to
-    the next, at branch and y, that followed(branch, y) may go on with the wrong one.
+    the next, at branch and y, that followed(branch, y) may go on with the wrong one;
+    followed_along(branch, before, y) goes along the chord between them then.
 
     added(y, change) is a state after a change, of unit attitude; compensated(y, rest, change) is
     that and what rounding has added to it, which the next change takes back; rest: from the change
@@ -46,6 +50,7 @@ class Stepping:
     euler_of: Any
     followed: Any
     unclear: Any
+    followed_along: Any
     chosen: Any
     added: Any
     compensated: Any
@@ -58,7 +63,7 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
     types, code, known = device_types(numbers, tree), number_code(numbers), elementary_code(numbers)
     Cell, Real, State, Bends = types.Cell, types.Real, types.State, types.Bends
     vec2, vec3, Along, tilt_of = types.vec2, types.vec3, types.Along, types.tilt_of
-    above, finite, of_run = code.above, code.finite, code.of_run
+    above, finite, of_run, any_above = code.above, code.finite, code.of_run, code.any_above
     sine, cosine, angle_of = known.sine, known.cosine, known.angle_of
     PerSection, two_of, with_two = types.PerSection, types.two_of, types.with_two
     attitude_of, sections, bends = types.attitude_of, types.layout.sections, types.layout.bends
@@ -70,6 +75,7 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
     whole_turn = Real(2.0 * np.pi)
     # The cosine of a radian, and the sine of a turn that is one through zero, in a plane.
     clear, planar = Real(float(np.cos(1.0))), Real(1e-6)
+    shortest_part, columns = Real(SHORTEST_PART), types.layout.state
     ok, not_finite, overbent = (Real(float(status)) for status in (OK, NOT_FINITE, OVERBENT))
 
     @wp.struct
@@ -182,7 +188,7 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
 
     @wp.func
     def doubtful(along: vec2, before: vec2, found: vec2):
-        """1 where a vector has turned by more than a radian, or past zero, but not through it."""
+        """1 where a vector has turned by more than a radian, or past zero but not through it."""
         size = wp.length(found)
         aside = wp.abs(along[0] * found[1] - along[1] * found[0])
         ahead = wp.dot(along, found)
@@ -236,6 +242,25 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
         for j in range(4):
             left[Q + j] = left[Q + j] + long * q[j]
         return out, left
+
+    @wp.func
+    def followed_along(branch: Branch, before: State, y: State):
+        """The branches after a step, along its chord in parts where a direction turns far."""
+        left = unclear(branch, before, y)
+        walked = zero
+        part = one
+        passed = before
+        while any_above(left, half):
+            ahead = wp.min(one, walked + part)
+            there = added(before, ahead * (y - before))
+            clear = left * above(part, shortest_part, one - unclear(branch, passed, there), one)
+            branch = chosen(clear, followed(branch, there), branch)
+            for j in range(columns):
+                passed[j] = above(clear, half, there[j], passed[j])
+            walked = above(clear, half, ahead, walked)
+            part = above(clear, half, two * part, half * part)
+            left = left * above(one, walked, one, zero)
+        return followed(branch, y)
 
     @wp.func
     def well(y: State):
