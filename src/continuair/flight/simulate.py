@@ -92,7 +92,7 @@ def simulate(
     sample : float, optional
         Time between samples [s]; the last interval may be shorter.
     variables : iterable of str, optional
-        Names to keep; all by default.
+        Names to keep; all but `q` by default.
     dtype : {"float64", "float32"}
         Single precision rounds positions to 6e-8 of their distance from the origin.
     device : str
