@@ -22,8 +22,9 @@ HALF_TURN = (1.0, 0.0, 0.0, 0.0)
 
 def parts(vehicle: Vehicle, bend: Array) -> list[tuple[ArmChain, Array]]:
     """Return each arm with the bends (..., its sections, 2) of those (..., sections, 2)."""
-    ends = np.cumsum(vehicle.shape)[:-1]
-    return list(zip(vehicle.arms, np.split(bend, ends, axis=-2), strict=True))
+    ends = np.cumsum((0, *vehicle.shape))
+    own = [bend[..., first:last, :] for first, last in zip(ends[:-1], ends[1:], strict=True)]
+    return list(zip(vehicle.arms, own, strict=True))
 
 
 def along(arm: ArmChain, bend: Array, points: int) -> tuple[Array, Array]:

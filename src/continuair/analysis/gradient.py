@@ -26,7 +26,7 @@ from continuair.kernels.step import OK, STATUS
 from continuair.scenario.scenarios import Scenario
 from continuair.terms import name_of, terms_of
 from continuair.vehicle.layout import Layout
-from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_single_vehicle
 
 Array = np.ndarray
 Cost = Callable[[xr.Dataset], tuple[float, Mapping[str, Any]]]
@@ -97,6 +97,7 @@ def gradient(
 
     The scenario has no controller and no tau. Raises InputError, also where the flight ends early.
     """
+    check_has_arms(check_single_vehicle(vehicle))
     checks.choice("model", model, MODELS)
     _check_plain(check_single_vehicle(vehicle))
     flight = prepare(vehicle, scenario, step=step, sample=sample, duration=duration, stacklevel=3)
@@ -125,7 +126,7 @@ def gradient(
 def _error_of(flight: Flown) -> np.ndarray:
     """Largest distance of a tip from that of a flight at half the step, in arm lengths (1,)."""
     finer = flown(flight.cohort.flight.finer(), flight.model).recorder
-    return error_between(flight.recorder, finer)
+    return error_between(flight.recorder, finer, "tip_position")
 
 
 def _names(fields: Any) -> tuple[str, ...]:

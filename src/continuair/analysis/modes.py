@@ -17,7 +17,7 @@ from continuair.flight.frequencies import bend_compliance
 from continuair.flight.holding import holding
 from continuair.vehicle.coordinates import state_from_paper
 from continuair.vehicle.layout import Layout
-from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_single_vehicle
 
 
 @dataclass(frozen=True)
@@ -57,6 +57,7 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
     free: 47.9 rad/s
     """
     check_single_vehicle(vehicle)
+    check_has_arms(vehicle)
     checks.choice("base", base, ("free", "clamped", "hovering"))
     gravity = checks.gravity(gravity)
     at = configuration("q", q, vehicle)

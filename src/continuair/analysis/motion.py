@@ -14,7 +14,7 @@ from continuair.analysis.backbone import along, along_at, parts, placed, station
 from continuair.errors import InputError, shown
 from continuair.flight.labels import in_order
 from continuair.flight.reading import vehicle_of, vehicles_of
-from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_single_vehicle
 
 Array = NDArray[np.float64]
 
@@ -64,7 +64,7 @@ def backbone(vehicle: Vehicle, flight: xr.Dataset, points: int = 41) -> xr.DataA
     mount, point 0, to its tip; coordinate arc_length [m]. NaN where the flight has ended. Each
     section is an arc of constant curvature, Eqs. (1) and (2), Amiri et al. Raises InputError.
     """
-    check_single_vehicle(vehicle)
+    check_has_arms(check_single_vehicle(vehicle))
     count = int(checks.number("points", points, least=2))
     place, attitude, bend = poses(flight, vehicle)
     flight = in_order(flight, vehicle)
@@ -88,7 +88,7 @@ def motion_of(flight: Any, vehicle: Vehicle | None = None) -> Motion:
 
     vehicle: by default the one that the result says has flown.
     """
-    over_time(flight)
+    flight = over_time(flight)
     _check_one_flight(flight)
     flight = flight.transpose("time", "arm", "section", ..., missing_dims="ignore")
     flown = vehicle_of(flight) if vehicle is None else check_single_vehicle(vehicle)
@@ -157,6 +157,9 @@ def over_time(flight: Any) -> xr.Dataset:
                 raise InputError("flight lacks coordinates x, y or z; give all that was simulated.")
         place = place.rename(coordinate="axis").assign_coords(axis=list("xyz"))
         flight = flight.assign(position=place)
+    if "bend" not in flight and any(not vehicle.arms for vehicle in vehicles_of(flight)):
+        bend = np.zeros((*flight["time"].shape, 0, 2))
+        flight = flight.assign(bend=(("time", "section", "bend_axis"), bend))
     for name, last in _NEEDED.items():
         if name not in flight or not {"time", last} <= set(flight[name].dims):
             raise InputError(
@@ -217,7 +220,8 @@ def _check_arms(flight: xr.Dataset, vehicle: Vehicle) -> None:
     what says nothing passes."""
     given, allowed = _ends(vehicle), _OFF_TIP * float(vehicle.reach)
     for flown in map(_ends, vehicles_of(flight)):
-        off = float(np.abs(flown - given).max()) if flown.shape == given.shape else np.inf
+        same = flown.shape == given.shape
+        off = float(np.abs(flown - given).max(initial=0.0)) if same else np.inf
         if off > allowed:
             raise InputError(
                 f"vehicle is {shown(vehicle.name)}, whose straight arms end {off:.3g} m from where "
@@ -229,9 +233,8 @@ def _ends(vehicle: Vehicle) -> Array:
     """Where each section of each arm begins and ends, straight (n, 3) [m], body axes."""
     straight = parts(vehicle, np.zeros((vehicle.sections, 2)))
     joints = [np.cumsum([0.0, *(each.length for each in arm.section)]) for arm in vehicle.arms]
-    return np.concatenate(
-        [along_at(arm, bend, s)[0] for (arm, bend), s in zip(straight, joints, strict=True)]
-    )
+    found = [along_at(arm, bend, s)[0] for (arm, bend), s in zip(straight, joints, strict=True)]
+    return np.concatenate([np.zeros((0, 3)), *found])
 
 
 def _check_one_flight(flight: xr.Dataset) -> None:

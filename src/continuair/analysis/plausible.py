@@ -58,7 +58,8 @@ def _of_places(vehicle: Vehicle) -> list[str]:
     if rotors is not None:
         places["uav.rotors: a rotor"] = max(rotors.hubs.tolist(), key=np.linalg.norm)
     inertia = float(np.linalg.eigvalsh(np.asarray(vehicle.uav.inertia))[-1])
-    most = _FAR * (excited_arm(vehicle).length + np.sqrt(inertia / vehicle.uav.mass))
+    length = excited_arm(vehicle).length if vehicle.arms else vehicle.reach
+    most = _FAR * (length + np.sqrt(inertia / vehicle.uav.mass))
     return [
         f"{name} is {distance:.3g} m away, for such a vehicle far; is it in metres?"
         for name, at in places.items()
@@ -130,6 +131,8 @@ def _of_material(section: Section) -> list[str]:
 
 
 def _of_sag(vehicle: Vehicle) -> list[str]:
+    if not vehicle.arms:
+        return []
     number = float(place(vehicle)["gravity_number"])
     if number <= 1.0:
         return []

@@ -80,6 +80,8 @@ def _free_bend(vehicle: Vehicle, needed: Any) -> np.ndarray:
     needed: bend moments (n, bends) [N m²] that hold bends (n, bends).
     """
     sections = [section for arm in vehicle.arms for section in arm.section]
+    if not sections:
+        return np.zeros(0)
     length = np.array([each.length for each in sections])
     # Over √(E I l) moments and bends are those of springs of 1.
     of_sections = np.sqrt([each.bending_stiffness for each in sections] * length)

@@ -66,4 +66,5 @@ def check(
         rest = at_rest(vehicle)
         known, found = facts(vehicle, rest), modes_of(vehicle, rest)
     print_table([f"vehicle {vehicle.name}", ""], [list(line) for line in known])
-    print_table(list(MODES), [list(line) for line in found])
+    if found:
+        print_table(list(MODES), [list(line) for line in found])

@@ -9,6 +9,7 @@ import warp as wp
 
 from continuair import checks
 from continuair.controllers.inertias import bend_inertia, straight_inertia
+from continuair.device.types import room
 from continuair.kernels.sensing.sense import LawCode
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
@@ -49,8 +50,8 @@ def carrying_gains(code: LawCode) -> dict[str, Any]:
     """What carries the arms, and its types."""
     Real, bends = code.Real, code.bends
     return {
-        "per_push": wp.types.matrix((bends, 6), Real),
-        "bend_inertia": wp.types.matrix((bends, bends), Real),
+        "per_push": wp.types.matrix((room(bends), 6), Real),
+        "bend_inertia": wp.types.matrix((room(bends), room(bends)), Real),
         "bend_rate": Real,
     }
 

@@ -54,7 +54,7 @@ def bend_gains(
     M = hover.free_bends
     own = hover.stiffness / np.diag(M)
     slowest = np.sqrt(own[held].min()) if held.any() else 0.0
-    stiff = max(slowest, ABOVE_SERVO * float(rates.max()))
+    stiff = max(slowest, ABOVE_SERVO * float(rates.max(initial=0.0)))
     return {
         "bend_inertia": np.where(np.outer(held, held), M, 0.0),
         "bend_stiffness": np.where(held, hover.stiffness, 0.0),

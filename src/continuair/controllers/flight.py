@@ -23,6 +23,7 @@ from continuair.controllers.cascade_gains import real_gains
 from continuair.controllers.controller import REACHED, Controller
 from continuair.controllers.feeding import FEEDFORWARD, feeding_code
 from continuair.controllers.hover import hover
+from continuair.device.types import room
 from continuair.errors import InputError, nearest, shown
 from continuair.kernels.flight import flight_code
 from continuair.kernels.sensing.guidance import guidance_code
@@ -278,7 +279,7 @@ def cascade_parts(
     ground = guidance_code(code.numbers, code.tree)
     SetPoint, Noise = ground.SetPoint, ground.Noise
     Memory = wp.types.vector(4 + 2 * bends + remembers, Real)
-    BendInertia = wp.types.matrix((bends, bends), Real)
+    BendInertia = wp.types.matrix((room(bends), room(bends)), Real)
     zero, half, one, share = Real(0.0), Real(0.5), Real(1.0), Real(_SIDEWAYS)
 
     # Made of a table, as other laws have further gains.

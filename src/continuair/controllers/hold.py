@@ -17,6 +17,7 @@ from continuair import checks
 from continuair.controllers.cascade_design import GRAVITY
 from continuair.controllers.controller import REACHED, Controller
 from continuair.controllers.inertias import bend_inertia, rigid_inertia
+from continuair.device.types import room
 from continuair.errors import InputError, shown
 from continuair.kernels.sensing.sense import LawCode, gains_of
 from continuair.vehicle.arc import bend_vectors
@@ -169,7 +170,7 @@ def _gains(code: LawCode) -> dict[str, Any]:
         "bend": code.Bends,
         "mass": code.Real,
         "inertia": code.mat33,
-        "bend_inertia": wp.types.matrix((code.bends, code.bends), code.Real),
+        "bend_inertia": wp.types.matrix((room(code.bends), room(code.bends)), code.Real),
         "stiffness": code.Bends,
         "rate": code.Real,
         "attitude_rate": code.Real,

@@ -70,7 +70,7 @@ class Tree:
     @property
     def table_columns(self) -> int:
         """The number of columns of the table of coefficients."""
-        return int(max(kind.columns for kind in self._all_kinds))
+        return room(max((kind.columns for kind in self._all_kinds), default=0))
 
     @property
     def _all_kinds(self) -> tuple[Any, ...]:
@@ -138,6 +138,12 @@ class Types:
     mount_of: Any
 
 
+def room(count: int) -> int:
+    """The length of a vector of so many numbers: a vehicle without arms has none, but Warp has no
+    empty vectors."""
+    return max(count, 1)
+
+
 @cache
 def device_types(numbers: Numbers, tree: Tree) -> Types:
     """The types for one kind of numbers and tree of arms."""
@@ -147,13 +153,14 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
     vec4, mat33 = wp.types.vector(4, Real), wp.types.matrix((3, 3), Real)
     quat = wp.types.quaternion(Real)
     Row, State = wp.types.vector(tree.table_columns, Real), wp.types.vector(layout.state, Real)
-    Push, Bends = wp.types.vector(layout.push.stop, Real), wp.types.vector(layout.bends, Real)
+    Push, Bends = wp.types.vector(layout.push.stop, Real), wp.types.vector(room(layout.bends), Real)
     Table = code.table_of(Row)
     arms, sections = len(tree.sections), layout.sections
     Along = wp.types.matrix((sections + 1, 2), Real)
-    PerSection, PerArm = wp.types.vector(sections, Real), wp.types.vector(arms, Real)
-    Vectors, Matrices = wp.types.matrix((arms, 3), Real), wp.types.matrix((arms, 9), Real)
-    Quaternions = wp.types.matrix((arms, 4), Real)
+    PerSection, PerArm = wp.types.vector(room(sections), Real), wp.types.vector(room(arms), Real)
+    Vectors, Matrices, Quaternions = (
+        wp.types.matrix((room(arms), columns), Real) for columns in (3, 9, 4)
+    )
     width, bends, one, two = layout.state, layout.bends, Real(1.0), Real(2.0)
     P, Q, B = layout.position.start, layout.attitude.start, layout.bend.start
     V, W, DB = layout.velocity.start, layout.angular_velocity.start, layout.bend_rate.start

@@ -9,6 +9,7 @@ import numpy as np
 import warp as wp
 
 from continuair.controllers.controller import Controller
+from continuair.device.types import room
 from continuair.engine.engine import Engine
 from continuair.engine.factory import Closing, LoopKernels, closed_loop, packed_loop, watching
 from continuair.engine.lanes import packs_of, struct_rows
@@ -302,6 +303,8 @@ def pack_gains(controller: Controller, Gains: Any, points: int) -> Array:
     for name, value in given.items():
         one_run = value.shape[1:] if controller.runs else value.shape
         wanted = packed.dtype[name].shape
+        if value.size == 0 and wanted == tuple(map(room, one_run)):
+            continue  # of bends, of which a vehicle without arms has none
         if one_run != wanted:
             of, remedy = f"{points} feature points", "give gains for the target's points"
             if 2 * points not in wanted:

@@ -42,6 +42,8 @@ def pack_table(vehicle: Vehicle, threads: int) -> Array:
     """
     runs = vehicle.runs or 1
     sections = [(kind_of(each), each) for arm in vehicle.arms for each in arm.section]
+    if not sections:
+        return np.zeros((runs, 1, 1))
     columns = max(kind.columns for kind, _ in sections)
     blocks = [slice(first, first + _BLOCK) for first in range(0, runs, _BLOCK)]
 
@@ -70,7 +72,7 @@ def pack_plants(vehicle: Vehicle, Plant: Any) -> Array:
     plants["uav_inertia"] = per_run(uav.inertia, runs, 3, 3)
     plants["mass"] = per_run(vehicle.mass, runs)
     lengths = [np.sum([per_run(each.length, runs) for each in arm.section], 0) for arm in arms]
-    plants["length"] = np.max(lengths, axis=0)
+    plants["length"] = per_run(vehicle.reach, runs)
     first = 0
     for index, arm in enumerate(arms):
         plants["arm_mass"][:, index] = per_run(arm.mass, runs)
@@ -78,6 +80,9 @@ def pack_plants(vehicle: Vehicle, Plant: Any) -> Array:
         _pack_body(plants, index, arm)
         _pack_sections(plants, vehicle.layout, first, arm, lengths[index])
         first += len(arm.section)
+    if not arms:
+        plants["mount"][:, 0] = per_run(uav.mount, runs, 3)
+        plants["mount_attitude"][:, 0] = 0.0, 0.0, 0.0, 1.0
     pack_terms(plants, vehicle)
     return plants
 

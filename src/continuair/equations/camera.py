@@ -19,13 +19,16 @@ TIP_OF_STRAIGHT_ARM = np.diag([1.0, -1.0, -1.0])
 
 
 def on_body(vehicle: Vehicle) -> Array:
-    """Position (..., 3) of the camera in body axes with its arm straight [m]."""
+    """Position (..., 3) of the camera in body axes with its arm straight [m]; without arms it is at
+    uav.mount."""
+    off_tip = np.asarray(vehicle.camera.position) @ TIP_OF_STRAIGHT_ARM
+    if not vehicle.arms:
+        return np.asarray(vehicle.uav.mount + off_tip)
     arm = vehicle.arms[vehicle.camera_arm]
     length = arm.section[0].length
     for section in arm.section[1:]:
         length = length + section.length
     tip = np.multiply.outer(length, [0.0, 0.0, -1.0])
-    off_tip = np.asarray(vehicle.camera.position) @ TIP_OF_STRAIGHT_ARM
     if not vehicle.has_arm_list:
         return np.asarray(tip + arm.mount + off_tip)
     return np.asarray(Rotation.from_quat(arm.attitude).apply(tip + off_tip) + arm.mount)
@@ -34,7 +37,7 @@ def on_body(vehicle: Vehicle) -> Array:
 def axes_on_body(vehicle: Vehicle) -> Array:
     """The camera's axes (..., 3, 3) in body axes with its arm straight."""
     tip = TIP_OF_STRAIGHT_ARM @ Rotation.from_quat(vehicle.camera.attitude).as_matrix()
-    if not vehicle.has_arm_list:
+    if not vehicle.has_arm_list or not vehicle.arms:
         return np.asarray(tip)
     arm = vehicle.arms[vehicle.camera_arm]
     return np.asarray(Rotation.from_quat(arm.attitude).as_matrix() @ tip)

@@ -143,7 +143,8 @@ def forward_dynamics(
     M = kept * mass_matrix(vehicle, q, nodes)
     C = kept * coriolis_matrix(vehicle, q, qd, nodes)
     G = gravity_vector(vehicle, q, gravity, nodes)
-    J_t = np.vstack([jacobian(vehicle, q, **tip_of(vehicle, arm)) for arm in range(arms)])
+    tips = [jacobian(vehicle, q, **tip_of(vehicle, arm)) for arm in range(arms)]
+    J_t = np.vstack([np.zeros((0, n)), *tips])
     pushed = tau + J_t.T @ F
     return np.linalg.solve(M, pushed - C @ qd - G - damping_vector(vehicle, q, qd))
 

@@ -49,7 +49,9 @@ def fastest_rate(engine: Engine, q: Any) -> np.ndarray:
 
 def first_frequency(engine: Engine, q: Any) -> np.ndarray:
     """ω (runs,) [rad/s] of the first mode of every arm, undamped, the fastest of the arms' and in
-    the faster plane; q as for `fastest_rate`."""
+    the faster plane, 0 without arms; q as for `fastest_rate`."""
+    if not engine.layout.bends:
+        return np.zeros(len(engine.plants))
     q = np.atleast_2d(q)
     compliance = _compliance(engine, q.reshape(-1, *q.shape[-2:]))
     squares, found = _symmetric(compliance, _of_bends(engine)[0]), []
@@ -90,6 +92,8 @@ def _of_bends(engine: Engine) -> tuple[Array, Array]:
     """E I l and d l (runs or 1, bends) [N m³, N m³ s] of each bend."""
     runs = len(engine.plants)
     sections = [section for arm in engine.vehicle.arms for section in arm.section]
+    if not sections:
+        return np.zeros((runs, 0)), np.zeros((runs, 0))
     stiffness, damping = (
         np.stack(
             [per_run(getattr(each, name), runs) * per_run(each.length, runs) for each in sections],
@@ -115,6 +119,8 @@ def _compliance(engine: Engine, q: Array) -> Array:
     flat, plants = q.reshape(-1, q.shape[-1]), len(engine.plants)
     states, angles = state_from_paper(flat, np.zeros(flat.shape)), branches_of(flat)
     runs = max(q.shape[1], plants)
+    if not engine.layout.bends:
+        return np.zeros((len(q), runs, 0, 0))
     states, angles = (
         np.broadcast_to(each.reshape(*q.shape[:-1], -1), (len(q), runs, each.shape[-1]))
         for each in (states, angles)
@@ -152,7 +158,10 @@ def _pushed(engine: Engine, states: Array, angles: Array, runs: Array) -> Array:
 
 
 def _largest(squares: Array) -> Array:
-    """The largest eigenvalue (...) of each; NaN for a configuration past a full circle."""
+    """The largest eigenvalue (...) of each, 0 of none; NaN for a configuration past a full
+    circle."""
+    if not squares.shape[-1]:
+        return np.zeros(squares.shape[:-2])
     return _eigenvalues(squares)[..., -1]
 
 

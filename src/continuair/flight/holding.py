@@ -53,6 +53,8 @@ def holding(
 def _scale_of_pushes(vehicle: Vehicle, runs: int) -> Array:
     """Sizes of pushes (runs, coordinates): forces, moments and bend moments as vibration has."""
     sections = [section for arm in vehicle.arms for section in arm.section]
+    if not sections:
+        return np.ones((runs, vehicle.layout.coordinates))
     columns = []
     for power, section in [(1, sections[0]), (2, sections[0]), *((3, each) for each in sections)]:
         inertial = vehicle.mass * np.square(section.clamped_frequency) * section.length**power

@@ -26,7 +26,7 @@ def labels_of(vehicle: Vehicle) -> xr.Coordinates:
     """The coordinates that are the same in every trajectory of vehicles with such parts."""
     rotors = vehicle.uav.rotors.count if vehicle.uav.rotors is not None else 0
     if not vehicle.has_arm_list:
-        return _labels((), (), rotors)
+        return _labels(None, (), rotors)
     sections = (f"{arm.name}.{each.name}" for arm in vehicle.arms for each in arm.section)
     return _labels(tuple(arm.name for arm in vehicle.arms), tuple(sections), rotors)
 
@@ -54,10 +54,10 @@ def ordered(flight: xr.Dataset, labels: Mapping[Any, Any]) -> xr.Dataset:
 
 
 @cache
-def _labels(arms: tuple[str, ...], sections: tuple[str, ...], rotors: int) -> xr.Coordinates:
+def _labels(arms: tuple[str, ...] | None, sections: tuple[str, ...], rotors: int) -> xr.Coordinates:
     # Rotors count from 1, as in files that are written of flights.
     alike = FIXED | {"rotor": list(range(1, rotors + 1))}
-    if not arms:
+    if arms is None:
         own = {"actuator": list(ACTUATORS), "coordinate": list(COORDINATES)}
         return xr.Coordinates(alike | own)
     polar, pushes = (numbered(names[6:], len(sections)) for names in (COORDINATES, ACTUATORS))

@@ -41,18 +41,19 @@ def record(recorder: Recorder, *, check: bool = False) -> None:
     if not check:
         _record(recorder)
         return
-    recorder.names = tuple(dict.fromkeys((*recorder.names, "tip_position")))
+    place = "tip_position" if recorder.flight.vehicle.arms else "position"
+    recorder.names = tuple(dict.fromkeys((*recorder.names, place)))
     _record(recorder)
     flight, runs = recorder.flight.finer(), recorder.runs
-    second = Recorder(flight, recorder.model, ("tip_position",), recorder.dtype, runs)
+    second = Recorder(flight, recorder.model, (place,), recorder.dtype, runs)
     _record(second)
-    recorder.error_estimate = error_between(recorder, second)
+    recorder.error_estimate = error_between(recorder, second, place)
 
 
-def error_between(recorder: Recorder, finer: Recorder) -> Array:
-    """Largest distance of a tip of runs from that of a finer flight (runs,), in arm lengths; inf
+def error_between(recorder: Recorder, finer: Recorder, place: str) -> Array:
+    """Largest distance of a place of runs from that of a finer flight (runs,), in arm lengths; inf
     where both end differently."""
-    tips, others = (each.values("tip_position") for each in (recorder, finer))
+    tips, others = (each.values(place) for each in (recorder, finer))
     reach = per_run(recorder.flight.vehicle.reach, recorder.flight.runs)[recorder.runs]
     apart = np.asarray(tips - others, float).reshape(*tips.shape[:2], -1, 3)
     largest = np.nanmax(np.linalg.norm(apart, axis=-1), axis=(1, 2), initial=0.0)

@@ -28,6 +28,7 @@ from continuair.flight.resolution import (
 from continuair.flight.rollout import record
 from continuair.flight.trajectory import (
     OF_ROTORS,
+    OF_SECTION,
     VARIABLES,
     WATCHED_VARIABLES,
     Recorder,
@@ -36,6 +37,7 @@ from continuair.flight.trajectory import (
 from continuair.kernels.dynamics import MODELS
 from continuair.kernels.integrators import INTEGRATORS, TSIT5
 from continuair.scenario.scenarios import Scenario
+from continuair.vehicle.layout import OF_ARM
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
 Array = np.ndarray
@@ -186,6 +188,11 @@ def _checked_names(vehicle: Any, scenario: Any, variables: Any) -> tuple[str, ..
             raise InputError(
                 f"variables holds {name}, which needs a scenario with a controller and a target; "
                 "give both, or leave it out."
+            )
+        if name in (*OF_ARM, *OF_SECTION) and not vehicle.arms:
+            raise InputError(
+                f"variables holds {name}, but vehicle {shown(vehicle.name)} has no arm; leave it "
+                "out, or give the vehicle a table [arm]."
             )
         if name == "term_energy" and name not in default_variables(vehicle, scenario):
             raise InputError(

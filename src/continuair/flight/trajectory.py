@@ -104,7 +104,7 @@ OF_ROTORS = frozenset({"rotor_thrust", "rotor_power", "saturation"})
 
 OBSERVED_VARIABLES = frozenset(observed_columns(1, energies=True)) | OF_ROTORS
 
-_OF_SECTION = ("bend", "bend_rate")
+OF_SECTION = ("bend", "bend_rate")
 """Variables that each section has."""
 
 _LOGGED = ("position", "attitude", "bend", "angular_velocity", "bend_rate", "command")
@@ -236,7 +236,7 @@ class Recorder:
         vehicle = self.flight.vehicle
         if not vehicle.has_arm_list:
             return {}
-        if name in _OF_SECTION:
+        if name in OF_SECTION:
             return {"section": vehicle.sections}
         return {"arm": len(vehicle.arms)} if name in OF_ARM else {}
 
@@ -358,6 +358,8 @@ def in_front(image: Array, depth: Array) -> Array:
 def default_variables(vehicle: Vehicle, scenario: Any) -> tuple[str, ...]:
     """All variables that a vehicle has in a scenario, but q, which is made of the others."""
     absent = {"q"}
+    if not vehicle.arms:
+        absent |= {*OF_ARM, *OF_SECTION, "elastic_energy"}
     if vehicle.uav.rotors is None:
         absent |= OF_ROTORS
     elif vehicle.uav.rotors.radius is None:

@@ -39,5 +39,7 @@ def of_fast_swings(start: Vehicle, found: Vehicle, time: np.ndarray) -> tuple[st
 
 def _fastest(vehicle: Vehicle) -> float:
     """The highest frequency at which an arm swings, free in flight [Hz]; 0 where none does."""
+    if not vehicle.arms:
+        return 0.0
     found = modes(vehicle, base="free")
     return float(found.frequencies[found.damping < _SWINGS].max(initial=0.0)) / (2.0 * np.pi)

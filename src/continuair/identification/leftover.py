@@ -45,6 +45,8 @@ def of_what_is_left(left: Array, recording: Recording) -> tuple[str, ...]:
     }
     doubts = []
     for name, (rest, measured) in parts.items():
+        if not rest.shape[1]:
+            continue  # bends of a vehicle without arms
         moved = np.sqrt(np.mean(measured.var(axis=0))).clip(1e-12)
         missed = _missed(rest) / moved
         if missed > EXPLAINED:

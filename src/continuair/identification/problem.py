@@ -160,5 +160,7 @@ def _failed(rows: Array) -> Array:
 def _deviations(left: Array, unknowns: int) -> Array:
     """Standard deviation of every group of residuals (samples, measured)."""
     freedom = max(1.0 - unknowns / left.size, 1e-3)
-    found = [np.sqrt(np.mean(left[:, group] ** 2) / freedom) for group in _OF_GROUP]
+    squares = [left[:, group] ** 2 for group in _OF_GROUP]
+    # A vehicle without arms has no bends.
+    found = [np.sqrt(each.sum() / max(each.size, 1) / freedom) for each in squares]
     return np.maximum(found, _LEAST_DEVIATION)

@@ -77,7 +77,7 @@ class Recording:
         """A field as finite numbers, a row for each time."""
         found, rows = checks.finite_array(value), np.shape(self.time)[:1]
         expected = 1 if name == "time" else 2
-        if found is None or found.ndim != expected or found.shape[:1] != rows or not found.size:
+        if found is None or found.ndim != expected or found.shape[:1] != rows or not len(found):
             raise InputError(
                 f"{name} of the recording is {shown(value)}; give finite numbers, a row for each "
                 "time."
@@ -160,7 +160,7 @@ def load_recording(path: str | os.PathLike[str], vehicle: Vehicle | None = None)
         time=since,
         position=np.stack([columns[name] for name in "xyz"], -1),
         attitude=attitude / norm[:, None],
-        bend=np.stack([columns[name] for name in names.bend], -1),
+        bend=np.array([columns[name] for name in names.bend]).T.reshape(len(time), len(names.bend)),
         inputs=np.stack([columns.get(each, nothing) for each in names.inputs], -1)
         if driven
         else None,

@@ -217,7 +217,8 @@ def _held(recording: Recording, layout: Layout) -> Scenario:
 
     acting: dict[str, Any] = {}
     if rows is not None:
-        acting = {name: held(rows[:, layout.of_input[name]]) for name in PUSH}
+        there = [name for name in PUSH if layout.bends or name != "bend_moment"]
+        acting = {name: held(rows[:, layout.of_input[name]]) for name in there}
     if recording.rotor_command is not None:
         acting["rotor_command"] = held(recording.rotor_command)
     acting |= {"duration": times[-1], "jumps": tuple(times[1:-1])}

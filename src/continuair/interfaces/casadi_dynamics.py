@@ -130,7 +130,11 @@ def _velocity_terms(bodies: list[tuple[SX, SX]], x: dict[str, SX]) -> SX:
 def _springs(x: dict[str, SX], arms: list[Arm]) -> SX:
     sections = [each.section for arm in arms for each in arm.sections]
     stiff, damped = (
-        DM(np.concatenate([getattr(kind_of(each), name)(each, 1)[0] for each in sections]))
+        DM(
+            np.hstack(
+                [np.zeros(0), *(getattr(kind_of(each), name)(each, 1)[0] for each in sections)]
+            )
+        )
         for name in ("stiffness", "damping")
     )
     return ca.vertcat(SX(6, 1), -stiff * _flat(x["bend"]) - damped * _flat(x["bend_rate"]))
@@ -138,7 +142,7 @@ def _springs(x: dict[str, SX], arms: list[Arm]) -> SX:
 
 def _valid(arms: list[Arm]) -> SX:
     """1, and NaN where a section is bent beyond its range, where nothing here holds."""
-    bent = [each.bent for arm in arms for each in arm.sections]
+    bent = [0, *(each.bent for arm in arms for each in arm.sections)]
     return ca.if_else(ca.mmax(ca.vertcat(*bent)) > 1, np.nan, 1)
 
 

@@ -52,7 +52,12 @@ def check_roles(vehicle: Vehicle, roles: Any) -> None:
     """Raise InputError unless a vehicle's flight follows from signals of these roles."""
     check_single_vehicle(vehicle)
     arm = "bend" in roles, "tip" in roles or "camera" in roles
-    if sum(arm) != 1:
+    if any(arm) and not vehicle.arms:
+        raise InputError(
+            f"a topic is named for the arm's bend, but vehicle {shown(vehicle.name)} has no arm; "
+            "leave it out."
+        )
+    if vehicle.arms and sum(arm) != 1:
         named = "bend and a pose of the tip are both" if all(arm) else "nothing is"
         raise InputError(
             f"{named} named to tell the arm's bend; name one topic for bend, tip or camera."
@@ -159,6 +164,8 @@ def _bends(
     position: Array,
     attitude: Array,
 ) -> Array:
+    if not vehicle.arms:
+        return np.zeros((len(times), 0))
     if "bend" in signals:
         return signals["bend"].at(times)
     arm = vehicle.arms[0]

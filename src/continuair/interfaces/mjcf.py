@@ -28,6 +28,9 @@ from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 _RESOLVED = 0.5
 """Step times the fastest frequency, of which RK4 loses 1e-4 in a step; it is stable up to 2.8."""
 
+_FREE_STEP = 1e-3
+"""Step of a vehicle without arms, whose motion has no frequency of its own [s]."""
+
 _LEAST_INERTIA = 1e-15
 """Below this a moment of a body is none to MuJoCo [kg m²]."""
 
@@ -83,6 +86,8 @@ def _integration(vehicle: Vehicle, links: int) -> dict[str, str]:
     """Integrator and step: RK4 where it resolves the stiffest mode with its damping, or one of
     first order that is stable whatever the damping, as the step of RK4 would be very short."""
     sections = [section for arm in vehicle.arms for section in arm.section]
+    if not sections:
+        return {"integrator": "RK4", "timestep": _text(_FREE_STEP)}
     modes = [fastest_mode(section, links) for section in sections]
     frequency, rate = np.max(modes, axis=0)
     step = _RESOLVED / frequency

@@ -17,7 +17,7 @@ def was_washed(motion: Motion) -> bool:
     """Whether at a sample an arm with drag was in the wash of a rotor that pushed, as far as the
     result tells its thrusts."""
     vehicle, rotors = motion.vehicle, motion.vehicle.uav.rotors
-    if rotors is None or rotors.radius is None:
+    if rotors is None or rotors.radius is None or not vehicle.arms:
         return False
     thrusts = motion.dataset.get("rotor_thrust")
     pushing = True if thrusts is None else thrusts.to_numpy()[:, None] > 0.0

@@ -35,6 +35,7 @@ Input = ArrayLike | Callable[[float], ArrayLike] | None
 _LARGEST_SEED = 2**63 - 1
 
 _ONE = ONE_SECTION.coordinates
+_UAV = 6
 _OF_TIP = OF_NAME["tip_wrench"].width(ONE_SECTION)
 
 _INPUTS = {
@@ -263,13 +264,14 @@ def _state(field: str, value: object, width: int | None = None) -> Array:
     array = _finite_array(value)
     if array is not None and _is_rows(array):
         found = array.shape[-1]
-        if found == width or (width is None and found >= _ONE and found % 2 == 0):
+        if found == width or (width is None and found >= _UAV and found % 2 == 0):
             return array
     rates, many = " (rates)" if field == "qd" else "", width or _ONE
-    further = " and kappa psi_a of each further section" if width != _ONE else ""
+    names = "[x y z roll pitch yaw kappa psi_a]" if many >= _ONE else "[x y z roll pitch yaw]"
+    further = " and kappa psi_a of each further section" if width not in (_UAV, _ONE) else ""
     raise InputError(
         f"{field} is {shown(value)}, but must be {many} finite numbers or a row of {many} per run; "
-        f"give [x y z roll pitch yaw kappa psi_a]{further}{rates}."
+        f"give {names}{further}{rates}."
     )
 
 

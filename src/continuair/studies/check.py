@@ -50,6 +50,8 @@ def facts(vehicle: Vehicle, rest: Trim | None) -> Lines:
 
     rest: of `at_rest`.
     """
+    if not vehicle.arms:
+        return [("mass", f"{vehicle.mass:.4g} kg"), *_of_hover(vehicle)]
     mass, groups = sum(arm.mass for arm in vehicle.arms), place(vehicle)
     which = f", {name_of_excited_arm(vehicle)}" if len(vehicle.arms) > 1 else ""
     return [
@@ -67,6 +69,8 @@ def facts(vehicle: Vehicle, rest: Trim | None) -> Lines:
 
 def modes_of(vehicle: Vehicle, rest: Trim | None) -> Lines:
     """Modes of straight arms without gravity, and about `at_rest` with it; as MODES has them."""
+    if not vehicle.arms:
+        return []
     straight = np.zeros(vehicle.layout.coordinates)
     lines: Lines = [
         ("clamped, g = 0", *_told(vehicle, straight, "clamped", 0.0)),
@@ -98,6 +102,16 @@ def _angles(vehicle: Vehicle, rest: Trim | None) -> Lines:
     lengths = [section.length for arm in vehicle.arms for section in arm.section]
     angles = [kappa * length for kappa, length in zip(polar_of(rest.q)[0], lengths, strict=True)]
     return [("angles at rest", ", ".join(f"{angle:.3g}" for angle in angles) + " rad")]
+
+
+def _of_hover(vehicle: Vehicle) -> Lines:
+    """What the busiest rotor of a vehicle without arms has left of its thrust, hovering."""
+    rotors = vehicle.uav.rotors
+    if rotors is None:
+        return []
+    level = np.zeros((1, vehicle.layout.coordinates))
+    thrusts = hovering_thrusts(Engine(vehicle, "decoupled"), level, GRAVITY)
+    return [("rotors' margin", _left(*thrusts, rotors))]
 
 
 def _of_rotors(vehicle: Vehicle) -> Lines:

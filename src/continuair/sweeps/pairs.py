@@ -31,7 +31,7 @@ from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.closed_pairs import Reduced, track
 from continuair.vehicle.layout import DEVIATIONS, EULER_DEVIATIONS
 from continuair.vehicle.runs import per_run
-from continuair.vehicle.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_vehicle
 
 METRICS: dict[str, tuple[str, str]] = {
     "nrmse_t": ("1", "NRMSE of the tip's position, as the paper prints it"),
@@ -109,6 +109,7 @@ def run_pairs(
         If an argument cannot be used.
     """
     checks.renamed("run_pairs", others, integrator="method")
+    check_has_arms(check_vehicle(vehicle))
     names = _checked_models(models)
     checks.choice("method", method, (TSIT5, *INTEGRATORS))
     tolerance = tolerance_for(method, rtol, atol, max_step)

@@ -26,13 +26,13 @@ _UAV = 6
 def bend_vectors(coordinates: Any) -> np.ndarray:
     """Return the bend vectors (..., sections, 2) of coordinates (..., 2 sections)."""
     found = np.asarray(coordinates)
-    return found.reshape(*found.shape[:-1], -1, COORDINATES)
+    return found.reshape(*found.shape[:-1], found.shape[-1] // COORDINATES, COORDINATES)
 
 
 def coordinates_of(vectors: Any) -> np.ndarray:
     """Return the coordinates (..., 2 sections) of bend vectors (..., sections, 2)."""
     found = np.asarray(vectors)
-    return found.reshape(*found.shape[:-2], -1)
+    return found.reshape(*found.shape[:-2], COORDINATES * found.shape[-2])
 
 
 def polar_of(q: Any) -> tuple[np.ndarray, np.ndarray]:

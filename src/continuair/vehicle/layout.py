@@ -257,8 +257,8 @@ class Layout:
     @cached_property
     def of_input(self) -> dict[str, slice]:
         """Columns of each input that there is in a row of inputs."""
-        widths = {each.name: each.width(self) for each in INPUTS}
-        return columns((name, width) for name, width in widths.items() if width)
+        there = [each for each in INPUTS if each.width(self) or each.per in ("section", "arm")]
+        return columns((each.name, each.width(self)) for each in there)
 
     @property
     def force(self) -> slice:

@@ -184,6 +184,11 @@ class Rotors(Part):
         return self._geometry()[0]
 
     @property
+    def longest_lever(self) -> Any:
+        """The largest distance of a hub from the origin [m]; an array in a batched vehicle."""
+        return np.linalg.norm(self.hubs, axis=-1).max(axis=-1)
+
+    @property
     def axes(self) -> Array:
         """Directions of the thrusts in body axes (rotors, 3), or (runs, rotors, 3)."""
         return self._geometry()[1]

@@ -46,8 +46,9 @@ class Vehicle(Part):
     uav: Uav
     """the UAV's parameters, a table ([uav])"""
 
-    arm_tables: Section | tuple[ArmChain, ...] = Field(alias="arm")
-    """the arm's parameters, a table ([arm]), or those of several arms or sections ([[arm]])"""
+    arm_tables: Section | tuple[ArmChain, ...] = Field(default=(), alias="arm")
+    """the arm's parameters, a table ([arm]), or those of several arms or sections ([[arm]]);
+    without it the vehicle is a multirotor alone"""
 
     camera: Camera = Camera()
     """the camera's parameters, a table ([camera])"""
@@ -71,7 +72,7 @@ class Vehicle(Part):
     @classmethod
     def _table_or_list(cls, value: object) -> Section | tuple[ArmChain, ...]:
         if isinstance(value, (list, tuple)):
-            return members(ArmChain, value, "arm")
+            return members(ArmChain, value, "arm") if value else ()
         section = Section(**value) if isinstance(value, Mapping) else value
         if not isinstance(section, Section):
             raise ValueError("must be a table of fields, or a list of them")
@@ -128,6 +129,7 @@ class Vehicle(Part):
     @property
     def arm(self) -> Section:
         """The single arm of an [arm] table; InputError where the arms are a list ([[arm]])."""
+        check_has_arms(self)
         if isinstance(self.arm_tables, tuple):
             raise InputError(
                 f"vehicle {shown(self.name)} has [[arm]], but this needs the single section of an "
@@ -160,7 +162,7 @@ class Vehicle(Part):
 
     @property
     def camera_arm(self) -> int:
-        """The index of the arm at whose tip the camera is."""
+        """The index of the arm at whose tip the camera is; 0 without arms, too."""
         names = [arm.name for arm in self.arms]
         given = self.camera.arm or "0"
         return names.index(given) if given in names else int(given)
@@ -173,12 +175,17 @@ class Vehicle(Part):
     @property
     def kappa_s(self) -> np.ndarray:
         """κ_s of all sections (runs or 1, sections) [1/m]; Remark 1, Amiri et al."""
+        if not self.arms:
+            return np.zeros((self.runs or 1, 0))
         each = np.broadcast_arrays(*(part.kappa_s for arm in self.arms for part in arm.section))
         return np.atleast_2d(np.stack(each, axis=-1))
 
     @property
     def reach(self) -> Any:
-        """The length of the longest arm [m]; an array in a batched vehicle."""
+        """The length of the longest arm [m], without arms that of the longest lever of a rotor, or
+        1 m; an array in a batched vehicle."""
+        if not self.arms:
+            return 1.0 if self.uav.rotors is None else self.uav.rotors.longest_lever
         lengths = [sum(part.length for part in arm.section) for arm in self.arms]
         return np.max(np.stack(np.broadcast_arrays(*lengths)), axis=0)
 
@@ -290,6 +297,14 @@ def check_vehicle(value: Any) -> Vehicle:
     if not isinstance(value, Vehicle):
         raise InputError(f"vehicle is {shown(value)}; load one with continuair.load_vehicle.")
     return value
+
+
+def check_has_arms(vehicle: Vehicle) -> None:
+    """Raise InputError for a vehicle without an arm."""
+    if not vehicle.arms:
+        raise InputError(
+            f"vehicle {shown(vehicle.name)} has no arm, but this needs one; give it a table [arm]."
+        )
 
 
 def check_one_section(value: Any) -> Vehicle:

@@ -27,11 +27,11 @@ def as_toml(vehicle: Vehicle, comment: Iterable[str] = ()) -> str:
         )
     fields = vehicle.describe()
     uav, arms = fields["uav"], fields["arm"]
-    if vehicle.has_arm_list:
+    if vehicle.arms and vehicle.has_arm_list:
         del uav["mount"]
         below = [line for arm in arms for line in _arm(arm)]
     else:
-        below = _section("[arm]", "arm", arms)
+        below = _section("[arm]", "arm", arms) if vehicle.arms else []
     lines = [f"# {line}".rstrip() for line in comment]
     lines.append(f"name = {json.dumps(fields['name'], ensure_ascii=False)}")
     lines += _uav(uav) + below

@@ -87,6 +87,8 @@ class Bodies:
 
 def bodies(vehicle: Vehicle, position: Array, attitude: Array, bend: Array) -> Bodies:
     """Place a vehicle; position (F, 3), attitude (F, 4), bend (F, sections, 2)."""
+    if not vehicle.arms:
+        return _alone(vehicle, position, attitude)
     body = of_quaternion(attitude)[:, None]
     lines, frames, lengths, radii, angles, largest = [], [], [], [], [], []
     for arm, own in parts(vehicle, bend):
@@ -115,6 +117,16 @@ def bodies(vehicle: Vehicle, position: Array, attitude: Array, bend: Array) -> B
         np.stack([line[:, -1] for line in lines], axis=1),
         quaternions(np.stack([frame[:, -1] for frame in frames], axis=1)),
     )
+
+
+def _alone(vehicle: Vehicle, position: Array, attitude: Array) -> Bodies:
+    """A vehicle without arms, whose tip, with a camera, is where its arm would begin."""
+    none, points = np.zeros(0), np.zeros((len(position), 0, 3))
+    turns, angles = np.zeros((len(position), 0, 4)), np.zeros((len(position), 0))
+    tip = placed(position, attitude, np.asarray(vehicle.uav.mount)[None])
+    frames = quaternions(of_quaternion(attitude) @ TIP)[:, None]
+    largest = np.zeros(len(position))
+    return Bodies(position, attitude, (), points, turns, none, none, angles, largest, tip, frames)
 
 
 def rotors_of(vehicle: Vehicle) -> Rotors:

@@ -88,7 +88,9 @@ class Picture:
             figure.text(0.03, 0.91 - 0.035 * index, note, size=7, color="#B00020")
 
     def _bar(self, figure: Figure) -> None:
-        """The scale of colours of bends."""
+        """The scale of colours of bends, where there are arms."""
+        if not self._scene.vehicle.arms:
+            return
         bar = figure.add_axes((0.06, 0.06, 0.22, 0.015))
         bar.imshow(scale_of_bends()[None], aspect="auto", extent=(0.0, 1.0, 0.0, 1.0))
         bar.set(yticks=[], xticks=[0.0, 1.0])
@@ -124,7 +126,7 @@ class Picture:
             colour = ghost or (DARK if index == 0 else GREY)
             points = placed(bodies.position[frame], bodies.attitude[frame], line)
             self._axes.plot(*points.T, color=colour, lw=2.2 if index == 0 else 1.2, alpha=alpha)
-        pieces = len(bodies.length) // len(bodies.lines)
+        pieces = len(bodies.length) // max(len(bodies.lines), 1)
         for arm, points in enumerate(line[frame] for line in bodies.lines):
             angle = bodies.angle[frame, arm * pieces : (arm + 1) * pieces]
             if ghost is None:
@@ -143,7 +145,7 @@ class Picture:
             self._lines(np.stack([0.0 * ends + at, ends], 1), color=_TIP_AXES, linewidth=1.6)
 
     def _draw_trail(self, frame: int) -> None:
-        for arm in range(len(self._scene.bodies.lines)):
+        for arm in range(self._scene.bodies.tip_position.shape[1]):
             path = self._scene.bodies.tip_position[: frame + 1, arm]
             self._axes.plot(*path.T, color="#777777", lw=0.8)
 

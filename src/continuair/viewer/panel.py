@@ -178,7 +178,9 @@ def legend(stage: Stage) -> str:
         *(f"<div style='color:#B00020'>{html.escape(note)}</div>" for note in scene.notes),
         f"<div style='height:.6em;background:linear-gradient(90deg,{stops})'></div>"
         f"<div style='display:flex;justify-content:space-between'><span>straight</span>"
-        f"<span>bend of a section</span><span>{largest:.3g}°</span></div>",
+        f"<span>bend of a section</span><span>{largest:.3g}°</span></div>"
+        if scene.vehicle.arms
+        else "",
     ]
     forces = {name: GROUPS[name] for name in scene.forces if stage.is_visible(name)}
     shown = dict(forces)

@@ -94,8 +94,9 @@ class Scene:
     @property
     def floor(self) -> float:
         """Height of the ground that is drawn [m]: 0, or below what starts far above or below it."""
-        start = min(float(line[0, :, 2].min()) for line in self.bodies.lines)
-        lowest = min(float(line[..., 2].min()) for line in self.bodies.lines)
+        lines = self.bodies.lines or (self.bodies.tip_position,)
+        start = min(float(line[0, :, 2].min()) for line in lines)
+        lowest = min(float(line[..., 2].min()) for line in lines)
         near = lowest > 0.0 and start < _NEAR * self.reach
         return 0.0 if near else start - 0.5 * self.reach
 

@@ -93,7 +93,7 @@ def _add_uav(api: Any, name: str, vehicle: Vehicle, ghost: str | None) -> None:
     api.add_icosphere(
         f"{name}/hull", 1.0, rgb(ghost or DARK), scale=tuple(_thick(ghost) * rotors.hull), **look
     )  # fmt: skip
-    mounts = np.array([arm.mount for arm in vehicle.arms], float)
+    mounts = np.array([arm.mount for arm in vehicle.arms], float).reshape(-1, 3)
     rods = np.vstack([rotors.hubs, mounts[np.linalg.norm(mounts, axis=1) > 0.05 * lever]])
     lengths = np.linalg.norm(rods, axis=1)
     scales = np.column_stack([np.full((len(rods), 2), thin), lengths])

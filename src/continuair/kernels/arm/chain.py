@@ -17,7 +17,7 @@ from typing import Any
 import warp as wp
 
 from continuair.device.numbers import Numbers
-from continuair.device.types import Tree, device_types, holding
+from continuair.device.types import Tree, device_types, holding, room
 from continuair.kernels.arm.joint import joint_code
 from continuair.kernels.arm.rigid import rigid_code
 from continuair.sections.kind import carried_type, section_types
@@ -38,8 +38,8 @@ def total_types(numbers: Numbers, tree: Tree) -> TotalTypes:
     types = device_types(numbers, tree)
     Real, vec3, mat33, Bends = types.Real, types.vec3, types.mat33, types.Bends
     width = types.layout.bends
-    Columns = wp.types.matrix((3, width), Real)
-    Square = wp.types.matrix((width, width), Real)
+    Columns = wp.types.matrix((3, room(width)), Real)
+    Square = wp.types.matrix((room(width), room(width)), Real)
 
     @wp.struct
     class Total:

@@ -83,12 +83,13 @@ def tip_code(numbers: Numbers, tree: Tree) -> TipCode:
         """The tip frame, whose z points out of the arm, on axes in which it lies along -z."""
         return attitude * quat(one, zero, zero, zero)
 
+    # A vehicle without arms has a tip where its arm would begin: a camera is there.
     def sections_of(arm: int) -> range:
-        return range(tree.first[arm], tree.first[arm + 1])
+        return range(tree.first[arm], tree.first[arm + 1]) if tree.sections else range(0)
 
     def rotates(arm: int) -> bool:
         """Whether a section of an arm has other axes than the body at its base."""
-        return turned or tree.sections[arm] > 1
+        return turned or len(sections_of(arm)) > 1
 
     def at_mount(arm: int) -> Any:
         @wp.func

@@ -49,7 +49,8 @@ def eye_code(numbers: Numbers, tree: Tree, points: int) -> Eye:
     known = elementary_code(numbers)
     sine, cosine, angle_of = known.sine, known.cosine, known.angle_of
     moving_tip_of, wrench_on = tips.moving_tip_of(tree.eye), tips.wrench_on(tree.eye)
-    last, bends = tree.first[tree.eye + 1] - 1, types.layout.bends
+    armed, bends = bool(tree.sections), types.layout.bends
+    last = tree.first[tree.eye + 1] - 1 if armed else 0
     zero, half, one = Real(0.0), Real(0.5), Real(1.0)
     # A controller may look at nothing, but Warp has no vectors of length 0.
     count = max(points, 1)
@@ -102,13 +103,17 @@ def eye_code(numbers: Numbers, tree: Tree, points: int) -> Eye:
     def view_of(y: State, along: Along, plant: Plant, camera: Camera):
         """along: (cos ψa, sin ψa) on the followed branch, which names the frenet frame."""
         out = View()
-        b = bend_of(y, last)
-        db = bend_rate_of(y, last)
+        b = vec2()
+        db = vec2()
+        direction = vec2(one, zero)
+        if wp.static(armed):
+            b = bend_of(y, last)
+            db = bend_rate_of(y, last)
+            direction = two_of(along, last)
         w = spin_of(y)
         moving = moving_tip_of(y, plant)
         turn = moving.tip.attitude
         out.tip = moving.tip
-        direction = two_of(along, last)
         size = wp.length(b)
         # Between the steps, too, the frenet frame is that of the bend itself.
         side = above(zero, wp.dot(b, direction), -one, one) / above(size, zero, size, one)
@@ -194,8 +199,9 @@ def eye_code(numbers: Numbers, tree: Tree, points: int) -> Eye:
         m = wp.quat_rotate(view.to_body, vec3(wrench[3], wrench[4], wrench[5]))
         t = m + wp.cross(view.on_body - view.tip.point, f)
         bend = wrench_on(y, plant, view.tip, f, t)
-        on_last = wp.dot(view.axis, t) * spin_per_bend_rate(bend_of(y, last), plant)
-        bend = plus_pair(bend, last, -camera.frenet * on_last)
+        if wp.static(armed):
+            on_last = wp.dot(view.axis, t) * spin_per_bend_rate(bend_of(y, last), plant)
+            bend = plus_pair(bend, last, -camera.frenet * on_last)
         for j in range(bends):
             bend[j] = plant.unit[j] * bend[j]
         force = wp.quat_rotate(attitude_of(y), f)

@@ -34,7 +34,7 @@ from continuair.studies.excited_flights import CYCLES, Loop
 from continuair.studies.standard_excitations import PERIODS, standard_scenario
 from continuair.studies.standard_loops import bent_growth, hover_loop
 from continuair.studies.timing import median_ratios
-from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
+from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_single_vehicle
 
 PIXELS = 0.7
 """|DS| that is good enough by default [px]."""
@@ -77,7 +77,7 @@ def advise(
     default what `flight_controller` gives the vehicle; called: the vehicle, in commands that the
     advice gives, its name by default.
     """
-    check_single_vehicle(vehicle)
+    check_has_arms(check_single_vehicle(vehicle))
     controller = hover_loop(vehicle, loop, bandwidth)
     chosen, arm = chosen_tasks(tasks), excited_arm(vehicle)
     names = list(dict.fromkeys(name for task in chosen for name in TASKS.get(task, ())))
