@@ -8,7 +8,7 @@ from sphinx.application import Sphinx
 
 import continuair as ca
 
-_SPACES = ("continuair.equations", "continuair.paths", "continuair")
+_SPACES = ("continuair.equations", "continuair.paths", "continuair", "amiri2026")
 _PUBLIC = {
     *(f"continuair.{name}" for name in ca.__all__),
     *(f"continuair.equations.{name}" for name in ca.equations.__all__),

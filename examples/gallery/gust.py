@@ -29,7 +29,7 @@ def main() -> None:
     wind = ca.gust((6, 0, 0), start=1.0, duration=1.0)
     start = [0, 0, 2, 0, 0, 0, 0, 0]
     scenario = ca.Scenario("gust", start, controller=law, wind=wind, duration=6.0)
-    flight = ca.simulate(vehicle, scenario, sample=0.01)
+    flight = ca.simulate(vehicle, scenario, sample=0.01, variables=["position", "q", "bend"])
     figure, rows = plt.subplots(3, 1, sharex=True, figsize=(6, 5), layout="constrained")
     rows[0].plot(flight.time, 100 * flight.position[:, 0], color="black")
     rows[1].plot(flight.time, np.degrees(flight.q[:, 4]), color="black")
