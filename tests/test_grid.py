@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import continuair as ca
 from continuair.flight.time_grid import grid_of, instants_at, marks_of, stage_times
@@ -56,7 +57,7 @@ def test_what_is_held_flies_as_the_same_by_its_jumps() -> None:
     )
     for given in METHODS:
         one, other = (ca.simulate(vehicle, each, sample=0.01, **given) for each in (held, by_jumps))
-        np.testing.assert_array_equal(one["q"], other["q"])
+        xr.testing.assert_equal(one, other)
 
 
 def test_what_an_input_is_at_start_and_end_alone_moves_nothing() -> None:
@@ -70,7 +71,7 @@ def test_what_an_input_is_at_start_and_end_alone_moves_nothing() -> None:
     smooth, beyond = (ca.Scenario("push", start, force=f, duration=end) for f in forces)
     for given in METHODS:
         one, other = (ca.simulate(vehicle, each, **given) for each in (smooth, beyond))
-        np.testing.assert_array_equal(one["q"], other["q"])
+        xr.testing.assert_equal(one, other)
     sims = [ca.Simulation(vehicle, each, control_period=0.01) for each in (smooth, beyond)]
     for sim in sims:
         sim.step()

@@ -25,13 +25,13 @@ def test_losing_all_points_ends_that_run_with_a_status_and_keeps_what_was_record
     lost = run.isel(run=0)
     recorded = lost.sel(time=slice(None, end + 1e-9))
     later = lost.sel(time=slice(end + 1e-9, None))
-    assert np.isfinite(recorded.features).all() and np.isfinite(recorded.q).all()
+    assert np.isfinite(recorded.features).all() and np.isfinite(recorded.bend).all()
     assert np.isfinite(recorded.command).all()
-    assert np.isnan(later.features).all() and np.isnan(later.q).all()
+    assert np.isnan(later.features).all() and np.isnan(later.bend).all()
     # The last sample is the first without a point.
     in_view = recorded.in_view.sum("point").to_numpy()
     assert in_view[-1] == 0 and (in_view[:-1] > 0).all()
-    assert np.isfinite(run.isel(run=1).q).all()
+    assert np.isfinite(run.isel(run=1).bend).all()
     assert float(run.end_time[1]) == 2.0
 
 
@@ -41,7 +41,8 @@ def test_a_point_out_of_view_does_not_act() -> None:
     target = ca.Target(ca.paths.line([0, 0, 0], [-8.0, 0, 0], duration=10.0), far)
     q = flights.start(x=0.0, z=0.0, kappa=0.0)
     five = flights.scenario(ca.servoing(**WEAK, points=5), 1.5, q=q, target=target)
-    run = ca.simulate(flights.VEHICLE, five)
+    names = ["q", "in_view", "command"]
+    run = ca.simulate(flights.VEHICLE, five, variables=names)
     hidden = np.flatnonzero(run.in_view[:, 4] == 0)
     assert run.status == 0 and len(hidden) > 0
     i = hidden[0]

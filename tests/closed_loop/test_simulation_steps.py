@@ -129,7 +129,8 @@ def test_angles_pass_through_a_tumble_as_those_of_simulate_do() -> None:
     assert np.abs(np.diff(euler, axis=0)).max() < 2.0
     # Past straight up, and round and round.
     assert np.abs(euler).max() > 3 * np.pi
-    np.testing.assert_allclose(found, sim.trajectory().q, rtol=0, atol=1e-13)
+    whole = ca.simulate(VEHICLE, tumble, duration=1.0, sample=1e-2, rtol=1e-9, variables=["q"])
+    np.testing.assert_allclose(found, whole.q, rtol=0, atol=1e-3)
 
 
 def test_it_sees_what_the_closed_loop_sees() -> None:
@@ -163,7 +164,7 @@ def test_a_flight_that_bends_too_far_ends_and_keeps_what_was_recorded() -> None:
     run = sim.trajectory()
     assert run.status == 2
     assert sim.time <= float(run.end_time) <= sim.time + 0.01
-    assert np.isfinite(run.q).all() and len(run.time) == round(sim.time / 0.01) + 1
+    assert np.isfinite(run.bend).all() and len(run.time) == round(sim.time / 0.01) + 1
     with pytest.raises(ca.InputError, match="the flight ended at .* start a new Simulation"):
         sim.step(np.zeros(8))
 
@@ -189,7 +190,7 @@ def test_named_pushes_are_those_of_a_scenario() -> None:
     stepped = sim.trajectory()
     given = scenario(**pushes, jumps=(), duration=50 * PERIOD)
     whole = ca.simulate(VEHICLE, given, sample=PERIOD, method="RK4", step=stepped.attrs["step"])
-    for name in ("q", "tip_position", "base_force", "base_moment"):
+    for name in ("attitude", "bend", "tip_position", "base_force", "base_moment"):
         one, other = stepped[name].to_numpy(), whole[name].to_numpy()
         # What acts is kept from the start of a period on, and the first row is of the first.
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-10 * (1 + np.abs(other).max()))

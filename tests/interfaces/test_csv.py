@@ -45,8 +45,6 @@ def test_all_else_that_was_logged_follows_with_units(tmp_path: Path) -> None:
     for heading, values in {
         "velocity_z [m/s]": dataset.velocity.sel(axis="z"),
         "tip_position_right_x [m]": dataset.tip_position.sel(arm="right", axis="x"),
-        "q_yaw [rad]": dataset.q.sel(coordinate="yaw"),
-        "q_kappa_2 [1/m]": dataset.q.sel(coordinate="kappa_2"),
         "bend_rate_left.0_x [1/(m s)]": dataset.bend_rate.sel(section="left.0", bend_axis="x"),
         "kinetic_energy [J]": dataset.kinetic_energy,
     }.items():

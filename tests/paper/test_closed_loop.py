@@ -128,7 +128,8 @@ def test_coupling_force_is_that_of_the_blocks_between_uav_and_arm(flown: Evidenc
     at = 5
     flight = letter.flown(flown, "coupled")
     q = flight["q"].to_numpy()
-    q_dot = np.gradient(letter.fly(flown, "coupled", sample=1e-4, duration=0.1)["q"], 1e-4, axis=0)
+    again = letter.fly(flown, "coupled", sample=1e-4, duration=0.1, variables=["q"])
+    q_dot = np.gradient(again["q"], 1e-4, axis=0)
     rates = q_dot[at * 100]
     accelerations = np.gradient(q_dot, 1e-4, axis=0)[at * 100]
     M, C = equations.mass_matrix(vehicle, q[at]), equations.coriolis_matrix(vehicle, q[at], rates)

@@ -257,7 +257,9 @@ def test_a_vehicle_keeps_its_own_disks_beside_the_published_ones() -> None:
 def test_energies_are_those_of_the_flight() -> None:
     """Kinetic energy and the change of potential energy, as the kernels log them."""
     full = disks.with_disks(VEHICLE)
-    flight = ca.simulate(full, open_loop_test("D"), sample=0.1)
+    energies = ["kinetic_energy", "gravity_energy", "elastic_energy"]
+    names = ["q", *disks._STATE, *energies]
+    flight = ca.simulate(full, open_loop_test("D"), sample=0.1, variables=names)
     kinetic, potential = disks._energies(full, *disks._motion(full, flight))
     logged = flight["gravity_energy"] + flight["elastic_energy"]
     np.testing.assert_allclose(kinetic, flight["kinetic_energy"], rtol=1e-12, atol=1e-12)

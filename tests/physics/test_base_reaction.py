@@ -13,6 +13,7 @@ from tests.physics.free_flight import tumbling
 from tests.physics.slopes import INSIDE, matrices, slope
 
 STEP, INTERVAL = 2.5e-5, 2e-4
+MOTION = ["q", "position", "attitude", "velocity", "angular_velocity", "bend", "bend_rate"]
 # The bending's ω is 150 rad/s at most: RK4 keeps the slopes of what it logs to (ω STEP)⁴/120 =
 # 2e-12, differences err by (ω INTERVAL)⁸/630 = 1e-15, and roundings count 2/INTERVAL = 1e4 times.
 # Reached: 1e-12 by the UAV's balance, and 1e-11 by the arm's, whose momentum sums larger parts.
@@ -48,7 +49,13 @@ def runs() -> dict[str, xr.Dataset]:
     )
     return {
         model: ca.simulate(
-            FURNISHED, scenario, model=model, method="RK4", step=STEP, sample=INTERVAL
+            FURNISHED,
+            scenario,
+            model=model,
+            method="RK4",
+            step=STEP,
+            sample=INTERVAL,
+            variables=[*MOTION, "base_force", "base_moment"],
         )
         for model in ca.MODELS
     }

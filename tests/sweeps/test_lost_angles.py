@@ -121,6 +121,58 @@ def test_q_follows_its_angles_whatever_the_samples_and_the_steps(model: str) -> 
     np.testing.assert_allclose(begun, start[0], rtol=0, atol=1e-12)
 
 
+def test_samples_change_no_flight_whose_torques_follow_a_direction() -> None:
+    """A bend of 1e-5 1/m whirls by whole turns within a step."""
+    bend, whirl = [9.723876e-06, 2.398355], [0.000293532, -50.434715]
+    q, qd = [0] * 6 + bend, [0, 0, 0, 0.657157, 1.719174, -0.519397, *whirl]
+    scenario = ca.Scenario("whirl", q, qd, tau=1e-3 * np.eye(8)[6], gravity=0.0, duration=1.0)
+    flights = [ca.simulate(VEHICLE, scenario, sample=sample) for sample in (1.0, 1e-2, 1e-3)]
+    for flight in flights[1:]:
+        assert int(flight["steps"]) == int(flights[0]["steps"])
+        for name in ("tip_position", "bend"):
+            np.testing.assert_array_equal(flight[name][-1], flights[0][name][-1])
+
+
+@pytest.mark.parametrize(
+    "euler", [(2.0, np.pi / 2, 1.0), (0.3, -np.pi / 2, 0.2), (7, np.pi / 2, -9)]
+)
+@pytest.mark.parametrize("options", [{}, {"method": "RK4", "step": 1e-3}])
+def test_roll_and_yaw_of_a_vehicle_that_stands_upright_stay(
+    euler: tuple[float, ...], options: dict[str, Any]
+) -> None:
+    still = ca.Scenario("still", [0, 0, 0, *euler, 0, 0.4], gravity=0.0, duration=0.1)
+    flight = ca.simulate(VEHICLE, still, sample=0.01, variables=["q"], **options)
+    np.testing.assert_allclose(flight["q"][:, 3:6], [euler] * 11, rtol=0, atol=1e-9)
+
+
+def test_a_pass_beside_a_pole_takes_the_same_side_at_any_step() -> None:
+    """At 1.2e-5 rad, much less than a step turns by."""
+    qd = [0, 0, 0, 0, 8.0, -0.0014227877, 0, 0]
+    scenario = ca.Scenario("pass", [0, 0, 0, 0, 1.2, 0, 0, 0], qd, gravity=0.0, duration=0.1)
+    how: tuple[dict[str, Any], ...] = (
+        {"sample": 0.1},
+        {"sample": 1e-3},
+        {"rtol": 1e-9},
+        {"method": "RK4", "step": 1e-3},
+    )
+    for options in how:
+        end = ca.simulate(VEHICLE, scenario, variables=["q"], **options)["q"][-1, 3:6]
+        np.testing.assert_allclose(end, [-np.pi, np.pi - 2.0, -np.pi], rtol=0, atol=1e-3)
+
+
+@pytest.mark.parametrize("dtype", ["float64", "float32"])
+def test_a_swing_in_a_plane_keeps_its_direction(dtype: str) -> None:
+    vehicle = VEHICLE.replace({"uav.inertia": [0.05, 0.05, 0.09]})
+    rng = np.random.default_rng(0)
+    q = np.zeros((64, 8))
+    q[:, 6], q[:, 7] = rng.choice([-0.5, 0.5], 64), rng.uniform(-3.0, 3.0, 64)
+    swing = ca.Scenario("swing", q, gravity=0.0, duration=2.0)
+    flight = ca.simulate(vehicle, swing, sample=0.01, dtype=dtype, variables=["q"])
+    # Near straight the direction of a float32 bend is that of few digits.
+    assert float(abs(flight["q"][..., 7] - q[:, None, 7]).max()) < 0.1
+    assert float(flight["q"][..., 6].min()) < -0.4 < 0.4 < float(flight["q"][..., 6].max())
+
+
 @pytest.mark.parametrize(("sample", "told"), [(1e-3, "are NaN"), (1e-4, "overstate")])
 def test_an_opened_sweep_tells_of_lost_and_of_overstated_angles(
     tmp_path: Path, sample: float, told: str

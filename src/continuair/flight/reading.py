@@ -6,6 +6,7 @@ import json
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,12 @@ GIVEN_TO_STEPS = "given to Simulation.step"
 
 BATCH_ROW = "batch_row"
 """Coordinate along run: which row of its batch each run was, whatever labels run has since."""
+
+_MOST_UNPACKED = 1100
+"""Bytes that a byte of deflated data gives at most, a little more than it can."""
+
+_FREELY_UNPACKED = 1 << 26
+"""Bytes that a variable may always have, such as one of fill values."""
 
 
 def read_result(path: str | os.PathLike[str]) -> xr.Dataset:
@@ -42,6 +49,7 @@ def opened(path: str | os.PathLike[str]) -> Iterator[xr.Dataset]:
     if file.is_dir():
         raise InputError(f"{named}which is a folder; give a .nc file in it.")
     try:
+        _check_contained(file, named)
         with xr.open_dataset(file, engine="h5netcdf") as result:
             _check_ours(path, result)
             yield result
@@ -54,6 +62,41 @@ def opened(path: str | os.PathLike[str]) -> Iterator[xr.Dataset]:
             f"{named}which cannot be read as netCDF ({reason(error)}); it is damaged or something "
             "else: write it again with to_netcdf or a study."
         ) from None
+
+
+def _check_contained(file: Path, named: str) -> None:
+    """Raise InputError for a file that HDF5 would read other files for, or that unpacks to far more
+    than it can hold."""
+    import h5py
+
+    with h5py.File(file, "r") as root:
+        seen: set[int] = set()
+        groups = [root]
+        while groups:
+            group = groups.pop()
+            for name in group:
+                if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+                    raise InputError(f"{named}whose {name} is a link; give the file that it is in.")
+                member = group[name]
+                address = h5py.h5o.get_info(member.id).addr
+                if address in seen:
+                    continue
+                seen.add(address)
+                if isinstance(member, h5py.Group):
+                    groups.append(member)
+                elif isinstance(member, h5py.Dataset):
+                    _check_data(member, named, name)
+
+
+def _check_data(member: Any, named: str, name: str) -> None:
+    """Raise InputError for a variable whose values are not all in the file."""
+    if member.external or member.is_virtual:
+        raise InputError(f"{named}whose {name} is stored in other files; give one that holds it.")
+    if member.nbytes > _MOST_UNPACKED * member.id.get_storage_size() + _FREELY_UNPACKED:
+        raise InputError(
+            f"{named}whose {name} would unpack to {member.nbytes:.3g} bytes, more than the file "
+            "can hold; it is damaged or made to fill the memory."
+        )
 
 
 def _check_ours(path: str | os.PathLike[str], result: xr.Dataset) -> None:

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from continuair.errors import InputError
 from continuair.identification.aliasing import of_fast_swings
 from continuair.identification.confidence import confidence
 from continuair.identification.fields import fitted_fields
 from continuair.identification.leftover import of_what_is_left
-from continuair.identification.problem import GROUPS, Problem
+from continuair.identification.problem import GROUPS, Problem, lasts
 from continuair.identification.recording import Recording
 from continuair.identification.replay import Replay
 from continuair.progress import Progress
@@ -87,6 +88,11 @@ def fit(
     where, deviations, converged = problem.settle()
     found, resolved = problem.vehicle(where), replay.resolves(problem.vehicle(where))
     left = problem.left_over(where)
+    if not lasts(left):
+        raise InputError(
+            f"{recording.name}: no flight of the vehicle lasts as long as the recording; check its "
+            "inputs and units, or start from a vehicle nearer to it."
+        )
     errors, condition, doubts = confidence(problem, where, deviations, left)
     doubts += (*of_what_is_left(left, recording), *replay.cut_off(found))
     doubts += of_fast_swings(vehicle, found, recording.time)

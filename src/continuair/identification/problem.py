@@ -157,6 +157,11 @@ def _failed(rows: Array) -> Array:
     return np.asarray((rows == _FAR).all(axis=1))
 
 
+def lasts(left: Array) -> bool:
+    """Whether the flight that left these residuals (samples, measured) lasted to its end."""
+    return bool((np.abs(left) < _FAR).all())
+
+
 def _deviations(left: Array, unknowns: int) -> Array:
     """Standard deviation of every group of residuals (samples, measured)."""
     freedom = max(1.0 - unknowns / left.size, 1e-3)

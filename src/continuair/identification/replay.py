@@ -51,6 +51,7 @@ class Replay:
     def __init__(self, vehicle: Vehicle, recording: Recording, test: str | None) -> None:
         self.layout = vehicle.layout
         _check_sections(vehicle, recording, test)
+        _check_bends(vehicle, recording)
         if test is None and recording.inputs is None and recording.rotor_command is None:
             raise InputError(
                 f"{recording.name}: has no column of inputs; add some of "
@@ -174,6 +175,18 @@ def _check_sections(vehicle: Vehicle, recording: Recording, test: str | None) ->
         raise InputError(
             f"test is {shown(test)}, which is for one arm of one section; leave it out, and record "
             "the inputs."
+        )
+
+
+def _check_bends(vehicle: Vehicle, recording: Recording) -> None:
+    """Raise InputError for bends beyond a full circle, which no flight of the vehicle reaches."""
+    lengths = np.array([section.length for arm in vehicle.arms for section in arm.section])
+    angles = np.linalg.norm(bend_vectors(recording.bend), axis=-1) * lengths
+    if (angles > 2.0 * np.pi).any():
+        row, section = np.argwhere(angles > 2.0 * np.pi)[0]
+        raise InputError(
+            f"{recording.name}: bend of section {section + 1} is {angles[row, section]:.4g} rad in "
+            f"row {row + 1}, more than a full circle; give bends in 1/m."
         )
 
 

@@ -20,7 +20,6 @@ from continuair.kernels.signals import signal_code
 from continuair.kernels.step import (
     NOT_FINITE,
     OVERTURNED,
-    SHORTEST_PART,
     STEP_LIMIT,
     UNSEEN,
     stepping_code,
@@ -33,9 +32,8 @@ time reached [s], and the most that rotors were asked for beyond their limits.""
 
 STEPS, REJECTED, EVALUATIONS, REACHED, SATURATION = range(COUNTS)
 
-_LARGEST_TURN = 1.0
-"""Angle that a step may turn the UAV by, so that the nearer of two triples of Euler angles is the
-one that is followed [rad]."""
+_LARGEST_TURN = 2.0
+"""Angle that a step may turn the UAV by, so that whole turns are counted [rad]."""
 
 _BISECTIONS = 40
 """Of a step in which a run ends: to 1e-12 of its length."""
@@ -65,7 +63,7 @@ def adaptive_kernel(
     Method, Control, Ticks, Signals = own.Method, own.Control, own.Ticks, signals_of.Signals
     Flight, flight_of, freeze = structs.Flight, structs.flight_of, structs.freeze
     load_state, Branch, branch_at = types.load_state, stepping.Branch, stepping.branch_at
-    followed, unclear, end_of = stepping.followed, stepping.unclear, stepping.end_of
+    Path, followed, end_of = stepping.Path, stepping.followed, stepping.end_of
     added, compensated = stepping.added, stepping.compensated
     Loop, Pilot, pilot_of = pilot.Loop, pilot.Pilot, pilot.pilot_of
     decide, push_at = pilot.decide, pilot.push_at
@@ -82,8 +80,7 @@ def adaptive_kernel(
     rate_of, excess_of = dynamics.rate_of, dynamics.loads.excess_of
     misdirected, coarse = dynamics.loads.misdirected, numbers.precision == "float32"
     limited, misleading = excess_of is not None, misdirected is not None
-    zero, half, one, two = Real(0.0), Real(0.5), Real(1.0), Real(2.0)
-    shortest_part = Real(SHORTEST_PART)
+    zero, half, one = Real(0.0), Real(0.5), Real(1.0)
     last_node, almost = Real(1.0 - 1e-6), Real(1.0 + 1e-6)
     # Of 64-bit and 32-bit numbers: steps that see on which side a direction turns, and the least.
     followable, shortest = Real(1e-6 if coarse else 1e-9), Real(1e-7 if coarse else 1e-12)
@@ -134,16 +131,14 @@ def adaptive_kernel(
     @wp.struct
     class Attempt:
         """A step from t to its end, and y, the state there. reaches: 1 where that is a break or the
-        tick; branch: as followed along the share of the step that is walked, up to the state that
-        is passed; good: 1 where it is accepted; status: that the run ends with in it, or 0."""
+        tick; path: the way to it; good: 1 where it is accepted; status: that the run ends with in
+        it, or 0."""
 
         step: Real
         end: Real
         reaches: Real
         y: State
-        branch: Branch
-        passed: State
-        walked: Real
+        path: Path
         error: Real
         good: Real
         status: Real
@@ -218,8 +213,6 @@ def adaptive_kernel(
         if any_above(p.fresh, half):
             begin = wp.int32(0)
         out.y = p.y
-        out.branch = p.branch
-        out.passed = p.y
         for stage in range(begin, count):
             node = Real(method.nodes[stage])
             at_end = above(node, last_node, one, zero)
@@ -249,6 +242,9 @@ def adaptive_kernel(
             doubt = misdirected(p.y, out.y, along, flight, 0) / Real(course.control.absolute)
             out.error = wp.max(out.error, above(out.step, followable, doubt, zero))
         out.good = above(out.error, one, zero, p.waiting)
+        out.path.change = out.y - p.y
+        out.path.begins = out.step * stored(p.stages, 0)
+        out.path.ends = out.step * stored(p.stages, count - 1)
         p.evaluated = p.evaluated + p.waiting * (Real(Cell(count - 1)) + p.fresh)
         return out
 
@@ -290,31 +286,6 @@ def adaptive_kernel(
             tried.status = above(ends, zero, ends, tried.status)
 
     @wp.func
-    def walk(p: wp.ref[Progress], tried: wp.ref[Attempt], share: Real, y: State, wanted: Real):
-        """Follow the branches along a step up to y, at a share of it, where wanted: only where one
-        turns too far to go there at once, and then in parts short enough."""
-        left = wanted * unclear(tried.branch, tried.passed, y)
-        part = one
-        while any_above(left, half):
-            ahead = wp.min(share, tried.walked + part)
-            there = added(p.y, tried.step * between(p.inside, ahead))
-            doubt = unclear(tried.branch, tried.passed, there)
-            clear = left * above(part, shortest_part, one - doubt, one)
-            tried.branch = chosen(clear, followed(tried.branch, there), tried.branch)
-            tried.passed = mixed(clear, there, tried.passed)
-            tried.walked = above(clear, half, ahead, tried.walked)
-            part = above(clear, half, two * part, half * part)
-            left = left * above(share, tried.walked, one, zero)
-
-    @wp.func
-    def walk_to_end(course: Course, p: wp.ref[Progress], tried: wp.ref[Attempt]):
-        """Follow the branches to the end of a step where it is accepted."""
-        if any_above(tried.good * unclear(tried.branch, tried.passed, tried.y), zero):
-            interpolate(p.inside, p.stages, course.method.dense, course.method.nodes.shape[0])
-            walk(p, tried, (tried.end - p.t) / tried.step, tried.y, tried.good)
-        tried.branch = followed(tried.branch, tried.y)
-
-    @wp.func
     def due_within(course: Course, p: wp.ref[Progress], tried: wp.ref[Attempt]):
         """1 where the next sample is within a step that is accepted."""
         there = above(tried.end, at(course.ticks.samples, p.sample), tried.good, zero)
@@ -335,8 +306,9 @@ def adaptive_kernel(
                 if wp.static(every_stage):
                     evaluate(course.motion, course.loop.motion, flight.run, time, zero)
                 push = push_at(0, time, y, p.branch.direction, flight, pilot, p.push)
-                walk(p, tried, (time - p.t) / tried.step, y, due)
-                log_row(log, p.sample, due, y, flight, followed(tried.branch, y), push)
+                share = (time - p.t) / tried.step
+                branch = followed(p.branch, p.y, tried.path, share, y)
+                log_row(log, p.sample, due, y, flight, branch, push)
                 p.sample = p.sample + due
                 due = due_within(course, p, tried)
 
@@ -356,7 +328,8 @@ def adaptive_kernel(
             summed, rest = compensated(p.y, p.rest, change)
             p.rest = mixed(good, rest, p.rest)
             tried.y = mixed(above(tried.status, zero, zero, one), summed, tried.y)
-        p.branch = chosen(good, tried.branch, p.branch)
+        share = (tried.end - p.t) / tried.step
+        p.branch = chosen(good, followed(p.branch, p.y, tried.path, share, tried.y), p.branch)
         p.y = mixed(good, tried.y, p.y)
         p.t = above(good, half, tried.end, p.t)
         store(p.stages, 0, mixed(good, stored(p.stages, count - 1), stored(p.stages, 0)))
@@ -422,7 +395,6 @@ def adaptive_kernel(
                 if any_above(tried.good, half):
                     locate_end(course, p, tried)
                     log_samples(course, flight, pilot, p, tried, log)
-                    walk_to_end(course, p, tried)
                     accept(i, course, flight, pilot, p, tried)
                 settle(course, flight, p, tried, tick)
             if all_above(p.ended, zero):

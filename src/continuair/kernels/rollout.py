@@ -40,7 +40,7 @@ def rollout_kernel(
     Vehicles, Drive, Start, Steps = structs.Vehicles, begins.Drive, begins.Start, begins.Steps
     flight_of, freeze, load_state = structs.flight_of, structs.freeze, types.load_state
     branch_at, end_of = stepping.branch_at, stepping.end_of
-    followed_along = stepping.followed_along
+    Path, followed = stepping.Path, stepping.followed
     after, compensated = stepping.added, stepping.compensated
     coarse = numbers.precision == "float32"
     Loop, pilot_of, decide, push_at = pilot.Loop, pilot.pilot_of, pilot.decide, pilot.push_at
@@ -110,7 +110,11 @@ def rollout_kernel(
                 ended += now
                 if all_above(ended, zero):
                     break
-            branch = followed_along(branch, before, y)
+            path = Path()
+            path.change = y - before
+            path.begins = path.change
+            path.ends = path.change
+            branch = followed(branch, before, path, one, y)
             due = steps.sample_after[i]
         if due >= 0:
             last = count - 1

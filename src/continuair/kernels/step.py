@@ -25,9 +25,6 @@ STATUS = {
     STEP_LIMIT: "step limit reached",
 }
 
-SHORTEST_PART = 2.0**-12
-"""Share of a step below which a direction that turns fast is taken to turn through zero."""
-
 
 @dataclass(frozen=True)
 class Stepping:
@@ -35,9 +32,8 @@ class Stepping:
 
     signed_of(branch, y, unit) holds, for the coordinates of each section, κ [1/m] and ψa on its
     branch, or for a kind that has none of these the coordinates themselves; euler_of(branch) roll,
-    pitch and yaw. unclear(branch, before, y) is 1 where a direction turns so far from one state to
-    the next, at branch and y, that followed(branch, y) may go on with the wrong one;
-    followed_along(branch, before, y) goes along the chord between them then.
+    pitch and yaw. followed(branch, y, path, share, end) are the branches after a share of
+    a step that goes from y along a Path.
 
     added(y, change) is a state after a change, of unit attitude; compensated(y, rest, change) is
     that and what rounding has added to it, which the next change takes back; rest: from the change
@@ -48,9 +44,8 @@ class Stepping:
     branch_at: Any
     signed_of: Any
     euler_of: Any
+    Path: Any
     followed: Any
-    unclear: Any
-    followed_along: Any
     chosen: Any
     added: Any
     compensated: Any
@@ -73,9 +68,9 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
     Q = types.layout.attitude.start
     zero, half, one, two = Real(0.0), Real(0.5), Real(1.0), Real(2.0)
     whole_turn = Real(2.0 * np.pi)
-    # The cosine of a radian, and the sine of a turn that is one through zero, in a plane.
-    clear, planar = Real(float(np.cos(1.0))), Real(1e-6)
-    shortest_part, columns = Real(SHORTEST_PART), types.layout.state
+    # The cosine of a radian, and the distance from zero [rad] of a vector that passes through it.
+    clear, columns = Real(float(np.cos(1.0))), types.layout.state
+    through = Real(1e-5 if numbers.precision == "float32" else 1e-9)
     ok, not_finite, overbent = (Real(float(status)) for status in (OK, NOT_FINITE, OVERBENT))
 
     @wp.struct
@@ -89,6 +84,23 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
         pitch: vec2
         yaw: vec2
         euler_turns: vec3
+
+    @wp.struct
+    class Path:
+        """A step: its change, and the slopes at its ends times its length."""
+
+        change: State
+        begins: State
+        ends: State
+
+    @wp.func
+    def added(y: State, change: State):
+        out = y + change
+        q = attitude_of(out)
+        n = one / wp.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+        for j in range(4):
+            out[Q + j] = out[Q + j] * n
+        return out
 
     @wp.func
     def euler_of(branch: Branch):
@@ -122,6 +134,11 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
         return out
 
     @wp.func
+    def product(a: vec2, b: vec2):
+        """a·b; wp.dot is rounded by how it was compiled."""
+        return a[0] * b[0] + a[1] * b[1]
+
+    @wp.func
     def signed_of(branch: Branch, y: State, unit: Bends):
         """κ and ψa of each section, ψa continuous."""
         out = bends_of(y)
@@ -131,41 +148,62 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
             i = section_of(k)
             along = two_of(branch.direction, i)
             angle = angle_of(along[1], along[0]) + whole_turn * branch.turns[i]
-            out = with_polar(out, i, wp.dot(bend_of(y, i), along), angle, unit)
+            out = with_polar(out, i, product(bend_of(y, i), along), angle, unit)
         return out
 
     @wp.func
     def direction(found: vec2, side: Real, before: vec2):
         """The direction of a vector, or the opposite for a side of -1; of none that before."""
-        u = wp.dot(found, found)
+        u = product(found, found)
         scale = side / wp.sqrt(above(u, zero, u, one))
         x = above(u, zero, found[0] * scale, before[0])
         y = above(u, zero, found[1] * scale, before[1])
         return vec2(x, y)
 
     @wp.func
-    def along_or_against(found: vec2, before: vec2):
-        """The direction of a vector or the opposite, whichever is nearer the one before."""
-        return direction(found, above(zero, wp.dot(found, before), -one, one), before)
+    def turned_to(along: vec2, a: vec2, b: vec2):
+        """The direction after a vector has gone from a to b, straight on: it turns with the vector,
+        which keeps its side, but for one that begins at zero or passes through it."""
+        crossed = wp.abs(a[0] * b[1] - a[1] * b[0])
+        gone = b - a
+        begun = above(product(a, a), through * through, zero, one)
+        passed = above(crossed * crossed, through * through * product(gone, gone), zero, one)
+        passed = above(zero, product(a, b), passed, zero)
+        side = above(zero, product(a, along), -one, one)
+        near = above(zero, product(b, along), -one, one)
+        side = above(begun + passed, half, near, side)
+        far = above(product(b, b), through * through, one, zero)
+        there = direction(b, side, along)
+        return vec2(above(far, half, there[0], along[0]), above(far, half, there[1], along[1]))
 
     @wp.func
     def turns_between(before: vec2, after: vec2):
-        """1 or -1 where a direction has turned past ±π, whose half-planes are y < 0 and y >= 0."""
-        turn = above(zero, after[1], one, zero) - above(zero, before[1], one, zero)
-        return above(zero, before[0] + after[0], turn, zero)
+        """1 or -1 where a direction has turned past ±π, by less than half a turn."""
+        sense = before[0] * after[1] - before[1] * after[0]
+        down = above(zero, after[1], above(zero, before[1], zero, one), zero)
+        up = above(zero, before[1], above(zero, after[1], zero, one), zero)
+        return down * above(sense, zero, one, zero) - up * above(zero, sense, one, zero)
 
     @wp.func
-    def followed_euler(branch: Branch, y: State):
-        """cos θ changes sign at a quarter turn of pitch; roll, pitch and yaw stay continuous."""
+    def with_euler(branch: Branch, before: State, y: State):
+        """cos θ changes sign where the vertical passes through the body's x axis; roll, pitch and
+        yaw stay continuous."""
         q = attitude_of(y)
         tilt = tilt_of(y)
-        before = two_of(branch.direction, sections)
-        roll = along_or_against(tilt, before)
-        pitch = vec2(wp.dot(tilt, roll), two * (q[3] * q[1] - q[0] * q[2]))
+        held = two_of(branch.direction, sections)
+        roll = turned_to(held, tilt_of(before), tilt)
+        side = above(zero, product(tilt, roll), -one, one)
+        level = two * (q[3] * q[1] - q[0] * q[2])
+        # Of one product, for the same bits however it is compiled.
+        pitch = vec2(side * wp.sqrt(wp.max(zero, one - level * level)), level)
         heading = vec2(one - two * (q[1] * q[1] + q[2] * q[2]), two * (q[0] * q[1] + q[3] * q[2]))
-        yaw = direction(heading, above(zero, pitch[0], -one, one), branch.yaw)
+        there = direction(heading, side, branch.yaw)
+        far = above(product(tilt, tilt), through * through, one, zero)
+        yaw = vec2(
+            above(far, half, there[0], branch.yaw[0]), above(far, half, there[1], branch.yaw[1])
+        )
         branch.euler_turns = branch.euler_turns + vec3(
-            turns_between(before, roll),
+            turns_between(held, roll),
             turns_between(branch.pitch, pitch),
             turns_between(branch.yaw, yaw),
         )
@@ -175,35 +213,65 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
         return branch
 
     @wp.func
-    def followed(branch: Branch, y: State):
-        """The branches after a step: κ changes sign where a bend passes through straight, and ψa
-        stays continuous; so it is with the Euler angles."""
-        for k in range(count):
-            i = section_of(k)
-            before = two_of(branch.direction, i)
-            turned = along_or_against(bend_of(y, i), before)
-            branch.turns[i] = branch.turns[i] + turns_between(before, turned)
-            branch.direction = with_two(branch.direction, i, turned)
-        return followed_euler(branch, y)
+    def with_bend(branch: Branch, section: int, before: vec2, bend: vec2):
+        """κ changes sign where a bend passes through straight; ψa stays continuous."""
+        held = two_of(branch.direction, section)
+        turned = turned_to(held, before, bend)
+        branch.turns[section] = branch.turns[section] + turns_between(held, turned)
+        branch.direction = with_two(branch.direction, section, turned)
+        return branch
 
     @wp.func
-    def doubtful(along: vec2, before: vec2, found: vec2):
-        """1 where a vector has turned by more than a radian, or past zero but not through it."""
-        size = wp.length(found)
-        aside = wp.abs(along[0] * found[1] - along[1] * found[0])
-        ahead = wp.dot(along, found)
-        back = above(zero, wp.dot(along, before) * ahead, one, zero)
-        turned = above(clear * size, wp.abs(ahead), one, back)
-        return above(aside, planar * size, turned, zero)
+    def doubtful(a: vec2, b: vec2):
+        """1 where a vector has turned by more than a radian."""
+        turned = product(a, b)
+        limit = clear * clear * product(a, a) * product(b, b)
+        return above(turned * wp.abs(turned), limit, zero, above(limit, zero, one, zero))
 
     @wp.func
-    def unclear(branch: Branch, before: State, y: State):
-        out = doubtful(two_of(branch.direction, sections), tilt_of(before), tilt_of(y))
-        for k in range(count):
-            i = section_of(k)
-            along = two_of(branch.direction, i)
-            out = wp.max(out, doubtful(along, bend_of(before, i), bend_of(y, i)))
+    def nearest(a: vec2, b: vec2):
+        """Where between a and b a vector that goes straight on is nearest to zero, 0 to 1."""
+        gone = b - a
+        square = product(gone, gone)
+        share = -product(a, gone) / above(square, zero, square, one)
+        return wp.max(zero, wp.min(one, share))
+
+    @wp.func
+    def on_path(path: Path, y: State, share: Real, wanted: Real):
+        """The state at a share of a step, where wanted, else y: on a cubic, by slopes and ends."""
+        s = share
+        change = s * s * (Real(3.0) - two * s) * path.change
+        change += s * (one - s) * ((one - s) * path.begins - s * path.ends)
+        there = added(y, change)
+        out = State()
+        for j in range(columns):
+            out[j] = above(wanted, half, there[j], y[j])
         return out
+
+    @wp.func
+    def followed(branch: Branch, y: State, path: Path, share: Real, end: State):
+        """The branches at the end, a share of the step from y along the path.
+
+        A direction that turns far is followed by way of where its vector is nearest to zero.
+        """
+        begun = tilt_of(y)
+        doubt = doubtful(begun, tilt_of(end))
+        via = y
+        if any_above(doubt, half):
+            via = on_path(path, y, share * nearest(begun, tilt_of(end)), doubt)
+            branch = with_euler(branch, y, via)
+        branch = with_euler(branch, via, end)
+        for k in range(count):
+            i = section_of(k)
+            bend = bend_of(y, i)
+            doubt = doubtful(bend, bend_of(end, i))
+            if any_above(doubt, half):
+                near = share * nearest(bend, bend_of(end, i))
+                passed = bend_of(on_path(path, y, near, doubt), i)
+                branch = with_bend(branch, i, bend, passed)
+                bend = passed
+            branch = with_bend(branch, i, bend, bend_of(end, i))
+        return branch
 
     @wp.func
     def chosen(which: Real, x: Branch, y: Branch):
@@ -222,15 +290,6 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
         return out
 
     @wp.func
-    def added(y: State, change: State):
-        out = y + change
-        q = attitude_of(out)
-        n = one / wp.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-        for j in range(4):
-            out[Q + j] = out[Q + j] * n
-        return out
-
-    @wp.func
     def compensated(y: State, rest: State, change: State):
         """Kahan's sum: places far from the origin change by less in a step than their last digit,
         and so do velocities and attitudes."""
@@ -242,25 +301,6 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
         for j in range(4):
             left[Q + j] = left[Q + j] + long * q[j]
         return out, left
-
-    @wp.func
-    def followed_along(branch: Branch, before: State, y: State):
-        """The branches after a step, along its chord in parts where a direction turns far."""
-        left = unclear(branch, before, y)
-        walked = zero
-        part = one
-        passed = before
-        while any_above(left, half):
-            ahead = wp.min(one, walked + part)
-            there = added(before, ahead * (y - before))
-            clear = left * above(part, shortest_part, one - unclear(branch, passed, there), one)
-            branch = chosen(clear, followed(branch, there), branch)
-            for j in range(columns):
-                passed[j] = above(clear, half, there[j], passed[j])
-            walked = above(clear, half, ahead, walked)
-            part = above(clear, half, two * part, half * part)
-            left = left * above(one, walked, one, zero)
-        return followed(branch, y)
 
     @wp.func
     def well(y: State):

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from http import HTTPStatus
 from typing import Any
 
 from continuair import checks
@@ -29,7 +33,10 @@ def open_server(port: int, label: str) -> Any:
     check_server(port)
     import viser
 
-    server = _quietly(lambda: viser.ViserServer(host=HOST, port=port, label=label, verbose=False))
+    with _answering_own_pages():
+        server = _quietly(
+            lambda: viser.ViserServer(host=HOST, port=port, label=label, verbose=False)
+        )
     if port and server.get_port() != port:
         close(server)
         raise _taken(port)
@@ -43,6 +50,40 @@ def open_server(port: int, label: str) -> Any:
 def close(server: Any) -> None:
     """Stop a server."""
     _quietly(server.stop)
+
+
+def is_own(host: str | None, origin: str | None, port: int) -> bool:
+    """Whether a request comes from a page of this server, by its headers Host and Origin.
+
+    A page of another site in the same browser reaches the port, too, and one whose name was bound
+    to this machine afterwards (DNS rebinding) names itself in Host.
+    """
+    names = {f"{name}:{port}" for name in (HOST, "localhost", "[::1]")}
+    return host in names and origin in (None, *(f"http://{name}" for name in names))
+
+
+@contextmanager
+def _answering_own_pages() -> Iterator[None]:
+    """Within it, servers that viser opens answer requests of their own pages alone."""
+    from websockets.asyncio import server as sockets
+
+    serve = sockets.serve
+
+    def guarded(*given: Any, process_request: Any = None, **options: Any) -> Any:
+        async def checked(connection: Any, request: Any) -> Any:
+            headers, port = request.headers, connection.local_address[1]
+            if not is_own(headers.get("Host"), headers.get("Origin"), port):
+                return connection.respond(HTTPStatus.FORBIDDEN, "Open the address that was told.\n")
+            answer = process_request and process_request(connection, request)
+            return await answer if inspect.isawaitable(answer) else answer
+
+        return serve(*given, process_request=checked, **options)
+
+    sockets.serve = guarded  # type: ignore[assignment, misc]
+    try:
+        yield
+    finally:
+        sockets.serve = serve  # type: ignore[misc]
 
 
 def _is_free(port: int) -> bool:

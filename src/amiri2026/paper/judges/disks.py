@@ -123,7 +123,8 @@ def errors_of_tests(vehicle: Vehicle) -> dict[str, float]:
 
 def _fly(vehicle: Vehicle, test: str, rtol: float) -> xr.Dataset:
     scenario = open_loop_test(test)
-    return simulate(vehicle, scenario, sample=_BETWEEN_SAMPLES, rtol=rtol)
+    names = ["q", *_STATE]
+    return simulate(vehicle, scenario, sample=_BETWEEN_SAMPLES, rtol=rtol, variables=names)
 
 
 def _settled(found_within: Callable[[float], Array]) -> Array:
