@@ -86,3 +86,31 @@ def test_a_joined_flight_is_that_of_its_own_model() -> None:
     assert model_of(xr.concat(flights, "case")) == ""
     figure = ca.plot.bend(xr.concat(flights, "case").isel(case=1))
     assert [text.get_text() for each in figure.legends for text in each.get_texts()] == models[1:2]
+
+
+def _stored_elsewhere(file: Any) -> None:
+    del file["position"]
+    file.create_dataset("position", (4, 3), "f8", external=[("/etc/hostname", 0, 96)])
+
+
+def _linked(file: Any) -> None:
+    import h5py
+
+    del file["position"]
+    file["position"] = h5py.ExternalLink("other.nc", "/position")
+
+
+def _sparse(file: Any) -> None:
+    file.create_dataset("large", (200_000_000_000,), "f8", chunks=(1_000_000,))
+
+
+@pytest.mark.parametrize("crafted", [_stored_elsewhere, _linked, _sparse])
+def test_a_file_of_others_gives_no_bytes_of_other_files_and_does_not_fill_the_memory(
+    crafted: Any, tmp_path: Path
+) -> None:
+    h5py = pytest.importorskip("h5py")
+    pushed(1.0).to_netcdf(tmp_path / "flight.nc", engine="h5netcdf")
+    with h5py.File(tmp_path / "flight.nc", "a") as file:
+        crafted(file)
+    with pytest.raises(ca.InputError):
+        ca.read_result(tmp_path / "flight.nc")

@@ -225,7 +225,12 @@ def vector(name: str, value: Any, width: int, *, or_zero: bool = False) -> Array
 def rows(name: str, value: Any, width: int) -> Array:
     """Return (n, width) numbers from n rows, one row, or 0 for a row of zeros."""
     found = _zeros_of(value, width)
-    if found is None or found.ndim not in (1, 2) or found.shape[-1] != width or not found.size:
+    if (
+        found is None
+        or found.ndim not in (1, 2)
+        or found.shape[-1] != width
+        or not len(np.atleast_2d(found))
+    ):
         raise InputError(
             f"{name} is {shown(value)}; give {width} finite numbers, rows of them, or 0 for none."
         )

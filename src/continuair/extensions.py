@@ -12,12 +12,12 @@ first.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any
 
 from continuair.errors import InputError, shown
-from continuair.warning import warn
 
 if TYPE_CHECKING:
     import typer
@@ -28,8 +28,11 @@ def add_commands(app: typer.Typer) -> None:
     for entry in sorted(entry_points(group="continuair.commands"), key=lambda each: each.name):
         try:
             entry.load()(app)
-        except Exception as error:
-            warn(f"The commands of {entry.name} are left out, as loading them failed: {error}.", 1)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            # Before the command line formats warnings.
+            print(f"warning: commands of {entry.name} are left out: {_why(error)}", file=sys.stderr)
 
 
 def scenario(name: str) -> Callable[..., Any]:
@@ -39,6 +42,17 @@ def scenario(name: str) -> Callable[..., Any]:
     """
     found = entry_points(group="continuair.scenarios", name=name)
     if not found:
-        raise InputError(f"scenario is {shown(name)}, which no installed package provides; "
-                         "install the one that does.")  # fmt: skip
-    return next(iter(found)).load()
+        raise InputError(
+            f"no installed package provides scenarios {shown(name)}; install the one that does."
+        )
+    try:
+        return next(iter(found)).load()
+    except Exception as error:
+        raise InputError(
+            f"scenarios {shown(name)} cannot be loaded: {_why(error)}; install their package again."
+        ) from None
+
+
+def _why(error: BaseException) -> str:
+    """An error in one line."""
+    return " ".join(f"{type(error).__name__} {error}".split())

@@ -333,3 +333,22 @@ def test_a_vehicle_that_turns_otherwise_than_the_recorded_one_is_in_doubt() -> N
     assert not fit(right, recording, ["uav.mass"]).doubts
     told = fit(wrong, recording, ["uav.mass"]).doubts
     assert any("of the attitude, and not by noise" in doubt for doubt in told)
+
+
+def test_bends_that_no_arm_reaches_are_refused() -> None:
+    record(Path("flight.csv"), duration=1.0)
+    recording = load_recording("flight.csv")
+    beyond = dataclasses.replace(recording, bend=np.full(recording.bend.shape, 900.0))
+    with pytest.raises(ca.InputError, match="bend .* in row 1, more than a full circle"):
+        fit(true_vehicle(), beyond, ("uav.mass",))
+
+
+def test_a_fit_in_which_no_flight_lasts_is_refused() -> None:
+    """Moments bend every arm past a full circle."""
+    record(Path("flight.csv"), duration=1.0)
+    recording = load_recording("flight.csv")
+    assert recording.inputs is not None
+    inputs = recording.inputs.copy()
+    inputs[:, 6:] = 1e4
+    with pytest.raises(ca.InputError, match="no flight of the vehicle lasts"):
+        fit(true_vehicle(), dataclasses.replace(recording, inputs=inputs), ("uav.mass",))

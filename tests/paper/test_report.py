@@ -78,7 +78,7 @@ def test_the_page_holds_all_that_it_shows(folder: Path) -> None:
     sources = Page(page).sources
     assert any(source.startswith("data:image/") for source in sources)
     assert all(source.startswith(("data:image/", "#")) for source in sources)
-    assert "default-src 'none'" in page
+    assert "default-src 'none'" in page and "unsafe-inline" not in page and ' style="' not in page
     # What figures hold is inside them: no style sheet of theirs fetches anything either.
     assert not re.search(r"@import|url\((?!#)", page)
     figures = [path for study in ("open_loop", "table") for path in (folder / study).glob("*.png")]

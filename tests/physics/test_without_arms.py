@@ -106,6 +106,26 @@ def test_its_camera_is_where_an_arm_would_begin() -> None:
     assert error[-1] < 0.02 * error[0]
 
 
+def test_its_accelerations_are_those_of_a_rigid_body() -> None:
+    push = np.array([1.0, 2.0, 3.0, 0.1, -0.2, 0.3])
+    expected = push / [1.3, 1.3, 1.3, 0.01, 0.015, 0.02] - 9.81 * np.eye(6)[2]
+    found = ca.forward_dynamics(BARE, np.zeros(6), np.zeros(6), push)
+    np.testing.assert_allclose(np.squeeze(found), expected, rtol=1e-12)
+    linear, angular, bends = ca.accelerations(BARE, force=push[:3], moment=push[3:])
+    np.testing.assert_allclose([*linear, *angular], expected, rtol=1e-12)
+    assert bends.size == 0
+
+
+def test_environments_hold_its_uav() -> None:
+    gymnasium = pytest.importorskip("gymnasium")
+    pytest.importorskip("continuair.interfaces.gym")
+    hover = gymnasium.make("continuair/Hover-v0", vehicle=QUAD, hold="uav")
+    observed, _ = hover.reset(seed=0)
+    assert hover.action_space.shape == (4,) and np.isfinite(observed).all()
+    with pytest.raises(ca.InputError, match="has no arm"):
+        gymnasium.make("continuair/Hover-v0", vehicle=QUAD)
+
+
 def test_its_linear_system_is_that_of_a_rigid_body() -> None:
     A, B = ca.linearize(BARE, np.zeros(6), force=[0.0, 0.0, 9.81 * 1.3])
     expected = np.block([[np.zeros((6, 6)), np.eye(6)], [np.zeros((6, 12))]])
@@ -165,12 +185,30 @@ def test_it_is_written_checked_shown_and_exported(tmp_path: Path) -> None:
         lambda: ca.curvature_error(BARE),
         lambda: ca.simulate(BARE, TUMBLE, variables=["tip_position"]),
         lambda: ca.simulate(BARE, TUMBLE, variables=["bend"]),
+        lambda: ca.equations.camera_pose(BARE, np.zeros(6)),
         lambda: ca.backbone(BARE, ca.simulate(BARE, TUMBLE, duration=0.1)),
     ],
 )
 def test_what_needs_an_arm_says_so(ask: Any) -> None:
     with pytest.raises(ca.InputError, match="has no arm"):
         ask()
+
+
+def test_mujoco_sees_what_its_camera_sees(tmp_path: Path) -> None:
+    mujoco = pytest.importorskip("mujoco")
+    camera = {"position": [0.02, 0.0, 0.03], "attitude": [0.1, 0.0, 0.0, 0.995]}
+    uav = {**QUAD.describe()["uav"], "mount": [0.1, 0.0, -0.05]}
+    vehicle = ca.Vehicle(name="seeing", uav=uav, camera=camera)
+    ca.to_mjcf(vehicle, tmp_path / "quad.xml")
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "quad.xml"))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    target = ca.Target(ca.paths.hold([0.1, 0.0, -3.0], 1.0))
+    law = ca.hold(vehicle, [0.0, 0.0, 0.0])
+    scenario = ca.Scenario("at rest", np.zeros(6), controller=law, target=target, duration=1e-3)
+    bare = vehicle.replace({"uav.rotors": None, "uav.drag": None})
+    flight = ca.simulate(bare, scenario)
+    np.testing.assert_allclose(data.cam_xpos[0], flight["camera_position"][0], atol=1e-12)
 
 
 @pytest.mark.parametrize("given", [{"tip_wrench": np.zeros(6)}, {"bend_moment": np.zeros(2)}])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import http.client
 import json
 import os
 import shutil
@@ -345,3 +346,32 @@ def test_a_vehicle_with_rotors_hovers_while_its_arms_move() -> None:
     assert int(coupled["status"]) == int(decoupled["status"]) == 0
     assert float(abs(coupled["position"] - [0.0, 0.0, 1.6 * float(vehicle.reach)]).max()) < 1.0
     assert float(abs(coupled["bend"]).max()) > 0.5
+
+
+def test_a_view_answers_pages_of_its_own_address_alone(file: Path) -> None:
+    """Neither a page of another site in the same browser, nor one bound to this machine later."""
+    view = ca.view(ca.read_result(file), port=0)
+    try:
+        port = int(view.url.rpartition(":")[2].strip("/"))
+        own = f"127.0.0.1:{port}"
+        asked = [
+            (own, None, 200),
+            (f"localhost:{port}", f"http://localhost:{port}", 200),
+            (f"evil.example:{port}", None, 403),
+            (own, "http://evil.example", 403),
+        ]
+        for host, origin, expected in asked:
+            connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+            headers = {"Host": host} | ({} if origin is None else {"Origin": origin})
+            connection.request("GET", "/", headers=headers)
+            assert connection.getresponse().status == expected, (host, origin)
+            upgrade = {"Upgrade": "websocket", "Connection": "Upgrade"}
+            upgrade |= {
+                "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==",
+                "Sec-WebSocket-Version": "13",
+            }
+            connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+            connection.request("GET", "/", headers=headers | upgrade)
+            assert connection.getresponse().status == (101 if expected == 200 else 403)
+    finally:
+        view.stop()

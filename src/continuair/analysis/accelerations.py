@@ -126,7 +126,7 @@ def accelerations(
         inputs[0, :, layout.of_input[name]] = arrays[name]
     engine = Engine(vehicle, model, dtype, device)
     # No polar torque acts, so that no branch of the bend is needed.
-    start = Start(states, np.zeros((n, layout.sections + 1)))
+    start = Start(states, np.zeros((n, layout.sections + 3)))
     rate = engine.derivative(start, Drive(inputs, False, GENERAL + TIP, gravity))
     found = [rate[:, where] for where in (layout.velocity, layout.angular_velocity)]
     found.append(rate[:, layout.bend_rate].reshape(n, *per_section))
@@ -166,7 +166,7 @@ def _batch_of(name: str, value: Any, one: tuple[int, ...]) -> np.ndarray:
             f"{name} is {shown(value)}; give finite numbers of shape {one}, or with a leading axis "
             "for a batch."
         )
-    return found.reshape(-1 if found.ndim > len(one) else 1, int(np.prod(one)))
+    return found.reshape(len(found) if found.ndim > len(one) else 1, int(np.prod(one)))
 
 
 def _check_regular(q: np.ndarray, kappa_s: np.ndarray) -> None:

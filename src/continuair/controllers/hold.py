@@ -121,7 +121,7 @@ def _limits(given: dict[str, Any], weight: float, held: np.ndarray) -> dict[str,
     found["bend_moment"] = checks.positive(
         "bend_moment", _NO_LIMIT if most is None else most, " [N m²]"
     )
-    if held.max() > found["bend_moment"]:
+    if held.max(initial=0.0) > found["bend_moment"]:
         raise InputError(
             f"bend_moment is {shown(most)}, but to hold the bend takes {held.max():.3g} N m²; give "
             "more, or less to bend."

@@ -26,7 +26,7 @@ def arguments(precision: str) -> Arguments:
     @wp.struct
     class Start:
         """states (runs, 1, state); frozen, the same or what `independent` freezes; angle (runs,
-        sections + 1), ψa of each section and the roll."""
+        sections + 3), ψa of each section, roll, pitch and yaw."""
 
         states: wp.array3d(dtype=Cell)
         frozen: wp.array3d(dtype=Cell)

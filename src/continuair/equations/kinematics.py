@@ -22,7 +22,7 @@ from continuair.equations.turns import about_x, about_y, about_z, by_rows, of_qu
 from continuair.errors import InputError, shown
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.section import Section
-from continuair.vehicle.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle, check_has_arms
 
 Pose = tuple[Array, Array]
 """Origin (3,) [m] and axes (3, 3) in body axes."""
@@ -92,6 +92,7 @@ def check_coordinates(name: str, value: Any, vehicle: Vehicle) -> None:
 
 def tip_of(vehicle: Vehicle, arm: int = 0) -> dict[str, Any]:
     """Where an arm's tip is, as s, arm and section of the functions below."""
+    check_has_arms(vehicle)
     sections = vehicle.arms[arm].section
     return {"s": sections[-1].length, "arm": arm, "section": len(sections) - 1}
 

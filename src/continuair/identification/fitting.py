@@ -113,7 +113,11 @@ def fit(
         start=chosen.start,
         values=values,
         errors=errors * chosen.slopes(values),
-        deviations=dict(zip(GROUPS, deviations.tolist(), strict=True)),
+        deviations={
+            name: deviation
+            for name, deviation in zip(GROUPS, deviations.tolist(), strict=True)
+            if name != "bend_per_m" or vehicle.arms
+        },
         condition=condition,
         doubts=doubts,
         rows=len(recording.time),

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from continuair import checks
+from continuair.errors import InputError, shown
 from continuair.flight.fleet import Fleet
 from continuair.kernels.step import OK
 from continuair.vehicle.runs import per_run
@@ -66,12 +67,21 @@ class Hovering:
         self._size = checks.number("disturbance", disturbance, least=0.0)
         found = default_vehicle() if vehicle is None else vehicle
         found = found if isinstance(found, Vehicle) else load_vehicle(found)
+        if not found.arms:
+            asked = {"hold": hold if hold == "tip" else None, "bend_moment": self._moment or None}
+            for name, value in asked.items():
+                if value is not None:
+                    raise InputError(
+                        f"{name} is {shown(value)}, but vehicle {shown(found.name)} has no arm; "
+                        "give hold='uav' and no bend_moment."
+                    )
         self.fleet = Fleet(found, runs, period=period, model=model, device=device)
         assert found.uav.rotors is not None
         self._limits = per_run(found.uav.rotors.thrust_limits, runs, 2)
         self._holds_tip = hold == "tip"
         sections = [each for arm in found.arms for each in arm.section]
-        self._lengths = np.stack([per_run(each.length, runs) for each in sections], -1)
+        lengths = [per_run(each.length, runs) for each in sections]
+        self._lengths = np.array(lengths).reshape(len(sections), runs).T
         self._home = -self._held()
 
     @property

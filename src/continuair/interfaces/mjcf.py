@@ -76,6 +76,10 @@ def mjcf(vehicle: Vehicle, links: int) -> str:
         tip = _arm(uav, arm, links)
         if index == vehicle.camera_arm:
             _camera(tip, vehicle.camera)
+    if not vehicle.arms:
+        turn = _wxyz(Rotation.from_quat(HALF_TURN))
+        mount = SubElement(uav, "body", name="mount", pos=_text(vehicle.uav.mount), quat=turn)
+        _camera(mount, vehicle.camera)
     _bend_moments(tendons, actuators, vehicle, links)
     root.extend([tendons, actuators])
     ElementTree.indent(root)

@@ -170,6 +170,8 @@ def task(
         if not off:
             continue
         row[:3] += START_OFFSET
+        if not vehicle.arms:
+            continue
         first = sum(vehicle.shape[: vehicle.camera_arm])
         bends = bend_vectors(row[vehicle.layout.polar])[
             first : first + vehicle.shape[vehicle.camera_arm]

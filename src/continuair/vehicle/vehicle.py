@@ -89,6 +89,11 @@ class Vehicle(Part):
         self._check_lift()
         names = [arm.name for arm in self.arms]
         valid = ["", *names, *(str(index) for index in range(len(names)))]
+        if not self.arms and self.camera.arm:
+            raise InputError(
+                f"camera.arm is {self.camera.arm!r}, but the vehicle has no arm; leave it out, and "
+                "the camera is at uav.mount."
+            )
         if self.camera.arm not in valid:
             raise InputError(
                 f"camera.arm is {self.camera.arm!r}, but no arm has that name; "
@@ -97,7 +102,7 @@ class Vehicle(Part):
         return self
 
     def _check_mount(self) -> None:
-        if self.has_arm_list and np.any(self.uav.mount):
+        if self.arms and self.has_arm_list and np.any(self.uav.mount):
             raise InputError(
                 f"uav.mount is {shown(self.uav.mount)}, but the arms of a list have mounts of "
                 "their own; give the mount in each [[arm]] instead."

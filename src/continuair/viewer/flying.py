@@ -60,4 +60,5 @@ def _hover(vehicle: Vehicle) -> Scenario:
         law = flight_controller(vehicle)
     except InputError:
         return Scenario("hover, open loop", q, **given)
-    return Scenario("hover", q, controller=law, setpoints=Setpoints(bend=swing), **given)
+    wanted = Setpoints(bend=swing) if vehicle.arms else None
+    return Scenario("hover", q, controller=law, setpoints=wanted, **given)

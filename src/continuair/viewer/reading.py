@@ -11,14 +11,14 @@ import xarray as xr
 
 from continuair.errors import InputError, nearest
 from continuair.files import printed
-from continuair.flight.reading import opened, vehicle_of
+from continuair.flight.reading import opened, vehicle_of, vehicles_of
 from continuair.studies.contents import Contents, read
 from continuair.vehicle.vehicle import Vehicle
 
 _OF_MODELS = ("coupled", "decoupled")
 """The model that is shown where a file has several, and the one beside it."""
 
-_INSIDE = ("time", "section", "bend_axis")
+_INSIDE = ("time", "section", "bend_axis", "axis")
 """Dimensions of the bend of one flight."""
 
 
@@ -96,12 +96,14 @@ def _in_folder(contents: Contents, before: str) -> Iterator[Recorded]:
 
 def _in_file(path: Path, name: str) -> Iterator[Recorded]:
     with opened(path) as file:
-        if "bend" not in file or "time" not in file["bend"].dims:
+        armed = any(vehicle.arms for vehicle in vehicles_of(file))
+        moving = "bend" if armed else "position"
+        if moving not in file or "time" not in file[moving].dims:
             raise _NoFlight(
-                f"result is {printed(path)}, which holds no bend over time; simulate with "
+                f"result is {printed(path)}, which holds no {moving} over time; simulate with "
                 "position, attitude and bend among the variables."
             )
-        dims = [str(dim) for dim in file["bend"].dims if dim not in (*_INSIDE, "model")]
+        dims = [str(dim) for dim in file[moving].dims if dim not in (*_INSIDE, "model")]
         labels = {dim: _labels(file, dim) for dim in dims}
         for at in product(*(range(file.sizes[dim]) for dim in dims)):
             words = [labels[dim][index] for dim, index in zip(dims, at, strict=True)]
