@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -224,3 +225,14 @@ def test_the_command_identifies_from_a_bag_and_says_how_it_was_resampled() -> No
     assert result.exit_code == 0, result.output
     assert "flight: 0 to 0.3 s in 31 rows every 0.01 s, resampled from pose 100" in result.stderr
     assert ca.load_vehicle("fitted.toml").uav.mass == pytest.approx(1.6, rel=1e-6)
+
+
+def test_a_small_file_whose_chunk_unpacks_to_a_gigabyte_is_refused(tmp_path: Path) -> None:
+    zstd = pytest.importorskip("backports.zstd")
+    packed = zstd.compress(bytes(1 << 29))
+    sizes = struct.pack("<QQQI", 0, 0, 1 << 20, 0)
+    chunk = sizes + struct.pack("<I4sQ", 4, b"zstd", len(packed)) + packed
+    records = struct.pack("<BQ", 1, 8) + bytes(8) + struct.pack("<BQ", 6, len(chunk)) + chunk
+    (tmp_path / "bomb.mcap").write_bytes(b"\x89MCAP0\r\n" + records + b"\x89MCAP0\r\n")
+    with pytest.raises(ca.InputError, match="bomb.mcap.* chunk that unpacks to more than"):
+        ca.read_rosbag(tmp_path / "bomb.mcap", rotorcraft(), {"pose": "/pose", "tip": "/tip"})

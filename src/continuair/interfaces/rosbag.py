@@ -15,6 +15,7 @@ from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.files import printed, reason, user_path
 from continuair.identification.recording import Recording
+from continuair.interfaces.bounded import check_chunks
 from continuair.interfaces.log_recording import check_roles, choices, recording
 from continuair.interfaces.log_signals import Signal, check_unit, signal
 from continuair.interfaces.log_topics import Topic, missing_topic, of_log, parse_topics
@@ -103,6 +104,7 @@ def _read(file: Path, named: Mapping[str, Topic]) -> dict[str, _Messages]:
 
     try:
         file.stat()
+        check_chunks(file)
         with AnyReader([file], default_typestore=get_typestore(Stores.LATEST)) as reader:
             there = reader.topics
             for topic in named.values():
