@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import xarray as xr
 
 import continuair as ca
 from amiri2026 import open_loop_test
+from continuair.flight import simulate
 from continuair.flight.provenance import model_of
 from continuair.flight.reading import scenario_of, vehicle_of
 
@@ -114,3 +116,23 @@ def test_a_file_of_others_gives_no_bytes_of_other_files_and_does_not_fill_the_me
         crafted(file)
     with pytest.raises(ca.InputError):
         ca.read_result(tmp_path / "flight.nc")
+
+
+def test_what_a_flight_takes_is_known_before_it_is_flown(monkeypatch: pytest.MonkeyPatch) -> None:
+    needed: dict[str, float] = {}
+    monkeypatch.setattr(simulate, "check_memory", needed.update)
+    for name in ("paper", "dual_arm", "two_section"):
+        vehicle = ca.load_vehicle(name)
+        scenario = ca.Scenario("rest", np.zeros(vehicle.layout.coordinates), duration=0.02)
+        needed.clear()
+        flight = ca.simulate(vehicle, scenario, sample=0.01)
+        assert {key: flight[key].nbytes for key in needed} == needed
+
+
+def test_results_that_do_not_fit_into_memory_are_refused_before_work_starts() -> None:
+    vehicles = PAPER.replace({"uav.mass": np.linspace(2.0, 3.0, 100_000)})
+    long = ca.Scenario("long", START, duration=5000.0)
+    start = time.perf_counter()
+    with pytest.raises(ca.InputError, match="GB are free"):
+        ca.simulate(vehicles, long, sample=1e-2)
+    assert time.perf_counter() - start < 60.0

@@ -36,6 +36,7 @@ from continuair.flight.trajectory import (
 )
 from continuair.kernels.dynamics import MODELS
 from continuair.kernels.integrators import INTEGRATORS, TSIT5
+from continuair.memory import check_memory
 from continuair.scenario.scenarios import Scenario
 from continuair.vehicle.layout import OF_ARM
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
@@ -142,6 +143,7 @@ def simulate(
         with_callback=True,
     )
     recorder = Recorder(flight, model, with_limited_command(names, scenario), dtype)
+    check_memory(recorder.needed())
     if scenario.force_callback is not None:
         record_called(recorder, stacklevel=3)
     else:

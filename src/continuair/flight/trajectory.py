@@ -145,6 +145,23 @@ class Recorder:
             return {"rtol": tolerance.relative, "atol": absolute, "max_step": tolerance.longest}
         return {} if self.flight.batched else {"step": float(self.flight.steps[self.runs[0]])}
 
+    def needed(self) -> dict[str, float]:
+        """Bytes that each variable takes."""
+        labels, targets = labels_of(self.flight.vehicle), self.flight.scenario.targets
+        points = len(targets[0].points) if targets else 0
+        sizes = {name: len(labels[name]) for name in labels} | {
+            "pixel": 2 * points,
+            "point": points,
+        }
+        each = float(
+            len(self.runs) * len(self.flight.marks.samples) * np.dtype(self.dtype).itemsize
+        )
+        found = {}
+        for name in self.names:
+            dims = [*self._parts(name), *filter(None, [VARIABLES[name][0]])]
+            found[name] = each * float(np.prod([sizes[dim] for dim in dims]))
+        return found
+
     def keep(self, cohort: Cohort, logs: Logs) -> None:
         """Keep what the logs of a cohort hold."""
         at = self._keep_values(cohort.runs, logs)

@@ -1,0 +1,36 @@
+"""Memory that work needs, compared with what there is before it begins."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from continuair.errors import InputError
+
+_CGROUP = Path("/sys/fs/cgroup")
+
+
+def free_memory() -> float:
+    """Bytes that this process can still have, by the system and by its control group; inf where
+    neither says."""
+    found = [float("inf")]
+    try:
+        lines = Path("/proc/meminfo").read_text("ascii").splitlines()
+        found += [1024.0 * int(each.split()[1]) for each in lines if each[:13] == "MemAvailable:"]
+        limit = (_CGROUP / "memory.max").read_text("ascii").strip()
+        if limit != "max":
+            found.append(float(limit) - float((_CGROUP / "memory.current").read_text("ascii")))
+    except (OSError, ValueError, IndexError):
+        pass
+    return min(found)
+
+
+def check_memory(needed: Mapping[str, float]) -> None:
+    """Raise InputError where results do not fit into memory; needed: bytes by variable."""
+    total, free = sum(needed.values()), free_memory()
+    if total > free:
+        largest = max(needed, key=lambda name: needed[name])
+        raise InputError(
+            f"the results take {total / 1e9:.3g} GB, but {free / 1e9:.3g} GB are free; keep fewer "
+            f"variables than {largest} and others, a coarser sample or fewer runs."
+        )
