@@ -146,3 +146,12 @@ def test_options_that_cannot_be_used_are_named(options: dict[str, object], says:
     with pytest.raises(ca.InputError, match=r".*; .*|.*use one.*") as error:
         ca.run_pairs(some_vehicles(2), open_loop_test("B"), **options)  # type: ignore[arg-type]
     assert says in str(error.value)
+
+
+def test_pairs_say_what_varied() -> None:
+    masses, radii = [2.0, 2.5], [0.004, 0.005]
+    vehicles = ca.load_vehicle("paper").replace({"uav.mass": masses, "arm.radius": radii})
+    pairs = ca.run_pairs(vehicles, open_loop_test("B"), duration=0.01)
+    np.testing.assert_array_equal(pairs["uav.mass"], masses)
+    np.testing.assert_array_equal(pairs["arm.radius"], radii)
+    assert pairs["arm.radius"].dims == ("run",)

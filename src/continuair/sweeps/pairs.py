@@ -30,7 +30,7 @@ from continuair.kernels.step import STATUS
 from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.closed_pairs import Reduced, track
 from continuair.vehicle.layout import DEVIATIONS, EULER_DEVIATIONS
-from continuair.vehicle.runs import per_run
+from continuair.vehicle.runs import per_run, varying
 from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_vehicle
 
 METRICS: dict[str, tuple[str, str]] = {
@@ -93,7 +93,8 @@ def run_pairs(
     Returns
     -------
     xarray.Dataset
-        Over (run, model), "coupled" first: the metrics of `continuair.compare` nrmse_t, nrmse_r,
+        Over (run, model), "coupled" first, with the vehicle's fields that vary as coordinates:
+        the metrics of `continuair.compare` nrmse_t, nrmse_r,
         rmse_t_m, rmse_r_rad, angle_rad against the coupled run (0 for itself); with a controller
         that looks at a target also rms_px, max_px and ds_max_px (of the norm of the feature error,
         against the coupled run's), NaN of a run in which a point is behind the camera at a sample
@@ -150,7 +151,8 @@ def run_pairs(
             data[name] = (("run", "model"), counted, {"units": "1", "long_name": meaning})
     if check:
         data["error_estimate"] = (("run", "model"), found.error_estimate, ERROR_ESTIMATE)
-    coordinates = {"run": np.arange(flight.runs), "model": list(names)}
+    coordinates: dict[str, Any] = {"run": np.arange(flight.runs), "model": list(names)}
+    coordinates |= {name: ("run", values) for name, values in varying(vehicle).items()}
     coordinates |= {"axis": list("xyz"), "quaternion": list("xyzw")}
     return xr.Dataset(data, coordinates)
 

@@ -72,6 +72,21 @@ def _tuples(value: Any) -> Any:
     return tuple(_tuples(child) for child in value) if isinstance(value, list) else value
 
 
+def varying(value: Any, path: str = "") -> dict[str, np.ndarray]:
+    """Return the fields of one number that vary over the runs, by their dotted names."""
+    if isinstance(value, np.ndarray):
+        return {path: value} if value.ndim == 1 else {}
+    found: dict[str, np.ndarray] = {}
+    if isinstance(value, BaseModel):
+        for name, field in type(value).model_fields.items():
+            inside = f"{path}.{field.alias or name}".lstrip(".")
+            found |= varying(getattr(value, name), inside)
+    elif isinstance(value, tuple):
+        for index, child in enumerate(value):
+            found |= varying(child, f"{path}.{getattr(child, 'name', '') or index}")
+    return found
+
+
 def per_run(value: Any, runs: int, *shape: int) -> np.ndarray:
     """A field (runs, *shape), whether it, or one of its elements, varies over the runs or not."""
     if isinstance(value, np.ndarray) and value.ndim > len(shape):
