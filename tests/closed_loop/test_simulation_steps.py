@@ -1,6 +1,7 @@
 """Stepping from outside is `simulate` with the same held inputs."""
 
 import copy
+from threading import Thread
 from typing import Any
 
 import numpy as np
@@ -292,3 +293,30 @@ def test_a_simulation_is_not_copied_as_both_would_fly_one_flight(copied: Any) ->
     one = ca.Simulation(ca.load_vehicle("paper"), open_loop_test("B"), control_period=0.01)
     with pytest.raises(ca.InputError, match="a Simulation cannot be copied"):
         copied(one)
+
+
+def test_threads_that_step_one_simulation_at_a_time_are_told() -> None:
+    """Of steps that are asked for at once all but one are refused, and none is mixed up."""
+    sim = ca.Simulation(VEHICLE, scenario(), control_period=PERIOD)
+    sim.step()
+    refused: list[str] = []
+
+    def step() -> None:
+        for _ in range(100):
+            try:
+                sim.step()
+            except ca.InputError as error:
+                refused.append(str(error))
+
+    threads = [Thread(target=step) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all("another thread" in each for each in refused)
+    taken = 1 + 400 - len(refused)
+    assert sim.time == pytest.approx(taken * PERIOD)
+    alone = ca.Simulation(VEHICLE, scenario(), control_period=PERIOD)
+    for _ in range(taken):
+        alone.step()
+    np.testing.assert_array_equal(sim.state, alone.state)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from dataclasses import dataclass
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -108,6 +109,7 @@ class Simulation:
         row[layout.euler] = np.atleast_2d(scenario.q)[0, 3:6]
         self._rows, self._pushes, self._groups = [row], [np.zeros(layout.inputs)], 0
         self._given: set[str] = set()
+        self._stepping = Lock()
 
     def __copy__(self) -> Simulation:
         raise InputError(
@@ -178,6 +180,17 @@ class Simulation:
             "tau": tau, "force": force, "moment": moment, "bend_moment": bend_moment,
             "tip_wrench": tip_wrench, "rotor_command": rotor_command, "wind": wind,
         }  # fmt: skip
+        if not self._stepping.acquire(blocking=False):
+            raise InputError(
+                "step is called while another thread steps this Simulation; give each thread one "
+                "of its own."
+            )
+        try:
+            self._advance(given)
+        finally:
+            self._stepping.release()
+
+    def _advance(self, given: dict[str, Any]) -> None:
         push = self._row_of(given)
         if self._status != OK:
             raise InputError(
