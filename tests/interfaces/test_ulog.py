@@ -338,3 +338,14 @@ def test_options_of_logs_are_refused_with_a_table() -> None:
         result = run("--data", "flight.csv", "--vehicle", "paper", *option)
         assert result.exit_code == 2
         assert f"{option[0][2:]} is given, but flight.csv is no log" in result.stderr
+
+
+@pytest.mark.parametrize(("flag", "bad"), [("xy_valid", 0), ("z_valid", 0), ("dead_reckoning", 1)])
+def test_positions_that_px4_says_are_none_are_refused(flag: str, bad: int) -> None:
+    topics = logged()
+    time, place = topics["vehicle_local_position"]
+    flags = np.full(len(time), float(1 - bad))
+    read(topics | {"vehicle_local_position": (time, {**place, flag: flags})})
+    flags[len(flags) // 2] = bad
+    with pytest.raises(ca.InputError, match=rf"{flag} is {bad}"):
+        read(topics | {"vehicle_local_position": (time, {**place, flag: flags})})

@@ -49,6 +49,9 @@ _OURS = {
 }
 _NORMALISED = {"thrust": "N", "torque": "N m", "rotors": "N"}
 _RESETS = ("xy_reset_counter", "z_reset_counter", "quat_reset_counter", "reset_counter")
+_VALID = {"xy_valid": 1, "z_valid": 1, "dead_reckoning": 0}
+"""Flags of an estimate that is one, by the value that says so."""
+
 _HEADER = 16
 
 
@@ -139,7 +142,7 @@ def _signal(file: Path, log: Any, topic: Topic, window: tuple[float, float] | No
     stamps = data.get("timestamp_sample", data["timestamp"])
     stamps = stamps if stamps.all() else data["timestamp"]
     time = 1e-6 * (stamps.astype(np.int64) - log.start_timestamp)
-    _check_resets(topic, time, data, window)
+    _check_estimate(topic, time, data, window)
     # The scale is that of the fields as they are named, before axes are turned.
     rows = topic.scaled(np.stack([data[name].astype(float) for name in fields], -1))
     convert = _OURS.get(topic.role, lambda rows: rows)
@@ -176,13 +179,21 @@ def _converted(topic: Topic, rows: Array, convert: Any) -> Array:
     return np.asarray(convert(rows))
 
 
-def _check_resets(topic: Topic, time: Array, data: Any, window: tuple[float, float] | None) -> None:
-    """Raise InputError if PX4's estimate jumped to another one between the samples that a window
-    is read from, which are one more to either side."""
+def _check_estimate(
+    topic: Topic, time: Array, data: Any, window: tuple[float, float] | None
+) -> None:
+    """Raise InputError if PX4's estimate jumped to another one, or was said to be none, at the
+    samples that a window is read from, which are one more to either side."""
     first, last = window or (-np.inf, np.inf)
     within = (time >= time.max(where=time <= first, initial=-np.inf)) & (
         time <= time.min(where=time >= last, initial=np.inf)
     )
+    for name, good in _VALID.items():
+        if name in data and (wrong := np.flatnonzero((data[name] > 0)[within] != good)).size:
+            raise InputError(
+                f"{topic} is no estimate at {time[within][wrong[0]]:.6f} s ({name} is {1 - good}); "
+                "choose a window in which it is."
+            )
     for name in _RESETS:
         if name in data and (jumps := np.flatnonzero(np.diff(data[name][within]))).size:
             at = time[within][jumps[0] + 1]
