@@ -144,3 +144,15 @@ def test_where_nothing_can_be_written_one_sentence_says_so(tmp_path: Path) -> No
     )  # fmt: skip
     assert done.returncode == 2, done.stderr
     assert "WARP_CACHE_PATH" in done.stderr.splitlines()[-1] and "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o757])
+def test_a_cache_that_every_user_may_write_to_is_refused(tmp_path: Path, mode: int) -> None:
+    tmp_path.chmod(mode)
+    code = "import continuair as ca; ca.linearize(ca.load_vehicle('paper'), [0.0] * 8)"
+    environment = os.environ | {"WARP_CACHE_PATH": str(tmp_path), "PYTHONPATH": str(SOURCE)}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True
+    )
+    assert done.returncode and "InputError: the kernel cache" in done.stderr
+    assert not list(tmp_path.rglob("*.o"))

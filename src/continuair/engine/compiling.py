@@ -9,6 +9,7 @@ import atexit
 import hashlib
 import os
 import shutil
+import stat
 import struct
 import tempfile
 import threading
@@ -157,6 +158,24 @@ def _initialise() -> None:
     except OSError as error:
         _use_temporary_cache(reason(error))
         wp.init()
+    for folder in (_cache(), _cache().parent):
+        _check_owner(folder)
+
+
+def _check_owner(folder: Path) -> None:
+    """Raise InputError for a cache that others can write: its kernels are run as they are."""
+    try:
+        found = folder.stat()
+    except OSError:
+        return
+    others = found.st_uid not in (os.getuid(), 0)
+    # What has the sticky bit is as good as one's own: others cannot put theirs in its place.
+    if others or (found.st_mode & stat.S_IWOTH and not found.st_mode & stat.S_ISVTX):
+        why = "belongs to another user" if others else "is writable by every user"
+        raise InputError(
+            f"the kernel cache {printed(folder)} {why}, so that others could put code there; set "
+            "WARP_CACHE_PATH to a folder of your own."
+        )
 
 
 def _use_temporary_cache(problem: str) -> None:
