@@ -44,7 +44,6 @@ UNUSABLE: list[tuple[dict[str, Any], str, str]] = [
     ({"arm.left.section": [SECTION] * 9}, "arm.left.section is [", "1 to 8 sections (it has 9)"),
     ({"arm.left.section": 3}, "arm.left.section is 3", "[[arm.section]]"),
     ({"arm.left.section": [3]}, "arm.left.section.0 is 3", "table of fields"),
-    ({"arm": []}, "arm is ", "1 to 8 arms (it has 0)"),
     ({"arm": [{"section": [SECTION]}] * 9}, "arm is ", "1 to 8 arms (it has 9)"),
     ({"arm": [{}]}, "arm.0.section is missing", "[[arm.section]]"),
     ({"arm": [3]}, "arm.0 is 3", "table of fields"),
