@@ -185,6 +185,8 @@ def test_it_is_written_checked_shown_and_exported(tmp_path: Path) -> None:
         lambda: ca.curvature_error(BARE),
         lambda: ca.simulate(BARE, TUMBLE, variables=["tip_position"]),
         lambda: ca.simulate(BARE, TUMBLE, variables=["bend"]),
+        lambda: ca.compare(*[ca.simulate(BARE, TUMBLE, duration=0.1)] * 2),
+        lambda: ca.plot.bend(ca.simulate(BARE, TUMBLE, duration=0.1)),
         lambda: ca.equations.camera_pose(BARE, np.zeros(6)),
         lambda: ca.backbone(BARE, ca.simulate(BARE, TUMBLE, duration=0.1)),
     ],

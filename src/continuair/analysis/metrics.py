@@ -17,6 +17,7 @@ from continuair.analysis.motion import check_turns
 from continuair.errors import InputError, shown
 from continuair.flight.labels import FIXED, ordered
 from continuair.flight.provenance import model_of
+from continuair.flight.reading import check_arms_flown
 from continuair.flight.resolution import (
     tells_rotation,
     warn_of_lost_angles,
@@ -229,6 +230,7 @@ def _check_flight(name: str, flight: Any) -> None:
         raise InputError(f"{name} is {shown(flight)}; give a Dataset that simulate returned.")
     missing = [part for part in ("time", *_TIP) if part not in flight.variables]
     if missing:
+        check_arms_flown(name, flight)
         raise InputError(
             f"{name} has no {' and no '.join(missing)}; simulate it with variables "
             f"{' and '.join(_TIP)}."

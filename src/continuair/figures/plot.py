@@ -20,7 +20,7 @@ from continuair.errors import InputError, shown
 from continuair.figures import curves, pictogram, style
 from continuair.flight.labels import FIXED, in_order, ordered
 from continuair.flight.provenance import model_of
-from continuair.flight.reading import vehicle_of
+from continuair.flight.reading import check_arms_flown, vehicle_of
 from continuair.flight.trajectory import VARIABLES
 from continuair.kernels.dynamics import REFERENCE
 from continuair.vehicle.vehicle import Vehicle
@@ -158,6 +158,7 @@ def _flights(flight: Any, *names: str) -> dict[str, xr.Dataset]:
         raise InputError(f"flight is {shown(flight)}; give a Dataset of continuair.simulate.")
     for name in names:
         if name not in flight:
+            check_arms_flown("flight", flight)
             raise InputError(f"flight has no {name}; simulate it with this variable.")
         if "time" not in flight[name].dims:
             raise InputError("flight is one sample of a flight; give one with some over time.")

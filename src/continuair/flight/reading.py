@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from continuair.errors import InputError
+from continuair.errors import InputError, shown
 from continuair.files import DAMAGE, check_regular, check_version, printed, reason, user_path
 from continuair.flight.provenance import is_joined
 from continuair.vehicle.vehicle import Vehicle, vehicle_of_run
@@ -173,3 +173,13 @@ def scenario_of(flight: xr.Dataset) -> dict[str, Any]:
             f"flight says of its scenario what cannot be read ({reason(error)}); give a result of "
             "continuair.simulate as it is."
         ) from None
+
+
+def check_arms_flown(name: str, flight: xr.Dataset) -> None:
+    """Raise InputError for a result whose vehicle has no arm, if it tells."""
+    flown = vehicles_of(flight)
+    if flown and not flown[0].arms:
+        raise InputError(
+            f"{name} was flown by {shown(flown[0].name)}, which has no arm, but this needs one; "
+            "use its position and attitude."
+        )
