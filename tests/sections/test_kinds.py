@@ -99,5 +99,5 @@ def _rate(engine: Engine) -> np.ndarray:
         state[layout.bend_of(section).start] = bend
         state[layout.bend_rate_of(section).start] = rate
     inputs[..., layout.tip_wrench] = 0.2, 0.0, -0.1, 0.0, 0.03, 0.0
-    start = Start(state[None], np.zeros((1, layout.sections + 1)))
+    start = Start(state[None], np.zeros((1, layout.branch_angles)))
     return engine.derivative(start, Drive(inputs, False, GENERAL + TIP, 9.81))[0]

@@ -174,7 +174,7 @@ def _without_title(markdown: str) -> str:
 
 
 def _policy(style: str, script: str) -> str:
-    """What a browser may load: nothing from elsewhere, and of what is inline these two alone."""
+    """Return the content security policy: no external resources, and only these inline texts."""
     style, script = (
         "'sha256-" + base64.b64encode(sha256(text.encode()).digest()).decode() + "'"
         for text in (style, script)

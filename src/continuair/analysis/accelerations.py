@@ -126,7 +126,7 @@ def accelerations(
         inputs[0, :, layout.of_input[name]] = arrays[name]
     engine = Engine(vehicle, model, dtype, device)
     # No polar torque acts, so that no branch of the bend is needed.
-    start = Start(states, np.zeros((n, layout.sections + 3)))
+    start = Start(states, np.zeros((n, layout.branch_angles)))
     rate = engine.derivative(start, Drive(inputs, False, GENERAL + TIP, gravity))
     found = [rate[:, where] for where in (layout.velocity, layout.angular_velocity)]
     found.append(rate[:, layout.bend_rate].reshape(n, *per_section))

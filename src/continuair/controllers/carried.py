@@ -47,7 +47,7 @@ def _carrying(vehicle: Vehicle) -> tuple[np.ndarray, np.ndarray]:
 
 
 def carrying_gains(code: LawCode) -> dict[str, Any]:
-    """What carries the arms, and its types."""
+    """Return the types of the gains that make the arms follow the body."""
     Real, bends = code.Real, code.bends
     return {
         "per_push": wp.types.matrix((room(bends), 6), Real),

@@ -95,7 +95,7 @@ def _cap(given: Any) -> tuple[float, float]:
 
 
 def current_fields(code: LawCode) -> dict[str, Any]:
-    """What gains are made of, and its types: Λ, ω², 2ζω, k, C_s, ε and the caps of c."""
+    """Return the types of what the gains consist of: Λ, ω², 2ζω, k, C_s, ε and the caps of c."""
     names = ("stiffness", "damping", "rate_gain", "sliding", "floor", "farthest", "widest")
     inertia = definite_code(code).Matrix
     return {"inertia": inertia} | dict.fromkeys(names, code.Real)

@@ -1,4 +1,4 @@
-"""What device code is written with: numbers of single runs and of packs, and types made of them."""
+"""Number types of device code, for single runs and packs of runs, and the types built from them."""
 
 from continuair import lazy
 

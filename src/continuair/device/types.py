@@ -139,8 +139,7 @@ class Types:
 
 
 def room(count: int) -> int:
-    """The length of a vector of so many numbers: a vehicle without arms has none, but Warp has no
-    empty vectors."""
+    """Return `count`, at least 1: vehicles without arms have no bends, Warp no empty vectors."""
     return max(count, 1)
 
 

@@ -66,7 +66,7 @@ class Fleet:
             flight.start.states[:, self.layout.rotor_speed], (runs, self.layout.rotors)
         )
         self.states = np.empty((runs, self.layout.state))
-        self._angles = np.empty((runs, self.layout.sections + 3))
+        self._angles = np.empty((runs, self.layout.branch_angles))
         self._first = np.empty_like(self.states)
         self.status = np.empty(runs, np.int32)
         self.begin(np.arange(runs), np.zeros((runs, width)), np.zeros((runs, width)))

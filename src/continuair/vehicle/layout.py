@@ -244,6 +244,11 @@ class Layout:
         """Roll, pitch and yaw in a log row, whole turns included, as they are followed."""
         return _after(self.branch, 3)
 
+    @property
+    def branch_angles(self) -> int:
+        """Number of angles that name the branches of a state: ψa of each section, and three."""
+        return self.sections + 3
+
     @cached_property
     def command(self) -> slice:
         """A controller's push in a log row."""
