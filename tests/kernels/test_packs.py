@@ -303,7 +303,7 @@ scenario = ca.Scenario(
     "push", np.full(8, 0.1), np.full(8, 0.2), duration=0.2,
     force=lambda t: [3.0 * np.sin(20.0 * t), 2.0 * np.cos(9.0 * t), 25.0],
 )
-flown = ca.simulate(PAPER_ARM.replace(varied), scenario, sample=0.01).drop_vars("q")
+flown = ca.simulate(PAPER_ARM.replace(varied), scenario, sample=0.01)
 found = {name: values.to_numpy() for name, values in flown.data_vars.items()}
 several = fly(batch(VEHICLES["two_section"]), "coupled", method="implicit").log
 np.savez(sys.argv[1], log=fly(batch(PAPER_ARM), "coupled").log, several=several, **found)
