@@ -76,7 +76,7 @@ def rates(vehicle: ca.Vehicle, model: str) -> np.ndarray:
     q[2, 6] = 20.0
     table = rng.uniform(-1.0, 1.0, (1, RUNS, layout.inputs))
     start = Start(state_from_paper(q, qd), branches_of(q))
-    return engine.derivative(start, Drive(table, False, GENERAL + PAPER + TIP, 9.81))
+    return engine.derivative(start, Drive(table, False, GENERAL + PAPER + TIP, 9.81), compiled=True)
 
 
 def one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -280,13 +280,13 @@ def test_where_packs_do_not_work_runs_fly_one_by_one_and_are_told(
     """Packs whose numbers are wrong, and packs that the compiler refuses."""
     kept = packs._probed
 
-    def wrong(precision: str, lanes: int) -> np.ndarray:
-        return kept(precision, lanes) + (lanes > 1) * 1e-9
+    def wrong(precision: str) -> np.ndarray:
+        return kept(precision) + 1e-9
 
-    def refused(precision: str, lanes: int) -> np.ndarray:
+    def refused(precision: str) -> np.ndarray:
         raise RuntimeError("no such option")
 
-    for probed, words in ((wrong, "others than those of single runs"), (refused, "refuses them")):
+    for probed, words in ((wrong, "numbers are wrong"), (refused, "refuses them")):
         monkeypatch.setattr(packs, "_probed", probed)
         with pytest.warns(ca.ContinuairWarning, match=words):
             assert not packs.packs_work.__wrapped__("float64")

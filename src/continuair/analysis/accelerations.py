@@ -63,7 +63,9 @@ def forward_dynamics(
         layout.add(inputs, FIELDS[field], arrays[field])
     engine = Engine(vehicle, model, dtype, device)
     start = Start(state_from_paper(at, rates), branches_of(at))
-    rate = engine.derivative(start, Drive(inputs, False, GENERAL + PAPER + TIP, gravity))
+    rate = engine.derivative(
+        start, Drive(inputs, False, GENERAL + PAPER + TIP, gravity), compiled=True
+    )
     found = paper_accelerations(at, rates, rate, thresholds)
     return found if np.ndim(q) == 2 or n > 1 else found[0]
 
@@ -127,7 +129,7 @@ def accelerations(
     engine = Engine(vehicle, model, dtype, device)
     # No polar torque acts, so that no branch of the bend is needed.
     start = Start(states, np.zeros((n, layout.branch_angles)))
-    rate = engine.derivative(start, Drive(inputs, False, GENERAL + TIP, gravity))
+    rate = engine.derivative(start, Drive(inputs, False, GENERAL + TIP, gravity), compiled=True)
     found = [rate[:, where] for where in (layout.velocity, layout.angular_velocity)]
     found.append(rate[:, layout.bend_rate].reshape(n, *per_section))
     alone = n == 1 and not any(np.ndim(value) > len(one) for value, one in given.values())

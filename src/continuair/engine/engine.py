@@ -19,6 +19,7 @@ from continuair.engine.pack import pack_plants, pack_table, tree_of
 from continuair.engine.packs import lanes_of
 from continuair.engine.rows import adjacent, forget_unreached
 from continuair.engine.term_checks import check_terms
+from continuair.engine.uncompiled import MOST_SAMPLES, few_columns, few_rates
 from continuair.errors import InputError, shown
 from continuair.vehicle.layout import width_of
 from continuair.vehicle.vehicle import Vehicle
@@ -135,8 +136,8 @@ class Engine:
         alone.threads = 1
         return alone
 
-    def load_rollout(self, loop: Closing | None, observe: bool, runs: int) -> int:
-        """Load the kernels that so many runs fly with, before threads wait for one of them.
+    def load_rollout(self, loop: Closing | None, runs: int) -> int:
+        """Load the kernel that so many runs fly with, before threads wait for it.
 
         Returns how many runs fly at once in a thread.
         """
@@ -144,8 +145,7 @@ class Engine:
         lanes = self.lanes(runs) if closed is None else closed.kernels.lanes
         used = self.kernels_of(lanes)
         rollout = used.rollout if closed is None else closed.kernels.rollout
-        for each in [rollout, *(used.observers if observe else ())]:
-            load(each, self.device)
+        load(rollout, self.device)
         return int(lanes)
 
     def side_by_side(self, work: Callable[[Any], None], parts: Iterable[Any]) -> None:
@@ -168,21 +168,20 @@ class Engine:
         *,
         at_samples: Drive | None = None,
         loop: Closing | None = None,
+        among: int = 0,
     ) -> Logs:
         """Fly some runs over a time grid, in open loop or under a law.
 
         runs: (n,) indices into the vehicles, and into the loop's runs; start, drive: of these runs.
-        at_samples: what acts at the samples, to log what is observed too.
+        at_samples: what acts at the samples, to log what is observed too. among: the runs of the
+        whole flight, if these are a part.
         """
         n, samples = len(runs), len(grid.samples)
         log = np.empty((n, samples, self.layout.log), self.dtype)
         status, last = np.zeros(n, np.int32), np.zeros(n, np.int32)
         saturation = np.zeros((n, 1), self.dtype)
-        observed = None
-        if at_samples is not None:
-            observed = np.empty((n, samples, width_of(self.observed)), self.dtype)
         closed = None if loop is None else loop.on(self, n)
-        lanes = self.load_rollout(loop, observed is not None, n)
+        lanes = self.load_rollout(loop, n)
         used = self.kernels_of(lanes)
         rollout = used.rollout if closed is None else closed.kernels.rollout
         steps = self.steps(grid)
@@ -199,13 +198,9 @@ class Engine:
             self.download(out, log[part])
             for source, target in zip(ends, (status, last, saturation), strict=True):
                 self.download(source, target[part])
-            if observed is not None and at_samples is not None:
-                seen, acting = self.upload(observed[part]), self.drive(at_samples, part, 1)
-                for kernel in used.observers:
-                    self.launch(kernel, (threads, samples), [vehicles, acting, out, seen])
-                self.download(seen, observed[part])
 
         self.side_by_side(work, self._split(n, lanes))
+        observed = None if at_samples is None else self.observe(log, at_samples, runs, among)
         for each in (log, observed) if observed is not None else (log,):
             forget_unreached(each, status, last, grid.sample_after)
         found = Logs(log, status, last, saturation[:, 0], observed)
@@ -213,19 +208,51 @@ class Engine:
             return found
         return replace(found, watched=loop.watch(self, log, runs), scene=loop.scene)
 
-    def observe(self, log: Array, drive: Drive, runs: Array | None = None) -> Array:
-        """Observed columns (runs, samples, columns) of logged rows (runs, samples, log)."""
-        seen = np.full((*log.shape[:2], width_of(self.observed)), np.nan, self.dtype)
-        used = self.kernels_for(len(log))
-        out, acting = self.upload(seen), self.drive(drive, slice(None), 1)
-        rows = [self.vehicles(runs, used), acting, self.upload(log), out]
+    @property
+    def observed_columns(self) -> int:
+        """The number of columns that are observed."""
+        return width_of(self.observed)
+
+    def observe(
+        self, log: Array, drive: Drive, runs: Array | None = None, among: float = 0
+    ) -> Array:
+        """Return observed columns (runs, samples, columns) of logged rows (runs, samples, log).
+
+        drive: inputs of these runs at the samples. Python computes those of a few rows: of all the
+        runs that they are `among`, so that a flight in parts is treated alike. A loop that observes
+        over and over is among inf.
+        """
+        few = max(among, len(log)) * log.shape[1] <= MOST_SAMPLES
+        found = few_columns(self, log, drive, runs) if few else None
+        if found is not None:
+            return found
+        lanes = self.lanes(len(log))
+        used = self.kernels_of(lanes)
         for kernel in used.observers:
-            self.launch(kernel, (packs_of(len(log), used.lanes), log.shape[1]), rows)
-        self.download(out, seen)
+            load(kernel, self.device)
+        seen = np.full((*log.shape[:2], self.observed_columns), np.nan, self.dtype)
+        every = np.arange(len(log)) if runs is None else runs
+
+        def work(part: slice) -> None:
+            out, acting = self.upload(seen[part]), self.drive(drive, part, 1)
+            rows = [self.vehicles(every[part], used), acting, self.upload(log[part]), out]
+            for kernel in used.observers:
+                self.launch(kernel, (packs_of(len(seen[part]), lanes), log.shape[1]), rows)
+            self.download(out, seen[part])
+
+        self.side_by_side(work, self._split(len(log), lanes))
         return seen
 
-    def derivative(self, start: Start, drive: Drive, runs: Array | None = None) -> Array:
-        """Rates (runs, state) of the states of a start, under the first row of what acts."""
+    def derivative(
+        self, start: Start, drive: Drive, runs: Array | None = None, compiled: bool = False
+    ) -> Array:
+        """Return the rates (runs, state) of the states of a start, under the first row of inputs.
+
+        Python computes those of a few states, unless they are to be `compiled`, as loops need them.
+        """
+        found = None if compiled else few_rates(self, start, drive, runs)
+        if found is not None:
+            return found
         rates = np.empty((len(start.states), self.layout.state), self.dtype)
         # One kernel for any number of them: they are few, and what steps follow from.
         used = self.kernels_for(1)
@@ -269,17 +296,17 @@ class Engine:
     def start(self, start: Start, part: slice | Array) -> Any:
         """The struct of where a part of the runs begins."""
         found = self.kernels.arguments.Start()
-        found.states = self.upload(self._with_rotors(start.states[part])[:, None])
+        found.states = self.upload(self.with_rotors(start.states[part])[:, None])
         # Unless told otherwise, each model freezes what it does not integrate at the start.
         frozen = start.frozen
         if frozen is None:
             found.frozen = found.states
         else:
-            found.frozen = self.upload(self._with_rotors(frozen[part])[:, None])
+            found.frozen = self.upload(self.with_rotors(frozen[part])[:, None])
         found.angle = self.upload(start.angle[part])
         return found
 
-    def _with_rotors(self, states: Array) -> Array:
+    def with_rotors(self, states: Array) -> Array:
         """States, in which rotors are at rest where they tell nothing of rotors."""
         missing = self.layout.state - states.shape[1]
         return np.pad(states, ((0, 0), (0, missing))) if missing else states

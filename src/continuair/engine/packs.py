@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from continuair.device.interpreted import Rows, interpreted, struct_from, vector_rows
 from continuair.device.numbers import LANES, NARROW, Numbers
 from continuair.device.probe import PROBED, TERMS, WIDTH, probe_kernel, wide_registers
 from continuair.engine.compiling import load, made_once
@@ -48,14 +49,14 @@ def registers_are_wide() -> bool:
 
 @made_once
 def packs_work(precision: str) -> bool:
-    """Whether packs give what single runs give; where they do not, a warning says so."""
+    """Whether packs give what Python computes; where they do not, a warning says so."""
     try:
-        alone, packed = _probed(precision, 1), _probed(precision, LANES[precision])
+        alone, packed = _probed_by_python(precision), _probed(precision)
     except Exception as error:  # Warp has no exception of its own for a build that failed.
         return _refused(f"the compiler refuses them, {type(error).__name__}")
     size = np.abs(alone).max(axis=1, keepdims=True)
-    apart = np.abs(alone - packed) <= _ROUNDING * np.finfo(alone.dtype).eps * size
-    return True if apart.all() else _refused("their numbers are others than those of single runs")
+    apart = np.abs(alone - packed) <= _ROUNDING * np.finfo(packed.dtype).eps * size
+    return True if apart.all() else _refused("their numbers are wrong")
 
 
 def _refused(why: str) -> bool:
@@ -69,24 +70,42 @@ def _refused(why: str) -> bool:
     return False
 
 
-def _probed(precision: str, lanes: int) -> Array:
-    """What the probe finds (runs, PROBED) for some runs that differ."""
+def _probed(precision: str) -> Array:
+    """Return what the probe computes in packs (runs, PROBED), for some runs that differ."""
+    lanes = LANES[precision]
     kernel, Body, Row = probe_kernel(Numbers(precision, lanes))
-    _, Single, _ = probe_kernel(Numbers(precision))
     real, cell = np.dtype(precision), getattr(wp, precision)
+    bodies, table, angles = _trial(precision)
+    out = np.zeros((_RUNS, PROBED), real)
+    arguments: list[Any] = [
+        struct_rows(bodies, Body, lanes, "cpu"),
+        table_rows(table.astype(real), Row, lanes, "cpu"),
+        wp.array(angles.astype(real), dtype=cell, device="cpu"),
+        wp.array(out, dtype=cell, device="cpu", copy=False),
+    ]
+    load(kernel, "cpu")
+    wp.launch(kernel, dim=packs_of(_RUNS, lanes), device="cpu", inputs=arguments)
+    return out
+
+
+def _probed_by_python(precision: str) -> Array:
+    """Return the same, computed in float64."""
+    kernel, Body, _ = probe_kernel(Numbers("float64"))
+    bodies, table, angles = _trial(precision)
+    out = np.zeros((_RUNS, PROBED))
+    rows = Rows((_RUNS,), lambda index: struct_from(Body, bodies[index]))
+    with np.errstate(all="ignore"):
+        interpreted(kernel)(np.arange(_RUNS), rows, vector_rows(table), angles, out)
+    return out
+
+
+def _trial(precision: str) -> tuple[Array, Array, Array]:
+    """Return bodies, table and angles of the trial, rounded to the precision."""
+    _, Single, _ = probe_kernel(Numbers(precision))
     rng = np.random.default_rng(20260218)
     attitude = rng.normal(size=(_RUNS, 4))
     attitude /= np.linalg.norm(attitude, axis=1, keepdims=True)
     bodies = np.zeros(_RUNS, Single.numpy_dtype())
     bodies["attitude"], bodies["inertia"] = attitude, rng.normal(size=(_RUNS, 3, 3))
-    table = rng.normal(size=(_RUNS, TERMS, WIDTH)).astype(real)
-    angles = np.linspace(-3.0, 7.0, _RUNS)[:, None].astype(real)
-    out = np.zeros((_RUNS, PROBED), real)
-    arguments: list[Any] = [
-        struct_rows(bodies, Body, lanes, "cpu"),
-        table_rows(table, Row, lanes, "cpu"),
-        *(wp.array(array, dtype=cell, device="cpu", copy=False) for array in (angles, out)),
-    ]
-    load(kernel, "cpu")
-    wp.launch(kernel, dim=packs_of(_RUNS, lanes), device="cpu", inputs=arguments)
-    return out
+    table, angles = rng.normal(size=(_RUNS, TERMS, WIDTH)), np.linspace(-3.0, 7.0, _RUNS)[:, None]
+    return bodies, *(each.astype(precision).astype(float) for each in (table, angles))

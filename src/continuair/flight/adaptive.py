@@ -38,10 +38,13 @@ class _Part:
     launch: Launch
     loop: Loop | None
 
-    def fly(self, engine: Engine, observe: bool) -> tuple[Logs, Array]:
-        """Return the logs of these runs, and what the roll-out counted (runs, COUNTS)."""
+    def fly(self, engine: Engine, observe: bool, among: int) -> tuple[Logs, Array]:
+        """Return the logs of these runs, and what the roll-out counted (runs, COUNTS).
+
+        among: the runs of the whole flight.
+        """
         launch, given = self.launch, self.launch.runs
-        lanes = engine.load_rollout(self.loop, observe, len(given))
+        lanes = engine.load_rollout(self.loop, len(given))
         if self.loop is None:
             kernel = engine.kernels_of(lanes).rollout
         else:
@@ -63,7 +66,7 @@ class _Part:
         if observe:
             acting = self.launch.inputs
             drive = Drive(acting(samples), True, acting.groups, acting.gravity)
-            logs = replace(logs, observed=engine.observe(log, drive, given))
+            logs = replace(logs, observed=engine.observe(log, drive, given, among))
         if self.loop is not None:
             watched = self.loop.watch(engine, log, given)
             logs = replace(logs, watched=watched, scene=self.loop.scene)
@@ -101,11 +104,11 @@ def record(recorder: Recorder) -> None:
     ticks = ticks_of(flight.scenario, flight.duration, flight.marks.samples)
     loop = _loop(flight, ticks)
     size = runs_at_once(flight, engine)
-    alone.load_rollout(loop, observe, size)
+    alone.load_rollout(loop, size)
 
     def work(runs: Array) -> None:
         launch = launch_of(flight, runs, ticks, tolerance, _motion(flight, loop, runs))
-        recorder.keep_counted(runs, *_Part(launch, loop).fly(alone, observe))
+        recorder.keep_counted(runs, *_Part(launch, loop).fly(alone, observe, len(recorder.runs)))
 
     runs = recorder.runs
     engine.side_by_side(work, [runs[at : at + size] for at in range(0, len(runs), size)])

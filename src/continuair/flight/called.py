@@ -130,7 +130,7 @@ class _Pieces:
         rows = np.zeros((n, 1, layout.log))
         rows[:, 0, : layout.state] = states
         still = Drive(np.zeros((1, 1, layout.inputs)), False, 0, self.flight.scenario.gravity)
-        seen = self.engine.observe(rows, still, self.cohort.runs)[:, 0].astype(float)
+        seen = self.engine.observe(rows, still, self.cohort.runs, among=np.inf)[:, 0].astype(float)
         state = rows[:, 0]
         many = vehicle.has_arm_list
         sections = (n, layout.sections, 2) if many else (n, 2)

@@ -61,11 +61,17 @@ class Cohort:
         sampled = of(self.at_samples) if observe else None
         return replace(self, runs=self.runs[at], drive=of(self.drive), sampled=sampled)
 
-    def fly(self, engine: Engine, observe: bool) -> Logs:
-        """Fly these runs with one model."""
+    def fly(self, engine: Engine, observe: bool, among: int) -> Logs:
+        """Fly these runs with one model; among: the runs of the whole flight."""
         at_samples = self.at_samples if observe else None
         return engine.roll_out(
-            self.runs, self.start, self.grid, self.drive, at_samples=at_samples, loop=self.loop
+            self.runs,
+            self.start,
+            self.grid,
+            self.drive,
+            at_samples=at_samples,
+            loop=self.loop,
+            among=among,
         )
 
 

@@ -33,20 +33,19 @@ def holding(
         highest = np.asarray(vehicle.uav.rotors.highest)[..., None]
         state, groups = np.hstack([state, np.sqrt(thrusts / highest)]), groups + ROTORS
     moving = slice(layout.velocity.start, layout.bend_rate.stop)
-    # Unit pushes would be lost in the rounding of a large vehicle's accelerations.
-    scale = _scale_of_pushes(vehicle, len(rows))
-
-    def pushed(push: Array) -> Array:
-        inputs = np.zeros((1, len(rows), layout.inputs))
-        inputs[..., layout.tip_wrench] = tip_wrench
-        inputs[0, :, layout.push] = scale * push
-        if thrusts is not None:
-            inputs[0, :, layout.of_input["rotor_command"]] = thrusts
-        acting = Drive(inputs, False, groups, gravity)
-        return engine.derivative(Start(state, branches_of(rows)), acting)[:, moving]
-
-    still = pushed(np.zeros(layout.coordinates))
-    answers = [pushed(unit) - still for unit in np.eye(layout.coordinates)]
+    # Unit wrenches would be lost in the rounding of a large vehicle's accelerations.
+    scale, runs = _scale_of_pushes(vehicle, len(rows)), len(rows)
+    units = np.vstack([np.zeros(layout.coordinates), np.eye(layout.coordinates)])
+    inputs = np.zeros((len(units), runs, layout.inputs))
+    inputs[..., layout.tip_wrench] = tip_wrench
+    inputs[..., layout.push] = scale * units[:, None]
+    if thrusts is not None:
+        inputs[..., layout.of_input["rotor_command"]] = thrusts
+    start = Start(np.tile(state, (len(units), 1)), np.tile(branches_of(rows), (len(units), 1)))
+    acting = Drive(inputs.reshape(1, -1, layout.inputs), False, groups, gravity)
+    rates = engine.derivative(start, acting, np.tile(np.arange(runs), len(units)))
+    still, *responses = rates[:, moving].reshape(len(units), runs, -1)
+    answers = [response - still for response in responses]
     return scale * np.linalg.solve(np.stack(answers, axis=-1), -still[..., None])[..., 0]
 
 

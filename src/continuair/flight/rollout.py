@@ -67,15 +67,17 @@ def _record(recorder: Recorder) -> None:
         return
     engine = flight.engine(recorder.model, recorder.dtype)
     observe = any(name in OBSERVED_VARIABLES for name in recorder.names)
-    alone = engine.on_one_thread()
+    alone, among = engine.on_one_thread(), len(recorder.runs)
     for cohort in flight.parts(recorder.runs):
         size = _runs_at_once(cohort, engine)
-        alone.load_rollout(cohort.loop, observe, size)
+        alone.load_rollout(cohort.loop, size)
         parts = (
             cohort.part(slice(first, first + size), observe)
             for first in range(0, len(cohort.runs), size)
         )
-        engine.side_by_side(lambda part: recorder.keep(part, part.fly(alone, observe)), parts)
+        engine.side_by_side(
+            lambda part: recorder.keep(part, part.fly(alone, observe, among)), parts
+        )
 
 
 def _runs_at_once(cohort: Cohort, engine: Engine) -> int:
