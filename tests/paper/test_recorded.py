@@ -53,7 +53,7 @@ def test_numbers_are_found_again_within_their_tolerance(
 
 def test_every_part_of_the_paper_has_one_page(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(DOCS))
-    import make_paper
+    import make_paper  # type: ignore[import-not-found]
 
     shown = [part for parts in make_paper.PAGES.values() for part in parts]
     assert sorted(shown) == sorted(PARTS)
@@ -62,7 +62,7 @@ def test_every_part_of_the_paper_has_one_page(monkeypatch: pytest.MonkeyPatch) -
 def test_the_pages_show_the_record(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(DOCS))
     monkeypatch.delitem(sys.modules, "make_paper", raising=False)
-    import make_paper  # type: ignore[import-not-found]
+    import make_paper
 
     known = recorded.recorded()
     entries = known["sentences"]
