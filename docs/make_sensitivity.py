@@ -1,4 +1,4 @@
-"""Draw the figures of docs/sensitivity.md, and write how its errors scatter, from the study."""
+"""Draw the figures of the page on sensitivity, and write how its errors scatter, from the study."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def main() -> None:
     for name, figure in drawn.items():
         with style.applied():
             figure.savefig(DOCS / "images" / f"{name}.png", dpi=110)
-    page = DOCS / "sensitivity.md"
+    page = DOCS / "explanation" / "sensitivity.md"
     before, rest = page.read_text(encoding="utf-8").split(START)
     after = rest.split(END, 1)[1]
     table = "\n".join(_table(study.results, hertz.results)) + "\n"

@@ -31,7 +31,7 @@ from continuair.studies.atlas.controlled import (
 from continuair.studies.atlas.explaining import explained
 from continuair.studies.atlas.judging import against, judge, refuted
 from continuair.studies.atlas.kept import kept
-from continuair.studies.atlas.page import block
+from continuair.studies.atlas.page import block, limits_by_kind
 from continuair.studies.atlas.rule import quantile_fit
 from continuair.studies.atlas.study import controlled
 from continuair.studies.atlas.summary import CONTROLLED_SUMMARY, load, save
@@ -211,9 +211,13 @@ def test_the_shipped_rule_is_of_the_size_that_it_claims_and_small(summary: xr.Da
     assert shipped.stat().st_size < 100_000
 
 
-def test_the_page_says_what_the_shipped_atlas_says(summary: xr.Dataset) -> None:
-    page = Path(__file__).parents[1] / "docs" / "decouple.md"
-    assert "\n".join(block(summary)) in page.read_text(encoding="utf-8")
+def test_the_pages_say_what_the_shipped_atlas_says(summary: xr.Dataset) -> None:
+    pages = Path(__file__).parents[1] / "docs" / "explanation"
+    for name, lines in (
+        ("decouple.md", limits_by_kind(summary)),
+        ("decouple_controlled.md", block(summary)),
+    ):
+        assert "\n".join(lines) in (pages / name).read_text(encoding="utf-8")
 
 
 def test_verdicts_follow_from_the_numbers(summary: xr.Dataset) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from amiri2026.paper import recorded
+from amiri2026.sentences import PARTS
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -50,16 +51,24 @@ def test_numbers_are_found_again_within_their_tolerance(
     assert recorded.is_found_again(name, found, wanted) is same
 
 
+def test_every_part_of_the_paper_has_one_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(DOCS))
+    import make_paper  # type: ignore[import-not-found]
+
+    shown = [part for parts in make_paper.PAGES.values() for part in parts]
+    assert sorted(shown) == sorted(PARTS)
+
+
 def test_the_pages_show_the_record(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(DOCS))
     monkeypatch.delitem(sys.modules, "make_paper", raising=False)
-    import make_paper  # type: ignore[import-not-found]
+    import make_paper
 
     known = recorded.recorded()
     entries = known["sentences"]
     for name in make_paper.PAGES:
-        page = (DOCS / name).read_text(encoding="utf-8")
+        page = (make_paper.EXPLANATION / name).read_text(encoding="utf-8")
         assert make_paper.written(page, known) == page, f"{name}: run docs/make_paper.py"
-        shown = [one["id"] for one in entries if f"| {one['id']} |" in page]
+        shown = [one["id"] for one in entries if f"\n| {one['id']} |" in page]
         assert shown == [one["id"] for one in entries if one["id"].partition(".")[0]
                          in make_paper.PAGES[name]]  # fmt: skip

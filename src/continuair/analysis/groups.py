@@ -2,7 +2,7 @@
 
 The scales are the arm's length l, its mass m_arm and 1 / ω_c, ω_c its clamped frequency. Divided by
 them, the equations of motion hold nothing but the groups below, the load and the start: vehicles
-with the same groups fly alike (docs/decouple.md).
+with the same groups fly alike (docs/explanation/decouple_groups.md).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The atlas of controlled vehicles as Markdown: its table, and the lines of docs/decouple.md."""
+"""The atlas of controlled vehicles as Markdown: its table, and the lines of the documentation."""
 
 from __future__ import annotations
 
@@ -27,16 +27,12 @@ def as_table(summary: xr.Dataset) -> str:
 
 
 def block(summary: xr.Dataset) -> list[str]:
-    """Return the lines that docs/decouple.md shows, too."""
+    """Return the lines that docs/explanation/decouple_controlled.md shows, too."""
     made = summary.attrs
     rows = [[each.claim, f"**{each.verdict}**", each.evidence] for each in answers(summary)]
     heads = ["claim", "holds", "because"]
-    tolerance = percent(float(summary["accepted"][0]))
     return [
-        f"Half of the vehicles whose loop is stable may be decoupled up to this frequency over "
-        f"ω_c, without a loop → in one, at a tolerance of {tolerance} ({_told_kinds()}):",
-        "",
-        *_kinds(summary),
+        *limits_by_kind(summary),
         "",
         "So far the rule lets a vehicle of coupling "
         f"{EXAMPLE['coupling']:g} and mass ratio {EXAMPLE['mass_ratio']:g} be decoupled in a loop:",
@@ -53,6 +49,17 @@ def block(summary: xr.Dataset) -> list[str]:
         "judges. Numbers are fitted on one half of the others and judged by the other "
         f"half. A number decides if it takes every load to {percent(DECIDES)} or more. The rule is "
         f"fitted so that {percent(LEVEL)} of errors lie below it.",
+    ]
+
+
+def limits_by_kind(summary: xr.Dataset) -> list[str]:
+    """Return the lines that docs/explanation/decouple.md shows: limits by arm and loop."""
+    tolerance = percent(float(summary["accepted"][0]))
+    return [
+        f"Half of the vehicles whose loop is stable may be decoupled up to this frequency over "
+        f"ω_c, without a loop → in one, at a tolerance of {tolerance} ({_told_kinds()}):",
+        "",
+        *_kinds(summary),
     ]
 
 
