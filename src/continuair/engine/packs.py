@@ -108,4 +108,4 @@ def _trial(precision: str) -> tuple[Array, Array, Array]:
     bodies = np.zeros(_RUNS, Single.numpy_dtype())
     bodies["attitude"], bodies["inertia"] = attitude, rng.normal(size=(_RUNS, 3, 3))
     table, angles = rng.normal(size=(_RUNS, TERMS, WIDTH)), np.linspace(-3.0, 7.0, _RUNS)[:, None]
-    return bodies, *(each.astype(precision).astype(float) for each in (table, angles))
+    return bodies, table.astype(precision).astype(float), angles.astype(precision).astype(float)

@@ -61,7 +61,7 @@ class Cohort:
         sampled = of(self.at_samples) if observe else None
         return replace(self, runs=self.runs[at], drive=of(self.drive), sampled=sampled)
 
-    def fly(self, engine: Engine, observe: bool, among: int) -> Logs:
+    def fly(self, engine: Engine, observe: bool, among: int = 0) -> Logs:
         """Fly these runs with one model; among: the runs of the whole flight."""
         at_samples = self.at_samples if observe else None
         return engine.roll_out(
