@@ -45,7 +45,7 @@ def to_mjcf(vehicle: Vehicle, path: str | os.PathLike[str], *, links: int = 8) -
     links: joints of each section, in the middles of as many equal parts, each of two hinges with
     stiffness and damping. Sites: uav, rotors, tips. Actuators: thrusts of the rotors [N], or
     without them force_x … (world axes) and moment_x … (body axes); and bend_moment_x …, conjugate
-    to a section's mean bend [1/m], which is its tendon's length. docs/interfaces.md says what is
+    to a section's mean bend [1/m], which is its tendon's length. docs/howto/export.md says what is
     lost. Raises InputError, also for a file that exists, and for a vehicle with terms of its own.
     """
     check_single_vehicle(vehicle)
