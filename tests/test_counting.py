@@ -1,4 +1,4 @@
-"""The count of operations behind docs/roofline.md: it computes what the kernel computes."""
+"""The count of operations of docs/explanation/roofline.md computes what the kernel computes."""
 
 import json
 import subprocess

@@ -1,8 +1,9 @@
 """Device code of an arc as a body with two coordinates, its bend b, about its own base.
 
 Lengths along the arc are in units of its λ (sections/arc/moments.py). The rows and the parts of
-their biases are those of sections/kind.py, with J_c for F, J for L and q for b; docs/numerics.md
-derives every term. Warp reads annotations as types, so they are not postponed here.
+their biases are those of sections/kind.py, with J_c for F, J for L and q for b;
+docs/explanation/fast_form.md derives every term. Warp reads annotations as types, so they are not
+postponed here.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""An arc in CasADi: docs/numerics.md derives every term."""
+"""An arc in CasADi: docs/explanation/fast_form.md derives every term."""
 
 from __future__ import annotations
 
