@@ -18,15 +18,15 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx_gallery.gen_gallery",
     "extensions.mathml",
-    "extensions.prose",
 ]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
-exclude_patterns = ["_build", "soak.md", "gallery/*.ipynb", "gallery/*.py", "gallery/*.zip"]
+exclude_patterns = ["_build", "gallery/*.ipynb", "gallery/*.py", "gallery/*.zip"]
 
 add_module_names = False
-autodoc_type_aliases = {"Array": "ndarray"}
-autodoc_typehints_format = "short"
+default_role = "py:obj"
+napoleon_google_docstring = False
+autodoc_typehints = "none"  # docstrings give the types
 # Shapes, such as (runs, 3), name dimensions as properties of several classes are called.
 suppress_warnings = ["ref.python"]
 python_maximum_signature_line_length = 88

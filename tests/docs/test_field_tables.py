@@ -1,4 +1,4 @@
-"""The tables of docs/vehicles.md hold every field of a vehicle file and of a scenario."""
+"""Tables of docs/reference/ hold every field of a vehicle file and of a scenario."""
 
 import ast
 import dataclasses
@@ -20,7 +20,8 @@ from continuair.vehicle.rotors import Drag, Rotor, Rotors
 from continuair.vehicle.section import Section
 from continuair.vehicle.uav import Uav
 
-PAGE = Path(__file__).parents[2] / "docs" / "vehicles.md"
+REFERENCE = Path(__file__).parents[2] / "docs" / "reference"
+PAGES = [REFERENCE / "vehicle_file.md", REFERENCE / "scenario.md"]
 HEAD = "| field | unit | default | meaning |\n"
 TIP = next(kind for kind in kinds(ArmChain, "tip") if kind)
 VEHICLE: list[dict[type[Part], str]] = [
@@ -36,9 +37,10 @@ Field = tuple[str, Any, str]
 
 
 def tables() -> list[dict[str, tuple[str, str]]]:
-    """Every table of fields of the page: name -> unit and default."""
+    """Every table of fields of the pages: name -> unit and default."""
     found = []
-    for text in PAGE.read_text(encoding="utf-8").split(HEAD)[1:]:
+    text_of_pages = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
+    for text in text_of_pages.split(HEAD)[1:]:
         rows: dict[str, tuple[str, str]] = {}
         for line in text.split("\n\n")[0].splitlines()[1:]:
             first, unit, default, _ = (cell.strip() for cell in line.strip("|").split("|", 3))

@@ -119,7 +119,7 @@ class Design:
 def load_design(
     design: str | os.PathLike[str] | xr.Dataset | Design, metrics: Iterable[str] | None = None
 ) -> Design:
-    """The design that a TOML file or a Dataset describes; docs/sweeps.md has both forms.
+    """The design that a TOML file or a Dataset describes; docs/howto/sweeps.md has both forms.
 
     metrics: instead of those of the design. Raises InputError.
     """

@@ -39,7 +39,7 @@ def sweep(
 ) -> xr.Dataset:
     """Fly all runs of a design into a store, or those that are left, and return its results.
 
-    design: a .toml file, or a Dataset whose variables are fields (docs/sweeps.md). out: the zarr
+    design: a .toml file, or a Dataset whose variables are fields. out: the zarr
     store; one of the same design is continued. metrics: names, those of the design by default.
     device: "cpu", "cuda" or one of several, "cuda:1". threads: CPU threads, all by default.
     scheduler: the address of a Dask scheduler whose workers see the same `out`. shard: (i, n), to
