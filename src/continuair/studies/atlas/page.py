@@ -21,9 +21,8 @@ EXAMPLE = {"coupling": 0.4, "mass_ratio": 0.03}
 
 def as_table(summary: xr.Dataset) -> str:
     """Return what the study says, in Markdown."""
-    return (
-        "\n".join(["# May I decouple a controlled vehicle? The atlas", "", *block(summary)]) + "\n"
-    )
+    title = "# May I decouple a controlled vehicle? The atlas"
+    return "\n".join([title, "", *limits_by_kind(summary), "", *block(summary)]) + "\n"
 
 
 def block(summary: xr.Dataset) -> list[str]:
@@ -32,8 +31,6 @@ def block(summary: xr.Dataset) -> list[str]:
     rows = [[each.claim, f"**{each.verdict}**", each.evidence] for each in answers(summary)]
     heads = ["claim", "holds", "because"]
     return [
-        *limits_by_kind(summary),
-        "",
         "So far the rule lets a vehicle of coupling "
         f"{EXAMPLE['coupling']:g} and mass ratio {EXAMPLE['mass_ratio']:g} be decoupled in a loop:",
         "",
