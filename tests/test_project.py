@@ -83,6 +83,7 @@ def test_the_citation_is_of_this_project_and_of_the_paper() -> None:
     found = read_yaml("CITATION.cff")
     assert found["license"] == PROJECT["license"]
     assert found["title"].startswith(PROJECT["name"])
+    assert found["version"] == PROJECT["version"]
     (paper,) = found["references"]
     assert paper["url"] in (ROOT / "README.md").read_text("utf-8")
 
@@ -92,7 +93,14 @@ def test_the_page_on_citing_names_what_the_citation_file_names() -> None:
     words = " ".join(page.split())
     found = read_yaml("CITATION.cff")
     (paper,) = found["references"]
-    for each in (found["title"], found["license"], paper["title"], paper["url"], paper["year"]):
+    for each in (
+        found["title"],
+        found["version"],
+        found["license"],
+        paper["title"],
+        paper["url"],
+        paper["year"],
+    ):
         assert str(each) in words
     for author in paper["authors"]:
         assert f"{author['family-names']}, {author['given-names']}" in words
