@@ -48,7 +48,7 @@ def test_the_load_ratio_of_bend_and_tip_is_the_angle_it_holds() -> None:
 
 
 def test_the_load_of_a_moment_rocks_the_rigid_vehicle_about_the_origin_of_b() -> None:
-    """A free one turns about its centre of mass, and `paper`, as docs/howto/advise.md says, by 0.12."""
+    """A free one turns about its centre of mass, and `paper`, as advised_limits.md says, by 0.12."""
     vehicle = ca.load_vehicle("paper")
     rate = 0.5 * vehicle.arm.clamped_frequency
     moment: Any = standard_scenario("moment", vehicle, bend=0.0).moment
@@ -62,7 +62,7 @@ def test_the_load_of_a_moment_rocks_the_rigid_vehicle_about_the_origin_of_b() ->
 
 @pytest.mark.parametrize("number", [0.05, 0.5])
 def test_under_gravity_the_load_bends_a_hanging_arm_less(number: float) -> None:
-    """By 1 + 5/3 of the gravity number, as docs/howto/advise.md says, at rest and to first order."""
+    """By 1 + 5/3 of the gravity number, as advised_limits.md says, at rest and to first order."""
     length, per_length = 0.6, 0.15
     stiffness = 9.81 * per_length * length**3 / (20.0 * number)
     arm = {"length": length, "bending_stiffness": stiffness, "mass_per_length": per_length}
