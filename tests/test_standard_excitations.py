@@ -48,7 +48,7 @@ def test_the_load_ratio_of_bend_and_tip_is_the_angle_it_holds() -> None:
 
 
 def test_the_load_of_a_moment_rocks_the_rigid_vehicle_about_the_origin_of_b() -> None:
-    """A free one turns about its centre of mass, and `paper`, as advised_limits.md says, by 0.12."""
+    """A free one turns about its centre of mass: `paper` by 0.12, as advised_limits.md says."""
     vehicle = ca.load_vehicle("paper")
     rate = 0.5 * vehicle.arm.clamped_frequency
     moment: Any = standard_scenario("moment", vehicle, bend=0.0).moment
