@@ -1,8 +1,12 @@
 """Sphinx configuration; `make docs` builds the pages."""
 
+import re
 import sys
 import tomllib
 from pathlib import Path
+from typing import Any
+
+from sphinx.application import Sphinx
 
 _HERE = Path(__file__).parent
 _PROJECT = tomllib.loads((_HERE.parent / "pyproject.toml").read_text())["project"]
@@ -51,3 +55,15 @@ html_css_files = ["pages.css"]
 html_math_renderer = "mathml"
 # Summaries are fetched, which browsers refuse to pages that are opened as files.
 html_show_search_summary = False
+
+
+def setup(app: Sphinx) -> None:
+    app.connect("autodoc-process-docstring", keep_bars)
+
+
+def keep_bars(*arguments: Any) -> None:
+    """Escape the bars of absolute values, such as |κ|, which would name substitutions."""
+    lines = arguments[-1]
+    lines[:] = [
+        re.sub(r"(?<![\w`|\\])\|([^|\s`][^|`]*)\|(?![\w`|])", r"\\|\1\\|", x) for x in lines
+    ]
