@@ -17,6 +17,11 @@ from continuair.errors import ContinuairWarning
 
 Array = np.ndarray
 
+_PACKS = 32
+"""Narrow packs of a thread up to which wide ones save no time: kernels of these take 10 s more to
+compile, and under error control lanes of a wide pack wait for one another. From there on wide ones
+save up to a fifth."""
+
 _RUNS = 11
 """Of the trial: more than a pack, and not a multiple of one."""
 
@@ -34,7 +39,7 @@ def lanes_of(runs: int, threads: int, precision: str, device: str) -> int:
     if device != "cpu" or not packs_work(precision):
         return 1
     narrow = NARROW[precision]
-    few = runs <= narrow * threads
+    few = runs <= _PACKS * narrow * threads
     return narrow if few or not registers_are_wide() else LANES[precision]
 
 
