@@ -218,7 +218,7 @@ UNUSABLE: list[tuple[dict[str, Any], str, str]] = [
     ({**QUAD, "torque_per_thrust": 0.0}, "uav.rotors.torque_per_thrust is 0", "both spins"),
     ({**QUAD, "rotor": LINE}, "uav.rotors.layout and rotor are both given", "one of the two"),
     (GIVEN, "uav.rotors.layout and rotor are both missing", "one of the two"),
-    ({**LIST, "lever": 0.2}, "uav.rotors.lever is 0.2, but is of a layout", "leave it out"),
+    ({**LIST, "lever": 0.2}, "uav.rotors.lever is 0.2, but belongs to a layout", "leave it out"),
     ({**LIST, "rotor": LINE}, "uav.rotors.torque_per_thrust is 0.02", "not in one line"),
     ({**LIST, "rotor": LIST["rotor"][:3]}, "uav.rotors.torque_per_thrust is 0.02", "4 rotors"),
     ({**LIST, "rotor": []}, "uav.rotors.rotor is []", "1 to 16 rotors"),

@@ -168,5 +168,5 @@ def test_rotors_and_drag_that_no_law_computes_with_are_those_that_fly(
     )
     law = ca.flight_controller(vehicle).believing(vehicle.replace(other))
     start = ca.Scenario("hover", [0.1, 0, 0, 0, 0, 0, 0.1, 0], duration=0.02, controller=law)
-    with pytest.raises(ca.InputError, match="uav.* is not that of 'paper' that flies"):
+    with pytest.raises(ca.InputError, match="uav.* differs from that of 'paper'"):
         ca.simulate(vehicle, start)
