@@ -29,7 +29,7 @@ class Tree:
         Whether tips carry rigid bodies.
     turned : bool, default False
         Whether the mount of an arm is rotated.
-    eye : int, default 0
+    camera_arm : int, default 0
         Index of the arm that carries the camera.
     terms : tuple of Term, default ()
         Terms that act on the vehicle, without their numbers.
@@ -38,7 +38,7 @@ class Tree:
     kinds: tuple[tuple[Any, ...], ...]
     bodies: bool = False
     turned: bool = False
-    eye: int = 0
+    camera_arm: int = 0
     terms: tuple[Any, ...] = ()
 
     @property

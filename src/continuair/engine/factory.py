@@ -24,7 +24,7 @@ from continuair.kernels.integrators import TSIT5
 from continuair.kernels.logs import state_logger, tip_logger
 from continuair.kernels.observe import observe_kernel, watch_kernel
 from continuair.kernels.rollout import derivative_kernel, rollout_kernel
-from continuair.kernels.sensing.eye import Eye, eye_code
+from continuair.kernels.sensing.camera import CameraCode, camera_code
 from continuair.kernels.sensing.guided import guided_pilot
 from continuair.kernels.sensing.pilot import PilotCode, law_pilot, no_pilot
 from continuair.kernels.slopes import step_slopes_kernel, tip_slopes_kernel
@@ -102,7 +102,7 @@ class LoopKernels:
     model: str
     how: Closing
     pilot: PilotCode
-    eye: Eye
+    camera: CameraCode
     Gains: Any
     remembered: int = 0
     looks: bool = False
@@ -189,8 +189,8 @@ def closed_loop(law: MadeLaw, model: str, how: Closing) -> LoopKernels:
         pilot = law_pilot(*of, points, found, *choices)
     remembered = found.Memory._length_ if hasattr(found, "Memory") else 0
     looks = remembered > 0 and found.looks
-    eye = eye_code(*of, points)
-    return LoopKernels(law, model, how, pilot, eye, found.Gains, remembered, looks)
+    of_camera = camera_code(*of, points)
+    return LoopKernels(law, model, how, pilot, of_camera, found.Gains, remembered, looks)
 
 
 @made_once
@@ -238,11 +238,13 @@ def turning(precision: str) -> wp.Kernel:
 
 
 @made_once
-def watching(precision: str, tree: Tree, points: int, lanes: int = 1) -> tuple[wp.Kernel, Eye]:
+def watching(
+    precision: str, tree: Tree, points: int, lanes: int = 1
+) -> tuple[wp.Kernel, CameraCode]:
     """Return the kernel `watch`, the same for every model, and its camera code."""
     of = Numbers(precision, lanes), tree
-    eye = eye_code(*of, points)
-    return watch_kernel(*of, eye), eye
+    of_camera = camera_code(*of, points)
+    return watch_kernel(*of, of_camera), of_camera
 
 
 _DUAL = Numbers("float64", DIRECTIONS, dual=True)

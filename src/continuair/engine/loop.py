@@ -114,8 +114,8 @@ class Loop:
             kernels, packed = self._kernels(engine, lanes)
             _check_memory(self.controller, kernels)
             gains = pack_gains(self.controller, kernels.Gains, self.points)
-            cameras = pack_cameras(engine.vehicle, kernels.eye.Camera)
-            model, Camera = self.controller.believes, kernels.eye.Camera
+            cameras = pack_cameras(engine.vehicle, kernels.camera.Camera)
+            model, Camera = self.controller.believes, kernels.camera.Camera
             nominal = None if model is None else _nominal_model(model, engine, Camera)
             found = PackedLoop(self, packed or kernels, cameras, gains, nominal)
             self._packed[engine, lanes] = found
@@ -170,7 +170,7 @@ class PackedLoop:
             setattr(found, name, engine.upload(getattr(timing, name), wp.int32))
         found.seeds = engine.upload(loop.seeds[runs], wp.int32)
         at = kernels.lanes, engine.device
-        found.cameras = struct_rows(_rows(self.cameras, runs), kernels.eye.Camera, *at)
+        found.cameras = struct_rows(_rows(self.cameras, runs), kernels.camera.Camera, *at)
         found.gains = struct_rows(_rows(self.gains, runs), kernels.Gains, *at)
         found.corners = engine.upload(scene.corners)
         motion = _columns(scene.motion, runs)
@@ -184,7 +184,7 @@ class PackedLoop:
         if self.nominal is not None:
             model, own = self.nominal.engine, _rows(self.nominal.cameras, runs)
             found.believed = model.vehicles(runs, engine.kernels_of(kernels.lanes))
-            found.believed_cameras = struct_rows(own, kernels.eye.Camera, *at)
+            found.believed_cameras = struct_rows(own, kernels.camera.Camera, *at)
         return found
 
     def _frames(self, runs: int, slots: int) -> Array:
@@ -247,7 +247,7 @@ def watch(
     runs: indices into the vehicles and the motion, by default all.
     """
     of, lanes = (engine.dtype.name, engine.tree, len(corners)), engine.lanes(len(log))
-    kernel, eye = watching(*of, lanes)
+    kernel, of_camera = watching(*of, lanes)
     runs = np.arange(len(log)) if runs is None else runs
     shape = (*log.shape[:2], width_of(watched_columns(len(corners))))
     watched = np.empty(shape, engine.dtype)
@@ -258,7 +258,7 @@ def watch(
         (packs_of(len(log), lanes), log.shape[1]),
         [
             engine.vehicles(runs, engine.kernels_for(len(log))).plants,
-            struct_rows(cameras, eye.Camera, lanes, engine.device),
+            struct_rows(cameras, of_camera.Camera, lanes, engine.device),
             engine.upload(corners),
             engine.upload(_columns(motion, runs)),
             engine.upload(log),

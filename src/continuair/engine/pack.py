@@ -30,7 +30,7 @@ def tree_of(vehicle: Vehicle) -> Tree:
         tuple(tuple(kind_of(section) for section in arm.section) for arm in arms),
         bodies=any(arm.tip is not None for arm in arms),
         turned=any((np.asarray(arm.attitude) != straight).any() for arm in arms),
-        eye=vehicle.camera_arm,
+        camera_arm=vehicle.camera_arm,
         terms=compiled_terms(vehicle),
     )
 

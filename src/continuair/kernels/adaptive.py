@@ -51,8 +51,8 @@ def adaptive_kernel(
     """Return the kernel of a roll-out of a model with adaptive steps, under a controller.
 
     log_row, name: as in `rollout_kernel`. every_stage: whether the controller acts at every stage.
-    log: (runs, samples, columns); samples that a run does not reach stay unchanged. status: (runs,).
-    counts: (runs, COUNTS).
+    log: (runs, samples, columns); samples that a run does not reach stay unchanged. status:
+    (runs,). counts: (runs, COUNTS).
     """
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
     stepping, begins = stepping_code(numbers, tree), arguments(numbers.precision)

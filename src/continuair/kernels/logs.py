@@ -79,7 +79,7 @@ def push_reader(numbers: Numbers, tree: Tree) -> Any:
 @cache
 def tip_logger(numbers: Numbers, tree: Tree) -> Any:
     """Return the function `log_row` that writes the pose of the camera's tip, TIP_POSE."""
-    types, tip_of = device_types(numbers, tree), tip_code(numbers, tree).tip_of(tree.eye)
+    types, tip_of = device_types(numbers, tree), tip_code(numbers, tree).tip_of(tree.camera_arm)
     Cell, Real, State, Push = types.Cell, types.Real, types.State, types.Push
     keep_where = number_code(numbers).keep_where
     Flight, Branch = (

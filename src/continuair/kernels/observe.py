@@ -14,7 +14,7 @@ from continuair.kernels.arm.tip import tip_code
 from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.flight import flight_code
 from continuair.kernels.logs import push_reader
-from continuair.kernels.sensing.eye import Eye
+from continuair.kernels.sensing.camera import CameraCode
 from continuair.sections.arc.bend import bend_code
 from continuair.vehicle.layout import MOTION, observed_columns, watched_columns
 
@@ -144,7 +144,7 @@ def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
         log: wp.array3d(dtype=Cell),
         out: wp.array3d(dtype=Cell),
     ):
-        """drive: inputs at the samples, with one row per sample or one for all."""
+        """Write the observed columns; drive: inputs, one row per sample or one for all."""
         pack, sample = wp.tid()
         run = pack * lanes
         flight = flight_of(vehicles, drive, run)
@@ -207,18 +207,22 @@ def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
     return observe
 
 
-def watch_kernel(numbers: Numbers, tree: Tree, eye: Eye) -> Any:
+def watch_kernel(numbers: Numbers, tree: Tree, of_camera: CameraCode) -> Any:
     """Return the kernel `watch`: true image, camera pose and twist, columns watched_columns.
 
     motion: of the target's centroid at the samples (samples, runs or 1, MOTION).
     """
     types = device_types(numbers, tree)
-    code, points = number_code(numbers), eye.points
-    Cell, Plants, Cameras = types.Cell, code.rows_of(types.Plant), code.rows_of(eye.Camera)
-    plant_of, camera_of, lanes = code.reader_of(types.Plant), code.reader_of(eye.Camera), code.lanes
+    code, points = number_code(numbers), of_camera.points
+    Cell, Plants, Cameras = types.Cell, code.rows_of(types.Plant), code.rows_of(of_camera.Camera)
+    plant_of, camera_of, lanes = (
+        code.reader_of(types.Plant),
+        code.reader_of(of_camera.Camera),
+        code.lanes,
+    )
     load_state, three_of, keep = types.load_state, types.three_of, code.keep
     logged_along = _branches_of_log(numbers, tree)
-    view_of, look, columns = eye.view_of, eye.look, watched_columns(points)
+    view_of, look, columns = of_camera.view_of, of_camera.look, watched_columns(points)
     position, attitude = columns["camera_position"].start, columns["camera_attitude"].start
     centroid = MOTION["position"].start
     twist, image = columns["camera_twist"].start, columns["image"].start

@@ -76,8 +76,8 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
         """Followed branches.
 
         direction, turns: (cos ψa, sin ψa) of each section on its signed branch, at last
-        (cos φ, sin φ), and full turns of ψa. pitch, yaw: (cos θ, sin θ), (cos ψ, sin ψ). euler_turns: full turns of
-        roll, pitch and yaw.
+        (cos φ, sin φ), and full turns of ψa. pitch, yaw: (cos θ, sin θ), (cos ψ, sin ψ).
+        euler_turns: full turns of roll, pitch and yaw.
         """
 
         direction: Along

@@ -7,9 +7,9 @@ import numpy as np
 
 from continuair.kernels.device import Device
 from continuair.kernels.term_sum import Acting
+from continuair.terms.actuator_wrench import ActuatorWrench
 from continuair.terms.arm_drag import ArmDrag
 from continuair.terms.paper_torques import PaperTorques
-from continuair.terms.push import DirectPush
 from continuair.terms.rotors import RotorThrusts
 from continuair.terms.term import Stream, Term, name_of
 from continuair.terms.tip_wrench import TipWrench
@@ -17,7 +17,7 @@ from continuair.terms.uav_drag import UavDrag
 from continuair.vehicle.vehicle import Vehicle
 
 TERMS: tuple[type[Term], ...] = (
-    DirectPush,
+    ActuatorWrench,
     PaperTorques,
     RotorThrusts,
     UavDrag,
@@ -88,7 +88,7 @@ __all__ = [
     "Acting",
     "ArmDrag",
     "Device",
-    "DirectPush",
+    "ActuatorWrench",
     "PaperTorques",
     "RotorThrusts",
     "Stream",

@@ -405,7 +405,7 @@ def _thrusts_kernel(numbers: Numbers, tree: Tree, term: RotorThrusts) -> Any:
         log: wp.array3d(dtype=Cell),
         out: wp.array3d(dtype=Cell),
     ):
-        """drive: inputs at the samples, with one row per sample or one for all."""
+        """Write thrusts and saturation; drive: inputs, one row per sample or one for all."""
         pack, sample = wp.tid()
         run = pack * lanes
         flight = flight_of(vehicles, drive, run)

@@ -31,7 +31,7 @@ def unfollowed(attitude: Array) -> Array:
     x, y, z, w = np.moveaxis(attitude, -1, 0)
     level = 1.0 - 4.0 * (w * y - x * z) ** 2
     cosine = np.einsum("ijk,ijk->ij", attitude[:, :-1], attitude[:, 1:])
-    found: Array = np.asarray(1.0 - cosine**2 > SHARE * np.minimum(level[:, :-1], level[:, 1:]))
+    found = 1.0 - cosine**2 > SHARE * np.minimum(level[:, :-1], level[:, 1:])
     found[found] = _lost(attitude[:, :-1][found], attitude[:, 1:][found])
     return found
 
@@ -39,11 +39,11 @@ def unfollowed(attitude: Array) -> Array:
 def _lost(before: Array, after: Array) -> Array:
     """Return the same for pairs of samples (n, 4)."""
     angles = continuous_euler(np.stack([before, after], axis=1))
-    lost = (np.abs(angles[:, 1] - angles[:, 0]) > CHANGE).any(-1)
+    lost: Array = np.asarray((np.abs(angles[:, 1] - angles[:, 0]) > CHANGE).any(-1))
     changed = np.flatnonzero(~lost & (np.abs(angles[:, 1, 1]) > 0.5 * np.pi))
     if len(changed):
         lost[changed] = _beside(before[changed], after[changed]) > _THROUGH
-    return np.asarray(lost)
+    return lost
 
 
 def _beside(before: Array, after: Array) -> Array:

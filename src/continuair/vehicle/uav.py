@@ -39,7 +39,7 @@ class Uav(Part):
         moments = principal_moments(matrix)
         if not moments[0] > 0:
             raise ValueError(
-                f"must be positive definite (its least eigenvalue is {moments[0]:.6g} kg m²)"
+                f"must be positive definite (it has eigenvalue {moments[0]:.6g} kg m²)"
             )
         check_moments("uav.inertia", *moments)
         return matrix

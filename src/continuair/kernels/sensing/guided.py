@@ -13,8 +13,8 @@ import warp as wp
 from continuair.device.numbers import Numbers, number_code
 from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.flight import flight_code
-from continuair.kernels.sensing.belief import belief_code
 from continuair.kernels.sensing.guidance import guidance_code
+from continuair.kernels.sensing.nominal import nominal_code
 from continuair.kernels.sensing.pilot import PilotCode, decision_of, law_pilot
 from continuair.kernels.sensing.sense import law_code
 
@@ -32,8 +32,8 @@ def guided_pilot(
     looks = law.looks
     points = points if looks else 0
     seeing = law_pilot(numbers, tree, points, law, every_stage=False, believes=believes)
-    minds = belief_code(numbers, tree, points)
-    flight_with, state_with = minds.flight_with, minds.state_with
+    nominal = nominal_code(numbers, tree, points)
+    flight_with, state_with = nominal.flight_with, nominal.state_with
     Sight, Looking, look_of, seen_at = seeing.Loop, seeing.Pilot, seeing.pilot_of, seeing.sensed
     set_point_of, disturbed = ground.set_point_of, ground.disturbed
     Memory, control, Decision = law.Memory, law.control, decision_of(numbers, tree)

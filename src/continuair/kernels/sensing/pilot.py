@@ -15,8 +15,8 @@ import warp as wp
 from continuair.device.numbers import Numbers, number_code
 from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.flight import flight_code
-from continuair.kernels.sensing.belief import belief_code
-from continuair.kernels.sensing.eye import eye_code
+from continuair.kernels.sensing.camera import camera_code
+from continuair.kernels.sensing.nominal import nominal_code
 from continuair.kernels.sensing.sense import law_code
 from continuair.vehicle.layout import MOTION, frame_columns, summed_columns
 
@@ -105,18 +105,23 @@ def law_pilot(
     has a nominal model that differs from the simulated vehicle.
     """
     types, Flight = device_types(numbers, tree), flight_code(numbers, tree).Flight
-    eye, ground = eye_code(numbers, tree, points), law_code(numbers, tree, points)
+    of_camera, ground = camera_code(numbers, tree, points), law_code(numbers, tree, points)
     Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
-    Camera, Sight, Twist, Sense = eye.Camera, eye.Sight, eye.Twist, ground.Sense
-    view_of, look, blur, proprioception = eye.view_of, eye.look, eye.blur, ground.proprioception
+    Camera, Sight, Twist, Sense = of_camera.Camera, of_camera.Sight, of_camera.Twist, ground.Sense
+    view_of, look, blur, proprioception = (
+        of_camera.view_of,
+        of_camera.look,
+        of_camera.blur,
+        ground.proprioception,
+    )
     Gains, control, has_camera = law.Gains, law.control, points > 0
     Decision = decision_of(numbers, tree)
     Cell, three_of, code = types.Cell, types.three_of, number_code(numbers)
     keep, of_run, of_sample, above = code.keep, code.of_run, code.of_sample, code.above
     Cameras, AllGains = code.rows_of(Camera), code.rows_of(Gains)
-    minds, Vehicles = belief_code(numbers, tree, points), flight_code(numbers, tree).Vehicles
-    Believed, believed_of, read_with = minds.Believed, minds.believed_of, minds.read_with
-    flight_with, state_with = minds.flight_with, minds.state_with
+    nominal, Vehicles = nominal_code(numbers, tree, points), flight_code(numbers, tree).Vehicles
+    Believed, believed_of, read_with = nominal.Believed, nominal.believed_of, nominal.read_with
+    flight_with, state_with = nominal.flight_with, nominal.state_with
     camera_of, gains_of = code.reader_of(Camera), code.reader_of(Gains)
     zero, one, frame_of = Real(0.0), Real(1.0), frame_columns(points)
     image, seen, depth = (frame_of[name].start for name in ("image", "seen", "depth"))

@@ -17,7 +17,7 @@ from continuair.device.numbers import Numbers, Struct, number_code
 from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.arm.chain import chain_code
 from continuair.kernels.flight import flight_code
-from continuair.kernels.sensing.eye import eye_code
+from continuair.kernels.sensing.camera import camera_code
 
 
 @dataclass(frozen=True)
@@ -119,14 +119,24 @@ class LawCode:
 def law_code(numbers: Numbers, tree: Tree, points: int) -> LawCode:
     """Return the types and functions for numbers, a tree of arms and a number of feature points."""
     types, total_of = device_types(numbers, tree), chain_code(numbers, tree, "alone").total_of
-    eye, Flight = eye_code(numbers, tree, points), flight_code(numbers, tree).Flight
+    of_camera, Flight = camera_code(numbers, tree, points), flight_code(numbers, tree).Flight
     Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
     vec2, vec3, quat, mat33 = types.vec2, types.vec3, types.quat, types.mat33
     position_of, attitude_of, velocity_of = types.position_of, types.attitude_of, types.velocity_of
     bends_of, bend_rates_of, spin_of = types.bends_of, types.bend_rates_of, types.spin_of
     Bends, bends = types.Bends, types.layout.bends
-    Camera, View, Sight, Image, Twist = eye.Camera, eye.View, eye.Sight, eye.Image, eye.Twist
-    ImageGain, interaction, push_of_camera = eye.ImageGain, eye.interaction, eye.camera_push
+    Camera, View, Sight, Image, Twist = (
+        of_camera.Camera,
+        of_camera.View,
+        of_camera.Sight,
+        of_camera.Image,
+        of_camera.Twist,
+    )
+    ImageGain, interaction, push_of_camera = (
+        of_camera.ImageGain,
+        of_camera.interaction,
+        of_camera.camera_push,
+    )
     push, zero = types.push_of, Real(0.0)
     force_of, moment_of = types.force_of, types.moment_of
     above, known = number_code(numbers).above, elementary_code(numbers)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class DirectPush(Term):
+class ActuatorWrench(Term):
     """Forces and moments on the UAV and the bends, except those that other terms apply."""
 
     differentiable: ClassVar[bool] = True

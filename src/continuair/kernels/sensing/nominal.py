@@ -14,11 +14,11 @@ import warp as wp
 from continuair.device.numbers import Numbers, number_code
 from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.flight import flight_code
-from continuair.kernels.sensing.eye import eye_code
+from continuair.kernels.sensing.camera import camera_code
 
 
 @dataclass(frozen=True)
-class BeliefCode:
+class NominalCode:
     """Structs and functions of nominal models."""
 
     Cameras: Any
@@ -30,12 +30,17 @@ class BeliefCode:
 
 
 @cache
-def belief_code(numbers: Numbers, tree: Tree, points: int) -> BeliefCode:
+def nominal_code(numbers: Numbers, tree: Tree, points: int) -> NominalCode:
     """Return the code for numbers, a tree of arms and a number of feature points."""
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
-    code, eye, layout = number_code(numbers), eye_code(numbers, tree, points), tree.layout
+    code, of_camera, layout = number_code(numbers), camera_code(numbers, tree, points), tree.layout
     State, Plant, Table = types.State, types.Plant, types.Table
-    Vehicles, Flight, Camera, Image = structs.Vehicles, structs.Flight, eye.Camera, eye.Image
+    Vehicles, Flight, Camera, Image = (
+        structs.Vehicles,
+        structs.Flight,
+        of_camera.Camera,
+        of_camera.Image,
+    )
     Cameras, lanes = code.rows_of(Camera), code.lanes
     plant_of, camera_of = code.reader_of(Plant), code.reader_of(Camera)
     width, bends, count = layout.state, layout.bends, max(points, 1)
@@ -98,4 +103,4 @@ def belief_code(numbers: Numbers, tree: Tree, points: int) -> BeliefCode:
                 out[2 * i + j] = (pixel - known.principal[j]) / known.focal[j]
         return out
 
-    return holding(BeliefCode, locals())
+    return holding(NominalCode, locals())

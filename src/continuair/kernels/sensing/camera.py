@@ -18,7 +18,7 @@ from continuair.sections.arc.bend import bend_code
 
 
 @dataclass(frozen=True)
-class Eye:
+class CameraCode:
     """Types and functions for a number of feature points, 0 without a target."""
 
     points: int
@@ -36,7 +36,7 @@ class Eye:
 
 
 @cache
-def eye_code(numbers: Numbers, tree: Tree, points: int) -> Eye:
+def camera_code(numbers: Numbers, tree: Tree, points: int) -> CameraCode:
     """Return the camera code for numbers, a tree of arms and a number of feature points."""
     types, tips = device_types(numbers, tree), tip_code(numbers, tree)
     Real, State, Plant, push_of = types.Real, types.State, types.Plant, types.push_of
@@ -48,9 +48,9 @@ def eye_code(numbers: Numbers, tree: Tree, points: int) -> Eye:
     above, any_above, randn = code.above, code.any_above, code.randn
     known = elementary_code(numbers)
     sine, cosine, angle_of = known.sine, known.cosine, known.angle_of
-    moving_tip_of, wrench_on = tips.moving_tip_of(tree.eye), tips.wrench_on(tree.eye)
+    moving_tip_of, wrench_on = tips.moving_tip_of(tree.camera_arm), tips.wrench_on(tree.camera_arm)
     armed, bends = bool(tree.sections), types.layout.bends
-    last = tree.first[tree.eye + 1] - 1 if armed else 0
+    last = tree.first[tree.camera_arm + 1] - 1 if armed else 0
     zero, half, one = Real(0.0), Real(0.5), Real(1.0)
     # A controller may have no target, but Warp has no vectors of length 0.
     count = max(points, 1)
@@ -207,4 +207,4 @@ def eye_code(numbers: Numbers, tree: Tree, points: int) -> Eye:
         force = wp.quat_rotate(attitude_of(y), f)
         return push_of(force, wp.cross(view.tip.point, f) + t, bend)
 
-    return holding(Eye, locals())
+    return holding(CameraCode, locals())
