@@ -30,7 +30,7 @@ def check_numbers(function: Any, Real: Any, whose: str = "law") -> None:
     for name in _vectors(function):
         raise InputError(
             f"{whose} has {name} in {called}, an outside vector or matrix, which Warp rounds; "
-            "build it inside from numbers, as in code.vec3(x, y, z), or make it a gain."
+            "build it inside, as code.vec3(x, y, z), or make it a gain."
         )
     if function.adj.has_unresolved_static_expressions:
         raise InputError(
