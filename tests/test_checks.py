@@ -103,7 +103,7 @@ def test_copies_of_what_was_checked_cannot_be_changed_either(copied: Callable[[A
 
 def test_copies_of_models_change_nothing_that_would_go_unchecked() -> None:
     assert VEHICLE.model_copy(deep=True) == VEHICLE
-    with pytest.raises(InputError, match=r"to change mass, .*; use vehicle.replace\("):
+    with pytest.raises(InputError, match=r"mass; use vehicle.replace\("):
         VEHICLE.uav.model_copy(update={"mass": -3.0})
 
 
