@@ -286,7 +286,7 @@ def test_where_packs_do_not_work_runs_fly_one_by_one_and_are_told(
     def refused(precision: str, lanes: int) -> np.ndarray:
         raise RuntimeError("no such option")
 
-    for probed, words in ((wrong, "others than those of single runs"), (refused, "refuses them")):
+    for probed, words in ((wrong, "differ from single runs"), (refused, "refuses them")):
         monkeypatch.setattr(packs, "_probed", probed)
         with pytest.warns(ca.ContinuairWarning, match=words):
             assert not packs.packs_work.__wrapped__("float64")
