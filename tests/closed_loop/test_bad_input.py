@@ -90,7 +90,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     ),
     "law without a law": (
         lambda: fly(ca.Controller("mine", lambda code: code, {}, looks=False)),
-        "law gives no Gains",
+        "law returns no Gains",
         "a Warp struct, and control",
     ),
     **{
@@ -114,7 +114,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         f"quotient of whole numbers, {kind}": (
             lambda kind=kind: fly(rounding(kind)),
             "law divides whole numbers in its function",
-            f"({line}), which leaves a whole number; make them real first",
+            f"({line})",
         )
         for kind, line in (
             ("whole", "return Real(1 / 10) * push"),
@@ -127,8 +127,8 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     },
     "static expression in a loop": (
         lambda: fly(rounding("looped")),
-        "law has a wp.static in its function looped that is known while it is compiled alone",
-        "give them as gains",
+        "law has a wp.static in its function looped",
+        "make them gains",
     ),
     "default of a law's function": (
         lambda: fly(rounding("scaled")),
@@ -142,14 +142,14 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     ),
     "law that looks under a controller that does not": (
         lambda: fly(replace(ca.twist_servoing(flights.VEHICLE), looks=False), target=still(0.0)),
-        "looks is False of the controller IBVS by twists, but True of its law",
+        "looks is False in the controller IBVS by twists, but True in its law",
         "give looks=True",
     ),
     **{
         f"digits of a vector, {kind}": (
             lambda kind=kind: fly(rounding(kind)),
-            f"law has {name} in its function {kind}, a vector or matrix from outside",
-            "or give it as a gain",
+            f"law has {name} in its function {kind}",
+            "or make it a gain",
         )
         for kind, name in (("vector", "goal"), ("static", "code.vec3(TENTH, 0.0, 0.0)"))
     },
@@ -174,7 +174,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
                 period=1e-3,
             )
         ),
-        "guided is True of the controller mine, but its law has no Memory",
+        "guided is True in the controller mine, but its law has no Memory",
         "guided=False",
     ),
     "integral of a law that does not look": (

@@ -193,7 +193,7 @@ def test_setpoints_that_draw_noise_or_keep_a_state_are_refused() -> None:
         "noisy", [0, 0, 3, 0, 0, 0, 0, 0], controller=ca.flight_controller(vehicle), duration=0.1
     )
     noisy = ca.Setpoints(position=lambda t: rng.normal(size=3))
-    with pytest.raises(ca.InputError, match="position of the setpoints gives other values when"):
+    with pytest.raises(ca.InputError, match="position of the setpoints returns other values"):
         ca.simulate(vehicle, scenario.replace(setpoints=noisy))
 
 

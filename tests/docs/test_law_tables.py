@@ -11,7 +11,7 @@ from continuair.device.numbers import Numbers
 from continuair.device.types import Tree
 from continuair.engine.pack import tree_of
 from continuair.kernels.flight import flight_code
-from continuair.kernels.sensing.eye import eye_code
+from continuair.kernels.sensing.camera import camera_code
 from continuair.kernels.sensing.guidance import guidance_code
 from continuair.kernels.sensing.sense import LawCode, law_code
 
@@ -24,12 +24,12 @@ def read_and_written() -> dict[str, set[str]]:
     """What each object holds that a law or its controller is written with."""
     numbers = Numbers("float64")
     tree: Tree = tree_of(ca.load_vehicle("paper"))
-    eye, ground = eye_code(numbers, tree, 4), guidance_code(numbers, tree)
+    camera, ground = camera_code(numbers, tree, 4), guidance_code(numbers, tree)
     structs = {
         "Sense": law_code(numbers, tree, 4).Sense,
-        "Sight": eye.Sight,
-        "Camera": eye.Camera,
-        "View": eye.View,
+        "Sight": camera.Sight,
+        "Camera": camera.Camera,
+        "View": camera.View,
         "SetPoint": ground.SetPoint,
         "Flight": flight_code(numbers, tree).Flight,
     }

@@ -76,7 +76,7 @@ def test_accelerations_are_those_of_kanes_equations(claim: Claim, shape: str, mo
 def test_arms_that_are_neither_turned_nor_loaded_need_no_kernel_for_it(name: str) -> None:
     case = CASES[name]
     case["vehicle"]["arms"][0]["tip"] = None
-    bare = vehicle_of(case).describe()
+    bare: dict[str, Any] = vehicle_of(case).describe()
     del bare["arm"][0]["tip"]
     found = ca.accelerations(ca.Vehicle(**bare), **case["state"], **case["inputs"])
     for group, values in zip(GROUPS, found, strict=True):

@@ -199,7 +199,8 @@ def test_what_needs_an_arm_says_so(ask: Any) -> None:
 def test_mujoco_sees_what_its_camera_sees(tmp_path: Path) -> None:
     mujoco = pytest.importorskip("mujoco")
     camera = {"position": [0.02, 0.0, 0.03], "attitude": [0.1, 0.0, 0.0, 0.995]}
-    uav = {**QUAD.describe()["uav"], "mount": [0.1, 0.0, -0.05]}
+    described: dict[str, Any] = QUAD.describe()
+    uav = {**described["uav"], "mount": [0.1, 0.0, -0.05]}
     vehicle = ca.Vehicle(name="seeing", uav=uav, camera=camera)
     ca.to_mjcf(vehicle, tmp_path / "quad.xml")
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "quad.xml"))

@@ -74,7 +74,7 @@ def spoilt(file: Path, at: Path, what: str) -> Path:
         ("not ours", "which holds no flight of continuair"),
         ("text", "cannot be read as netCDF"),
         ("truncated", "cannot be read as netCDF"),
-        ("newer", "which continuair 99.1 has written, and this is"),
+        ("newer", "written by continuair 99.1"),
         ("no vehicle", "which does not say which vehicle flew"),
         ("odd vehicle", "says of its vehicle what cannot be read"),
         ("no bend", "which holds no bend over time"),

@@ -123,7 +123,8 @@ def simulate(
     checks.choice("method", method, (TSIT5, *INTEGRATORS))
     checks.choice("dtype", dtype, ("float64", "float32"))
     if dtype == "float32":
-        warn_of_rounded_places(np.asarray(scenario.q)[..., :3], vehicle.reach, stacklevel=3)
+        places, reach = np.asarray(scenario.q)[..., :3], np.asarray(vehicle.reach)
+        warn_of_rounded_places(places, reach, stacklevel=3)
     tolerance = tolerance_for(method, rtol, atol, max_step, dtype)
     checked = checks.flag("check", check)
     if scenario.force_callback is not None:

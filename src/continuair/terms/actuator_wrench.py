@@ -1,7 +1,7 @@
-"""What pushes directly: the inputs force, moment and bend moment, and a law's push."""
+"""Inputs force, moment and bend moment, and a controller's actuator wrench, applied directly."""
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import warp as wp
 
@@ -11,22 +11,49 @@ from continuair.kernels.device import Device
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
 from continuair.kernels.term_sum import Acting
-from continuair.terms.term import Term
+from continuair.terms.term import CasadiModel, Term
 from continuair.vehicle.layout import COMMAND
+
+if TYPE_CHECKING:
+    from casadi import SX
 
 
 @dataclass(frozen=True)
-class DirectPush(Term):
-    """Forces and moments on the UAV and on bends, but for what other terms take over of them."""
+class ActuatorWrench(Term):
+    """Forces and moments on the UAV and the bends, except those that other terms apply."""
 
     differentiable: ClassVar[bool] = True
     has_power: ClassVar[bool] = False
     stiff: ClassVar[bool] = False
 
     def device(self, code: Device) -> Acting:
+        """Return the device function of the load.
+
+        Parameters
+        ----------
+        code : Device
+            Types and functions of device code.
+
+        Returns
+        -------
+        Acting
+            Load on UAV and bends.
+        """
         return Acting(on_uav=_load(code.numbers, code.tree))
 
-    def casadi(self, model: Any) -> Any:
+    def casadi(self, model: CasadiModel) -> "SX":
+        """Return the inputs as a generalised force in CasADi.
+
+        Parameters
+        ----------
+        model : CasadiModel
+            The symbolic vehicle.
+
+        Returns
+        -------
+        SX, shape (6 + 2 N, 1)
+            The force.
+        """
         import casadi
 
         x = model.x

@@ -1,8 +1,8 @@
-"""Device code of what a law holds to be true where that is not the vehicle that it flies.
+"""Device code of a control law's nominal model, if it differs from the simulated vehicle.
 
-Such a law computes with the plant and the camera that it believes in: weights, Jacobians, camera
-poses. What it measures is true: the state, curvatures among it, depths, and the image in pixels,
-which it reads with the intrinsics that it believes in; so it does the image that it is to reach.
+Such a law computes weights, Jacobians and camera poses with its nominal plant and camera.
+Measurements are true: state, curvatures, depths, and the image in pixels. Measured and desired
+images are converted from pixels with the nominal intrinsics.
 """
 
 from dataclasses import dataclass
@@ -14,12 +14,12 @@ import warp as wp
 from continuair.device.numbers import Numbers, number_code
 from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.flight import flight_code
-from continuair.kernels.sensing.eye import eye_code
+from continuair.kernels.sensing.camera import camera_code
 
 
 @dataclass(frozen=True)
-class BeliefCode:
-    """Structs, and functions of what is true and what is believed."""
+class NominalCode:
+    """Structs and functions of nominal models."""
 
     Cameras: Any
     Believed: Any
@@ -30,12 +30,17 @@ class BeliefCode:
 
 
 @cache
-def belief_code(numbers: Numbers, tree: Tree, points: int) -> BeliefCode:
-    """Beliefs for one kind of numbers and tree of arms, and a number of feature points."""
+def nominal_code(numbers: Numbers, tree: Tree, points: int) -> NominalCode:
+    """Return the code for numbers, a tree of arms and a number of feature points."""
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
-    code, eye, layout = number_code(numbers), eye_code(numbers, tree, points), tree.layout
+    code, of_camera, layout = number_code(numbers), camera_code(numbers, tree, points), tree.layout
     State, Plant, Table = types.State, types.Plant, types.Table
-    Vehicles, Flight, Camera, Image = structs.Vehicles, structs.Flight, eye.Camera, eye.Image
+    Vehicles, Flight, Camera, Image = (
+        structs.Vehicles,
+        structs.Flight,
+        of_camera.Camera,
+        of_camera.Image,
+    )
     Cameras, lanes = code.rows_of(Camera), code.lanes
     plant_of, camera_of = code.reader_of(Plant), code.reader_of(Camera)
     width, bends, count = layout.state, layout.bends, max(points, 1)
@@ -43,7 +48,7 @@ def belief_code(numbers: Numbers, tree: Tree, points: int) -> BeliefCode:
 
     @wp.struct
     class Believed:
-        """What the law of one run believes in."""
+        """Nominal model of the law of one run."""
 
         plant: Plant
         coefficients: Table
@@ -62,7 +67,7 @@ def belief_code(numbers: Numbers, tree: Tree, points: int) -> BeliefCode:
 
     @wp.func
     def flight_with(flight: Flight, believed: Believed):
-        """The flight of the vehicle that is believed in."""
+        """Return the Flight of the nominal model."""
         out = Flight()
         out.run = flight.run
         out.plant = believed.plant
@@ -77,7 +82,7 @@ def belief_code(numbers: Numbers, tree: Tree, points: int) -> BeliefCode:
 
     @wp.func
     def state_with(y: State, flight: Flight, believed: Believed):
-        """A state of the same curvatures, in the units of the vehicle that is believed in."""
+        """Return a state with the same curvatures, in the units of the nominal model."""
         out = State()
         for j in range(width):
             out[j] = y[j]
@@ -89,7 +94,7 @@ def belief_code(numbers: Numbers, tree: Tree, points: int) -> BeliefCode:
 
     @wp.func
     def read_with(image: Image, true: Camera, believed: Believed):
-        """An image as its pixels are read."""
+        """Return an image, converted from its pixels with the nominal intrinsics."""
         known = believed.camera
         out = Image()
         for i in range(count):
@@ -98,4 +103,4 @@ def belief_code(numbers: Numbers, tree: Tree, points: int) -> BeliefCode:
                 out[2 * i + j] = (pixel - known.principal[j]) / known.focal[j]
         return out
 
-    return holding(BeliefCode, locals())
+    return holding(NominalCode, locals())

@@ -1,7 +1,7 @@
-"""Device code of the eye in hand: camera pose and motion, projection, and its Jacobian transposed.
+"""Device code of the eye-in-hand camera: pose, motion, projection and transposed Jacobian.
 
-Images are in normalised coordinates (x, y) = (X, Y)/Z, points in turn. The camera looks along +z
-of its own axes; a twist is (v, ω) of the camera in those axes, a wrench the same for forces.
+Images are in normalised coordinates (x, y) = (X, Y)/Z, point after point. The optical axis is +z of
+the camera axes. A twist is (v, ω) of the camera in those axes, a wrench (force, moment).
 """
 
 from dataclasses import dataclass
@@ -18,8 +18,8 @@ from continuair.sections.arc.bend import bend_code
 
 
 @dataclass(frozen=True)
-class Eye:
-    """Types and functions for a number of feature points; 0 for what looks at nothing."""
+class CameraCode:
+    """Types and functions for a number of feature points, 0 without a target."""
 
     points: int
     Image: Any
@@ -36,8 +36,8 @@ class Eye:
 
 
 @cache
-def eye_code(numbers: Numbers, tree: Tree, points: int) -> Eye:
-    """The eye for one kind of numbers and tree of arms, and a number of feature points."""
+def camera_code(numbers: Numbers, tree: Tree, points: int) -> CameraCode:
+    """Return the camera code for numbers, a tree of arms and a number of feature points."""
     types, tips = device_types(numbers, tree), tip_code(numbers, tree)
     Real, State, Plant, push_of = types.Real, types.State, types.Plant, types.push_of
     vec2, vec3, quat, Along = types.vec2, types.vec3, types.quat, types.Along
@@ -48,11 +48,11 @@ def eye_code(numbers: Numbers, tree: Tree, points: int) -> Eye:
     above, any_above, randn = code.above, code.any_above, code.randn
     known = elementary_code(numbers)
     sine, cosine, angle_of = known.sine, known.cosine, known.angle_of
-    moving_tip_of, wrench_on = tips.moving_tip_of(tree.eye), tips.wrench_on(tree.eye)
+    moving_tip_of, wrench_on = tips.moving_tip_of(tree.camera_arm), tips.wrench_on(tree.camera_arm)
     armed, bends = bool(tree.sections), types.layout.bends
-    last = tree.first[tree.eye + 1] - 1 if armed else 0
+    last = tree.first[tree.camera_arm + 1] - 1 if armed else 0
     zero, half, one = Real(0.0), Real(0.5), Real(1.0)
-    # A controller may look at nothing, but Warp has no vectors of length 0.
+    # A controller may have no target, but Warp has no vectors of length 0.
     count = max(points, 1)
     Image, Depth = wp.types.vector(2 * count, Real), wp.types.vector(count, Real)
     ImageGain = wp.types.matrix((2 * count, 2 * count), Real)
@@ -73,8 +73,8 @@ def eye_code(numbers: Numbers, tree: Tree, points: int) -> Eye:
 
     @wp.struct
     class View:
-        """Camera pose in the world and on the body, the tip that it is on, with the axis that its
-        frame spins about, and its twist."""
+        """Camera pose in world axes and on the body, its tip and the tip frame's axis of spin, and
+        its twist."""
 
         position: vec3
         attitude: quat
@@ -86,7 +86,7 @@ def eye_code(numbers: Numbers, tree: Tree, points: int) -> Eye:
 
     @wp.struct
     class Sight:
-        """What the camera reports: image, depths [m], and 1 for each coordinate in view, else 0."""
+        """Measurement: image, depths [m]; seen: 1 for coordinates in view; in_view: points."""
 
         image: Image
         depth: Depth
@@ -95,13 +95,13 @@ def eye_code(numbers: Numbers, tree: Tree, points: int) -> Eye:
 
     @wp.func
     def spin_per_bend_rate(b: vec2, plant: Plant):
-        """∂ψ̇a/∂ḃ, finite at the straight arm (Remark 1)."""
+        """Return ∂ψ̇a/∂ḃ, finite at bend 0 (Remark 1, Amiri et al.)."""
         u = wp.max(wp.dot(b, b), plant.threshold[last] * plant.threshold[last])
         return above(u, zero, one / above(u, zero, u, one), zero) * vec2(-b[1], b[0])
 
     @wp.func
     def view_of(y: State, along: Along, plant: Plant, camera: Camera):
-        """along: (cos ψa, sin ψa) on the followed branch, which names the frenet frame."""
+        """Return the View; along: (cos ψa, sin ψa) on the followed branch, for the frenet frame."""
         out = View()
         b = vec2()
         db = vec2()
@@ -115,12 +115,12 @@ def eye_code(numbers: Numbers, tree: Tree, points: int) -> Eye:
         turn = moving.tip.attitude
         out.tip = moving.tip
         size = wp.length(b)
-        # Between the steps, too, the frenet frame is that of the bend itself.
+        # Within a step, too, the frenet frame follows the current bend.
         side = above(zero, wp.dot(b, direction), -one, one) / above(size, zero, size, one)
         along_x = above(size, zero, b[0] * side, direction[0])
         across = above(size, zero, b[1] * side, direction[1])
         out.axis = wp.quat_rotate(turn, vec3(zero, zero, one))
-        # The untwisted tip turns with the bends; the frenet frame spins about its axis besides.
+        # The untwisted tip rotates with the bends; the frenet frame also spins about its axis.
         spin = w + moving.turned
         if any_above(camera.frenet, zero):
             angle = half * camera.frenet * angle_of(across, along_x)
@@ -141,7 +141,7 @@ def eye_code(numbers: Numbers, tree: Tree, points: int) -> Eye:
 
     @wp.func
     def look(view: View, camera: Camera, target: vec3, corners: wp.array2d(dtype=Cell)):
-        """Project the target's points, target: its centroid in the world."""
+        """Project the target's points; target: its centroid in world axes."""
         out = Sight()
         for i in range(count):
             corner = vec3(Real(corners[i, 0]), Real(corners[i, 1]), Real(corners[i, 2]))
@@ -163,7 +163,7 @@ def eye_code(numbers: Numbers, tree: Tree, points: int) -> Eye:
 
     @wp.func
     def blur(sight: Sight, camera: Camera, seeds: wp.array(dtype=wp.int32), run: int, frame: int):
-        """Add pixel noise, the same for the same seed and frame."""
+        """Add pixel noise, which depends on seed and frame only."""
         if any_above(camera.noise, zero):
             for i in range(count):
                 for j in range(2):
@@ -173,7 +173,7 @@ def eye_code(numbers: Numbers, tree: Tree, points: int) -> Eye:
 
     @wp.func
     def interaction(sight: Sight):
-        """L of the points in view, Eq. (14): ṡ = L (v_c - v_t); rows of the others are zero."""
+        """Return L of Eq. (14), ṡ = L (v_c - v_t), with zero rows for points out of view."""
         L = Interaction()
         for i in range(count):
             x = sight.image[2 * i]
@@ -194,7 +194,7 @@ def eye_code(numbers: Numbers, tree: Tree, points: int) -> Eye:
 
     @wp.func
     def camera_push(y: State, view: View, plant: Plant, camera: Camera, wrench: Twist):
-        """J_cᵀ wrench: a wrench on the camera, in its axes, as a push on the vehicle."""
+        """Return J_cᵀ wrench, the actuator wrench of a wrench on the camera, in camera axes."""
         f = wp.quat_rotate(view.to_body, vec3(wrench[0], wrench[1], wrench[2]))
         m = wp.quat_rotate(view.to_body, vec3(wrench[3], wrench[4], wrench[5]))
         t = m + wp.cross(view.on_body - view.tip.point, f)
@@ -207,4 +207,4 @@ def eye_code(numbers: Numbers, tree: Tree, points: int) -> Eye:
         force = wp.quat_rotate(attitude_of(y), f)
         return push_of(force, wp.cross(view.tip.point, f) + t, bend)
 
-    return holding(Eye, locals())
+    return holding(CameraCode, locals())
