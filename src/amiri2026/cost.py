@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from continuair.progress import Progress, Steps
 from continuair.scenario import SETTINGS, damping_notes, equipped, task
 from continuair.studies import as_markdown, flight_alone, median_times, number
 from continuair.sweeps import machine
+from continuair.typing import Model
 from continuair.vehicle import check_one_section, is_paper
 
 PRINTED_MS = {"coupled": 32.0, "decoupled": 22.0}
@@ -48,7 +49,7 @@ def cost(
     flown, plants = equipped(vehicle, SETTINGS["nominal"]), list(models)
     scenarios = _scenarios(flown, (gains or load_gains("paper")).controller(flown))
     flights = {
-        (model, part): _flight(flown, scenario, model)
+        (model, part): _flight(flown, scenario, cast(Model, model))
         for model in plants
         for part, scenario in scenarios.items()
     }
@@ -122,7 +123,7 @@ def ratio_printed() -> float:
     return PRINTED_MS["decoupled"] / PRINTED_MS["coupled"]
 
 
-def _flight(vehicle: Vehicle, scenario: Scenario, model: str) -> Callable[[], None]:
+def _flight(vehicle: Vehicle, scenario: Scenario, model: Model) -> Callable[[], None]:
     alone = flight_alone(vehicle, scenario, model, step=PERIOD)
 
     def fly() -> None:

@@ -89,7 +89,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "give all of them the same",
     ),
     "law without a law": (
-        lambda: fly(ca.Controller("mine", lambda code: code, {}, looks=False)),
+        lambda: fly(ca.Controller("mine", lambda code: code, {}, looks=False)),  # type: ignore
         "law gives no Gains",
         "a Warp struct, and control",
     ),
@@ -329,7 +329,11 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "vehicle 'paper' holds 2 runs",
         "vehicle.select",
     ),
-    "classic of nothing": (lambda: ca.classic("paper"), "vehicle is 'paper'", "load_vehicle"),
+    "classic of nothing": (
+        lambda: ca.classic("paper"),  # type: ignore[arg-type]
+        "vehicle is 'paper'",
+        "load_vehicle",
+    ),
     "hold position": (lambda: ca.hold(flights.VEHICLE, [0, 1]), "position is [0, 1]", "3 finite"),
     "hold attitude": (
         lambda: ca.hold(flights.VEHICLE, [0, 0, 3], [0, 0, 0, 0]),

@@ -106,7 +106,7 @@ def test_a_flight_controller_feeds_forward_the_arm_that_it_believes_in() -> None
 
 
 @pytest.mark.parametrize("feedforward", ["none", "weight", "reaction"])
-def test_a_flight_controller_believes_in_the_mass_that_it_was_made_for(feedforward: str) -> None:
+def test_a_flight_controller_believes_in_the_mass_that_it_was_made_for(feedforward: Any) -> None:
     """Without an integral, too much of a weight lifts by Δm g / (m k_p k_v)."""
     vehicle = ca.load_vehicle("slender").replace({"arm.damping_ratio": 0.1})
     heavy = vehicle.replace({"uav.mass": 1.2 * vehicle.uav.mass})

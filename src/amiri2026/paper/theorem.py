@@ -221,8 +221,8 @@ def positive_definite(rng: np.random.Generator, least: float, largest: float) ->
 
 def made_gains(vehicle: Vehicle, target: Target) -> Gains:
     """Gains of `design` for the desired image, with all directions alike."""
-    found = design(
-        vehicle, BANDWIDTH, conditioning=0.0, desired=target.desired, distance=target.depths
+    found: dict[str, object] = dict(
+        design(vehicle, BANDWIDTH, conditioning=0.0, desired=target.desired, distance=target.depths)
     )
     one = np.eye(SIZE)
     gains = {name: np.asarray(found[name]) for name in RANGES}

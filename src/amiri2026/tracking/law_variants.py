@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -16,6 +16,8 @@ from continuair.kernels import PLANTS
 from continuair.progress import Progress, Steps
 from continuair.scenario import SETTINGS, equipped, task
 from continuair.warning import untold
+
+Compensation: TypeAlias = Literal["gravity_only", "literal"]
 
 STIFFNESS = np.geomspace(1.0, 1000.0, 10)
 LEAD = np.geomspace(0.03, 3.0, 8)
@@ -74,7 +76,7 @@ def law_variants(
 
 
 @untold("error_estimate")
-def best_scalar(vehicle: Vehicle, letter: str, compensation: str) -> dict[str, Any]:
+def best_scalar(vehicle: Vehicle, letter: str, compensation: Compensation) -> dict[str, Any]:
     """Scalar gains with the least RMS error of a grid on the coupled plant, of resolved flights."""
     grid: list[dict[str, Any]] = [
         {"Kp": float(k), "Kd": 1e-3 * float(k), "Cd": float(lead)}
@@ -94,7 +96,7 @@ def _variants(vehicle: Vehicle, gains: Gains, scalar: dict[str, dict[str, Any]])
         law = Gains("variant", {**gains.settings, **PLAIN, **changed}).controller(vehicle)
         return Variant(_told(changed, damped), law, damped)
 
-    def of_scalars(compensation: str, damped: bool = True) -> Variant:
+    def of_scalars(compensation: Compensation, damped: bool = True) -> Variant:
         chosen = scalar[compensation]
         name = _told({"compensation": compensation}, damped)
         told = f"scalar gains, K_p {chosen['Kp']:.3g}, C_d {chosen['Cd']:.3g} s, {name}"

@@ -72,9 +72,13 @@ def gaps_in_power(vehicle: Vehicle) -> dict[tuple[int, str], list[float]]:
 
 
 def power(vehicle: Vehicle, q: Array, qd: Array, qdd: Array) -> float:
-    """The rate of K + U of Eqs. (8) and (9) [W], U by its own slopes."""
+    """Return the rate of K + U of Eqs. (8) and (9) [W], U by its derivatives."""
     mass_rate = np.imag(equations.mass_matrix(vehicle, q + 1e-30j * qd)) / 1e-30
-    slopes = [partial(lambda x: equations.potential_energy(vehicle, x), q, i) for i in range(8)]
+
+    def potential(x: Array) -> Array:
+        return np.asarray(equations.potential_energy(vehicle, x))
+
+    slopes = [partial(potential, q, i) for i in range(8)]
     M = equations.mass_matrix(vehicle, q)
     return float(qd @ M @ qdd + 0.5 * qd @ mass_rate @ qd + np.array(slopes) @ qd)
 
