@@ -28,7 +28,18 @@ def flights(incomplete: str) -> list[str]:
 
 
 def complete_gains(incomplete: str) -> list[str]:
-    """Names of the gains that come with the package, and .toml files of this folder."""
+    """Return completions of --gains.
+
+    Parameters
+    ----------
+    incomplete : str
+        The text typed so far.
+
+    Returns
+    -------
+    list of str
+        Names of the gains that come with the package, and .toml files of the current folder.
+    """
     return _presets(_PACKAGE / "controllers", incomplete) + _files(incomplete)
 
 

@@ -47,11 +47,27 @@ _THICKNESS = 0.1
 def to_gltf(
     dataset: xr.Dataset, path: str | os.PathLike[str], *, vehicle: Vehicle | None = None
 ) -> None:
-    """Write one flight as an animated .glb file: the UAV, and its arms as skinned tubes.
+    """Write one flight as an animated .glb file.
 
-    vehicle: by default that of the result's attributes. Node `world` turns our axes, z up, into
-    glTF's; below it all is in ours, in metres and in seconds since the first sample. The UAV is the
-    box of its mass and inertia. Raises InputError, also for a file that exists.
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Result of one run of `simulate`.
+    path : str or path-like
+        Path of the new file, which ends in .glb.
+    vehicle : Vehicle, optional
+        The simulated vehicle. Default: that of the result's attributes.
+
+    Raises
+    ------
+    InputError
+        If the result is not that of one run, or the file exists or has another suffix.
+
+    Notes
+    -----
+    The UAV is the box of equal mass and inertia; arms are skinned tubes. The node ``world`` turns
+    our axes, z up, into those of glTF. Below it, all is in our axes, in metres, and in seconds
+    since the first sample.
     """
     motion = motion_of(dataset, vehicle).at(RATE)
     file = new_file("path", path)

@@ -1,4 +1,4 @@
-"""A flight as an MCAP log, which Foxglove and other viewers of robots' logs open."""
+"""A flight as an MCAP log, for Foxglove and other viewers of robot logs."""
 
 from __future__ import annotations
 
@@ -47,12 +47,36 @@ def to_mcap(
     vehicle: Vehicle | None = None,
     scenario: Scenario | None = None,
 ) -> None:
-    """Write one flight as an MCAP log of JSON messages, at its samples, from time 0 on.
+    """Write one flight as an MCAP log of JSON messages.
 
-    Topics: /tf, frames world, uav and, of every arm, its tip (foxglove.FrameTransforms); /scene,
-    the UAV's box and the arms as lines (foxglove.SceneUpdate); /flight, all that was logged, and
-    /inputs, what acted, with units in their schemas. vehicle, scenario: as for `to_csv`. Raises
-    InputError, also for a file that exists, and without the package mcap (extra `mcap`).
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Result of one run of `simulate`.
+    path : str or path-like
+        Path of the new file.
+    vehicle : Vehicle, optional
+        The simulated vehicle. Default: that of the result's attributes.
+    scenario : Scenario, optional
+        The simulated scenario. A result does not hold its functions of time.
+
+    Raises
+    ------
+    InputError
+        If the result is not that of one run, the file exists, or the package mcap is not installed
+        (extra ``mcap``).
+
+    Warns
+    -----
+    ContinuairWarning
+        If the log lacks inputs, which it names.
+
+    Notes
+    -----
+    Messages have the times of the samples, from 0 on. Topics: ``/tf``, frames world, uav and the
+    tip of every arm (foxglove.FrameTransforms); ``/scene``, the UAV's box and the arms as lines
+    (foxglove.SceneUpdate); ``/flight``, all logged signals, and ``/inputs``, with units in their
+    schemas.
     """
     checks.installed("mcap", "mcap")
     motion = motion_of(dataset, vehicle)

@@ -40,13 +40,29 @@ radius have none."""
 
 
 def to_mjcf(vehicle: Vehicle, path: str | os.PathLike[str], *, links: int = 8) -> None:
-    """Write a vehicle as an MJCF file: a free body and, per section, a chain of rigid links.
+    """Write a vehicle as an MJCF file for MuJoCo.
 
-    links: joints of each section, in the middles of as many equal parts, each of two hinges with
-    stiffness and damping. Sites: uav, rotors, tips. Actuators: thrusts of the rotors [N], or
-    without them force_x … (world axes) and moment_x … (body axes); and bend_moment_x …, conjugate
-    to a section's mean bend [1/m], which is its tendon's length. docs/interfaces.md says what is
-    lost. Raises InputError, also for a file that exists, and for a vehicle with terms of its own.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch) without terms of its own.
+    path : str or path-like
+        Path of the new file.
+    links : int, default 8
+        Joints per section, in the middles of as many equal parts; each has two hinges with
+        stiffness and damping.
+
+    Raises
+    ------
+    InputError
+        If the vehicle cannot be represented, or the file exists.
+
+    Notes
+    -----
+    The vehicle is a free body with a chain of rigid links per section. Sites: uav, rotors, tips.
+    Actuators: thrusts of the rotors [N], or without rotors ``force_x`` … (world axes) and
+    ``moment_x`` … (body axes); and ``bend_moment_x`` …, conjugate to a section's mean bend [1/m],
+    the length of its tendon. docs/interfaces.md lists what the file does not represent.
     """
     check_single_vehicle(vehicle)
     if vehicle.terms:

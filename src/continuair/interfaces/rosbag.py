@@ -58,16 +58,40 @@ def read_rosbag(
     rate: float | None = None,
     window: tuple[float, float] | None = None,
 ) -> Recording:
-    """Read a flight of a vehicle from a ROS 2 bag, as `continuair.identification.fit` takes it.
+    """Read a flight from a ROS 2 bag, for `continuair.identification.fit`.
 
-    path: a bag's folder, or its .mcap or .db3 file. topics: role -> "TOPIC:FIELD,FIELD*NUMBER",
-    pose of the UAV and one of bend [1/m], tip and camera, which are poses in the same world axes;
-    wrench on the UAV, in body axes, bend_moment [N m²] and rotors, thrusts in the vehicle's order
-    [N]. Fields are of bend, bend_moment and rotors alone. Types: PoseStamped,
-    PoseWithCovarianceStamped, TransformStamped, Odometry (and PointStamped for tip), WrenchStamped,
-    Float64MultiArray, and JointState, whose position is bend and whose effort is bend_moment.
-    rate: of the rows [Hz], that of the slowest measurement by default;
-    window: from, to [s] since the bag's start. Raises InputError.
+    Parameters
+    ----------
+    path : str or path-like
+        Folder of the bag, or its .mcap or .db3 file.
+    vehicle : Vehicle
+        The vehicle that flew.
+    topics : mapping of str to str
+        "TOPIC:FIELD,FIELD*NUMBER" by role, see Notes.
+    rate : float, optional
+        Rate of the rows [Hz]. Default: that of the slowest measurement.
+    window : tuple of float, optional
+        Start and end since the bag's start [s]. Default: all.
+
+    Returns
+    -------
+    Recording
+        The measurements at equal times.
+
+    Raises
+    ------
+    InputError
+        If the bag cannot be read, or a topic is missing or unsuitable.
+
+    Notes
+    -----
+    Roles: ``pose`` of the UAV; at least one of ``bend`` [1/m], ``tip`` and ``camera``, poses in the
+    same world axes; ``wrench`` on the UAV, body axes; ``bend_moment`` [N m²]; and ``rotors``,
+    thrusts in the vehicle's order [N]. Only bend, bend_moment and rotors take fields.
+
+    Types: PoseStamped, PoseWithCovarianceStamped, TransformStamped, Odometry (and PointStamped for
+    tip), WrenchStamped, Float64MultiArray, and JointState, with position as bend and effort as
+    bend_moment.
     """
     named = parse_topics(topics, _ROLES)
     chosen = choices(rate, window)

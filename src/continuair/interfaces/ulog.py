@@ -63,13 +63,37 @@ def read_ulog(
     rate: float | None = None,
     window: tuple[float, float] | None = None,
 ) -> Recording:
-    """Read a flight of a vehicle from a PX4 log, as `continuair.identification.fit` takes it.
+    """Read a flight from a PX4 log, for `continuair.identification.fit`.
 
-    topics: role -> "TOPIC:FIELD,FIELD*NUMBER"; bend [1/m] or tip (its position, NED) must be named;
-    thrust and torque on the UAV (FRD), or rotors (in the vehicle's order), times what 1 means
-    [N, N m]; bend_moment [N m²]; position and attitude, NED and FRD, are PX4's own by default.
-    rate: of the rows [Hz], that of the slowest measurement by default; window: from, to [s] since
-    the log's start. Raises InputError.
+    Parameters
+    ----------
+    path : str or path-like
+        The .ulg file.
+    vehicle : Vehicle
+        The vehicle that flew.
+    topics : mapping of str to str
+        "TOPIC:FIELD,FIELD*NUMBER" by role, see Notes.
+    rate : float, optional
+        Rate of the rows [Hz]. Default: that of the slowest measurement.
+    window : tuple of float, optional
+        Start and end since the log's start [s]. Default: all.
+
+    Returns
+    -------
+    Recording
+        The measurements at equal times.
+
+    Raises
+    ------
+    InputError
+        If the log cannot be read, or a topic is missing or unsuitable.
+
+    Notes
+    -----
+    Roles: ``bend`` [1/m] or ``tip`` (its position, NED), one of which is required; ``thrust`` and
+    ``torque`` on the UAV (FRD), or ``rotors`` (in the vehicle's order), times the value of 1 [N, N
+    m]; ``bend_moment`` [N m²]; ``position`` (NED) and ``attitude`` (NED, FRD), by default PX4's
+    own.
     """
     named = parse_topics(topics, _FIELDS, _DEFAULT)
     chosen = choices(rate, window)

@@ -19,6 +19,7 @@ from continuair.scenario.scenarios import Scenario
 from continuair.studies.timing import flight_alone
 from continuair.sweeps.hardware import machine
 from continuair.sweeps.pairs import run_pairs
+from continuair.typing import Method
 from continuair.vehicle.vehicle import Vehicle
 
 COUNTS = (1, 2, 3, 4)
@@ -37,7 +38,7 @@ SWAY, RATIO, DURATION = 0.2, 0.5, 3.0
 """The flight: a lateral force on the UAV of so many weights at so much of the beam's first clamped
 frequency, for a time [s]."""
 
-PHASES = {"RK4": 0.2, "implicit": 0.05}
+PHASES: dict[Method, float] = {"RK4": 0.2, "implicit": 0.05}
 """Fixed steps that are compared, times the fastest rate (RK4) or that of the first mode."""
 
 _RTOL = 1e-6
@@ -162,14 +163,14 @@ def _row(count: int) -> dict[str, Any]:
     }
 
 
-def _steps(vehicle: Vehicle) -> dict[str, float]:
+def _steps(vehicle: Vehicle) -> dict[Method, float]:
     """The fixed step of each method [s]."""
     engine, straight = Engine(vehicle, "coupled"), np.zeros(vehicle.layout.coordinates)
     rates = {"RK4": fastest_rate, "implicit": first_frequency}
     return {name: phase / float(rates[name](engine, straight)[0]) for name, phase in PHASES.items()}
 
 
-def _timed(vehicle: Vehicle, method: str, step: float) -> Callable[[], None]:
+def _timed(vehicle: Vehicle, method: Method, step: float) -> Callable[[], None]:
     """A hover of so many steps, alone: all else is prepared."""
     straight = np.zeros(vehicle.layout.coordinates)
     lasts, weight = _TIMED_STEPS * step, 9.81 * vehicle.mass
