@@ -61,12 +61,12 @@ def open_loop_test(name: str, f1: float = 1.0) -> Scenario:
 # The models of a comparison all ask for the same times.
 @functools.lru_cache(maxsize=1 << 16)
 def bend_torques(t: float) -> tuple[float, ...]:
-    """Generalised forces of Test C at time t [s], shape (8,) [N m², N m]; Amiri et al."""
+    """Return generalised forces of Test C at time t [s], shape (8,) [N m², N m]; Amiri et al."""
     return 0, 0, 0, 0, 0, 0, 0.1 * math.sin(20 * t + math.pi / 4), 0.1 * math.cos(20 * t)
 
 
 def tip_chirp(t: float, f1: float = 1.0) -> tuple[float, ...]:
-    """Tip wrench of Test D at time t [s], shape (6,), world axes [N, N m]; Amiri et al."""
+    """Return tip wrench of Test D at time t [s], shape (6,), world axes [N, N m]; Amiri et al."""
     f0, T = 1.0, 10.0
     angle = 2 * math.pi * (f0 * t + (f1 - f0) / (2 * T) * t**2)
     return 10 * math.sin(angle + math.pi / 4), 10 * math.sin(angle), 25, 0, 0, 0

@@ -10,7 +10,7 @@ from continuair.studies import number
 
 
 def of_overstated_angles(named: Iterable[tuple[str, Mapping[str, Any]]]) -> list[str]:
-    """A sentence on the flights, by their metrics, whose NRMSE_R and RMSE_R overstate."""
+    """Return a sentence on the flights, by their metrics, whose NRMSE_R and RMSE_R overstate."""
     flights = list(named)
     found = {
         name: entry["rmse_r_rad"] / entry["angle_rad"]

@@ -8,7 +8,7 @@ from continuair.kernels import LawCode
 
 
 def carry(code: LawCode) -> SimpleNamespace:
-    """Carries the weight and sees nothing."""
+    """Return carries the weight and sees nothing."""
     Sense = code.Sense
 
     @wp.struct
@@ -23,7 +23,7 @@ def carry(code: LawCode) -> SimpleNamespace:
 
 
 def look(code: LawCode) -> SimpleNamespace:
-    """Carries the weight and has the camera's image, which it does not use."""
+    """Return carries the weight and has the camera's image, which it does not use."""
     Sense, push, Bends, vec3 = code.Sense, code.push, code.Bends, code.vec3
 
     @wp.struct

@@ -21,7 +21,7 @@ _PRESETS = {"constant": "paper", "current": "current"}
 
 
 def gains_for(gains: Gains) -> str:
-    """The law that gains are for."""
+    """Return the law that gains are for."""
     return "constant" if gains.constant else "current"
 
 

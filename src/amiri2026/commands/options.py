@@ -44,12 +44,12 @@ def keep_in(folder: ResultFolder | None, name: str, study: Any, progress: Progre
 
 
 def complete_letters(incomplete: str) -> list[str]:
-    """A word of letters to track, with one more of them."""
+    """Return a word of letters to track, with one more of them."""
     return _longer(incomplete, "MRAL")
 
 
 def complete_tests(incomplete: str) -> list[str]:
-    """Letters of open-loop tests, with one more of them."""
+    """Return letters of open-loop tests, with one more of them."""
     return _longer(incomplete, "ABCD")
 
 

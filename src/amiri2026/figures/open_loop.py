@@ -161,7 +161,7 @@ def _unconverged(entries: dict[str, dict[str, Any]]) -> list[str]:
 
 
 def _tip(dataset: xr.Dataset) -> dict[str, dict[str, Array]]:
-    """Label -> model -> values (time,) of the tip's position and attitude."""
+    """Return label -> model -> values (time,) of the tip's position and attitude."""
     found: dict[str, dict[str, Array]] = {}
     fall = 0.5 * float(dataset.attrs["gravity"]) * dataset["time"].to_numpy() ** 2
     for model, flight in _each(dataset):
@@ -175,7 +175,7 @@ def _tip(dataset: xr.Dataset) -> dict[str, dict[str, Array]]:
 
 
 def _each(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
-    """Models and their flights."""
+    """Return models and their flights."""
     return [(str(model), dataset.sel(model=model)) for model in dataset["model"].to_numpy()]
 
 
@@ -186,7 +186,7 @@ def _others(dataset: xr.Dataset) -> list[str]:
 def _moving(
     quantities: dict[str, dict[str, Array]],
 ) -> tuple[dict[str, dict[str, Array]], str]:
-    """The quantities that change in any model's flight, and a sentence on the others."""
+    """Return the quantities that change in any model's flight, and a sentence on the others."""
     moving, still = {}, []
     for label, values in quantities.items():
         if any(np.nanmax(v) - np.nanmin(v) > STILL for v in values.values()):
@@ -269,20 +269,20 @@ def _moved(dataset: xr.Dataset, moving: dict[str, dict[str, Array]]) -> str:
 
 
 def _followed(dataset: xr.Dataset, model: str) -> bool:
-    """Whether Euler angles tell the rotation between both tips."""
+    """Return whether Euler angles tell the rotation between both tips."""
     found = metrics_of(dataset.sel(model=REFERENCE), dataset.sel(model=model))
     return bool(np.isnan(found["angle_rad"]) or rotation_metric([found]) == "rmse_r_rad")
 
 
 def _apart(coupled: xr.Dataset, flight: xr.Dataset) -> tuple[Array, Array]:
-    """Distance [m] and angle [rad] between two tips, (time,)."""
+    """Return distance [m] and angle [rad] between two tips, (time,)."""
     tips = [samples(one, "tip_position", "axis") for one in (coupled, flight)]
     turned = [samples(one, "tip_attitude", "quaternion") for one in (coupled, flight)]
     return np.linalg.norm(tips[1] - tips[0], axis=-1), geodesic_angle(*turned)
 
 
 def _coinciding(dataset: xr.Dataset) -> str:
-    """A sentence where the curves of the simpler models lie on top of each other."""
+    """Return a sentence where the curves of the simpler models lie on top of each other."""
     others = _others(dataset)
     if len(others) < 2:
         return ""

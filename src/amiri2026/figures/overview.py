@@ -148,7 +148,7 @@ def _models(results: dict[str, Any]) -> list[str]:
 
 
 def _shown(results: dict[str, Any]) -> str:
-    """The model of the table: decoupled, as the paper's, where it was flown."""
+    """Return the model of the table: decoupled, as the paper's, where it was flown."""
     models = _models(results)
     return "decoupled" if "decoupled" in models else models[0]
 
@@ -175,7 +175,7 @@ def _unfollowed(results: dict[str, Any]) -> str:
 
 
 def _failures(results: dict[str, Any]) -> list[str]:
-    """A sentence on the flights that failed."""
+    """Return a sentence on the flights that failed."""
     named = [
         f"Test {letter}, {model} ({WORDS[entry['status']] if entry['status'] else 'no number'})"
         for letter, entries in results["tests"].items()
@@ -186,7 +186,7 @@ def _failures(results: dict[str, Any]) -> list[str]:
 
 
 def _largest(results: dict[str, Any]) -> str:
-    """In which test decoupling moves and turns the tip most."""
+    """Return in which test decoupling moves and turns the tip most."""
     model, texts = _shown(results), []
     flown = {letter: entries[model] for letter, entries in results["tests"].items()}
     flown = {letter: entry for letter, entry in flown.items() if not _failed(entry)}

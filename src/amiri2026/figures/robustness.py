@@ -75,7 +75,7 @@ def _line(axes: Any, law: str, case: dict[str, Any], name: str, top: float, besi
 
 
 def _top(cases: dict[str, Any]) -> float:
-    """The largest error of all [px]."""
+    """Return the largest error of all [px]."""
     found = [
         each["rms_px"]
         for case in cases.values()

@@ -181,7 +181,7 @@ def off_target(flight: xr.Dataset) -> Array:
 
 
 def _first(dataset: xr.Dataset) -> xr.Dataset:
-    """The flights of letter M, as in the paper's Figs. 5 and 6, or of the first letter."""
+    """Return the flights of letter M, as in the paper's Figs. 5 and 6, or of the first letter."""
     letters = _letters(dataset)
     return dataset.sel(letter="M" if "M" in letters else letters[0])
 
@@ -234,7 +234,7 @@ def _trace(axes: Any, flights: xr.Dataset) -> None:
 
 
 def _between(flights: xr.Dataset, model: str) -> Array:
-    """Distance between the cameras of a plant and of the coupled one (time,) [m]."""
+    """Return distance between the cameras of a plant and of the coupled one (time,) [m]."""
     own, coupled = (
         samples(flights.sel(model=name), "camera_position", "axis") for name in (model, REFERENCE)
     )
@@ -252,14 +252,14 @@ def _ds(panels: Any, flights: xr.Dataset, model: str, draw: Callable[..., None])
 
 
 def _late(dataset: xr.Dataset, values: Array) -> float:
-    """The largest finite value (…, time) after the transient, NaN if there is none."""
+    """Return the largest finite value (…, time) after the transient, NaN if there is none."""
     late = values[..., dataset["time"].to_numpy() >= TRANSIENT]
     finite = late[np.isfinite(late)]
     return float(finite.max()) if finite.size else float("nan")
 
 
 def _largest(dataset: xr.Dataset, of: Callable[[xr.Dataset, str], Array], model: str) -> float:
-    """The largest of a quantity of all letters and a plant, after the transient."""
+    """Return the largest of a quantity of all letters and a plant, after the transient."""
     found = [_late(dataset, of(dataset.sel(letter=letter), model)) for letter in _letters(dataset)]
     return max((value for value in found if np.isfinite(value)), default=float("nan"))
 

@@ -93,7 +93,7 @@ def remarks(results: dict[str, Any]) -> list[str]:
 
 
 def of_angles(results: dict[str, Any]) -> list[str]:
-    """A sentence where Euler angles tell of no rotation."""
+    """Return a sentence where Euler angles tell of no rotation."""
     return of_overstated_angles(
         (f"Test {letter}, {model}", entry)
         for letter, model, entry in rows(results)
@@ -102,7 +102,7 @@ def of_angles(results: dict[str, Any]) -> list[str]:
 
 
 def _kappa_s_table(results: dict[str, Any]) -> list[str]:
-    """Test C with other kappa_s, beside what is reported."""
+    """Return Test C with other kappa_s, beside what is reported."""
     if not results["kappa_s"]:
         return []
     variants = [(results["vehicle"]["arm"]["kappa_s"], results["tests"]["C"])]

@@ -118,7 +118,7 @@ class _Flights:
 
     @untold("error_estimate")
     def fly(self, vehicle: Vehicle, scenario: Scenario, note: str = "") -> Flown:
-        """Trajectories of all models."""
+        """Return trajectories of all models."""
         flown = {}
         for model in self.models:
             self._steps.begin(f"{scenario.name}{note}, {model}")
@@ -129,7 +129,7 @@ class _Flights:
 
 
 def _entries(flown: Flown, vehicle: Vehicle, scenario: Scenario) -> Entries:
-    """Entries with the reason why a flight has not converged."""
+    """Return entries with the reason why a flight has not converged."""
     entries = entries_of(flown, float(vehicle.reach))
     for model, entry in entries.items():
         entry["reason"] = _reason(entry, scenario, vehicle, flown[model])
@@ -171,7 +171,7 @@ def _other_kappa_s(vehicle: Vehicle) -> list[float]:
 def _vary_kappa_s(
     values: Sequence[float], flights: _Flights, vehicle: Vehicle, scenario: Scenario
 ) -> list[dict[str, Any]]:
-    """Metrics with other thresholds kappa_s."""
+    """Return metrics with other thresholds kappa_s."""
     rows = []
     for kappa_s in values:
         changed = vehicle.replace({"arm.kappa_s": kappa_s})

@@ -50,7 +50,7 @@ class Drawn:
     length: Array
 
     def share(self, holds: Array) -> float:
-        """The share of the vehicles for which something holds."""
+        """Return the share of the vehicles for which something holds."""
         return float(np.mean(holds))
 
 
@@ -88,7 +88,7 @@ def _well(found: xr.Dataset) -> Array:
 
 
 def _rotation(euler: dict[str, Array], angle: dict[str, Array]) -> dict[str, Array]:
-    """Errors in rotation by test, each vehicle's of one kind."""
+    """Return errors in rotation by test, each vehicle's of one kind."""
     of_euler = np.all([tells_rotation(euler[name], angle[name]) for name in euler], axis=0)
     return {name: np.where(of_euler, euler[name], angle[name]) for name in euler}
 

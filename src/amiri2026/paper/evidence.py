@@ -166,7 +166,7 @@ def _flown(fly: Callable[..., Any], *of: Any, **how: Any) -> Any:
 
 
 def _as_in_the_paper(vehicle: Vehicle) -> Vehicle:
-    """The vehicle as sentences are about it: of one section, a round rod, and _IDEAL."""
+    """Return the vehicle as sentences are about it: of one section, a round rod, and _IDEAL."""
     rod = as_rod(check_one_section(vehicle))
     other = [name for name, value in _IDEAL.items() if attrgetter(name)(rod) != value]
     if other:

@@ -74,7 +74,7 @@ def judge(names: Iterable[str], evidence: Evidence) -> Iterator[dict[str, Any]]:
 
 
 def _described(found: Judgement) -> dict[str, Any]:
-    """A judgement as JSON holds it."""
+    """Return a judgement as JSON holds it."""
     cases = [
         {"vehicle": case.vehicle, "reading": case.reading, "verdict": case.found.verdict,
          "evidence": case.found.evidence}

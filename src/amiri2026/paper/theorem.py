@@ -186,13 +186,13 @@ def straight_on() -> paths.Path:
 
 
 def triangle(radius: float = 0.4) -> Array:
-    """Three points (3, 3) around a centre, level [m]."""
+    """Return three points (3, 3) around a centre, level [m]."""
     angle = np.pi / 2 + 2.0 * np.pi / 3.0 * np.arange(POINTS)
     return radius * np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
 
 
 def draw_gains(rng: np.random.Generator) -> Gains:
-    """Symmetric positive definite gains (6, 6) at random."""
+    """Return symmetric positive definite gains (6, 6) at random."""
     gains = {name: positive_definite(rng, *between) for name, between in RANGES.items()}
     return gains | {"sigma": SIGMA}
 
@@ -213,14 +213,14 @@ def draw_sound_gains(rng: np.random.Generator) -> Gains:
 
 
 def positive_definite(rng: np.random.Generator, least: float, largest: float) -> Array:
-    """A matrix (6, 6) with eigenvalues in that range, log-uniform, in random directions."""
+    """Return a matrix (6, 6) with eigenvalues in that range, log-uniform, in random directions."""
     axes, _ = np.linalg.qr(rng.normal(size=(SIZE, SIZE)))
     A = (axes * np.exp(rng.uniform(np.log(least), np.log(largest), SIZE))) @ axes.T
     return np.asarray((A + A.T) / 2.0)
 
 
 def made_gains(vehicle: Vehicle, target: Target) -> Gains:
-    """Gains of `design` for the desired image, with all directions alike."""
+    """Return gains of `design` for the desired image, with all directions alike."""
     found: dict[str, object] = dict(
         design(vehicle, BANDWIDTH, conditioning=0.0, desired=target.desired, distance=target.depths)
     )
@@ -231,7 +231,7 @@ def made_gains(vehicle: Vehicle, target: Target) -> Gains:
 
 
 def growth(vehicle: Vehicle, target: Target, gains: Gains) -> float:
-    """The fastest growth [1/s] of a small e about the desired image, below 0 if all decay.
+    """Return the fastest growth [1/s] of a small e about the desired image, below 0 if all decay.
 
     From ë + Λ(K_pC_d + K_d)ė + ΛK_p(C_p + C_s/σ)e = 0, Λ = J_L M⁻¹ J_Lᵀ, the law substituted into
     Eq. (10) where the target and the vehicle rest.
@@ -247,7 +247,7 @@ def growth(vehicle: Vehicle, target: Target, gains: Gains) -> float:
 
 
 def desired_pose(vehicle: Vehicle, target: Target) -> Array:
-    """q (8,) of a vehicle that sees the desired image, its arm straight but for a hair."""
+    """Return q (8,) of a vehicle that sees the desired image, its arm straight but for a hair."""
     q = np.zeros(8)
     q[:3], q[3:6] = facing(vehicle, target.path([0.0])[0][0], target.distance)
     q[6] = 1e-2 / vehicle.arm.length
@@ -306,7 +306,7 @@ def fly(
 def resolved_flights(
     vehicle: Vehicle, scenario: Scenario, sample: float
 ) -> tuple[xr.Dataset, Array]:
-    """Flights, and which (starts,) of them are resolved.
+    """Return flights, and which (starts,) of them are resolved.
 
     A flight is if its error_estimate is small, or if it ends early at the same time within a tenth
     of the tolerance: what it does last is faster than any step.

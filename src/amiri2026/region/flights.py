@@ -42,7 +42,7 @@ def kept_of(vehicle: Vehicle) -> tuple[str, ...]:
 
 
 def batches(runs: int) -> list[slice]:
-    """Runs that fly at once, after each of which progress is told."""
+    """Return runs that fly at once, after each of which progress is told."""
     return [slice(first, first + _AT_ONCE) for first in range(0, runs, _AT_ONCE)]
 
 

@@ -43,7 +43,7 @@ def _failures(results: dict[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 def name_of(case: dict[str, Any]) -> str:
-    """A case in words."""
+    """Return a case in words."""
     return f"{case['law']}, {case['model']}, {case['rate_hz']:g} Hz"
 
 
@@ -112,7 +112,7 @@ def _shares(results: dict[str, Any]) -> list[str]:
 
 
 def _saturated(results: dict[str, Any]) -> list[str]:
-    """A sentence about the cases in which rotors are asked for more than they give."""
+    """Return a sentence about the cases in which rotors are asked for more than they give."""
     cases = [
         f"{each['saturated']} flights of {name_of(each)}"
         for each in results["cases"]
@@ -122,7 +122,7 @@ def _saturated(results: dict[str, Any]) -> list[str]:
 
 
 def _listed(case: dict[str, Any]) -> list[str]:
-    """The first failures of a case, with their reasons."""
+    """Return the first failures of a case, with their reasons."""
     failures = case["random"]["failures"]
     lines = [f"* {each}." for each in _first_failures(case["directions"])]
     for each in failures[:_LISTED]:

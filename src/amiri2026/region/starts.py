@@ -104,7 +104,7 @@ def starts(vehicle: Vehicle, target: Target, runs: int, seed: int) -> xr.Dataset
 
 
 def centred(vehicle: Vehicle, target: Target) -> Array:
-    """The start (8,) whose image is the desired one, the arm straight.
+    """Return the start (8,) whose image is the desired one, the arm straight.
 
     Raises InputError for a vehicle that lies on its side there, or on its back.
     """
@@ -133,7 +133,7 @@ def _off_along(direction: Direction, bend: float, centre: Array, bent: float) ->
 
 
 def _turned(centre: Array, off: Rotation) -> Array:
-    """Euler angles (runs, 3) of a centre that is turned about the world's axes."""
+    """Return Euler angles (runs, 3) of a centre that is turned about the world's axes."""
     turned = off * Rotation.from_euler("ZYX", centre[5:2:-1])
     return euler_angles(turned.as_matrix())
 
@@ -170,7 +170,7 @@ def _drawn(centre: Array, runs: int, rng: np.random.Generator) -> Array:
 
 
 def visible(vehicle: Vehicle, target: Target, q: Array) -> Array:
-    """Whether the camera has all points of the target in view at starts (runs, 8)."""
+    """Return whether the camera has all points of the target in view at starts (runs, 8)."""
     points = target.path([0.0])[0][0] + target.points
     # The equations bend a straight arm by kappa_s (Remark 1), which the flight does not.
     regular = vehicle.replace({"arm.kappa_s": _STRAIGHT})

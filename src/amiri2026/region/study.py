@@ -146,14 +146,14 @@ def _found(case: Case, flights: xr.Dataset) -> dict[str, Any]:
 
 
 def _saturated(own: xr.Dataset) -> dict[str, int]:
-    """In how many of a case's flights rotors, if there are any, are asked for too much."""
+    """Return in how many of a case's flights rotors, if there are any, are asked for too much."""
     if "largest_saturation" not in own:
         return {}
     return {"saturated": int(is_beyond_limits(own["largest_saturation"].to_numpy()).sum())}
 
 
 def _reach(own: xr.Dataset, direction: str, bend: float) -> dict[str, Any]:
-    """The largest value up to which all flights end well, the next one, and why that does not;
+    """Return largest value up to which all flights end well, the next one, and why that does not;
     and how many of these flights are not resolved."""
     along = (own["direction"] == direction) & (own["start_bend"] == bend)
     ladder = own.isel(start=np.flatnonzero(along))
@@ -186,6 +186,6 @@ def reason(flight: xr.Dataset) -> str:
 
 
 def _failure(flight: xr.Dataset) -> dict[str, Any]:
-    """A random start from which a flight did not end well, and why."""
+    """Return a random start from which a flight did not end well, and why."""
     q = dict(zip(COORDINATES, flight["q"].to_numpy().tolist(), strict=True))
     return {**q, "end_time_s": float(flight["end_time"]), "reason": reason(flight)}

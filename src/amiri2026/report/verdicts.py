@@ -75,7 +75,7 @@ def _sentence(entry: dict[str, Any], part: str) -> str:
 
 
 def _finding(entry: dict[str, Any]) -> str:
-    """The evidence, view by view where there are several, and the correction of a misprint."""
+    """Return evidence, view by view where there are several, and the correction of a misprint."""
     if entry["cases"]:
         rows = "".join(
             f"<li><b>{escape(case['verdict'])}</b> for {escape(case['vehicle'])}, "

@@ -59,7 +59,7 @@ class Wrong:
 
 
 def groups(wrong: list[Wrong]) -> list[list[Wrong]]:
-    """Mistakes that fly in one batch."""
+    """Return mistakes that fly in one batch."""
     together = [each for each in wrong if not each.alone]
     return [*([together] if together else []), *([each] for each in wrong if each.alone)]
 
@@ -158,7 +158,7 @@ def _single(nominal: Vehicle, wrong: list[Wrong]) -> list[Vehicle]:
 
 
 def _vehicles(nominal: Vehicle, wrong: list[Wrong]) -> Vehicle:
-    """The vehicles that fly, one batch; one, where all are alike."""
+    """Return the vehicles that fly, one batch; one, where all are alike."""
     if len(set(wrong)) == 1:
         return _single(nominal, wrong)[0]
     changes = [each.changes(nominal) for each in wrong]

@@ -51,7 +51,7 @@ class Mistake:
 
 
 def _times(path: str, sign: float) -> Callable[[Vehicle, float, Way], Changes]:
-    """A field of the vehicle, more or less by a percentage."""
+    """Return a field of the vehicle, more or less by a percentage."""
 
     def changed(nominal: Vehicle, percent: float, way: Way) -> Changes:
         value = np.asarray(attrgetter(path)(nominal), float)
@@ -61,12 +61,12 @@ def _times(path: str, sign: float) -> Callable[[Vehicle, float, Way], Changes]:
 
 
 def _tilted(nominal: Vehicle, degrees: float, way: Way) -> Changes:
-    """The camera, turned about an axis across its line of sight."""
+    """Return the camera, turned about an axis across its line of sight."""
     return _turned(nominal, _DEGREE * degrees * np.array([*way, 0.0]))
 
 
 def _rolled(nominal: Vehicle, degrees: float, way: Way) -> Changes:
-    """The camera, turned about its line of sight."""
+    """Return the camera, turned about its line of sight."""
     return _turned(nominal, _DEGREE * degrees * np.array([0.0, 0.0, way[0]]))
 
 
@@ -76,7 +76,7 @@ def _turned(nominal: Vehicle, by: Array) -> Changes:
 
 
 def _moved(nominal: Vehicle, centimetres: float, way: Way) -> Changes:
-    """The camera, moved across the tip's tangent."""
+    """Return the camera, moved across the tip's tangent."""
     return {"camera.position": nominal.camera.position + 0.01 * centimetres * np.array([*way, 0.0])}
 
 
@@ -111,13 +111,13 @@ def _late(nominal: Vehicle, milliseconds: float, way: Way) -> Changes:
 
 
 def _rarely(nominal: Vehicle, milliseconds: float, way: Way) -> Changes:
-    """A camera that is slower by itself stays so."""
+    """Return a camera that is slower by itself stays so."""
     own = nominal.camera.frame_rate or np.inf
     return {"camera.frame_rate": min(own, 1.0 / (_MILLI * milliseconds))}
 
 
 def _noisy(nominal: Vehicle, pixels: float, way: Way) -> Changes:
-    """Noise of its own and this noise are independent."""
+    """Return noise of its own and this noise are independent."""
     return {"camera.noise": float(np.hypot(nominal.camera.noise, pixels))}
 
 

@@ -117,7 +117,7 @@ def _saturated(results: dict[str, Any]) -> list[str]:
 
 
 def _deciding(results: dict[str, Any]) -> list[dict[str, Any]]:
-    """The flights without a mistake, and of every value of one the worst of its ways."""
+    """Return the flights without a mistake, and of every value of one the worst of its ways."""
     return [
         each
         for case in results["cases"]

@@ -84,7 +84,7 @@ def robustness(
 
 
 def _tried(name: str) -> list[Wrong]:
-    """A mistake, of every value in each of its ways."""
+    """Return a mistake, of every value in each of its ways."""
     mistake = MISTAKES[name]
     return [Wrong(name, *each) for each in product(mistake.values, mistake.ways)]
 

@@ -88,20 +88,20 @@ def _unlike_a_payload(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
 
 
 def _error_at_the_largest_radius(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
-    """Error over the displacement at the largest radius."""
+    """Return error over the displacement at the largest radius."""
     row = sweeps[_RADIUS]["rows"][-1]
     error = row["models"]["decoupled"]["rmse_xy_m"]
     return [error / row["displacement_m"]], converged(sweeps[_RADIUS])
 
 
 def _least_error_at_the_largest_radius(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
-    """Error at the largest radius over the least of the smaller ones."""
+    """Return error at the largest radius over the least of the smaller ones."""
     *smaller, at_end = column(sweeps[_RADIUS]["rows"], "error")
     return [at_end / least(smaller)], converged(sweeps[_RADIUS])
 
 
 def _share_of_displacement(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
-    """Errors of the stiffer arms over their displacements."""
+    """Return errors of the stiffer arms over their displacements."""
     rows = sweeps[_MODULUS]["rows"][1:]
     shares = [
         error / row["displacement_m"]
@@ -122,7 +122,7 @@ def _beyond_its_range(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
 
 
 def _growth(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
-    """Error in the last second over that in the first, at the least UAV mass."""
+    """Return error in the last second over that in the first, at the least UAV mass."""
     seconds = sweeps[_MASS]["rows"][0]["models"]["decoupled"]["rmse_xy_by_second_m"]
     return [seconds[-1] / seconds[0]], converged(sweeps[_MASS])
 
@@ -164,7 +164,7 @@ def _misses_the_oscillation(sweeps: dict[str, Any]) -> Judgement:
 
 
 def _period(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
-    """Period of the printed sin(f t) with f = 10, in tenths of a second."""
+    """Return period of the printed sin(f t) with f = 10, in tenths of a second."""
     return [2.0 * math.pi / FREQUENCY / 0.1], True
 
 

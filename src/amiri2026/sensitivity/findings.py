@@ -179,7 +179,7 @@ def goes_with(measure: str, names: Sequence[str] = tuple(PARAMETERS)) -> Check:
 
 
 def _agreed(holds: Sequence[Any]) -> str:
-    """Verdict of several views of one claim, which may disagree."""
+    """Return verdict of several views of one claim, which may disagree."""
     if any(holds) != all(holds):
         return UNDECIDED
     return HOLDS if all(holds) else FAILS

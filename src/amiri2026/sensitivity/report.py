@@ -216,7 +216,7 @@ def remarks(results: dict[str, Any]) -> list[str]:
 
 
 def _unfollowed(results: dict[str, Any]) -> list[str]:
-    """A sentence where flights to the end have no error in Euler angles."""
+    """Return a sentence where flights to the end have no error in Euler angles."""
     lost = any(not entry["status"] and math.isnan(entry["nrmse_r"]) for *_, entry in rows(results))
     told = "of a flight to its end is none where samples do not follow roll, pitch and yaw"
     return [f"NRMSE_R and RMSE_R: - {told}."] if lost else []

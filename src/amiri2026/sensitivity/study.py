@@ -63,7 +63,7 @@ def sensitivity(
     hertz: bool = False,
     progress: Progress | None = None,
 ) -> Sensitivity:
-    """Vary one parameter of a vehicle or of its start at a time, and compare all models.
+    """Return vary one parameter of a vehicle or of its start at a time, and compare all models.
 
     parameters: names in PARAMETERS, or in `about(vehicle)`, all by default. own: whether values are
     about the vehicle's own, not the paper's, of which its sentences are. hertz: the paper's f = 10
@@ -172,7 +172,7 @@ def _rows(
 
 
 def _entries(vehicles: Vehicle, flown: Flown) -> list[Entries]:
-    """Metrics of every model, by run."""
+    """Return metrics of every model, by run."""
     runs = flown[REFERENCE].sizes["run"]
     each = [{model: data.isel(run=run) for model, data in flown.items()} for run in range(runs)]
     reach = per_run(vehicles.reach, runs)

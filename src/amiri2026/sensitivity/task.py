@@ -126,7 +126,7 @@ def about(vehicle: Vehicle) -> dict[str, Parameter]:
 
 
 def _own_value(vehicle: Vehicle, field: str) -> float | None:
-    """A vehicle's own value of a field, None where its file gives another in its place."""
+    """Return a vehicle's own value of a field, None where its file gives another in its place."""
     table, _, name = field.partition(".")
     value = getattr(getattr(vehicle, table), name if table == "uav" else f"given_{name}", None)
     if field == "arm.length":
@@ -137,7 +137,7 @@ def _own_value(vehicle: Vehicle, field: str) -> float | None:
 
 
 def _acts(arm: Section) -> bool:
-    """Whether anything hangs on the radius of a section."""
+    """Return whether anything hangs on the radius of a section."""
     material = (arm.given_density, arm.given_youngs_modulus, arm.drag_coefficient)
     return any(value is not None for value in material)
 

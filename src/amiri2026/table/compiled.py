@@ -111,7 +111,7 @@ def _kernel() -> Any:
 
 
 def _packed(jobs: Sequence[Job], nodes: int) -> tuple[Array, tuple[Array, Array, Array], Array]:
-    """Structs of the jobs, arrays of all their points, and their starts (jobs, 16)."""
+    """Return structs of the jobs, arrays of all their points, and their starts (jobs, 16)."""
     from amiri2026.table.kernel import structure
 
     found = np.zeros(len(jobs), structure())

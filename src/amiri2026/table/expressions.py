@@ -14,7 +14,7 @@ import numpy as np
 
 
 def _of_numbers(operator: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
-    """An operator that leaves arrays to NumPy, which takes them entry by entry."""
+    """Return an operator that leaves arrays to NumPy, which takes them entry by entry."""
 
     @wraps(operator)
     def found(self: Any, other: Any) -> Any:
@@ -73,11 +73,11 @@ class Expression:
     __radd__, __rmul__ = __add__, __mul__
 
     def sin(self) -> Any:
-        """Called by np.sin."""
+        """Return called by np.sin."""
         return -self.operands[0].sin() if self.operation == "neg" else _made("sin", self)
 
     def cos(self) -> Any:
-        """Called by np.cos."""
+        """Return called by np.cos."""
         return self.operands[0].cos() if self.operation == "neg" else _made("cos", self)
 
 

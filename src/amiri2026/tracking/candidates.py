@@ -52,7 +52,7 @@ class Outcomes:
         return np.asarray(costs.mean(axis=1))
 
     def row(self, index: int) -> Outcomes:
-        """The outcomes of one candidate."""
+        """Return the outcomes of one candidate."""
         one = slice(index, index + 1)
         return Outcomes(self.pixels[one], self.millimetres[one], self.effort[one], self.why[one])
 
@@ -96,7 +96,7 @@ def _fly(
     horizon: float,
     since: float,
 ) -> tuple[Array, ...]:
-    """The columns of `Outcomes` for candidates of one law, flown so long at most [s]."""
+    """Return the columns of `Outcomes` for candidates of one law, flown so long at most [s]."""
     flown = equipped(vehicle, SETTINGS[setting])
     gains = stack([Gains("candidate", row).controller(flown) for row in rows])
     found = []

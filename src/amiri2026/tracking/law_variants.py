@@ -119,14 +119,14 @@ def _variants(vehicle: Vehicle, gains: Gains, scalar: dict[str, dict[str, Any]])
 
 
 def _kind(gains: Gains) -> str:
-    """The kind of gains in a word."""
+    """Return the kind of gains in a word."""
     if not gains.constant:
         return "current"
     return "scalar" if np.ndim(gains.settings.get("Kp", ())) == 0 else "matrix"
 
 
 def _told(changed: Mapping[str, Any], damped: bool = True) -> str:
-    """The choices of a law in words."""
+    """Return the choices of a law in words."""
     chosen = {**PLAIN, **changed}
     literal, posture = chosen["compensation"] == "literal", chosen["posture_damping"]
     words = [
@@ -188,5 +188,5 @@ def _largest(over_time: np.ndarray) -> float:
 
 
 def _settled(data: xr.Dataset) -> xr.Dataset:
-    """The part of a flight in which errors count."""
+    """Return the part of a flight in which errors count."""
     return data.sel(time=slice(SETTINGS["nominal"].settled, None))

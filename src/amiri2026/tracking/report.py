@@ -180,7 +180,7 @@ def _stability(results: dict[str, Any]) -> list[str]:
 
 
 def _variants(results: dict[str, Any]) -> list[str]:
-    """The table of the law's variants, if they were flown."""
+    """Return the table of the law's variants, if they were flown."""
     if "variants" not in results:
         return []
     columns = {

@@ -112,7 +112,7 @@ class _Search:
         return leader
 
     def relaxed(self) -> Candidate:
-        """The best with the margins taken off, unless it loses more without them."""
+        """Return the best with the margins taken off, unless it loses more without them."""
         assert self.best is not None
         off = {name: self.best.gains[name] / margin for name, margin in MARGINS.items()}
         gains = self.best.gains | off
@@ -132,7 +132,7 @@ def tune(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
-    """The best gains found, with the objective, its parts and what it takes to find them again.
+    """Return best gains found, with the objective, its parts and what it takes to find them again.
 
     candidates: per round, a power of two, of each kind in the first one. letters: M has the
     sharpest corners. Returns "gains", settings of `Gains`, "record", JSON-able, "remarks",

@@ -11,17 +11,17 @@ _PACKAGE = Path(__file__).parents[1]
 
 
 def preset_vehicles(incomplete: str) -> list[str]:
-    """Names of the vehicles that come with the package."""
+    """Return names of the vehicles that come with the package."""
     return _presets(_PACKAGE, incomplete)
 
 
 def vehicles(incomplete: str) -> list[str]:
-    """Names of the vehicles that come with the package, and .toml files of this folder."""
+    """Return names of the vehicles that come with the package, and .toml files of this folder."""
     return preset_vehicles(incomplete) + _files(incomplete)
 
 
 def flights(incomplete: str) -> list[str]:
-    """Results and folders of this folder, and vehicles."""
+    """Return results and folders of this folder, and vehicles."""
     folders = sorted(f"{path.name}/" for path in Path().iterdir() if path.is_dir())
     found = [name for name in folders if name.startswith(incomplete)]
     return _files(incomplete, ".nc") + found + vehicles(incomplete)

@@ -67,7 +67,7 @@ def _widths(sizes: Sequence[Measurement], width: int) -> list[int]:
 
 
 def _of(columns: Sequence[Column], widths: Sequence[int]) -> Table:
-    """A table of columns of another one."""
+    """Return a table of columns of another one."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for column, width in zip(columns, widths, strict=True):
         table.add_column(column.header, width=width)

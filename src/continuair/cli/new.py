@@ -69,12 +69,12 @@ def new(
 
 
 def asks() -> bool:
-    """Whether there is someone to ask: a terminal to read from and to ask on."""
+    """Return whether there is someone to ask: a terminal to read from and to ask on."""
     return sys.stdin.isatty() and sys.stderr.isatty()
 
 
 def _path(file: str) -> Path:
-    """The new file, which must be called as vehicles are; raises InputError."""
+    """Return the new file, which must be called as vehicles are; raises InputError."""
     if Path(file).suffix != ".toml":
         raise InputError(
             f"file is {shown(file)}, but vehicles are .toml files; give it a name such as "
@@ -84,7 +84,7 @@ def _path(file: str) -> Path:
 
 
 def _copy(preset: str, name: str) -> str:
-    """The text of a preset as a vehicle of another name."""
+    """Return the text of a preset as a vehicle of another name."""
     from continuair import checks
     from continuair.vehicle.template import renamed
     from continuair.vehicle.vehicle import preset_names, preset_text
@@ -114,7 +114,7 @@ def _answered(outline: Outline) -> Outline:
 
 
 def _read(field: str, answer: str, kind: type) -> Any:
-    """An answer as a value of its kind; raises InputError."""
+    """Return an answer as a value of its kind; raises InputError."""
     try:
         return kind(answer)
     except ValueError:

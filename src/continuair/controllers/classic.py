@@ -54,7 +54,7 @@ def classic(
 
 
 def law(code: LawCode) -> SimpleNamespace:
-    """The law on the device."""
+    """Return the law on the device."""
     Real, Sense, interaction = code.Real, code.Sense, code.interaction
     camera_push, definite = code.camera_push, definite_code(code)
     TwistGain, determined = definite.Matrix, definite.determined

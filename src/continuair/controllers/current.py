@@ -49,7 +49,7 @@ class CurrentGains:
     cap: tuple[float, float]
 
     def fields(self) -> dict[str, Any]:
-        """The fields of the law's `Gains` that these give."""
+        """Return the fields of the law's `Gains` that these give."""
         ω = self.bandwidth
         return {
             "inertia": self.inertia,
@@ -102,7 +102,7 @@ def current_fields(code: LawCode) -> dict[str, Any]:
 
 
 def current_wrench(code: LawCode, Gains: Any) -> Any:
-    """The law's wrench on the camera, as a function of (sense, gains)."""
+    """Return the law's wrench on the camera, as a function of (sense, gains)."""
     Real, Twist, Sense, interaction = code.Real, code.Twist, code.Sense, code.interaction
     above, tanh, rows = code.above, code.tanh, 2 * code.points
     definite = definite_code(code)

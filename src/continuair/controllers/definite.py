@@ -23,7 +23,7 @@ class Definite:
 
 
 def definite_code(code: LawCode) -> Definite:
-    """The functions for the numbers of a law."""
+    """Return the functions for the numbers of a law."""
     return _definite(code.Real, code.Twist, code.above)
 
 

@@ -38,7 +38,7 @@ class FeedingCode:
 
 @cache
 def feeding_code(numbers: Numbers, tree: Tree) -> FeedingCode:
-    """The functions for one kind of numbers and tree of arms."""
+    """Return the functions for one kind of numbers and tree of arms."""
     types, Flight = device_types(numbers, tree), flight_code(numbers, tree).Flight
     Real, State, Plant, Bends = types.Real, types.State, types.Plant, types.Bends
     vec3, mat33, spin_of = types.vec3, types.mat33, types.spin_of

@@ -337,7 +337,7 @@ LAWS = {name: _fed_by(name) for name in FEEDFORWARD}
 def cascade_parts(
     code: LawCode, more: Mapping[str, Any] | None = None, remembers: int = 0
 ) -> SimpleNamespace:
-    """Gains, and the functions that the cascade consists of.
+    """Return gains, and the functions that the cascade consists of.
 
     more: types of further gains by name; remembers: how many numbers more are remembered.
     """
@@ -449,7 +449,7 @@ def cascade_parts(
 
 
 def steering(code: LawCode, parts: SimpleNamespace, feedforward: str) -> Any:
-    """The function steer(sense, gains, flight, wanted, reference, rate, memory) -> push, memory.
+    """Return function steer(sense, gains, flight, wanted, reference, rate, memory) -> push, memory.
 
     reference, rate: of the bends' servos.
     """
@@ -513,7 +513,7 @@ def steering(code: LawCode, parts: SimpleNamespace, feedforward: str) -> Any:
 
 
 def _following(code: LawCode, parts: SimpleNamespace, steer: Any) -> SimpleNamespace:
-    """The law that follows set-points."""
+    """Return the law that follows set-points."""
     Sense, Flight = code.Sense, flight_code(code.numbers, code.tree).Flight
     Gains, Memory, SetPoint = parts.Gains, parts.Memory, parts.SetPoint
     reference_of, servo_rate = parts.reference_of, parts.servo_rate

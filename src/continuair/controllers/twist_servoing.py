@@ -121,7 +121,7 @@ LAWS = {name: _by_twists(name) for name in FEEDFORWARD}
 
 
 def _wanted(code: LawCode, parts: SimpleNamespace) -> Any:
-    """The function that gives ζ, of (sense, gains)."""
+    """Return the function that gives ζ, of (sense, gains)."""
     Real, Twist, Sense, vec3, bends = code.Real, code.Twist, code.Sense, code.vec3, code.bends
     Gains, interaction, camera_push, above = (
         parts.Gains, code.interaction, code.camera_push, code.above,
@@ -184,7 +184,7 @@ def _wanted(code: LawCode, parts: SimpleNamespace) -> Any:
 
 
 def _servoed(code: LawCode, parts: SimpleNamespace, wanted_of: Any, steer: Any) -> SimpleNamespace:
-    """The law that does what is wanted of the camera."""
+    """Return the law that does what is wanted of the camera."""
     Real, Sense, Bends, vec3, bends = code.Real, code.Sense, code.Bends, code.vec3, code.bends
     Flight, above, angle_of = flight_code(code.numbers, code.tree).Flight, code.above, code.angle_of
     Gains, Memory, SetPoint = parts.Gains, parts.Memory, parts.SetPoint

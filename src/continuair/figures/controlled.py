@@ -160,7 +160,7 @@ def write(summary: xr.Dataset, file: Callable[[str], Path]) -> None:
 
 
 def _shown(limits: Array, ends: list[float]) -> Array:
-    """Limits as they are drawn: none below all frequencies flown, all of them above."""
+    """Return limits as they are drawn: none below all frequencies flown, all of them above."""
     return np.clip(np.nan_to_num(limits, nan=0.0, posinf=np.inf), 0.8 * ends[0], 1.25 * ends[1])
 
 

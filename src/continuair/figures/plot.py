@@ -93,7 +93,7 @@ def snapshots(flight: xr.Dataset, times: Sequence[float], vehicle: Vehicle | Non
 
 
 def _instants(flight: xr.Dataset, times: Any) -> np.ndarray:
-    """Times of a flight; raises InputError for what it did not last."""
+    """Return times of a flight; raises InputError for what it did not last."""
     found, ends = checks.finite_array(times), flight["time"].to_numpy()[[0, -1]]
     if found is None or found.ndim != 1 or not found.size:
         raise InputError(f"times is {shown(times)}; give a list of times [s].")
@@ -106,7 +106,7 @@ def _instants(flight: xr.Dataset, times: Any) -> np.ndarray:
 
 
 def _room(vehicle: Vehicle, flights: dict[str, xr.Dataset], times: np.ndarray) -> float:
-    """Distance at which snapshots do not meet [m]."""
+    """Return distance at which snapshots do not meet [m]."""
     ends = [-0.4 * float(vehicle.reach), 0.4 * float(vehicle.reach)]
     for one in flights.values():
         # Each sample once and in order, whatever order the times are in.
@@ -119,7 +119,7 @@ def _room(vehicle: Vehicle, flights: dict[str, xr.Dataset], times: np.ndarray) -
 def _over_time(
     flight: xr.Dataset, names: dict[str, str], part: str, component: str, units: str, title: str
 ) -> Figure:
-    """A row of panels per variable and part, one for each component."""
+    """Return a row of panels per variable and part, one for each component."""
     flights = _flights(flight, *names)
     rows = [
         (name, word, label, chosen)
@@ -176,7 +176,7 @@ def _flights(flight: Any, *names: str) -> dict[str, xr.Dataset]:
 
 
 def _checked_model(name: str) -> str:
-    """The name of a model; InputError for any other."""
+    """Return the name of a model; InputError for any other."""
     if name not in style.MODELS:
         raise InputError(
             f"flight holds the model {shown(name)}; name it, as in xr.concat([a, b], "

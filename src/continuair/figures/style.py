@@ -175,7 +175,7 @@ def save_as(figure: Figure, path: Path) -> None:
 
 
 def _wrapped(text: str, width: float, letters: float) -> list[str]:
-    """Lines of a text on a figure of that width [inch], at so many letters per inch.
+    """Return lines of a text on a figure of that width [inch], at so many letters per inch.
 
     A number stays with what follows it, which is its unit.
     """

@@ -124,7 +124,7 @@ def _may_be(given: Any, flown: Any) -> bool:
 
 
 def sampled(field: str, value: Any, flight: xr.Dataset, vehicle: Vehicle) -> Array | None:
-    """Values (n, width) of a field of the scenario at the samples of one flight.
+    """Return values (n, width) of a field of the scenario at the samples of one flight.
 
     None where it holds rows of the runs of a batch, and the flight does not tell which it is.
     """

@@ -35,7 +35,7 @@ def check_chunks(path: Path) -> None:
 
 
 def _chunks(stream: IO[bytes]) -> Iterator[tuple[str, bytes]]:
-    """Compression and content of each chunk."""
+    """Yield compression and content of each chunk."""
     while len(head := stream.read(9)) == 9:
         code, size = struct.unpack("<BQ", head)
         if code != _CHUNK:
@@ -55,7 +55,7 @@ def _chunks(stream: IO[bytes]) -> Iterator[tuple[str, bytes]]:
 
 
 def _unpacks_beyond(compression: str, packed: bytes) -> bool:
-    """Whether a chunk unpacks to more than the largest, found piece by piece."""
+    """Return whether a chunk unpacks to more than the largest, found piece by piece."""
     found = 0
     while packed and compression in ("zstd", "lz4"):
         unpack = _decompressor(compression)

@@ -37,7 +37,7 @@ class Arm:
 
 
 def arms_of(vehicle: Vehicle, bends: SX) -> list[Arm]:
-    """The arms of a vehicle at bends (N, 2) that are symbols."""
+    """Return the arms of a vehicle at bends (N, 2) that are symbols."""
     z = DM.eye(vehicle.layout.coordinates)
     layout, table = vehicle.layout, pack_table(vehicle, threads=1)[0]
     arms, index, row = [], 0, 0

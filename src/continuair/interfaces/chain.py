@@ -29,7 +29,7 @@ class Link:
 
 
 def links_of(section: Section, joints: int) -> list[Link]:
-    """The links of a section, from its base on: one more than joints."""
+    """Return the links of a section, from its base on: one more than joints."""
     part = section.length / joints
     ends = np.array([0.0, *(part * (np.arange(joints) + 0.5)), section.length])
     found = []

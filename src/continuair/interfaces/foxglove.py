@@ -47,12 +47,12 @@ SCENE = _object("foxglove.SceneUpdate", entities=_list(_ENTITY))
 
 
 def time(nanoseconds: int) -> Message:
-    """A time, and a duration."""
+    """Return a time, and a duration."""
     return {"sec": nanoseconds // 10**9, "nsec": nanoseconds % 10**9}
 
 
 def vector(values: Array) -> Message:
-    """Components (3,), or those of a quaternion (4,), by name."""
+    """Return components (3,), or those of a quaternion (4,), by name."""
     return dict(zip("xyzw", np.asarray(values, float).tolist(), strict=False))
 
 
@@ -73,13 +73,13 @@ def entity(at: int, frame: str, name: str, **shapes: list[Message]) -> Message:
 
 
 def cube(size: Array, attitude: Array, color: tuple[float, ...]) -> Message:
-    """A box of whole sides (3,) [m] about the origin."""
+    """Return a box of whole sides (3,) [m] about the origin."""
     pose = {"position": vector(np.zeros(3)), "orientation": vector(attitude)}
     return {"pose": pose, "size": vector(size), "color": dict(zip("rgba", color, strict=True))}
 
 
 def line(points: Array, thickness: float, color: tuple[float, ...]) -> Message:
-    """A line through points (n, 3) [m], as thick as it is in the world [m]."""
+    """Return a line through points (n, 3) [m], as thick as it is in the world [m]."""
     here = {"position": vector(np.zeros(3)), "orientation": vector(np.array([0, 0, 0, 1]))}
     return {
         "type": 0, "pose": here,

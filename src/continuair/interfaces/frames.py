@@ -27,7 +27,7 @@ def to_ned(vectors: Any) -> Array:
 
 
 def from_ned(vectors: Any) -> Array:
-    """`to_ned` undone."""
+    """Return `to_ned` undone."""
     return _turned("vectors", vectors)
 
 
@@ -40,12 +40,12 @@ def to_frd(vectors: Any) -> Array:
 
 
 def from_frd(vectors: Any) -> Array:
-    """`to_frd` undone."""
+    """Return `to_frd` undone."""
     return _turned("vectors", vectors)
 
 
 def attitude_to_ned(attitude: Any, *, scalar_first: bool = False) -> Array:
-    """Attitudes FRD to NED of attitudes body to world, (..., 4) x y z w.
+    """Return attitudes FRD to NED of attitudes body to world, (..., 4) x y z w.
 
     scalar_first: returns w x y z, as PX4 has it. Raises InputError for another
     shape.
@@ -55,7 +55,7 @@ def attitude_to_ned(attitude: Any, *, scalar_first: bool = False) -> Array:
 
 
 def attitude_from_ned(attitude: Any, *, scalar_first: bool = False) -> Array:
-    """Attitudes body to world, (..., 4) x y z w, of attitudes FRD to NED.
+    """Return attitudes body to world, (..., 4) x y z w, of attitudes FRD to NED.
 
     scalar_first: those given are w x y z. Raises InputError for another shape.
     """
@@ -74,7 +74,7 @@ def _quaternions(attitude: Any) -> Array:
 
 
 def _numbers(name: str, value: Any, widths: tuple[int, ...]) -> Array:
-    """Numbers, NaN among them as after the end of a flight, with a last axis of a width."""
+    """Return numbers, NaN among them as after the end of a flight, with a last axis of a width."""
     try:
         found = np.asarray(value, float)
     except (TypeError, ValueError):

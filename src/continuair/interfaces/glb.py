@@ -59,14 +59,14 @@ class Glb:
         return self.add("nodes", found)
 
     def material(self, red: float, green: float, blue: float, opacity: float = 1.0) -> int:
-        """A dull surface."""
+        """Return a dull surface."""
         surface = {"baseColorFactor": [red, green, blue, opacity], "metallicFactor": 0.1,
                    "roughnessFactor": 0.7}  # fmt: skip
         mode = {"alphaMode": "BLEND"} if opacity < 1.0 else {}
         return self.add("materials", {"pbrMetallicRoughness": surface} | mode)
 
     def mesh(self, shape: Mesh, material: int, joints: np.ndarray | None = None) -> int:
-        """A mesh; joints: of a skin, the one that each vertex goes with."""
+        """Return a mesh; joints: of a skin, the one that each vertex goes with."""
         attributes = {
             "POSITION": self.accessor(shape.vertices, target=ATTRIBUTE),
             "NORMAL": self.accessor(shape.normals, target=ATTRIBUTE),
@@ -92,7 +92,7 @@ class Glb:
         self._channels.append({"sampler": sampler, "target": {"node": node, "path": path}})
 
     def content(self) -> bytes:
-        """The file, when all is in it."""
+        """Return the file, when all is in it."""
         moving = {"samplers": self._samplers, "channels": self._channels}
         self.document["animations"] = [{"name": "flight", **moving}]
         self.document["buffers"] = [{"byteLength": len(self._bytes)}]

@@ -89,7 +89,7 @@ class _Stage:
     """material of the arms"""
 
     def moved(self, node: int, translation: Array, rotation: Array) -> int:
-        """The node, on its way."""
+        """Return the node, on its way."""
         for path, values in (("translation", translation), ("rotation", rotation)):
             self.glb.move(node, path, self.glb.track(self.times, values))
         return node
@@ -142,7 +142,7 @@ def _rotors(stage: _Stage, uav: Uav) -> list[int]:
 
 
 def _joints(stage: _Stage, arm: ArmChain, bend: Array, at_tip: list[int]) -> list[int]:
-    """The chain of an arm's frames, each in the one before, from the base to the tip."""
+    """Return the chain of an arm's frames, each in the one before, from the base to the tip."""
     found: list[int] = []
     children = at_tip
     for index in reversed(range(len(arm.section))):
@@ -165,7 +165,7 @@ def _joints(stage: _Stage, arm: ArmChain, bend: Array, at_tip: list[int]) -> lis
 
 
 def _disks(stage: _Stage, section: Section) -> dict[int, list[int]]:
-    """Nodes of a section's disks, by the joint that they hang below."""
+    """Return nodes of a section's disks, by the joint that they hang below."""
     found: dict[int, list[int]] = {}
     part = section.length / PIECES
     for disk in section.disks:
@@ -196,7 +196,7 @@ def _camera(glb: Glb, camera: Camera) -> int:
 
 
 def _skin(stage: _Stage, arm: ArmChain, joints: list[int]) -> int:
-    """The tube around an arm, each of whose rings goes with one joint."""
+    """Return the tube around an arm, each of whose rings goes with one joint."""
     lengths = np.repeat([section.length / PIECES for section in arm.section], PIECES)
     heights = -np.append(0.0, np.cumsum(lengths))
     radii = np.repeat([radius_of(section) for section in arm.section], PIECES)

@@ -50,7 +50,7 @@ class HoverEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]
         return self._task.observed()[0].astype(np.float32), {}
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
-        """Advance a control period."""
+        """Return advance a control period."""
         found = self._task.step(_checked(action, (1, self._task.actions)))
         observation = found.observation[0].astype(np.float32)
         return observation, float(found.reward[0]), bool(found.terminated[0]), False, {}
@@ -103,7 +103,7 @@ class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
         return self._task.observed().astype(np.float32), {}
 
     def step(self, actions: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
-        """Advance all by a control period, but for those that begin anew."""
+        """Return advance all by a control period, but for those that begin anew."""
         anew = self._ended.copy()
         found = self._task.step(_checked(actions, (self.num_envs, self._task.actions)))
         self._steps += 1
@@ -123,7 +123,7 @@ class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
 
 
 def _checked(action: Any, shape: tuple[int, int]) -> Array:
-    """An action, or those of all runs, as rows (runs, actions)."""
+    """Return an action, or those of all runs, as rows (runs, actions)."""
     found = checks.finite_array(action)
     if found is None:
         raise InputError(f"action is {shown(action)}; give finite numbers from -1 to 1.")

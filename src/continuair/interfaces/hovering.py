@@ -118,7 +118,7 @@ class Hovering:
         return Outcome(observation, np.where(ended, 0.0, 1.0 - far / BOUND), ended)
 
     def observed(self) -> Array:
-        """Observations (runs, observations) of where the runs are."""
+        """Return observations (runs, observations) of where the runs are."""
         layout, states = self.fleet.layout, self.fleet.states
         turn = Rotation.from_quat(states[:, layout.attitude]).as_matrix().reshape(len(states), 9)
         rest = (layout.velocity, layout.angular_velocity, layout.bend, layout.bend_rate)
@@ -132,7 +132,7 @@ class Hovering:
         return self.fleet.states[:, self.fleet.layout.position]
 
     def _start(self, run: int, random: np.random.Generator) -> tuple[Array, Array]:
-        """Paper coordinates and rates (coordinates,) of a disturbed hover at the goal."""
+        """Return paper coordinates and rates (coordinates,) of a disturbed hover at the goal."""
 
         def drawn(name: str, *shape: int) -> Array:
             most = self._size * DISTURBANCE[name]
@@ -147,5 +147,5 @@ class Hovering:
 
 
 def default_vehicle() -> Vehicle:
-    """A quadrotor with the arm of the preset two_section."""
+    """Return a quadrotor with the arm of the preset two_section."""
     return load_vehicle("two_section").replace({"uav.rotors": ROTORS})

@@ -84,7 +84,7 @@ def check_roles(vehicle: Vehicle, roles: Any) -> None:
 def recording(
     name: str, vehicle: Vehicle, signals: Mapping[str, Signal], chosen: Choices
 ) -> Recording:
-    """Signals by role on one even grid; raises InputError.
+    """Return signals by role on one even grid; raises InputError.
 
     Measured, and taken on a spline between samples: position (n, 3) of the UAV and
     tip (n, 3), world axes, z up [m]; attitude (n, 4), body to world, x y z w; bend (n, bends)

@@ -40,7 +40,7 @@ class Signal:
     period: float
 
     def at(self, times: Array) -> Array:
-        """Values on a cubic spline through the samples, as arms swing within a few of them.
+        """Return values on a cubic spline through the samples, as arms swing within a few of them.
 
         On straight lines where some are so near to each other that their noise is a steep slope.
         """
@@ -49,12 +49,12 @@ class Signal:
         return np.asarray(make_interp_spline(self.time, self.values, k=order)(times))
 
     def turned_at(self, times: Array) -> Array:
-        """Unit quaternions (n, 4) of values that are some, as `at`."""
+        """Return unit quaternions (n, 4) of values that are some, as `at`."""
         between = replace(self, values=unflipped(self.values)).at(times)
         return np.asarray(between / np.linalg.norm(between, axis=1, keepdims=True))
 
     def rooted(self) -> Signal:
-        """Roots of the values, with their signs: of thrusts as speeds go."""
+        """Return roots of the values, with their signs: of thrusts as speeds go."""
         return replace(self, values=np.sign(self.values) * np.sqrt(np.abs(self.values)))
 
     def mean_from(self, times: Array) -> Array:
@@ -70,7 +70,7 @@ class Signal:
 
 
 def signal(topic: Topic, time: Array, values: Array) -> Signal:
-    """Samples in the order of their times (n,) [s], repeated ones left out."""
+    """Return samples in the order of their times (n,) [s], repeated ones left out."""
     time, first = np.unique(np.asarray(time, float), return_index=True)
     if len(time) < 2:
         raise InputError(f"{topic}: holds {len(time)} samples; give a topic that was recorded.")
@@ -136,7 +136,7 @@ def _span(signals: Mapping[str, Signal], held: Iterable[str]) -> tuple[float, fl
 
 
 def _within(found: Signal, first: float, last: float) -> Signal:
-    """The samples around two times [s], or InputError for a gap or what is no number."""
+    """Return the samples around two times [s], or InputError for a gap or what is no number."""
     near = slice(
         max(int(np.searchsorted(found.time, first, side="right")) - 1, 0),
         int(np.searchsorted(found.time, last)) + 1,

@@ -25,7 +25,7 @@ class Column:
 
 
 def columns_of(motion: Motion) -> Iterator[Column]:
-    """All that was logged over time."""
+    """Yield all that was logged over time."""
     for name, variable in motion.dataset.data_vars.items():
         if variable.dims[:1] != ("time",):
             continue

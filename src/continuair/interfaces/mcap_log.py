@@ -136,7 +136,7 @@ def _transforms(motion: Motion) -> Iterator[tuple[int, Message]]:
 
 
 def _tip(arm: ArmChain, bend: Array) -> tuple[Array, Array]:
-    """Points (n, 3) [m] and attitudes (n, 4), body axes."""
+    """Return points (n, 3) [m] and attitudes (n, 4), body axes."""
     points, frames = along(arm, bend, 2)
     return points[:, -1], quaternions(frames[:, -1] @ TIP)
 
@@ -177,7 +177,7 @@ def _of_inputs(motion: Motion, acting: Acting) -> Iterator[Column]:
 
 
 def _key(label: str) -> str:
-    """A label as viewers take it in a path: no dots, and no digit first."""
+    """Return a label as viewers take it in a path: no dots, and no digit first."""
     found = label.replace(".", "_")
     return f"_{found}" if found[0].isdigit() else found
 
@@ -185,7 +185,7 @@ def _key(label: str) -> str:
 def _numbers(
     title: str, motion: Motion, columns: list[Column]
 ) -> tuple[Message, Iterator[tuple[int, Message]]]:
-    """Schema and messages of columns."""
+    """Yield schema and messages of columns."""
     schema: Message = {"title": title, "type": "object", "properties": {}}
     for column in columns:
         inside, (*outer, last) = schema, _path(column)
@@ -212,5 +212,5 @@ def _rows(motion: Motion, columns: list[Column]) -> Iterator[tuple[int, Message]
 
 
 def _path(column: Column) -> list[str]:
-    """Keys to a column's numbers in a message."""
+    """Return keys to a column's numbers in a message."""
     return [column.variable, *map(_key, column.labels)]

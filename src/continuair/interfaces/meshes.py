@@ -35,7 +35,7 @@ def cube() -> Mesh:
 
 
 def tube(heights: Array, radii: Array, sides: int = 16) -> Mesh:
-    """Rings (n,) along z, the highest first, open at both ends."""
+    """Return rings (n,) along z, the highest first, open at both ends."""
     circle = _circle(sides)
     rings = np.asarray(radii)[:, None, None] * circle
     rings[..., 2] += np.asarray(heights)[:, None]

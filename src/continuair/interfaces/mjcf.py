@@ -76,7 +76,7 @@ def to_mjcf(vehicle: Vehicle, path: str | os.PathLike[str], *, links: int = 8) -
 
 
 def mjcf(vehicle: Vehicle, links: int) -> str:
-    """The text of such a file."""
+    """Return the text of such a file."""
     root = Element("mujoco", model=vehicle.name)
     SubElement(root, "compiler", angle="radian")
     option = SubElement(root, "option", gravity="0 0 -9.81")
@@ -126,7 +126,7 @@ def _uav(world: Element, uav: Uav) -> Element:
 
 
 def _arm(uav: Element, arm: ArmChain, links: int) -> Element:
-    """The chain of an arm; returns the frame at its tip, z out of it."""
+    """Return the chain of an arm; returns the frame at its tip, z out of it."""
     turn = Rotation.from_quat(arm.attitude)
     body = SubElement(uav, "body", name=arm.name, pos=_text(arm.mount), quat=_wxyz(turn))
     down = 0.0

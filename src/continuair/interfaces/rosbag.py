@@ -120,7 +120,7 @@ def _check_fields(topics: Iterable[Topic]) -> None:
 
 
 def _read(file: Path, named: Mapping[str, Topic]) -> dict[str, _Messages]:
-    """Role -> messages of its topic; raises InputError."""
+    """Return role -> messages of its topic; raises InputError."""
     from rosbags.highlevel import AnyReader, AnyReaderError
     from rosbags.rosbag2 import ReaderError
     from rosbags.serde import SerdeError
@@ -214,7 +214,7 @@ def _tip(found: _Messages, _: Vehicle) -> dict[str, Signal]:
 
 
 def _camera(found: _Messages, vehicle: Vehicle) -> dict[str, Signal]:
-    """The tip behind the camera that it carries."""
+    """Return the tip behind the camera that it carries."""
     pose, camera = _pose(found, vehicle), vehicle.camera
     place, attitude = pose["position"], pose["attitude"]
     check_unit(attitude)
@@ -246,7 +246,7 @@ def _wrench(found: _Messages, _: Vehicle) -> dict[str, Signal]:
 
 
 def _numbers(attribute: str) -> Callable[[_Messages, Vehicle], dict[str, Signal]]:
-    """A role of numbers: data of an array, or an attribute of joints."""
+    """Return a role of numbers: data of an array, or an attribute of joints."""
 
     def signals(found: _Messages, _: Vehicle) -> dict[str, Signal]:
         topic = found.topic
@@ -259,7 +259,7 @@ def _numbers(attribute: str) -> Callable[[_Messages, Vehicle], dict[str, Signal]
 
 
 def _by_name(topic: Topic, message: Any, attribute: str) -> dict[str, float]:
-    """The numbers of a message, by names of joints or by places; or InputError."""
+    """Return the numbers of a message, by names of joints or by places; or InputError."""
     values = getattr(message, "data", getattr(message, attribute, None))
     if not isinstance(values, np.ndarray):
         raise _refused(topic, message, "Float64MultiArray or JointState")
@@ -276,7 +276,7 @@ def _by_name(topic: Topic, message: Any, attribute: str) -> dict[str, float]:
 
 
 def _taken(topic: Topic, numbers: Mapping[str, float], names: Sequence[str]) -> list[float]:
-    """The numbers of these names, or InputError; without fields no message may hold others."""
+    """Return numbers of these names, or InputError; without fields no message may hold others."""
     missing = [name for name in names if name not in numbers]
     if missing:
         raise InputError(

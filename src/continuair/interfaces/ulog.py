@@ -145,7 +145,7 @@ def _log(file: Path, names: set[str] | None, cut: bool) -> Any:
 
 
 def _is_whole(data: bytes) -> bool:
-    """Whether a log ends with a whole message."""
+    """Return whether a log ends with a whole message."""
     at = _HEADER
     while at + 3 <= len(data):
         at += 3 + struct.unpack_from("<H", data, at)[0]
@@ -174,7 +174,7 @@ def _signal(file: Path, log: Any, topic: Topic, window: tuple[float, float] | No
 
 
 def _instance(file: Path, log: Any, topic: Topic) -> Any:
-    """The data of a topic's first instance, with a warning of others; or InputError."""
+    """Return the data of a topic's first instance, with a warning of others; or InputError."""
     found = [each for each in log.data_list if each.name == topic.name]
     if not found:
         there = {each.name for each in _log(file, None, cut=True).data_list}

@@ -36,7 +36,7 @@ def _nodes(arm: ArmChain, bend: Array) -> Array:
 
 
 def _in_wash(points: Array, rotors: Rotors) -> Array:
-    """Whether each rotor washes points (samples, n, 3), body axes: (samples, n, rotors)."""
+    """Return whether each rotor washes points (samples, n, 3), body axes: (samples, n, rotors)."""
     radius = float(rotors.radius or 0.0)
     from_hub = points[..., None, :] - rotors.hubs
     height = (from_hub * rotors.axes).sum(-1)

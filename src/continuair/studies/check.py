@@ -38,7 +38,7 @@ _ALIKE = 1e-3
 
 
 def at_rest(vehicle: Vehicle) -> Trim | None:
-    """The hover that straight arms sink into; None where there is none below a full circle."""
+    """Return hover that straight arms sink into; None where there is none below a full circle."""
     try:
         return trim(vehicle)
     except InputError:
@@ -46,7 +46,7 @@ def at_rest(vehicle: Vehicle) -> Trim | None:
 
 
 def facts(vehicle: Vehicle, rest: Trim | None) -> Lines:
-    """Masses, couplings, sections, sag, rates and the error of constant curvature, by name.
+    """Return masses, couplings, sections, sag, rates and the error of constant curvature, by name.
 
     rest: of `at_rest`.
     """
@@ -146,7 +146,7 @@ def _left(thrusts: np.ndarray, aside: np.ndarray, rotors: Rotors) -> str:
 
 
 def _told(vehicle: Vehicle, q: np.ndarray, base: str, gravity: float) -> tuple[str, str, str]:
-    """Different frequencies [rad/s] in order; the lowest [Hz], and its damping ratio."""
+    """Return different frequencies [rad/s] in order; the lowest [Hz], and its damping ratio."""
     try:
         found = modes(vehicle, q, base=base, gravity=gravity)
     except InputError:

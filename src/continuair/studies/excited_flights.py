@@ -77,7 +77,7 @@ def least_periods(frequency: Any) -> Any:
 def excited(
     vehicle: Vehicle, name: str, frequency: Any, loop: Loop, periods: float = PERIODS
 ) -> Scenario:
-    """A standard excitation, moderate as it is by default; in a loop it swells."""
+    """Return a standard excitation, moderate as it is by default; in a loop it swells."""
     return standard_scenario(
         name,
         vehicle,
@@ -90,7 +90,7 @@ def excited(
 
 
 def sampling(vehicle: Vehicle, scenario: Scenario) -> tuple[float, float]:
-    """Time between samples that are compared, and from when they count [s].
+    """Return time between samples that are compared, and from when they count [s].
 
     In a loop samples are at instants at which it acts, or between them.
     """
@@ -129,7 +129,7 @@ def flown_errors(
 
 
 def error_of(found: Any, vehicle: Vehicle) -> Array:
-    """The larger of the tip's RMSE over the arm's length and the RMS angle; infinite if it ended
+    """Return larger of the tip's RMSE over the arm's length and the RMS angle; infinite if it ended
     early."""
     tip = np.asarray(found["rmse_t_m"]) / np.asarray(excited_arm(vehicle).length)
     return np.nan_to_num(np.maximum(tip, found["angle_rad"]), nan=np.inf)

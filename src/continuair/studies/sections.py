@@ -52,7 +52,7 @@ _LEVEL = (0.0, -np.sqrt(0.5), 0.0, np.sqrt(0.5))
 
 
 def cut(count: int, *, level: bool = False) -> Vehicle:
-    """The vehicle with its arm in so many equal sections; level: held out ahead, not down."""
+    """Return vehicle with its arm in so many equal sections; level: held out ahead, not down."""
     clamped = BEAM_CONSTANT * np.sqrt(STIFFNESS / MASS_PER_LENGTH) / LENGTH**2
     section = {
         "length": LENGTH / count,
@@ -65,7 +65,7 @@ def cut(count: int, *, level: bool = False) -> Vehicle:
 
 
 def beam_constants() -> dict[str, float]:
-    """The constants of the true beam's first mode, clamped and on the free vehicle."""
+    """Return the constants of the true beam's first mode, clamped and on the free vehicle."""
     arm = {"length": LENGTH, "bending_stiffness": STIFFNESS, "mass_per_length": MASS_PER_LENGTH}
     vehicle = Vehicle(name="beam", uav=UAV, arm=arm)
     return {
@@ -74,7 +74,7 @@ def beam_constants() -> dict[str, float]:
 
 
 def constant(frequency: float) -> float:
-    """ω l² √(μ/E I) of a frequency of the arm [rad/s]."""
+    """Return ω l² √(μ/E I) of a frequency of the arm [rad/s]."""
     return float(frequency * LENGTH**2 * np.sqrt(MASS_PER_LENGTH / STIFFNESS))
 
 
@@ -89,7 +89,7 @@ def sag(count: int, load: float) -> float:
 
 
 def elastica_sag(load: float) -> float:
-    """The same of the true rod: E I θ'' = -μ g (l - s) cos θ, clamped and level at its base."""
+    """Return same of the true rod: E I θ'' = -μ g (l - s) cos θ, clamped and level at its base."""
     # Slow to import.
     from scipy.integrate import solve_bvp
 
@@ -164,14 +164,14 @@ def _row(count: int) -> dict[str, Any]:
 
 
 def _steps(vehicle: Vehicle) -> dict[Method, float]:
-    """The fixed step of each method [s]."""
+    """Return the fixed step of each method [s]."""
     engine, straight = Engine(vehicle, "coupled"), np.zeros(vehicle.layout.coordinates)
     rates = {"RK4": fastest_rate, "implicit": first_frequency}
     return {name: phase / float(rates[name](engine, straight)[0]) for name, phase in PHASES.items()}
 
 
 def _timed(vehicle: Vehicle, method: Method, step: float) -> Callable[[], None]:
-    """A hover of so many steps, alone: all else is prepared."""
+    """Return a hover of so many steps, alone: all else is prepared."""
     straight = np.zeros(vehicle.layout.coordinates)
     lasts, weight = _TIMED_STEPS * step, 9.81 * vehicle.mass
     hover = Scenario("hover", straight, duration=lasts, force=[0.0, 0.0, weight])

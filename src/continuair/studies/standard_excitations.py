@@ -181,7 +181,7 @@ def _wave(
     hertz: Array,
     last: float,
 ) -> Wave | Shared:
-    """A sine on an input's component of the vehicle, or of an arm and its sections.
+    """Return a sine on an input's component of the vehicle, or of an arm and its sections.
 
     Forces and moments are along the axes of the arm's mount.
     """
@@ -196,7 +196,7 @@ def _wave(
 
 
 def _is_level(arm: ExcitedArm) -> bool:
-    """Whether an arm's mount has the axes of the body."""
+    """Return whether an arm's mount has the axes of the body."""
     return bool((arm.axes == np.eye(3)).all())
 
 
@@ -209,7 +209,7 @@ def _turned(wave: Wave, arm: ExcitedArm, axis: int) -> Shared:
 
 
 def _shared(wave: Wave, arm: ExcitedArm) -> Shared:
-    """A wave on the first section of an arm, with what makes its further ones bend alike."""
+    """Return a wave on the first section of an arm, with what makes its further ones bend alike."""
     shares = np.zeros((*arm.moments.shape[:-1], wave.width))
     for place, section in enumerate(arm.places):
         bend_vectors(shares)[..., section, 0] = arm.moments[..., place] / arm.moments[..., 0]
@@ -217,7 +217,7 @@ def _shared(wave: Wave, arm: ExcitedArm) -> Shared:
 
 
 def _spread(wave: Wave, shares: Array) -> Shared:
-    """A wave on several components of an input, by their shares (..., width)."""
+    """Return a wave on several components of an input, by their shares (..., width)."""
     return Shared(replace(wave, width=1, component=0), shares)
 
 

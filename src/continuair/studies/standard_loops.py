@@ -32,7 +32,7 @@ _UNFELT = 1e-9
 
 
 def hover_loop(vehicle: Vehicle, loop: str, bandwidth: float | None = None) -> Controller | None:
-    """The flight controller of a loop with that bandwidth of the attitude [rad/s], or None.
+    """Return the flight controller of a loop with that bandwidth of the attitude [rad/s], or None.
 
     bandwidth: by default the fastest that `flight_controller` gives the vehicle; position and yaw
     follow from it. Raises InputError, also for a bandwidth that the vehicle is unstable with.
@@ -55,7 +55,7 @@ def hover_loop(vehicle: Vehicle, loop: str, bandwidth: float | None = None) -> C
 
 @lru_cache(maxsize=16)
 def _held(vehicle: Vehicle, bandwidth: float | None) -> Controller:
-    """The flight controller, which studies ask for with every excitation, of a vehicle."""
+    """Return the flight controller, which studies ask for with every excitation, of a vehicle."""
     return flight_controller(vehicle, attitude_bandwidth=bandwidth, bend_bandwidth=0.0)
 
 
@@ -70,7 +70,7 @@ def bent_growth(vehicle: Vehicle, held: Controller, q: Array) -> float:
 
 
 def hover_loops(vehicle: Vehicle, bandwidths: Array) -> tuple[Controller | None, Array]:
-    """The position loops of a batch's vehicles, of bandwidths (runs,) of the attitude [rad/s].
+    """Return position loops of a batch's vehicles, of bandwidths (runs,) of the attitude [rad/s].
 
     Returns those that are stable in one controller, None if none is, and which they are (runs,).
     """
@@ -87,7 +87,7 @@ def _if_stable(vehicle: Vehicle, bandwidth: float) -> Controller | None:
 
 
 def _free_sideways(held: Controller) -> Controller:
-    """A controller that neither holds the place nor slows the vehicle, but in height."""
+    """Return a controller that neither holds the place nor slows the vehicle, but in height."""
     velocity = held.gains["velocity"] * np.array([_UNFELT, _UNFELT, 1.0])
     gains = {
         "position": held.gains["position"] * np.array([0.0, 0.0, 1.0]),

@@ -86,7 +86,7 @@ class Bodies:
 
 
 def bodies(vehicle: Vehicle, position: Array, attitude: Array, bend: Array) -> Bodies:
-    """Place a vehicle; position (F, 3), attitude (F, 4), bend (F, sections, 2)."""
+    """Return place a vehicle; position (F, 3), attitude (F, 4), bend (F, sections, 2)."""
     if not vehicle.arms:
         return _alone(vehicle, position, attitude)
     body = of_quaternion(attitude)[:, None]
@@ -120,7 +120,7 @@ def bodies(vehicle: Vehicle, position: Array, attitude: Array, bend: Array) -> B
 
 
 def _alone(vehicle: Vehicle, position: Array, attitude: Array) -> Bodies:
-    """A vehicle without arms, whose tip, with a camera, is where its arm would begin."""
+    """Return a vehicle without arms, whose tip, with a camera, is where its arm would begin."""
     none, points = np.zeros(0), np.zeros((len(position), 0, 3))
     turns, angles = np.zeros((len(position), 0, 4)), np.zeros((len(position), 0))
     tip = placed(position, attitude, np.asarray(vehicle.uav.mount)[None])

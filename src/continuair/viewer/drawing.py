@@ -190,7 +190,7 @@ class Inset:
 
 
 def _heads(arrows: Array, longest: float) -> Array:
-    """The four lines of the head of each arrow (n, 2, 3), no longer than so many metres."""
+    """Return the four lines of the head of each arrow (n, 2, 3), no longer than so many metres."""
     back = arrows[:, 0] - arrows[:, 1]
     length = np.linalg.norm(back, axis=-1, keepdims=True)
     back = back / length
@@ -206,7 +206,7 @@ def _pieces(points: Array) -> Array:
 
 
 def _outline(scene: Scene) -> list[Array]:
-    """Lines of a UAV in body axes: its hull, then booms, rods to mounts and rotor rims."""
+    """Return lines of a UAV in body axes: its hull, then booms, rods to mounts and rotor rims."""
     rotors = rotors_of(scene.vehicle)
     hull = 0.22 * rotors.lever * np.column_stack([np.cos(_ROUND), np.sin(_ROUND), 0.0 * _ROUND])
     ends = [*rotors.hubs, *(np.asarray(arm.mount, float) for arm in scene.vehicle.arms)]

@@ -59,7 +59,7 @@ def scale_of(forces: dict[str, Force], longest: float) -> float:
 
 
 def _push(flight: xr.Dataset, vehicle: Vehicle, told: dict[str, Any], bodies: Bodies) -> Force:
-    """Inputs on the UAV, whose arrows begin outside of it."""
+    """Return inputs on the UAV, whose arrows begin outside of it."""
     total = np.zeros((flight.sizes["time"], 3))
     for name in ("force", "tau"):
         given = _given(told, name, flight, vehicle)
@@ -108,7 +108,7 @@ def _tip(
 
 
 def _given(told: dict[str, Any], field: str, flight: xr.Dataset, vehicle: Vehicle) -> Array | None:
-    """An input (F, n), None where it is none or not known."""
+    """Return an input (F, n), None where it is none or not known."""
     value = told.get(field)
     known = value is not None and not isinstance(value, str)
     return sampled(field, value, flight, vehicle) if known else None

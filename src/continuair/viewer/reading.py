@@ -83,7 +83,7 @@ def chosen(flights: list[Recorded], name: str | None) -> Recorded:
 
 
 def _in_folder(contents: Contents, before: str) -> Iterator[Recorded]:
-    """Flights of a study's own files, and of the studies in it."""
+    """Yield flights of a study's own files, and of the studies in it."""
     for path in sorted(contents.path.glob(f"{contents.study}_*.nc")):
         own = path.stem.removeprefix(f"{contents.study}_")
         try:

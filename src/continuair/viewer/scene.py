@@ -88,7 +88,7 @@ class Scene:
         return self.is_far(np.ptp(self.bodies.position, axis=0))
 
     def is_far(self, gone: Array) -> bool:
-        """Whether a way (3,) [m] is too long for a picture that stays."""
+        """Return whether a way (3,) [m] is too long for a picture that stays."""
         return bool(np.abs(gone).max() > _FAR * self.reach)
 
     @property
@@ -164,6 +164,6 @@ def early_end(flight: xr.Dataset, motion: Motion, model: str) -> str:
 
 
 def _placed(motion: Motion, chosen: NDArray[np.int64]) -> Bodies:
-    """The bodies at some samples; after the last of the motion they stay."""
+    """Return the bodies at some samples; after the last of the motion they stay."""
     seen = motion.rows(np.minimum(chosen, len(motion.time) - 1))
     return bodies(motion.vehicle, seen.position, seen.attitude, seen.bend)

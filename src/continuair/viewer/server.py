@@ -53,7 +53,7 @@ def close(server: Any) -> None:
 
 
 def is_own(host: str | None, origin: str | None, port: int) -> bool:
-    """Whether a request comes from a page of this server, by its headers Host and Origin.
+    """Return whether a request comes from a page of this server, by its headers Host and Origin.
 
     A page of another site in the same browser reaches the port, too, and one whose name was bound
     to this machine afterwards (DNS rebinding) names itself in Host.
@@ -104,7 +104,7 @@ def _taken(port: int) -> InputError:
 
 
 def _quietly(call: Any) -> Any:
-    """Call what prints a banner through rich, without the banner."""
+    """Return call what prints a banner through rich, without the banner."""
     from rich import get_console
 
     console = get_console()

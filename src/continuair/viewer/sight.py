@@ -89,7 +89,7 @@ def in_image(eye: Eye, depth: float) -> Array:
 
 
 def _points(scenario: dict[str, Any]) -> Array:
-    """Feature points about the centroid (n, 3), none if the result does not say."""
+    """Return feature points about the centroid (n, 3), none if the result does not say."""
     try:
         target = scenario["target"]
         target = target[0] if isinstance(target, list) else target

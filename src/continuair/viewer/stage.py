@@ -197,7 +197,7 @@ class Stage:
         camera.position = (low + high) / 2 + 1.25 * size * np.array([0.75, -0.55, 0.32])
 
     def _to_see(self) -> list[Any]:
-        """Points that the first picture holds; of one that goes along, about the start."""
+        """Return points that the first picture holds; of one that goes along, about the start."""
         bodies, aim = self.scene.bodies, self.scene.aim
         rotors = rotors_of(self.scene.vehicle)
         wide = rotors.edge * np.array([[1.0, 1.0, 0.2], [-1.0, -1.0, -0.2]])

@@ -46,7 +46,7 @@ def readable_times(vehicle: Vehicle) -> dict[str, float]:
 
 
 def uav_alone(vehicle: Vehicle, q: Array, qd: Array, gravity: float = 9.81) -> Array:
-    """Accelerations (6,) of Eq. (10) without an arm, by the same means as with one."""
+    """Return accelerations (6,) of Eq. (10) without an arm, by the same means as with one."""
     slopes = np.zeros((6, 6, 6))
     for k in range(3, 6):
         shifted = q.astype(complex)

@@ -73,7 +73,7 @@ class Shares:
 
 
 def shares_of_energy(vehicle: Vehicle, test: str) -> tuple[Shares, Shares]:
-    """Shares of the disks in the energies of the arm, and in those of the whole vehicle.
+    """Return shares of the disks in the energies of the arm, and in those of the whole vehicle.
 
     Along the coupled flight of a test with disks. Energies are summed over its samples, potential
     energy as what it has changed since the start; up to its end, if it ends early. NaN where a
@@ -111,7 +111,7 @@ def states_of_tests(vehicle: Vehicle) -> Array:
 
 
 def errors_of_tests(vehicle: Vehicle) -> dict[str, float]:
-    """RMSE of the tip between the decoupled and the coupled flight [m], by test; NaN where a
+    """Return RMSE of the tip between the decoupled and the coupled flight [m], by test; NaN where a
     tenth of the tolerance changes it."""
 
     def error(test: str, rtol: float) -> Array:
@@ -136,7 +136,7 @@ def _settled(found_within: Callable[[float], Array]) -> Array:
 
 
 def _motion(vehicle: Vehicle, flown: xr.Dataset) -> tuple[Array, Array]:
-    """q and q̇ (samples, 8) of a flight."""
+    """Return q and q̇ (samples, 8) of a flight."""
     flown = flown.sel(time=slice(None, float(flown["end_time"])))
     q, *state = (flown[name].to_numpy() for name in ("q", *_STATE))
     # Logged in body axes, integrated in world axes.
@@ -145,14 +145,14 @@ def _motion(vehicle: Vehicle, flown: xr.Dataset) -> tuple[Array, Array]:
 
 
 def _energies(vehicle: Vehicle, q: Array, qd: Array) -> Array:
-    """Kinetic energy, and the change of the potential energy, (2, samples) [J]."""
+    """Return kinetic energy, and the change of the potential energy, (2, samples) [J]."""
     kinetic = [equations.kinetic_energy(vehicle, *row) for row in zip(q, qd, strict=True)]
     potential = [equations.potential_energy(vehicle, row) for row in q]
     return np.array([kinetic, np.subtract(potential, potential[0])])
 
 
 def _energies_of_uav(vehicle: Vehicle, q: Array, qd: Array) -> Array:
-    """The same of the UAV alone."""
+    """Return the same of the UAV alone."""
     uav = vehicle.uav
     kinetic = 0.5 * uav.mass * (qd[:, :3] ** 2).sum(axis=1)
     spins = [

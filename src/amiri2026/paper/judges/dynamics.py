@@ -24,7 +24,7 @@ TIP_AXES, INERTIAL_AXES = "J_t in tip axes", "J_t in inertial axes"
 
 
 def power_balance(evidence: Evidence) -> Judgement:
-    """III-C.3: is the power of Eq. (10) that of τ and of a wrench which acts on the tip?"""
+    """Judge III-C.3: is the power of Eq. (10) that of τ and of a wrench which acts on the tip?"""
     gaps = gaps_in_power(evidence.vehicle)
     median = {reading: float(np.median(found)) for reading, found in gaps.items()}
     corrected = largest_gap(gaps[1, INERTIAL_AXES], AGREES)
@@ -93,7 +93,7 @@ MEANINGS: dict[Decoupled, str] = {
 
 
 def readings_of_decoupled(evidence: Evidence) -> Judgement:
-    """III-C.5: which off-diagonal elements are zero in the model of the paper's results?"""
+    """Judge III-C.5: which off-diagonal elements are zero in the model of the paper's results?"""
     cases = []
     for meaning, name in MEANINGS.items():
         table = evidence.table
@@ -110,7 +110,7 @@ def readings_of_decoupled(evidence: Evidence) -> Judgement:
 
 
 def _elements_beside_blocks(evidence: Evidence) -> Case:
-    """Whether errors of the tip are those of zeroed blocks with each other meaning, for the
+    """Return whether errors of the tip are those of zeroed blocks with each other meaning, for the
     vehicle."""
     errors = {
         meaning: [

@@ -25,14 +25,14 @@ which central differences twice lose 3 %, at least."""
 
 
 def flown(evidence: Evidence, model: str) -> xr.Dataset:
-    """Letter M of the study, over time."""
+    """Return letter M of the study, over time."""
     return evidence.letter.datasets["nominal"].sel(letter="M", model=model)
 
 
 def fly(
     evidence: Evidence, model: str, period: float = 1e-3, sample: float = SAMPLE, **options: Any
 ) -> xr.Dataset:
-    """Letter M of the study again; period: of control [s]; options: those of `simulate`."""
+    """Return letter M of the study again; period: of control [s]; options: those of `simulate`."""
     vehicle = equipped(evidence.vehicle, NOMINAL)
     controller = load_gains("paper").controller(vehicle)
     scenario = task(vehicle, ["M"], controller, NOMINAL.duration).replace(control_period=period)

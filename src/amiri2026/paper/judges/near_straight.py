@@ -26,7 +26,7 @@ DYNAMICS = "A threshold in the dynamics can change a flight in which ψa moves n
 
 
 def singularity_and_threshold(evidence: Evidence) -> Judgement:
-    """III-A.11: is the kinematics singular at κ = 0, and not with the threshold?"""
+    """Judge III-A.11: is the kinematics singular at κ = 0, and not with the threshold?"""
     s = evidence.vehicle.arm.length
     has_value = np.isfinite(_point_and_columns(s, 0.0)).all()
     ladder = [rank_share(s, κ / s) for κ in (1e-2, 1e-4)]
@@ -95,7 +95,7 @@ def stability_near_straight(evidence: Evidence) -> Judgement:
 
 
 def _told(flown: regularised.Flown) -> str:
-    """The effect of a threshold on a flight, as a sentence."""
+    """Return the effect of a threshold on a flight, as a sentence."""
     name = f"For {flown.vehicle} in Test {flown.test}, κ_s = {flown.κ_s:.2g} 1/m in M, C and J_t"
     if flown.ended:
         return f"{name}: {flown.ended}"

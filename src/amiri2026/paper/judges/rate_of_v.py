@@ -56,7 +56,7 @@ MADE = "gains made for the image"
 
 
 def fall_of_v(evidence: Evidence) -> Judgement:
-    """III-D.15: does V fall by ½ v_cᵀK_dv_c + λ‖e_a‖² - δ at least, with one λ > 0?"""
+    """Judge III-D.15: does V fall by ½ v_cᵀK_dv_c + λ‖e_a‖² - δ at least, with one λ > 0?"""
     found = evidence.theorem
     states = [at for scale in SCALES for at in random_states(found, scale)]
     of_made = falls(found.made, states)
@@ -178,7 +178,7 @@ def following(found: Theorem, gains: Gains) -> proof.State:
 
 
 def bound_of_delta(evidence: Evidence) -> Judgement:
-    """III-D.16: is r the target's part of ė_a, and is ‖r‖ at most R_max, in one unit?"""
+    """Judge III-D.16: is r the target's part of ė_a, and is ‖r‖ at most R_max, in one unit?"""
     rest, moving = (residuals(evidence.vehicle, rate) for rate in (0.0, RATE))
     found = np.concatenate([rest, moving])
     printed, corrected = float(np.median(found[:, 0])), float(found[:, 1].max())

@@ -79,7 +79,7 @@ def with_threshold(vehicle: Vehicle, threshold: float, *, differentiated: bool =
 
 
 def without_singularity(vehicle: Vehicle) -> Array:
-    """The same from the components of the bend vector, which are singular nowhere."""
+    """Return the same from the components of the bend vector, which are singular nowhere."""
     plain = vehicle.replace({"arm.kappa_s": 0.0})
 
     def at(κ: float) -> Array:
@@ -90,7 +90,7 @@ def without_singularity(vehicle: Vehicle) -> Array:
 
 
 def error(found: Array, true: Array) -> float:
-    """Largest error, as a share of the largest acceleration along the bend, or across it."""
+    """Return largest error, as a share of the largest acceleration along the bend, or across it."""
     off = np.abs(found - true).max(axis=0) / np.abs(true).max(axis=0)
     return float(off.max()) if np.isfinite(found).all() else float("inf")
 

@@ -121,13 +121,13 @@ def _settled(
 
 
 def _lasting(vehicle: Vehicle, loop: Loop) -> float:
-    """Clamped periods in which the slowest motion of a loop settles."""
+    """Return clamped periods in which the slowest motion of a loop settles."""
     clamped = float(excited_arm(vehicle).frequency) / (2.0 * np.pi)
     return LASTING / slowest(vehicle, loop) * clamped
 
 
 def _alike(error: float, longer: float) -> bool | None:
-    """Whether an error is that of a longer flight; None where there is none."""
+    """Return whether an error is that of a longer flight; None where there is none."""
     return bool(abs(longer - error) <= SETTLED * error) if np.isfinite(error) else None
 
 
@@ -157,7 +157,7 @@ def _errors(
 
 
 def _together(name: str, frequencies: Array, loop: Loop) -> Iterator[tuple[Array, float]]:
-    """Indices of frequencies (n,) that fly as long, and how long [clamped periods]."""
+    """Yield indices of frequencies (n,) that fly as long, and how long [clamped periods]."""
     if EXCITATIONS[name].on is None or not loop.closed:
         yield np.arange(len(frequencies)), PERIODS
         return
@@ -172,7 +172,7 @@ def _together(name: str, frequencies: Array, loop: Loop) -> Iterator[tuple[Array
 
 
 def attribute(vehicle: Vehicle, name: str, loop: Loop = NO_LOOP) -> dict[str, float]:
-    """Error of the coupled model without one coupling, at the moderate load."""
+    """Return error of the coupled model without one coupling, at the moderate load."""
     (_, periods), *_rest = _together(name, np.array([MODERATE]), loop)
     scenario = excited(vehicle, name, MODERATE, loop, periods)
     found = attribution(vehicle, scenario, *sampling(vehicle, scenario))

@@ -57,7 +57,7 @@ def tried(vehicle: Vehicle, loop: Loop) -> tuple[Array, Array]:
 
 
 def slowest(vehicle: Vehicle, loop: Loop) -> float:
-    """The rate [rad/s] of the slowest motion of a loop that holds the place."""
+    """Return the rate [rad/s] of the slowest motion of a loop that holds the place."""
     held = hover_loop(vehicle, loop.name, loop.bandwidth)
     assert held is not None
     return float(held.settings["position_bandwidth"]) * float(held.settings["integral_share"])

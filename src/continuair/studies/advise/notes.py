@@ -57,7 +57,7 @@ def _better(results: dict[str, Any]) -> list[str]:
 
 
 def _printed(limit: float) -> float:
-    """A limit as it is told."""
+    """Return a limit as it is told."""
     return float(number_below(limit)) if math.isfinite(limit) else _rank(limit)
 
 
@@ -106,7 +106,7 @@ def _unstable(results: dict[str, Any]) -> list[str]:
 
 
 def _unsettled(results: dict[str, Any]) -> list[str]:
-    """Errors that do not rest on settled cycles."""
+    """Return errors that do not rest on settled cycles."""
     if not results["excitations"]:
         return []
     if results["loop"]["name"] == "none":

@@ -55,7 +55,7 @@ class Tolerance:
 
 
 def chosen_tasks(tasks: Sequence[str]) -> list[str]:
-    """The tasks asked for, all by default, or InputError."""
+    """Return the tasks asked for, all by default, or InputError."""
     known = [*TASKS, *(f"track:{letter}" for letter in LETTERS)]
     return checks.choices("task", tasks or [*TASKS, "track:M"], known)
 
@@ -71,7 +71,7 @@ def advise(
     called: str | None = None,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
-    """Errors, limits, costs and a verdict for each task. JSON-able; raises InputError.
+    """Return errors, limits, costs and a verdict for each task. JSON-able; raises InputError.
 
     loop: that hovers while a load oscillates, one of LOOPS; bandwidth: of its attitude [rad/s], by
     default what `flight_controller` gives the vehicle; called: the vehicle, in commands that the

@@ -76,7 +76,7 @@ def tracking_notes(vehicle: Vehicle) -> list[str]:
 def _fly(
     vehicle: Vehicle, letter: str, law: Any, durations: np.ndarray, models: tuple[str, ...]
 ) -> dict[str, np.ndarray]:
-    """RMS error of the coupled plant, and |DS| of each model, by duration."""
+    """Return RMS error of the coupled plant, and |DS| of each model, by duration."""
     letters = [letter] * len(durations)
     # What a start that is off leaves, which a slow law takes long to bring home, is none of the
     # target's speed.
@@ -97,6 +97,6 @@ def _fly(
 
 
 def _speed(letter: str, duration: float) -> float:
-    """Largest speed of the letter's centroid [m/s]."""
+    """Return largest speed of the letter's centroid [m/s]."""
     velocity = paths.letter(letter, LETTER_HEIGHT, duration)(np.linspace(0.0, duration, 2001))[1]
     return float(np.linalg.norm(velocity, axis=1).max())

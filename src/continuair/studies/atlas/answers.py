@@ -78,7 +78,7 @@ def _pushed(summary: xr.Dataset) -> Answer:
 
 
 def medians(summary: xr.Dataset, kind: str) -> tuple[dict[str, float], dict[str, float]]:
-    """Median limit of each load without a loop, and in one."""
+    """Return median limit of each load without a loop, and in one."""
     names = [str(name) for name in summary["excitation"].to_numpy()]
     of = summary["kind_limit"].sel(kind=kind)
     none, loop = (of.sel(loop=name).to_numpy() for name in ("none", "position"))
@@ -93,7 +93,7 @@ def _compared(summary: xr.Dataset, kind: str, loads: Sequence[str]) -> str:
 
 
 def printed_limit(summary: xr.Dataset, limit: float) -> str:
-    """A limit over the clamped frequency as texts print it; 0 is none, infinity all."""
+    """Return a limit over the clamped frequency as texts print it; 0 is none, infinity all."""
     first, last = (float(summary["frequency"][place]) for place in (0, -1))
     if not limit >= first:
         return f"below {first:g}"
@@ -126,7 +126,7 @@ def _not(held: bool | None) -> bool | None:
 
 
 def _together(held: Iterable[bool | None]) -> str:
-    """The verdict on a claim that says several things."""
+    """Return the verdict on a claim that says several things."""
     found = list(held)
     if False in found:
         return NO
@@ -201,7 +201,7 @@ def _verdict(holds: bool) -> str:
 
 
 def _best(summary: xr.Dataset, loop: str) -> str:
-    """The single number besides frequency and coupling with which the worst load does best."""
+    """Return single number besides frequency and coupling with which the worst load does best."""
     single = {name: _explained(summary, loop, name).min() for name in NAMES}
     return max(single, key=lambda name: float(single[name]))
 
@@ -211,7 +211,7 @@ def _explained(summary: xr.Dataset, loop: str, besides: str) -> np.ndarray:
 
 
 def _each(summary: xr.Dataset, shares: np.ndarray) -> str:
-    """Shares of all excitations, with their names."""
+    """Return shares of all excitations, with their names."""
     names = summary["excitation"].to_numpy()
     told = [
         f"{round(100 * max(share, 0.0))} % ({name})"

@@ -50,7 +50,7 @@ _BATCH = 256
 
 
 def halves(flights: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
-    """The vehicles with a stable loop: those that are fitted, and those that judge."""
+    """Return the vehicles with a stable loop: those that are fitted, and those that judge."""
     count = flights.sizes["vehicle"]
     drawn = np.random.default_rng(count).permutation(count)
     fitted, judges = (flights.isel(vehicle=np.sort(each)) for each in np.array_split(drawn, 2))
@@ -61,7 +61,7 @@ def halves(flights: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
 
 
 def limits(flights: xr.Dataset, loop: str, tolerance: float) -> Array:
-    """Frequencies (excitation, vehicle) at which flown errors first leave a tolerance."""
+    """Return frequencies (excitation, vehicle) at which flown errors first leave a tolerance."""
     frequencies = flights["frequency"].to_numpy()
     errors = flights["error"].sel(loop=loop).to_numpy()
     return np.stack([crossing(frequencies, each, tolerance) for each in errors])
@@ -182,7 +182,7 @@ def kinds(flights: xr.Dataset) -> xr.Dataset:
 
 
 def rule_of(fitted: xr.Dataset, loop: str, names: Sequence[str]) -> xr.Dataset:
-    """A rule of one loop that knows some numbers, as `allowed` takes it."""
+    """Return a rule of one loop that knows some numbers, as `allowed` takes it."""
     found = fit(fitted, names, loop)
     kept = NUMBERS["position"]
     return xr.Dataset(

@@ -67,7 +67,7 @@ def _told_kinds() -> str:
 
 
 def _kinds(summary: xr.Dataset) -> list[str]:
-    """Medians of the limits that were flown, without a loop and in one."""
+    """Return medians of the limits that were flown, without a loop and in one."""
     names = [str(name) for name in summary["excitation"].to_numpy()]
     rows = []
     for kind, count in zip(summary["kind"].to_numpy(), summary["vehicles"].to_numpy(), strict=True):
@@ -78,7 +78,7 @@ def _kinds(summary: xr.Dataset) -> list[str]:
 
 
 def _limits(summary: xr.Dataset) -> list[str]:
-    """The rule's limits of some vehicles."""
+    """Return the rule's limits of some vehicles."""
     tolerance = float(summary["accepted"][0])
     names = [str(name) for name in summary["excitation"].to_numpy()]
     gravity, bandwidth = (np.array(each) for each in zip(*EXAMPLES, strict=True))

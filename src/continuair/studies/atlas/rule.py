@@ -32,17 +32,17 @@ _FAILED = 10.0
 
 
 def products(flights: xr.Dataset, names: Sequence[str]) -> Array:
-    """Terms (vehicle, terms) of some numbers of the vehicles that were flown."""
+    """Return terms (vehicle, terms) of some numbers of the vehicles that were flown."""
     return terms([scaled(name, flights[name].to_numpy(), ENDS[name]) for name in names])
 
 
 def logarithm(errors: Array) -> Array:
-    """Logarithm of errors, those of failed flights included."""
+    """Return logarithm of errors, those of failed flights included."""
     return np.log(np.minimum(errors, _FAILED))
 
 
 def fit(flights: xr.Dataset, names: Sequence[str], loop: str) -> Array:
-    """Coefficients (excitation, frequency, terms) of a rule that knows some numbers.
+    """Return coefficients (excitation, frequency, terms) of a rule that knows some numbers.
 
     flights: of vehicles with a stable loop, as `fly_vehicles` returns them.
     """
