@@ -1,4 +1,4 @@
-"""The command line itself: how errors, warnings and interrupts are told."""
+"""The command line itself: reporting of errors, warnings and interrupts."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _INTERRUPTION = (
 
 
 class Reporting(TyperGroup):
-    """Tells a user's error in its own sentence, and no traceback."""
+    """Print an InputError as its message, without traceback."""
 
     def invoke(self, ctx: Any) -> Any:
         with reporting():
@@ -38,7 +38,7 @@ class Reporting(TyperGroup):
 
 @contextmanager
 def reporting() -> Iterator[None]:
-    """Inside the block, tell errors, warnings and Ctrl-C in sentences, and end with their codes."""
+    """Print errors, warnings and Ctrl-C of the block as sentences, and exit with their codes."""
     with _interruptible() as interrupts:
         try:
             with _plain_warnings():

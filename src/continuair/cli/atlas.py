@@ -62,7 +62,7 @@ def atlas(
 
 
 def _controlled(out: str, vehicles: int | None, seed: int) -> None:
-    """Fly vehicles with a loop, and write the rule and what it is worth."""
+    """Simulate vehicles with a loop, and write the rule and its accuracy."""
     with progress_bar() as progress:
         from continuair.figures import controlled as figures
         from continuair.studies.atlas import study as study

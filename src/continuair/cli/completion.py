@@ -1,6 +1,6 @@
-"""What the Tab key offers; where it offers nothing, shells complete paths themselves.
+"""Completions of the Tab key; where there are none, shells complete paths themselves.
 
-Every key press is a process of its own, so that nothing heavy is imported here.
+Every key press starts a process, so that nothing heavy is imported here.
 """
 
 from __future__ import annotations

@@ -91,7 +91,7 @@ def identify(
 
 
 def _show(found: Fit) -> None:
-    """Show estimates with their standard errors, and what the data cannot determine."""
+    """Print estimates with their standard errors, and parameters that the data do not determine."""
     columns = zip(found.fields, found.start, found.values, found.errors, strict=True)
     rows = [
         [name, f"{start:.5g}", f"{value:.5g}", f"{error:.2g}" if error < float("inf") else "none"]

@@ -69,12 +69,12 @@ def new(
 
 
 def asks() -> bool:
-    """Return whether there is someone to ask: a terminal to read from and to ask on."""
+    """Return whether input and output are a terminal, so that questions can be asked."""
     return sys.stdin.isatty() and sys.stderr.isatty()
 
 
 def _path(file: str) -> Path:
-    """Return the new file, which must be called as vehicles are; raises InputError."""
+    """Return the new file, whose name must be valid for a vehicle; raises InputError."""
     if Path(file).suffix != ".toml":
         raise InputError(
             f"file is {shown(file)}, but vehicles are .toml files; give it a name such as "
@@ -93,7 +93,7 @@ def _copy(preset: str, name: str) -> str:
 
 
 def _answered(outline: Outline) -> Outline:
-    """Ask for each field until the answer is one that a vehicle can have."""
+    """Prompt for each field until the answer is valid for a vehicle."""
     for field, question in QUESTIONS.items():
         while True:
             default = outline.backbone_radius if field == "radius" else getattr(outline, field)

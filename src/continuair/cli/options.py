@@ -106,7 +106,7 @@ def again(name: str, **options: object) -> str:
 
 
 def refuse_unread(why: str, **options: object) -> None:
-    """Raise InputError for an option that is given, but that nothing would read, and say why."""
+    """Raise InputError, with the reason, for a given option that would have no effect."""
     for name, value in options.items():
         if value is not None:
             raise InputError(f"{name} is {value}, but {why}.")

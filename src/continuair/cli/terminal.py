@@ -1,4 +1,4 @@
-"""What commands show: tables, and the progress of long work."""
+"""Output of commands: tables, and the progress of long work."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def print_table(columns: list[str], rows: list[list[str]], err: bool = False) ->
 
 
 def _table(columns: list[str], rows: list[list[str]], folded: bool) -> Table:
-    """Words fold where they must, and headings if so asked; a number that did would be two."""
+    """Return a table whose words fold where needed, headings if asked, and numbers never."""
     from rich import box
     from rich.table import Table
     from rich.text import Text

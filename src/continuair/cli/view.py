@@ -71,7 +71,7 @@ def _serve(shown: Scene, port: int, label: str) -> None:
 
 
 def _scene(result: str, name: str | None) -> tuple[Scene, str]:
-    """Return the flight that is asked for, and what to call it."""
+    """Return the chosen flight as a scene, and its name."""
     from continuair.files import user_path
     from continuair.vehicle.vehicle import load_vehicle, preset_names
     from continuair.viewer.reading import chosen, recorded

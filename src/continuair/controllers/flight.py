@@ -5,9 +5,9 @@
     e_R = ½ (R_dᵀ R - Rᵀ R_d)^∨                 M = -I (ω_n² e_R + 2 ζ ω_n e_ω) + ω×I ω + arms
     f = F · R e_z along the body's z axis
 
-Lee, Leok and McClamroch (2010), with the gains by axis, I about the common centre of mass, and what
-is fed forward of the arms (controllers/feeding.py). A servo moves each bend's reference to its
-set-point with a lag and a largest speed, and the bend after it by spring and damper.
+Lee, Leok and McClamroch (2010), with gains per axis, I about the common centre of mass, and
+feedforward of the arms (controllers/feeding.py). A servo moves each bend's reference to its
+set-point with a lag and a largest speed; a spring and a damper make the bend follow.
 """
 
 from collections.abc import Callable, Mapping
@@ -337,9 +337,9 @@ LAWS = {name: _fed_by(name) for name in FEEDFORWARD}
 def cascade_parts(
     code: LawCode, more: Mapping[str, Any] | None = None, remembers: int = 0
 ) -> SimpleNamespace:
-    """Return gains, and the functions that the cascade consists of.
+    """Return the gains and the functions of the cascade.
 
-    more: types of further gains by name; remembers: how many numbers more are remembered.
+    more: types of further gains by name; remembers: the number of further values in memory.
     """
     Real, Sense, Bends = code.Real, code.Sense, code.Bends
     vec3, quat, mat33, above = code.vec3, code.quat, code.mat33, code.above

@@ -184,7 +184,7 @@ def _wanted(code: LawCode, parts: SimpleNamespace) -> Any:
 
 
 def _servoed(code: LawCode, parts: SimpleNamespace, wanted_of: Any, steer: Any) -> SimpleNamespace:
-    """Return the law that does what is wanted of the camera."""
+    """Return the law that makes the camera follow the wanted twist."""
     Real, Sense, Bends, vec3, bends = code.Real, code.Sense, code.Bends, code.vec3, code.bends
     Flight, above, angle_of = flight_code(code.numbers, code.tree).Flight, code.above, code.angle_of
     Gains, Memory, SetPoint = parts.Gains, parts.Memory, parts.SetPoint

@@ -1,7 +1,7 @@
 """`continuair.plot`: figures of flights, each a matplotlib figure to show or to save.
 
 A flight is a result of `simulate` for one run, or several models' with the leading dimension
-`model`; what fails is marked by a cross.
+`model`. A cross marks the end of a flight that failed.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def image(flight: xr.Dataset) -> Figure:
 def snapshots(flight: xr.Dataset, times: Sequence[float], vehicle: Vehicle | None = None) -> Figure:
     """Return side views of the vehicle at given times [s], the models overlaid.
 
-    vehicle: the one that flew, by default as the result says.
+    vehicle: by default that of the result's attributes.
     """
     _flights(flight, "bend")
     flown = vehicle_of(flight) if vehicle is None else vehicle
@@ -93,7 +93,7 @@ def snapshots(flight: xr.Dataset, times: Sequence[float], vehicle: Vehicle | Non
 
 
 def _instants(flight: xr.Dataset, times: Any) -> np.ndarray:
-    """Return times of a flight; raises InputError for what it did not last."""
+    """Return times of a flight; raises InputError for times after its end."""
     found, ends = checks.finite_array(times), flight["time"].to_numpy()[[0, -1]]
     if found is None or found.ndim != 1 or not found.size:
         raise InputError(f"times is {shown(times)}; give a list of times [s].")
@@ -153,7 +153,7 @@ def _paths(axes: Any, flights: dict[str, xr.Dataset], chosen: Any, plane: tuple[
 
 
 def _flights(flight: Any, *names: str) -> dict[str, xr.Dataset]:
-    """Flights by their model; raises InputError for what has not these variables of one run."""
+    """Return flights by their model; raises InputError if they lack these variables of one run."""
     if not isinstance(flight, xr.Dataset):
         raise InputError(f"flight is {shown(flight)}; give a Dataset of continuair.simulate.")
     for name in names:

@@ -1,4 +1,4 @@
-"""How figures look: sizes for a printed page, one colour and dash per model, a title that tells."""
+"""Style of figures: sizes for a printed page, one colour and dash per model, informative titles."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ _LINE = 1.3
 
 @contextmanager
 def applied() -> Iterator[None]:
-    """Apply the style inside the block, and restore what was set before after it."""
+    """Apply the style inside the block, and restore the settings after it."""
     with matplotlib.rc_context(_SETTINGS):
         yield
 
@@ -123,7 +123,7 @@ def head(
 
 
 def model_handles(axes: Any) -> list[Any]:
-    """Return what a legend shows of the given axes."""
+    """Return the legend's handles for the given axes."""
     return list(axes.get_legend_handles_labels()[0])
 
 
@@ -134,7 +134,7 @@ def short(value: float) -> str:
 
 
 def grouped(words: dict[str, str]) -> str:
-    """Return what is said of each model, of those alike at once, as in "9 Hz coupled and other"."""
+    """Return values of each model, equal ones together, as in "9 Hz coupled and other"."""
     models: dict[str, list[str]] = {}
     for model, text in words.items():
         models.setdefault(text, []).append(model)
@@ -154,7 +154,7 @@ def save(figure: Figure, name: str, file: Callable[[str], Path]) -> None:
 
 @contextmanager
 def pictures_only() -> Iterator[None]:
-    """Inside the block, `save` writes PNG alone, a third of the work."""
+    """Make `save` write PNG alone inside the block, a third of the work."""
     before = _formats.set(("png",))
     try:
         yield

@@ -21,7 +21,7 @@ _PIECE = 1 << 20
 def check_chunks(path: Path) -> None:
     """Raise InputError for an MCAP file, or a folder of them, with a chunk that is too large.
 
-    What is no whole MCAP file is left for its reader to refuse.
+    A file that is not complete MCAP is left to its reader.
     """
     for file in sorted(path.glob("*.mcap")) if path.is_dir() else [path]:
         with open(file, "rb") as stream:

@@ -4,7 +4,7 @@ With z = (v, ω, k̇), M(k) and the momenta π = M z, all about B's origin in bo
 
     M ż + (∂π/∂k) k̇ + (ω×π_v, ω×π_ω, -½ ∂(zᵀπ)/∂k) = f,
 
-where v̇ is what B accelerates by beyond gravity, and f the generalised forces.
+where v̇ is the acceleration of B minus gravity, and f the generalised forces.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ def _rotation(attitude: SX) -> SX:
 
 
 def _bodies(vehicle: Vehicle, arms: list[Arm]) -> list[tuple[SX, SX]]:
-    """What z moves every body by, and its inertia in that: the UAV, sections, bodies on tips."""
+    """Return the motion of every body by z, and its inertia: UAV, sections, bodies on tips."""
     n = vehicle.layout.coordinates
     inertia = ca.diagcat(vehicle.uav.mass * DM.eye(3), DM(np.array(vehicle.uav.inertia)))
     found = [(DM.eye(n)[:6, :], inertia)]
@@ -141,7 +141,7 @@ def _springs(x: dict[str, SX], arms: list[Arm]) -> SX:
 
 
 def _valid(arms: list[Arm]) -> SX:
-    """Return 1, and NaN where a section is bent beyond its range, where nothing here holds."""
+    """Return 1, or NaN where a section is bent beyond the model's range."""
     bent = [0, *(each.bent for arm in arms for each in arm.sections)]
     return ca.if_else(ca.mmax(ca.vertcat(*bent)) > 1, np.nan, 1)
 

@@ -47,7 +47,7 @@ SCENE = _object("foxglove.SceneUpdate", entities=_list(_ENTITY))
 
 
 def time(nanoseconds: int) -> Message:
-    """Return a time, and a duration."""
+    """Return a time or a duration."""
     return {"sec": nanoseconds // 10**9, "nsec": nanoseconds % 10**9}
 
 
@@ -57,7 +57,7 @@ def vector(values: Array) -> Message:
 
 
 def transform(at: int, parent: str, child: str, position: Array, attitude: Array) -> Message:
-    """Of a child frame in its parent, at a time [ns]."""
+    """Return the transform of a child frame in its parent, at a time [ns]."""
     return {
         "timestamp": time(at), "parent_frame_id": parent, "child_frame_id": child,
         "translation": vector(position), "rotation": vector(attitude),
@@ -65,7 +65,7 @@ def transform(at: int, parent: str, child: str, position: Array, attitude: Array
 
 
 def entity(at: int, frame: str, name: str, **shapes: list[Message]) -> Message:
-    """What is seen in a frame and goes with it, until one of the same name comes."""
+    """Return an entity in a frame, valid until one of the same name replaces it."""
     return {
         "timestamp": time(at), "frame_id": frame, "id": name, "lifetime": time(0),
         "frame_locked": True, **shapes,

@@ -78,7 +78,7 @@ def to_gltf(
 
 @dataclass(frozen=True)
 class _Stage:
-    """A document, the accessor of its times, and what many nodes share."""
+    """A document, the accessor of its times, and nodes' shared meshes."""
 
     glb: Glb
     times: int
@@ -89,7 +89,7 @@ class _Stage:
     """material of the arms"""
 
     def moved(self, node: int, translation: Array, rotation: Array) -> int:
-        """Return the node, on its way."""
+        """Return the node after adding its motion."""
         for path, values in (("translation", translation), ("rotation", rotation)):
             self.glb.move(node, path, self.glb.track(self.times, values))
         return node
@@ -165,7 +165,7 @@ def _joints(stage: _Stage, arm: ArmChain, bend: Array, at_tip: list[int]) -> lis
 
 
 def _disks(stage: _Stage, section: Section) -> dict[int, list[int]]:
-    """Return nodes of a section's disks, by the joint that they hang below."""
+    """Return nodes of a section's disks, by the joint above them."""
     found: dict[int, list[int]] = {}
     part = section.length / PIECES
     for disk in section.disks:
@@ -184,7 +184,10 @@ def _tip(stage: _Stage, arm: ArmChain) -> list[int]:
 
 
 def _camera(glb: Glb, camera: Camera) -> int:
-    """Below the last joint; glTF's cameras look along -z, with y up, at the image's centre."""
+    """Add the camera below the last joint.
+
+    glTF's cameras look along -z, with y up, at the image's centre.
+    """
     across, down = np.divide(camera.image_size, camera.focal_length)
     lens = {"yfov": 2.0 * float(np.arctan(down / 2.0)), "aspectRatio": float(across / down)}
     lens["znear"] = 0.01
@@ -196,7 +199,7 @@ def _camera(glb: Glb, camera: Camera) -> int:
 
 
 def _skin(stage: _Stage, arm: ArmChain, joints: list[int]) -> int:
-    """Return the tube around an arm, each of whose rings goes with one joint."""
+    """Add the tube around an arm, each of whose rings moves with one joint."""
     lengths = np.repeat([section.length / PIECES for section in arm.section], PIECES)
     heights = -np.append(0.0, np.cumsum(lengths))
     radii = np.repeat([radius_of(section) for section in arm.section], PIECES)

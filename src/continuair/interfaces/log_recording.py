@@ -30,7 +30,7 @@ _MOST_HALF = 0.85 * np.pi
 
 @dataclass(frozen=True)
 class Choices:
-    """What is taken of a log, checked: rate [Hz] or None, window [s] or None."""
+    """Checked choices of a log: rate [Hz] or None, window [s] or None."""
 
     rate: float | None
     window: tuple[float, float] | None
@@ -84,14 +84,13 @@ def check_roles(vehicle: Vehicle, roles: Any) -> None:
 def recording(
     name: str, vehicle: Vehicle, signals: Mapping[str, Signal], chosen: Choices
 ) -> Recording:
-    """Return signals by role on one even grid; raises InputError.
+    """Return signals by role on one uniform grid; raises InputError.
 
-    Measured, and taken on a spline between samples: position (n, 3) of the UAV and
-    tip (n, 3), world axes, z up [m]; attitude (n, 4), body to world, x y z w; bend (n, bends)
-    [1/m], axes of each section's base. Held, and taken by their means: thrust (n, 3) [N] and torque
-    (n, 3) [N m] on the UAV in body axes, z up; bend_moment (n, bends) [N m²]; rotors (n, rotors),
-    the thrusts that are commanded [N], of rotors that lag those of the mean speed, as which they
-    follow.
+    Measured, interpolated by a spline: position (n, 3) of the UAV and tip (n, 3), world axes, z up
+    [m]; attitude (n, 4), body to world, x y z w; bend (n, bends) [1/m], axes of each section's
+    base. Held, averaged over intervals: thrust (n, 3) [N] and torque (n, 3) [N m] on the UAV in
+    body axes, z up; bend_moment (n, bends) [N m²]; rotors (n, rotors), commanded thrusts [N]. For
+    rotors with a lag the mean is that of the speed, as the lag acts on it.
     """
     _check_widths(vehicle, signals)
     times, signals = aligned(signals, HELD, chosen.rate, chosen.window)
@@ -120,7 +119,7 @@ def recording(
 
 
 def _commanded(vehicle: Vehicle, signals: Mapping[str, Signal], times: Array) -> Array | None:
-    """Thrusts (n, rotors) [N] that are commanded, of rotors that lag those of the mean speed."""
+    """Return commanded thrusts (n, rotors) [N], of rotors with a lag those of the mean speed."""
     if "rotors" not in signals:
         return None
     if not lag_rate(vehicle).any():

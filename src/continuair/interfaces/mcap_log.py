@@ -196,7 +196,7 @@ def _numbers(
 
 
 def _rows(motion: Motion, columns: list[Column]) -> Iterator[tuple[int, Message]]:
-    """What is no number is null, as JSON has it."""
+    """Return rows with null for values that are not finite, as JSON needs."""
     table = np.column_stack([column.values for column in columns]).astype(float)
     values = table.astype(object)
     values[~np.isfinite(table)] = None

@@ -1,4 +1,4 @@
-"""What a vehicle looks like where only its masses and lengths are known."""
+"""Outlines of a vehicle of which only masses and lengths are known."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def disk_radius(disk: Disk, section: Section) -> float:
 
 
 def rotor_radius(rotors: Rotors) -> float:
-    """Return the radius of a rotor's disk [m]; without one as large as its neighbours let it be."""
+    """Return the radius of a rotor's disk [m], by default the largest that its neighbours allow."""
     if rotors.radius is not None:
         return float(rotors.radius)
     across = rotors.hubs[:, :2]
@@ -58,7 +58,7 @@ def rotor_radius(rotors: Rotors) -> float:
 
 
 def pointing(vectors: np.ndarray) -> np.ndarray:
-    """Return the least turns of z to vectors (n, 3), as quaternions (n, 4) x y z w."""
+    """Return the smallest rotations of z to vectors (n, 3), as quaternions (n, 4) x y z w."""
     x, y, z = (vectors / np.linalg.norm(vectors, axis=1, keepdims=True)).T
     # Half-way between z and the vector; straight down, half a turn about x.
     found = np.column_stack([-y, x, np.zeros(len(x)), 1.0 + z])

@@ -36,7 +36,7 @@ class _Messages:
     messages: list[Any]
 
     def rows(self, of: Callable[[Any], Any]) -> Array:
-        """What a function takes of each message (n, width), or InputError."""
+        """Return a function's values for each message (n, width), or raise InputError."""
         rows = [of(each) for each in self.messages]
         try:
             found = np.array(rows, float)
@@ -109,7 +109,7 @@ def read_rosbag(
 
 
 def _check_fields(topics: Iterable[Topic]) -> None:
-    """Raise InputError for fields of a role whose messages' types say what is what."""
+    """Raise InputError for fields of a role whose message types define them."""
     for topic in topics:
         if topic.fields and topic.role not in _NUMBERS:
             raise InputError(
@@ -120,7 +120,7 @@ def _check_fields(topics: Iterable[Topic]) -> None:
 
 
 def _read(file: Path, named: Mapping[str, Topic]) -> dict[str, _Messages]:
-    """Return role -> messages of its topic; raises InputError."""
+    """Return messages of its topic by role; raises InputError."""
     from rosbags.highlevel import AnyReader, AnyReaderError
     from rosbags.rosbag2 import ReaderError
     from rosbags.serde import SerdeError
@@ -168,7 +168,7 @@ def _refused(topic: Topic, message: Any, wanted: str) -> InputError:
 
 
 def _place(topic: Topic, message: Any) -> Any:
-    """What holds position and orientation in a message, whatever its type; or InputError."""
+    """Return the part of a message with position and orientation, or raise InputError."""
     for path in ("transform", "pose.pose", "pose"):
         found = message
         for name in path.split("."):
@@ -214,7 +214,7 @@ def _tip(found: _Messages, _: Vehicle) -> dict[str, Signal]:
 
 
 def _camera(found: _Messages, vehicle: Vehicle) -> dict[str, Signal]:
-    """Return the tip behind the camera that it carries."""
+    """Return the tip's pose from that of the camera on it."""
     pose, camera = _pose(found, vehicle), vehicle.camera
     place, attitude = pose["position"], pose["attitude"]
     check_unit(attitude)

@@ -191,7 +191,7 @@ def _instance(file: Path, log: Any, topic: Topic) -> Any:
 
 
 def _converted(topic: Topic, rows: Array, convert: Any) -> Array:
-    """Rows in our axes; those that are no numbers stay so, and are told of where they count."""
+    """Return rows in our axes; values that are not numbers stay so, and are reported if used."""
     width = len(_FIELDS[topic.role])
     if width and rows.shape[1] != width:
         raise InputError(
@@ -206,8 +206,10 @@ def _converted(topic: Topic, rows: Array, convert: Any) -> Array:
 def _check_estimate(
     topic: Topic, time: Array, data: Any, window: tuple[float, float] | None
 ) -> None:
-    """Raise InputError if PX4's estimate jumped to another one, or was said to be none, at the
-    samples that a window is read from, which are one more to either side."""
+    """Raise InputError if PX4 reset its estimate, or marked it invalid, in a window.
+
+    The samples include one more on either side.
+    """
     first, last = window or (-np.inf, np.inf)
     within = (time >= time.max(where=time <= first, initial=-np.inf)) & (
         time <= time.min(where=time >= last, initial=np.inf)

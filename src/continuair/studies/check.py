@@ -1,4 +1,4 @@
-"""What follows from a vehicle's parameters, as lines of names and values."""
+"""Properties that follow from a vehicle's parameters, as lines of names and values."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _ALIKE = 1e-3
 
 
 def at_rest(vehicle: Vehicle) -> Trim | None:
-    """Return hover that straight arms sink into; None where there is none below a full circle."""
+    """Return the equilibrium hover of the arms; None if there is none below a full circle."""
     try:
         return trim(vehicle)
     except InputError:
@@ -68,7 +68,7 @@ def facts(vehicle: Vehicle, rest: Trim | None) -> Lines:
 
 
 def modes_of(vehicle: Vehicle, rest: Trim | None) -> Lines:
-    """Modes of straight arms without gravity, and about `at_rest` with it; as MODES has them."""
+    """Return modes of straight arms without gravity, and about `at_rest` with it, as in MODES."""
     if not vehicle.arms:
         return []
     straight = np.zeros(vehicle.layout.coordinates)
@@ -105,7 +105,7 @@ def _angles(vehicle: Vehicle, rest: Trim | None) -> Lines:
 
 
 def _of_hover(vehicle: Vehicle) -> Lines:
-    """What the busiest rotor of a vehicle without arms has left of its thrust, hovering."""
+    """Return the thrust margin of the busiest rotor of a vehicle without arms in hover."""
     rotors = vehicle.uav.rotors
     if rotors is None:
         return []
@@ -115,8 +115,10 @@ def _of_hover(vehicle: Vehicle) -> Lines:
 
 
 def _of_rotors(vehicle: Vehicle) -> Lines:
-    """What the busiest rotor has left of its thrust, hovering with a straight arm and with one that
-    is bent to any side, in their wash."""
+    """Return the thrust margin of the busiest rotor in hover, arm straight or bent to any side.
+
+    Rotor wash is included.
+    """
     rotors, arm = vehicle.uav.rotors, excited_arm(vehicle)
     if rotors is None:
         return []
@@ -133,8 +135,10 @@ def _of_rotors(vehicle: Vehicle) -> Lines:
 
 
 def _left(thrusts: np.ndarray, aside: np.ndarray, rotors: Rotors) -> str:
-    """What is left of the greatest of thrusts (ways, rotors), or why they cannot be given, or hold
-    no level vehicle, as they push it aside (ways,) [N]."""
+    """Return the margin of the largest thrusts (ways, rotors), or why hover is not possible.
+
+    aside (ways,): horizontal force of the rotors on the level vehicle [N].
+    """
     if aside.max() > 0.0:
         return f"none: rotors that lean push a level vehicle sideways by {aside.max():.3g} N"
     least, most = thrusts.min(), thrusts.max()
@@ -146,7 +150,7 @@ def _left(thrusts: np.ndarray, aside: np.ndarray, rotors: Rotors) -> str:
 
 
 def _told(vehicle: Vehicle, q: np.ndarray, base: str, gravity: float) -> tuple[str, str, str]:
-    """Return different frequencies [rad/s] in order; the lowest [Hz], and its damping ratio."""
+    """Return distinct frequencies [rad/s] in order; the lowest [Hz], and its damping ratio."""
     try:
         found = modes(vehicle, q, base=base, gravity=gravity)
     except InputError:

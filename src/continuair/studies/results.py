@@ -1,4 +1,4 @@
-"""Results of studies: as JSON, and in a folder that holds nothing else."""
+"""Results of studies: as JSON, and in a folder of their own."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What cutting one arm into more sections changes: modes, sag, decoupling, step and cost."""
+"""Effects of dividing one arm into more sections: modes, sag, decoupling, step and cost."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ _LEVEL = (0.0, -np.sqrt(0.5), 0.0, np.sqrt(0.5))
 
 
 def cut(count: int, *, level: bool = False) -> Vehicle:
-    """Return vehicle with its arm in so many equal sections; level: held out ahead, not down."""
+    """Return the vehicle with its arm in equal sections; level: horizontal instead of down."""
     clamped = BEAM_CONSTANT * np.sqrt(STIFFNESS / MASS_PER_LENGTH) / LENGTH**2
     section = {
         "length": LENGTH / count,
@@ -79,7 +79,7 @@ def constant(frequency: float) -> float:
 
 
 def sag(count: int, load: float) -> float:
-    """How far the tip of the level arm hangs below its base, over the length, at μ g l³/E I."""
+    """Return the sag of the level arm's tip below its base, over the length, at μ g l³/E I."""
     gravity = load * STIFFNESS / (MASS_PER_LENGTH * LENGTH**3)
     vehicle = cut(count, level=True)
     q = trim(vehicle, gravity=gravity).q
@@ -89,7 +89,7 @@ def sag(count: int, load: float) -> float:
 
 
 def elastica_sag(load: float) -> float:
-    """Return same of the true rod: E I θ'' = -μ g (l - s) cos θ, clamped and level at its base."""
+    """Return the exact rod's sag: E I θ'' = -μ g (l - s) cos θ, clamped and level at its base."""
     # Slow to import.
     from scipy.integrate import solve_bvp
 
@@ -128,7 +128,7 @@ def sections(counts: Iterable[int] = COUNTS) -> dict[str, Any]:
 
 
 def swayed(vehicle: Vehicle) -> Scenario:
-    """The flight: the straight arm hangs at rest, the weight is carried, a force sways the UAV."""
+    """Return the flight: the straight arm at rest, the weight compensated, a force on the UAV."""
     weight = 9.81 * vehicle.mass
     rate = RATIO * BEAM_CONSTANT * np.sqrt(STIFFNESS / MASS_PER_LENGTH) / LENGTH**2
     return Scenario(
@@ -140,7 +140,7 @@ def swayed(vehicle: Vehicle) -> Scenario:
 
 
 def _row(count: int) -> dict[str, Any]:
-    """What is found of one count, its flights that are to be timed, and its coupled tip."""
+    """Return the findings of one count, its flights to be timed, and its coupled tip."""
     vehicle = cut(count)
     scenario, steps = swayed(vehicle), _steps(vehicle)
     options: Any = {"sample": _SAMPLE, "variables": ["tip_position"]}
@@ -171,7 +171,7 @@ def _steps(vehicle: Vehicle) -> dict[Method, float]:
 
 
 def _timed(vehicle: Vehicle, method: Method, step: float) -> Callable[[], None]:
-    """Return a hover of so many steps, alone: all else is prepared."""
+    """Return a hover of so many steps, with everything else prepared."""
     straight = np.zeros(vehicle.layout.coordinates)
     lasts, weight = _TIMED_STEPS * step, 9.81 * vehicle.mass
     hover = Scenario("hover", straight, duration=lasts, force=[0.0, 0.0, weight])
@@ -184,7 +184,7 @@ def _timed(vehicle: Vehicle, method: Method, step: float) -> Callable[[], None]:
 
 
 def _shortest(flights: dict[Any, Callable[[], None]]) -> dict[Any, float]:
-    """The shortest processor's time of every flight [s], in turns: others slow each other down."""
+    """Return the shortest processor time of every flight [s], taken in turns without overlap."""
     times: dict[Any, list[float]] = {key: [] for key in flights}
     for _ in range(_ROUNDS):
         for key, fly in flights.items():

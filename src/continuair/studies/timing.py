@@ -1,4 +1,4 @@
-"""How long flights take, flown in turns."""
+"""Times of flights, measured in turns."""
 
 from __future__ import annotations
 
@@ -60,7 +60,8 @@ def times_in_turns(
 ) -> dict[Key, np.ndarray]:
     """Return the times (rounds,) of every flight [s], after a round that compiles and is not timed.
 
-    The flights alternate, so that noise of the machine hits all alike. begin: called before each.
+    The flights alternate, so that noise of the machine affects all alike. begin: called before
+    each.
     """
     times: dict[Key, list[float]] = {key: [] for key in flights}
     for _ in range(rounds + 1):

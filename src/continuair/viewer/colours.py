@@ -1,4 +1,4 @@
-"""Colours of what is drawn, and as numbers."""
+"""Colours of the drawing, also as numbers."""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ class Picture:
             self._inset.show(frame)
 
     def _key(self, figure: Figure) -> None:
-        """Colours and lengths at the right, how flights ended at the left."""
+        """Draw colours and lengths at the right, and how flights ended at the left."""
         scene = self._scene
         said = [(f"{scene.model} model".strip(), DARK)]
         if scene.ghost is not None:
@@ -88,7 +88,7 @@ class Picture:
             figure.text(0.03, 0.91 - 0.035 * index, note, size=7, color="#B00020")
 
     def _bar(self, figure: Figure) -> None:
-        """The scale of colours of bends, where there are arms."""
+        """Draw the scale of colours of bends, if there are arms."""
         if not self._scene.vehicle.arms:
             return
         bar = figure.add_axes((0.06, 0.06, 0.22, 0.015))

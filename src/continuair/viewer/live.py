@@ -1,4 +1,4 @@
-"""The present of a `Simulation` as geometry, and a clock that looks at it."""
+"""The present state of a `Simulation` as geometry, and a clock that polls it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _TICK = 1.0 / 30.0
 
 
 class Watch(Clock):
-    """Looks at a simulation while another thread steps it, and shows what has changed."""
+    """Poll a simulation while another thread steps it, and show changes."""
 
     def __init__(self, simulation: Simulation, show: Callable[[Scene], None]) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""What a view says and lets be chosen, beside the picture."""
+"""Controls and texts beside the picture of a view."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Panel:
         loop.on_update(lambda _event: setattr(player, "loop", loop.value))
 
     def go_along(self) -> None:
-        """Take the picture along with the UAV from now on."""
+        """Make the picture follow the UAV from now on."""
         self._along.value = self._stage.follows = True
 
     def _add_parts(self) -> Any:
@@ -170,7 +170,7 @@ def _cross(u: float, v: float, size: float) -> str:
 
 
 def legend(stage: Stage) -> str:
-    """Return how flights ended, and what colours and lengths mean of what is shown, as HTML."""
+    """Return as HTML how flights ended, and the meaning of colours and lengths shown."""
     scene = stage.scene
     stops = ", ".join(to_hex(colour / 255.0) for colour in scale_of_bends()[::51])
     largest = np.degrees(stage.largest)

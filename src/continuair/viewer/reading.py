@@ -27,12 +27,12 @@ _STORE = "zarr.json"
 
 
 class _NoFlight(InputError):
-    """A file of ours that holds something else."""
+    """A file of ours that contains no flight."""
 
 
 @dataclass(frozen=True)
 class Recorded:
-    """A flight of a file: what it is called, and which of the file's leading dimensions it is."""
+    """A flight of a file: its name, and its index in the file's leading dimensions."""
 
     name: str
     path: Path

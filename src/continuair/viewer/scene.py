@@ -44,10 +44,10 @@ _DRAWN = ("force", "tau", "tip_wrench")
 
 @dataclass(frozen=True)
 class Scene:
-    """What is drawn of a flight, over its frames, and of another model's beside it.
+    """Geometry of a flight over its frames, and of another model's beside it.
 
-    times (F,) [s]; forces: by what they are; flying (F,): whether none has ended; notes: how they
-    ended where that was early.
+    times (F,) [s]; forces: by kind; flying (F,): whether none has ended; notes: how they ended if
+    that was early.
     """
 
     vehicle: Vehicle
@@ -93,7 +93,7 @@ class Scene:
 
     @property
     def floor(self) -> float:
-        """Height of the ground that is drawn [m]: 0, or below what starts far above or below it."""
+        """Height of the drawn ground [m]: 0, or below a flight that starts far from it."""
         lines = self.bodies.lines or (self.bodies.tip_position,)
         start = min(float(line[0, :, 2].min()) for line in lines)
         lowest = min(float(line[..., 2].min()) for line in lines)
@@ -116,10 +116,10 @@ def scene(
     scenario: Any = None,
     rate: float = RATE,
 ) -> Scene:
-    """Return the geometry of a flight of one run; raises InputError for what is none.
+    """Return the geometry of a flight of one run; raises InputError if it is not one.
 
-    vehicle: that of the result's attributes by default; ghost: the flight of another model, over
-    the same times; scenario: of the flight, from which inputs that are functions of time are known.
+    vehicle: by default that of the result's attributes; ghost: the flight of another model, over
+    the same times; scenario: of the flight, which contains its functions of time.
     """
     motion = motion_of(flight, vehicle)
     flown, times = motion.vehicle, flight["time"].to_numpy()

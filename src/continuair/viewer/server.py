@@ -1,4 +1,4 @@
-"""A viser server that only this machine reaches, and says nothing of its own."""
+"""A viser server that only this machine reaches, without messages of its own."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def is_own(host: str | None, origin: str | None, port: int) -> bool:
 
 @contextmanager
 def _answering_own_pages() -> Iterator[None]:
-    """Within it, servers that viser opens answer requests of their own pages alone."""
+    """Restrict servers that viser opens in the block to requests of their own pages."""
     from websockets.asyncio import server as sockets
 
     serve = sockets.serve
@@ -104,7 +104,7 @@ def _taken(port: int) -> InputError:
 
 
 def _quietly(call: Any) -> Any:
-    """Return call what prints a banner through rich, without the banner."""
+    """Call a function that prints a banner through rich, without the banner."""
     from rich import get_console
 
     console = get_console()

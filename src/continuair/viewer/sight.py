@@ -1,4 +1,4 @@
-"""What the camera looks with, and what it looks at."""
+"""The camera and its feature points."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Aim:
 
 
 def eye_of(flight: xr.Dataset, vehicle: Vehicle, placed: Bodies) -> Eye | None:
-    """Return the camera of a flight that looked through it."""
+    """Return the camera of a flight that used it."""
     if "features" not in flight or "feature_error" not in flight:
         return None
     camera, arm = vehicle.camera, vehicle.camera_arm
@@ -89,7 +89,7 @@ def in_image(eye: Eye, depth: float) -> Array:
 
 
 def _points(scenario: dict[str, Any]) -> Array:
-    """Return feature points about the centroid (n, 3), none if the result does not say."""
+    """Return feature points about the centroid (n, 3); none if they are not recorded."""
     try:
         target = scenario["target"]
         target = target[0] if isinstance(target, list) else target

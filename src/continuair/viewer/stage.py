@@ -19,7 +19,7 @@ _UPRIGHT = ("push", "command")
 
 
 class Stage:
-    """A scene's nodes. parts: node groups that can be hidden, by what they are.
+    """A scene's nodes. parts: node groups that can be hidden, by kind.
 
     largest: the bend angle at the end of the scale of colours [rad], by default the scene's own.
     """
@@ -62,7 +62,7 @@ class Stage:
                 self._show_camera(frame)
 
     def is_visible(self, part: str) -> bool:
-        """Tell whether a part is shown."""
+        """Return whether a part is shown."""
         return any(node.visible for node in self.parts.get(part, ()))
 
     def set_visible(self, part: str, shown: bool) -> None:
@@ -197,7 +197,7 @@ class Stage:
         camera.position = (low + high) / 2 + 1.25 * size * np.array([0.75, -0.55, 0.32])
 
     def _to_see(self) -> list[Any]:
-        """Return points that the first picture holds; of one that goes along, about the start."""
+        """Return points in the first picture, relative to the start if it follows the UAV."""
         bodies, aim = self.scene.bodies, self.scene.aim
         rotors = rotors_of(self.scene.vehicle)
         wide = rotors.edge * np.array([[1.0, 1.0, 0.2], [-1.0, -1.0, -0.2]])

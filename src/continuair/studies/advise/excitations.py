@@ -42,14 +42,12 @@ _LONGER = float(np.sqrt(10.0))
 
 
 def excite(vehicle: Vehicle, name: str, tolerance: float, loop: Loop = NO_LOOP) -> dict[str, Any]:
-    """Error of each model at the moderate load, and the frequency up to which it is tolerable.
+    """Return the error of each model at the moderate load, and the highest tolerable frequency.
 
-    limit_hz: NaN where the lowest frequency tried is not, inf where all are, None for a release or
-    a fall.
-    Errors are as `flown_errors` has them. settled, and limit_settled at the limit: whether a flight
-    that is longer, by what its loop takes to settle, says the same within a tenth, and what it
-    says; None where no loop holds the place, so that nothing settles, where there is no error, and
-    for what does not oscillate.
+    limit_hz: NaN if the lowest frequency tried exceeds the tolerance, inf if none does, None for a
+    release or a fall. Errors are those of `flown_errors`. settled, and limit_settled at the limit:
+    whether a flight longer by the loop's settling time agrees within a tenth, and its value. Both
+    are None if no loop holds the position, there is no error, or nothing oscillates.
     """
     excitation = EXCITATIONS[name]
     errors = {model: float(e[0]) for model, e in _errors(vehicle, name, [MODERATE], loop).items()}
@@ -84,7 +82,7 @@ def excite(vehicle: Vehicle, name: str, tolerance: float, loop: Loop = NO_LOOP) 
 
 
 def _amplitude(vehicle: Vehicle, name: str) -> float | None:
-    """Of the input at the moderate load and frequency, in its unit; None where nothing acts."""
+    """Return the input's amplitude at the moderate load and frequency; None without input."""
     excitation = EXCITATIONS[name]
     if excitation.amplitude is None:
         return None
@@ -140,8 +138,11 @@ def _errors(
     least: float = 0.0,
     alone: Array | None = None,
 ) -> dict[str, Array]:
-    """Error of each model at each frequency; longer: than need be, and at least so many periods;
-    alone: periods that flights last (n,), 0 for one that lasts as others do."""
+    """Return the error of each model at each frequency.
+
+    longer: longer than needed, by at least so many periods; alone: periods of flights (n,), 0 for
+    one that lasts as others do.
+    """
     frequencies = np.asarray(frequencies, float)
     errors = {model: np.empty(len(frequencies)) for model in SIMPLER}
     alone = np.zeros(len(frequencies)) if alone is None or not loop.settles else alone
@@ -157,7 +158,7 @@ def _errors(
 
 
 def _together(name: str, frequencies: Array, loop: Loop) -> Iterator[tuple[Array, float]]:
-    """Yield indices of frequencies (n,) that fly as long, and how long [clamped periods]."""
+    """Return indices of frequencies (n,) of equal duration, and the duration [clamped periods]."""
     if EXCITATIONS[name].on is None or not loop.closed:
         yield np.arange(len(frequencies)), PERIODS
         return
@@ -180,11 +181,11 @@ def attribute(vehicle: Vehicle, name: str, loop: Loop = NO_LOOP) -> dict[str, fl
 
 
 def missed(couplings: dict[str, float], error: float) -> str:
-    """The coupling whose loss errs most, or recoil where two of them cancel in part; nothing where
-    flights without each of them end early, as those of the coupled model then may.
+    """Return the coupling whose omission errs most, or "recoil" if two partly cancel.
 
-    couplings: of `attribute`; error: without all of them. `responsible` of analysis/couplings.py
-    knows one coupling only, whose shares of many flights it counts.
+    Return nothing if flights without each of them end early, as those of the coupled model then
+    may. couplings: of `attribute`; error: without all of them. `responsible` of
+    analysis/couplings.py counts one coupling only, over many flights.
     """
     if not np.isfinite(list(couplings.values())).any():
         return ""

@@ -1,4 +1,4 @@
-"""What a reader of the advice must know besides: where it comes from, and where it ends."""
+"""Notes to the advice: its origin and its limits."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def notes(results: dict[str, Any]) -> list[str]:
 
 
 def _better(results: dict[str, Any]) -> list[str]:
-    """Where the model without any coupling to the UAV does better than the decoupled one."""
+    """Return a note where the model without any coupling to the UAV beats the decoupled one."""
     found = []
     for task, of in results["verdicts"].items():
         limits = [of[model]["limit"] for model in ("independent", "decoupled")]
@@ -57,12 +57,12 @@ def _better(results: dict[str, Any]) -> list[str]:
 
 
 def _printed(limit: float) -> float:
-    """Return a limit as it is told."""
+    """Format a limit."""
     return float(number_below(limit)) if math.isfinite(limit) else _rank(limit)
 
 
 def _alone(results: dict[str, Any], task: str) -> list[str]:
-    """Where a limit is that of one excitation, and the others would allow much more."""
+    """Return a note where one excitation sets the limit, and the others would allow much more."""
     limits = results["verdicts"][task]["decoupled"].get("limits", {})
     if not limits:
         return []
@@ -91,7 +91,7 @@ def _up_to(limit: float) -> str:
 
 
 def _unstable(results: dict[str, Any]) -> list[str]:
-    """Where the bent arm makes a loop unstable that is stable with the arm as it hangs."""
+    """Return a note where a loop that is stable with the arm at rest is unstable with it bent."""
     growth = results["loop"]["growth_1_s"]
     oscillating = any(
         "hz" in of for part in results["excitations"].values() for of in part["models"].values()
@@ -106,7 +106,7 @@ def _unstable(results: dict[str, Any]) -> list[str]:
 
 
 def _unsettled(results: dict[str, Any]) -> list[str]:
-    """Return errors that do not rest on settled cycles."""
+    """Return a note on errors that do not rest on settled cycles."""
     if not results["excitations"]:
         return []
     if results["loop"]["name"] == "none":
@@ -144,7 +144,7 @@ def _error(value: float) -> str:
 
 
 def _from(results: dict[str, Any]) -> list[str]:
-    """Where what was tried begins."""
+    """Return a note on the lowest frequency tried."""
     if not (tried := _tried(results)):
         return []
     begins = max(min(hz) for hz in tried)
@@ -152,7 +152,7 @@ def _from(results: dict[str, Any]) -> list[str]:
 
 
 def _slower(results: dict[str, Any]) -> list[str]:
-    """Where gravity swings the arm faster than anything that was tried."""
+    """Return a note where the arm swings under gravity faster than any frequency tried."""
     ends = min((max(hz) for hz in _tried(results)), default=np.inf)
     swing = min(results["hovering_hz"], default=0.0)
     if swing <= ends:
@@ -170,7 +170,7 @@ def _tried(results: dict[str, Any]) -> list[list[float]]:
 
 
 def _lost(results: dict[str, Any]) -> list[str]:
-    """Where flights ended early: the coupled model's, for which there are no errors, or others."""
+    """Return a note on flights that ended early, and on errors that are therefore missing."""
     found = []
     for name, part in results["excitations"].items():
         for model, of in part["models"].items():
@@ -191,7 +191,7 @@ def _lost(results: dict[str, Any]) -> list[str]:
 
 
 def _one_plane(results: dict[str, Any]) -> list[str]:
-    """That a vehicle which turns more easily in one direction is pushed in one alone."""
+    """Return a note that loads act along x only, if the inertias about x and y differ."""
     roll, pitch, _ = np.diagonal(results["vehicle"]["uav"]["inertia"])
     if not results["excitations"] or not _are_unequal(roll, pitch):
         return []
@@ -207,7 +207,7 @@ def _are_unequal(roll: float, pitch: float) -> bool:
 
 
 def _outside(results: dict[str, Any]) -> list[str]:
-    """What of a vehicle with [arm], and of its flights, the atlas does not hold."""
+    """Return notes on properties of a vehicle with [arm], and of its flights, outside the atlas."""
     vehicle = results["vehicle"]
     if not isinstance(vehicle["arm"], dict):
         return []
@@ -246,7 +246,7 @@ def _beyond(results: dict[str, Any]) -> list[tuple[str, float, tuple[float, floa
 
 
 def _ruled(results: dict[str, Any]) -> list[str]:
-    """What the atlas's rule of controlled vehicles says, where it holds."""
+    """Return what the atlas's rule of controlled vehicles predicts, where it holds."""
     plain = isinstance(results["vehicle"]["arm"], dict)
     if results["loop"]["name"] != "position" or not plain or _beyond(results):
         return []

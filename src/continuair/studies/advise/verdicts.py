@@ -1,4 +1,4 @@
-"""What follows from errors and limits for a task: a sentence, its scope and its exceptions."""
+"""Verdicts on a task from errors and limits: a sentence, its scope and its exceptions."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _ONCE = {"release": "when the bent arm is let go", "fall": "in free fall"}
 
 
 def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
-    """What follows for a task and a model: a sentence, and its scope and exceptions.
+    """Return the verdict on a task and a model: a sentence, and its scope and exceptions.
 
-    scope: "all" frequencies or speeds tried, those "below" the limit, "none", or "undecided", where
-    the coupled model itself is lost; limits, scopes: of each excitation that oscillates [Hz];
-    except: excitations of the task, of no frequency, for which it does not hold.
+    scope: "all" frequencies or speeds tried, those "below" the limit, "none", or "undecided" if the
+    coupled model itself fails. limits, scopes: of each oscillating excitation [Hz]. except:
+    excitations of the task, without a frequency, to which it does not apply.
     """
     if task in results["tracking"]:
         found = results["tracking"][task]
@@ -78,7 +78,7 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
 
 
 def _remedy(parts: dict[str, Any], model: str) -> str:
-    """What helps where flights are lost; the load of a contact grows with the arm's stiffness."""
+    """Return the remedy for flights that fail; a contact's load grows with the arm's stiffness."""
     tip = parts.get("tip")
     if tip is not None and _is_lost(tip["models"][model]):
         load = f"its load, {tip['amplitude']:.3g} N, is more than the vehicle bears at the tip"
@@ -87,7 +87,7 @@ def _remedy(parts: dict[str, Any], model: str) -> str:
 
 
 def _missed(culprit: str) -> str:
-    """What a model misses, as a clause."""
+    """Return a clause on the effect that a model lacks."""
     return f" (what is missed: {culprit})" if culprit else ""
 
 

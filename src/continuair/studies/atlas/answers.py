@@ -1,4 +1,4 @@
-"""What the atlas of controlled vehicles says: claims with verdicts, and the numbers behind them."""
+"""Conclusions of the atlas of controlled vehicles: claims with verdicts, and their numbers."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ NAMES = {
 
 @dataclass(frozen=True)
 class Answer:
-    """A claim, whether it holds, and what that rests on."""
+    """A claim, whether it holds, and its evidence."""
 
     claim: str
     verdict: str
@@ -105,8 +105,7 @@ def _loads(names: Sequence[str]) -> str:
 
 
 def _at_least(summary: xr.Dataset, limit: float, other: float, times: float = 1.0) -> bool | None:
-    """Whether a limit is at least so many times another one; None where what was flown does not
-    tell."""
+    """Return whether a limit is at least so many times another; None if undetermined."""
     (least, most), (fewest, largest) = _within(summary, limit), _within(summary, other)
     if least >= times * largest:
         return True
@@ -114,7 +113,7 @@ def _at_least(summary: xr.Dataset, limit: float, other: float, times: float = 1.
 
 
 def _within(summary: xr.Dataset, limit: float) -> tuple[float, float]:
-    """Where a limit lies: 0 is anything below the frequencies, infinity anything above them."""
+    """Return the interval of a limit: 0 is below all frequencies, infinity above."""
     first, last = (float(summary["frequency"][place]) for place in (0, -1))
     if limit < first:
         return 0.0, first
@@ -126,7 +125,7 @@ def _not(held: bool | None) -> bool | None:
 
 
 def _together(held: Iterable[bool | None]) -> str:
-    """Return the verdict on a claim that says several things."""
+    """Return the verdict on a claim with several parts."""
     found = list(held)
     if False in found:
         return NO
@@ -201,7 +200,7 @@ def _verdict(holds: bool) -> str:
 
 
 def _best(summary: xr.Dataset, loop: str) -> str:
-    """Return single number besides frequency and coupling with which the worst load does best."""
+    """Return the number that explains most besides frequency and coupling, for the worst load."""
     single = {name: _explained(summary, loop, name).min() for name in NAMES}
     return max(single, key=lambda name: float(single[name]))
 

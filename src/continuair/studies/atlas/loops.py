@@ -120,7 +120,7 @@ def loop_scenario(vehicle: Vehicle, groups: dict[str, Array], first: int = 0) ->
 
 
 def _flown(vehicle: Vehicle, groups: dict[str, Array], first: int) -> dict[str, Array]:
-    """LOOP_ERRORS of a batch; a loop is held that keeps its target, and that is determined."""
+    """Return LOOP_ERRORS of a batch; a loop counts if it keeps its target and is determined."""
     scenario = loop_scenario(vehicle, groups, first)
     # Loops that are lost are counted, not told one by one.
     with untold():

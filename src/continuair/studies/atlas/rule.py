@@ -32,7 +32,7 @@ _FAILED = 10.0
 
 
 def products(flights: xr.Dataset, names: Sequence[str]) -> Array:
-    """Return terms (vehicle, terms) of some numbers of the vehicles that were flown."""
+    """Return terms (vehicle, terms) of some numbers of the simulated vehicles."""
     return terms([scaled(name, flights[name].to_numpy(), ENDS[name]) for name in names])
 
 
@@ -42,7 +42,7 @@ def logarithm(errors: Array) -> Array:
 
 
 def fit(flights: xr.Dataset, names: Sequence[str], loop: str) -> Array:
-    """Return coefficients (excitation, frequency, terms) of a rule that knows some numbers.
+    """Return coefficients (excitation, frequency, terms) of a rule that uses some numbers.
 
     flights: of vehicles with a stable loop, as `fly_vehicles` returns them.
     """
