@@ -1,4 +1,4 @@
-"""What one sample of control and dynamics costs with each model, and where the time goes."""
+"""Time of one sample of control and dynamics with each model, by part."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ def cost(
     *,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
-    """Median time per sample [s] of each model, one thread: dynamics, camera, control, total.
+    """Return the median time per sample [s] of each model: dynamics, camera, control, total.
 
-    A sample is one RK4 step of 1 ms and one control instant, in roll-outs of 5 s that log nothing
-    between. dynamics flies with the weight carried, which the law needs too; camera adds the image
-    of the target; control adds the law. The flights alternate, so that noise of the machine hits
-    all alike. Raises InputError.
+    It is measured on one thread. A sample is one RK4 step of 1 ms and one control update, in runs
+    of 5 s that log nothing between. dynamics includes the compensation of the weight, which the law
+    needs too; camera adds the image of the target; control adds the law. The runs alternate, so
+    that noise of the machine affects all alike. Raises InputError.
     """
     check_one_section(vehicle)
     flown, plants = equipped(vehicle, SETTINGS["nominal"]), list(models)
@@ -67,7 +67,7 @@ def cost(
 
 
 def _scenarios(vehicle: Vehicle, law: Controller) -> dict[str, Scenario]:
-    """What is flown to time the dynamics, those with the camera, and all together."""
+    """Return the scenarios of the dynamics, of those with the camera, and of all together."""
     letter = task(vehicle, ["M"], law, 50.0)
     # Straight and at rest every model stays in place with its weight carried, and in view.
     straight = np.where(np.arange(8) == 6, 0.0, letter.q)
@@ -81,7 +81,7 @@ def _scenarios(vehicle: Vehicle, law: Controller) -> dict[str, Scenario]:
 
 
 def as_table(results: dict[str, Any]) -> str:
-    """Return the results in Markdown, the paper's vehicle beside what the paper prints."""
+    """Return the results in Markdown, those of the paper's vehicle beside the printed ones."""
     parts, printed = ("dynamics", "camera", "control", "total"), results["printed_ms"]
     cells = [
         [model, *(number(1e6 * entry[f"{part}_s"], 3) for part in parts)]
@@ -139,7 +139,7 @@ def _flight(vehicle: Vehicle, scenario: Scenario, model: Model) -> Callable[[], 
 
 
 def _split(model: str, times: dict[tuple[str, str], float]) -> dict[str, float]:
-    """Time per sample of each part [s], from the times of flights that have more and more parts."""
+    """Return the time per sample of each part [s], from times of runs with more and more parts."""
     samples = DURATION / PERIOD
     parts = ("dynamics", "camera", "total")
     dynamics, camera, total = (times[model, part] / samples for part in parts)

@@ -73,5 +73,5 @@ def tip_chirp(t: float, f1: float = 1.0) -> tuple[float, ...]:
 
 
 def open_loop_flight(vehicle: Vehicle, letter: str, f1: float = 1.0) -> Scenario:
-    """An open-loop test of the paper as a vehicle flies it: no lift acts, so its rotors rest."""
+    """Return an open-loop test of the paper for a vehicle, with its rotors at rest."""
     return open_loop_test(letter, f1).replace(**still(vehicle))

@@ -1,4 +1,4 @@
-"""What studies say where Euler angles tell of no rotation."""
+"""Notes on studies in which Euler angles do not describe the rotation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Laws that stop short of control, so that the cost of what they do can be told apart."""
+"""Laws that do only part of the control, to separate the costs of the parts."""
 
 from types import SimpleNamespace
 

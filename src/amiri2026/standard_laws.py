@@ -35,7 +35,7 @@ def check_gains(gains: Gains | None, laws: Collection[str]) -> None:
 
 
 def law_of(name: str, vehicle: Vehicle, gains: Gains | None) -> Controller:
-    """A law by its name, with given gains if they are for it, else with those of its preset."""
+    """Return a law by its name, with given gains if they are for it, else with its preset's."""
     if name == "classic":
         return classic(vehicle, RATE, INNER)
     if gains is None or gains_for(gains) != name:

@@ -1,4 +1,4 @@
-"""What studies tell of rotors beside forces that act directly."""
+"""Notes on rotors at rest beside forces that act directly."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ def report(
 def _judged(
     vehicle: str, only: list[str] | None, quick: bool, folder: ResultFolder | None
 ) -> dict[str, Any]:
-    """Judge, and keep each study in a folder of its own while the next one flies."""
+    """Judge the sentences, and write each study to a folder of its own while the next one runs."""
     from continuair import load_vehicle
 
     loaded = load_vehicle(vehicle)
@@ -141,7 +141,7 @@ def _judged(
 
 
 def _writer() -> ProcessPoolExecutor:
-    """A process that writes and draws: in a thread it would take turns with Python's flights."""
+    """Return a process that writes and draws, as a thread would compete with the simulations."""
     # Ctrl-C reaches all processes of a terminal; this one ends when its work is taken from it.
     ignored = signal.SIGINT, signal.SIG_IGN
     return ProcessPoolExecutor(1, get_context("spawn"), signal.signal, ignored)

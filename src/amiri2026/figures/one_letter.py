@@ -94,7 +94,7 @@ def norm_difference_of(
 
 
 def _peaks(flights: xr.Dataset) -> str:
-    """How far ‖q̇‖ rises, at which bend, and how far the regular norm does."""
+    """Return a clause on the peak of ‖q̇‖, its bend, and the peak of the regular norm."""
     highest, bend, regular = 0.0, float("nan"), 0.0
     if _only_the_start(flights):
         return "The flights fail before a second sample"

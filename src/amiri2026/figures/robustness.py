@@ -86,7 +86,7 @@ def _top(cases: dict[str, Any]) -> float:
 
 
 def _finding(cases: dict[str, Any], laws: list[str]) -> str:
-    """How many kinds of mistakes each law bears in all sizes that were tried."""
+    """Return a sentence on how many kinds of mismatch each law tolerates in all sizes tried."""
     words = []
     for law in laws:
         mistakes = cases[law]["mistakes"].values()

@@ -237,7 +237,7 @@ def _subtitle(results: dict[str, Any]) -> str:
 
 
 def _farthest(results: dict[str, Any], largest: dict[str, tuple[float, str]]) -> str:
-    """How far off the decoupled tip gets at values that are drawn, and between them."""
+    """Return how far the decoupled tip deviates at values drawn, and between them."""
     most = max(largest, key=lambda name: largest[name][0])
     drawn = f"{short(largest[most][0])} m off where it is drawn ({most} {largest[most][1]})"
     rms = {
@@ -259,7 +259,7 @@ def _farthest(results: dict[str, Any], largest: dict[str, tuple[float, str]]) ->
 
 
 def _scatter(results: dict[str, Any]) -> str:
-    """How far the decoupled error changes between neighbouring values."""
+    """Return how much the decoupled error changes between neighbouring values."""
     factors = {}
     for name, sweep in results["sweeps"].items():
         error = np.array(sweep["between"]["rmse_xy_m"][_SHOWN], float)

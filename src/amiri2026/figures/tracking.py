@@ -199,7 +199,7 @@ def _each(flights: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
 
 
 def _drawing(dataset: xr.Dataset) -> Callable[..., None]:
-    """How curves over time are drawn: as bands behind a camera with noise."""
+    """Return the style of curves over time: bands if the camera has noise."""
     return curves.band if curves.noisy(dataset) else curves.line
 
 
@@ -265,7 +265,7 @@ def _largest(dataset: xr.Dataset, of: Callable[[xr.Dataset, str], Array], model:
 
 
 def _traced(dataset: xr.Dataset) -> str:
-    """How far, after the transient, the plants are apart and off the target."""
+    """Return a sentence on distances between plants and from the target after the transient."""
     off = {m: _largest(dataset, _off, m) for m, _ in _each(dataset)}
     apart = {m: _largest(dataset, _between, m) for m in _others(dataset)}
     strays, words = (
@@ -279,7 +279,7 @@ def _traced(dataset: xr.Dataset) -> str:
 
 
 def _erred(dataset: xr.Dataset) -> str:
-    """How large ‖e‖ and |DS| are after the transient, by plant."""
+    """Return a sentence on ‖e‖ and |DS| after the transient, by plant."""
     errors = {m: _largest(dataset, _norms, m) for m, _ in _each(dataset)}
     words = {m: f"{short(error)} px" for m, error in errors.items() if np.isfinite(error)}
     if not words:
@@ -300,7 +300,7 @@ def _norms(flights: xr.Dataset, model: str) -> Array:
 
 
 def _seen(flights: xr.Dataset) -> str:
-    """How near the points come, and whether they stay in the image."""
+    """Return a sentence on how close the points come, and whether they stay in the image."""
     pairs = flights["feature_error"].transpose(..., "pixel", "time").to_numpy()
     pairs = pairs.reshape(*pairs.shape[:-2], -1, 2, pairs.shape[-1])
     error = np.linalg.norm(pairs, axis=-2)
@@ -314,7 +314,7 @@ def _seen(flights: xr.Dataset) -> str:
 
 
 def _bounded(flight: xr.Dataset, bound: float) -> str:
-    """How far below the proof's bound the error stays, and how often the paper's V rises."""
+    """Return a sentence on the error below the proof's bound, and on rises of the paper's V."""
     reached = _late(flight, flight["servo_error"].to_numpy())
     steps = np.diff(flight["lyapunov_paper"].to_numpy())
     if not np.isfinite(reached):

@@ -1,4 +1,4 @@
-"""The first screen of the report: what the paper found, what holds, and what it means."""
+"""The first screen of the report: the paper's findings, which of them hold, and their meaning."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def overview(results: dict[str, Any]) -> list[str]:
 
 
 def counted(results: dict[str, Any]) -> str:
-    """Return how many sentences got which verdict, in a sentence, and what verdicts mean."""
+    """Return a sentence with the counts of verdicts, and what verdicts mean."""
     return f"{summary(results)} {CLASSES_EXPLAINED} {FLOWN}"
 
 
@@ -88,7 +88,7 @@ def summary(results: dict[str, Any]) -> str:
 
 
 def advice(results: dict[str, Any]) -> list[str]:
-    """Return the lines on what that means for a user, with the numbers of this run."""
+    """Return lines on the consequences for a user, with the numbers of this run."""
     found = results["table1"]
     block = next(entry for entry in found["ablations"] if "only the blocks" in entry["change"])
     pairs = ", ".join(

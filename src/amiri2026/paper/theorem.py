@@ -1,6 +1,6 @@
-"""Flights under the paper's Theorem 1: gains that fulfil it, from starts near and far.
+"""Flights under the paper's Theorem 1: gains that satisfy it, from starts near and far.
 
-Three points, as 6×6 gains ask for; continuous control, all of G cancelled, an arm without damping,
+Three points, as 6×6 gains require; continuous control, all of G cancelled, an arm without damping,
 as in Eq. (10), and an image without an edge. The paper prints no gains, no points and no starts.
 """
 
@@ -114,10 +114,10 @@ class Flown:
 
 @dataclass(frozen=True, eq=False)
 class Theorem:
-    """What was flown, the gains drawn, and how fast errors grow with each [1/s].
+    """The flights, the random gains, and the growth rates of errors with each [1/s].
 
-    vehicle: as flown, undamped and its image without an edge. target: the one at rest. steady: the
-    gains made for the image before a target with constant velocity. sound: gains drawn under the
+    vehicle: undamped and its image without an edge. target: the one at rest. steady: the gains
+    designed for the image of a target with constant velocity. sound: gains drawn under the
     conditions of the sound statement, with their growth.
     """
 
@@ -255,7 +255,7 @@ def desired_pose(vehicle: Vehicle, target: Target) -> Array:
 
 
 def starts(vehicle: Vehicle, target: Target) -> tuple[Array, Array]:
-    """q and q̇ (starts, 8), from near to far of where the desired image is seen, along with it."""
+    """Return q and q̇ (starts, 8), from near to far of the desired pose, moving with it."""
     rng = np.random.default_rng(SEED)
     q = desired_pose(vehicle, target) + offsets(rng, np.linspace(0.1, 1.0, STARTS))
     qd = np.zeros((STARTS, 8))
@@ -264,7 +264,7 @@ def starts(vehicle: Vehicle, target: Target) -> tuple[Array, Array]:
 
 
 def offsets(rng: np.random.Generator, sizes: Array) -> Array:
-    """Random offsets (n, 8) of q, at most OFFSETS times the sizes (n,); the bend is off one way."""
+    """Return random offsets (n, 8) of q up to OFFSETS times the sizes (n,); the bend's are one way."""
     found = rng.uniform(-1.0, 1.0, (len(sizes), 8)) * OFFSETS
     found[:, :7] *= sizes[:, None]
     found[:, 6] = LEAST_BEND + np.abs(found[:, 6])
@@ -308,8 +308,8 @@ def resolved_flights(
 ) -> tuple[xr.Dataset, Array]:
     """Return flights, and which (starts,) of them are resolved.
 
-    A flight is if its error_estimate is small, or if it ends early at the same time within a tenth
-    of the tolerance: what it does last is faster than any step.
+    A flight is resolved if its error_estimate is small. It also is if it ends early at the same
+    time within a tenth of the tolerance, as its final motion is faster than any step.
     """
 
     @untold("error_estimate")
@@ -331,13 +331,13 @@ def resolved_flights(
 
 
 def _end_alike(*flights: xr.Dataset) -> Array:
-    """Which runs end early in both flights, at the same time."""
+    """Return which runs end early in both flights, at the same time."""
     early = np.all([flight["status"].to_numpy() != 0 for flight in flights], axis=0)
     first, second = (flight["end_time"].to_numpy() for flight in flights)
     return np.asarray(early & (np.abs(second - first) <= ALIKE * second))
 
 
 def in_the_end(flight: xr.Dataset) -> Array:
-    """Which samples (time,) are in the last part."""
+    """Return which samples (time,) are in the last part."""
     time = flight["time"].to_numpy()
     return np.asarray(time >= (1.0 - LAST) * time[-1])

@@ -73,11 +73,11 @@ RANDOM = "random"
 
 
 def starts(vehicle: Vehicle, target: Target, runs: int, seed: int) -> xr.Dataset:
-    """All starts q (start, coordinate), at rest, whether all points are in view there, and the
-    centre (coordinate) that they are off from.
+    """Return all starts q (start, coordinate), at rest, with visibility and centre.
 
-    Coordinates of `start`: direction, off_by in its unit, and start_bend [1/m]; NaN of the random
-    ones. Raises InputError if the camera sees too little for them.
+    Visibility is whether all points are in view there; starts are offset from the centre
+    (coordinate). Coordinates of `start`: direction, off_by in its unit, and start_bend [1/m]; NaN
+    of the random ones. Raises InputError if the camera's view is too small for them.
     """
     centre = centred(vehicle, target)
     bent = along_x(vehicle, centre[3:6])
@@ -121,8 +121,10 @@ def centred(vehicle: Vehicle, target: Target) -> Array:
 
 
 def _off_along(direction: Direction, bend: float, centre: Array, bent: float) -> Array:
-    """A start for every value of a direction off a centre, bent besides [1/m] towards an angle: all
-    along the world's axes, as the image is."""
+    """Return a start for every value of a direction off a centre, also bent [1/m] towards an angle.
+
+    All are along the world's axes, as the image is.
+    """
     off = np.zeros((len(direction.values), len(COORDINATES)))
     off[:, COORDINATES.index("kappa")] = bend
     off[:, COORDINATES.index(direction.coordinate)] += direction.size * np.array(direction.values)
@@ -139,7 +141,7 @@ def _turned(centre: Array, off: Rotation) -> Array:
 
 
 def _at_random(vehicle: Vehicle, target: Target, centre: Array, runs: int, seed: int) -> Array:
-    """So many starts with all points in view. Raises InputError if the camera sees too few."""
+    """Return so many random starts with all points in view, or raise InputError."""
     rng = np.random.default_rng(seed)
     found: list[Array] = []
     for _ in range(_TRIES):
@@ -154,7 +156,10 @@ def _at_random(vehicle: Vehicle, target: Target, centre: Array, runs: int, seed:
 
 
 def _drawn(centre: Array, runs: int, rng: np.random.Generator) -> Array:
-    """Starts evenly over the disc, the heights, the tilts, the yaws and the bends, off a centre."""
+    """Return random starts over the disc, the heights, the tilts, the yaws and the bends.
+
+    They are uniform, and offset from a centre.
+    """
     share, way, height, tilt, lean, yaw, bend, towards = rng.random((8, runs))
     q = np.tile(centre, (runs, 1))
     away, around = SIDEWAYS * np.sqrt(share), 2.0 * np.pi * way

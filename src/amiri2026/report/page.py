@@ -161,7 +161,7 @@ def _fields(prefix: str, value: Any) -> Iterator[tuple[str, str]]:
 
 
 def _rendered(markdown: str) -> str:
-    """HTML of Markdown; columns are aligned by classes, as the policy allows no inline styles."""
+    """Return Markdown as HTML; classes align columns, as the policy allows no inline styles."""
     html: str = _MARKDOWN.render(markdown)
     for side in ("left", "center", "right"):
         html = html.replace(f' style="text-align:{side}"', f' class="{side}"')

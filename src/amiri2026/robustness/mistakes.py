@@ -1,4 +1,4 @@
-"""What a law does not know: its vehicle is another one, something pushes it, its camera is real."""
+"""Mismatches of a law: another vehicle, unknown loads, a real camera."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ _AROUND: dict[str, Way] = {"+x": (1.0, 0.0), "-x": (-1.0, 0.0), "+y": (0.0, 1.0)
 
 @dataclass(frozen=True)
 class Mistake:
-    """Something that is not as the law believes, by values in a unit, from small to large.
+    """A plant-model mismatch, by values in a unit, from small to large.
 
-    vehicle(nominal, value, way): what the vehicle that flies has in its place; scenario(value,
-    way): what acts on it. ways: in which directions it is tried, by name. alone: whether each value
-    flies by itself, as runs of a batch cannot differ in it.
+    vehicle(nominal, value, way): changed values of the simulated vehicle; scenario(value, way):
+    loads on it. ways: directions in which it is tried, by name. alone: whether each value needs its
+    own simulation, as runs of a batch cannot differ in it.
     """
 
     meaning: str
@@ -93,7 +93,7 @@ def _draggy(nominal: Vehicle, speed: float, way: Way) -> Changes:
 
 
 def _wind(speed: float, way: Way) -> Changes:
-    """Of each way its own draw of turbulence."""
+    """Return a random realisation of turbulence for each way."""
     wind = dryden(
         speed,
         _ALTITUDE,

@@ -1,4 +1,4 @@
-"""What judges each sentence of the paper's section on parameter sensitivity, IV-B."""
+"""Judges of the sentences of the paper's section on parameter sensitivity, IV-B."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _MODULUS, _BEND, _ROLL = "Young's modulus", "initial bend", "initial roll"
 
 @dataclass(frozen=True)
 class Claim:
-    """What a sentence is about, and the checks of its parts."""
+    """The subject of a sentence, and the checks of its parts."""
 
     about: str
     checks: tuple[Check, ...]
@@ -64,7 +64,7 @@ def judgement(results: dict[str, Any], name: str) -> Judgement:
 
 
 def view(sweeps: dict[str, Any], checks: Sequence[Check], note: str = "") -> Judgement:
-    """Return the judgement of checks on sweeps, undecided where one of them was not flown."""
+    """Return the judgement of checks on sweeps, undecided if one of them was not simulated."""
     usable = {
         parameter: sweep
         for parameter, sweep in sweeps.items()
@@ -79,7 +79,7 @@ def view(sweeps: dict[str, Any], checks: Sequence[Check], note: str = "") -> Jud
 
 
 def _unlike_a_payload(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
-    """How far the tip's displacement is from that with the arm frozen, as a share, per radius."""
+    """Return the relative difference of the tip's displacement to that of a frozen arm, per radius."""
     shares = [
         abs(row["displacement_m"] / row["displacement_frozen_m"] - 1.0)
         for row in sweeps[_RADIUS]["rows"]

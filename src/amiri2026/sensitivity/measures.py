@@ -1,4 +1,4 @@
-"""What the paper's prose on sensitivity speaks of, measured on flights.
+"""Measures of flights for the paper's prose on sensitivity.
 
 Flights are batches: Datasets over (run, time).
 """

@@ -45,10 +45,10 @@ def fly(
     most: int = 5_000_000,
     nodes: int = NODES,
 ) -> list[Flight]:
-    """Fly jobs, on all processors; as `PrintedModel.fly` does, to the tolerances of both.
+    """Simulate jobs on all processors, as `PrintedModel.fly` does, to the tolerances of both.
 
     most: evaluations of the accelerations after which a flight stops. Raises InputError for a
-    vehicle, test, model, tolerance or sample that cannot be flown.
+    vehicle, test, model, tolerance or sample that cannot be simulated.
     """
     time = sample_times(sample, duration)
     for job in jobs:

@@ -89,7 +89,7 @@ def variable(name: str) -> Expression:
 def rate(of: Any, rates: Mapping[Expression, Expression], known: dict[Any, Any]) -> Any:
     """Return the derivative of an expression in time, from those of variables; others are 0.
 
-    known: expressions whose derivative was asked for before, and these; begin with an empty one.
+    known: these derivatives and all computed earlier; start with an empty one.
     """
     if not isinstance(of, Expression):
         return 0.0

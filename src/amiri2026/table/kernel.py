@@ -1,6 +1,6 @@
 """Device code of the paper's model as printed: Eq. (10) under masks, and steps with error control.
 
-What a point's Jacobian is comes from `points` as C++ (`expressions`); the rest reads like
+A point's Jacobian is C++ code generated from `points` (`expressions`); the rest corresponds to
 `printed.PrintedModel`. Dormand and Prince's pair of orders 5 and 4.
 """
 
@@ -74,9 +74,9 @@ def jacobian_and_rate(s: Real, offset: vec3, mount: vec3, q: vec8, qd: vec8) -> 
 
 @wp.struct
 class Job:
-    """What one flight needs; points lie in arrays from `first` to `first + points`.
+    """The data of one flight; points lie in arrays from `first` to `first + points`.
 
-    test: 0 to 3 for A to D. moves: 1 for a coordinate that moves, 0 for one that is held.
+    test: 0 to 3 for A to D. moves: 1 for a coordinate that moves, 0 for one that is fixed.
     damping_on_angle: 1 if damping acts on ψa, too. torque: factor on Q_κ.
     """
 
@@ -178,7 +178,7 @@ def slope(
 
 @wp.func
 def beyond(job: Job, κ: Real, side: int) -> Real:
-    """How far κ has left its side of the jump of Remark 1; positive once it has."""
+    """Return how far κ is beyond the jump of Remark 1; negative before."""
     if side == 0:
         return wp.abs(κ) - job.threshold
     if job.threshold == ZERO:
@@ -289,7 +289,7 @@ def fly_kernel(
     states: wp.array2d(dtype=vec16),
     status: wp.array(dtype=int),
 ):
-    """Fly every job; states (jobs, samples) hold their starts, and NaN from an early end on."""
+    """Simulate every job; states (jobs, samples) hold the starts, and NaN after an early end."""
     run = wp.tid()
     job = jobs[run]
     y = states[run, 0]

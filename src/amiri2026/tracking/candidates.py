@@ -28,11 +28,11 @@ _VARIABLES = ("camera_position", "target_position", "command")
 
 @dataclass(frozen=True)
 class Outcomes:
-    """How candidates (rows) fly letters (columns) in one setting on one plant.
+    """Results of candidates (rows) on letters (columns) in one setting on one plant.
 
-    pixels, millimetres: RMS errors of the image and of the tip, at most LOST, which lost flights
-    have; effort: RMS force beyond the weight, as a share of it, 0 of lost flights; why: what became
-    of those that are lost, "" of the others.
+    pixels, millimetres: RMS errors of the image and of the tip, at most LOST, the value of failed
+    flights; effort: RMS force beyond the weight, as a share of it, 0 of failed flights; why: the
+    failure, or "".
     """
 
     pixels: Array
@@ -47,7 +47,7 @@ class Outcomes:
 
     @property
     def cost(self) -> Array:
-        """What is made small, mean over the letters (rows,)."""
+        """Return the objective, a mean over the letters (rows,)."""
         costs = np.log(self.pixels) + np.log(self.millimetres) + np.log1p(self.effort)
         return np.asarray(costs.mean(axis=1))
 

@@ -1,4 +1,4 @@
-"""What the choices within the paper's law do: one letter, each variant on two plants."""
+"""Effects of the choices within the paper's law: one letter, each variant on two plants."""
 
 from __future__ import annotations
 
@@ -48,8 +48,11 @@ class Variant:
 def law_variants(
     vehicle: Vehicle, gains: Gains, letter: str = "M", *, progress: Progress | None = None
 ) -> list[dict[str, Any]]:
-    """RMS and largest feature error, bend, tilt, DS and error_estimate (the larger of both plants)
-    of each variant. Raises InputError."""
+    """Return the results of each variant; raises InputError.
+
+    They are RMS and largest feature error, bend, tilt, DS and error_estimate, the larger of both
+    plants.
+    """
     setting = SETTINGS["nominal"]
     damped = equipped(vehicle, setting)
     given = "damping" if damped.arm.damping_ratio is None else "damping_ratio"
@@ -182,7 +185,7 @@ def _fly(
 
 
 def _largest(over_time: np.ndarray) -> float:
-    """Of the samples of a flight; NaN where it ended before the second one."""
+    """Return the largest over the samples of a flight; NaN if it ended before the second one."""
     seen = over_time[np.isfinite(over_time)]
     return float(seen.max()) if len(seen) > 1 else np.nan
 

@@ -105,7 +105,7 @@ def tracking(
 def _fly(
     name: str, vehicle: Vehicle, letters: list[str], gains: Gains, plants: list[str], steps: Steps
 ) -> tuple[Flown, dict[str, Any]]:
-    """Return trajectories of one setting over (letter, time), and what is found of them."""
+    """Return trajectories of one setting over (letter, time), and their metrics."""
     setting = SETTINGS[name]
     flown = equipped(vehicle, setting)
     controller = gains.controller(flown)
@@ -207,8 +207,8 @@ def rms_by_corner(
 def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
     """Return feature error, tip error, convergence, effort and field of view of one flight.
 
-    Errors count from `settled` [s] on; a run that ended early has NaN for them, and for what is of
-    the whole flight.
+    Errors count from `settled` [s] on. They, and values of the whole flight, are NaN for a run that
+    ended early.
     """
     late = flight.sel(time=slice(settled, None))
     error = late["feature_error"].to_numpy()
@@ -235,14 +235,16 @@ def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
 
 
 def _saturated(flight: xr.Dataset) -> dict[str, float]:
-    """Return most that rotors were asked for beyond their limits, of vehicles that have some."""
+    """Return the largest command to rotors beyond their limits, for vehicles that have some."""
     name = "largest_saturation"
     return {name: float(flight[name])} if name in flight else {}
 
 
 def _out_of_view(flight: xr.Dataset) -> float:
-    """Samples without a point, or more; after a flight has lost them all, the rest of them. NaN of
-    one that ended otherwise."""
+    """Return the number of samples with a point out of view.
+
+    After a flight has lost all points, the remaining samples count. NaN if it ended otherwise.
+    """
     if int(flight["status"]) not in (0, UNSEEN):
         return float("nan")
     seen = flight["in_view"].transpose("time", "point").to_numpy()

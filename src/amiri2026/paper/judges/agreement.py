@@ -57,7 +57,7 @@ def random_states(length: float, count: int = STATES) -> list[tuple[Array, Array
 
 
 def natural_units(length: float) -> Array:
-    """What turns coordinates (8,) in arm lengths and radians into the paper's: m, rad and 1/m."""
+    """Return factors from coordinates (8,) in arm lengths and radians to m, rad and 1/m."""
     return np.array([length] * 3 + [1.0] * 3 + [1.0 / length, 1.0])
 
 
@@ -68,7 +68,7 @@ def apart(found: Any, right: Any) -> float:
 
 
 def largest_gap(differences: Iterable[float], least: float) -> float:
-    """The largest of some differences, NaN where one is; `least` where only rounding is below."""
+    """Return the largest difference, NaN if one is; `least` if only rounding is below."""
     return largest([least, *differences])
 
 
@@ -79,7 +79,7 @@ def rate(function: Callable[[Array], Array], q: Array, qd: Array) -> Array:
 
 
 def partial(function: Callable[[Array], Array], q: Array, index: int) -> Array:
-    """The partial derivative of an analytic function of q, by a complex step: exact to rounding."""
+    """Return the partial derivative of an analytic function of q, by an exact complex step."""
     shifted = q.astype(complex)
     shifted[index] += 1e-30j
     return np.imag(function(shifted)) / 1e-30

@@ -1,4 +1,4 @@
-"""Judges of the section on visual tracking, IV-C, and of what the conclusions say of it."""
+"""Judges of the section on visual tracking, IV-C, and of the conclusions about it."""
 
 from __future__ import annotations
 
@@ -308,7 +308,7 @@ def _position(flight: xr.Dataset, _: Any) -> Array:
 
 
 def _rates(flight: xr.Dataset) -> list[Array]:
-    """Norms over time of velocity [m/s], angular velocity [rad/s] and bend rate [1/(m s)]."""
+    """Return norms over time: velocity [m/s], angular velocity [rad/s], bend rate [1/(m s)]."""
     axes = {"velocity": "axis", "angular_velocity": "axis", "bend_rate": "bend_axis"}
     return [np.linalg.norm(samples(flight, name, axis), axis=1) for name, axis in axes.items()]
 

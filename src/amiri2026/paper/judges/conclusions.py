@@ -1,4 +1,4 @@
-"""Judges of what the conclusions say of the open-loop studies, V.6 to V.12."""
+"""Judges of the conclusions on the open-loop studies, V.6 to V.12."""
 
 from __future__ import annotations
 

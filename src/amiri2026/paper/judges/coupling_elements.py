@@ -1,6 +1,6 @@
-"""Judges of what III-C says of the coupling elements of M, and of Appendix B.
+"""Judges of statements in III-C on the coupling elements of M, and of Appendix B.
 
-The threshold of Remark 1 is off, as it would end every series in κ, and the backbone is bare.
+The threshold of Remark 1 is off, as it would end every series in κ, and the backbone has no disks.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def printed_elements(vehicle: Vehicle, q: Array, κ: str, s: str) -> Array:
 
 
 def elements(vehicle: Vehicle, q: Array, κ: str = "a curvature") -> Array:
-    """Elements 17 and 18 of the mass matrix, the seventh coordinate being κ or the angle κ l."""
+    """Return elements 17 and 18 of the mass matrix, with κ or the angle κ l as coordinate 7."""
     row = equations.mass_matrix(vehicle, q)[0, 6:]
     return row / np.array([vehicle.arm.length if κ == "the total angle" else 1.0, 1.0])
 

@@ -1,4 +1,4 @@
-"""Judges of Assumption 1 of III-C: what disks add to the energies, and to the coupling."""
+"""Judges of Assumption 1 of III-C: contributions of disks to the energies and the coupling."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Spacer disks of a published tendon-driven arm, and what they are beside the backbone.
+"""Spacer disks of a published tendon-driven arm, and their share beside the backbone.
 
 The paper prints no disks. These are of the arm of Till, Aloi and Rucker, "Real-time dynamics of
 soft and continuum robots based on Cosserat rod models", Int. J. Robotics Research 38 (2019), with
@@ -61,7 +61,7 @@ def with_disks(vehicle: Vehicle) -> Vehicle:
 
 @dataclass(frozen=True)
 class Shares:
-    """What the disks make up of kinetic and of potential energy along a flight."""
+    """Shares of the disks in kinetic and in potential energy along a flight."""
 
     kinetic: float
     potential: float
@@ -75,8 +75,8 @@ class Shares:
 def shares_of_energy(vehicle: Vehicle, test: str) -> tuple[Shares, Shares]:
     """Return shares of the disks in the energies of the arm, and in those of the whole vehicle.
 
-    Along the coupled flight of a test with disks. Energies are summed over its samples, potential
-    energy as what it has changed since the start; up to its end, if it ends early. NaN where a
+    They are computed along the coupled flight of a test with disks, up to its end if it ends early.
+    Energies are summed over its samples, potential energy as its change since the start. NaN if a
     tenth of the tolerance changes them.
     """
     full = with_disks(vehicle)
@@ -128,7 +128,7 @@ def _fly(vehicle: Vehicle, test: str, rtol: float) -> xr.Dataset:
 
 
 def _settled(found_within: Callable[[float], Array]) -> Array:
-    """What is found within RTOL; NaN unless a tenth of it gives the same."""
+    """Return the values found within RTOL; NaN unless a tenth of it gives the same."""
     with angles_unread():
         found, finer = found_within(RTOL), found_within(0.1 * RTOL)
     same = (np.abs(found - finer) <= _SAME * np.abs(finer)).all()

@@ -1,4 +1,4 @@
-"""Judges of what the conclusions say of visual tracking, V.13 to V.15."""
+"""Judges of the conclusions on visual tracking, V.13 to V.15."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Judges of the section on control, III-D: what its camera sees, Eqs. (11) to (14), and J_L."""
+"""Judges of the section on control, III-D: the camera's image, Eqs. (11) to (14), and J_L."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def error_rate(evidence: Evidence) -> Judgement:
 
 
 def seen_after(time: float, points: Array, camera: Array, target: Array) -> Array:
-    """Return image (2n,) of points that move as a body, seen by a camera that moves.
+    """Return the image (2n,) of points that move as a body, from a camera that moves.
 
     points: (n, 3) in camera axes at time 0. camera: its twist in its own axes; target: velocity of
     the points' centre and angular velocity, in camera axes at time 0.

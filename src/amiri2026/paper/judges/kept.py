@@ -1,4 +1,4 @@
-"""Whether what a flight loses is its model's or an error of the integration."""
+"""Whether a loss along a flight is due to its model or to an error of the integration."""
 
 from __future__ import annotations
 

@@ -341,7 +341,7 @@ def _regular(vehicle: Vehicle) -> Vehicle:
 
 
 def _printed_point(s: float, sign: float = 1.0) -> Callable[[Array], Array]:
-    """Return eqs. (1) and (2) as a function of q; sign -1 lets the arm hang."""
+    """Return Eqs. (1) and (2) as a function of q; with sign -1 the arm hangs."""
 
     def at(q: Array) -> Array:
         return as_printed.position(s * OFFSET, s, q[6], q[7]) * [1.0, 1.0, sign]

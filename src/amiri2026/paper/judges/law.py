@@ -317,9 +317,9 @@ def error_bound(gains: Gains, largest: float) -> float:
 
 
 def ultimate_share(gains: Gains, largest: float = 1.0) -> float:
-    """Return where e ends from 100 times its bound, as a share of it, under an e_a along e.
+    """Return the final e from 100 times its bound, as a share of it, under an e_a along e.
 
-    Implicit Euler in the linear terms, stable at any step, until what is slowest has decayed.
+    Implicit Euler in the linear terms, stable at any step, until the slowest mode has decayed.
     """
     bound = error_bound(gains, largest)
     slowest = float(np.linalg.eigvals(np.linalg.solve(gains["Cd"], gains["Cp"])).real.min())

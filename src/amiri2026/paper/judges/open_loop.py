@@ -187,7 +187,7 @@ def _falls(vehicle: Vehicle) -> Judgement:
 
 
 def off_free_fall(vehicle: Vehicle, flight: xr.Dataset) -> float:
-    """How far the centre of mass of a flight (one, time) gets from that of a free fall [m]."""
+    """Return the deviation of the centre of mass of a flight (one, time) from free fall [m]."""
     com, _ = mass_distribution(vehicle, samples(flight, "bend", "bend_axis"))
     (places,), time = centre_of_mass(flight, com), flight["time"].to_numpy()
     fall = np.outer(time**2, [0.0, 0.0, -0.5 * GRAVITY])

@@ -176,7 +176,7 @@ def largest_errors(evidence: Evidence) -> Judgement:
 
 
 def same(ours: float, printed: float) -> bool:
-    """Tell whether a number is that of the sentence."""
+    """Return whether a number is that of the sentence."""
     return abs(ours / printed - 1.0) <= SAME
 
 

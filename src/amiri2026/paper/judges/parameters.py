@@ -45,7 +45,7 @@ def _judge(name: str, more: Callable[[Evidence], list[Case]], evidence: Evidence
 
 
 def _case(found: Swept, checks: tuple[Check, ...], reading: str = "") -> Case:
-    """Return the case of checks on sweeps; reading: what is added to that of f."""
+    """Return the case of checks on sweeps; reading: an addition to that of f."""
     told = f"{found.reading}, {reading}" if reading else found.reading
     return Case(found.vehicle, told, view(found.sweeps, checks))
 
@@ -133,7 +133,7 @@ def _longer_drawn(evidence: Evidence) -> list[Case]:
 
 
 def _drawn_vehicle(vehicle: Vehicle, drawn: DrawnSweep, index: int) -> Vehicle:
-    """Return a vehicle drawn, named by what was drawn but its length, which the sweep varies."""
+    """Return a random vehicle, named by its parameters except the length, which varies."""
     fields: dict[str, Any] = {key: column[index] for key, column in drawn.fields.items()}
     name = (
         f"UAV of {fields['uav.mass']:.3g} kg with an arm of radius "

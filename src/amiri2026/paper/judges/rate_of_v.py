@@ -161,7 +161,7 @@ def _with_delta(at: proof.State, gains: Gains, r: Callable[..., Array]) -> float
 def following(found: Theorem, gains: Gains) -> proof.State:
     """Return the state in which the camera keeps pace with a target, and no force acts.
 
-    Eq. (15) then asks for K_p e_a = K_d v_c, which determines e; the desired image is the one with
+    Eq. (15) then requires K_p e_a = K_d v_c, which determines e; the desired image is the one with
     that e.
     """
     q, qd = desired_pose(found.vehicle, found.target), SPEED * np.eye(8)[0]
@@ -207,7 +207,7 @@ def bound_of_delta(evidence: Evidence) -> Judgement:
 
 
 def residuals(vehicle: Vehicle, rate: float) -> Array:
-    """Return what the printed and the corrected r leave at random motions (MOTIONS, 2), relative.
+    """Return relative residuals of the printed and the corrected r at random motions (MOTIONS, 2).
 
     rate: largest entries of q̇ and q̈; 0 for a vehicle at rest.
     """

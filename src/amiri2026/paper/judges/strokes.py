@@ -1,4 +1,4 @@
-"""What the letters of the closed-loop task are made of."""
+"""Strokes of the letters of the closed-loop task."""
 
 from __future__ import annotations
 

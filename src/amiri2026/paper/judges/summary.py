@@ -1,4 +1,4 @@
-"""Judges of the abstract and of what the conclusions say of the models, V.1 to V.5."""
+"""Judges of the abstract and of the conclusions on the models, V.1 to V.5."""
 
 from __future__ import annotations
 

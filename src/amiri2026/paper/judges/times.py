@@ -1,4 +1,4 @@
-"""What the plants cost to compute, and verdicts on it: never within the noise of timing."""
+"""Computing times of the plants, and verdicts on them: never within the noise of timing."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def by_margin(evidence: Evidence, excess: float) -> str:
 
 
 def unexplained(evidence: Evidence) -> float:
-    """Return share of the coupled plant's time that the dynamics leave of what decoupling saves.
+    """Return the part of the saved time that the dynamics do not explain, over the coupled time.
 
-    It is noise where it is not 0: camera and law run the same code with both plants.
+    It is noise if not 0, as camera and law run the same code with both plants.
     """
     dynamics, total = seconds(evidence, "dynamics"), seconds(evidence, "total")
     put_back = dynamics["coupled"] - dynamics["decoupled"]
@@ -49,7 +49,7 @@ def saving(evidence: Evidence) -> float:
 
 
 def measured(evidence: Evidence) -> dict[str, float]:
-    """Return times of both plants by name, as a judgement holds them."""
+    """Return times of both plants by name, as stored in a judgement."""
     parts = {"dynamics": "dynamics", "sampling instant": "total"}
     return {
         f"{name}, {model} [s]": value
