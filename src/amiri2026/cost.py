@@ -112,14 +112,14 @@ def as_table(results: dict[str, Any]) -> str:
 
 
 def ratio(models: dict[str, Any]) -> float | None:
-    """Return time of the decoupled over the coupled model as measured; None without both."""
+    """Return the time of the decoupled over the coupled model as measured; None without both."""
     if not set(PLANTS) <= set(models):
         return None
     return float(models["decoupled"]["total_s"] / models["coupled"]["total_s"])
 
 
 def ratio_printed() -> float:
-    """Return time of the decoupled over the coupled model that the paper prints."""
+    """Return the time of the decoupled over the coupled model that the paper prints."""
     return PRINTED_MS["decoupled"] / PRINTED_MS["coupled"]
 
 

@@ -161,7 +161,7 @@ def _unconverged(entries: dict[str, dict[str, Any]]) -> list[str]:
 
 
 def _tip(dataset: xr.Dataset) -> dict[str, dict[str, Array]]:
-    """Return label -> model -> values (time,) of the tip's position and attitude."""
+    """Return the label -> model -> values (time,) of the tip's position and attitude."""
     found: dict[str, dict[str, Array]] = {}
     fall = 0.5 * float(dataset.attrs["gravity"]) * dataset["time"].to_numpy() ** 2
     for model, flight in _each(dataset):
@@ -275,7 +275,7 @@ def _followed(dataset: xr.Dataset, model: str) -> bool:
 
 
 def _apart(coupled: xr.Dataset, flight: xr.Dataset) -> tuple[Array, Array]:
-    """Return distance [m] and angle [rad] between two tips, (time,)."""
+    """Return the distance [m] and angle [rad] between two tips, (time,)."""
     tips = [samples(one, "tip_position", "axis") for one in (coupled, flight)]
     turned = [samples(one, "tip_attitude", "quaternion") for one in (coupled, flight)]
     return np.linalg.norm(tips[1] - tips[0], axis=-1), geodesic_angle(*turned)

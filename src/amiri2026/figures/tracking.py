@@ -234,7 +234,7 @@ def _trace(axes: Any, flights: xr.Dataset) -> None:
 
 
 def _between(flights: xr.Dataset, model: str) -> Array:
-    """Return distance between the cameras of a plant and of the coupled one (time,) [m]."""
+    """Return the distance between the cameras of a plant and of the coupled one (time,) [m]."""
     own, coupled = (
         samples(flights.sel(model=name), "camera_position", "axis") for name in (model, REFERENCE)
     )

@@ -264,7 +264,7 @@ def starts(vehicle: Vehicle, target: Target) -> tuple[Array, Array]:
 
 
 def offsets(rng: np.random.Generator, sizes: Array) -> Array:
-    """Return random offsets (n, 8) of q up to OFFSETS times the sizes (n,); the bend's are one way."""
+    """Return random offsets (n, 8) of q up to OFFSETS times sizes (n,); one way in the bend."""
     found = rng.uniform(-1.0, 1.0, (len(sizes), 8)) * OFFSETS
     found[:, :7] *= sizes[:, None]
     found[:, 6] = LEAST_BEND + np.abs(found[:, 6])

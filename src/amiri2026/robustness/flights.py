@@ -59,7 +59,7 @@ class Wrong:
 
 
 def groups(wrong: list[Wrong]) -> list[list[Wrong]]:
-    """Return mistakes that fly in one batch."""
+    """Return mismatches of one batch."""
     together = [each for each in wrong if not each.alone]
     return [*([together] if together else []), *([each] for each in wrong if each.alone)]
 

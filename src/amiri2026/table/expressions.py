@@ -73,11 +73,11 @@ class Expression:
     __radd__, __rmul__ = __add__, __mul__
 
     def sin(self) -> Any:
-        """Return called by np.sin."""
+        """Return the sine, for np.sin."""
         return -self.operands[0].sin() if self.operation == "neg" else _made("sin", self)
 
     def cos(self) -> Any:
-        """Return called by np.cos."""
+        """Return the cosine, for np.cos."""
         return self.operands[0].cos() if self.operation == "neg" else _made("cos", self)
 
 

@@ -227,7 +227,7 @@ def advanced(tableau: wp.array2d(dtype=Real), y: vec16, h: Real, k: stages) -> v
 def error_of(
     tableau: wp.array2d(dtype=Real), y: vec16, after: vec16, h: Real, k: stages, tolerance: Real
 ) -> Real:
-    """Return root mean square of the estimated errors over tolerance (1 + |y|)."""
+    """Return the root mean square of the estimated errors over tolerance (1 + |y|)."""
     total = Real(0.0)
     for i in range(16):
         error = Real(0.0)

@@ -180,7 +180,7 @@ def _difference(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, float]:
 
 
 def ds_extremes(coupled: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
-    """Return largest |DS| before and after the transient [px]."""
+    """Return the largest |DS| before and after the transient [px]."""
     size = np.abs(norm_difference(coupled, other))
     early = coupled["time"].to_numpy() < TRANSIENT
     # A flight that ended early has no largest difference in a part that it has not flown through.

@@ -177,7 +177,7 @@ class Controller(Immutable):
                 )
 
     def describe(self) -> dict[str, object]:
-        """Return name and settings in types of JSON.
+        """Return the name and settings in types of JSON.
 
         Returns
         -------

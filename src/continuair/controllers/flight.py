@@ -209,7 +209,7 @@ def flight_controller(
 
 
 def _known(vehicle: Vehicle) -> dict[str, np.ndarray]:
-    """Return mass [kg] and inertia (3, 3) [kg m²] that are among the gains for a vehicle."""
+    """Return the mass [kg] and inertia (3, 3) [kg m²] that are among the gains for a vehicle."""
     found = hover(vehicle, GRAVITY)
     return {"mass": np.array(found.mass), "inertia": found.inertia}
 

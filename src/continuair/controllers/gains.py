@@ -50,7 +50,7 @@ def design(
     cap: ArrayLike | None = None,
     bend_rate: float | None = None,
 ) -> ServoingGains:
-    """Return design gains for `servoing` by placing the poles of the camera's motion.
+    """Design gains for `servoing` by placing the poles of the camera's motion.
 
     Parameters
     ----------

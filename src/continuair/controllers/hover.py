@@ -103,7 +103,7 @@ def hover(vehicle: Vehicle, gravity: float, bend: tuple[float, ...] | None = Non
 
 
 def _sideways(vehicle: Vehicle) -> Array:
-    """Return side forces (2, 4) of the rotors per unit of thrust and of each moment.
+    """Return the side forces (2, 4) of the rotors per unit of thrust and of each moment.
 
     They are 0 for upright rotors, and for rotors that can produce any wrench without them.
     """
@@ -161,7 +161,7 @@ def _height(level: Vehicle, bend: Array) -> float:
 
 
 def _height_slope(level: Vehicle, bend: Array) -> Array:
-    """Return first derivatives (bends,) of Σ m z by the bend vectors, at bends (bends,)."""
+    """Return the first derivatives (bends,) of Σ m z by the bend vectors, at bends (bends,)."""
     steps = np.diag(_SMALL_TURN / _lengths(level))
     both = [_height(level, bend + each) - _height(level, bend - each) for each in steps]
     return np.array(both) / (2.0 * np.diag(steps))

@@ -73,7 +73,7 @@ def facing(vehicle: Vehicle, point: ArrayLike, distance: ArrayLike) -> tuple[Arr
 
 
 def project(points: ArrayLike) -> Array:
-    """Return project points in camera axes into the normalised image.
+    """Project points in camera axes into the normalised image.
 
     Parameters
     ----------

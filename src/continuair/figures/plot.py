@@ -73,7 +73,7 @@ def image(flight: xr.Dataset) -> Figure:
 
 
 def snapshots(flight: xr.Dataset, times: Sequence[float], vehicle: Vehicle | None = None) -> Figure:
-    """Return side views of the vehicle at given times [s], the models overlaid.
+    """Return the side views of the vehicle at given times [s], the models overlaid.
 
     vehicle: by default that of the result's attributes.
     """
@@ -106,7 +106,7 @@ def _instants(flight: xr.Dataset, times: Any) -> np.ndarray:
 
 
 def _room(vehicle: Vehicle, flights: dict[str, xr.Dataset], times: np.ndarray) -> float:
-    """Return distance at which snapshots do not meet [m]."""
+    """Return the distance at which snapshots do not meet [m]."""
     ends = [-0.4 * float(vehicle.reach), 0.4 * float(vehicle.reach)]
     for one in flights.values():
         # Each sample once and in order, whatever order the times are in.

@@ -49,7 +49,7 @@ class Signal:
         return np.asarray(make_interp_spline(self.time, self.values, k=order)(times))
 
     def turned_at(self, times: Array) -> Array:
-        """Return unit quaternions (n, 4), interpolated as by `at`."""
+        """Return the unit quaternions (n, 4), interpolated as by `at`."""
         between = replace(self, values=unflipped(self.values)).at(times)
         return np.asarray(between / np.linalg.norm(between, axis=1, keepdims=True))
 

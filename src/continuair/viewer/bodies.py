@@ -86,7 +86,7 @@ class Bodies:
 
 
 def bodies(vehicle: Vehicle, position: Array, attitude: Array, bend: Array) -> Bodies:
-    """Return place a vehicle; position (F, 3), attitude (F, 4), bend (F, sections, 2)."""
+    """Place a vehicle; position (F, 3), attitude (F, 4), bend (F, sections, 2)."""
     if not vehicle.arms:
         return _alone(vehicle, position, attitude)
     body = of_quaternion(attitude)[:, None]

@@ -35,7 +35,7 @@ def terms(vehicle: Vehicle, mask: str) -> int:
 
 
 def readable_times(vehicle: Vehicle) -> dict[str, float]:
-    """Return median times [s] in NumPy: "whole" of Eq. (10), its "spring", the "UAV" alone."""
+    """Return the median times [s] in NumPy: "whole" of Eq. (10), its "spring", the "UAV" alone."""
     q, qd = _general_state()
     cases = {
         "whole": lambda: equations.forward_dynamics(vehicle, q, qd),

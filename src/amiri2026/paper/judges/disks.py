@@ -145,7 +145,7 @@ def _motion(vehicle: Vehicle, flown: xr.Dataset) -> tuple[Array, Array]:
 
 
 def _energies(vehicle: Vehicle, q: Array, qd: Array) -> Array:
-    """Return kinetic energy, and the change of the potential energy, (2, samples) [J]."""
+    """Return the kinetic energy, and the change of the potential energy, (2, samples) [J]."""
     kinetic = [equations.kinetic_energy(vehicle, *row) for row in zip(q, qd, strict=True)]
     potential = [equations.potential_energy(vehicle, row) for row in q]
     return np.array([kinetic, np.subtract(potential, potential[0])])

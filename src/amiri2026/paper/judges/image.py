@@ -136,7 +136,7 @@ def seen_after(time: float, points: Array, camera: Array, target: Array) -> Arra
 
 
 def off(found: Array, right: Array) -> float:
-    """Return difference of two vectors, relative."""
+    """Return the difference of two vectors, relative."""
     return float(np.linalg.norm(found - right) / np.linalg.norm(right))
 
 
@@ -288,7 +288,7 @@ def sizes_fit(n: int) -> bool:
 
 
 def listed(values: list[int]) -> str:
-    """Return whole numbers as evidence prints them."""
+    """Format whole numbers as evidence prints them."""
     return " and ".join(str(value) for value in values) or "no number of points"
 
 

@@ -38,7 +38,7 @@ STRAIGHT = "straight arm at the start"
 
 
 def _judge(name: str, more: Callable[[Evidence], list[Case]], evidence: Evidence) -> Judgement:
-    """Return by the checks of the sentence with all sweeps, and by more cases."""
+    """Judge by the checks of the sentence with all sweeps, and by more cases."""
     claim = CLAIMS[name]
     cases = [_case(found, claim.checks) for found in swept(evidence)]
     return over_cases([*cases, *more(evidence)], claim.note)
@@ -55,7 +55,7 @@ def _none(evidence: Evidence) -> list[Case]:
 
 
 def _one_sweep(evidence: Evidence) -> list[Case]:
-    """Return IV-B.2 for vehicles that differ in one dimension of the arm alone."""
+    """Judge IV-B.2 for vehicles that differ in one dimension of the arm alone."""
     cases = []
     for found in swept(evidence):
         for name, plural in ((RADIUS, "radii"), (LENGTH, "lengths")):
@@ -65,13 +65,13 @@ def _one_sweep(evidence: Evidence) -> list[Case]:
 
 
 def _printed_radii(evidence: Evidence) -> list[Case]:
-    """Return IV-B.7 at the three radii that the paper prints."""
+    """Judge IV-B.7 at the three radii that the paper prints."""
     check = trend_of_few(RADIUS, "displacement_m", -1)
     return [_case(found, (check,), "the three printed radii") for found in of_the_vehicle(evidence)]
 
 
 def _large_bends(evidence: Evidence) -> list[Case]:
-    """Return IV-B.24 over the upper half of the bends, as the paper prints none of its three."""
+    """Judge IV-B.24 over the upper half of the bends, as the paper prints none of its three."""
     cases = []
     for found in of_the_vehicle(evidence):
         upper = {BEND: restricted(found.sweeps[BEND], 0.5)}
@@ -81,7 +81,7 @@ def _large_bends(evidence: Evidence) -> list[Case]:
 
 
 def _straight_start(evidence: Evidence) -> list[Case]:
-    """Return IV-B.9 from a straight arm, and for vehicles drawn: the paper prints no start."""
+    """Judge IV-B.9 from a straight arm, and for vehicles drawn: the paper prints no start."""
     vehicle, cases = load_vehicle(TABLE_VEHICLE), []
     for reading in (RADIANS, HERTZ):
         sweep = evidence.swept(vehicle, RADIUS, hertz=reading == HERTZ, straight=True)
@@ -115,7 +115,7 @@ def _share(drawn: DrawnSweep, holds: np.ndarray) -> Judgement:
 
 
 def _longer_drawn(evidence: Evidence) -> list[Case]:
-    """Return IV-B.17 for vehicles drawn, and for one of those for which it holds."""
+    """Judge IV-B.17 for vehicles drawn, and for one of those for which it holds."""
     cases: list[Case] = []
     if evidence.quick:
         return cases

@@ -173,7 +173,7 @@ def _together(name: str, frequencies: Array, loop: Loop) -> Iterator[tuple[Array
 
 
 def attribute(vehicle: Vehicle, name: str, loop: Loop = NO_LOOP) -> dict[str, float]:
-    """Return error of the coupled model without one coupling, at the moderate load."""
+    """Return the error of the coupled model without one coupling, at the moderate load."""
     (_, periods), *_rest = _together(name, np.array([MODERATE]), loop)
     scenario = excited(vehicle, name, MODERATE, loop, periods)
     found = attribution(vehicle, scenario, *sampling(vehicle, scenario))

@@ -96,6 +96,6 @@ def _fly(
 
 
 def _speed(letter: str, duration: float) -> float:
-    """Return largest speed of the letter's centroid [m/s]."""
+    """Return the largest speed of the letter's centroid [m/s]."""
     velocity = paths.letter(letter, LETTER_HEIGHT, duration)(np.linspace(0.0, duration, 2001))[1]
     return float(np.linalg.norm(velocity, axis=1).max())

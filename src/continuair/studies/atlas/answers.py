@@ -78,7 +78,7 @@ def _pushed(summary: xr.Dataset) -> Answer:
 
 
 def medians(summary: xr.Dataset, kind: str) -> tuple[dict[str, float], dict[str, float]]:
-    """Return median limit of each load without a loop, and in one."""
+    """Return the median limit of each load without a loop, and in one."""
     names = [str(name) for name in summary["excitation"].to_numpy()]
     of = summary["kind_limit"].sel(kind=kind)
     none, loop = (of.sel(loop=name).to_numpy() for name in ("none", "position"))

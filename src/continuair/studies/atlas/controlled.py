@@ -72,7 +72,7 @@ def controlled_vehicle(groups: dict[str, Array]) -> Vehicle:
 
 
 def attitude_bandwidth(groups: dict[str, Array]) -> Array:
-    """Return bandwidth of each vehicle's attitude loop [rad/s]."""
+    """Return the bandwidth of each vehicle's attitude loop [rad/s]."""
     return np.asarray(groups["bandwidth"] * 2.0 * np.pi / PERIOD)
 
 

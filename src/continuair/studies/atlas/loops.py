@@ -146,6 +146,6 @@ def _flown(vehicle: Vehicle, groups: dict[str, Array], first: int) -> dict[str, 
 
 @functools.cache
 def _length(letter: str) -> float:
-    """Return length of a letter's path, of height 1."""
+    """Return the length of a letter's path, of height 1."""
     position = paths.letter(letter, 1.0, 1.0)(np.linspace(0.0, 1.0, 2001))[0]
     return float(np.linalg.norm(np.diff(position, axis=0), axis=1).sum())

@@ -37,7 +37,7 @@ def products(flights: xr.Dataset, names: Sequence[str]) -> Array:
 
 
 def logarithm(errors: Array) -> Array:
-    """Return logarithm of errors, those of failed flights included."""
+    """Return the logarithm of errors, those of failed flights included."""
     return np.log(np.minimum(errors, _FAILED))
 
 

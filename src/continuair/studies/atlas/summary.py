@@ -165,7 +165,7 @@ def _unit(values: Array, ends: tuple[float, float]) -> Array:
 
 
 def _cell(values: Array, ends: Array) -> Array:
-    """Return index of the cell of each value, -1 outside."""
+    """Return the index of the cell of each value, -1 outside."""
     found = np.searchsorted(ends, values, side="right") - 1
     return np.where((found >= 0) & (found < len(ends) - 1), found, -1)
 
