@@ -79,7 +79,7 @@ def coriolis_matrix(vehicle: Vehicle, q: Array, qd: Array, nodes: int = 24) -> A
     Notes
     -----
     C of Eq. (10), Amiri et al. (2026): C_ij = Σ ½ (∂_k M_ij + ∂_j M_ik - ∂_i M_jk) q̇_k. The paper
-    does not print its C; this one makes Ṁ - 2C skew. Where |κ| <= κ_s, M does not change with κ,
+    does not print its C; this one makes Ṁ - 2C skew. Where abs(κ) <= κ_s, M does not change with κ,
     and its derivatives with respect to κ are 0. Set kappa_s = 0 to switch Remark 1 off near
     straight.
     """
@@ -223,8 +223,9 @@ def kinetic_energy(
 
     Notes
     -----
-    Eq. (8) of Amiri et al. (2026). Where |κ| <= κ_s, M is that of κ_s, as Remark 1 is printed, but
-    ψ̇a is not adapted: the energy differs near straight. Set kappa_s = 0 to switch Remark 1 off.
+    Eq. (8) of Amiri et al. (2026). Where abs(κ) <= κ_s, M is that of κ_s, as Remark 1 is printed,
+    but ψ̇a is not adapted: the energy differs near straight. Set kappa_s = 0 to switch Remark 1
+    off.
     """
     M = _mask(mask, len(q)) * mass_matrix(vehicle, q, nodes)
     return float(0.5 * np.asarray(qd) @ M @ qd)
@@ -315,8 +316,8 @@ def forward_dynamics(
     -----
     Eq. (10) of Amiri et al. (2026), with structural damping. "block" is the paper's decoupled
     model: its "off-diagonal elements" set to zero are read as the blocks between UAV (6) and arms
-    (2N). "diagonal" reads them element by element. Where |κ| <= κ_s, M, C and J_t are those of κ_s,
-    as Remark 1 is printed, but q̇ is not adapted. Near straight, set kappa_s = 0 or use
+    (2N). "diagonal" reads them element by element. Where abs(κ) <= κ_s, M, C and J_t are those of
+    κ_s, as Remark 1 is printed, but q̇ is not adapted. Near straight, set kappa_s = 0 or use
     `accelerations`.
     """
     check_without_drag(vehicle)

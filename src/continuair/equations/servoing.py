@@ -85,7 +85,7 @@ def rigid_motion(twist: ArrayLike, time: float) -> Array:
 
     Notes
     -----
-    The exponential of X = [[[ω]×, v], [0, 0]] t, in closed form since X⁴ = -θ² X², θ = |ω t|:
+    The exponential of X = [[[ω]×, v], [0, 0]] t, in closed form since X⁴ = -θ² X², θ = ‖ω t‖:
     1 + X + (1 - cos θ)/θ² X² + (θ - sin θ)/θ³ X³.
     """
     moved = np.asarray(twist, float) * time
