@@ -130,9 +130,9 @@ def _flight(vehicle: Vehicle, scenario: Scenario, model: Model) -> Callable[[], 
         status = alone()
         if status.any():
             raise InputError(
-                f"vehicle {shown(vehicle.name)} does not fly {DURATION:g} s of this task at steps "
-                f"of {1e3 * PERIOD:g} ms (the {model} model: {STATUS[status.max()]}), which "
-                "cannot be timed so; give a vehicle that these gains fly."
+                f"vehicle {shown(vehicle.name)} fails within {DURATION:g} s at steps of "
+                f"{1e3 * PERIOD:g} ms ({model} model: {STATUS[status.max()]}); give a vehicle "
+                "that these gains stabilise."
             )
 
     return fly

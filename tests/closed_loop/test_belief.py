@@ -135,7 +135,7 @@ def test_what_cannot_be_believed_in_is_refused() -> None:
     with pytest.raises(ca.InputError, match="other arms, sections, tips, mounts or terms"):
         other = law.believing(ca.load_vehicle("two_section"))
         ca.simulate(VEHICLE, scenario(other, duration=0.01), sample=0.01)
-    with pytest.raises(ca.InputError, match="believe in different vehicles"):
+    with pytest.raises(ca.InputError, match="different nominal models"):
         ca.stack([law, law.believing(VEHICLE)])
     with pytest.raises(ca.InputError, match="q holds 2 runs, but the batch has 3"):
         batch = VEHICLE.replace({"uav.mass": np.array([1.0, 2.0, 3.0])})

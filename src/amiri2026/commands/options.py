@@ -24,7 +24,7 @@ LawOption = Annotated[
 LawGainsOption = Annotated[
     str | None,
     typer.Option(
-        help="Gains instead of the preset of the law that they are for, a .toml file.",
+        help="A .toml file of gains, instead of the preset of their law.",
         autocompletion=complete_gains,
     ),
 ]

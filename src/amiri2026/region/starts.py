@@ -114,8 +114,8 @@ def centred(vehicle: Vehicle, target: Target) -> Array:
     if tilt > _STEEPEST:
         raise InputError(
             f"vehicle {vehicle.name} tilts by {np.degrees(tilt):.3g}° to face the target, more "
-            f"than {np.degrees(_STEEPEST):.3g}°; give it a camera that looks down along the "
-            "straight arm."
+            f"than {np.degrees(_STEEPEST):.3g}°; give it a camera that points along the straight "
+            "arm."
         )
     return q
 
@@ -150,8 +150,8 @@ def _at_random(vehicle: Vehicle, target: Target, centre: Array, runs: int, seed:
         if sum(map(len, found)) >= runs:
             return np.concatenate(found)[:runs]
     raise InputError(
-        f"vehicle {vehicle.name} sees all points of the target from fewer than one in {_TRIES} of "
-        "the starts that are drawn; give its camera a wider view."
+        f"vehicle {vehicle.name} sees all target points from fewer than one in {_TRIES} random "
+        "starts; give its camera a wider view."
     )
 
 

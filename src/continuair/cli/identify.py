@@ -44,7 +44,7 @@ def identify(
     topic: Annotated[
         list[str] | None,
         typer.Option(
-            help="What a topic of a log holds, such as tip=/arm/tip; repeatable. Of a ROS 2 bag, "
+            help="Role and topic of a log, such as tip=/arm/tip; repeatable. Of a ROS 2 bag, "
             "bend, bend_moment and rotors alone take fields.",
             metavar="ROLE=TOPIC[:FIELDS][*SCALE]",
         ),

@@ -45,10 +45,10 @@ def new(
         ),
     ] = None,
     yes: Annotated[
-        bool, typer.Option("--yes", help="Ask nothing, and take every default.")
+        bool, typer.Option("--yes", help="Take every default without questions.")
     ] = False,
 ) -> None:
-    """Write the file of a vehicle to begin with, every field with its unit and meaning.
+    """Write a vehicle file to start from, with the unit and meaning of every field.
 
     In a terminal it asks for masses, rotors and the arm; Enter takes the default.
     """

@@ -35,7 +35,7 @@ def view(
 ) -> None:
     """Show a flight in the browser: UAV, arms, camera, target and forces, as they move.
 
-    A vehicle flies first: a hover in which its arms swing and a push comes from the side.
+    A vehicle is simulated first, in a hover with swinging arms and a lateral force.
     """
     from continuair.viewer.export import check_page, write_page
     from continuair.viewer.server import check_server

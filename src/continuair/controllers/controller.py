@@ -172,8 +172,7 @@ class Controller(Immutable):
             if not np.allclose(gain, value, rtol=1e-6, atol=1e-6 * np.abs(value).max()):
                 raise InputError(
                     f"vehicle has {name} {shown(_plain(value))}, but the controller {self.name} "
-                    f"was made for {shown(_plain(gain))}, which it keeps; make it for the vehicle "
-                    "that it is to believe in."
+                    f"has gains for {shown(_plain(gain))}; make the controller for this vehicle."
                 )
 
     def describe(self) -> dict[str, object]:
@@ -244,8 +243,8 @@ def stack(controllers: Sequence[Controller]) -> Controller:
                 )
         if other.believes is not first.believes:
             raise InputError(
-                "controllers believe in different vehicles; stack them first, and let the stack "
-                "believe in a batch."
+                "controllers have different nominal models; stack them first, and call believing "
+                "with a batch."
             )
         if (other.period, other.latency) != (first.period, first.latency):
             raise InputError(

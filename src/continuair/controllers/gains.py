@@ -235,6 +235,6 @@ def _seen(desired: Any, depths: float | np.ndarray) -> np.ndarray:
     if np.linalg.matrix_rank(L) < 6:
         raise InputError(
             f"desired is {shown(desired)}, which does not determine the camera's pose; give at "
-            "least 4 points that are not on a line (3 suffice only off the singular cylinder)."
+            "least 4 points, not on a line (or 3 off the singular cylinder)."
         )
     return L

@@ -133,7 +133,7 @@ def servoing(
 def _carrying(arms: Any) -> dict[str, Any]:
     """Return the laws' additional fields for arms that follow the vehicle."""
     if not isinstance(arms, Carried):
-        raise InputError(f"arms is {shown(arms)}; give what design(vehicle, ...) returns, or None.")
+        raise InputError(f"arms is {shown(arms)}; give arms of design(vehicle, ...), or None.")
     return {"per_push": arms.per_push, "bend_inertia": arms.inertia, "bend_rate": arms.rate}
 
 

@@ -84,8 +84,8 @@ def warn_of_lacking(names: Iterable[str], stacklevel: int, what: str) -> None:
     """
     if names := tuple(names):
         warn(
-            f"{what} lacks {', '.join(names)}, which acted: it holds forces and moments whose "
-            "values over time are known (scenario= tells functions of time), and no others.",
+            f"{what} lacks {', '.join(names)}, which acted, as their values over time are not "
+            "known; scenario= gives functions of time.",
             stacklevel=stacklevel + 1,
         )
 
@@ -154,8 +154,8 @@ def _of_run(name: str, value: Any, motion: Motion) -> Array:
     found = sampled(name, value, motion.dataset, motion.vehicle)
     if found is None:
         raise InputError(
-            f"{name} holds rows of many runs, but flight does not tell which run it is; choose it "
-            f"as in flight.isel(run=0), which keeps the coordinate {BATCH_ROW}."
+            f"{name} holds rows of many runs, and flight has no coordinate {BATCH_ROW}; select "
+            "the run as in flight.isel(run=0), which keeps it."
         )
     return found
 

@@ -60,11 +60,11 @@ def check_roles(vehicle: Vehicle, roles: Any) -> None:
     if vehicle.arms and sum(arm) != 1:
         named = "bend and a pose of the tip are both" if all(arm) else "nothing is"
         raise InputError(
-            f"{named} named to tell the arm's bend; name one topic for bend, tip or camera."
+            f"{named} named to measure the arm's bend; name one topic for bend, tip or camera."
         )
     if arm[1] and vehicle.layout.sections > 1:
         raise InputError(
-            "the pose of a tip does not tell the bends of the vehicle's "
+            "the pose of a tip does not determine the bends of the vehicle's "
             f"{vehicle.layout.sections} sections; name a topic for bend."
         )
     if ("thrust" in roles) != ("torque" in roles):
@@ -185,9 +185,8 @@ def bends_of_tips(name: str, chord: Array, length: float) -> Array:
     off = float(np.sqrt(np.mean((far - expected) ** 2)))
     if off > _CHORD_TOLERANCE * length:
         raise InputError(
-            f"{name} is {far.mean():.3g} m from the arm's base, but an arm of {length:g} m so bent "
-            f"ends {expected.mean():.3g} m from it; check the poses' axes, the arm's length and "
-            "its mount."
+            f"{name} is {far.mean():.3g} m from the base, but an arc of {length:g} m there ends at "
+            f"{expected.mean():.3g} m; check the poses' axes, the arm's length and mount."
         )
     turn = np.divide(2.0 * half / length, out, out=np.zeros_like(out), where=out > 0.0)
     return np.asarray(turn[:, None] * chord[:, :2])

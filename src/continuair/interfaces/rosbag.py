@@ -99,7 +99,7 @@ def read_rosbag(
     file = user_path("data", path)
     with of_log(printed(file)):
         if "pose" not in named:
-            raise InputError("nothing is named that tells the UAV's pose; name a topic for pose.")
+            raise InputError("no topic is named for the UAV's pose; name one for pose.")
         _check_fields(named.values())
         check_roles(vehicle, {part for role in named for part in _PARTS.get(role, (role,))})
         found: dict[str, Signal] = {}
@@ -114,8 +114,7 @@ def _check_fields(topics: Iterable[Topic]) -> None:
         if topic.fields and topic.role not in _NUMBERS:
             raise InputError(
                 f"{topic} takes no fields, but {','.join(topic.fields)} are named; leave them out, "
-                "as the type of its messages says what is what, and publish it anew if it is in "
-                "other axes."
+                "as its message type defines them, and convert other axes before."
             )
 
 

@@ -112,8 +112,7 @@ def _check_scaled(topic: Topic) -> None:
     if not topic.scale:
         unit = _NORMALISED[topic.role]
         raise InputError(
-            f"{topic} is normalised; say how many {unit} are 1, as in "
-            f"{topic.role}={topic.name}*NUMBER."
+            f"{topic} is normalised; give the {unit} of 1, as in {topic.role}={topic.name}*NUMBER."
         )
 
 

@@ -77,8 +77,7 @@ def chosen(flights: list[Recorded], name: str | None) -> Recorded:
         return flights[0]
     names = [each.name for each in flights]
     if name not in names:
-        raise InputError(f"flight is {name!r}, but there is none of that name; "
-                         f"{nearest(name, names)}.")  # fmt: skip
+        raise InputError(f"flight is {name!r}, which does not exist; {nearest(name, names)}.")
     return flights[names.index(name)]
 
 

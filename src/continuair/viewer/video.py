@@ -74,8 +74,8 @@ def check_video(path: str | os.PathLike[str]) -> Path:
         raise InputError(f"video is {printed(path)}; name a file that ends in .mp4 or .gif.")
     if suffix == ".mp4" and _ffmpeg() is None:
         raise InputError(
-            f"video is {printed(path)}, which needs ffmpeg, and there is none; install ffmpeg, or "
-            "pip install 'continuair[video]', or name a .gif."
+            f"video is {printed(path)}, which needs ffmpeg; install ffmpeg, or pip install "
+            "'continuair[video]', or name a .gif."
         )
     return new_file("video", path)
 
