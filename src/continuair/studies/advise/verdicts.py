@@ -46,8 +46,7 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
     lost = " and ".join(name for name, part in parts.items() if _is_lost(part["models"][model]))
     if lost:
         text = (
-            f"undecided: the coupled model itself does not fly {lost} to the end; "
-            f"{_remedy(parts, model)}"
+            f"undecided: the coupled model itself does not complete {lost}; {_remedy(parts, model)}"
         )
         return {"scope": "undecided", "except": [], "limit": np.nan, "unit": "Hz", "text": text}
     once = [name for name, part in parts.items() if part["models"][model]["limit_hz"] is None]
@@ -60,7 +59,7 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
     highest = min(max(parts[name]["models"][model]["hz"]) for name in limits)
     tried = f"motion at every frequency tried, up to {number_below(highest)} Hz"
     text = _sentence(limit, "motion below {} Hz", tried)
-    # One coupling at a time is left out of the coupled model: what `decoupled` misses is found so.
+    # The missing effect of `decoupled`: one coupling at a time is left out of the coupled model.
     missed = {
         name: _missed(parts[name]["responsible"]) if model == "decoupled" else ""
         for name in (worst, *bad)
@@ -81,14 +80,14 @@ def _remedy(parts: dict[str, Any], model: str) -> str:
     """Return the remedy for flights that fail; a contact's load grows with the arm's stiffness."""
     tip = parts.get("tip")
     if tip is not None and _is_lost(tip["models"][model]):
-        load = f"its load, {tip['amplitude']:.3g} N, is more than the vehicle bears at the tip"
+        load = f"its load, {tip['amplitude']:.3g} N, exceeds the capacity of the vehicle at the tip"
         return f"{load}; give a softer arm"
     return "give the vehicle a stiffer arm, or a loop that holds it"
 
 
 def _missed(culprit: str) -> str:
     """Return a clause on the effect that a model lacks."""
-    return f" (what is missed: {culprit})" if culprit else ""
+    return f" (missing effect: {culprit})" if culprit else ""
 
 
 def _is_lost(entry: dict[str, Any]) -> bool:
