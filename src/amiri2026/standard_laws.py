@@ -12,7 +12,7 @@ LAWS = {
     "current": "the paper's law with gains made anew for the image of now",
     "classic": "classic servoing, v = λ L⁺ e, with an inner loop",
 }
-"""Law -> what it is."""
+"""Laws by name."""
 
 RATE, INNER = 1.5, 6.0
 """Rates of classic servoing and of its inner loop [1/s]."""

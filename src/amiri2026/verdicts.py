@@ -21,7 +21,7 @@ CLASSES = {
     UNTESTABLE: "cannot be tested here",
     UNDECIDED: "two views disagree",
 }
-"""Verdicts on sentences, and what they mean."""
+"""Verdicts on sentences, and their meanings."""
 
 _NAN = re.compile(r"\bnan\b")
 

@@ -29,13 +29,13 @@ ACTS = {
     "C": "sinusoidal moments on the arm",
     "D": "a turning force at the tip",
 }
-"""What acts in each test."""
+"""Loads of each test."""
 
 _ZOOM = 0.5
 """Length of the part of a flight in which single swings can be seen [s]."""
 
 _PER_SWING = 4.0
-"""Least samples of a swing with which a spectrum tells its frequency, and no other in its place."""
+"""Least samples per period with which a spectrum resolves a frequency without aliasing."""
 
 
 def motion(dataset: xr.Dataset, name: str = "", subtitle: str = "") -> Figure:

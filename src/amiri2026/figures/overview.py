@@ -24,7 +24,7 @@ _PANELS = (
 """Metric, the number of the paper that it may be, and its label."""
 
 _NUMBERS: dict[str, Any] = {"fontsize": 5.5, "padding": 2, "rotation": 90}
-"""How the numbers on bars look."""
+"""Style of the numbers on bars."""
 
 _FAILED, _UNFOLLOWED = "failed", "lost"
 """In place of a number: of a flight that failed, and of Euler angles that samples do not follow."""

@@ -37,7 +37,7 @@ PRINTED = {
     "C": {"nrmse_t": 0.3576, "nrmse_r": 0.5369},
     "D": {"nrmse_t": 0.2464, "nrmse_r": 0.3002},
 }
-"""What Amiri et al. print for coupled against decoupled; the vehicle's parameters are not."""
+"""Printed errors of decoupled against coupled, Amiri et al.; the parameters are not printed."""
 
 NOTE = (
     "Amiri et al. print neither the vehicle's parameters nor the reading of the metric behind "

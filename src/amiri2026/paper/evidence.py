@@ -142,7 +142,7 @@ class Evidence:
 
     @cached_property
     def drawn(self) -> Drawn:
-        """Tests A to D with vehicles drawn from what the paper leaves open."""
+        """Tests A to D with random vehicles within the paper's unstated parameters."""
         return fly_drawn(self.vehicle)
 
     @cached_property

@@ -38,7 +38,7 @@ FLOWN_IN = dict.fromkeys(
     "In this part the decoupled model has the blocks of M and C between UAV and arm zero; the "
     "paper sets every off-diagonal element to zero.",
 )
-"""Part of the paper -> what its sentences are flown with."""
+"""Part of the paper -> the setting of its sentences."""
 
 CLASSES_EXPLAINED = (
     "*Wrong as printed*: an equation, unit, sign or statement to which a counterexample is given, "
@@ -57,7 +57,7 @@ _VERBS = {
     UNTESTABLE: ("cannot be tested here", "cannot be tested here"),
     UNDECIDED: ("has two views that disagree", "have two views that disagree"),
 }
-"""What one sentence with a verdict does, and what several do."""
+"""Verb of one sentence with a verdict, and of several."""
 
 
 def overview(results: dict[str, Any]) -> list[str]:

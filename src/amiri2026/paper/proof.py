@@ -112,7 +112,7 @@ def motion(at: State, gains: dict[str, Any]) -> Motion:
     e_dotdot = of_target - at.J @ qdd - at.J_rate @ at.qd
     e_a_rate = Cd @ e_dotdot + slope_of_e_a(at, gains) @ e_dot
     kinetic = 0.5 * at.qd @ at.M @ at.qd
-    # Ṁ - 2C is skew, so that the kinetic energy grows by the power of the push.
+    # Ṁ - 2C is skew, so that the kinetic energy grows by the power of the actuators.
     rate = at.qd @ push + e_a @ Kp @ e_a_rate
     return Motion(float(kinetic + 0.5 * e_a @ Kp @ e_a), float(rate), qdd, v_c, e_dot, e_a)
 

@@ -23,7 +23,7 @@ Array = np.ndarray
 Gains = dict[str, Any]
 
 POINTS, SIZE = 3, 6
-"""N points, and the rows of the image and of the gains that they ask for."""
+"""Number of points, and of rows of the image and of the gains."""
 
 BANDWIDTH = 2.0
 """Of the gains that are made for the image [rad/s]: their slowest motion decays at 1 1/s."""
@@ -70,7 +70,7 @@ LEAST_BEND = 0.02
 """Of every start, as ψa has no meaning for a straight arm [1/m]."""
 
 LAST = 0.2
-"""Share of a flight in which what remains is read."""
+"""Final share of a flight in which the remaining error is evaluated."""
 
 _UPRIGHT = 1e-3
 """Cosine of the pitch below which the matrices of the paper's coordinates are singular."""

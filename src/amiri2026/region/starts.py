@@ -19,7 +19,7 @@ Array = np.ndarray
 
 _DEGREE = np.pi / 180.0
 _TRIES = 100
-"""Random starts that are drawn for each that is asked for, at most."""
+"""Largest number of random draws per start."""
 
 _STEEPEST = np.pi / 3.0
 """Tilt with which a vehicle may have to face the target, at most [rad]."""

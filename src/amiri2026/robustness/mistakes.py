@@ -195,4 +195,4 @@ MISTAKES = {
         _noisy,
     ),
 }
-"""Mistake -> what it is. Besides, the law knows everything. Of ways the worst counts."""
+"""Mismatches by name. All else is known to the law. The worst way counts."""

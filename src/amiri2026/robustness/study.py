@@ -27,7 +27,7 @@ from continuair.scenario import damping_notes, equipped
 from continuair.vehicle import check_one_section
 
 BORNE, LOST = 5.0, "lost without a mistake"
-"""What a mistake that is borne may add to the RMS of the feature error [px]."""
+"""Largest increase of the RMS feature error by a tolerated mismatch [px]."""
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ VALUES = {
     "bends and rolls, the force and its time are those of the study of the paper, whose sentences "
     "are of its own values and are not judged here.",
 }
-"""What is told of the values that are compared."""
+"""Notes on the values that are compared."""
 
 
 def write(study: Sensitivity, folder: ResultFolder) -> None:

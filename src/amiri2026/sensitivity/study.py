@@ -75,7 +75,7 @@ def sensitivity(
     known = about(vehicle) if own else PARAMETERS
     chosen = _chosen(known if parameters is None else parameters, known)
     scenario = flight(hertz).replace(**still(vehicle))
-    # Every batch is made before the first flight: one that cannot be is told at once.
+    # Every batch is made before the first flight, so that errors are reported at once.
     for parameter in chosen:
         batch(vehicle, scenario, parameter, parameter.between())
     results: dict[str, Any] = {

@@ -180,7 +180,7 @@ class PrintedModel:
         if test == "C":
             tau += bend_torques(t)
             if self.reading.kappa == "bend angle":
-                # What is conjugate to κ l is 1/l of what is conjugate to κ.
+                # The force conjugate to κ l is 1/l of that conjugate to κ.
                 tau[6] *= self.vehicle.arm.length
         if test == "D":
             force += tip_chirp(t)[:3]

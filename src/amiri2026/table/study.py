@@ -49,7 +49,7 @@ ABLATIONS: Mapping[str, Mapping[str, Any]] = {
     "damping: on both components of the bend vector": {"damping": "bend vector"},
     "rotary inertia of the cross-sections": {"rotary_inertia": True},
 }
-"""Changes of one choice of the reading at a time, by what they are called."""
+"""Changes of one choice of the reading at a time, by name."""
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ CONVERGED = 5.0
 """A run has converged once the norm of its feature error stays below this [px]."""
 
 _STAYS = 0.02
-"""Share of the flight for which it does at the least: what swings through ends below by chance."""
+"""Least share of the flight spent below: an oscillation may end below by chance."""
 
 _TURNING = 0.05
 """Share of its largest acceleration above which the target counts as turning."""

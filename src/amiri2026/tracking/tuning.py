@@ -39,10 +39,10 @@ RANGES = {
     "sliding": (1e-6, 1e-2),
     "sigma": (1e-4, 1e-1),
 }
-"""What is searched, on a logarithmic scale; `design` and `servoing` say what each one is."""
+"""Ranges of the search, on a logarithmic scale; `design` and `servoing` define them."""
 
 MARGINS = {"bandwidth": 1.15, "conditioning": 0.75}
-"""The candidates fly with these times what is returned, nearer to where a law chatters."""
+"""Factors of the candidates' settings on the returned ones, closer to chattering."""
 
 SHRINK = 0.4
 """Each round's box about the best candidate, as a share of the one before."""

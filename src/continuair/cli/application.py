@@ -18,7 +18,7 @@ from continuair.errors import INTERRUPTED, ContinuairWarning, InputError, shorte
 
 _UNUSABLE_INPUT = 2
 
-# A number that stands alone: the index in arm.disks.0 tells of another field.
+# A number that stands alone: the index in arm.disks.0 belongs to a field.
 _NUMBER = re.compile(r"(?<![\w.])[-+]?\d[\w.+-]*(?<![.,])")
 _LONGEST_KIND = 80
 

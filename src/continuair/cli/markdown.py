@@ -23,7 +23,7 @@ class _Table(TableElement):
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Table]:
         (table,) = super().__rich_console__(console, options)
         assert isinstance(table, Table)
-        # What is measured is never wider than the terminal, and here it may be.
+        # Measurements are limited to the terminal's width, which the table may exceed.
         unbounded = options.update(width=10_000)
         sizes = [
             measure_renderables(console, unbounded, [column.header, *column.cells])

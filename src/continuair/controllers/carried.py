@@ -64,7 +64,7 @@ def carrying_control(code: LawCode, Gains: Any, wrench_of: Any) -> Any:
 
     @wp.func
     def carrying(sense: Sense, gains: Gains, force: vec3, moment: vec3):
-        """Moments on the bends under a push on the body, both in its axes."""
+        """Moments on the bends under a wrench on the body, both in its axes."""
         w = gains.bend_rate
         out = Bends()
         for i in range(bends):

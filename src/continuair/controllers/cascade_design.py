@@ -25,10 +25,10 @@ FASTEST = {"attitude": 20.0, "bend": 5.0}
 """Bandwidths [rad/s] that defaults do not exceed; the others follow from the attitude's."""
 
 _SLOWER = 0.8 ** np.arange(14)
-"""Shares of those that are tried, until the loop bears half as much delay again."""
+"""Shares of those, tried until the loop is stable with half as much delay again."""
 
 _BEND_DAMPING = (0.7, 0.4, 0.2, 0.1)
-"""Damping ratios of the bends that are tried: one that comes late shakes a stiff arm."""
+"""Damping ratios of the bends, in the order tried: delayed damping destabilises a stiff arm."""
 
 _OF_LAG = 0.5
 """Largest bandwidth of the attitude by default, times the rotors' lag."""
@@ -83,7 +83,7 @@ class Design:
         if most < self.latency:
             at = tried[borne.index(most)][0]
             raise InputError(_unstable(at, most, self.latency, self.lag, len(self.postures) > 1))
-        # Slower ones bear little more than the fastest that bear half of what is possible.
+        # Take the fastest with half of the largest margin, as slower ones gain little.
         first = next(i for i, each in enumerate(borne) if each >= 0.5 * (self.latency + most))
         return tried[first][0], self.gains(*tried[first]), borne[first]
 

@@ -112,7 +112,7 @@ def current_wrench(code: LawCode, Gains: Any) -> Any:
 
     @wp.func
     def share_within(x: Real, y: Real, z: Real, most: Real):
-        """What brings a vector of three to a length at most."""
+        """Factor that limits the length of a vector of three."""
         size = wp.sqrt(x * x + y * y + z * z)
         return above(size, most, most / above(size, zero, size, one), one)
 

@@ -19,7 +19,7 @@ from continuair.kernels.arm.chain import chain_code, total_types
 from continuair.kernels.flight import flight_code
 
 FEEDFORWARD = ("none", "weight", "reaction")
-"""What may be fed forward: each holds those before it."""
+"""Choices of feedforward; each includes those before it."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def feeding_code(numbers: Numbers, tree: Tree) -> FeedingCode:
 
     @wp.struct
     class Fed:
-        """Force and moment on the UAV in body axes; all that the bends get."""
+        """Force and moment on the UAV in body axes; total bend moments."""
 
         force: vec3
         moment: vec3
@@ -71,7 +71,7 @@ def feeding_code(numbers: Numbers, tree: Tree) -> FeedingCode:
 
     @wp.func
     def carried(total: Total, plant: Plant, felt: vec3, bend: Bends, limit: Bends):
-        """What the bends get with the arms' weight, within the limits [N m²]."""
+        """Bend moments with the arms' weight, within the limits [N m²]."""
         pull = apparent_weight(total, felt)
         for j in range(bends):
             bend[j] = bend[j] + plant.unit[j] * pull[j]

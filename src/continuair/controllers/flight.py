@@ -317,7 +317,7 @@ def _noise(given: Any) -> dict[str, float]:
 
 
 _SIDEWAYS = 0.3
-"""Share of the largest thrust that is kept for pushing sideways when it must climb."""
+"""Share of the largest thrust reserved for horizontal force during a climb."""
 
 
 def _fed_by(feedforward: str) -> Callable[[LawCode], SimpleNamespace]:
@@ -331,7 +331,7 @@ def _fed_by(feedforward: str) -> Callable[[LawCode], SimpleNamespace]:
 
 
 LAWS = {name: _fed_by(name) for name in FEEDFORWARD}
-"""The law by what it feeds forward."""
+"""The law by its feedforward."""
 
 
 def cascade_parts(
@@ -425,7 +425,7 @@ def cascade_parts(
 
     @wp.func
     def washed_rate(sense: Sense, memory: Memory):
-        """The bend rates, late: what they have gained on these tells how the bends accelerate."""
+        """Low-pass filtered bend rates; the difference to them estimates the bend accelerations."""
         out = Bends()
         for j in range(bends):
             out[j] = above(memory[3], half, memory[4 + bends + j], sense.bend_rate[j])

@@ -48,7 +48,7 @@ class Gains:
     settings: Settings
 
     def __post_init__(self) -> None:
-        # Without Kp a file can only mean a design, and its keys are told from those of one.
+        # Without Kp a file can only mean a design, and only its keys are known.
         known = sorted(_SERVOING if "Kp" in self.settings else _DESIGN | _SERVOING - _GAINS)
         for key in self.settings:
             if key not in known:

@@ -103,7 +103,7 @@ def hold(
     plant = {
         "mass": vehicle.mass,
         "inertia": rigid_inertia(vehicle)[3:, 3:],
-        # What the others do does not push a section that is free.
+        # Moments for the other sections do not act on a free one.
         "bend_inertia": np.where(per_coordinate(held)[:, None], bend_inertia(vehicle), 0.0),
         "stiffness": per_coordinate(np.where(held, stiffness, 0.0)),
     }

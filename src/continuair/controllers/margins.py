@@ -53,7 +53,7 @@ class LinearLoop:
         own = np.r_[:width, n:known]
         push = np.zeros((m, size))
         push[:, own] = self.K
-        # What acts in the first part of a period, and in the rest of it.
+        # Wrenches that act in the first part of a period, and in the rest of it.
         queue = [push, *(np.eye(m, size, known + m * k) for k in range(late + 1))]
         found = np.zeros((size, size))
         found[:n, :n] = through

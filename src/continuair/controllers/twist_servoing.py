@@ -117,7 +117,7 @@ def _by_twists(feedforward: str) -> Callable[[LawCode], SimpleNamespace]:
 
 
 LAWS = {name: _by_twists(name) for name in FEEDFORWARD}
-"""The law by what its flight law feeds forward."""
+"""The law by the feedforward of its flight law."""
 
 
 def _wanted(code: LawCode, parts: SimpleNamespace) -> Any:
@@ -149,7 +149,7 @@ def _wanted(code: LawCode, parts: SimpleNamespace) -> Any:
 
     @wp.func
     def columns(sense: Sense):
-        """J: its rows are what pushes a unit wrench on the camera would be."""
+        """J: its rows are the actuator wrenches of unit wrenches on the camera."""
         out = Columns()
         up = wp.quat_rotate_inv(sense.attitude, vec3(zero, zero, one))
         for i in range(6):

@@ -63,7 +63,7 @@ def kinematic_servoing(
         twist = gain * np.linalg.pinv(interaction_matrix(image, seen[:, 2])) @ error
         errors.append(error)
         twists.append(twist)
-        # What is at rest moves against the camera.
+        # An object at rest moves against the camera.
         object_in_camera = rigid_motion(twist, -period) @ object_in_camera
     return np.array(errors), np.array(twists)
 

@@ -28,7 +28,7 @@ WINDOW = 0.5
 """Length of the windows of a band [s]."""
 
 BAND = f"Bands: least to largest, lines: RMS (of DS the mean), in windows of {WINDOW:g} s."
-"""What figures with bands say of them."""
+"""Note of figures with bands."""
 
 WORDS = STATUS | {NOT_FINITE: "diverged", UNSEEN: "target lost from view"}
 """How a flight ended, by status."""

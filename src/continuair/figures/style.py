@@ -19,7 +19,7 @@ COLUMN_WIDTH, PAGE_WIDTH = 3.5, 7.16
 RESOLUTION = 200
 """Resolution of PNG files [dots per inch]."""
 
-# Okabe and Ito's colours, told apart with any colour vision; dashes tell them apart in grey.
+# Okabe and Ito's colours, distinct with any colour vision; dashes distinguish them in grey.
 MODELS: dict[str, dict[str, Any]] = {
     "coupled": {"color": "#000000", "linestyle": "-", "linewidth": 1.4},
     "decoupled": {"color": "#D55E00", "linestyle": (0, (5, 1.6)), "linewidth": 1.2},
@@ -34,7 +34,7 @@ FAILED_COLOUR = "#B00020"
 """Colour of the words on a flight that failed."""
 
 UNNAMED = "Amiri et al. do not print their vehicle's parameters, so no match is claimed."
-"""What figures say beside numbers that the paper prints."""
+"""Note of figures with the paper's numbers."""
 
 _formats: ContextVar[tuple[str, ...]] = ContextVar("formats", default=("png", "svg", "pdf"))
 
@@ -166,7 +166,7 @@ def save_as(figure: Figure, path: Path) -> None:
     """Write the figure to a path, in the format of its suffix."""
     with applied():
         if figure.get_layout_engine() is not None:
-            # Found once: every drawing would look for it again, twice.
+            # Found once: every drawing would search it again, twice.
             figure.draw_without_rendering()
             figure.set_layout_engine(None)
         # Without a date, equal results give equal files.

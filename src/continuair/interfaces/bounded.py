@@ -63,7 +63,7 @@ def _unpacks_beyond(compression: str, packed: bytes) -> bool:
         while not unpack.eof:
             try:
                 piece = unpack.decompress(data, max_length=_PIECE)
-            except Exception:  # damaged, which its reader tells
+            except Exception:  # damaged, which its reader reports
                 return False
             found, data = found + len(piece), b""
             if found > _LARGEST:

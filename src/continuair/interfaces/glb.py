@@ -17,7 +17,7 @@ _COMPONENTS = {"f": 5126, "B": 5121, "H": 5123}
 
 _KINDS = {(): "SCALAR", (3,): "VEC3", (4,): "VEC4", (4, 4): "MAT4"}
 ATTRIBUTE, INDEX = 34962, 34963
-"""What a mesh's buffer is for."""
+"""Purpose of a mesh's buffer."""
 
 
 class Glb:

@@ -19,7 +19,7 @@ Array = np.ndarray
 
 ROTORS = {"layout": "quad_x", "lever": 0.2, "thrust_limits": (0.0, 10.0),
           "torque_per_thrust": 0.016, "lag": 0.04}  # fmt: skip
-"""What the default vehicle, the preset two_section, gets."""
+"""Rotors of the default vehicle, the preset two_section."""
 
 DISTURBANCE = {"position": 0.5, "turn": 0.2, "bend": 0.3, "velocity": 0.3, "spin": 0.3}
 """Largest disturbances of a start, along each axis: of position [m], Euler angles [rad], the turn

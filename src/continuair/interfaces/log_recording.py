@@ -19,10 +19,10 @@ from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 Array = np.ndarray
 
 HELD = ("thrust", "torque", "bend_moment", "rotors")
-"""Roles of what is held from a sample to the next."""
+"""Roles of signals that are held from a sample to the next."""
 
 _CHORD_TOLERANCE = 0.1
-"""Of the tip's distance from the arm's base, from what a bend makes it, over the arm's length."""
+"""Tolerance of the tip's distance from the arm's base to that of an arc, over the length."""
 
 _MOST_HALF = 0.85 * np.pi
 """Half the turn of an arm at most [rad]: beyond it, its end is too near its base."""

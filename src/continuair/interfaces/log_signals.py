@@ -24,7 +24,7 @@ _FASTER = 1.02
 """Rate over that of a measurement, at most: clocks are not exact."""
 
 _ROUNDING = 1e-6
-"""Of a period, or a second: what is left over by rounding alone."""
+"""Remainder of a period, or a second, that is rounding alone."""
 
 _UNIT_NORM_TOLERANCE = 0.02
 

@@ -50,7 +50,7 @@ _OURS = {
 _NORMALISED = {"thrust": "N", "torque": "N m", "rotors": "N"}
 _RESETS = ("xy_reset_counter", "z_reset_counter", "quat_reset_counter", "reset_counter")
 _VALID = {"xy_valid": 1, "z_valid": 1, "dead_reckoning": 0}
-"""Flags of an estimate that is one, by the value that says so."""
+"""Flags of a valid estimate, with their value if it is valid."""
 
 _HEADER = 16
 

@@ -28,10 +28,10 @@ PHASE = 0.2
 """Of the fastest mode in a fixed step of RK4 that follows it [rad]."""
 
 BENT = 1.0
-"""Angle by which the arm that carries the camera is bent to see what rotors have left [rad]."""
+"""Angle by which the arm with the camera is bent to compute the rotors' margin [rad]."""
 
 _SIDES = 72
-"""Directions that it is bent to: the busiest rotor's is met to 1e-3 of what the bend adds."""
+"""Directions of that bend: the worst one is met to 1e-3 of the bend's effect."""
 
 _ALIKE = 1e-3
 """Frequencies that differ by less than this share are shown once."""

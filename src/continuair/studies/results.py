@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MARKER = ".continuair"
-"""The file that says of a folder that it holds results, and which files they are."""
+"""The file that marks a folder of results, and lists its files."""
 
 UNFINISHED = "INCOMPLETE.txt"
 """The file that a folder holds from its first result until all are written."""
@@ -247,7 +247,7 @@ class ResultFolder:
             )
         self._written.add(name)
         self._mark(self._stale | self._written)
-        # What is written is a new file: the old one may have another name elsewhere.
+        # A new file is written: the old one may have another name elsewhere.
         self._remove([name])
 
     def _check_file(self, name: str) -> None:

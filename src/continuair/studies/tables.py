@@ -85,6 +85,6 @@ def number(value: float | None, digits: int = 4) -> str:
 def number_below(value: float, digits: int = 2) -> str:
     """Return a number above 0 with so many digits, rounded down."""
     unit = 10.0 ** (math.floor(math.log10(value)) - digits + 1)
-    # What has so many digits keeps them, whatever the division's last bit.
+    # A value of so many digits keeps them, whatever the division's last bit.
     below = float(f"{math.floor(value / unit * (1.0 + 1e-9)) * unit:.{digits}g}")
     return f"{below:g}"

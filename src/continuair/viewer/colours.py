@@ -30,7 +30,7 @@ GROUPS = {
 """Colours of forces."""
 
 HIDDEN = ("base reaction",)
-"""Of what is drawn in the browser when it is asked for alone."""
+"""Colours of parts that the browser shows on request only."""
 
 MEANINGS = {
     "push": "Inputs of the scenario on the UAV.",

@@ -24,7 +24,7 @@ _TURN = 0.8
 """Bend angle of each section that the hovering vehicle's arm swings to [rad]."""
 
 _PUSH, _PUSHED = 0.3, (5.0, 5.5)
-"""A push to the side over the weight, and from when to when it acts [s]."""
+"""Lateral force over the weight, and its start and end [s]."""
 
 
 def fly(vehicle: Vehicle) -> tuple[Scenario, xr.Dataset, xr.Dataset]:

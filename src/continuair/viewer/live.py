@@ -14,7 +14,7 @@ from continuair.viewer.scene import Scene
 from continuair.viewer.sight import Aim
 
 _TICK = 1.0 / 30.0
-"""How often the simulation is looked at [s]."""
+"""Period of polling the simulation [s]."""
 
 
 class Watch(Clock):

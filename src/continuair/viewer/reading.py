@@ -23,7 +23,7 @@ _INSIDE = ("time", "section", "bend_axis", "axis")
 
 
 _STORE = "zarr.json"
-"""What the folder of a sweep's store holds."""
+"""Files of a sweep's store."""
 
 
 class _NoFlight(InputError):
@@ -111,6 +111,6 @@ def _in_file(path: Path, name: str) -> Iterator[Recorded]:
 
 
 def _labels(file: xr.Dataset, dim: str) -> list[str]:
-    """What the flights along a dimension are called: by its coordinate, or by their index."""
+    """Return labels of the flights along a dimension: its coordinate, or their index."""
     said = file[dim].to_numpy() if dim in file.coords else range(file.sizes[dim])
     return [str(each) for each in said]

@@ -31,7 +31,7 @@ _SMALLEST = 0.05
 """Bend angle at the end of the scale of colours at least [rad]."""
 
 _LONGEST = 0.5
-"""Length of the longest arrow over the size of what flies."""
+"""Length of the longest arrow over the vehicle's size."""
 
 _NEAR, _FAR = 4.0, 6.0
 """Over the reach: what starts lower has the ground at z = 0 in its picture, and what goes farther

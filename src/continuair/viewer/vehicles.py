@@ -16,7 +16,7 @@ from continuair.viewer.colours import DARK, DISK, GREY, bend_colours, rgb
 Array = NDArray[np.float64]
 
 _SIDES = 24
-"""Of what is round."""
+"""Segments of round parts."""
 
 BODY = "body"
 """Name of the node that turns with the UAV."""

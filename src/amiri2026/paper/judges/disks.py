@@ -39,7 +39,7 @@ RADII = (0.001, 0.005, 0.010)
 _GRAVITY, _BETWEEN_SAMPLES = 9.81, 0.05
 
 _SAME = 0.01
-"""The share within which what is found with two tolerances is the same."""
+"""Relative difference within which results of two tolerances count as equal."""
 
 _STRAIGHT = 1e-6
 """Bend angle up to which an arm counts as straight [rad]."""

@@ -89,7 +89,7 @@ MEANINGS: dict[Decoupled, str] = {
     "uav blocks": "position, attitude and arm as three blocks",
     "element, full C": "M diagonal, C whole",
 }
-"""What the off-diagonal elements may mean, by the names of `Reading.decoupled`."""
+"""Meanings of the off-diagonal elements, by the names of `Reading.decoupled`."""
 
 
 def readings_of_decoupled(evidence: Evidence) -> Judgement:

@@ -35,7 +35,7 @@ AGREES = 1e-6
 """Relative; central differences reach 1e-9."""
 
 APART = 1e-5
-"""Seconds between the two sides of a central difference, and what is in their middle."""
+"""Seconds between the two sides of a central difference, and their middle."""
 
 
 FEATURES, TWIST = "features' rate", "camera's twist"
@@ -55,7 +55,7 @@ def camera_from_image(_: Evidence) -> Judgement:
             conditions.append(sizes[-1] / sizes[0])
             found = np.linalg.pinv(L) @ image_rate(points, twist)
             errors.append(np.linalg.norm(found - twist) / np.linalg.norm(twist))
-    # What rounding leaves of a matrix of rank 5 is below 1e-15.
+    # Rounding leaves a matrix of rank 5 a sixth singular value below 1e-15.
     rank_6 = bool(min(conditions) > 1e-12)
     view = judged(
         rank_6 and bool(max(errors) < 1e-9),

@@ -289,7 +289,7 @@ READINGS_OF_T_E: dict[str, Callable[[Array], Array]] = {
     "T_e⁻¹ in axes of the world": lambda q: np.linalg.inv(equations.euler_rate_matrix(q)),
     "T_e⁻¹ in axes of the UAV": lambda q: np.linalg.inv(body_rate_matrix(q)),
 }
-"""What stands in the columns of the Euler rates of J_p and J_o, by the reading."""
+"""Factors in the columns of the Euler rates of J_p and J_o, by the reading."""
 
 
 def euler_rate_mapping(evidence: Evidence) -> Judgement:

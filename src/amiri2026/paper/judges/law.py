@@ -45,7 +45,7 @@ GROWS = 0.5
 """Rank correlation from which on one thing grows with another."""
 
 GONE = 0.01
-"""Share of its largest to which what goes to zero has fallen in the end."""
+"""Share of its largest value below which a quantity counts as converged to zero."""
 
 DRAWN = "gains drawn at random"
 

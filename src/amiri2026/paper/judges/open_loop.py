@@ -55,7 +55,7 @@ ANNOUNCED = {
     "initial bend",
     "initial roll",
 }
-"""What section IV says that IV-B varies."""
+"""Parameters that IV-B varies, according to section IV."""
 
 
 def identical_conditions(evidence: Evidence) -> Judgement:

@@ -29,7 +29,7 @@ from continuair.equations import camera_jacobian
 Array = np.ndarray
 
 STATES, SCALES, SETS = 50, (0.01, 0.1, 1.0), 20
-"""States that V̇ is computed at, what they are scaled by, and sets of gains drawn for it."""
+"""States at which V̇ is computed, their scale, and sets of gains drawn for it."""
 
 RATES = (0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 1.0)
 """Largest q̇ of those states [m/s, rad/s, 1/(m s), rad/s]."""

@@ -28,7 +28,7 @@ from continuair.vehicle.vehicle import Vehicle
 Array = np.ndarray
 
 MODERATE = 0.5
-"""Frequency over the clamped one at which errors are quoted and couplings are told apart."""
+"""Frequency over the clamped one at which errors are quoted and couplings separated."""
 
 REFINED = 8
 """Frequencies of the round that halves in on a limit."""
@@ -38,7 +38,7 @@ SETTLED, LASTING = 0.1, 8.0
 of so many times what the slowest motion of the loop takes."""
 
 _LONGER = float(np.sqrt(10.0))
-"""Ratio of the durations of flights that fly together: what acts on them is sampled once."""
+"""Ratio of the durations of flights simulated together, whose loads are sampled once."""
 
 
 def excite(vehicle: Vehicle, name: str, tolerance: float, loop: Loop = NO_LOOP) -> dict[str, Any]:

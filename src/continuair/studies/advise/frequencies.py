@@ -15,16 +15,16 @@ from continuair.vehicle.vehicle import Vehicle
 Array = np.ndarray
 
 SCAN = np.geomspace(0.05, 3.0, 20)
-"""Frequencies over the clamped one that are tried of every vehicle."""
+"""Frequencies over the clamped one that are tried for every vehicle."""
 
 LONGEST = float(least_periods(SCAN[0]))
 """Clamped periods that a flight at the lowest of them lasts in a loop."""
 
 _WIDER = 1.5
-"""Ratio of the frequencies below: what a loop does changes within more than that."""
+"""Ratio of the frequencies below, over which a loop's response changes little."""
 
 _BESIDE = 0.02
-"""Share by which a resonance is away from all others that are tried, or is not tried itself."""
+"""Relative distance of a resonance from all frequencies tried, below which it is left out."""
 
 _SWOLLEN = 5.0
 """Times a resonance decays by e while it swells, and while it counts."""

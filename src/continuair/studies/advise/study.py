@@ -37,14 +37,14 @@ from continuair.studies.timing import median_ratios
 from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_single_vehicle
 
 PIXELS = 0.7
-"""|DS| that is good enough by default [px]."""
+"""Tolerated |DS| by default [px]."""
 
 _STEPS, _REPEATS = 20_000, 11
 
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Largest errors that count as good enough: of the tip [share of l, rad], and of DS [px]."""
+    """Tolerances: of the tip [share of l, rad], and of DS [px]."""
 
     tip: float = 0.02
     pixels: float = PIXELS

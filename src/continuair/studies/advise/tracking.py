@@ -77,8 +77,7 @@ def _fly(
 ) -> dict[str, np.ndarray]:
     """Return the RMS error of the coupled plant, and |DS| of each model, by duration."""
     letters = [letter] * len(durations)
-    # What a start that is off leaves, which a slow law takes long to bring home, is none of the
-    # target's speed.
+    # No initial error: its transient, long for a slow law, does not depend on the target's speed.
     scenario = task(vehicle, letters, law, durations.tolist(), off=False)
     flights = {}
     for model in (REFERENCE, *models):

@@ -71,7 +71,7 @@ def _pushed(summary: xr.Dataset) -> Answer:
     held = [_at_least(summary, none["force"], loop["force"]) for none, loop in both.values()]
     return Answer(
         "Where a force pushes the UAV sideways, a loop does not help",
-        # Kinds whose limits are both below what was flown do not tell; others do.
+        # Kinds whose limits are both below all frequencies do not decide; others do.
         _together([each for each in held if each is not None] or held),
         "; ".join(_compared(summary, str(kind), ("force",)) for kind in both),
     )

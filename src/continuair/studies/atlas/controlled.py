@@ -36,7 +36,7 @@ CONTROLLED_RANGES = {
     "damping_ratio": RANGES["damping_ratio"],
     "bandwidth": (0.2, 4.0),
 }
-"""Ends of what each group is sampled from, evenly in its logarithm.
+"""Range of each group, sampled uniformly in its logarithm.
 
 bandwidth: of the loop's attitude, over the arm's clamped frequency.
 """

@@ -13,7 +13,7 @@ from continuair.studies.atlas.rule import logarithm, products
 Array = np.ndarray
 
 TWO = ("coupling",)
-"""What the rule of two numbers knows besides the frequency."""
+"""Variables of the rule of two numbers besides the frequency."""
 
 BESIDES = (
     (),

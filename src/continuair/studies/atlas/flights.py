@@ -30,7 +30,7 @@ RANGES = {
     "load": (0.02, 0.6),
     "frequency": (0.1, 4.0),
 }
-"""Ends of what each group is sampled from, evenly in its logarithm."""
+"""Range of each group, sampled uniformly in its logarithm."""
 
 FREE = ("mass_ratio", "inertia_ratio", "gravity_number", "slenderness", "damping_ratio", "bend")
 """Groups of a flight on which nothing oscillates."""
@@ -40,7 +40,7 @@ ERRORS = {
     "error": "RMSE of the tip's position over the arm's length",
     "angle": "RMS of the angle between the tips [rad]",
 }
-"""What is kept of a pair."""
+"""Recorded values of a pair."""
 
 RTOL = 1e-6
 """Tolerance of the flights: 1e-4 leaves errors of weakly coupled vehicles up to a fifth off."""

@@ -29,7 +29,7 @@ from continuair.vehicle.runs import take
 Array = np.ndarray
 
 TOLERANCES = (0.02, 0.05)
-"""Errors that count as good enough; the first is what `advise` asks for by default."""
+"""Tolerances of errors; the first is the default of `advise`."""
 
 KINDS = {
     "soft, fast": ((0.2, 2.0), (2.0, 4.0)),
@@ -44,7 +44,7 @@ SPREAD = (0.1, 0.25, 0.5, 0.75, 0.9)
 """Quantiles over vehicles of the limits that were flown."""
 
 STANDS = ("answered", "unsafe", "fine", "kept")
-"""What `against` tells of a rule."""
+"""Results of `against` for a rule."""
 
 _BATCH = 256
 

@@ -22,7 +22,7 @@ NUMBERS = {
     "none": ("coupling", "gravity_number"),
     "position": ("coupling", "gravity_number", "bandwidth", "mass_ratio"),
 }
-"""What a rule knows of a vehicle in each loop, besides the frequency."""
+"""Variables of a rule in each loop, besides the frequency."""
 
 ENDS = {"coupling": COUPLING} | CONTROLLED_RANGES
 """Range of each number."""

@@ -23,7 +23,7 @@ from continuair.studies.atlas.summary import summarise, summarise_loops
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time
 
 RUNS, LEAST = 100_000, 600
-"""Open-loop runs by default, and the fewest that say anything."""
+"""Open-loop runs by default, and the fewest that are meaningful."""
 
 VEHICLES, LEAST_VEHICLES = 2048, 128
 """Vehicles that are flown with a loop by default, and the fewest that a rule can be made of."""
