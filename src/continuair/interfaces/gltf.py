@@ -101,8 +101,8 @@ def _document(motion: Motion) -> Glb:
     skinned, seeing = [], vehicle.camera.tip_frame == "untwisted"
     for index, (arm, bend) in enumerate(parts(vehicle, motion.bend)):
         sees = seeing and index == vehicle.camera_arm
-        eye = [_camera(stage.glb, vehicle.camera)] if sees else []
-        joints = _joints(stage, arm, bend, [*_tip(stage, arm), *eye])
+        cameras = [_camera(stage.glb, vehicle.camera)] if sees else []
+        joints = _joints(stage, arm, bend, [*_tip(stage, arm), *cameras])
         hung.append(joints[0])
         skinned.append(_skin(stage, arm, joints))
     uav = stage.moved(stage.glb.node("uav", hung), motion.position, motion.attitude)
@@ -191,11 +191,11 @@ def _camera(glb: Glb, camera: Camera) -> int:
     across, down = np.divide(camera.image_size, camera.focal_length)
     lens = {"yfov": 2.0 * float(np.arctan(down / 2.0)), "aspectRatio": float(across / down)}
     lens["znear"] = 0.01
-    eye = glb.add("cameras", {"type": "perspective", "perspective": lens})
+    lens_index = glb.add("cameras", {"type": "perspective", "perspective": lens})
     tip = Rotation.from_quat(HALF_TURN)
     turn = tip * Rotation.from_quat(camera.attitude) * Rotation.from_quat(HALF_TURN)
     at = tip.apply(camera.position)
-    return glb.node("camera", camera=eye, translation=at, rotation=turn.as_quat())
+    return glb.node("camera", camera=lens_index, translation=at, rotation=turn.as_quat())
 
 
 def _skin(stage: _Stage, arm: ArmChain, joints: list[int]) -> int:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from continuair.analysis.backbone import placed
 from continuair.figures import style
 from continuair.viewer.bodies import Bodies, rotors_of
+from continuair.viewer.camera import CameraView
 from continuair.viewer.colours import (
     COLOURS,
     DARK,
@@ -23,7 +24,6 @@ from continuair.viewer.colours import (
     scale_of_bends,
 )
 from continuair.viewer.scene import Scene
-from continuair.viewer.sight import Eye
 
 Array = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ class Picture:
         }
         self._key(figure)
         self._bar(figure)
-        self._inset = None if scene.eye is None else Inset(figure, scene.eye)
+        self._inset = None if scene.camera_view is None else Inset(figure, scene.camera_view)
         self._frame_of_uav = _outline(scene)
         self._low, self._high = self._limits()
 
@@ -172,21 +172,21 @@ class Picture:
 class Inset:
     """The camera's image in a corner: tracks, where points belong, and where they are."""
 
-    def __init__(self, figure: Figure, eye: Eye) -> None:
-        self._eye = eye
-        width, height = eye.camera.image_size
+    def __init__(self, figure: Figure, view: CameraView) -> None:
+        self._camera_view = view
+        width, height = view.camera.image_size
         axes = figure.add_axes((0.03, 0.62, 0.24, 0.27))
         axes.set(xlim=(0, width), ylim=(height, 0), xticks=[], yticks=[], aspect="equal")
-        colours = [COLOURS[index % len(COLOURS)] for index in range(eye.image.shape[1])]
+        colours = [COLOURS[index % len(COLOURS)] for index in range(view.image.shape[1])]
         for index, colour in enumerate(colours):
-            axes.plot(*eye.image[:, index].T, color=colour, alpha=0.45, lw=0.8)
-        axes.plot(*eye.desired.T, "+", color="#333333", ms=6)
-        u, v = eye.image[0].T
+            axes.plot(*view.image[:, index].T, color=colour, alpha=0.45, lw=0.8)
+        axes.plot(*view.desired.T, "+", color="#333333", ms=6)
+        u, v = view.image[0].T
         self._points = axes.scatter(u, v, c=colours, s=14)
 
     def show(self, frame: int) -> None:
         """Show the image of a frame."""
-        self._points.set_offsets(self._eye.image[frame])
+        self._points.set_offsets(self._camera_view.image[frame])
 
 
 def _heads(arrows: Array, longest: float) -> Array:

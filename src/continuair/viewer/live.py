@@ -9,9 +9,9 @@ import numpy as np
 from continuair.flight.live import Simulation
 from continuair.vehicle.arc import bend_vectors
 from continuair.viewer.bodies import bodies
+from continuair.viewer.camera import Aim
 from continuair.viewer.player import Clock
 from continuair.viewer.scene import Scene
-from continuair.viewer.sight import Aim
 
 _TICK = 1.0 / 30.0
 """Period of polling the simulation [s]."""

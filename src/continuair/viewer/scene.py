@@ -17,8 +17,8 @@ from continuair.interfaces.acting import told_of, untold_of, warn_of_lacking
 from continuair.kernels.step import OK, STATUS
 from continuair.vehicle.vehicle import Vehicle
 from continuair.viewer.bodies import Bodies, bodies, rotors_of
+from continuair.viewer.camera import Aim, CameraView, aim_of, camera_view_of
 from continuair.viewer.forces import Force, forces_of, scale_of
-from continuair.viewer.sight import Aim, Eye, aim_of, eye_of
 from continuair.warning import warn
 
 Array = NDArray[np.float64]
@@ -56,7 +56,7 @@ class Scene:
     bodies: Bodies
     ghost: Bodies | None
     ghost_model: str
-    eye: Eye | None
+    camera_view: CameraView | None
     aim: Aim | None
     forces: dict[str, Force]
     flying: NDArray[np.bool_]
@@ -144,7 +144,7 @@ def scene(
         placed,
         others,
         "" if ghost is None else model_of(ghost),
-        eye_of(shown, flown, placed),
+        camera_view_of(shown, flown, placed),
         aim_of(shown),
         forces_of(shown, flown, placed, told, flying),
         both,
