@@ -312,7 +312,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     "points on a line": (
         lambda: ca.design(flights.VEHICLE, 1.0, desired=[-0.1, 0, 0.0, 0, 0.1, 0, 0.2, 0]),
         "desired is [-0.1, 0, 0.0, 0, 0.1, 0, ...], which does not determine the camera's pose",
-        "4 points that are not on a line",
+        "not on a line",
     ),
     "design of a batch": (
         lambda: ca.design(BATCH, 1.0),
