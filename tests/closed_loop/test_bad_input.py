@@ -89,7 +89,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "give all of them the same",
     ),
     "law without a law": (
-        lambda: fly(ca.Controller("mine", lambda code: code, {}, looks=False)),
+        lambda: fly(ca.Controller("mine", lambda code: code, {}, looks=False)),  # type: ignore
         "law returns no Gains",
         "a Warp struct, and control",
     ),
@@ -312,7 +312,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     "points on a line": (
         lambda: ca.design(flights.VEHICLE, 1.0, desired=[-0.1, 0, 0.0, 0, 0.1, 0, 0.2, 0]),
         "desired is [-0.1, 0, 0.0, 0, 0.1, 0, ...], which does not determine the camera's pose",
-        "4 points that are not on a line",
+        "not on a line",
     ),
     "design of a batch": (
         lambda: ca.design(BATCH, 1.0),
@@ -329,7 +329,11 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "vehicle 'paper' holds 2 runs",
         "vehicle.select",
     ),
-    "classic of nothing": (lambda: ca.classic("paper"), "vehicle is 'paper'", "load_vehicle"),
+    "classic of nothing": (
+        lambda: ca.classic("paper"),  # type: ignore[arg-type]
+        "vehicle is 'paper'",
+        "load_vehicle",
+    ),
     "hold position": (lambda: ca.hold(flights.VEHICLE, [0, 1]), "position is [0, 1]", "3 finite"),
     "hold attitude": (
         lambda: ca.hold(flights.VEHICLE, [0, 0, 3], [0, 0, 0, 0]),

@@ -32,7 +32,7 @@ GAINS: dict[str, dict[str, Any]] = {
 }
 
 
-def still(gains: dict[str, Any], compensation: str, duration: float) -> ca.Scenario:
+def still(gains: dict[str, Any], compensation: Any, duration: float) -> ca.Scenario:
     controller = ca.servoing(**gains, sigma=SIGMA, compensation=compensation)
     return flights.scenario(controller, duration, control_period=None)
 

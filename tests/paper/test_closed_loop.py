@@ -15,7 +15,6 @@ from amiri2026.paper.judges.strokes import kinds_of_stroke
 from amiri2026.tracking.study import Tracking, tracking
 from amiri2026.verdicts import DEPENDS, FAILS, HOLDS, UNDECIDED, Judgement
 from continuair import equations
-from continuair.equations import eye
 from continuair.equations.camera import to_normalised
 from continuair.scenario.tracking_task import SETTINGS, equipped
 from tests.paper import given
@@ -110,14 +109,14 @@ def test_columns_of_j_l_are_slopes_of_the_image(flown: Evidence) -> None:
     flight = letter.flown(flown, "coupled").isel(time=slice(5, 6))
     q = flight["q"].to_numpy()[0]
     slopes = letter.image_slopes(flight, vehicle)[0]
-    at, R = eye.camera_pose(vehicle, q)
+    at, R = equations.camera_pose(vehicle, q)
     seen = to_normalised(vehicle.camera, flight["features"].to_numpy()[0]).reshape(-1, 2)
     depth = flight["depth"].to_numpy()[0]
     points = at + np.column_stack([seen * depth[:, None], depth]) @ R.T
     h = 1e-4
     for axis in range(3):
         shift = h * np.eye(8)[axis]
-        ahead, behind = (eye.look(vehicle, q + by, points)[0] for by in (shift, -shift))
+        ahead, behind = (equations.look(vehicle, q + by, points)[0] for by in (shift, -shift))
         np.testing.assert_allclose(slopes[:, axis], (ahead - behind) / (2 * h), atol=1e-7)
 
 

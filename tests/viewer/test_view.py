@@ -252,7 +252,7 @@ def test_a_study_shows_the_flight_that_is_named_beside_the_decoupled_one(tmp_pat
     moved = apart.ghost.position - apart.bodies.position
     np.testing.assert_allclose(moved, 1.0, rtol=1e-14)
     told = run(str(tmp_path / "study"), "--flight", "C")
-    assert told.exit_code == 2 and "there is none of that name" in told.output
+    assert told.exit_code == 2 and "which does not exist" in told.output
 
 
 def test_a_run_of_a_batch_has_the_vehicle_of_its_own(tmp_path: Path) -> None:

@@ -45,7 +45,7 @@ def rows(results: dict[str, Any]) -> list[tuple[str, str, dict[str, Any]]]:
 
 
 def as_table(results: dict[str, Any]) -> str:
-    """Return the results in Markdown, those of the preset `paper` beside what the paper prints."""
+    """Return the results in Markdown, those of the preset `paper` beside the printed ones."""
     lines = [
         f"# Open-loop tests, vehicle {results['vehicle']['name']}",
         "",
@@ -93,7 +93,7 @@ def remarks(results: dict[str, Any]) -> list[str]:
 
 
 def of_angles(results: dict[str, Any]) -> list[str]:
-    """A sentence where Euler angles tell of no rotation."""
+    """Return a sentence if Euler angles do not describe the rotation."""
     return of_overstated_angles(
         (f"Test {letter}, {model}", entry)
         for letter, model, entry in rows(results)
@@ -102,7 +102,7 @@ def of_angles(results: dict[str, Any]) -> list[str]:
 
 
 def _kappa_s_table(results: dict[str, Any]) -> list[str]:
-    """Test C with other kappa_s, beside what is reported."""
+    """Return Test C with other kappa_s, beside the reported result."""
     if not results["kappa_s"]:
         return []
     variants = [(results["vehicle"]["arm"]["kappa_s"], results["tests"]["C"])]

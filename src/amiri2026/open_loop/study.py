@@ -1,7 +1,7 @@
-"""The open-loop tests A to D of Amiri et al.: how far simpler models are from the coupled one.
+"""The open-loop tests A to D of Amiri et al.: differences of simpler models from the coupled one.
 
-Every flight is simulated again within a tenth of its tolerance, so that a difference between models
-can be told from an error of the integration.
+Every run is repeated within a tenth of its tolerance, so that a difference between models can be
+told apart from an error of the integration.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ PRINTED = {
     "C": {"nrmse_t": 0.3576, "nrmse_r": 0.5369},
     "D": {"nrmse_t": 0.2464, "nrmse_r": 0.3002},
 }
-"""What Amiri et al. print for coupled against decoupled; the vehicle's parameters are not."""
+"""Printed errors of decoupled against coupled, Amiri et al.; the parameters are not printed."""
 
 NOTE = (
     "Amiri et al. print neither the vehicle's parameters nor the reading of the metric behind "
@@ -70,9 +70,9 @@ def open_loop(
 ) -> OpenLoop:
     """Run open-loop tests with several models and compare them with the coupled one.
 
-    tests: letters A to D, e.g. "AC". models: names; `coupled` is added as the reference. f1: what
-    Test D's chirp, of which 1 s is flown, would reach at 10 s [Hz]. progress: called with (done,
-    total, what) before each flight. Raises InputError for unknown tests or models, and for a
+    tests: letters A to D, e.g. "AC". models: names; `coupled` is added as the reference. f1:
+    frequency of Test D's chirp at 10 s [Hz], of which 1 s is simulated. progress: called with
+    (done, total, what) before each flight. Raises InputError for unknown tests or models, and for a
     batched vehicle.
     """
     check_one_section(vehicle)
@@ -110,7 +110,7 @@ def _as_printed(vehicle: Vehicle, letters: Sequence[str], models: Sequence[str],
 
 
 class _Flights:
-    """Simulates all chosen models, and tells how many of the flights are done."""
+    """Simulates all chosen models, and reports progress."""
 
     def __init__(self, progress: Progress | None, models: Sequence[str], rounds: int) -> None:
         self.models = models
@@ -118,7 +118,7 @@ class _Flights:
 
     @untold("error_estimate")
     def fly(self, vehicle: Vehicle, scenario: Scenario, note: str = "") -> Flown:
-        """Trajectories of all models."""
+        """Return trajectories of all models."""
         flown = {}
         for model in self.models:
             self._steps.begin(f"{scenario.name}{note}, {model}")
@@ -129,7 +129,7 @@ class _Flights:
 
 
 def _entries(flown: Flown, vehicle: Vehicle, scenario: Scenario) -> Entries:
-    """Entries with the reason why a flight has not converged."""
+    """Return entries with the reason why a flight has not converged."""
     entries = entries_of(flown, float(vehicle.reach))
     for model, entry in entries.items():
         entry["reason"] = _reason(entry, scenario, vehicle, flown[model])
@@ -139,14 +139,14 @@ def _entries(flown: Flown, vehicle: Vehicle, scenario: Scenario) -> Entries:
 
 
 def _is_singular(scenario: Scenario) -> bool:
-    """Tell whether Q_psi_a acts, which is divided by the bend."""
+    """Return whether Q_psi_a acts, which is divided by the bend."""
     return callable(scenario.tau)
 
 
 def _reason(
     entry: dict[str, Any], scenario: Scenario, vehicle: Vehicle, dataset: xr.Dataset
 ) -> str:
-    """Say why a flight has not converged; nothing if it has."""
+    """Return why a flight has not converged; nothing if it has."""
     if entry["converged"]:
         return ""
     if entry["status"]:
@@ -164,14 +164,14 @@ def _reason(
 
 
 def _other_kappa_s(vehicle: Vehicle) -> list[float]:
-    """Thresholds kappa_s beside the arm's, below which Q_psi_a is divided by kappa_s instead."""
+    """Return thresholds kappa_s around the arm's, below which Q_psi_a is divided by kappa_s."""
     return [factor * vehicle.arm.kappa_s for factor in KAPPA_S_FACTORS if vehicle.arm.kappa_s > 0]
 
 
 def _vary_kappa_s(
     values: Sequence[float], flights: _Flights, vehicle: Vehicle, scenario: Scenario
 ) -> list[dict[str, Any]]:
-    """Metrics with other thresholds kappa_s."""
+    """Return metrics with other thresholds kappa_s."""
     rows = []
     for kappa_s in values:
         changed = vehicle.replace({"arm.kappa_s": kappa_s})

@@ -1,4 +1,4 @@
-"""The four letters flown under choices that the paper does not print: start and compensation."""
+"""The four letters under choices that the paper does not print: start and compensation."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def nominal(evidence: Evidence) -> Loop:
 
 
 def reading(evidence: Evidence, *choices: str) -> str:
-    """Return the choices in words, with the structural damping that is flown."""
+    """Return the choices in words, with the structural damping used."""
     damping = float(excited_arm(equipped(evidence.vehicle, NOMINAL)).damping_ratio)
     return ", ".join([*choices, f"{percent(damping)} damping"])
 

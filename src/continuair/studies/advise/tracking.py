@@ -25,13 +25,12 @@ SCANNED, REFINED = 10, 6
 def tracking_limit(
     vehicle: Vehicle, letter: str, gains: Gains, models: tuple[str, ...], pixels: float
 ) -> dict[str, Any]:
-    """Target speed up to which each model's plant stays within `pixels` of the coupled one, behind
-    a camera without noise.
+    """Return the target speed up to which each model stays within `pixels` of the coupled one.
 
-    Returns by model: ds_max_px at the slowest letter, limit_m_s (NaN: none of those tried, inf:
-    all), and the scan: speeds [m/s] and the largest |DS| [px] after the transient (NaN where a run
-    ended early, or rounding decides where it goes); and rms_px of the coupled plant. Raises
-    InputError.
+    The camera has no noise. Returns by model: ds_max_px at the slowest letter, limit_m_s (NaN: none
+    of those tried, inf: all), and the scan: speeds [m/s] and the largest |DS| [px] after the
+    transient. |DS| is NaN where a run ended early, or rounding dominates it. rms_px: of the coupled
+    plant. Raises InputError.
     """
     # Of one draw of noise, limits would be that draw's.
     flown = equipped(vehicle, SETTINGS["nominal"]).replace({"camera.noise": 0.0})
@@ -63,7 +62,7 @@ def tracking_limit(
 
 
 def tracking_notes(vehicle: Vehicle) -> list[str]:
-    """Return sentences on how the vehicle is flown in tracking otherwise than it is."""
+    """Return sentences on differences between the vehicle and its simulation in tracking."""
     if not (noise := vehicle.camera.noise):
         return damping_notes(vehicle)
     return [
@@ -76,10 +75,9 @@ def tracking_notes(vehicle: Vehicle) -> list[str]:
 def _fly(
     vehicle: Vehicle, letter: str, law: Any, durations: np.ndarray, models: tuple[str, ...]
 ) -> dict[str, np.ndarray]:
-    """RMS error of the coupled plant, and |DS| of each model, by duration."""
+    """Return the RMS error of the coupled plant, and |DS| of each model, by duration."""
     letters = [letter] * len(durations)
-    # What a start that is off leaves, which a slow law takes long to bring home, is none of the
-    # target's speed.
+    # No initial error: its transient, long for a slow law, does not depend on the target's speed.
     scenario = task(vehicle, letters, law, durations.tolist(), off=False)
     flights = {}
     for model in (REFERENCE, *models):
@@ -97,6 +95,6 @@ def _fly(
 
 
 def _speed(letter: str, duration: float) -> float:
-    """Largest speed of the letter's centroid [m/s]."""
+    """Return the largest speed of the letter's centroid [m/s]."""
     velocity = paths.letter(letter, LETTER_HEIGHT, duration)(np.linspace(0.0, duration, 2001))[1]
     return float(np.linalg.norm(velocity, axis=1).max())

@@ -1,4 +1,4 @@
-"""What the camera looks with, and what it looks at."""
+"""The camera and its feature points."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Eye:
+class CameraView:
     """The camera over frames: position (F, 3), attitude (F, 4), x y z w, image of the feature
     points (F, n, 2) and where they belong (n, 2) [px], NaN of those not seen."""
 
@@ -39,8 +39,8 @@ class Aim:
     points: Array
 
 
-def eye_of(flight: xr.Dataset, vehicle: Vehicle, placed: Bodies) -> Eye | None:
-    """Return the camera of a flight that looked through it."""
+def camera_view_of(flight: xr.Dataset, vehicle: Vehicle, placed: Bodies) -> CameraView | None:
+    """Return the camera of a flight that used it."""
     if "features" not in flight or "feature_error" not in flight:
         return None
     camera, arm = vehicle.camera, vehicle.camera_arm
@@ -59,7 +59,7 @@ def eye_of(flight: xr.Dataset, vehicle: Vehicle, placed: Bodies) -> Eye | None:
     finite = np.isfinite(wanted).all(-1)
     desired = wanted[np.argmax(finite)]
     attitude = np.where(np.isfinite(attitude), attitude, attitude[0])
-    return Eye(
+    return CameraView(
         camera,
         position,
         attitude,
@@ -77,19 +77,19 @@ def aim_of(flight: xr.Dataset) -> Aim | None:
     return Aim(centroid, centroid[:, None] + points)
 
 
-def in_image(eye: Eye, depth: float) -> Array:
+def in_image(view: CameraView, depth: float) -> Array:
     """Return where the feature points' images are on a plane at a depth, world axes (F, n, 3) [m].
 
     depth: from the camera [m].
     """
-    camera = eye.camera
-    flat = (eye.image - np.asarray(camera.principal_point)) / np.asarray(camera.focal_length)
+    camera = view.camera
+    flat = (view.image - np.asarray(camera.principal_point)) / np.asarray(camera.focal_length)
     rays = depth * np.concatenate([flat, np.ones((*flat.shape[:-1], 1))], axis=-1)
-    return placed(eye.position, eye.attitude, rays)
+    return placed(view.position, view.attitude, rays)
 
 
 def _points(scenario: dict[str, Any]) -> Array:
-    """Feature points about the centroid (n, 3), none if the result does not say."""
+    """Return feature points about the centroid (n, 3); none if they are not recorded."""
     try:
         target = scenario["target"]
         target = target[0] if isinstance(target, list) else target
