@@ -143,7 +143,7 @@ def test_what_cannot_be_believed_in_is_refused() -> None:
             law.believing(batch), duration=0.01, q=np.tile([0, 0, 3, 0, 0, 0, 0, 0], (2, 1))
         )
         ca.simulate(VEHICLE, start, sample=0.01)
-    with pytest.raises(ca.InputError, match="a law that does not know its vehicle"):
+    with pytest.raises(ca.InputError, match="nominal model"):
         ca.lyapunov(VEHICLE, scenario(law.believing(VEHICLE)))
 
 

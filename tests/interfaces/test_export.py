@@ -132,7 +132,7 @@ def test_results_that_are_damaged_or_not_ours_or_later_are_told_so(
     for path, told in (
         (cut, "cannot be read as netCDF"),
         (text, "cannot be read as netCDF"),
-        (other, "which holds no flight of continuair"),
+        (other, "no flight of continuair"),
         (later, "which continuair 99.0 has written, and this is"),
         (tmp_path, "is a folder"),
     ):

@@ -71,12 +71,12 @@ def spoilt(file: Path, at: Path, what: str) -> Path:
 @pytest.mark.parametrize(
     ("what", "words"),
     [
-        ("not ours", "which holds no flight of continuair"),
+        ("not ours", "no flight of continuair"),
         ("text", "cannot be read as netCDF"),
         ("truncated", "cannot be read as netCDF"),
         ("newer", "which continuair 99.1 has written, and this is"),
-        ("no vehicle", "which does not say which vehicle flew"),
-        ("odd vehicle", "says of its vehicle what cannot be read"),
+        ("no vehicle", "no attribute vehicle"),
+        ("odd vehicle", "unreadable vehicle"),
         ("no bend", "which holds no bend over time"),
         ("absent", "there is no such file"),
     ],

@@ -13,7 +13,7 @@ coupled but for one part of what decoupling drops: see continuair/analysis/coupl
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, get_args
 
 import warp as wp
 
@@ -23,17 +23,18 @@ from continuair.kernels.arm.chain import chain_code
 from continuair.kernels.elimination import elimination_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.term_sum import acting_code
+from continuair.typing import Model
 
-MODELS = ("coupled", "decoupled", "independent")
+MODELS: tuple[Model, ...] = get_args(Model)
 """Models to simulate with."""
 
-REFERENCE = "coupled"
+REFERENCE: Model = "coupled"
 """The model that the others are compared with."""
 
-SIMPLER = ("decoupled", "independent")
+SIMPLER: tuple[Model, ...] = ("decoupled", "independent")
 """The others, in which couplings are left out."""
 
-PLANTS = ("coupled", "decoupled")
+PLANTS: tuple[Model, ...] = ("coupled", "decoupled")
 """The paper's two models, on whose plants a law is judged."""
 
 COUPLINGS = ("carriage", "inertia", "coriolis")

@@ -143,7 +143,7 @@ def _errors(
     """Error of each model at each frequency; longer: than need be, and at least so many periods;
     alone: periods that flights last (n,), 0 for one that lasts as others do."""
     frequencies = np.asarray(frequencies, float)
-    errors = {model: np.empty(len(frequencies)) for model in SIMPLER}
+    errors: dict[str, Array] = {model: np.empty(len(frequencies)) for model in SIMPLER}
     alone = np.zeros(len(frequencies)) if alone is None or not loop.settles else alone
     shared = np.flatnonzero(alone == 0.0)
     parts = [(shared[at], periods) for at, periods in _together(name, frequencies[shared], loop)]
