@@ -122,7 +122,7 @@ def test_check_says_of_what_rotors_have_left_what_a_hover_says() -> None:
     bent = straight.replace(q=[*start, 1.0 / vehicle.arm.length, 0.0])
     with pytest.raises(ca.InputError, match="sideways force") as refused:
         ca.simulate(vehicle, bent, sample=0.01)
-    (aside,) = re.findall(r"sideways by (\S+) N", str(refused.value))
+    (aside,) = re.findall(r"sideways force of (\S+) N", str(refused.value))
     assert told["rotors' margin, arm bent by 1 rad"].endswith(f"sideways by {aside} N")
 
 

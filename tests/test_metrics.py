@@ -283,7 +283,7 @@ def test_runs_are_compared_with_themselves_alone() -> None:
     vehicles = ca.load_vehicle("paper").replace({"uav.mass": [1.0, 2.0, 3.0]})
     flights = [ca.simulate(vehicles, open_loop_test("B"), model=model, sample=0.1)
                for model in ("coupled", "decoupled")]  # fmt: skip
-    with pytest.raises(ca.InputError, match="other holds the runs .1, 2., but coupled .0, 1."):
+    with pytest.raises(ca.InputError, match="other has the runs .1, 2., but coupled .0, 1."):
         ca.compare(flights[0].sel(run=[0, 1]), flights[1].sel(run=[1, 2]))
     with pytest.raises(ca.InputError, match="same runs in the same order"):
         ca.compare(flights[0].isel(run=[2, 1, 0]), flights[1])
@@ -306,7 +306,7 @@ def test_arms_are_compared_with_themselves_alone() -> None:
     assert alone["rmse_t_m"] == np.asarray(found["rmse_t_m"])[1]
     with pytest.raises(ca.InputError, match="the same arms in the same order"):
         ca.compare(coupled.isel(arm=0), other.isel(arm=1))
-    with pytest.raises(ca.InputError, match="other holds a single arm, but coupled 2 arms"):
+    with pytest.raises(ca.InputError, match="other has a single arm, but coupled 2 arms"):
         ca.compare(coupled, other.isel(arm=1))
 
 

@@ -240,19 +240,19 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     "latency over runs": (
         lambda: fly(vehicle=flights.VEHICLE.replace({"camera.latency": [0.0, 0.01]})),
         "camera.latency is [0.0, 0.01] over the runs",
-        "give all runs the same",
+        "one value for all",
     ),
     "no target": (lambda: fly(target=None), "target is None", "continuair.Target"),
     "not a target": (lambda: fly(target=3), "target is 3", "continuair.Target"),
     "empty list of targets": (lambda: fly(target=[]), "target is []", "continuair.Target"),
-    "targets of different points": (
+    "target has targets of different points": (
         lambda: fly(target=[flights.STILL, ca.Target(ca.paths.hold(), TRIANGLE)]),
-        "targets of 4 and 3 points",
+        "target has targets of 4 and 3 points",
         "the same points",
     ),
     "targets of moved points": (
         lambda: fly(target=[flights.STILL, ca.Target(ca.paths.hold(), 0.9 * ca.square())]),
-        "targets of different points",
+        "target has targets of different points",
         "the same points",
     ),
     "too few targets": (
@@ -262,7 +262,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     ),
     "too few controllers": (
         lambda: fly(ca.stack([SERVOING] * 2), q=np.tile(flights.start(), (3, 1))),
-        "scenario.controller holds 2 runs, but the batch has 3",
+        "scenario.controller has 2 runs, but the batch has 3",
         "one row per run",
     ),
     "target field": (

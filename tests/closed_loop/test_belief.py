@@ -137,7 +137,7 @@ def test_what_cannot_be_believed_in_is_refused() -> None:
         ca.simulate(VEHICLE, scenario(other, duration=0.01), sample=0.01)
     with pytest.raises(ca.InputError, match="believe in different vehicles"):
         ca.stack([law, law.believing(VEHICLE)])
-    with pytest.raises(ca.InputError, match="q holds 2 runs, but the batch has 3"):
+    with pytest.raises(ca.InputError, match="q has 2 runs, but the batch has 3"):
         batch = VEHICLE.replace({"uav.mass": np.array([1.0, 2.0, 3.0])})
         start = scenario(
             law.believing(batch), duration=0.01, q=np.tile([0, 0, 3, 0, 0, 0, 0, 0], (2, 1))

@@ -188,9 +188,9 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     "sharp corners": (
         lambda: paths.polyline(ZIGZAG, smoothing=0.0),
         "smoothing is 0.0",
-        "unbounded acceleration",
+        "above 0",
     ),
-    "all smoothing": (lambda: paths.letter("M", smoothing=1.0), "smoothing is 1.0", "0 and 1"),
+    "all smoothing": (lambda: paths.letter("M", smoothing=1.0), "smoothing is 1.0", "above 0"),
     "one point": (lambda: paths.polyline([[0, 0]]), "points is [[0, 0]]", "2 or more"),
     "ragged": (lambda: paths.polyline([[0, 0], [1]]), "points is [[0, 0], [1]]", "2 or 3 numbers"),
     "repeated": (lambda: paths.line([1, 1, 1], [1, 1, 1]), "points repeats", "leave out"),

@@ -96,7 +96,7 @@ BAD: dict[str, tuple[Any, str]] = {
             TWO, ca.flight_controller(TWO, bend_bandwidth=[5.0, 0.0]), np.zeros(10),
             setpoints=ca.Setpoints(bend=lambda t: [0.1, 0.0, t, 0.0]),
         ),
-        "setpoints bend section 1, which the controller flight controller leaves free",
+        "setpoints bend section 1, which the controller flight controller",
     ),
     "kind": (
         lambda: fly(PAPER, ca.flight_controller(PAPER), setpoints=[0, 0, 3]),

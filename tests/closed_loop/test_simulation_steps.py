@@ -239,12 +239,12 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     "wind": (
         lambda: simulation().step(wind=[1, 0, 0]),
         "wind is [1, 0, 0]",
-        "no [uav.drag]; leave it out",
+        "no [uav.drag]; omit it",
     ),
     "rotors": (
         lambda: simulation().step(rotor_command=[1]),
         "rotor_command is [1]",
-        "no [uav.rotors]; leave it out",
+        "no [uav.rotors]; omit it",
     ),
     "no target": (lambda: simulation().observe(), "target of the scenario is None", "give one"),
     "controller": (

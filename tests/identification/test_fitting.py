@@ -314,7 +314,7 @@ def test_a_fit_needs_data_a_vehicle_and_inputs() -> None:
     Path("empty.csv").write_text("")
     assert_refused(run("--data", "empty.csv", "--vehicle", "paper"), "column time is missing")
     Path("short.csv").write_text(",".join(MEASURED) + "\n")
-    assert_refused(run("--data", "short.csv", "--vehicle", "paper"), "holds 0 rows")
+    assert_refused(run("--data", "short.csv", "--vehicle", "paper"), "has 0 rows")
 
 
 def assert_refused(result: Any, *parts: str) -> None:

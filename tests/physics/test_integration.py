@@ -184,7 +184,7 @@ def test_single_precision_follows_double() -> None:
         ({"model": np.array(["coupled", "decoupled"])}, "model"),
         (
             {"method": "RK4", "step": np.array([1e-3, 1e-4])},
-            "step holds 2 runs, but the batch has 1",
+            "step has 2 runs, but the batch has 1",
         ),
         ({"sample": [0.1]}, "sample"),
         ({"sample": 2.0}, "sample is 2.0 s, longer than the flight of 1 s"),

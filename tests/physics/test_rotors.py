@@ -422,7 +422,7 @@ def test_results_of_rotors_survive_a_round_trip_through_a_file(tmp_path: Path) -
 
 UNUSABLE: list[tuple[ca.Vehicle, dict[str, Any], str, str]] = [
     (SLENDER, {"wind": (1.0, 0.0, 0.0)}, "wind is given, but the vehicle has no drag", "uav.drag"),
-    (SLENDER, {"rotor_command": (1.0,)}, "scenario.rotor_command holds 1 thrusts", "leave it out"),
+    (SLENDER, {"rotor_command": (1.0,)}, "scenario.rotor_command has 1 thrusts", "omit it"),
     (QUAD, {"rotor_command": np.ones(6)}, "scenario.rotor_command has 6 thrusts", "4 rotors"),
     (QUAD, {"rotor_thrust": np.ones(3)}, "scenario.rotor_thrust has 3 thrusts", "4 rotors"),
     (QUAD, {"rotor_thrust": np.full(4, 13.0)}, "scenario.rotor_thrust is [13.0", "12.0 N"),

@@ -16,9 +16,9 @@ def start(sections: int) -> np.ndarray:
 
 
 def test_a_start_for_another_number_of_sections_is_refused() -> None:
-    with pytest.raises(ca.InputError, match="scenario.q holds 8 numbers.*2 sections; give 10"):
+    with pytest.raises(ca.InputError, match="scenario.q has 8 numbers.*2 sections; give 10"):
         ca.simulate(TWO, ca.Scenario("short", start(1)))
-    with pytest.raises(ca.InputError, match="scenario.q holds 10 numbers.*1 sections; give 8"):
+    with pytest.raises(ca.InputError, match="scenario.q has 10 numbers.*1 sections; give 8"):
         ca.simulate(ca.load_vehicle("paper"), ca.Scenario("long", start(2)))
     with pytest.raises(ca.InputError, match="^q is .* must be 8 finite numbers"):
         ca.Scenario("odd", np.zeros(9))

@@ -52,7 +52,7 @@ def assert_refused(result: Any, *parts: str) -> None:
         (SMALL.replace("test =", "tset ="), ["tset", "use scenario.test"]),
         (SMALL.replace('"A"', '"E"'), ["test is 'E'"]),
         ("modles = []\n" + SMALL, ["modles", "use models"]),
-        (SMALL + '"scenario.roll" = [0.1]\n', ["holds 2", "holds 1", "together"]),
+        (SMALL + '"scenario.roll" = [0.1]\n', ["has 2", "has 1", "lengths"]),
         (SMALL + '[[vary]]\n"scenario.roll" = [1]\ndimension = "mass"\n', ["'mass'", "two"]),
         (SMALL + '[[vary]]\n"vehicle.uav.mass" = [1]\ndimension = "m"\n', ["in two tables"]),
         (SMALL + '[[vary]]\n"scenario.roll" = [1]\ndimension = "run"\n', ["'run'"]),
