@@ -135,7 +135,7 @@ def test_rotors_that_lean_give_lift_and_moments_as_asked(lean: tuple[float, floa
 
 def test_rotors_that_push_a_level_vehicle_sideways_do_not_hover_by_themselves() -> None:
     start = ca.Scenario("hover", (0, 0, 2, 0, 0, 0, 0, 0), duration=0.01)
-    with pytest.raises(InputError, match="push sideways by .* give the scenario a rotor_command"):
+    with pytest.raises(InputError, match="sideways force .* give the scenario a rotor_command"):
         ca.simulate(leaning(0.26, 0.0), start, sample=0.01)
     vehicle = leaning(0.26, 0.0)
     controlled = start.replace(controller=ca.flight_controller(vehicle))

@@ -11,12 +11,13 @@ from continuair.controllers.inertias import rigid_inertia
 from continuair.errors import InputError
 from continuair.scenario.excitations import Offset, Scaled, Shared, Swelling, Wave, is_vectorised
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time, standard_scenario
+from continuair.typing import Model
 
 HEAVY = {"arm.disks": [{"position": 0.6, "mass": 0.1}], "uav.mount": [0.02, -0.01, -0.05]}
 
 
 @pytest.mark.parametrize("model", ca.MODELS)
-def test_without_a_load_the_bent_arm_is_held_still(model: str) -> None:
+def test_without_a_load_the_bent_arm_is_held_still(model: Model) -> None:
     vehicle = ca.load_vehicle("slender").replace(HEAVY)
     scenario = standard_scenario("force", vehicle, load=0.0, bend=0.7, periods=2.0)
     flight = ca.simulate(vehicle, scenario, model=model, method="RK4", step="auto")
@@ -86,7 +87,7 @@ def test_every_excitation_flies_with_every_model() -> None:
     vehicle = ca.load_vehicle("paper")
     for name in EXCITATIONS:
         scenario = standard_scenario(name, vehicle)
-        models = ["decoupled", "independent"]
+        models: tuple[Model, ...] = ("decoupled", "independent")
         found = ca.run_pairs(vehicle, scenario, models, sample=sample_time(vehicle))
         assert (found["status"] == 0).all(), name
         assert (found["rmse_t_m"].isel(model=slice(1, None)) > 0.0).all(), name

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from importlib.util import find_spec
 from itertools import chain
 from numbers import Integral, Real
-from typing import Any, TypeGuard
+from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from continuair.errors import InputError, nearest, shown
 
 Array = NDArray[np.float64]
+
+_Name = TypeVar("_Name", bound=str)
 
 _ASKED_AGAIN, _SAME = 5, 1e-9
 """Number of repeated evaluations of a function, and their largest relative difference."""
@@ -168,10 +170,10 @@ def choice(name: str, value: object, valid: Iterable[str]) -> str:
     return value
 
 
-def choices(name: str, values: Any, valid: Iterable[str]) -> list[str]:
-    """Return one or more of the valid names, without repetition."""
+def choices(name: str, values: Any, valid: Iterable[_Name]) -> list[_Name]:
+    """Return one or more of the valid names, once each."""
     valid = list(valid)
-    given = [values] if isinstance(values, str) else list(values)
+    given: list[Any] = [values] if isinstance(values, str) else list(values)
     if not given:
         raise InputError(f"{name} is empty; name one or more of {', '.join(valid)}.")
     for value in given:

@@ -137,13 +137,13 @@ def test_what_cannot_be_believed_in_is_refused() -> None:
         ca.simulate(VEHICLE, scenario(other, duration=0.01), sample=0.01)
     with pytest.raises(ca.InputError, match="different nominal models"):
         ca.stack([law, law.believing(VEHICLE)])
-    with pytest.raises(ca.InputError, match="q holds 2 runs, but the batch has 3"):
+    with pytest.raises(ca.InputError, match="q has 2 runs, but the batch has 3"):
         batch = VEHICLE.replace({"uav.mass": np.array([1.0, 2.0, 3.0])})
         start = scenario(
             law.believing(batch), duration=0.01, q=np.tile([0, 0, 3, 0, 0, 0, 0, 0], (2, 1))
         )
         ca.simulate(VEHICLE, start, sample=0.01)
-    with pytest.raises(ca.InputError, match="a law that does not know its vehicle"):
+    with pytest.raises(ca.InputError, match="nominal model"):
         ca.lyapunov(VEHICLE, scenario(law.believing(VEHICLE)))
 
 

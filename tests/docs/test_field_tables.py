@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpydoc.docscrape import NumpyDocString
 
 import continuair as ca
 from continuair.vehicle.arms import ArmChain
@@ -61,14 +62,8 @@ def fields_of(part: type[Part], written: str) -> Iterator[Field]:
 
 
 def fields_of_scenario() -> Iterator[Field]:
-    tree = ast.parse(inspect.getsource(ca.Scenario)).body[0]
-    assert isinstance(tree, ast.ClassDef)
-    told = {
-        one.target.id: ast.literal_eval(other.value)
-        for one, other in zip(tree.body, tree.body[1:], strict=False)
-        if isinstance(one, ast.AnnAssign) and isinstance(one.target, ast.Name)
-        if isinstance(other, ast.Expr)
-    }
+    parameters = NumpyDocString(inspect.getdoc(ca.Scenario) or "")["Parameters"]
+    told = {each.name: " ".join(each.desc) for each in parameters}
     for field in dataclasses.fields(ca.Scenario):
         missing = field.default is dataclasses.MISSING
         yield field.name, REQUIRED if missing else field.default, told[field.name]

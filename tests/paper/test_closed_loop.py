@@ -17,6 +17,7 @@ from amiri2026.verdicts import DEPENDS, FAILS, HOLDS, UNDECIDED, Judgement
 from continuair import equations
 from continuair.equations.camera import to_normalised
 from continuair.scenario.tracking_task import SETTINGS, equipped
+from continuair.typing import Model
 from tests.paper import given
 
 
@@ -91,7 +92,7 @@ def test_plants_differ_from_the_first_push_on(
 @pytest.mark.parametrize("turned", [0.0, 0.6])
 @pytest.mark.parametrize("plant", ["coupled", "decoupled"])
 def test_first_accelerations_are_those_of_the_flights(
-    flown: Evidence, plant: str, turned: float
+    flown: Evidence, plant: Model, turned: float
 ) -> None:
     """Velocity after 0.1 ms of the push, with a camera that turns how the arm is bent."""
     camera = {"camera.attitude": [0.0, 0.0, np.sin(turned / 2.0), np.cos(turned / 2.0)]}

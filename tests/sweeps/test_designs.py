@@ -51,7 +51,7 @@ def test_no_lift_acts_in_a_test_of_the_paper_on_a_vehicle_with_rotors(tmp_path: 
     assert float(found[0]["rmse_t_m"].max()) > 1e-4
     # `simulate` would let them hover.
     pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
-    with pytest.warns(ca.ContinuairWarning, match="scenario.test lets rotors stand still"):
+    with pytest.warns(ca.ContinuairWarning, match="scenario.test stops the rotors"):
         ca.sweep(designs[1], tmp_path / "store.zarr")
 
 

@@ -233,9 +233,9 @@ def test_a_player_loops_slows_and_seeks() -> None:
 
 def test_what_is_no_single_flight_is_told() -> None:
     flight = swing()
-    with pytest.raises(ca.InputError, match=r"holds many: 2 by run; choose one.*isel\(run=0\)"):
+    with pytest.raises(ca.InputError, match=r"has 2 by run; select one.*isel\(run=0\)"):
         scene(flight.expand_dims(run=[0, 1]))
-    with pytest.raises(ca.InputError, match="does not say which vehicle flew it"):
+    with pytest.raises(ca.InputError, match="flight has no vehicle"):
         scene(flight.drop_attrs())
     with pytest.raises(ca.InputError, match="ghost has other times"):
         scene(flight, ghost=swing(duration=2.0))

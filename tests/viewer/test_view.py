@@ -71,7 +71,7 @@ def spoilt(file: Path, at: Path, what: str) -> Path:
 @pytest.mark.parametrize(
     ("what", "words"),
     [
-        ("not ours", "which holds no flight of continuair"),
+        ("not ours", "no flight of continuair"),
         ("text", "cannot be read as netCDF"),
         ("truncated", "cannot be read as netCDF"),
         ("newer", "written by continuair 99.1"),

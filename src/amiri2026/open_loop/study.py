@@ -28,6 +28,7 @@ from continuair.analysis import (
 from continuair.kernels import REFERENCE
 from continuair.progress import Progress, Steps
 from continuair.studies import by_model
+from continuair.typing import Model
 from continuair.vehicle import check_one_section, is_paper
 from continuair.warning import untold
 
@@ -112,14 +113,14 @@ def _as_printed(vehicle: Vehicle, letters: Sequence[str], models: Sequence[str],
 class _Flights:
     """Simulates all chosen models, and reports progress."""
 
-    def __init__(self, progress: Progress | None, models: Sequence[str], rounds: int) -> None:
+    def __init__(self, progress: Progress | None, models: Sequence[Model], rounds: int) -> None:
         self.models = models
         self._steps = Steps(progress, rounds * len(models))
 
     @untold("error_estimate")
     def fly(self, vehicle: Vehicle, scenario: Scenario, note: str = "") -> Flown:
         """Return trajectories of all models."""
-        flown = {}
+        flown: Flown = {}
         for model in self.models:
             self._steps.begin(f"{scenario.name}{note}, {model}")
             flown[model] = simulate(

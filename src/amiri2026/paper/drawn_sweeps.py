@@ -15,6 +15,7 @@ from amiri2026.sensitivity.task import PARAMETERS
 from continuair import Vehicle
 from continuair.flight import RESOLVED
 from continuair.kernels import PLANTS, REFERENCE
+from continuair.typing import Model
 
 Array = np.ndarray
 
@@ -44,7 +45,7 @@ def fly_drawn_sweep(
     vehicle: Vehicle,
     name: str,
     *,
-    models: Sequence[str] = PLANTS,
+    models: Sequence[Model] = PLANTS,
     hertz: bool = False,
     straight: bool = False,
 ) -> DrawnSweep:

@@ -8,6 +8,7 @@ import numpy as np
 
 from continuair import Controller, Scenario, Target, Vehicle, paths, simulate
 from continuair.progress import Steps
+from continuair.typing import Model
 from continuair.warning import untold
 
 Array = np.ndarray
@@ -26,7 +27,7 @@ class Case:
     """A law, the plant that it flies on, and its control rate [Hz]."""
 
     law: str
-    model: str
+    model: Model
     rate: float
 
     def __str__(self) -> str:

@@ -14,6 +14,7 @@ from continuair.analysis import feature_rms
 from continuair.errors import CannotHover, InputError
 from continuair.kernels import OK
 from continuair.scenario import SETTINGS, task
+from continuair.typing import Model
 from continuair.warning import untold
 
 Array = np.ndarray
@@ -64,7 +65,9 @@ def groups(wrong: list[Wrong]) -> list[list[Wrong]]:
     return [*([together] if together else []), *([each] for each in wrong if each.alone)]
 
 
-def fly(nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong]) -> list[dict[str, Any]]:
+def fly(
+    nominal: Vehicle, law: Controller, model: Model, wrong: list[Wrong]
+) -> list[dict[str, Any]]:
     """Simulate a letter under each mismatch of a batch.
 
     Returns status, end [s], error_estimate, and RMS and largest feature error [px], NaN of a flight
@@ -100,7 +103,7 @@ def harm(flight: dict[str, Any]) -> tuple[bool, float]:
 
 
 def _worst_draws(
-    nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong]
+    nominal: Vehicle, law: Controller, model: Model, wrong: list[Wrong]
 ) -> list[dict[str, Any]]:
     draws = [DRAWS if np.any(vehicle.camera.noise) else 1 for vehicle in _single(nominal, wrong)]
     each = [one for one, many in zip(wrong, draws, strict=True) for _ in range(many)]
@@ -111,7 +114,7 @@ def _worst_draws(
 
 @untold("error_estimate")
 def _fly_together(
-    nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong], seeds: list[int]
+    nominal: Vehicle, law: Controller, model: Model, wrong: list[Wrong], seeds: list[int]
 ) -> list[dict[str, Any]]:
     flown = _vehicles(nominal, wrong)
     believed = nominal

@@ -32,6 +32,7 @@ from continuair.flight import still
 from continuair.kernels import REFERENCE, SIMPLER
 from continuair.progress import Progress, Steps
 from continuair.studies import by_model
+from continuair.typing import Model
 from continuair.vehicle import as_rod, check_one_section, per_run
 from continuair.warning import untold
 
@@ -110,7 +111,7 @@ def _fly(vehicle: Vehicle, scenario: Scenario, parameter: Parameter, values: Any
 
 
 @untold("error_estimate")
-def fly_all(vehicles: Vehicle, scenario: Scenario, models: Iterable[str]) -> Flown:
+def fly_all(vehicles: Vehicle, scenario: Scenario, models: Iterable[Model]) -> Flown:
     """Return flights by model over (run, time), with their error estimates."""
     return {
         model: simulate(
@@ -206,7 +207,7 @@ def _between(vehicle: Vehicle, scenario: Scenario, parameter: Parameter) -> dict
     }
 
 
-def _is_unresolved(vehicles: Vehicle, flown: Flown, errors: dict[str, Array]) -> Array:
+def _is_unresolved(vehicles: Vehicle, flown: Flown, errors: Mapping[Model, Array]) -> Array:
     """Whether errors may make more than ERROR_SHARE of some model's difference, of each value."""
     length = np.asarray(vehicles.arm.length)
     of = {model: length * flown[model]["error_estimate"].to_numpy() for model in MODELS}

@@ -13,6 +13,7 @@ from continuair import Gains, Vehicle, stack
 from continuair.analysis import TRANSIENT, feature_rms, fly_twice
 from continuair.kernels import STATUS
 from continuair.scenario import SETTINGS, equipped, task
+from continuair.typing import Model
 
 Array = np.ndarray
 
@@ -62,7 +63,7 @@ def fly(
     rows: Sequence[dict[str, Any]],
     letters: Sequence[str],
     setting: str,
-    plant: str,
+    plant: Model,
 ) -> Outcomes:
     """Fly candidates, settings of `Gains` that make one kind of gains each or all together.
 
@@ -80,7 +81,7 @@ def fly(
 
 
 def fly_whole(
-    vehicle: Vehicle, row: dict[str, Any], letters: Sequence[str], setting: str, plant: str
+    vehicle: Vehicle, row: dict[str, Any], letters: Sequence[str], setting: str, plant: Model
 ) -> Outcomes:
     """Fly one candidate over whole letters; errors count when those of `tracking` do."""
     settled = SETTINGS[setting].settled
@@ -92,7 +93,7 @@ def _fly(
     vehicle: Vehicle,
     letters: Sequence[str],
     setting: str,
-    plant: str,
+    plant: Model,
     horizon: float,
     since: float,
 ) -> tuple[Array, ...]:

@@ -161,7 +161,7 @@ def _fly(
     )
     late = (flight.sel(time=slice(TRANSIENT, None)) for flight in (coupled, decoupled))
     ds, settled = np.abs(norm_difference(*late)), _settled(coupled)
-    rms, bend = feature_rms(settled), np.linalg.norm(coupled["bend"].to_numpy(), axis=2)
+    rms, bend = np.asarray(feature_rms(settled)), np.linalg.norm(coupled["bend"].to_numpy(), axis=2)
     worst = np.abs(settled["feature_error"].to_numpy()).max(axis=(1, 2))
     upright = np.cos(coupled["q"].sel(coordinate=["roll", "pitch"]).to_numpy()).prod(axis=2)
     tilt = np.arccos(np.clip(upright, -1.0, 1.0))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -27,6 +27,7 @@ from continuair.kernels import REFERENCE, UNSEEN
 from continuair.progress import Progress, Steps
 from continuair.scenario import LETTERS, SETTINGS, chosen_letters, equipped, task
 from continuair.studies import by_model
+from continuair.typing import Model
 from continuair.vehicle import check_one_section, is_paper
 from continuair.warning import untold
 
@@ -103,7 +104,12 @@ def tracking(
 
 @untold("error_estimate")
 def _fly(
-    name: str, vehicle: Vehicle, letters: list[str], gains: Gains, plants: list[str], steps: Steps
+    name: str,
+    vehicle: Vehicle,
+    letters: list[str],
+    gains: Gains,
+    plants: Sequence[Model],
+    steps: Steps,
 ) -> tuple[Flown, dict[str, Any]]:
     """Return trajectories of one setting over (letter, time), and their metrics."""
     setting = SETTINGS[name]

@@ -28,6 +28,7 @@ from continuair.kernels import PLANTS
 from continuair.progress import Progress, Steps
 from continuair.scenario import SETTINGS, damping_notes, noise_notes, without_rotors
 from continuair.sweeps import sobol
+from continuair.typing import Model
 from continuair.vehicle import check_single_vehicle
 
 Array = np.ndarray
@@ -47,7 +48,7 @@ MARGINS = {"bandwidth": 1.15, "conditioning": 0.75}
 SHRINK = 0.4
 """Each round's box about the best candidate, as a share of the one before."""
 
-Run = tuple[str, str]
+Run = tuple[str, Model]
 """A setting and a plant."""
 
 

@@ -12,6 +12,7 @@ from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.flight.fleet import Fleet
 from continuair.kernels.step import OK
+from continuair.typing import Model
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
 
@@ -60,7 +61,7 @@ class Hovering:
         bend_moment: float = 0.0,
         disturbance: float = 1.0,
         period: float = 0.02,
-        model: str = "coupled",
+        model: Model = "coupled",
         device: str = "cpu",
     ) -> None:
         checks.choice("hold", hold, POINTS)

@@ -25,16 +25,16 @@ from continuair.kernels.flight import flight_code
 from continuair.kernels.term_sum import acting_code
 from continuair.typing import Model
 
-MODELS: tuple[str, ...] = get_args(Model)
+MODELS: tuple[Model, ...] = get_args(Model)
 """Dynamic models of a simulation."""
 
-REFERENCE = "coupled"
+REFERENCE: Model = "coupled"
 """Model with which the others are compared."""
 
-SIMPLER = ("decoupled", "independent")
+SIMPLER: tuple[Model, ...] = ("decoupled", "independent")
 """Models without some or all couplings."""
 
-PLANTS = ("coupled", "decoupled")
+PLANTS: tuple[Model, ...] = ("coupled", "decoupled")
 """The paper's two models, as plants for a control law."""
 
 COUPLINGS = ("carriage", "inertia", "coriolis")

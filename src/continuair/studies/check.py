@@ -9,7 +9,7 @@ import numpy as np
 from continuair.analysis.beam import curvature_error
 from continuair.analysis.excited import excited_arm, name_of_excited_arm
 from continuair.analysis.groups import GRAVITY, place
-from continuair.analysis.modes import modes
+from continuair.analysis.modes import Base, modes
 from continuair.analysis.trim import Trim, trim
 from continuair.engine.engine import Engine
 from continuair.errors import InputError
@@ -149,7 +149,7 @@ def _left(thrusts: np.ndarray, aside: np.ndarray, rotors: Rotors) -> str:
     return f"none: a rotor would have to give {worst:.3g} N of {lowest:g} to {highest:g}"
 
 
-def _told(vehicle: Vehicle, q: np.ndarray, base: str, gravity: float) -> tuple[str, str, str]:
+def _told(vehicle: Vehicle, q: np.ndarray, base: Base, gravity: float) -> tuple[str, str, str]:
     """Return distinct frequencies [rad/s] in order; the lowest [Hz], and its damping ratio."""
     try:
         found = modes(vehicle, q, base=base, gravity=gravity)

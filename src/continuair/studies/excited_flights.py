@@ -26,6 +26,7 @@ from continuair.studies.standard_excitations import (
     standard_scenario,
 )
 from continuair.sweeps import run_pairs
+from continuair.typing import Model
 from continuair.vehicle.vehicle import Vehicle
 from continuair.warning import untold
 
@@ -108,7 +109,7 @@ def flown_errors(
     frequency: Any,
     loop: Loop,
     periods: float = PERIODS,
-    models: Sequence[str] = SIMPLER,
+    models: Sequence[Model] = SIMPLER,
 ) -> dict[str, Array]:
     """Error (runs,) of each model; infinite where its flight ended early, NaN where that of the
     coupled one did, beside which there is none.

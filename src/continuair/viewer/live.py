@@ -43,7 +43,7 @@ def present(simulation: Simulation) -> Scene:
     if simulation.scenario.targets:
         target = simulation.scenario.targets[0]
         centroid = np.asarray(target.path(np.array([time]))[0]).reshape(1, 3)
-        aim = Aim(centroid, centroid[:, None] + target.points)
+        aim = Aim(centroid, centroid[:, None] + np.asarray(target.points))
     return Scene(
         vehicle, "live", np.array([time]), placed, None, "", None, aim, {}, np.ones(1, bool)
     )

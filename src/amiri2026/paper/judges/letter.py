@@ -14,6 +14,7 @@ from continuair import Vehicle, accelerations, load_gains, simulate
 from continuair.analysis import bending_frequencies, mass_distribution, samples
 from continuair.equations import interaction_matrix, to_normalised
 from continuair.scenario import SETTINGS, equipped, task
+from continuair.typing import Model
 
 Array = np.ndarray
 
@@ -30,7 +31,7 @@ def flown(evidence: Evidence, model: str) -> xr.Dataset:
 
 
 def fly(
-    evidence: Evidence, model: str, period: float = 1e-3, sample: float = SAMPLE, **options: Any
+    evidence: Evidence, model: Model, period: float = 1e-3, sample: float = SAMPLE, **options: Any
 ) -> xr.Dataset:
     """Return letter M of the study again; period: of control [s]; options: those of `simulate`."""
     vehicle = equipped(evidence.vehicle, NOMINAL)
@@ -40,7 +41,7 @@ def fly(
     return found.isel(run=0)
 
 
-def finer(evidence: Evidence, model: str, *names: str) -> xr.Dataset:
+def finer(evidence: Evidence, model: Model, *names: str) -> xr.Dataset:
     """Return letter M within a tenth of the study's tolerance, with at least two steps per update.
 
     names: of the variables to keep.
@@ -48,7 +49,7 @@ def finer(evidence: Evidence, model: str, *names: str) -> xr.Dataset:
     return fly(evidence, model, rtol=1e-5, max_step=5e-4, variables=names)
 
 
-def first_acceleration(vehicle: Vehicle, start: xr.Dataset, plant: str) -> Array:
+def first_acceleration(vehicle: Vehicle, start: xr.Dataset, plant: Model) -> Array:
     """Return the acceleration of a plant's UAV under the first command, at rest (3,) [m/s²]."""
     attitude, bend, command = (start[name].to_numpy() for name in ("attitude", "bend", "command"))
     force, moment, bend_moment = np.split(command, [3, 6])

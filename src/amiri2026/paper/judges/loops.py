@@ -102,7 +102,7 @@ def fly(
     vehicle, gains = equipped(evidence.vehicle, NOMINAL), load_gains("paper")
     law = Gains(gains.name, {**gains.settings, "compensation": compensation}).controller(vehicle)
     scenario = task(vehicle, letters, law, duration, off=off)
-    found = {
+    found: dict[str, xr.Dataset] = {
         plant: simulate(
             vehicle,
             scenario,

@@ -94,7 +94,7 @@ def random_states(found: Theorem, scale: float, moving: float = 0.0) -> tuple[pr
     q = desired_pose(found.vehicle, found.target) + offsets(rng, np.full(STATES, scale))
     qd = scale * rng.uniform(-1.0, 1.0, (STATES, 8)) * RATES
     targets = moving * rng.uniform(-1.0, 1.0, (STATES, 3, 6))
-    seen = found.target.points, found.target.desired
+    seen = np.asarray(found.target.points), found.target.desired
     return tuple(
         proof.state(found.vehicle, q_of, qd_of, *seen, proof.Target(*target))
         for q_of, qd_of, target in zip(q, qd, targets, strict=True)
@@ -167,7 +167,9 @@ def following(found: Theorem, gains: Gains) -> proof.State:
     q, qd = desired_pose(found.vehicle, found.target), SPEED * np.eye(8)[0]
     still = np.zeros(6)
     target = proof.Target(camera_jacobian(found.vehicle, q) @ qd, still, still)
-    at = proof.state(found.vehicle, q, qd, found.target.points, found.target.desired, target)
+    at = proof.state(
+        found.vehicle, q, qd, np.asarray(found.target.points), found.target.desired, target
+    )
     e_a = np.linalg.solve(gains["Kp"], gains["Kd"] @ at.J @ qd)
 
     def off(e: Array) -> Array:
@@ -219,7 +221,7 @@ def residuals(vehicle: Vehicle, rate: float) -> Array:
         centre, axis = TARGET * rng.uniform(-1.0, 1.0, (3, 3)), rng.normal(size=3)
         turn, acceleration = TARGET * rng.uniform(-1.0, 1.0, 2)
         course = proof.Course(
-            vehicle, each, qd, qdd, target.points, centre, axis / np.linalg.norm(axis),
+            vehicle, each, qd, qdd, np.asarray(target.points), centre, axis / np.linalg.norm(axis),
             (float(turn), float(acceleration)),
         )  # fmt: skip
         found.append(proof.r_residuals(course, target.desired, draw_gains(rng)))

@@ -144,7 +144,7 @@ def _errors(
     one that lasts as others do.
     """
     frequencies = np.asarray(frequencies, float)
-    errors = {model: np.empty(len(frequencies)) for model in SIMPLER}
+    errors: dict[str, Array] = {model: np.empty(len(frequencies)) for model in SIMPLER}
     alone = np.zeros(len(frequencies)) if alone is None or not loop.settles else alone
     shared = np.flatnonzero(alone == 0.0)
     parts = [(shared[at], periods) for at, periods in _together(name, frequencies[shared], loop)]

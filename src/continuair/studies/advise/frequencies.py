@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from continuair.analysis.excited import excited_arm
-from continuair.analysis.modes import Modes, modes
+from continuair.analysis.modes import Base, Modes, modes
 from continuair.analysis.trim import trim
 from continuair.errors import InputError
 from continuair.studies.excited_flights import Loop, least_periods
@@ -71,7 +71,7 @@ def hovering(vehicle: Vehicle) -> list[float]:
     return [float(each) for each in _swings(vehicle, "hovering").frequencies / (2.0 * np.pi)]
 
 
-def _swings(vehicle: Vehicle, base: str) -> Modes:
+def _swings(vehicle: Vehicle, base: Base) -> Modes:
     try:
         return modes(vehicle, trim(vehicle).q, base=base)
     except InputError:

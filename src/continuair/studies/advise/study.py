@@ -7,7 +7,7 @@ angle between the tips [rad].
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -179,7 +179,7 @@ def step_cost(vehicle: Vehicle) -> dict[str, float]:
         "sample": scenario.duration,
         "variables": ["position"],
     }
-    flights = {
+    flights: dict[str, Callable[[], object]] = {
         model: partial(simulate, vehicle, scenario, model=model, **options)
         for model in (REFERENCE, *SIMPLER)
     }

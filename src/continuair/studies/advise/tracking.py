@@ -13,6 +13,7 @@ from continuair.controllers.gain_files import Gains
 from continuair.kernels.dynamics import REFERENCE
 from continuair.scenario import paths
 from continuair.scenario.tracking_task import LETTER_HEIGHT, SETTINGS, damping_notes, equipped, task
+from continuair.typing import Model
 from continuair.vehicle.vehicle import Vehicle
 
 SLOWEST, FASTEST = 50.0, 5.0
@@ -23,7 +24,7 @@ SCANNED, REFINED = 10, 6
 
 
 def tracking_limit(
-    vehicle: Vehicle, letter: str, gains: Gains, models: tuple[str, ...], pixels: float
+    vehicle: Vehicle, letter: str, gains: Gains, models: tuple[Model, ...], pixels: float
 ) -> dict[str, Any]:
     """Return the target speed up to which each model stays within `pixels` of the coupled one.
 
@@ -36,13 +37,17 @@ def tracking_limit(
     flown = equipped(vehicle, SETTINGS["nominal"]).replace({"camera.noise": 0.0})
     law = gains.controller(flown)
 
-    def fly(durations: np.ndarray, *models: str) -> dict[str, np.ndarray]:
+    def fly(durations: np.ndarray, *models: Model) -> dict[str, np.ndarray]:
         return _fly(flown, letter, law, durations, models)
+
+    def finer(durations: np.ndarray, name: str) -> np.ndarray:
+        (model,) = (each for each in models if each == name)
+        return fly(durations, model)[name]
 
     durations = np.geomspace(SLOWEST, FASTEST, SCANNED)
     found = fly(durations, *models)
     rms = found.pop("rms")
-    limits = find_limits(durations, found, pixels, lambda more, m: fly(more, m)[m], REFINED)
+    limits = find_limits(durations, found, pixels, finer, REFINED)
     lost = np.isnan(rms)
     return {
         "letter": letter,
@@ -73,7 +78,7 @@ def tracking_notes(vehicle: Vehicle) -> list[str]:
 
 
 def _fly(
-    vehicle: Vehicle, letter: str, law: Any, durations: np.ndarray, models: tuple[str, ...]
+    vehicle: Vehicle, letter: str, law: Any, durations: np.ndarray, models: tuple[Model, ...]
 ) -> dict[str, np.ndarray]:
     """Return the RMS error of the coupled plant, and |DS| of each model, by duration."""
     letters = [letter] * len(durations)

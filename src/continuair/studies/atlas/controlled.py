@@ -23,6 +23,7 @@ from continuair.studies.excited_flights import NO_LOOP, Loop, flown_errors, leas
 from continuair.studies.standard_excitations import EXCITATIONS, PERIODS
 from continuair.studies.standard_loops import hover_loops
 from continuair.sweeps.sampling import sobol_box
+from continuair.typing import Model
 from continuair.vehicle.runs import take
 from continuair.vehicle.vehicle import Vehicle
 
@@ -57,7 +58,7 @@ PERIOD = 0.4
 """Clamped period [s]: a hundred instants at which the loop acts, as of real arms at 250 Hz."""
 
 _CHUNK = 256
-_MODEL = "decoupled"
+_MODEL: Model = "decoupled"
 
 
 def sample_vehicles(vehicles: int, seed: int) -> dict[str, Array]:
