@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from continuair.analysis.metrics import at_camera, differences
 from continuair.engine.adaptive import Tolerance
 from continuair.errors import InputError
+from continuair.flight.adaptive import compile_models
 from continuair.flight.cohorts import Flight
 from continuair.flight.prepare import check_scenario, prepare
 from continuair.flight.rollout import fly
@@ -62,6 +63,7 @@ def attribution(
     )
     models = {coupling: f"without {coupling}" for coupling in COUPLINGS}
     models["decoupled"] = "decoupled"
+    compile_models(flight, ["coupled", *models.values()])
     coupled = _tip(flight, "coupled", settle)
     return {
         name: differences(coupled, _tip(flight, model, settle)) for name, model in models.items()

@@ -93,8 +93,8 @@ def hold(
     }
     check_bend("bend", bend, np.linalg.norm(bend_vectors(settings["bend"]), axis=1), vehicle)
     per_coordinate = vehicle.layout.per_coordinate
-    free = np.broadcast_to(settings["bend_rate"], len(sections)) <= 0.0
-    if settings["bend"][per_coordinate(free).astype(bool)].any():
+    held = np.broadcast_to(settings["bend_rate"], len(sections)) > 0.0
+    if settings["bend"][per_coordinate(held) == 0.0].any():
         raise InputError(
             f"bend is {shown(bend)}, but bend_rate {shown(bend_rate)} leaves sections of it free; "
             "give a rate above 0 [rad/s], or zeros for these."

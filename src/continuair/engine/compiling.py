@@ -14,15 +14,16 @@ import struct
 import tempfile
 import threading
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
-from functools import cache, wraps
+from functools import cache, partial, wraps
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import warp as wp
 
 from continuair.device.options import check_cpu_target
+from continuair.engine.builds import noticed, run_together, stderr_behind
 from continuair.errors import ContinuairWarning, InputError
 from continuair.files import printed, reason
 
@@ -124,6 +125,32 @@ def load(kernel: wp.Kernel, device: str) -> None:
             _loaded.add((module, device))
 
 
+def load_together(kernels: Iterable[wp.Kernel | None], device: str) -> None:
+    """Compile the kernels that are not in the cache, several at a time; `load` finds them there.
+
+    None stands for a kernel that cannot be made, which whoever needs it finds out.
+    """
+    if device != "cpu" or wp.is_cuda_available():
+        return
+    block = block_of(device)
+    modules = {id(kernel.module): kernel.module for kernel in kernels if kernel is not None}
+    missing = [
+        module
+        for module in modules.values()
+        if (module, device) not in _loaded and not any(_folder(module, block).glob("*.o"))
+    ]
+    if len(missing) > 1 and _problem(_cache()) is None:
+        with _lock, _without_native_words():
+            run_together([partial(_build, module, device, block) for module in missing])
+
+
+def _build(module: Any, device: str, block: int) -> None:
+    """Compile a module into the cache; whoever loads it reports what is wrong with it."""
+    with suppress(Exception), noticed(module.name, _cache()):
+        module.load(device, block)
+        _keep_sums(_folder(module, block))
+
+
 def block_of(device: str) -> int:
     """Return the threads per block of launches on a device, for which kernels are compiled."""
     return _BLOCK[device.split(":")[0]]
@@ -147,7 +174,8 @@ def _load(module: Any, device: str, block: int) -> None:
     if _remove(_damaged(_folder(module, block))):
         module.mark_modified()
     try:
-        module.load(device, block)
+        with noticed(module.name, _cache()):
+            module.load(device, block)
     except Exception as error:
         # Warp has no exception of its own for what it cannot build or load.
         if not _built_anew(module, device, block):
@@ -325,7 +353,8 @@ def _without_native_words(what_fails: bool = False) -> Iterator[None]:
     said = _file_without_disk()
     os.dup2(said, _STDERR)
     try:
-        yield
+        with stderr_behind(kept):
+            yield
     except BaseException:
         failed = True
         raise

@@ -9,11 +9,11 @@ import numpy as np
 import warp as wp
 
 from continuair.controllers.controller import Controller
-from continuair.device.types import room
+from continuair.device.types import Tree, room
 from continuair.engine.engine import Engine
 from continuair.engine.factory import Closing, LoopKernels, closed_loop, packed_loop, watching
 from continuair.engine.lanes import packs_of, struct_rows
-from continuair.engine.law_made import made_for_packs, made_law
+from continuair.engine.law_made import Law, made_for_packs, made_law
 from continuair.engine.pack import tree_of
 from continuair.errors import InputError, shown
 from continuair.kernels.integrators import TSIT5
@@ -121,15 +121,30 @@ class Loop:
             self._packed[engine, lanes] = found
         return self._packed[engine, lanes]
 
-    def _kernels(self, engine: Engine, lanes: int) -> tuple[LoopKernels, LoopKernels | None]:
-        """Return the kernels of single runs, and those of packs if the law supports them."""
-        law = self.controller.law, engine.dtype.name, engine.tree, self.points
-        how = Closing(
+    def rollout(self, engine: Engine, runs: int) -> wp.Kernel | None:
+        """Return the kernel that so many runs fly with, not loaded, or None if that shows later."""
+        law = made_for_packs(*self._law(engine), engine.lanes(runs))
+        try:
+            found = None if law is None else closed_loop(law, engine.model, self._how(engine))
+        except Exception:
+            # A law may raise anything with unexpected number types.
+            return None
+        return None if found is None else found.rollout
+
+    def _law(self, engine: Engine) -> tuple[Law, str, Tree, int]:
+        return self.controller.law, engine.dtype.name, engine.tree, self.points
+
+    def _how(self, engine: Engine) -> Closing:
+        return Closing(
             self.timing.every_stage,
             engine.method,
             self.controller.integral > 0.0,
             self.controller.believes is not None,
         )
+
+    def _kernels(self, engine: Engine, lanes: int) -> tuple[LoopKernels, LoopKernels | None]:
+        """Return the kernels of single runs, and those of packs if the law supports them."""
+        law, how = self._law(engine), self._how(engine)
         kernels = closed_loop(made_law(*law), engine.model, how)
         several = made_for_packs(*law, lanes) if lanes > 1 else None
         return kernels, None if several is None else packed_loop(several, engine.model, how)

@@ -11,7 +11,7 @@ import numpy as np
 import warp as wp
 
 from continuair.engine.adaptive import Launch, Tolerance
-from continuair.engine.compiling import load
+from continuair.engine.compiling import load, load_together
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.engine.factory import Kernels, deviation, turning
 from continuair.engine.lanes import packs_of
@@ -136,7 +136,9 @@ class ControlledPairs(Pairs):
         first, n = self.engines[0], len(launch.runs)
         flown = [engine.kernels_for(n) for engine in self.engines]
         compared = deviation(first.dtype.name, flown[0].lanes), turning(first.dtype.name)
-        for kernel in (*(kernels.tip_rollout for kernels in flown), *compared):
+        needed = [*(kernels.tip_rollout for kernels in flown), *compared]
+        load_together(needed, first.device)
+        for kernel in needed:
             load(kernel, first.device)
         order = launch.order(first, flown[0].tip_rollout, flown[0].lanes, POSE)
         launch = launch.of_runs(order)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from continuair.engine.adaptive import Inputs, Launch, Ticks, Tolerance, Track
+from continuair.engine.compiling import load_together
 from continuair.engine.engine import Drive, Engine, Logs, Start
 from continuair.engine.loop import Loop
 from continuair.flight.camera_timing import loop_over, motion_of
@@ -117,6 +119,20 @@ def record(recorder: Recorder) -> None:
 
     runs = recorder.runs
     engine.side_by_side(work, [runs[at : at + size] for at in range(0, len(runs), size)])
+
+
+def compile_models(flight: Flight, models: Iterable[str]) -> None:
+    """Compile the kernels of several models at the same time, before they are flown in turn."""
+    if not flight.counted:
+        return
+    loop = _loop(flight, ticks_of(flight.scenario, flight.duration, flight.marks.samples))
+    kernels = []
+    for model in models:
+        engine = flight.engine(model).on_one_thread()
+        size = runs_at_once(flight, engine)
+        own = engine.kernels_of(engine.lanes(size))
+        kernels.append(own.rollout if loop is None else loop.rollout(engine, size))
+    load_together(kernels, flight.coupled.device)
 
 
 def _loop(flight: Flight, ticks: Ticks) -> Loop | None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from continuair import checks
 from continuair.engine.pairs import ControlledPairs, Pairs
 from continuair.errors import InputError, shown
-from continuair.flight.adaptive import launch_of, runs_at_once
+from continuair.flight.adaptive import compile_models, launch_of, runs_at_once
 from continuair.flight.cohorts import Flight
 from continuair.flight.limits import warn_of_runs_at_limits
 from continuair.flight.prepare import DEFAULT_TOLERANCE, prepare, step_for, tolerance_for
@@ -209,6 +209,7 @@ def lost_angles(metric: Array, status: NDArray[np.generic]) -> NDArray[np.bool_]
 def _fly(flight: Flight, models: tuple[str, ...], settle: float, check: bool) -> Reduced:
     """Simulate all runs."""
     if flight.scenario.controller is not None:
+        compile_models(flight, models)
         found = track(flight, models, settle, check)
     elif flight.counted:
         found = _fly_controlled(flight, models, check)
