@@ -57,6 +57,12 @@ def run(code: str, **changed: Any) -> subprocess.CompletedProcess[str]:
     )  # fmt: skip
 
 
+def said(done: subprocess.CompletedProcess[str]) -> str:
+    """Return what a process wrote on stderr, without the lines that tell of compiling."""
+    lines = done.stderr.splitlines(keepends=True)
+    return "".join(line for line in lines if not line.startswith("Compiling a kernel"))
+
+
 @pytest.fixture(scope="module")
 def caches(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a cache of kernels in it, and what a flight of them ends at."""
@@ -77,7 +83,7 @@ def flies_as_before(caches: Path) -> subprocess.CompletedProcess[str]:
 def test_first_calls_from_many_threads_all_fly_and_lose_no_word() -> None:
     done = run(FIRST_CALLS)
     assert done.returncode == 0, done.stderr
-    assert done.stderr == "said meanwhile\nsaid at the end\n"
+    assert said(done) == "said meanwhile\nsaid at the end\n"
 
 
 def test_stderr_is_not_needed(tmp_path: Path) -> None:
@@ -102,7 +108,7 @@ def test_what_is_damaged_in_the_cache_is_built_anew(caches: Path, suffix: str, d
             path.unlink()
             path.mkdir()
     assert files
-    assert flies_as_before(caches).stderr == ""
+    assert said(flies_as_before(caches)) == ""
     for path, content in before.items():
         assert path.stat().st_size == len(content)
 
@@ -113,7 +119,7 @@ def test_an_object_that_was_cut_shows_even_without_its_sum(caches: Path) -> None
         path.unlink()
     for path in caches.rglob("*.o"):
         path.write_bytes(path.read_bytes()[:-1])
-    assert flies_as_before(caches).stderr == ""
+    assert said(flies_as_before(caches)) == ""
 
 
 @pytest.mark.slow

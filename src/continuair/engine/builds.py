@@ -56,13 +56,20 @@ def _tell(kind: str, last: float | None) -> None:
     line = f"Compiling a kernel ({kind}) for this kind of vehicle, once{before}.\n"
     descriptor = _hidden[-1] if _hidden else _STDERR
     with suppress(OSError, ValueError, AttributeError):
-        if sys.stderr.fileno() != _STDERR:
-            # A notebook, or a test that captures stderr.
+        if not _is_process_stderr():
             sys.stderr.write(line)
             return
         # A progress bar may stand in the line.
         clear = "\r\x1b[K" if os.isatty(descriptor) else ""
         os.write(descriptor, (clear + line).encode())
+
+
+def _is_process_stderr() -> bool:
+    """Return whether `sys.stderr` is the stderr of the process, not that of a notebook."""
+    try:
+        return sys.stderr.fileno() == _STDERR
+    except OSError:
+        return False
 
 
 def _last_time(cache: Path, kind: str) -> float | None:
