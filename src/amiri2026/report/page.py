@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import base64
+import re
 from collections.abc import Iterable, Iterator
 from hashlib import sha256
-from html import escape
+from html import escape, unescape
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
 from markdown_it import MarkdownIt
@@ -26,6 +28,8 @@ TITLES = {
     "advise": "May I decouple?",
     "atlas": "Atlas of decoupling",
 }
+
+_TITLE = re.compile(r"<title>([^<]*)</title>")
 
 # Results of others are text: no link or picture of theirs is made of it.
 _MARKDOWN = (
@@ -97,12 +101,15 @@ def _in_a_chapter(judged: set[str], study: str, figure: str) -> bool:
 
 
 def _study(contents: Contents, figures: list[str] | None = None) -> str:
-    """The section of a study: its figures, or those named, and its tables."""
+    """The section of a study: its summary, its figures, or those named, and its tables."""
     title = TITLES.get(contents.study, contents.study)
+    shown = list(contents.figures) if figures is None else figures
     return "\n".join(
         [
-            f'<section id="{escape(contents.study)}"><h2>{escape(title)}</h2>{_made(contents)}',
-            _figures(contents, figures),
+            f'<section id="{escape(contents.study)}"><h2>{escape(title)}</h2>',
+            _summary(contents, shown),
+            _made(contents),
+            _figures(contents, shown),
             "<details open><summary>Tables</summary>",
             _rendered(_without_title(contents.table)),
             "</details></section>",
@@ -110,21 +117,43 @@ def _study(contents: Contents, figures: list[str] | None = None) -> str:
     )
 
 
+def _summary(contents: Contents, names: list[str]) -> str:
+    """The verdict of a study, and the titles of its figures, which lead to them."""
+    verdict = contents.results.get("verdict")
+    told = f"<p><b>{escape(verdict)}</b></p>" if isinstance(verdict, str) else ""
+    items = "".join(
+        f'<li><a href="#{_anchor(contents, name)}">{escape(title)}</a></li>'
+        for name in names
+        if (title := _title(name, contents.figures[name]))
+    )
+    return f'<div class="summary">{told}<ul>{items}</ul></div>' if told or items else ""
+
+
+def _title(name: str, path: Path) -> str:
+    """The title of a figure, which its SVG holds, or its name without one."""
+    drawn, found = path.with_suffix(".svg"), None
+    if drawn.is_file() and not drawn.is_symlink():
+        found = _TITLE.search(drawn.read_text("utf-8", "replace"))
+    return unescape(found[1]) if found else name.replace("_", " ")
+
+
+def _anchor(contents: Contents, name: str) -> str:
+    return escape(f"{contents.study}-{name}")
+
+
 def _figures(contents: Contents, names: Iterable[str] | None) -> str:
     """The figures of a study, or those named."""
     wanted = contents.figures if names is None else names
-    return "\n".join(
-        _figure(name, contents.figures[name].suffix, contents.figures[name].read_bytes())
-        for name in wanted
-        if name in contents.figures
-    )
+    return "\n".join(_figure(contents, name) for name in wanted if name in contents.figures)
 
 
-def _figure(name: str, suffix: str, content: bytes) -> str:
-    kind = {".svg": "image/svg+xml", ".png": "image/png"}[suffix]
-    data = base64.b64encode(content).decode("ascii")
-    label = escape(name.replace("_", " "))
-    return f'<figure><img alt="{label}" src="data:{kind};base64,{data}"></figure>'
+def _figure(contents: Contents, name: str) -> str:
+    path = contents.figures[name]
+    kind = {".svg": "image/svg+xml", ".png": "image/png"}[path.suffix]
+    data = base64.b64encode(path.read_bytes()).decode("ascii")
+    label = escape(_title(name, path))
+    image = f'<img alt="{label}" src="data:{kind};base64,{data}">'
+    return f'<figure id="{_anchor(contents, name)}">{image}</figure>'
 
 
 def _made(contents: Contents) -> str:

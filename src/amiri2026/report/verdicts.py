@@ -21,7 +21,7 @@ STUDIES: dict[str, dict[str, tuple[str, ...] | None]] = {
 
 
 def first_screen(results: dict[str, Any], markdown: Callable[[str], str]) -> str:
-    """Return the section that answers what the paper found, what holds, and what it means."""
+    """Return the section that answers what holds, what the paper found, and what it means."""
     rendered = markdown("\n".join(overview(results)))
     parts = markdown("\n".join(by_part(results)))
     return (
