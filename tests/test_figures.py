@@ -360,7 +360,7 @@ def test_where_euler_angles_are_lost_figures_go_by_the_angle_and_say_so(
     _, turned = figures._apart(*(spinning.sel(model=name) for name in ("coupled", "decoupled")))
     largest = style.short(float(np.degrees(turned.max())))
     figure = figures.motion(spinning)
-    assert "deg" not in figure.get_label() and f"{largest}°" in words(figure)
+    assert "deg" not in str(figure.get_label()) and f"{largest}°" in words(figure)
 
 
 def test_a_failed_flight_has_a_cross_at_its_end_and_is_named(result: study.OpenLoop) -> None:
@@ -470,7 +470,8 @@ def test_of_a_start_alone_nothing_is_told_but_that() -> None:
     for model in dataset["model"].to_numpy():
         dataset = failed(dataset, model, 0.0)
     for figure in (one_letter.speed_of(dataset), one_letter.norm_difference_of(dataset)):
-        assert "before" in figure.get_label() and "at most" not in figure.get_label()
+        title = str(figure.get_label())
+        assert "before" in title and "at most" not in title
 
 
 @pytest.mark.parametrize(("letter", "allowed"), [("M", 0.3), ("L", 0.1)])

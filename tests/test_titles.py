@@ -51,6 +51,11 @@ def swapped(dataset: xr.Dataset) -> xr.Dataset:
     return dataset.assign_coords(model=names).sel(model=list(MODELS))
 
 
+def between(dataset: xr.Dataset, first: float, last: float) -> xr.DataArray:
+    """1 between two times, and 0 elsewhere."""
+    return ((dataset["time"] > first) & (dataset["time"] < last)).astype(float)
+
+
 def stated(figure: Figure) -> str:
     return str(figure.get_label())
 
@@ -132,8 +137,7 @@ def test_titles_of_open_loop_tests_turn_with_the_flights(opened: xr.Dataset) -> 
 def test_the_largest_error_of_the_title_is_that_of_the_table(noise: float, since: float) -> None:
     """Whatever comes before the window, and however many coordinates err."""
     dataset = loop(noise)
-    early = (dataset["time"] > 3.0) & (dataset["time"] < 4.0)
-    dataset["feature_error"] += xr.where(early, 40.0, 0.5)
+    dataset["feature_error"] += 0.5 + 39.5 * between(dataset, 3.0, 4.0)
     found = claims(stated(tracking.errors(dataset, since=since)).partition(";")[0])
     for model in MODELS:
         zero = {"command": (("time", "input"), np.zeros((dataset.sizes["time"], 8)))}
@@ -146,8 +150,7 @@ def test_the_largest_error_of_the_title_is_that_of_the_table(noise: float, since
 
 def test_the_distances_of_the_title_are_those_of_the_table() -> None:
     dataset = loop()
-    early = (dataset["time"] > 3.0) & (dataset["time"] < 4.0)
-    dataset["camera_position"] += xr.where(early, 0.5, 0.0)
+    dataset["camera_position"] += 0.5 * between(dataset, 3.0, 4.0)
     found = claims(stated(tracking.traces(dataset)).partition(";")[0])
     zero = {"command": (("time", "input"), np.zeros((dataset.sizes["time"], 8)))}
     for model in MODELS:

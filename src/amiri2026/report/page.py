@@ -29,6 +29,11 @@ TITLES = {
     "atlas": "Atlas of decoupling",
 }
 
+_PLACES = {"overview": 0, "table": 1, "advise": 2, "frames": 98, "bend_variables": 99}
+"""Places of figures: what compares first, what defines last, and all others between."""
+
+_BETWEEN = 50
+
 _TITLE = re.compile(r"<title>([^<]*)</title>")
 
 # Results of others are text: no link or picture of theirs is made of it.
@@ -76,7 +81,7 @@ def _page(contents: Contents) -> str:
 
 def _sections(contents: Contents) -> Iterator[str]:
     if contents.study != "paper":
-        yield _study(contents)
+        yield _study(contents, made=False)
         for part in contents.parts:
             yield _study(part)
         return
@@ -100,15 +105,19 @@ def _in_a_chapter(judged: set[str], study: str, figure: str) -> bool:
     return any(names is None or figure in names for names in listed)
 
 
-def _study(contents: Contents, figures: list[str] | None = None) -> str:
-    """The section of a study: its summary, its figures, or those named, and its tables."""
+def _study(contents: Contents, figures: list[str] | None = None, made: bool = True) -> str:
+    """The section of a study: its summary, its figures, or those named, and its tables.
+
+    made: tells what made it, as the head of a page of its own does already.
+    """
     title = TITLES.get(contents.study, contents.study)
-    shown = list(contents.figures) if figures is None else figures
+    names = list(contents.figures) if figures is None else figures
+    shown = sorted(names, key=lambda name: _PLACES.get(name, _BETWEEN))
     return "\n".join(
         [
             f'<section id="{escape(contents.study)}"><h2>{escape(title)}</h2>',
             _summary(contents, shown),
-            _made(contents),
+            _made(contents) if made else "",
             _figures(contents, shown),
             "<details open><summary>Tables</summary>",
             _rendered(_without_title(contents.table)),
@@ -121,10 +130,11 @@ def _summary(contents: Contents, names: list[str]) -> str:
     """The verdict of a study, and the titles of its figures, which lead to them."""
     verdict = contents.results.get("verdict")
     told = f"<p><b>{escape(verdict)}</b></p>" if isinstance(verdict, str) else ""
+    # Of figures that say the same, the first.
+    titles = {_title(name, contents.figures[name]): name for name in reversed(names)}
     items = "".join(
         f'<li><a href="#{_anchor(contents, name)}">{escape(title)}</a></li>'
-        for name in names
-        if (title := _title(name, contents.figures[name]))
+        for title, name in reversed(titles.items())
     )
     return f'<div class="summary">{told}<ul>{items}</ul></div>' if told or items else ""
 

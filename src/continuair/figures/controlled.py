@@ -144,7 +144,7 @@ def judged(summary: xr.Dataset) -> Figure:
 def _finding(summary: xr.Dataset) -> str:
     """How far two numbers go in a loop, and four."""
     two, four = (
-        100.0 * np.maximum(summary["explained"].sel(loop="position", besides=each), 0.0).to_numpy()
+        100.0 * summary["explained"].sel(loop="position", besides=each).clip(min=0.0).to_numpy()
         for each in ("", "gravity_number bandwidth")
     )
     return (
