@@ -91,10 +91,10 @@ def _ground(
         if height <= -low + float(vehicle.reach):
             x = np.array([-size, size]) + index * spacing
             axes.plot(x, [-height, -height], color=_WORDS, lw=0.8, gid="ground")
-            seen.append((x[0], -height))
+            seen.append((x[1], -height))
     if seen:
         axes.annotate(
-            "z = 0", seen[0], (0, -8), textcoords="offset points", color=_WORDS, fontsize=6
+            "z = 0", seen[-1], (3, -3), textcoords="offset points", color=_WORDS, fontsize=7
         )
 
 
