@@ -359,16 +359,21 @@ def test_values_beside_one_that_was_left_out_are_not_neighbours(flown: study.Sen
     assert lines() in (joined - 1, joined - 2)  # of one model or of both, as the other one's go
 
 
-def test_the_title_of_the_paths_tells_the_largest_error_between_them(
-    flown: study.Sensitivity,
-) -> None:
+def test_the_title_of_the_paths_is_of_what_is_drawn_below_them(flown: study.Sensitivity) -> None:
     figure: Any = figures.paths(flown.results, flown.datasets)
+    below = [axes for axes in figure.axes if axes.get_ylabel() == "apart [m]"]
+    farthest = max(float(np.max(each.get_ydata())) for axes in below for each in axes.get_lines())
+    assert f"up to {short(farthest)} m" in figure.get_label()
+
+
+def test_the_figure_of_errors_tells_the_largest_of_them(flown: study.Sensitivity) -> None:
+    figure: Any = figures.errors(flown.results)
     title = " ".join(" ".join(each.get_text() for each in figure.texts).split())
     largest = max(
         max(sweep["between"]["rmse_xy_m"]["decoupled"])
         for sweep in flown.results["sweeps"].values()
     )
-    assert f"over all values it errs by up to {short(largest)} m RMS" in title
+    assert f"largest error of the decoupled tip is {short(largest)} m" in title
 
 
 def test_stored_results_hold_every_sentence_row_and_trajectory(

@@ -12,8 +12,9 @@ import continuair as ca
 from amiri2026.figures import tracking as figures
 from amiri2026.tracking import report as tracking_output
 from amiri2026.tracking.candidates import fly, fly_whole
+from amiri2026.tracking.largest import ds_extremes
 from amiri2026.tracking.law_variants import law_variants
-from amiri2026.tracking.study import Tracking, ds_extremes, tracking
+from amiri2026.tracking.study import Tracking, tracking
 from amiri2026.tracking.tuning import as_toml, tune
 from continuair.analysis.lyapunov import ultimate_bound
 from continuair.analysis.metrics import norm_difference

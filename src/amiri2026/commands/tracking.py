@@ -143,15 +143,17 @@ def run_tracking(
 
 
 def _show(study: Tracking) -> None:
-    from amiri2026.tracking.report import COLUMNS, remarks, rows
+    from amiri2026.tracking.report import COLUMNS, counted_from, remarks, rows
     from continuair.studies import number
 
-    shown = ("rms_px", "max_px", "tip_rms_m", "ds_max_px_before_2s", "ds_max_px_after_2s")
+    shown = ("rms_px", "norm_max_px", "tip_rms_m", "ds_max_px_before_2s", "ds_max_px_after_2s")
     columns = ["setting", "letter", "model", *(COLUMNS[key].replace(" [", "\n[") for key in shown)]
     table = [
         [setting, letter, model, *(number(entry.get(key)) for key in shown)]
         for setting, letter, model, entry in rows(study.results)
     ]
     print_table(columns, table, err=True)
+    since = counted_from(study.results)
+    typer.echo(f"Errors and distances off the target are of {since} s on.", err=True)
     for line in remarks(study.results):
         typer.echo(line, err=True)

@@ -12,9 +12,10 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from amiri2026.tracking.largest import ds_extremes, in_transient
 from continuair.analysis import TRANSIENT, joint_speed, norm_difference, regular_speed, samples
 from continuair.figures import curves, style
-from continuair.figures.style import short
+from continuair.figures.style import grouped, short
 from continuair.kernels import REFERENCE
 
 Array = NDArray[np.float64]
@@ -23,6 +24,9 @@ _SPIKES = (
     "ψ̇a is the bend's rate across its direction over κ: it grows without bound as the bend passes "
     "zero. Mixed units."
 )
+
+_LEAST = 1e-3
+"""Least span of an axis of DS [px]."""
 
 _ROUNDING = 1e-12
 """Bend [1/m] below which its direction is rounding."""
@@ -61,35 +65,39 @@ def norm_difference_of(
 ) -> Figure:
     """Return DS = ‖e‖_c - ‖e‖_d [px] over time, its transient and its rest apart.
 
-    Of the decoupled plant, or of the only other one. printed: the largest |DS| that the paper
-    prints, to be named in words.
+    Before TRANSIENT of all plants in one panel, from it on of each in its own. printed: the largest
+    |DS| that the paper prints, to be named in words.
     """
-    early = flights["time"].to_numpy() <= TRANSIENT
+    coupled = flights.sel(model=REFERENCE)
     others = [str(m) for m in flights["model"].to_numpy() if m != REFERENCE]
-    model = "decoupled" if "decoupled" in others else others[0]
-    flight = flights.sel(model=model)
-    ds = norm_difference(flights.sel(model=REFERENCE), flight)
+    early = in_transient(flights)
     with style.applied():
         figure = style.new_figure(height=2.2)
-        left, right = figure.subplots(1, 2, width_ratios=[1, 1.6])
+        panels = figure.subplots(1, 1 + len(others))
         draw = curves.band if curves.noisy(flights) else curves.line
-        curves.line(left, flight.isel(time=early), ds[early], model)
-        draw(right, flight.isel(time=~early), ds[~early], model)
-        curves.tell_empty([left, right])
-        for axes in (left, right):
+        for axes, model in zip(panels[1:], others, strict=True):
+            flight = flights.sel(model=model)
+            ds = norm_difference(coupled, flight)
+            curves.line(panels[0], flight.isel(time=early), ds[early], model)
+            draw(axes, flight.isel(time=~early), ds[~early], model)
+            axes.set_title(model, loc="left")
+        panels[0].set_title("all", loc="left")
+        curves.tell_empty(panels)
+        curves.widen(panels, _LEAST)
+        for axes in panels:
             axes.axhline(0.0, color="#000000", lw=0.5)
             axes.set_xlabel("time [s]")
-        left.set_ylabel(f"DS up to {TRANSIENT:g} s [px]")
-        right.set_ylabel(f"DS after {TRANSIENT:g} s [px]")
-        letter = str(flights["letter"].item())
-        text = f"{subtitle} Letter {letter}. DS = ‖e‖ coupled - ‖e‖ of the plant."
+        panels[0].set_ylabel(f"DS before {TRANSIENT:g} s [px]")
+        for axes in panels[1:]:
+            axes.set_ylabel(f"DS from {TRANSIENT:g} s [px]")
+        text = f"{subtitle} DS = ‖e‖ coupled - ‖e‖ of the plant."
         if curves.noisy(flights):
             text += f" {curves.BAND}"
         if printed:
             text += f" The paper prints |DS| below {printed['ds_max_px']:g} px. {style.UNNAMED}"
-        finding = _ds_finding(letter, model, ds, early)
-        failed = curves.doubts(flights)
-        style.head(figure, finding, text, failed, style.model_handles(left))
+        finding = f"Letter {flights['letter'].item()}: {_ds_finding(flights, others)}"
+        handles = style.model_handles(panels[0])
+        style.head(figure, finding, text, curves.doubts(flights), handles)
     return figure
 
 
@@ -121,16 +129,14 @@ def _only_the_start(flights: xr.Dataset) -> bool:
     return bool(seen.sum(-1).max() < 2)
 
 
-def _ds_finding(letter: str, model: str, ds: Array, early: NDArray[np.bool_]) -> str:
-    """Return the largest |DS| before and after the end of the transient."""
-    if np.isfinite(ds).sum() < 2:
-        return f"Letter {letter}, {model} plant: a flight fails before a second sample"
-    first, rest = ds[early], ds[~early]
-    first, rest = first[np.isfinite(first)], rest[np.isfinite(rest)]
-    begin = short(np.abs(first).max())
-    text = f"Letter {letter}, {model} plant: |DS| is up to {begin} px at the start"
-    if not rest.size:
-        return text
-    largest, mean = np.abs(rest).max(), rest.mean()
-    aside = f"; DS is {short(mean)} px on average" if abs(mean) > 0.1 * largest else ""
-    return f"{text}, and {short(largest)} px after {TRANSIENT:g} s{aside}"
+def _ds_finding(flights: xr.Dataset, others: list[str]) -> str:
+    """The largest |DS| of each plant before and after the end of the transient."""
+    coupled, words = flights.sel(model=REFERENCE), {}
+    for model in others:
+        early, late = ds_extremes(coupled, flights.sel(model=model))
+        if np.isfinite(early):
+            rest = f"{short(late)} px" if np.isfinite(late) else "an unknown size"
+            words[model] = f"{short(early)} px and {rest}"
+    if not words:
+        return f"flights fail before {TRANSIENT:g} s"
+    return f"|DS| before {TRANSIENT:g} s, and from then on, is at most {grouped(words)}"

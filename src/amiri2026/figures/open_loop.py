@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from amiri2026.figures import overview
 from amiri2026.figures.frames import bend_variables, frames
-from amiri2026.spectrum import STILL, Peak, dominant, spectrum
+from amiri2026.spectrum import STILL, dominant, spectrum
 from continuair import Vehicle, modes
 from continuair.analysis import differences as metrics_of
 from continuair.analysis import geodesic_angle, rotation_metric, samples, tip_euler
@@ -22,6 +22,15 @@ from continuair.figures.style import grouped, short
 from continuair.kernels import REFERENCE
 
 Array = NDArray[np.float64]
+
+_LEAST_AMPLITUDE = 0.5 * STILL
+"""Amplitude of a bend up to which it is rounding [1/m]."""
+
+_SMALL = 0.1
+"""Share of its largest amplitude beyond whose frequencies a spectrum is not shown."""
+
+_STILL_SPAN = 25.0
+"""Frequencies that are shown where nothing bends [Hz]."""
 
 ACTS = {
     "A": "100 N along x on the UAV",
@@ -56,7 +65,8 @@ def motion(dataset: xr.Dataset, name: str = "", subtitle: str = "") -> Figure:
             _curves(grid[row * own : (row + 1) * own, column], dataset, label, values)
         for axes in grid.flat:
             axes.set_axis_on() if axes.has_data() else axes.set_axis_off()
-        _finish(figure, grid[0, 0], f"{name}: {_moved(dataset, moving)}", dataset, subtitle, still)
+        finding, more = f"{name}: {_moved(dataset, moving)}", f"{still} {_unfollowed(dataset)}"
+        _finish(figure, grid[0, 0], finding, dataset, subtitle, more.strip())
     return figure
 
 
@@ -84,19 +94,27 @@ def bending(dataset: xr.Dataset, name: str = "", subtitle: str = "", swing: floa
                 curves.line(axes, flight.isel(time=shown), values[model][shown], model)
             axes.set(xlim=(0.0, _ZOOM), xlabel=f"time, first {_ZOOM:g} s [s]", ylabel=label)
         finding = f"samples {1e3 * interval:g} ms apart do not tell swings of {short(swing)} Hz"
+        doubt = ""
         if told:
-            finding = _spectra(panels[-1], dataset)
-        _finish(figure, panels[-1], f"{name}: {finding}", dataset, subtitle, still)
+            finding, doubt = _spectra(panels[-1], dataset)
+        more = " ".join(part for part in (still, doubt) if part)
+        _finish(figure, panels[0], f"{name}: {finding}", dataset, subtitle, more)
     return figure
 
 
-def _spectra(axes: Any, dataset: xr.Dataset) -> str:
-    """Draw the spectra of the bend, and return a sentence on their peaks."""
-    found = {model: _spectrum(axes, flight, model) for model, flight in _each(dataset)}
+def _spectra(axes: Any, dataset: xr.Dataset) -> tuple[str, str]:
+    """Draw the spectra of the bend; return where they peak, and what to say of peaks in doubt."""
+    clear = {model: _spectrum(axes, flight, model) for model, flight in _each(dataset)}
     axes.set(xlabel="frequency [Hz]", ylabel="amplitude of the bend [1/m]")
-    axes.set_xlim(0.0, _highest(axes, found))
-    axes.set_ylim(0.0, 1.15 * axes.get_ylim()[1])
-    return spectral_peaks(found)
+    peaks = curves.highest(axes)
+    for model, (hz, top) in peaks.items():
+        _mark_peak(axes, model, hz, top, clear[model])
+    axes.set_xlim(0.0, _highest(axes))
+    axes.set_ylim(0.0, 1.15 * max([STILL, *(top for _, top in peaks.values())]))
+    doubtful = any(top > _LEAST_AMPLITUDE and not clear[m] for m, (_, top) in peaks.items())
+    duration = float(dataset["time"][-1] - dataset["time"][0])
+    told = f"Open marks: less than two cycles in {duration:g} s, or spread over frequencies."
+    return spectral_peaks(peaks), told if doubtful else ""
 
 
 def differences(dataset: xr.Dataset, name: str = "", subtitle: str = "") -> Figure:
@@ -105,21 +123,17 @@ def differences(dataset: xr.Dataset, name: str = "", subtitle: str = "") -> Figu
         figure = style.new_figure(height=2.2)
         left, right = figure.subplots(1, 2, sharex=True)
         coupled = dataset.sel(model=REFERENCE)
-        found = {}
         for model in _others(dataset):
             flight = dataset.sel(model=model)
             distance, angle = _apart(coupled, flight)
             curves.line(left, flight, distance, model)
             curves.line(right, flight, np.degrees(angle), model)
-            if np.isfinite(distance).any():
-                far, turned = np.nanmax(distance), np.degrees(np.nanmax(angle))
-                found[model] = f"by up to {short(far)} m and {short(turned)}°"
         left.set_ylabel("tip distance from coupled [m]")
         right.set_ylabel("tip angle from coupled [deg]")
         for axes in (left, right):
             axes.set_xlabel("time [s]")
-            axes.set_ylim(bottom=0)
-        finding = f"the tip errs {grouped(found)}" if found else "nothing can be compared"
+            axes.set_ylim(0.0, max(STILL, axes.get_ylim()[1]))
+        finding = _erred(curves.highest(left), curves.highest(right))
         _finish(figure, left, f"{name}: {finding}", dataset, subtitle)
     return figure
 
@@ -144,14 +158,29 @@ def write(
     style.save(frames(drawn), "frames", file)
 
 
-def spectral_peaks(peaks: dict[str, Peak | None]) -> str:
-    """Return where the spectrum of each model has a clear peak, in words; None is none, as of
-    less than two cycles."""
+def spectral_peaks(peaks: dict[str, tuple[float, float]]) -> str:
+    """Return where the spectrum of each model peaks, in words; peaks: model -> (Hz, amplitude).
+
+    A bend whose amplitude is rounding has no peak.
+    """
     words = {
-        model: f"at {short(peak.hz)} Hz" if peak else "nowhere clearly"
-        for model, peak in peaks.items()
+        model: f"at {short(hz)} Hz" for model, (hz, top) in peaks.items() if top > _LEAST_AMPLITUDE
     }
-    return f"the bend's spectrum peaks {grouped(words)}"
+    return f"the bend's spectrum peaks {grouped(words)}" if words else "the bend does not change"
+
+
+def _erred(
+    distances: dict[str, tuple[float, float]], angles: dict[str, tuple[float, float]]
+) -> str:
+    """How far each model's tip gets from the coupled one, and how far it is turned from it."""
+    words = {
+        model: f"by up to {short(far)} m and {short(angles[model][1])}°"
+        for model, (_, far) in distances.items()
+        if model in angles and (far > STILL or angles[model][1] > STILL)
+    }
+    if words:
+        return f"the tip errs {grouped(words)}"
+    return "the tips coincide" if distances else "nothing can be compared"
 
 
 def _unconverged(entries: dict[str, dict[str, Any]]) -> list[str]:
@@ -209,37 +238,43 @@ def _curves(panels: Any, dataset: xr.Dataset, label: str, values: dict[str, Arra
     panels[0].set_ylabel(label)
     if len(panels) > 1:
         panels[0].tick_params(labelbottom=False)
-        panels[1].set_ylabel("minus coupled")
+        panels[1].set_ylabel(f"minus\ncoupled [{label.split('[')[1]}")
+        curves.widen([panels[1]], STILL)
         panels[1].axhline(0.0, color=style.MODELS[REFERENCE]["color"], lw=0.6)
     panels[-1].set_xlabel("time [s]")
 
 
-def _spectrum(axes: Any, flight: xr.Dataset, model: str) -> Peak | None:
-    """Draw a spectrum up to where its flight ends, with its peak marked; return a clear peak."""
+def _spectrum(axes: Any, flight: xr.Dataset, model: str) -> bool:
+    """Draw a spectrum up to where its flight ends; tell whether it has a clear peak."""
     time, bend = flight["time"].to_numpy(), samples(flight, "bend", "bend_axis")
     flown = np.isfinite(bend).all(-1)
     if flown.sum() < 3:
-        return None
+        return False
     time, bend = time[flown], bend[flown]
-    hz, amplitudes = spectrum(time, bend)
-    axes.plot(hz, amplitudes, label=model, **style.MODELS[model])
-    peak = dominant(time, bend)
-    if peak:
-        colour = style.MODELS[model]["color"]
-        axes.plot(peak.hz, amplitudes.max(), "o", ms=3.5, color=colour)
-        # To either side, since the two simpler models often agree.
-        side = {"xytext": (-4, 3), "ha": "right"} if model == "decoupled" else {"xytext": (4, 3)}
-        words = {"textcoords": "offset points", "fontsize": 7, "color": colour} | side
-        axes.annotate(f"{short(peak.hz)} Hz", (peak.hz, amplitudes.max()), **words)
-    return peak
+    axes.plot(*spectrum(time, bend), label=model, **style.MODELS[model])
+    return dominant(time, bend) is not None
 
 
-def _highest(axes: Any, peaks: dict[str, Peak | None]) -> float:
-    """Return the end of an axis of frequencies [Hz], beyond clear peaks and largest amplitudes."""
-    drawn = [line.get_xydata() for line in axes.lines]
-    largest = [float(each[each[:, 1].argmax(), 0]) for each in drawn]
-    clear = max((peak.hz for peak in peaks.values() if peak), default=25.0)
-    return 1.6 * max([clear, *largest])
+def _mark_peak(axes: Any, model: str, hz: float, top: float, clear: bool) -> None:
+    """Mark the peak of a spectrum with its frequency: filled where it is clear."""
+    if top <= _LEAST_AMPLITUDE:
+        return
+    colour = style.MODELS[model]["color"]
+    axes.plot(hz, top, "o", ms=3.5, color=colour, mfc=colour if clear else "white")
+    # To either side, since the two simpler models often agree.
+    side = {"xytext": (-4, 3), "ha": "right"} if model == "decoupled" else {"xytext": (4, 3)}
+    words = {"textcoords": "offset points", "fontsize": 7, "color": colour} | side
+    axes.annotate(f"{short(hz)} Hz", (hz, top), **words)
+
+
+def _highest(axes: Any) -> float:
+    """Where to end an axis of frequencies [Hz]: beyond all that is not small in a spectrum."""
+    ends = [0.0]
+    for drawn in axes.get_lines():
+        hz, amplitudes = drawn.get_data()
+        if len(amplitudes) > 1 and amplitudes.max() > _LEAST_AMPLITUDE:
+            ends.append(float(hz[np.flatnonzero(amplitudes > _SMALL * amplitudes.max())[-1]]))
+    return 1.3 * max(ends) or _STILL_SPAN
 
 
 def _moved(dataset: xr.Dataset, moving: dict[str, dict[str, Array]]) -> str:
@@ -254,18 +289,31 @@ def _moved(dataset: xr.Dataset, moving: dict[str, dict[str, Array]]) -> str:
             size = np.abs(values[model] - start)
             if f"[{unit}]" in label and np.isfinite(size).any():
                 sizes[label.split(" [")[0]] = float(np.nanmax(size))
-        if unit == "deg" and others and not _followed(dataset, model):
-            _, angle = _apart(dataset.sel(model=REFERENCE), dataset.sel(model=model))
-            sizes = {"the tip's attitude": float(np.degrees(np.nanmax(angle)))}
-        if sizes:
+        # Euler angles that jump tell of no rotation.
+        told = unit == "m" or not others or _followed(dataset, model)
+        if sizes and told and max(sizes.values()) > STILL:
             most = max(sizes, key=sizes.__getitem__)
             texts.append(f"{most} by up to {short(sizes[most])} {unit}")
-    if not texts:
+    if not moving:
         return "the tip does not move beyond free fall"
+    if not texts:
+        return "the tip over time, and what the models differ by"
     if not others:
         return f"coupled, {' and '.join(texts)}"
     changed = "decoupling" if model == "decoupled" else f"the {model} model"
     return f"{changed} changes {' and '.join(texts)}"
+
+
+def _unfollowed(dataset: xr.Dataset) -> str:
+    """A sentence on the angles between tips where Euler angles do not tell them."""
+    lost = {}
+    for model in _others(dataset):
+        if not _followed(dataset, model):
+            _, angle = _apart(dataset.sel(model=REFERENCE), dataset.sel(model=model))
+            lost[model] = f"{short(float(np.degrees(np.nanmax(angle))))}°"
+    if not lost:
+        return ""
+    return f"Euler angles do not follow the rotation; between tips it is up to {grouped(lost)}."
 
 
 def _followed(dataset: xr.Dataset, model: str) -> bool:

@@ -23,6 +23,12 @@ _PANELS = (
 )
 """Metric, the number of the paper that it may be, and its label."""
 
+_ANGLE = ("angle_rad", "", "angle between tips, RMS [rad]")
+"""In place of Euler angles where these do not tell the rotations."""
+
+_HATCHES = {"decoupled": "", "independent": "...."}
+"""Hatches of the models' bars, which tell them apart in grey."""
+
 _NUMBERS: dict[str, Any] = {"fontsize": 5.5, "padding": 2, "rotation": 90}
 """Style of the numbers on bars."""
 
@@ -42,8 +48,11 @@ def bars(results: dict[str, Any]) -> Figure:
     tests, printed = list(results["tests"]), results["printed"]
     with style.applied():
         figure = style.new_figure(height=3.8)
-        for axes, (key, of_paper, label) in zip(figure.subplots(2, 2).flat, _PANELS, strict=True):
-            numbers = [printed[letter][of_paper] for letter in tests] if printed else []
+        panels = zip(figure.subplots(2, 2).flat, _readings(results), strict=True)
+        for axes, (key, of_paper, label) in panels:
+            numbers = (
+                [printed[letter][of_paper] for letter in tests] if printed and of_paper else []
+            )
             _bars(axes, results, key, numbers)
             axes.set_ylabel(label)
             axes.set_xticks(range(len(tests)), [f"Test {letter}" for letter in tests])
@@ -52,7 +61,10 @@ def bars(results: dict[str, Any]) -> Figure:
         text = f"Vehicle {style.plain(results['vehicle']['name'])}; tips against the coupled one."
         if printed:
             text += f" {style.UNNAMED} They print one number a test, shown in both readings."
-        text += " Hatched: not converged." + _unfollowed(results)
+        entries = [entry for each in results["tests"].values() for entry in each.values()]
+        if not all(entry["converged"] or _failed(entry) for entry in entries):
+            text += " White: not converged."
+        text += _unfollowed(results)
         failed = _failures(results)
         handles = list(figure.axes[0].containers)
         style.head(figure, _largest(results), text, failed, handles)
@@ -66,7 +78,7 @@ def table(results: dict[str, Any]) -> Figure:
     """
     tests, printed = list(results["tests"]), results["printed"]
     rows = []
-    for key, of_paper, label in _PANELS:
+    for key, of_paper, label in _readings(results):
         if printed and key == of_paper:
             unit = {"nrmse_t": "m", "nrmse_r": "rad"}[key]
             numbers = [printed[letter][key] for letter in tests]
@@ -106,14 +118,15 @@ def _bars(axes: Any, results: dict[str, Any], key: str, printed: list[float]) ->
         entries = [results["tests"][letter][model] for letter in tests]
         heights = [np.nan if _failed(entry) else entry[key] for entry in entries]
         colour = style.MODELS[model]["color"]
-        drawn = axes.bar(places + index * width, heights, width, color=colour, label=model)
+        look = {"color": colour, "hatch": _HATCHES[model], "edgecolor": "white", "linewidth": 0.0}
+        drawn = axes.bar(places + index * width, heights, width, label=model, **look)
         words = [short(entry[key]) if _finite(entry[key]) else "" for entry in entries]
         axes.bar_label(drawn, words, **_NUMBERS)
         for bar, entry, place in zip(drawn, entries, places + index * width, strict=True):
             if _failed(entry):
                 axes.plot(place, 0.0, "x", color=colour, ms=6, mew=1.8, clip_on=False, gid="failed")
             elif not entry["converged"]:
-                bar.set(hatch="////", facecolor="white", edgecolor=colour)
+                bar.set(facecolor="white", edgecolor=colour, linewidth=1.0)
 
 
 def _draw_table(axes: Any, rows: list[Any], tests: list[str], printed: bool) -> None:
@@ -140,6 +153,15 @@ def _draw_table(axes: Any, rows: list[Any], tests: list[str], printed: bool) -> 
 def _digits(number: float) -> str:
     """Format with four decimals, as the paper does, unless the number would vanish."""
     return f"{number:.4f}" if number == 0.0 or number >= 1e-3 else f"{number:.1e}"
+
+
+def _readings(results: dict[str, Any]) -> tuple[tuple[str, str, str], ...]:
+    """The metrics that are shown: of rotations that of Euler angles where these tell them all."""
+    model = _shown(results)
+    flown = [entries[model] for entries in results["tests"].values()]
+    flown = [entry for entry in flown if not _failed(entry)]
+    told = not flown or rotation_metric(flown) == "rmse_r_rad"
+    return _PANELS if told else (*_PANELS[:-1], _ANGLE)
 
 
 def _models(results: dict[str, Any]) -> list[str]:
@@ -189,9 +211,9 @@ def _largest(results: dict[str, Any]) -> str:
     model, texts = _shown(results), []
     flown = {letter: entries[model] for letter, entries in results["tests"].items()}
     flown = {letter: entry for letter, entry in flown.items() if not _failed(entry)}
-    for key, state, unit in (
-        ("rmse_t_m", "farthest off", "m"),
-        (rotation_metric(flown.values()), "most turned", "rad"),
+    readings = [key for key, _, _ in _readings(results)]
+    for key, state, unit in zip(
+        readings[1::2], ("farthest off", "most turned"), ("m", "rad"), strict=True
     ):
         found = {letter: entry[key] for letter, entry in flown.items()}
         if found:
@@ -207,7 +229,8 @@ def _nearness(results: dict[str, Any], printed: dict[str, Any]) -> str:
     if not printed:
         return _largest(results)
     model, counts = _shown(results), []
-    for keys in (("nrmse_t", "nrmse_r"), ("rmse_t_m", "rmse_r_rad")):
+    shown = [key for key, _, _ in _readings(results)]
+    for keys in (shown[0::2], shown[1::2]):
         pairs = [
             (entries[model][key], printed[letter][of_paper])
             for letter, entries in results["tests"].items()

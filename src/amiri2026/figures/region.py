@@ -69,8 +69,13 @@ def random_starts(results: dict[str, Any], flights: xr.Dataset, model: str, rate
         words = []
         for axes, law in zip(panels, laws, strict=True):
             well = own["well"].sel(law=law).to_numpy()
-            axes.plot(yaw[well], aside[well], ms=2, color=LAWS[law]["color"], **_DOT)
-            axes.plot(yaw[~well], aside[~well], ms=3, mew=0.8, gid="failed", **_CROSS)
+            # The fewer are in front.
+            front = 3 if well.sum() < well.size / 2 else 2
+            dots = {"ms": 2.5 if front == 2 else 4, "zorder": front} | _DOT
+            axes.plot(yaw[well], aside[well], color=LAWS[law]["color"], **dots)
+            axes.plot(
+                yaw[~well], aside[~well], ms=3, mew=0.8, gid="failed", zorder=5 - front, **_CROSS
+            )
             axes.set(title=f"{law}: {well.sum()} of {well.size}", xlabel="yaw [°]")
             words.append(f"{percent(well.mean())} {law}")
         panels[0].set_ylabel("to the side [m]")

@@ -45,12 +45,12 @@ def errors(results: dict[str, Any], model: str) -> Figure:
             axes.remove()
         for axes in panels[::_COLUMNS]:
             if axes.figure is not None:
-                axes.set_ylabel("RMS [px]")
+                axes.set_ylabel("coordinate,\nRMS [px]")
         style.head(
             figure,
             _finding(cases, laws),
             f"Vehicle {style.plain(results['vehicle']['name'])}, {model} plant, letter "
-            f"{results['letter']}. Borne: at most {results['borne_px']:g} px more than without.",
+            f"{results['letter']}. Tolerance: {results['borne_px']:g} px more than without.",
             handles=_key(laws),
         )
     return figure
@@ -86,7 +86,7 @@ def _top(cases: dict[str, Any]) -> float:
 
 
 def _finding(cases: dict[str, Any], laws: list[str]) -> str:
-    """Return a sentence on how many kinds of mismatch each law tolerates in all sizes tried."""
+    """How many kinds of mistakes are within tolerance for each law, in all sizes tried."""
     words = []
     for law in laws:
         mistakes = cases[law]["mistakes"].values()
@@ -95,7 +95,7 @@ def _finding(cases: dict[str, Any], laws: list[str]) -> str:
             continue
         borne = sum(each["failed_at"] is None for each in mistakes)
         words.append(f"{borne} of {len(mistakes)} {law}")
-    return f"Kinds of mistakes that are borne in every size tried: {', '.join(words)}"
+    return f"Mistakes within tolerance at every size tried: {', '.join(words)}"
 
 
 def _key(laws: list[str]) -> list[Any]:

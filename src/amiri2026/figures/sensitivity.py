@@ -19,8 +19,8 @@ from continuair.kernels import REFERENCE
 
 Array = NDArray[np.float64]
 
-VALUES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
-"""Colours of the values of a parameter, in ascending order (Okabe and Ito)."""
+VALUES = ("#440154", "#2A788E", "#35B779", "#A5C722")
+"""Colours of the values of a parameter, the larger the lighter (viridis): they order in grey."""
 
 WILD = 2.0
 """Factor between the errors at neighbouring values from which on no line joins them."""
@@ -61,9 +61,11 @@ def paths(results: dict[str, Any], datasets: dict[str, xr.Dataset]) -> Figure:
         low, high = (f(axes.get_ylim()[i] for axes in distances) for i, f in ((0, min), (1, max)))
         for axes in distances:
             axes.set_ylim(low, high)
-        text = f"{_subtitle(results)} Apart: RMS distance of the tips, windows of {_WINDOW:g} s."
+        text = (
+            f"{_subtitle(results)} Apart: largest distance of the tips in windows of {_WINDOW:g} s."
+        )
         told = [*failed, *_unconverged(results)]
-        style.head(figure, _farthest(results, largest), text, told, _key())
+        style.head(figure, _farthest(largest), text, told, _key())
     return figure
 
 
@@ -87,7 +89,7 @@ def errors(results: dict[str, Any]) -> Figure:
                 axes.set_ylabel("tip RMSE, xy [m]")
         curves.logarithmic(figure.axes)
         handles = [handle for axes in figure.axes for handle in style.model_handles(axes)]
-        text = f"{_subtitle(results)} Rings: values whose paths are drawn."
+        text = f"{_subtitle(results)} Rings: values whose paths are drawn.{_worst(results)}"
         told = [*_failures(results), *_unconverged(results), *_left_out(results)]
         style.head(figure, _scatter(results), text, told, handles)
     return figure
@@ -114,15 +116,15 @@ def _sweep(above: Any, below: Any, dataset: xr.Dataset, labels: list[str]) -> tu
                 curves.cross(above, tips[model][:, 0], tips[model][:, 1], VALUES[run])
         above.plot(*tips[REFERENCE][0], "o", ms=3.5, color="#333333", zorder=4)
         distance = np.linalg.norm(tips[_SHOWN] - tips[REFERENCE], axis=1)
-        middle, (_, _, rms, _) = curves.windows(dataset["time"].to_numpy(), distance, _WINDOW)
-        below.plot(middle, rms, color=VALUES[run], lw=1.1)
+        middle, (_, most, _, _) = curves.windows(dataset["time"].to_numpy(), distance, _WINDOW)
+        below.plot(middle, most, color=VALUES[run], lw=1.1)
         if any(curves.ending(flight) for flight in flights.values()):
-            curves.cross(below, middle, rms, VALUES[run])
-        reached = float(np.nanmax(distance))
-        farthest = max(farthest, (reached, label))
+            curves.cross(below, middle, most, VALUES[run])
+        farthest = max(farthest, (float(most.max(initial=0.0)), label))
     above.set_aspect("equal", adjustable="datalim")
     above.set(xlabel="tip x [m]", ylabel="tip y [m]")
-    below.set(xlabel="time [s]", ylabel="apart [m]", yscale="log")
+    below.set(xlabel="time [s]", ylabel="apart [m]")
+    curves.logarithmic([below])
     above.legend(
         loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(labels),
         handlelength=0.8, columnspacing=0.8, handletextpad=0.3,
@@ -236,26 +238,28 @@ def _subtitle(results: dict[str, Any]) -> str:
     )
 
 
-def _farthest(results: dict[str, Any], largest: dict[str, tuple[float, str]]) -> str:
-    """Return how far the decoupled tip deviates at values drawn, and between them."""
+def _farthest(largest: dict[str, tuple[float, str]]) -> str:
+    """How far the decoupled tip gets from the coupled one at the values drawn."""
     most = max(largest, key=lambda name: largest[name][0])
-    drawn = f"{short(largest[most][0])} m off where it is drawn ({most} {largest[most][1]})"
-    rms = {
-        (name, sweep["scale"] * value): float("nan" if error is None else error)
+    far, label = largest[most]
+    return f"The decoupled tip gets up to {short(far)} m from the coupled one ({most} {label})"
+
+
+def _worst(results: dict[str, Any]) -> str:
+    """The largest error of the decoupled tip, and where it is."""
+    found = {
+        (name, sweep["scale"] * value): error
         for name, sweep in results["sweeps"].items()
         for value, error in zip(
             sweep["between"]["value"], sweep["between"]["rmse_xy_m"][_SHOWN], strict=True
         )
+        if error is not None and np.isfinite(error)
     }
-    finite = {at: error for at, error in rms.items() if np.isfinite(error)}
-    if not finite:
-        return f"The decoupled tip gets up to {drawn}"
-    (name, value), error = max(finite.items(), key=lambda item: item[1])
-    units = results["sweeps"][name]["units"]
-    return (
-        f"The decoupled tip gets up to {drawn}; over all values it errs by up to "
-        f"{short(error)} m RMS ({name} {short(value)} {units})"
-    )
+    if not found:
+        return ""
+    (name, value), error = max(found.items(), key=lambda item: item[1])
+    at = f"{name} {short(value)} {results['sweeps'][name]['units']}"
+    return f" The largest error of the decoupled tip is {short(error)} m ({at})."
 
 
 def _scatter(results: dict[str, Any]) -> str:

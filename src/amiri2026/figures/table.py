@@ -27,7 +27,7 @@ def table(results: dict[str, Any]) -> Figure:
         for axes, row, name in zip(panels[:2], range(2), ("T", "R"), strict=True):
             _bars(axes, results["printed"][row], -_WIDTH / 2, style.PAPER_COLOUR, "paper")
             _bars(axes, results["ours"][row], _WIDTH / 2, _OURS, "vehicle table1")
-            axes.set_title(f"NRMSE_{name} [-]", loc="left")
+            axes.set_title(f"NRMSE$_{name}$ [-]", loc="left")
         _bars(panels[2], position, 0.0, _OURS, "")
         panels[2].set_title("tip position, RMSE [m]", loc="left")
         _bars(panels[3], angle, 0.0, _OURS, "")
@@ -60,7 +60,9 @@ def _finding(results: dict[str, Any], position: list[float]) -> str:
     """Return the title: the finding in the bars, with its numbers."""
     most = OPEN_LOOP_TESTS[int(np.argmax(position))]
     normalised = OPEN_LOOP_TESTS[int(np.argmax(results["ours"][0]))]
+    ratios = np.array(results["ours"]) / np.array(results["printed"])
+    factor = np.exp(np.abs(np.log(ratios))).max()
     return (
-        f"Table I is met within a factor of {results['factor']:.2f}; position errs most in Test "
+        f"Ours and Table I agree within a factor of {factor:.2f}; position errs most in Test "
         f"{normalised} normalised, and in Test {most} in metres"
     )

@@ -13,25 +13,45 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from amiri2026.figures.one_letter import norm_difference_of, speed_of
-from continuair.analysis import TRANSIENT, feature_norm, percent, samples
+from amiri2026.tracking.largest import (
+    ds_extremes,
+    in_transient,
+    largest_norm,
+    largest_of_a_point,
+    largest_off_target,
+    largest_servo_error,
+    largest_since,
+    off_target,
+)
+from continuair.analysis import TRANSIENT, feature_norm, norm_difference, percent, samples
 from continuair.figures import curves, style
 from continuair.figures.style import grouped, short
 from continuair.kernels import REFERENCE, UNSEEN
+from continuair.scenario import SETTINGS
 
 Array = NDArray[np.float64]
 
 PAPER_SETTING = "nominal"
 """The setting of the paper's task, beside which the number that it prints is shown."""
 
+_SETTLED = SETTINGS[PAPER_SETTING].settled
+"""From when titles and tables count errors [s], unless a setting says otherwise."""
+
+_NONE_LASTS = "No flight lasts to its end"
+
 _LEAST = 1e-4
 """Distances are shown from here on [mm]."""
 
+_LEAST_PIXELS = 1e-3
+"""Errors in the image are shown from here on [px]."""
 
-def traces(dataset: xr.Dataset, subtitle: str = "") -> Figure:
+
+def traces(dataset: xr.Dataset, subtitle: str = "", since: float = _SETTLED) -> Figure:
     """Return the camera's xy trace of each letter over the target's centroid [m], with distances.
 
     First row as Fig. 4 of Amiri et al.; below, the horizontal distance from the target, and of each
-    simpler plant's camera from the coupled one's, over time [mm].
+    simpler plant's camera from the coupled one's, over time [mm]. since: the title tells of the
+    largest distances from then on [s].
     """
     letters, others = _letters(dataset), _others(dataset)
     heights = [2.1, 1.2, 1.2][: 3 if others else 2]
@@ -52,16 +72,18 @@ def traces(dataset: xr.Dataset, subtitle: str = "") -> Figure:
         for axes, label in zip(grid[1:, 0], ("off target [mm]", "off coupled [mm]"), strict=False):
             axes.set_ylabel(label)
         _over_time(grid[1:], log=True)
-        for axes in grid[1:, 0]:
-            axes.set_ylim(bottom=max(_LEAST, axes.get_ylim()[0]))
+        curves.floor(grid[1:, 0], _LEAST)
         grid[0, 0].set_ylabel("y [m]")
-        style.head(figure, _traced(dataset), _text(dataset, subtitle), curves.doubts(dataset),
-                   style.model_handles(grid[0, 0]))  # fmt: skip
+        told = _traced(dataset, since), _text(dataset, subtitle), curves.doubts(dataset)
+        style.head(figure, *told, style.model_handles(grid[0, 0]))
     return figure
 
 
-def errors(dataset: xr.Dataset, subtitle: str = "") -> Figure:
-    """Return ‖e‖ [px] of each letter over time, and DS with its transient and its rest apart."""
+def errors(dataset: xr.Dataset, subtitle: str = "", since: float = _SETTLED) -> Figure:
+    """Return ‖e‖ [px] of each letter over time, and DS with its transient and its rest apart.
+
+    The rest is |DS|, on a logarithmic axis that shows all plants. since: as in `traces`.
+    """
     letters, others = _letters(dataset), _others(dataset)
     with style.applied():
         figure = style.new_figure(height=1.5 * (3 if others else 1))
@@ -75,18 +97,32 @@ def errors(dataset: xr.Dataset, subtitle: str = "") -> Figure:
                     _ds(grid[1:, column], flights, model, draw)
             grid[0, column].set_title(letter)
         _over_time(grid[:1], log=True)
-        _over_time(grid[1:], log=False)
-        late = f"DS after {TRANSIENT:g} s,\n{''.join(others[:1])} [px]"
-        labels = ("‖e‖ [px]", f"DS up to {TRANSIENT:g} s\n[px]", late)
+        _over_time(grid[1:2], log=False)
+        _over_time(grid[2:], log=True)
+        curves.floor(grid[::2, 0], _LEAST_PIXELS)
+        labels = (
+            "‖e‖ [px]",
+            f"DS before {TRANSIENT:g} s\n[px]",
+            f"|DS| from {TRANSIENT:g} s\n[px]",
+        )
         for axes, label in zip(grid[:, 0], labels, strict=False):
             axes.set_ylabel(label)
-        style.head(figure, _erred(dataset), _text(dataset, subtitle), curves.doubts(dataset),
-                   style.model_handles(grid[0, 0]))  # fmt: skip
+        told = _erred(dataset, since), _text(dataset, subtitle), curves.doubts(dataset)
+        style.head(figure, *told, style.model_handles(grid[0, 0]))
     return figure
 
 
-def image(dataset: xr.Dataset, camera: Any, subtitle: str = "", model: str = REFERENCE) -> Figure:
-    """Return the paths of the feature points in the image [px], one panel per letter."""
+def image(
+    dataset: xr.Dataset,
+    camera: Any,
+    subtitle: str = "",
+    model: str = REFERENCE,
+    since: float = _SETTLED,
+) -> Figure:
+    """Return the paths of the feature points in the image [px], one panel per letter.
+
+    since: as in `traces`.
+    """
     letters = _letters(dataset)
     width, height = camera.image_size
     flights = dataset.sel(model=model)
@@ -104,15 +140,17 @@ def image(dataset: xr.Dataset, camera: Any, subtitle: str = "", model: str = REF
             Line2D([], [], color=grey, ls="", marker="o", ms=3, label="start"),
             Line2D([], [], color=grey, ls="", marker="+", ms=7, label="where it belongs"),
         ]
-        style.head(figure, _seen(flights), f"{subtitle} {model.capitalize()} plant.",
+        style.head(figure, _seen(flights, since), f"{subtitle} {model.capitalize()} plant.",
                    curves.doubts(flights), key)  # fmt: skip
     return figure
 
 
-def stability(dataset: xr.Dataset, bounds: dict[str, float], subtitle: str = "") -> Figure:
+def stability(
+    dataset: xr.Dataset, bounds: dict[str, float], subtitle: str = "", since: float = _SETTLED
+) -> Figure:
     """Return the paper's V, the sound V [J] and ‖e_a‖ beside its ultimate bound, over time.
 
-    Of the first letter; bounds: the least one of the proof, by letter.
+    Of the first letter; bounds: the least one of the proof, by letter. since: as in `traces`.
     """
     flight = dataset.isel(letter=0).sel(model=REFERENCE)
     letter = str(flight["letter"].item())
@@ -131,14 +169,14 @@ def stability(dataset: xr.Dataset, bounds: dict[str, float], subtitle: str = "")
         least = {"color": "#0072B2", "lw": 1.2, "ls": "--", "label": "least bound of the proof"}
         right.axhline(bound, **least)
         left.set(xlabel="time [s]", ylabel="V [J]")
-        right.set(xlabel="time [s]", ylabel=r"$\Vert e_a\Vert$")
+        right.set(xlabel="time [s]", ylabel=r"$\Vert e_a\Vert$ [-]")
         for axes in (left, right):
             curves.logarithmic([axes])
         text = _text(dataset, f"{subtitle} Letter {letter}, coupled plant.")
         handles = style.model_handles(left) + style.model_handles(right)
         style.head(
             figure,
-            _bounded(flight, bound),
+            _bounded(flight, bound, since),
             text,
             curves.doubts(dataset.isel(letter=[0]).sel(model=[REFERENCE])),
             handles,
@@ -158,26 +196,20 @@ def write(
         part = results if setting == results["setting"] else results["settings"][setting]
         text = f"Vehicle {name}, {setting}: {part['setting_meaning']}."
         printed = results["printed"] if setting == PAPER_SETTING else {}
+        since = SETTINGS[setting].settled
         figures = {
-            "traces": traces(dataset, text),
-            "errors": errors(dataset, text),
-            "image": image(dataset, camera, text),
+            "traces": traces(dataset, text, since),
+            "errors": errors(dataset, text, since),
+            "image": image(dataset, camera, text, since=since),
             "speed": speed_of(_first(dataset), text),
         }
         if "ultimate_bound" in part:
             bounds = part["ultimate_bound"]["radius_least_of"]
-            figures["stability"] = stability(dataset, bounds, text)
+            figures["stability"] = stability(dataset, bounds, text, since)
         if _others(dataset):
             figures["ds"] = norm_difference_of(_first(dataset), text, printed)
         for kind, figure in figures.items():
             style.save(figure, f"{kind}_{setting}", file)
-
-
-def off_target(flight: xr.Dataset) -> Array:
-    """Return the camera's horizontal distance from above the target's centroid (time,) [m]."""
-    camera, target = (samples(flight, f"{of}_position", "axis") for of in ("camera", "target"))
-    distance: Array = np.linalg.norm((camera - target)[:, :2], axis=1)
-    return distance
 
 
 def _first(dataset: xr.Dataset) -> xr.Dataset:
@@ -188,6 +220,10 @@ def _first(dataset: xr.Dataset) -> xr.Dataset:
 
 def _letters(dataset: xr.Dataset) -> list[str]:
     return [str(letter) for letter in dataset["letter"].to_numpy()]
+
+
+def _plants(dataset: xr.Dataset) -> list[str]:
+    return [str(m) for m in dataset["model"].to_numpy()]
 
 
 def _others(dataset: xr.Dataset) -> list[str]:
@@ -242,85 +278,86 @@ def _between(flights: xr.Dataset, model: str) -> Array:
 
 
 def _ds(panels: Any, flights: xr.Dataset, model: str, draw: Callable[..., None]) -> None:
-    """DS of a plant up to the end of the transient, and after it, there of the first plant only."""
-    ds = feature_norm(flights.sel(model=REFERENCE)) - feature_norm(flights.sel(model=model))
-    early = flights["time"].to_numpy() <= TRANSIENT
+    """DS of a plant before the end of the transient, and its size from then on."""
+    ds = norm_difference(flights.sel(model=REFERENCE), flights.sel(model=model))
+    early = in_transient(flights)
     flight = flights.sel(model=model)
     curves.line(panels[0], flight.isel(time=early), ds[early], model)
-    if model == _others(flights)[0]:
-        draw(panels[1], flight.isel(time=~early), ds[~early], model)
+    draw(panels[1], flight.isel(time=~early), np.abs(ds[~early]), model)
 
 
-def _late(dataset: xr.Dataset, values: Array) -> float:
-    """Return the largest finite value (…, time) after the transient, NaN if there is none."""
-    late = values[..., dataset["time"].to_numpy() >= TRANSIENT]
-    finite = late[np.isfinite(late)]
-    return float(finite.max()) if finite.size else float("nan")
-
-
-def _largest(dataset: xr.Dataset, of: Callable[[xr.Dataset, str], Array], model: str) -> float:
-    """Return the largest of a quantity of all letters and a plant, after the transient."""
-    found = [_late(dataset, of(dataset.sel(letter=letter), model)) for letter in _letters(dataset)]
+def _largest(dataset: xr.Dataset, of: Callable[[xr.Dataset, str], float], model: str) -> float:
+    """The largest of a number of all letters and a plant; NaN if none flies to its end."""
+    found = [of(dataset.sel(letter=letter), model) for letter in _letters(dataset)]
     return max((value for value in found if np.isfinite(value)), default=float("nan"))
 
 
-def _traced(dataset: xr.Dataset) -> str:
-    """Return a sentence on distances between plants and from the target after the transient."""
-    off = {m: _largest(dataset, _off, m) for m, _ in _each(dataset)}
-    apart = {m: _largest(dataset, _between, m) for m in _others(dataset)}
-    strays, words = (
-        grouped({m: f"{short(1e3 * far)} mm" for m, far in found.items() if np.isfinite(far)})
-        for found in (off, apart)
-    )
+def _by_plant(
+    dataset: xr.Dataset, plants: list[str], of: Callable[[xr.Dataset, str], float], unit: str
+) -> str:
+    """The largest of a number of all letters, of each plant that flies one to its end."""
+    found = {model: _largest(dataset, of, model) for model in plants}
+    return grouped({m: f"{short(far)} {unit}" for m, far in found.items() if np.isfinite(far)})
+
+
+def _traced(dataset: xr.Dataset, since: float) -> str:
+    """How far the plants are off the target and apart, at the most."""
+
+    def off(flights: xr.Dataset, model: str) -> float:
+        return 1e3 * largest_off_target(flights.sel(model=model), since)
+
+    def apart(flights: xr.Dataset, model: str) -> float:
+        return 1e3 * largest_since(flights, _between(flights, model), since)
+
+    strays = _by_plant(dataset, _plants(dataset), off, "mm")
+    words = _by_plant(dataset, _others(dataset), apart, "mm")
     if not strays:
-        return f"No flight lasts {TRANSIENT:g} s"
-    text = f"From {TRANSIENT:g} s on the camera strays from its target by {strays}"
+        return _NONE_LASTS
+    text = f"From {since:g} s on the camera strays from its target by up to {strays}"
     return f"{text}; from the coupled plant's by {words}" if words else text
 
 
-def _erred(dataset: xr.Dataset) -> str:
-    """Return a sentence on ‖e‖ and |DS| after the transient, by plant."""
-    errors = {m: _largest(dataset, _norms, m) for m, _ in _each(dataset)}
-    words = {m: f"{short(error)} px" for m, error in errors.items() if np.isfinite(error)}
+def _erred(dataset: xr.Dataset, since: float) -> str:
+    """How large ‖e‖ and |DS| are at the most, by plant."""
+    words = _by_plant(
+        dataset,
+        _plants(dataset),
+        lambda flights, model: largest_norm(flights.sel(model=model), since),
+        "px",
+    )
+    ds = _by_plant(
+        dataset,
+        _others(dataset),
+        lambda flights, m: ds_extremes(flights.sel(model=REFERENCE), flights.sel(model=m))[1],
+        "px",
+    )
     if not words:
-        return f"No flight lasts {TRANSIENT:g} s"
-    text = f"From {TRANSIENT:g} s on ‖e‖ peaks at {grouped(words)}"
-    for model in _others(dataset)[:1]:
-        ds = _largest(dataset, lambda f, m: np.abs(_norms(f, REFERENCE) - _norms(f, m)), model)
-        text += f"; |DS| at {short(ds)} px, {model}" if np.isfinite(ds) else ""
-    return text
+        return _NONE_LASTS
+    text = f"From {since:g} s on ‖e‖ is at most {words}"
+    return f"{text}; |DS| from {TRANSIENT:g} s on at most {ds}" if ds else text
 
 
-def _off(flights: xr.Dataset, model: str) -> Array:
-    return off_target(flights.sel(model=model))
-
-
-def _norms(flights: xr.Dataset, model: str) -> Array:
-    return feature_norm(flights.sel(model=model))
-
-
-def _seen(flights: xr.Dataset) -> str:
-    """Return a sentence on how close the points come, and whether they stay in the image."""
-    pairs = flights["feature_error"].transpose(..., "pixel", "time").to_numpy()
-    pairs = pairs.reshape(*pairs.shape[:-2], -1, 2, pairs.shape[-1])
-    error = np.linalg.norm(pairs, axis=-2)
+def _seen(flights: xr.Dataset, since: float) -> str:
+    """How near the points come, and whether they stay in the image."""
     out = (flights["in_view"] < 0.5).any("point").any("time") | (flights["status"] == UNSEEN)
     lost = [str(letter) for letter in flights["letter"].to_numpy()[out.to_numpy()]]
     stay = f"points leave the image in {', '.join(lost)}" if lost else "no point leaves the image"
-    near = _late(flights, error)
-    if not np.isfinite(near):
-        return f"No flight lasts {TRANSIENT:g} s; {stay}"
-    return f"From {TRANSIENT:g} s on every point is within {short(near)} px of its place; {stay}"
+    found = [largest_of_a_point(flights.sel(letter=each), since) for each in _letters(flights)]
+    near = [distance for distance in found if np.isfinite(distance)]
+    if not near:
+        return f"{_NONE_LASTS}; {stay}"
+    return f"From {since:g} s on every point is within {short(max(near))} px of its place; {stay}"
 
 
-def _bounded(flight: xr.Dataset, bound: float) -> str:
-    """Return a sentence on the error below the proof's bound, and on rises of the paper's V."""
-    reached = _late(flight, flight["servo_error"].to_numpy())
+def _bounded(flight: xr.Dataset, bound: float, since: float) -> str:
+    """How far the error stays below the proof's bound, or how far it exceeds it, and how often the
+    paper's V rises."""
+    reached = largest_servo_error(flight, since)
     steps = np.diff(flight["lyapunov_paper"].to_numpy())
     if not np.isfinite(reached):
-        return f"The flight does not last {TRANSIENT:g} s"
+        return _NONE_LASTS
     rises = np.mean(steps[np.isfinite(steps)] > 0.0)
     return (
-        f"From {TRANSIENT:g} s on ‖$e_a$‖ stays below {short(reached)}, where the proof allows "
+        f"From {since:g} s on ‖$e_a$‖ is at most {short(reached)}, where the proof allows "
         f"{short(bound)}; over all of it the paper's V rises {percent(float(rises))} of the time"
     )

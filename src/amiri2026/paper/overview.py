@@ -1,4 +1,4 @@
-"""The first screen of the report: the paper's findings, which of them hold, and their meaning."""
+"""The first screen of the report: what holds, what the paper found, and what it means."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ _VERBS = {
 
 def overview(results: dict[str, Any]) -> list[str]:
     """Return the first screen in Markdown, for all that a run has judged."""
-    lines = ["## What the paper found", "", FOUND, "", "## What holds", "", counted(results)]
+    lines = ["## What holds", "", counted(results), "", "## What the paper found", "", FOUND]
     if "table1" in results:
         found = results["table1"]
         lines += ["", "## Table I, and ours", "", *table.beside(found), "", table.reading(found)]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import base64
+import re
 from collections.abc import Iterable, Iterator
 from hashlib import sha256
-from html import escape
+from html import escape, unescape
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
 from markdown_it import MarkdownIt
@@ -26,6 +28,13 @@ TITLES = {
     "advise": "May I decouple?",
     "atlas": "Atlas of decoupling",
 }
+
+_PLACES = {"overview": 0, "table": 1, "advise": 2, "frames": 98, "bend_variables": 99}
+"""Places of figures: what compares first, what defines last, and all others between."""
+
+_BETWEEN = 50
+
+_TITLE = re.compile(r"<title>([^<]*)</title>")
 
 # Results of others are text: no link or picture of theirs is made of it.
 _MARKDOWN = (
@@ -72,7 +81,7 @@ def _page(contents: Contents) -> str:
 
 def _sections(contents: Contents) -> Iterator[str]:
     if contents.study != "paper":
-        yield _study(contents)
+        yield _study(contents, made=False)
         for part in contents.parts:
             yield _study(part)
         return
@@ -96,13 +105,20 @@ def _in_a_chapter(judged: set[str], study: str, figure: str) -> bool:
     return any(names is None or figure in names for names in listed)
 
 
-def _study(contents: Contents, figures: list[str] | None = None) -> str:
-    """Return the section of a study: its figures, or those named, and its tables."""
+def _study(contents: Contents, figures: list[str] | None = None, made: bool = True) -> str:
+    """The section of a study: its summary, its figures, or those named, and its tables.
+
+    made: tells what made it, as the head of a page of its own does already.
+    """
     title = TITLES.get(contents.study, contents.study)
+    names = list(contents.figures) if figures is None else figures
+    shown = sorted(names, key=lambda name: _PLACES.get(name, _BETWEEN))
     return "\n".join(
         [
-            f'<section id="{escape(contents.study)}"><h2>{escape(title)}</h2>{_made(contents)}',
-            _figures(contents, figures),
+            f'<section id="{escape(contents.study)}"><h2>{escape(title)}</h2>',
+            _summary(contents, shown),
+            _made(contents) if made else "",
+            _figures(contents, shown),
             "<details open><summary>Tables</summary>",
             _rendered(_without_title(contents.table)),
             "</details></section>",
@@ -110,21 +126,44 @@ def _study(contents: Contents, figures: list[str] | None = None) -> str:
     )
 
 
+def _summary(contents: Contents, names: list[str]) -> str:
+    """The verdict of a study, and the titles of its figures, which lead to them."""
+    verdict = contents.results.get("verdict")
+    told = f"<p><b>{escape(verdict)}</b></p>" if isinstance(verdict, str) else ""
+    # Of figures that say the same, the first.
+    titles = {_title(name, contents.figures[name]): name for name in reversed(names)}
+    items = "".join(
+        f'<li><a href="#{_anchor(contents, name)}">{escape(title)}</a></li>'
+        for title, name in reversed(titles.items())
+    )
+    return f'<div class="summary">{told}<ul>{items}</ul></div>' if told or items else ""
+
+
+def _title(name: str, path: Path) -> str:
+    """The title of a figure, which its SVG holds, or its name without one."""
+    drawn, found = path.with_suffix(".svg"), None
+    if drawn.is_file() and not drawn.is_symlink():
+        found = _TITLE.search(drawn.read_text("utf-8", "replace"))
+    return unescape(found[1]) if found else name.replace("_", " ")
+
+
+def _anchor(contents: Contents, name: str) -> str:
+    return escape(f"{contents.study}-{name}")
+
+
 def _figures(contents: Contents, names: Iterable[str] | None) -> str:
     """Return the figures of a study, or those named."""
     wanted = contents.figures if names is None else names
-    return "\n".join(
-        _figure(name, contents.figures[name].suffix, contents.figures[name].read_bytes())
-        for name in wanted
-        if name in contents.figures
-    )
+    return "\n".join(_figure(contents, name) for name in wanted if name in contents.figures)
 
 
-def _figure(name: str, suffix: str, content: bytes) -> str:
-    kind = {".svg": "image/svg+xml", ".png": "image/png"}[suffix]
-    data = base64.b64encode(content).decode("ascii")
-    label = escape(name.replace("_", " "))
-    return f'<figure><img alt="{label}" src="data:{kind};base64,{data}"></figure>'
+def _figure(contents: Contents, name: str) -> str:
+    path = contents.figures[name]
+    kind = {".svg": "image/svg+xml", ".png": "image/png"}[path.suffix]
+    data = base64.b64encode(path.read_bytes()).decode("ascii")
+    label = escape(_title(name, path))
+    image = f'<img alt="{label}" src="data:{kind};base64,{data}">'
+    return f'<figure id="{_anchor(contents, name)}">{image}</figure>'
 
 
 def _made(contents: Contents) -> str:

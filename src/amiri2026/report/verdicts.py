@@ -21,7 +21,7 @@ STUDIES: dict[str, dict[str, tuple[str, ...] | None]] = {
 
 
 def first_screen(results: dict[str, Any], markdown: Callable[[str], str]) -> str:
-    """Return the section with the paper's findings, which hold, and what they mean."""
+    """Return the section that answers what holds, what the paper found, and what it means."""
     rendered = markdown("\n".join(overview(results)))
     parts = markdown("\n".join(by_part(results)))
     return (

@@ -11,11 +11,13 @@ from continuair.kernels import REFERENCE, STATUS
 from continuair.studies import ResultFolder, as_markdown, number
 
 COLUMNS = {
-    "rms_px": "RMS [px]",
-    "max_px": "max [px]",
-    "tip_rms_m": "off target [m]",
-    "ds_max_px_before_2s": "DS < 2 s [px]",
-    "ds_max_px_after_2s": "DS > 2 s [px]",
+    "rms_px": "coordinate, RMS [px]",
+    "max_px": "coordinate, max [px]",
+    "norm_max_px": "‖e‖, max [px]",
+    "tip_rms_m": "off target, RMS [m]",
+    "tip_max_m": "off target, max [m]",
+    "ds_max_px_before_2s": "|DS| before 2 s, max [px]",
+    "ds_max_px_after_2s": "|DS| from 2 s, max [px]",
     "converged_s": "below 5 px from [s]",
     "force_rms_n": "force [N]",
     "out_of_view_samples": "out of view",
@@ -62,6 +64,12 @@ def _printed(results: dict[str, Any]) -> str:
     return f"; the paper prints |DS| below {results['printed']['ds_max_px']:g} px"
 
 
+def counted_from(results: dict[str, Any]) -> str:
+    """Return from when errors count [s] in the settings, in words."""
+    parts = (results, *results["settings"].values())
+    return " or ".join(dict.fromkeys(f"{part['settled_s']:g}" for part in parts))
+
+
 def as_table(results: dict[str, Any]) -> str:
     """Return the results in Markdown, with their basis."""
     ratio = results["damping_ratio"]
@@ -70,8 +78,10 @@ def as_table(results: dict[str, Any]) -> str:
         f"# Visual tracking of letters, vehicle {results['vehicle']['name']}",
         "",
         f"One law (gains {results['gains']['name']}) on each plant; structural damping of the arm",
-        f"{damping}. Errors count from 5 s on. DS is the difference of the norms of the feature",
-        f"error from the coupled plant{_printed(results)}. Forces are the RMS, beyond the mean "
+        f"{damping}. Errors count from {counted_from(results)} s on: RMS and max are of the",
+        "coordinates of feature points, of their norm ‖e‖, and of the camera's horizontal distance",
+        "from the target. DS is the difference of",
+        f"‖e‖ from the coupled plant{_printed(results)}. Forces are the RMS, beyond the mean "
         f"thrust, of samples {1e3 * SAMPLE:g} ms apart,",
         "of which the first push, far from the target, is one. A camera's noise is one draw of it.",
         "Error estimate: of the tip, in arm lengths.",
@@ -156,7 +166,7 @@ def _stability(results: dict[str, Any]) -> list[str]:
         return []
     bound = results["ultimate_bound"]
     lost = any(entry[REFERENCE]["status"] for entry in results["letters"].values())
-    lasting = ", as long as flights last" if lost else ""
+    lasting = ", in flights that last to their end" if lost else ""
     cells = [
         [STATEMENTS[statement], each["name"], each["measure"], number(each["value"])]
         for statement, conditions in results["conditions"].items()
@@ -172,7 +182,8 @@ def _stability(results: dict[str, Any]) -> list[str]:
         f"{bound['target_acceleration_m_s2']:.3g} m/s² and {bound['target_jerk_m_s3']:.3g} m/s³.",
         f"The proof bounds ‖e_a‖ by {bound['radius_least']:.3g} with the largest λ that it could "
         f"mean and by {bound['radius_provable']:.3g} with λ = λ_min(K_p); ‖e_a‖ stays "
-        f"below {number(bound['reached'], 3)} once errors count{lasting}.",
+        f"below {number(bound['reached'], 3)} from {results['settled_s']:g} s on{lasting}, "
+        "whatever the letter.",
         "",
         "These gains and flights break the following. (A C_d that is positive definite, which the "
         "theorem asks for, is not 0, which its proof needs.)",
@@ -186,11 +197,11 @@ def _variants(results: dict[str, Any]) -> list[str]:
     if "variants" not in results:
         return []
     columns = {
-        "rms_px": "RMS [px]",
-        "max_px": "max [px]",
+        "rms_px": "coordinate, RMS [px]",
+        "max_px": "coordinate, max [px]",
         "largest_bend_1_m": "bend [1/m]",
         "largest_tilt_rad": "tilt [rad]",
-        "ds_max_px_after_2s": "DS > 2 s [px]",
+        "ds_max_px_after_2s": "|DS| from 2 s, max [px]",
         "error_estimate": "error_estimate",
     }
     cells = [

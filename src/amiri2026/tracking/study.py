@@ -9,6 +9,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from amiri2026.tracking.largest import (
+    ds_extremes,
+    largest_coordinate,
+    largest_norm,
+    largest_off_target,
+    largest_servo_error,
+    off_target,
+)
 from continuair import MODELS, Gains, Scenario, Vehicle, checks, load_gains, lyapunov, simulate
 from continuair.analysis import (
     NEEDED,
@@ -135,6 +143,7 @@ def _fly(
         runs[model] = data.rename(run="letter").assign_coords(letter=letters)
     return runs, {
         "setting_meaning": setting.meaning,
+        "settled_s": setting.settled,
         "duration_s": setting.duration,
         "damping_ratio": flown.arm.damping_ratio,
         "letters": {letter: _entry(letter, runs, setting.settled) for letter in letters},
@@ -149,9 +158,15 @@ def _stability(scenario: Scenario, proof: Lyapunov, runs: Flown, settled: float)
     each = {
         letter: ultimate_bound(scenario, run)["radius_least"] for run, letter in enumerate(letters)
     }
-    reached = runs[REFERENCE]["servo_error"].sel(time=slice(settled, None)).max()
+    reached = {
+        letter: largest_servo_error(runs[REFERENCE].sel(letter=letter), settled)
+        for letter in letters
+    }
+    lasting = [value for value in reached.values() if np.isfinite(value)]
+    found = {"reached": max(lasting, default=np.nan), "reached_of": reached}
+    found |= {"radius_least_of": each}
     return {
-        "ultimate_bound": proof.bound | {"reached": float(reached), "radius_least_of": each},
+        "ultimate_bound": proof.bound | found,
         "conditions": {
             statement: [asdict(each) for each in conditions]
             for statement, conditions in proof.conditions.items()
@@ -185,14 +200,6 @@ def _difference(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, float]:
     }
 
 
-def ds_extremes(coupled: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
-    """Return the largest |DS| before and after the transient [px]."""
-    size = np.abs(norm_difference(coupled, other))
-    early = coupled["time"].to_numpy() < TRANSIENT
-    # A flight that ended early has no largest difference in a part that it has not flown through.
-    return float(size[early].max()), float(size[~early].max())
-
-
 def ds_by_corner(coupled: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
     """Return RMS of DS after the transient where the target turns, and where it does not [px]."""
     return rms_by_corner(coupled, norm_difference(coupled, other))
@@ -217,8 +224,7 @@ def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
     ended early.
     """
     late = flight.sel(time=slice(settled, None))
-    error = late["feature_error"].to_numpy()
-    off = tip_error(late)
+    off = off_target(late)
     push = flight["command"].to_numpy()
     rest = np.array([0.0, 0.0, push[:, 2].mean(), 0, 0, 0, 0, 0])
     effort = np.sqrt(np.mean((push - rest) ** 2, axis=0))
@@ -228,9 +234,10 @@ def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
         "error_estimate": float(flight["error_estimate"]),
         **_saturated(flight),
         "rms_px": feature_rms(late),
-        "max_px": float(np.abs(error).max()),
-        "tip_rms_m": float(np.sqrt(np.mean(np.sum(off**2, axis=1)))),
-        "tip_max_m": float(np.linalg.norm(off, axis=1).max()),
+        "max_px": largest_coordinate(flight, settled),
+        "norm_max_px": largest_norm(flight, settled),
+        "tip_rms_m": float(np.sqrt(np.mean(off**2))),
+        "tip_max_m": largest_off_target(flight, settled),
         "converged_s": _converged(flight["time"].to_numpy(), feature_norm(flight)),
         "force_rms_n": float(np.linalg.norm(effort[:3])),
         "moment_rms_nm": float(np.linalg.norm(effort[3:6])),
@@ -255,12 +262,6 @@ def _out_of_view(flight: xr.Dataset) -> float:
         return float("nan")
     seen = flight["in_view"].transpose("time", "point").to_numpy()
     return int((~(seen > 0.5)).any(axis=1).sum())
-
-
-def tip_error(flight: xr.Dataset) -> np.ndarray:
-    """Return horizontal distance (time, 2) of the camera from above the target's centroid [m]."""
-    difference = flight["camera_position"] - flight["target_position"]
-    return np.asarray(difference.sel(axis=["x", "y"]).transpose("time", "axis"))
 
 
 def _converged(time: np.ndarray, norm: np.ndarray) -> float:

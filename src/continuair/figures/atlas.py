@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FixedLocator, NullLocator
 
 from continuair.figures import style
@@ -36,13 +37,14 @@ def validity_map(
     model: str = "decoupled",
     quantile: float = 0.5,
     frequencies: Mapping[str, float] | None = None,
+    note: str = "",
 ) -> Figure:
     """Return the maps of every excitation: NRMSE in colour, the angle's error as dashed contours.
 
     vehicles: name -> groups, as `place` returns them, each drawn as a line at its coupling, and as
     a point where nothing oscillates; frequencies: excitation -> frequency over the clamped one, at
     which the lines get a mark. quantile: one of the summary's, over the groups that a map does not
-    show.
+    show. note: a sentence for the subtitle.
     """
     with style.applied():
         figure = style.new_figure(height=4.3)
@@ -58,11 +60,13 @@ def validity_map(
         bar = figure.colorbar(drawn, ax=grid, ticks=_LEVELS, aspect=40, extend="both")
         bar.minorticks_off()
         bar.set_ticklabels([f"{level:.0%}" for level in _LEVELS])
-        bar.set_label(f"NRMSE of the tip, {model} ({_named(quantile)} of all other groups)")
-        figure.supxlabel(
-            "dashed: error of the tip's angle is 5, 10 and 20 % of the angle that the load makes "
-            "without gravity, or the bend at the start",
-            fontsize=7,
+        bar.set_label("NRMSE of the tip")
+        style.head(
+            figure,
+            f"Error of the {model} model over frequency or damping, and coupling",
+            f"Colour: NRMSE of the tip's position, {_named(quantile)} over all other groups. "
+            "Dashed: the error of the tip's angle is 5, 10 and 20 % of the angle that the load "
+            f"makes without gravity, or of the bend at the start. {note}".strip(),
         )
     return figure
 
@@ -83,11 +87,13 @@ def importance(summary: xr.Dataset, model: str = "decoupled") -> Figure:
                         axes.text(j, i, f"{value:.2f}", ha="center", va="center", color=colour)
             groups = [str(g).replace("_", " ") for g in summary["group"].to_numpy()]
             axes.set_xticks(range(len(groups)), groups, rotation=40, ha="right")
-            axes.set_yticks(range(len(names)), names)
+            axes.set_yticks(range(len(names)), [(DRIVEN | FREE)[name] for name in names])
             axes.grid(visible=False)
             axes.set_title({"nrmse": "NRMSE of the tip", "angle": "angle of the tip [rad]"}[error])
-        figure.suptitle(
-            "Share of the error's variance (in its logarithm) that a group has a part in"
+        style.head(
+            figure,
+            "Share of the error's variance in which each group has a part",
+            "Of the logarithm of the error. Blank: below 0.005, or no such group in these flights.",
         )
     return figure
 
@@ -102,23 +108,43 @@ def collapse(curves: xr.Dataset) -> Figure:
         figure = style.new_figure(height=2.5)
         left, right = figure.subplots(1, 2, sharey=True)
         x = curves["frequency"].to_numpy()
-        markers = ("o", "s", "^", "x")
+        looks = list(zip(("#0072B2", "#D55E00", "#009E73", "#CC79A7"), "os^x", strict=True))
         for i, row in enumerate(curves["same_groups"].to_numpy()):
             size, label = 9 - 2.2 * i, f"l = {float(curves['length'][i]):.2g} m"
-            left.plot(x, row, markers[i], markersize=size, mfc="none", label=label)
+            colour, marker = looks[i]
+            left.plot(x, row, marker, markersize=size, mfc="none", color=colour, label=label)
         for row in curves["others"].to_numpy():
             right.plot(x, row, color="#cccccc", linewidth=0.8)
         for i, row in enumerate(curves["same_coupling"].to_numpy()):
             mass, inertia = (float(curves[g][i]) for g in ("mass_ratio", "inertia_ratio"))
             label = f"mass ratio {mass:.2g}, inertia ratio {inertia:.2g}"
-            right.plot(x, row, marker=markers[i], markersize=3, label=label)
+            colour, marker = looks[i]
+            right.plot(x, row, marker=marker, markersize=3, color=colour, label=label)
         left.set_title("the same groups: vehicles of any size")
         right.set_title(f"the same coupling, {float(curves['coupling']):.2g}; grey: others")
         for axes in (left, right):
             axes.set(xscale="log", yscale="log", xlabel="frequency / clamped frequency")
             axes.legend()
         left.set_ylabel("NRMSE of the tip, decoupled")
+        style.head(figure, _collapsed(curves))
     return figure
+
+
+def spread(rows: Any) -> float:
+    """Return by how much errors (vehicle, frequency) differ at one frequency, as a factor."""
+    values = np.asarray(rows, float)
+    return float(np.nanmax(np.nanmax(values, axis=0) / np.nanmin(values, axis=0)))
+
+
+def _collapsed(curves: xr.Dataset) -> str:
+    """By which factors the errors that are drawn together differ."""
+    groups, coupling, others = (
+        spread(curves[name].to_numpy()) for name in ("same_groups", "same_coupling", "others")
+    )
+    return (
+        f"At one frequency errors agree within a factor of {groups:.2f} with the same groups, "
+        f"{coupling:.2f} with the same coupling, {style.short(others)} with other couplings"
+    )
 
 
 def write(summary: xr.Dataset, curves: xr.Dataset, file: Callable[[str], Path]) -> None:
@@ -182,8 +208,13 @@ def _mark(
         shape = "<" if at < left else ">" if at > right else "D"
         axes.plot(np.clip(at, left, right), y, shape, color=_VEHICLE, markersize=4, clip_on=False)
     if name == "force":
-        text = {"xytext": (2, 2 if place % 2 == 0 else -7), "textcoords": "offset points"}
-        axes.annotate(label, (left, y), color=_VEHICLE, fontsize=6, **text)
+        # Towards the middle of the map, so that no label is cut by its edge.
+        below = y > 0.5 * (low + high)
+        text = {"xytext": (2 + 45 * (place % 2), -7 if below else 2)}
+        note = axes.annotate(
+            label, (left, y), color=_VEHICLE, fontsize=6, textcoords="offset points", **text
+        )
+        note.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
 
 
 def logit(share: Any) -> Any:

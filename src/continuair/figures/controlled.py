@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FixedLocator, NullLocator
 
 from continuair.analysis.decoupling_rule import allowed, beyond
@@ -21,6 +22,9 @@ Array = np.ndarray
 
 COLOURS = {"bend": "#0072B2", "moment": "#009E73", "force": "#000000", "tip": "#D55E00"}
 """Colour of each excitation, as figures of `advise` have it."""
+
+MARKERS = {"bend": "o", "moment": "s", "force": "^", "tip": "v"}
+"""Marker of each excitation, which tells them apart in grey."""
 
 _STEPS = {
     "": "frequency,\ncoupling",
@@ -50,7 +54,8 @@ def numbers(summary: xr.Dataset) -> Figure:
         ):
             for name, colour in COLOURS.items():
                 shares = summary["explained"].sel(loop=loop, excitation=name, besides=list(_STEPS))
-                axes.plot(np.maximum(shares, 0.0), "o-", color=colour, markersize=3, label=name)
+                look = {"color": colour, "marker": MARKERS[name], "markersize": 3}
+                axes.plot(np.maximum(shares, 0.0), label=name, **look)
             axes.set_xticks(range(len(_STEPS)), list(_STEPS.values()))
             axes.set(title=title, ylim=(-0.03, 1.03))
         axes.legend(title="load", title_fontsize=7, loc="lower right")
@@ -80,7 +85,7 @@ def limits_map(
             for axes, name in zip(line, DRIVEN, strict=True):
                 drawn = _map(axes, summary, name, row, tolerance)
                 if groups:
-                    _mark(axes, groups, label)
+                    _mark(axes, groups, label if axes is grid[0, 0] else "")
             line[0].set_ylabel(f"gravity number {row['gravity_number']:.2g}\ncoupling")
         for axes, title in zip(grid[0], DRIVEN.values(), strict=True):
             axes.set_title(title)
@@ -139,7 +144,7 @@ def judged(summary: xr.Dataset) -> Figure:
 def _finding(summary: xr.Dataset) -> str:
     """How far two numbers go in a loop, and four."""
     two, four = (
-        100.0 * summary["explained"].sel(loop="position", besides=each).to_numpy()
+        100.0 * summary["explained"].sel(loop="position", besides=each).clip(min=0.0).to_numpy()
         for each in ("", "gravity_number bandwidth")
     )
     return (
@@ -208,8 +213,13 @@ def _guessed(summary: xr.Dataset, groups: Mapping[str, float], tolerance: float)
 
 
 def _mark(axes: Any, groups: Mapping[str, float], label: str) -> None:
+    """Draw a vehicle on a map, with a label that stays within it."""
     place = (groups["bandwidth"], logit(groups["coupling"]))
-    axes.plot(*place, "D", color=_VEHICLE, markersize=4, clip_on=False)
-    axes.annotate(
-        label, place, xytext=(4, 3), textcoords="offset points", fontsize=6, color=_VEHICLE
-    )
+    axes.plot(*place, "D", color=_VEHICLE, mec="white", markersize=5, clip_on=False)
+    left, right = axes.get_xlim()
+    far = place[0] > np.sqrt(left * right)
+    note = axes.annotate(
+        label, place, xytext=(-5 if far else 5, 5), textcoords="offset points", fontsize=6,
+        color=_VEHICLE, ha="right" if far else "left",
+    )  # fmt: skip
+    note.set_path_effects([withStroke(linewidth=2.0, foreground="white")])

@@ -27,11 +27,16 @@ POINTS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
 WINDOW = 0.5
 """Length of the windows of a band [s]."""
 
-BAND = f"Bands: least to largest, lines: RMS (of DS the mean), in windows of {WINDOW:g} s."
-"""Note of figures with bands."""
+BAND = (
+    f"Bands: least to largest, lines: RMS, or mean of what has a sign, in windows of {WINDOW:g} s."
+)
+"""What figures with bands say of them."""
 
 WORDS = STATUS | {NOT_FINITE: "diverged", UNSEEN: "target lost from view"}
 """How a flight ended, by status."""
+
+_RANGE = 1e6
+"""Largest value over the least one that a logarithmic axis shows."""
 
 _WATCHED = ("tip_position", "bend")
 
@@ -146,11 +151,52 @@ def tell_empty(panels: Any) -> None:
 
 
 def logarithmic(panels: Any) -> None:
-    """Give panels of one scale a logarithmic one, if anything in them is above zero."""
+    """Give panels of one scale a logarithmic one, if anything in them is above zero.
+
+    What is less than a share of 1 / _RANGE of the largest value is below the axes.
+    """
     values = [np.ravel(drawn.get_ydata()) for axes in panels for drawn in axes.get_lines()]
-    if values and np.any(np.concatenate(values).astype(float) > 0.0):
+    found = np.concatenate([np.empty(0), *values]).astype(float)
+    found = found[np.isfinite(found) & (found > 0.0)]
+    if found.size:
         for axes in panels:
             axes.set_yscale("log")
+            axes.set_ylim(bottom=max(axes.get_ylim()[0], found.max() / _RANGE))
+
+
+def floor(panels: Any, least: float) -> None:
+    """Let logarithmic axes begin no lower than at `least`, below which values are rounding."""
+    for axes in panels:
+        if axes.get_yscale() == "log":
+            low, high = axes.get_ylim()
+            axes.set_ylim(max(least, low), max(10.0 * least, high))
+
+
+def widen(panels: Any, least: float) -> None:
+    """Let linear y axes span at least `least`, so that rounding does not fill them."""
+    for axes in panels:
+        low, high = axes.get_ylim()
+        if high - low < least:
+            middle = 0.5 * (low + high)
+            axes.set_ylim(middle - 0.5 * least, middle + 0.5 * least)
+
+
+def highest(axes: Any) -> dict[str, tuple[float, float]]:
+    """Return where the curves with a label are highest, label -> (x, y), as they are drawn.
+
+    Titles that state where a curve peaks, or how far it goes, are made of this. A curve without a
+    finite value is left out.
+    """
+    found: dict[str, tuple[float, float]] = {}
+    for drawn in axes.get_lines():
+        x, y = (np.asarray(each, float) for each in drawn.get_data())
+        label, finite = str(drawn.get_label()), np.isfinite(y)
+        if label.startswith("_") or not finite.any():
+            continue
+        top = int(np.argmax(np.where(finite, y, -np.inf)))
+        if label not in found or y[top] > found[label][1]:
+            found[label] = (float(x[top]), float(y[top]))
+    return found
 
 
 def windows(

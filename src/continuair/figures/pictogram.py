@@ -53,7 +53,8 @@ def draw(
     axes.set_axis_off()
     axes.set_aspect("equal")
     for model in reversed(models):
-        axes.plot([], [], label=model, color=style.MODELS[model]["color"], lw=2.5)
+        look = {"color": style.MODELS[model]["color"], "ls": style.MODELS[model]["linestyle"]}
+        axes.plot([], [], label=model, lw=2.5, **look)
     ends = []
     for index, time in enumerate(times):
         front = dataset.sel(model=models[-1]).sel(time=time, method="nearest")
@@ -70,7 +71,50 @@ def draw(
     for index, time in enumerate(shown):
         words = f"{time:.{digits}f} s"
         axes.annotate(words, (index * spacing, above), ha="center", color=_WORDS)
-    axes.set_ylim(top=above + 0.08 * float(vehicle.reach))
+    _ground(axes, dataset.sel(model=models[-1]), vehicle, times, spacing)
+    bottom = _scale(axes, vehicle)
+    reach = float(vehicle.reach)
+    axes.set_ylim(bottom - 0.05 * reach, above + 0.08 * reach)
+
+
+def _ground(
+    axes: Any, front: xr.Dataset, vehicle: Vehicle, times: Sequence[float], spacing: float
+) -> None:
+    """Draw z = 0 below snapshots near it, of a vehicle that stays above it in all of them."""
+    low, size = axes.dataLim.y0, 0.45 * spacing
+    at = front["position"].sel(time=list(times), method="nearest").isel(axis=2)
+    heights = at.to_numpy()
+    if not (heights >= -low).all():
+        return
+    seen = []
+    for index, height in enumerate(heights):
+        if height <= -low + float(vehicle.reach):
+            x = np.array([-size, size]) + index * spacing
+            axes.plot(x, [-height, -height], color=_WORDS, lw=0.8, gid="ground")
+            seen.append((x[1], -height))
+    if seen:
+        axes.annotate(
+            "z = 0", seen[-1], (3, -3), textcoords="offset points", color=_WORDS, fontsize=7
+        )
+
+
+def _scale(axes: Any, vehicle: Vehicle) -> float:
+    """Draw a bar of a round length at the lower left, with its length [m]; return its height."""
+    length = round_length(0.5 * float(vehicle.reach))
+    low, left = axes.dataLim.y0 - 0.2 * float(vehicle.reach), axes.dataLim.x0
+    ends = {"marker": "|", "ms": 5, "mew": 1.2}
+    axes.plot([left, left + length], [low, low], color=_WORDS, lw=1.2, gid="scale", **ends)
+    axes.annotate(
+        f"{length:g} m", (left + 0.5 * length, low), (0, 3), textcoords="offset points",
+        color=_WORDS, fontsize=7, ha="center",
+    )  # fmt: skip
+    return low
+
+
+def round_length(most: float) -> float:
+    """Return the largest of 1, 2 or 5 times a power of ten that is not above `most`."""
+    power = 10.0 ** np.floor(np.log10(most))
+    return float(max(each * power for each in (1.0, 2.0, 5.0) if each * power <= most))
 
 
 def _name(axes: Any, vehicle: Vehicle, tips: list[Array]) -> None:
@@ -92,7 +136,7 @@ def _draw(
     position = flight["position"].to_numpy() - origin
     colour = style.MODELS[model]["color"]
 
-    def line(points: Array, width: float, alpha: float = 1.0) -> None:
+    def line(points: Array, width: float, alpha: float = 1.0, dashes: Any = "-") -> None:
         world = placed(position, attitude, points)
         axes.plot(
             world[:, 0],
@@ -100,6 +144,7 @@ def _draw(
             color=colour,
             lw=width,
             alpha=alpha,
+            ls=dashes,
             solid_capstyle="round",
             zorder=3 if front else 2,
         )
@@ -116,7 +161,7 @@ def _draw(
     for arm, bend in parts(vehicle, bends):
         points, _ = along(arm, bend, _POINTS)
         line(np.array([np.zeros(3), points[0]]), 1.2)
-        line(points, 2.6)
+        line(points, 2.6, dashes=style.MODELS[model]["linestyle"])
         tips.append(placed(position, attitude, points)[-1])
         place = tips[-1][[0, 2]]
         axes.plot(*place, marker="o", ms=4, color=colour, zorder=4 if front else 2)

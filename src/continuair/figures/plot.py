@@ -22,10 +22,12 @@ from continuair.flight.labels import FIXED, in_order, ordered
 from continuair.flight.provenance import model_of
 from continuair.flight.reading import check_arms_flown, vehicle_of
 from continuair.flight.trajectory import VARIABLES
-from continuair.kernels.dynamics import REFERENCE
 from continuair.vehicle.vehicle import Vehicle
 
 __all__ = ["base_wrench", "bend", "image", "snapshots", "tip_path"]
+
+_LEAST = 1e-6
+"""Least span of an axis, in its unit: what is smaller is rounding."""
 
 _PLANES = (("x", "y"), ("x", "z"))
 
@@ -40,7 +42,7 @@ def tip_path(flight: xr.Dataset) -> Figure:
         for row, (name, chosen) in zip(grid, arms.items(), strict=True):
             for axes, plane in zip(row, _PLANES, strict=True):
                 _paths(axes, flights, chosen, plane)
-                axes.set(xlabel=f"{plane[0]} [m]", ylabel=f"{name} {plane[1]} [m]")
+                axes.set(xlabel=f"{plane[0]} [m]", ylabel=f"{name} {plane[1]} [m]".strip())
         _head(figure, "Path of the tip", flight, grid[0, 0])
     return figure
 
@@ -82,7 +84,8 @@ def snapshots(flight: xr.Dataset, times: Sequence[float], vehicle: Vehicle | Non
     flight = in_order(over_time(flight), flown)
     flights = _flights(flight, "bend")
     at = _instants(flight, times)
-    models = sorted(flights, key=lambda model: model == REFERENCE)
+    # The coupled model is in front, and the legend in the order of all figures.
+    models = sorted(flights, key=list(style.MODELS).index, reverse=True)
     whole = flight if "model" in flight.dims else flight.expand_dims(model=models)
     with style.applied():
         figure = style.new_figure(height=2.2)
@@ -136,7 +139,8 @@ def _over_time(
                 for model, one in flights.items():
                     values = one[name].sel({component: letter}).isel(chosen).to_numpy()
                     curves.line(axes, one, values, model)
-                axes.set_ylabel(f"{label} {word} {letter} [{unit[name]}]".strip())
+                axes.set_ylabel(f"{label}\n{word} {letter} [{unit[name]}]".strip())
+                curves.widen([axes], _LEAST)
         for axes in grid[-1]:
             axes.set_xlabel("time [s]")
         _head(figure, title, flight, grid[0, 0])
@@ -149,6 +153,7 @@ def _paths(axes: Any, flights: dict[str, xr.Dataset], chosen: Any, plane: tuple[
         axes.plot(x, y, label=model, **style.MODELS[model])
         if curves.ending(one):
             curves.cross(axes, x, y, style.MODELS[model]["color"])
+    curves.widen([axes], _LEAST)
     axes.set_aspect("equal", adjustable="datalim")
 
 

@@ -98,8 +98,10 @@ def head(
     """Put a finding, a small subtitle, words on failed flights and a legend above all panels.
 
     The figure grows by as much, so that the panels keep their size. handles: of the legend, with
-    their labels; one of a label that came before is left out.
+    their labels; one of a label that came before is left out. finding: what is read off the panels
+    as they are drawn, or else a name of what is shown; files hold it as their title.
     """
+    figure.set_label(re.sub(r"(?<!\\)\$", "", finding).replace(r"\$", "$"))
     width, height = figure.get_size_inches()
     rows = [(line, 9.0, "bold", "#000000") for line in _wrapped(finding, width, 13.0)]
     rows += [(line, 7.0, "normal", "#555555") for line in _wrapped(subtitle, width, 20.0)]
@@ -170,8 +172,12 @@ def save_as(figure: Figure, path: Path) -> None:
             figure.draw_without_rendering()
             figure.set_layout_engine(None)
         # Without a date, equal results give equal files.
-        undated = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
-        figure.savefig(path, dpi=RESOLUTION, metadata=undated.get(path.suffix))
+        undated: dict[str, dict[str, Any]] = {
+            ".pdf": {"CreationDate": None},
+            ".svg": {"Date": None},
+        }
+        title = {"Title": str(figure.get_label())} if figure.get_label() else {}
+        figure.savefig(path, dpi=RESOLUTION, metadata=undated.get(path.suffix, {}) | title)
 
 
 def _wrapped(text: str, width: float, letters: float) -> list[str]:

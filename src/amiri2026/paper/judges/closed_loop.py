@@ -27,7 +27,8 @@ from amiri2026.paper.judges.strokes import kinds_of_stroke
 from amiri2026.paper.judges.times import cost_case, simulink_times
 from amiri2026.paper.judges.words import NEGLIGIBLE, PRONOUNCED, SAME
 from amiri2026.sensitivity.findings import STRONG, listed, rank_correlation
-from amiri2026.tracking.study import CONVERGED, PRINTED, ds_extremes, rms_by_corner
+from amiri2026.tracking.largest import ds_extremes
+from amiri2026.tracking.study import CONVERGED, PRINTED, rms_by_corner
 from amiri2026.verdicts import Case, Judgement, judged, over_cases
 from continuair.analysis import TRANSIENT, feature_norm, norm_difference, percent, samples
 from continuair.kernels import PLANTS

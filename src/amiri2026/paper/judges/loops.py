@@ -11,7 +11,8 @@ import numpy as np
 import xarray as xr
 
 from amiri2026.paper.evidence import Evidence
-from amiri2026.tracking.study import SAMPLE, ds_extremes, metrics
+from amiri2026.tracking.largest import ds_extremes
+from amiri2026.tracking.study import SAMPLE, metrics
 from amiri2026.verdicts import UNDECIDED, Case, Judgement, over_cases
 from continuair import Gains, load_gains, simulate
 from continuair.analysis import excited_arm, percent
