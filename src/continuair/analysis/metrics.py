@@ -25,9 +25,10 @@ from continuair.flight.resolution import (
 )
 from continuair.kernels.deviations import ROUNDING
 from continuair.kernels.dynamics import REFERENCE
+from continuair.vehicle.arc import sections_of
 from continuair.vehicle.coordinates import continuous_euler, paper_rates
 from continuair.vehicle.following import CHANGE, unfollowed
-from continuair.vehicle.layout import ONE_SECTION
+from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle
 from continuair.warning import warn
 
@@ -38,7 +39,7 @@ _TIP = ("tip_position", "tip_attitude")
 _SAME_TIME = 1e-12
 """Share of the largest time by which times of samples may differ, which are rounded."""
 
-_RATES = (("velocity", "axis"), ("angular_velocity", "axis"), ("bend_rate", "bend_axis"))
+_RATES = {"velocity": "axis", "angular_velocity": "axis", "bend_rate": "bend_axis"}
 """Rates that have no singularity, and the dimension of each."""
 
 TRANSIENT = 2.0
@@ -80,26 +81,39 @@ def norm_difference(coupled: xr.Dataset, other: xr.Dataset) -> Array:
 def joint_speed(flight: xr.Dataset) -> Array:
     """Return ‖q̇‖ (time,) of one run, of the paper's q = [x y z φ θ ψ κ ψa], ψ̇a among its rates.
 
-    Euler rates and polar bend rates, in mixed units [m/s, rad/s, 1/(m s), rad/s]. ψ̇a is the rate of
-    the bend across its direction over κ: it grows without bound where the bend passes zero. NaN at
-    a pitch of ±π/2, where the Euler angles have no rates.
+    Euler rates and polar bend rates, of each section in turn, in mixed units [m/s, rad/s, 1/(m s),
+    rad/s]. ψ̇a is the rate of the bend across its direction over κ: it grows without bound where the
+    bend passes zero. NaN at a pitch of ±π/2, where the Euler angles have no rates.
     """
-    state = np.zeros((flight.sizes["time"], ONE_SECTION.state))
-    for name, dimension in _RATES:  # a velocity is as long in body axes as in the world's
-        state[:, getattr(ONE_SECTION, name)] = samples(flight, name, dimension)
-    rates = paper_rates(samples(flight, "q", "coordinate"), state)
-    norm: Array = np.linalg.norm(rates, axis=-1)
+    q = samples(flight, "q", "coordinate")
+    layout = Layout.of_arcs(sections_of(q))
+    state = np.zeros((flight.sizes["time"], layout.state))
+    for name, values in zip(_RATES, _rates(flight), strict=True):
+        # A velocity is as long in body axes as in the world's.
+        state[:, getattr(layout, name)] = values
+    norm: Array = np.linalg.norm(paper_rates(q, state), axis=-1)
     return norm
 
 
 def regular_speed(flight: xr.Dataset) -> Array:
-    """Return the norm (..., time) of velocity, angular velocity and rate of the bend vector.
+    """Return the norm (..., time) of velocity, angular velocity and rates of the bend vectors.
 
     In mixed units [m/s, rad/s, 1/(m s)], as ‖q̇‖, and without its singularities.
     """
-    parts = [samples(flight, name, dimension) for name, dimension in _RATES]
-    norm: Array = np.linalg.norm(np.concatenate(parts, axis=-1), axis=-1)
+    norm: Array = np.linalg.norm(np.concatenate(_rates(flight), axis=-1), axis=-1)
     return norm
+
+
+def _rates(flight: xr.Dataset) -> list[Array]:
+    """Rates of _RATES, each (..., time, components), the bends of all sections in turn."""
+    found = []
+    for name, dimension in _RATES.items():
+        values = samples(flight, name, dimension)
+        if "section" in flight[name].dims:
+            values = flight[name].transpose(..., "time", "section", dimension).to_numpy()
+            values = values.reshape(*values.shape[:-2], -1)
+        found.append(values)
+    return found
 
 
 def nrmse(reference: ArrayLike, other: ArrayLike) -> Any:
