@@ -3,7 +3,8 @@ hover.
 
 "position" holds place, height and attitude. "attitude" holds height and attitude alone, as where a
 pilot's sticks ask for tilt: sideways the vehicle goes as it is pushed. Neither holds the arm, which
-hangs on what held it at the start: a servo, which stiffens it, would hide what the loop does.
+hangs on what held it at the start: a servo, which stiffens it, would hide what the loop does. OWN
+is a controller of the user's, which holds what it holds (`advise/own_law.py`).
 """
 
 from __future__ import annotations
@@ -26,6 +27,9 @@ from continuair.vehicle.vehicle import Vehicle
 Array = np.ndarray
 
 LOOPS = ("none", "attitude", "position")
+
+OWN = "own"
+"""The name of a loop that a given controller closes."""
 
 _UNFELT = 1e-9
 """Share of the velocity's gains that is left sideways: the law divides by them."""
