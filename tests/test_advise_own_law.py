@@ -1,11 +1,9 @@
 """Advice under a controller of the user's, and where the cost of a step decides before anything."""
 
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-import warp as wp
 from typer.testing import CliRunner
 
 import continuair as ca
@@ -18,31 +16,9 @@ from continuair.studies.advise.own_law import own_loop
 from continuair.studies.advise.report import as_table
 from continuair.studies.advise.verdicts import cost_verdict
 from continuair.studies.excited_flights import SWELL, Loop, excited, flown_errors
+from tests.own_law import law
 
 VEHICLE = ca.load_vehicle("paper").replace({"arm.damping_ratio": 0.05})
-
-
-def law(code: Any) -> SimpleNamespace:
-    """Weight, and critically damped loops for place and attitude, as a user writes them."""
-    Real, Sense, vec3, push = code.Real, code.Sense, code.vec3, code.push
-
-    @wp.struct
-    class Gains:
-        goal: vec3
-        mass: Real
-        inertia: vec3
-        rate: Real
-        turn_rate: Real
-
-    @wp.func
-    def control(sense: Sense, gains: Gains):
-        two, w, v = Real(2.0), gains.rate, gains.turn_rate
-        force = gains.mass * w * (w * (gains.goal - sense.position) - two * sense.velocity)
-        tilt = two * vec3(sense.attitude[0], sense.attitude[1], sense.attitude[2])
-        turn = -v * wp.cw_mul(gains.inertia, v * tilt + two * sense.angular_velocity)
-        return sense.weight + push(force, turn, Real(0.0) * sense.bend)
-
-    return SimpleNamespace(Gains=Gains, control=control)
 
 
 def mine(goal: float = 0.0, rate: float = 3.0) -> ca.Controller:

@@ -81,7 +81,7 @@ def advise(
                 task or (),
                 good,
                 law,
-                loop=loop,
+                loop=loop,  # type: ignore[arg-type] # what is no loop is refused there
                 bandwidth=bandwidth,
                 called=vehicle,
                 progress=progress,

@@ -24,8 +24,12 @@ from continuair.vehicle.vehicle import Vehicle
 
 @dataclass(frozen=True)
 class RotorThrusts(Term):
-    """count: of the rotors; prompt: whether some follow their command at once; washing: whether
-    they have a radius, and so a wash."""
+    """Thrusts f_max (f u² + (1 - f) u) of commands u, which follow what is asked for with a lag.
+
+    f: thrust_model_factor. count: of the rotors; prompt: whether some follow their command at once;
+    washing: whether they have a radius, and so a wash; curved: whether f is not 1, with which u is
+    the speed; uneven: whether they slow down with another lag.
+    """
 
     field: ClassVar[str] = "uav.rotors"
     flown: ClassVar[tuple[str, ...]] = (
@@ -36,6 +40,8 @@ class RotorThrusts(Term):
     count: int
     prompt: bool = False
     washing: bool = False
+    curved: bool = False
+    uneven: bool = False
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> Self | None:
@@ -43,7 +49,9 @@ class RotorThrusts(Term):
         if rotors is None:
             return None
         prompt = bool((np.asarray(rotors.lag) == 0.0).any())
-        return cls(rotors.count, prompt, rotors.radius is not None)
+        curved = bool((np.asarray(rotors.thrust_model_factor) != 1.0).any())
+        washing, uneven = rotors.radius is not None, rotors.lag_down is not None
+        return cls(rotors.count, prompt, washing, curved, uneven)
 
     @property
     def moves_air(self) -> bool:
@@ -54,11 +62,13 @@ class RotorThrusts(Term):
         return self.count
 
     def parameters(self, tree: Tree) -> dict[str, tuple[int, ...]]:
-        """Allocation and its pseudo-inverse, limits of a thrust, lag; of a wash: hubs, the squared
-        radius of disks, the squared velocity of the air over the thrust."""
+        """Allocation and its pseudo-inverse, limits of a thrust, lags, factor of the curve; of a
+        wash: hubs, the squared radius of disks, the squared velocity of the air over the thrust."""
         wash = {"hubs": (self.count, 3), "disk": (), "wash": ()} if self.washing else {}
         matrices = {"allocation": (6, self.count), "inverse": (self.count, 6)}
-        return {**matrices, "lowest": (), "highest": (), "lag": (), **wash}
+        more = {"lag_down": ()} if self.uneven else {}
+        more |= {"thrust_curve": ()} if self.curved else {}
+        return {**matrices, "lowest": (), "highest": (), "lag": (), **more, **wash}
 
     def pack(self, plants: np.ndarray, vehicle: Vehicle) -> None:
         rotors, runs = vehicle.uav.rotors, len(plants)
@@ -66,6 +76,10 @@ class RotorThrusts(Term):
         plants["allocation"], plants["inverse"] = rotors.allocation, rotors.inverse
         plants["lowest"], plants["highest"] = per_run(rotors.thrust_limits, runs, 2).T
         plants["lag"] = per_run(rotors.lag, runs)
+        if self.uneven:
+            plants["lag_down"] = per_run(rotors.lag_down, runs)
+        if self.curved:
+            plants["thrust_curve"] = per_run(rotors.thrust_model_factor, runs)
         if self.washing:
             square = np.square(per_run(rotors.radius, runs))
             plants["hubs"], plants["disk"] = rotors.hubs, square
@@ -101,12 +115,14 @@ class RotorThrusts(Term):
 @dataclass(frozen=True)
 class RotorCode:
     """rotor_load(y, flight, row, push) of their thrusts; spun_up(rate, y, flight, row, push), the
-    rate of a state with those of their speeds; thrusts_of, what they give, and excess_of, the
-    largest part of the limits' range that is asked for beyond them."""
+    rate of a state with those of their speeds; thrusts_of, what they give, speeds_of, their speeds
+    over the greatest, and excess_of, the largest part of the limits' range that is asked for beyond
+    them."""
 
     rotor_load: Any
     spun_up: Any
     thrusts_of: Any
+    speeds_of: Any
     excess_of: Any
 
 
@@ -122,7 +138,7 @@ def rotor_code(numbers: Numbers, tree: Tree, term: RotorThrusts) -> RotorCode:
     above, finite, of_row = code.above, code.finite, code.of_row
     rotors, prompt = term.count, term.prompt
     speeds, commands = types.layout.rotor_speed.start, types.layout.of_input["rotor_command"].start
-    zero, one = Real(0.0), Real(1.0)
+    zero, one, two, four = Real(0.0), Real(1.0), Real(2.0), Real(4.0)
 
     @wp.func
     def asked_of(y: State, flight: Flight, row: int, push: Push):
@@ -178,12 +194,49 @@ def rotor_code(numbers: Numbers, tree: Tree, term: RotorThrusts) -> RotorCode:
             out = wp.max(out, wp.abs(asked[i] + yaw[i] - given[i]))
         return out / (flight.plant.highest - lowest_of(flight))
 
+    if term.curved:
+
+        @wp.func
+        def share_of(speed: Real, plant: Plant):
+            """Thrust over the greatest."""
+            curve = plant.thrust_curve
+            return speed * (curve * speed + (one - curve))
+
+        @wp.func
+        def speed_of(share: Real, plant: Plant):
+            """The root of `share_of`, in a form that divides by no small number but at 0."""
+            straight = one - plant.thrust_curve
+            below = straight + wp.sqrt(straight * straight + four * plant.thrust_curve * share)
+            return above(share, zero, two * share / above(below, zero, below, one), zero)
+
+    else:
+
+        @wp.func
+        def share_of(speed: Real, plant: Plant):
+            return speed * speed
+
+        @wp.func
+        def speed_of(share: Real, plant: Plant):
+            return wp.sqrt(share)
+
+    if term.uneven:
+
+        @wp.func
+        def lag_of(behind: Real, plant: Plant):
+            return above(zero, behind, plant.lag_down, plant.lag)
+
+    else:
+
+        @wp.func
+        def lag_of(behind: Real, plant: Plant):
+            return plant.lag
+
     @wp.func
     def turning(y: State, plant: Plant):
         """Thrusts of speeds."""
         out = PerRotor()
         for i in range(rotors):
-            out[i] = plant.highest * y[speeds + i] * y[speeds + i]
+            out[i] = plant.highest * share_of(y[speeds + i], plant)
         return out
 
     @wp.func
@@ -199,6 +252,13 @@ def rotor_code(numbers: Numbers, tree: Tree, term: RotorThrusts) -> RotorCode:
         return turning(y, flight.plant)
 
     thrusts_of = turning_or_commanded if prompt else turning_alone
+
+    @wp.func
+    def speeds_of(y: State, flight: Flight, row: int, push: Push):
+        out = thrusts_of(y, flight, row, push)
+        for i in range(rotors):
+            out[i] = speed_of(out[i] / flight.plant.highest, flight.plant)
+        return out
 
     @wp.func
     def rotor_load(y: State, along: Along, flight: Flight, row: int, push: Push):
@@ -220,9 +280,10 @@ def rotor_code(numbers: Numbers, tree: Tree, term: RotorThrusts) -> RotorCode:
         plant = flight.plant
         given = commanded(y, flight, row, push)
         for i in range(rotors):
-            behind = wp.sqrt(given[i] / plant.highest) - y[speeds + i]
-            change = behind / above(plant.lag, zero, plant.lag, one)
-            rate[speeds + i] = above(plant.lag, zero, change, zero)
+            behind = speed_of(given[i] / plant.highest, plant) - y[speeds + i]
+            lag = lag_of(behind, plant)
+            change = behind / above(lag, zero, lag, one)
+            rate[speeds + i] = above(lag, zero, change, zero)
         return rate
 
     return holding(RotorCode, locals())
